@@ -23,7 +23,7 @@ struct Plane {
 };
 Plane plane_resistance(double gap) {
   const DiskBetweenPlates disk = {radius, gap + 2 * radius, voltage, permittivity};
-  const double end = disk.place(0.01 * radius), charge = at_potential(disk, -end, 0.5 * voltage).charge;
+  const double end = disk.position_at_gap(0.01 * radius), charge = at_potential(disk, -end, 0.5 * voltage).charge;
   const auto force = [&](double x) { return depth * with_charge(disk, x, charge).force; };
   const double per_time = voltage / (charge * depth);
   return {overdamped_time(force, drag, -end, end) * per_time, ballistic_time(force, drag, -end, end) * per_time};
@@ -53,8 +53,8 @@ void print_wire() {
              critical_field(wire, at_whole_gap / 26, slope_at_end(wire)));
   fmt::print(" \"largest_shape_coefficient_disks\": {},\n", largest_shape_coefficient(wire, 1.5));
   // Largest displacement per volt of transverse voltage across 20 mm.
-  const auto largest = [&](double pull) {
-    return largest_displacement(wire, shape_coefficient(wire, 1 / 20e-3, pull));
+  const auto largest = [&](double tension_force) {
+    return largest_displacement(wire, shape_coefficient(wire, 1 / 20e-3, tension_force));
   };
   fmt::print(" \"largest_mean_gap\": {},\n", largest(at_mean_gap));
   fmt::print(" \"largest_whole_gap\": {},\n", largest(at_whole_gap));

@@ -37,7 +37,7 @@ def draw_growth(axes, ensemble, quantity, symbol, published):
 
 def draw(name, description, quantity, symbol, published, sources):
     """Draws the figure and saves its two claims: proportionality to N in stationary states and to M(t) at all times."""
-    ensemble, name = ensembles.requested(description, name)
+    ensemble, name = ensembles.select_ensemble(description, name)
     figure, (top, bottom) = plt.subplots(2, 1, figsize=(5.5, 7.5), layout="constrained")
     stationary = draw_stationary(top, ensemble, quantity, symbol, published)
     growing = draw_growth(bottom, ensemble, quantity, symbol, published)

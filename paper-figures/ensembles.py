@@ -60,19 +60,19 @@ class Ensemble:
             return {name: data[()] for name, data in file["analysis"].items()}
 
 
-def requested(description, name):
+def select_ensemble(description, name):
     """Returns the ensemble of the command line and the name of its figure NAME. The default is output/sizes, with any
     sizes and seeds. If that does not exist, scenes/dendrite.toml is run in sizes up to its own."""
-    asked = request(description, ("--ensemble", "folder of `lichtenberg ensemble --conductors ...` to show"))
-    folder = asked.ensemble or asked.results / "sizes"
-    if asked.ensemble is None and not (folder / "ensemble.json").exists():
-        fill(asked.program, folder)
+    arguments = request(description, ("--ensemble", "folder of `lichtenberg ensemble --conductors ...` to show"))
+    folder = arguments.ensemble or arguments.results / "sizes"
+    if arguments.ensemble is None and not (folder / "ensemble.json").exists():
+        fill(arguments.program, folder)
     if not (folder / "ensemble.json").exists():
         sys.exit(f"{folder} is no folder of `lichtenberg ensemble`: ensemble.json is missing")
-    ensemble = Ensemble(folder, asked.program)
+    ensemble = Ensemble(folder, arguments.program)
     members = ensemble.summary["members"]
     print(f"{folder}: {len(ensemble.members)} of {len(members)} runs are finished")
-    return ensemble, name_for(name, asked.ensemble)
+    return ensemble, name_for(name, arguments.ensemble)
 
 
 def fill(program, folder):

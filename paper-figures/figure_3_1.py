@@ -26,7 +26,7 @@ SCENE = SOURCE / "scenes" / "wire-growth.toml"
 WINDOW = 10  # frames per average of a resistance; shuttling conductors transfer charge in portions
 
 
-def simulate(asked, resistance):
+def simulate(arguments, resistance):
     """Returns the times of the frames (s), the charge delivered by each source (C), their potentials (V) behind the
     resistance, and the final energy error and its bound as fractions of the supplied energy."""
     lines = [f"series_resistance = {resistance:g}" if line.startswith("series_resistance") else line
@@ -34,7 +34,7 @@ def simulate(asked, resistance):
     with tempfile.TemporaryDirectory() as folder:
         scene = Path(folder) / "wire-growth.toml"
         scene.write_text("\n".join(lines).replace("[output]", "[output]\npicture = false"))
-        result = kept_run(asked.program, scene, asked.results / f"wire-growth-{resistance:.0e}.h5")
+        result = kept_run(arguments.program, scene, arguments.results / f"wire-growth-{resistance:.0e}.h5")
     with h5py.File(result) as file:
         if "summary/allowed_energy_imbalance" not in file:
             sys.exit(f"{result} is of an earlier version, which did not say how far its energy is off: remove it")
@@ -79,11 +79,11 @@ def claims(series, end, low, high):
 
 
 def main():
-    asked = request(__doc__.splitlines()[0])
+    arguments = request(__doc__.splitlines()[0])
     figure, (against_time, final) = plt.subplots(1, 2, figsize=(10, 4.2))
     ends, lows, highs, sound = [], [], [], []
     for k, series in enumerate(RESISTANCES):
-        time, delivered, potential, off, allowed = simulate(asked, series)
+        time, delivered, potential, off, allowed = simulate(arguments, series)
         sound.append(off <= allowed)
         middle, resistance = structure_resistance(time, delivered, potential, series)
         shown = np.where(resistance > 0, resistance, np.nan)

@@ -28,10 +28,10 @@ def side(value, others):
 
 
 def main():
-    asked = request(__doc__.splitlines()[0])
-    theory = json.loads(run(asked.build / "chapter_4"))["wire"]
+    arguments = request(__doc__.splitlines()[0])
+    theory = json.loads(run(arguments.build / "chapter_4"))["wire"]
     volts = np.array(VOLTS)
-    largest = np.array([wire.largest() for wire in wires.wires(asked, VOLTS)])
+    largest = np.array([wire.largest() for wire in wires.wires(arguments, VOLTS)])
     small = volts <= LINEAR
     slope = np.dot(volts[small], largest[small]) / np.dot(volts[small], volts[small])
     exponent = np.polyfit(np.log(volts[small]), np.log(largest[small]), 1)[0]

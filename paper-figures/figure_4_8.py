@@ -72,9 +72,9 @@ def resistance_claims(whole, broken):
 
 
 def main():
-    asked = request(__doc__.splitlines()[0])
-    theory = json.loads(run(asked.build / "chapter_4"))["wire"]
-    runs = wires.wires(asked, list(wires.RUNS))
+    arguments = request(__doc__.splitlines()[0])
+    theory = json.loads(run(arguments.build / "chapter_4"))["wire"]
+    runs = wires.wires(arguments, list(wires.RUNS))
     volts = np.array([wire.volts for wire in runs])
     ohms = np.array([wire.resistance() for wire in runs])
     gone = np.array([broken(wire) for wire in runs])

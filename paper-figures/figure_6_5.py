@@ -65,13 +65,13 @@ def computed(program, method, ratio):
     return CHARGE / (solution["conductors"][1]["potential"] * RELATIVE_PERMITTIVITY * VACUUM)
 
 
-def verdict(ratios, apart):
+def verdict(ratios, deviating):
     """Returns the verdict. apart: indices of the ratios at which theory and computation differ."""
-    if not len(apart):
+    if not len(deviating):
         return f"agrees, by eye (within {BY_EYE} %)"
-    if apart[-1] == len(ratios) - 1:
+    if deviating[-1] == len(ratios) - 1:
         return f"differs (by more than {BY_EYE} %)"
-    return f"agrees, by eye (within {BY_EYE} %), from {ratios[apart[-1] + 1]:g} on"
+    return f"agrees, by eye (within {BY_EYE} %), from {ratios[deviating[-1] + 1]:g} on"
 
 
 def main():
@@ -88,10 +88,10 @@ def main():
         capacitance.plot(ratios, values, marker, color=colour, fillstyle="none", label=method)
         error.plot(ratios, deviation, marker, color=colour, fillstyle="none")
         worst = deviation[np.abs(deviation).argmax()]
-        apart = np.flatnonzero(np.abs(deviation) >= BY_EYE)
+        deviating = np.flatnonzero(np.abs(deviation) >= BY_EYE)
         claims.append(claim(f"capacitance of two disks, d/2R from {RATIOS[0]:g} to {RATIOS[-1]:g}, {method}", "D 6.37",
                             "pi / arccosh(d/2R)", f"{worst:+.1f} % at most",
-                            verdict(ratios, apart)))
+                            verdict(ratios, deviating)))
         for ratio, value, percent in zip(ratios, values, deviation):
             print(f"{method:10} d/2R = {ratio:<4g}  C/eps = {value:8.4f}  {percent:+7.2f} % from 6.37")
     capacitance.set_ylabel(r"$C\,/\,\epsilon$")

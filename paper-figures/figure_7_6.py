@@ -26,7 +26,7 @@ def series_of(ensemble, order):
 
 
 def main():
-    ensemble, name = ensembles.requested(__doc__.splitlines()[0], "figure_7_6")
+    ensemble, name = ensembles.select_ensemble(__doc__.splitlines()[0], "figure_7_6")
     figure, panels = plt.subplots(3, 1, sharex=True, figsize=(5.5, 8), layout="constrained")
     claims = []
     for (order, published), axes in zip(PUBLISHED.items(), panels):

@@ -34,13 +34,13 @@ def around_the_middle(net):
 
 
 def main():
-    asked = request(__doc__, ("--result", "result file of a packing to show in place of scenes/packing.toml's"))
-    packing = asked.result or kept_run(asked.program, SOURCE / "scenes" / "packing.toml", asked.results / "packing.h5")
-    name = name_for("figure_packing_networks", asked.result)
+    arguments = request(__doc__, ("--result", "result file of a packing to show in place of scenes/packing.toml's"))
+    packing = arguments.result or kept_run(arguments.program, SOURCE / "scenes" / "packing.toml", arguments.results / "packing.h5")
+    name = name_for("figure_packing_networks", arguments.result)
     OUTPUT.mkdir(exist_ok=True)
     result = OUTPUT / f"{name}.h5"  # a copy, because the networks are stored in it
     shutil.copyfile(packing, result)
-    found = measure(asked.program, result)
+    found = measure(arguments.program, result)
 
     network.drawing.set_style()
     figure, panels = plt.subplots(2, 2, figsize=(9.5, 9.4), layout="constrained")

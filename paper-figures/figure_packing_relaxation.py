@@ -18,13 +18,13 @@ METHODS = {"gradient-descent": "#1a1a1a", "fire": "#d55e00", "lbfgs": "#0c7bdc",
 SHOWN = [0, 128, 2048]  # iterations of gradient descent; the last frame is added
 
 
-def result_of(asked, method):
+def result_of(arguments, method):
     """Returns the result file of the scene by this method; runs the scene if it does not exist."""
-    asked.results.mkdir(parents=True, exist_ok=True)
-    scene = asked.results / f"packing-{method}.toml"
+    arguments.results.mkdir(parents=True, exist_ok=True)
+    scene = arguments.results / f"packing-{method}.toml"
     text = (SOURCE / "scenes" / "packing.toml").read_text()
     scene.write_text(text.replace("[minimize]", f'[output]\npicture = false\n\n[minimize]\nmethod = "{method}"'))
-    return kept_run(asked.program, scene, scene.with_suffix(".h5"))
+    return kept_run(arguments.program, scene, scene.with_suffix(".h5"))
 
 
 def frames(path):
@@ -51,8 +51,8 @@ def draw_history(axes, results):
 
 
 def main():
-    asked = request(__doc__.splitlines()[0])
-    results = {method: result_of(asked, method) for method in METHODS}
+    arguments = request(__doc__.splitlines()[0])
+    results = {method: result_of(arguments, method) for method in METHODS}
     drawing.set_style()
     figure = plt.figure(figsize=(10, 6), layout="constrained")
     above, below = figure.subfigures(2, 1, height_ratios=[1, 1.3])

@@ -17,7 +17,7 @@ import matplotlib.pyplot as plt
 
 SOURCE = Path(__file__).resolve().parent.parent
 OUTPUT = SOURCE / "paper-figures" / "output"
-_made_with = "unknown"  # version and commit of the programs found by request()
+_program_version = "unknown"  # version and commit of the programs found by request()
 
 
 def request(description, *foreign):
@@ -32,14 +32,14 @@ def request(description, *foreign):
     found = parser.parse_args()
     found.build, found.results = found.build.resolve(), found.results.resolve()
     found.program = found.build / "lichtenberg"
-    made_with(found.program)
+    record_version(found.program)
     return found
 
 
-def made_with(program):
+def record_version(program):
     """Sets the program that the following rows name as their source."""
-    global _made_with
-    _made_with = version_of(program)
+    global _program_version
+    _program_version = version_of(program)
 
 
 def version_of(program):
@@ -90,22 +90,22 @@ def scene_in(path):
 def kept_run(program, scene, result, *options):
     """Returns the result file of a scene. An existing file is used if it belongs to this scene (comments aside).
     Otherwise a run with these options creates it under a temporary name until it ends; an interrupted run continues."""
-    asked = tomllib.loads(scene.read_text())
+    requested_scene = tomllib.loads(scene.read_text())
     if result.exists():
-        if scene_in(result) == asked:
+        if scene_in(result) == requested_scene:
             return result
         print(f"{result} is of another scene than {scene}: run again", flush=True)
     result.parent.mkdir(parents=True, exist_ok=True)
     unfinished = result.with_suffix(".part.h5")
-    run(program, "run", scene, "--resume" if can_go_on(unfinished, asked) else "--overwrite", "--out", unfinished,
+    run(program, "run", scene, "--resume" if can_resume(unfinished, requested_scene) else "--overwrite", "--out", unfinished,
         *options)
     unfinished.rename(result)
     unfinished.with_suffix(".png").unlink(missing_ok=True)  # the run's own picture
     return result
 
 
-def can_go_on(path, asked):
-    if not path.exists() or scene_in(path) != asked:
+def can_resume(path, requested_scene):
+    if not path.exists() or scene_in(path) != requested_scene:
         return False
     with h5py.File(path) as file:
         return "checkpoint" in file
@@ -162,5 +162,5 @@ def save_claims(name, claims):
     """Writes the rows of the figure NAME to output/NAME.json for table.py, each with the version of the programs. (A
     kept run stores its own version in its file.)"""
     OUTPUT.mkdir(exist_ok=True)
-    rows = [{**row, "made with": _made_with} for row in claims]
+    rows = [{**row, "made with": _program_version} for row in claims]
     (OUTPUT / (name + ".json")).write_text(json.dumps(rows, indent=1) + "\n")

@@ -34,13 +34,13 @@ class Grains:
         return size[inverse] >= least
 
 
-def project(box, places):
+def project(box, points):
     """Returns (positions in the picture, depth, scale) in perspective."""
     forward = np.array([np.sin(TURN) * np.cos(RISE), np.cos(TURN) * np.cos(RISE), -np.sin(RISE)])
     right = np.cross(forward, [0, 0, 1.0]) / np.cos(RISE)
-    depth = DISTANCE * box.max() + (places - box / 2) @ forward
+    depth = DISTANCE * box.max() + (points - box / 2) @ forward
     scale = DISTANCE * box.max() / depth
-    return (places - box / 2) @ np.array([right, np.cross(right, forward)]).T * scale[:, None], depth, scale
+    return (points - box / 2) @ np.array([right, np.cross(right, forward)]).T * scale[:, None], depth, scale
 
 
 def draw(axes, grains, least, title):
@@ -52,7 +52,7 @@ def draw(axes, grains, least, title):
     axes.set(xlim=(at[:, 0].min(), at[:, 0].max()), ylim=(at[:, 1].min(), at[:, 1].max()), aspect="equal")
     axes.axis("off")
     axes.set_title(title, fontsize=7)
-    places, depth, scale = project(grains.box, grains.position)
+    points, depth, scale = project(grains.box, grains.position)
     order = np.argsort(-depth)
     colours = colours_of(grains.cluster)[order]
     alone = ~grains.in_clusters_of(least)[order]
@@ -60,7 +60,7 @@ def draw(axes, grains, least, title):
     far = 0.75 * (depth - depth_of_corners.min())[order] / np.ptp(depth_of_corners)
     colours[:, :3] += far[:, None] * (1 - colours[:, :3])
     diameter = (2 * grains.radius * scale)[order]
-    axes.add_collection(EllipseCollection(diameter, diameter, np.zeros_like(diameter), units="xy", offsets=places[order],
+    axes.add_collection(EllipseCollection(diameter, diameter, np.zeros_like(diameter), units="xy", offsets=points[order],
                                           offset_transform=axes.transData, facecolor=colours, edgecolor="none", zorder=2))
 
 

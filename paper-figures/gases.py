@@ -24,7 +24,7 @@ import figures
 from ensembles import student_factor
 
 
-def requested(description):
+def parse_arguments(description):
     """Parses the command line of a figure of gases."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--build", type=Path, default=figures.SOURCE / "build", help="folder of the built programs")
@@ -32,15 +32,15 @@ def requested(description):
     parser.add_argument("--full", action="store_true", help="the source's size, where it can be on a CUDA device")
     parser.add_argument("--seeds", type=int, help="runs of each gas (default: as many as an hour permits)")
     parser.add_argument("--processes", type=int, default=os.cpu_count(), help="runs at a time")
-    asked = parser.parse_args()
-    asked.program = asked.build.resolve() / "lichtenberg"
-    asked.folder = asked.results.resolve() / ("gases-full" if asked.full else "gases")
-    figures.made_with(asked.program)
-    return asked
+    arguments = parser.parse_args()
+    arguments.program = arguments.build.resolve() / "lichtenberg"
+    arguments.folder = arguments.results.resolve() / ("gases-full" if arguments.full else "gases")
+    figures.record_version(arguments.program)
+    return arguments
 
 
 @dataclass
-class Course:
+class GasRun:
     """Stored results of one run: arrays over its frames and over its records, in time since the warm-up."""
 
     frames: dict
@@ -52,12 +52,12 @@ class Course:
         return self.frames[name][int(np.argmin(np.abs(self.frames["time"] - time)))]
 
 
-def course_of(path, warm, result):
+def read_gas_run(path, warm, result):
     kept = json.loads(path.read_text())
     frames, notes = ({name: as_array(rows) for name, rows in kept[group].items()} for group in ("frames", "notes"))
     for group in (frames, notes):
         group["time"] = group["time"] - warm
-    return Course(frames, notes, result)
+    return GasRun(frames, notes, result)
 
 
 def as_array(rows):
@@ -75,30 +75,30 @@ def keep(program, result, path):
     path.write_text(json.dumps({"frames": frames, "notes": found["notes"], "growth": found["growth"]}))
 
 
-def kept_course(asked, gas, seed):
+def cached_gas_run(arguments, gas, seed):
     """Returns the results of one seed; runs it unless results of the same scene are stored."""
-    scene, path, result = (asked.folder / f"{gas.name}-{seed}{suffix}" for suffix in (".toml", ".json", ".h5"))
+    scene, path, result = (arguments.folder / f"{gas.name}-{seed}{suffix}" for suffix in (".toml", ".json", ".h5"))
     text = gas.scene(seed)
     same = scene.exists() and tomllib.loads(scene.read_text()) == tomllib.loads(text)
     pictured = gas.pictured and seed == 1
     if not (same and path.exists() and (result.exists() or not pictured)):
-        asked.folder.mkdir(parents=True, exist_ok=True)
+        arguments.folder.mkdir(parents=True, exist_ok=True)
         path.unlink(missing_ok=True)
         scene.write_text(text)
-        options = ["--device", "cuda"] if asked.full and gas.device else []
-        figures.kept_run(asked.program, scene, result, *options)
-        keep(asked.program, result, path)
+        options = ["--device", "cuda"] if arguments.full and gas.device else []
+        figures.kept_run(arguments.program, scene, result, *options)
+        keep(arguments.program, result, path)
         if not pictured:
             result.unlink()
-    return course_of(path, gas.warm, result)
+    return read_gas_run(path, gas.warm, result)
 
 
-def courses(asked, *gases):
+def gas_runs(arguments, *gases):
     """Returns {name: [results of each seed]}; uses all processors."""
-    with concurrent.futures.ThreadPoolExecutor(asked.processes) as pool:
-        runs = {gas.name: [pool.submit(kept_course, asked, gas, seed)
-                           for seed in range(1, 1 + (asked.seeds or gas.seeds))] for gas in gases}
-        return {name: [run.result() for run in of] for name, of in runs.items()}
+    with concurrent.futures.ThreadPoolExecutor(arguments.processes) as pool:
+        runs = {gas.name: [pool.submit(cached_gas_run, arguments, gas, seed)
+                           for seed in range(1, 1 + (arguments.seeds or gas.seeds))] for gas in gases}
+        return {name: [run.result() for run in futures] for name, futures in runs.items()}
 
 
 def mean(values):
@@ -113,20 +113,20 @@ def mean(values):
         return middle, np.where(number > 1, deviation * factor(number), np.inf)
 
 
-def over_seeds(courses_of, name, notes=False):
+def over_seeds(runs, name, notes=False):
     """Returns (times, mean, half width) of a quantity over the seeds of a gas."""
-    groups = [course.notes if notes else course.frames for course in courses_of]
+    groups = [gas_run.notes if notes else gas_run.frames for gas_run in runs]
     shortest = min(len(group["time"]) for group in groups)
     middle, half = mean([group[name][:shortest] for group in groups])
     return groups[0]["time"][:shortest], middle, half
 
 
-def exponent(courses_of, name, first, last, notes=False):
+def exponent(runs, name, first, last, notes=False):
     """Returns the mean slope of ln NAME over ln t between two times, with the half width of its 95 % interval over
     seeds."""
     slopes = []
-    for course in courses_of:
-        group = course.notes if notes else course.frames
+    for gas_run in runs:
+        group = gas_run.notes if notes else gas_run.frames
         chosen = (group["time"] >= first) & (group["time"] <= last) & (group[name] > 0)
         if chosen.sum() >= 3:
             slopes.append(np.polyfit(np.log(group["time"][chosen]), np.log(group[name][chosen]), 1)[0])
@@ -136,9 +136,9 @@ def exponent(courses_of, name, first, last, notes=False):
     return float(middle[0]), float(half[0])
 
 
-def draw_mean(axes, courses_of, name, colour, label, notes=False, factor=1.0, first=0.0, style="-"):
+def draw_mean(axes, runs, name, colour, label, notes=False, factor=1.0, first=0.0, style="-"):
     """Draws the mean over seeds as a line and its interval as a band, from `first` on."""
-    time, middle, half = over_seeds(courses_of, name, notes)
+    time, middle, half = over_seeds(runs, name, notes)
     shown = (time > first) & np.isfinite(middle)
     axes.plot(time[shown], factor * middle[shown], style, color=colour, linewidth=1.2, label=label)
     if np.isfinite(half[shown]).any():
@@ -185,7 +185,7 @@ def number(value):
     return [float(value[0]), float(value[1])]
 
 
-def of_seeds(values):
+def mean_of_seeds(values):
     """Returns (mean, half width of its 95 % interval) of one number per seed."""
     middle, half = mean(np.array(values, float)[:, None])
     return float(middle[0]), float(half[0])
@@ -195,14 +195,14 @@ def all_in_words(values):
     return ", ".join(map(in_words, values))
 
 
-def apart(one, other):
+def differ(one, other):
     """Returns whether two pairs (number, half width) differ by more than both intervals allow."""
     return abs(one[0] - other[0]) > math.hypot(one[1], other[1])
 
 
 def rises(pairs):
     """Returns whether values increase monotonically, and from first to last by more than the intervals allow."""
-    return all(a[0] < b[0] for a, b in zip(pairs, pairs[1:])) and apart(pairs[0], pairs[-1])
+    return all(a[0] < b[0] for a, b in zip(pairs, pairs[1:])) and differ(pairs[0], pairs[-1])
 
 
 def in_words(value, unit=""):

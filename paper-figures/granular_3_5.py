@@ -7,26 +7,26 @@ import matplotlib.pyplot as plt
 
 import gas_scenes
 from figures import claim, save, save_claims
-from gases import COLOURS, GREY, INK, TIME, apart, courses, draw_mean, exponent, number, requested, theory
+from gases import COLOURS, GREY, INK, TIME, differ, gas_runs, draw_mean, exponent, number, parse_arguments, theory
 
 
-def draw(axes, asked, found, name, words):
+def draw(axes, arguments, found, name, words):
     for quantity, label, style in (("temperature", r"$\langle v^2\rangle/3$", COLOURS[0]), ("local_temperature", "T", COLOURS[2])):
         draw_mean(axes, found[name], quantity, style, f"{words}: {label}", notes=True, first=0.9)
     draw_mean(axes, found["neutral"], "local_temperature", INK, "neutral: T", notes=True, first=0.9)
-    table = theory(asked.program, "haff", "--scene", asked.folder / "neutral-1.toml")[0]["course"]
+    table = theory(arguments.program, "haff", "--scene", arguments.folder / "neutral-1.toml")[0]["course"]
     axes.plot(table["time"], table["temperature_lasting"], "--", color=GREY, label="theory, neutral")
     axes.set(xscale="log", yscale="log", xlabel=TIME, ylabel="energy a direction", xlim=(0.9, 320), ylim=(5e-4, 10))
     axes.legend(frameon=False, fontsize=7)
 
 
 def main():
-    asked = requested(__doc__)
-    walk, area = gas_scenes.walking(asked.full, 0), gas_scenes.by_area(asked.full)
-    found = courses(asked, walk, area, gas_scenes.neutral(asked.full))
+    arguments = parse_arguments(__doc__)
+    walk, area = gas_scenes.walking(arguments.full, 0), gas_scenes.by_area(arguments.full)
+    found = gas_runs(arguments, walk, area, gas_scenes.neutral(arguments.full))
     figure, axes = plt.subplots(1, 2, figsize=(9, 3.8), layout="constrained")
-    draw(axes[0], asked, found, walk.name, "random walk")
-    draw(axes[1], asked, found, area.name, "contact area")
+    draw(axes[0], arguments, found, walk.name, "random walk")
+    draw(axes[1], arguments, found, area.name, "contact area")
     for panel, letter in zip(axes, "ab"):
         panel.set_title(f"({letter})", fontsize=9)
     save(figure, "granular_3_5")
@@ -35,7 +35,7 @@ def main():
     early, late = (exponent(found[walk.name], "local_temperature", *window, notes=True) for window in ((10, 40), (80, 150)))
     save_claims("granular_3_5", [
         claim("random walk: exponent of T, t = 80 ... 150", "G 3.5 a", 0.0, number(late),
-              "levels off" if apart(late, early) and late[0] + late[1] > -0.2 else "differs",
+              "levels off" if differ(late, early) and late[0] + late[1] > -0.2 else "differs",
               f"{early[0]:.2f} at t = 10 ... 40; charges that change in contact work on the grains; strength .3, rate 1, "
               "capacity 1, K = 1 are ours, the source has none"),
         claim("contact area: exponent of T, t = 50 ... 150", "G 3.5 b", number(neutral), number(slopes[area.name]),

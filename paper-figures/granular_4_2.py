@@ -7,7 +7,7 @@ import numpy as np
 import gas_scenes
 from figures import claim, save, save_claims
 from gas_pictures import Grains, draw
-from gases import courses, in_words, of_seeds, requested, rises
+from gases import gas_runs, in_words, mean_of_seeds, parse_arguments, rises
 
 TIMES = (50, 100, 150)
 LEAST = 10
@@ -17,18 +17,18 @@ def first_time(found, least=20):
     """Returns the time when the largest cluster has `least` grains, at a resolution of ten: mean over seeds with its
     half width."""
     times = []
-    for course in found:
-        large = np.flatnonzero(course.frames["largest_cluster"] >= least)
-        large = large[course.frames["time"][large] > 20] if len(large) else large
-        times.append(course.frames["time"][large[0]] if len(large) else np.nan)
-    middle, half = of_seeds(times)
+    for gas_run in found:
+        large = np.flatnonzero(gas_run.frames["largest_cluster"] >= least)
+        large = large[gas_run.frames["time"][large] > 20] if len(large) else large
+        times.append(gas_run.frames["time"][large[0]] if len(large) else np.nan)
+    middle, half = mean_of_seeds(times)
     return middle, max(half, 5)  # frames are ten units apart
 
 
 def main():
-    asked = requested(__doc__)
-    gases = [gas_scenes.neutral(asked.full)] + [gas_scenes.exchanging(asked.full, strength) for strength in (0.25, 5)]
-    found = courses(asked, *gases)
+    arguments = parse_arguments(__doc__)
+    gases = [gas_scenes.neutral(arguments.full)] + [gas_scenes.exchanging(arguments.full, strength) for strength in (0.25, 5)]
+    found = gas_runs(arguments, *gases)
     figure, grid = plt.subplots(len(TIMES), len(gases), figsize=(8, 8.2), layout="constrained")
     for column, (gas, words) in zip(grid.T, zip(gases, ("neutral", "K = .25", "K = 5"))):
         for axes, time in zip(column, TIMES):
@@ -37,7 +37,7 @@ def main():
             draw(axes, grains, LEAST, f"{words}, t = {time}: {inside} of {gas.count} in clusters")
     save(figure, "granular_4_2")
     onsets = [first_time(found[gas.name]) for gas in gases]
-    stuck = of_seeds([course.at("largest_cluster", 150) for course in found["neutral"]])
+    stuck = mean_of_seeds([gas_run.at("largest_cluster", 150) for gas_run in found["neutral"]])
     save_claims("granular_4_2", [
         claim("a cluster of 20 in contact from t on, neutral, K = .25, 5", "G 4.2", "earlier for larger K",
               ", ".join("never" if np.isnan(onset[0]) else in_words(onset) for onset in onsets),

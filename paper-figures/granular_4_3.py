@@ -7,7 +7,7 @@ import numpy as np
 import gas_scenes
 from figures import claim, save, save_claims
 from gas_pictures import h5py
-from gases import COLOURS, INK, TIME, courses, draw_mean, number, of_seeds, requested
+from gases import COLOURS, INK, TIME, gas_runs, draw_mean, number, mean_of_seeds, parse_arguments
 
 TAGGED = 8
 
@@ -24,9 +24,9 @@ def contacts_of(path, warm):
 
 
 def main():
-    asked = requested(__doc__)
-    charged, neutral = gas_scenes.exchanging(asked.full, 5), gas_scenes.neutral(asked.full)
-    found = courses(asked, charged, neutral)
+    arguments = parse_arguments(__doc__)
+    charged, neutral = gas_scenes.exchanging(arguments.full, 5), gas_scenes.neutral(arguments.full)
+    found = gas_runs(arguments, charged, neutral)
     figure, axes = plt.subplots(1, 3, figsize=(10.5, 3.4), layout="constrained")
     for panel, gas, words in ((axes[0], charged, "K = 5"), (axes[1], neutral, "neutral")):
         times, number_of = contacts_of(found[gas.name][0].result, gas.warm)
@@ -40,7 +40,7 @@ def main():
     axes[2].set_title("(c)", fontsize=9)
     axes[2].legend(frameon=False, fontsize=8)
     save(figure, "granular_4_3")
-    ours = {gas.name: of_seeds([course.at("contact_persistence", 150) for course in found[gas.name]])
+    ours = {gas.name: mean_of_seeds([gas_run.at("contact_persistence", 150) for gas_run in found[gas.name]])
             for gas in (charged, neutral)}
     times, number_of = contacts_of(found[charged.name][0].result, charged.warm)
     late = number_of[times > 50]

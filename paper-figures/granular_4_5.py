@@ -9,8 +9,8 @@ import numpy as np
 
 import gas_scenes
 from figures import claim, save, save_claims
-from gases import COLOURS, GREY, INK, TIME, all_in_words, apart, courses, draw_band, draw_mean, guide, number, requested
-from growth_report import condition_exponents, stored_course, stored_exponents
+from gases import COLOURS, GREY, INK, TIME, all_in_words, differ, gas_runs, draw_band, draw_mean, guide, number, parse_arguments
+from growth_report import condition_exponents, stored_series, stored_exponents
 
 POINTS = {"neutral": (INK, "neutral"), "2e-5": (COLOURS[1], r"$KQ^2$ = 2e-5"), "5e-4": (COLOURS[3], r"$KQ^2$ = 5e-4")}
 
@@ -19,7 +19,7 @@ def draw_stored(axes, quantity):
     for point, (colour, words) in POINTS.items():
         if quantity == "mean_bound_aggregate" and point == "neutral":
             continue
-        time, middle, half = stored_course(point, quantity)
+        time, middle, half = stored_series(point, quantity)
         axes.plot(time, middle, color=colour, linewidth=1.2, label=words)
         draw_band(axes, time, middle, half, colour)
 
@@ -29,7 +29,7 @@ def draw_slopes(axes, quantity, p=2):
     for point, (colour, words) in POINTS.items():
         if quantity == "mean_bound_aggregate" and point == "neutral":
             continue
-        time, middle, _ = stored_course(point, quantity)
+        time, middle, _ = stored_series(point, quantity)
         later = time >= p * time[0]
         before = np.exp(np.interp(np.log(time[later] / p), np.log(time), np.log(middle)))
         axes.plot(1 / time[later], np.log(middle[later] / before) / np.log(p), color=colour, linewidth=1.2, label=words)
@@ -50,8 +50,8 @@ def draw_small(axes, found):
 
 
 def main():
-    asked = requested(__doc__)
-    found = courses(asked, gas_scenes.neutral(asked.full), *(gas_scenes.exchanging(asked.full, k) for k in gas_scenes.STRENGTHS))
+    arguments = parse_arguments(__doc__)
+    found = gas_runs(arguments, gas_scenes.neutral(arguments.full), *(gas_scenes.exchanging(arguments.full, k) for k in gas_scenes.STRENGTHS))
     figure = plt.figure(figsize=(10.5, 6.4), layout="constrained")
     panels = figure.subplot_mosaic("abe\ncde")
     for above, below, letters, quantity, words in (("a", "c", "ac", "density_cluster_size", "$S$ of dense cells (G 4.8)"),
@@ -73,7 +73,7 @@ def main():
 
 def ranged(values):
     """Returns whether exponents of consecutive intervals differ by more than their uncertainties allow."""
-    return any(apart(one, other) for one, other in zip(values, values[1:]))
+    return any(differ(one, other) for one, other in zip(values, values[1:]))
 
 
 def within(values, least, most):
@@ -85,46 +85,46 @@ def claims(z):
     neutral, strong, weak = ("neutral", "5e-4", "2e-5")
     size, bound, mean_of = "density_cluster_size", "mean_bound_aggregate", "mean_aggregate"
     no_plateau = "the local exponent of (4.8) never rests: it grows from 0 on until a cluster spans the box"
-    of = {key: value[:2] for key, value in z.items()}
-    neutral_course = [of[neutral, size, *window] for window in ((50, 100), (100, 200), (200, 400))]
-    weak_course = [of[weak, size, *window] for window in ((50, 100), (100, 150), (150, 290))]
-    same_time = [of[strong, size, 50, 100], of[weak, size, 50, 100]]
-    same_stage = [of[strong, mean_of, 20, 40], of[weak, mean_of, 100, 200]]
-    late = [of[strong, bound, 50, 100], of[strong, bound, 100, 150], of[weak, bound, 150, 290]]
-    thresholds = [of[strong, 2.0, 4, 50, 100], of[strong, 2.0, 6, 50, 100]]
-    edges = [of[key] for key in ((strong, 1.0, 1, 50, 100), (strong, 1.5, 2, 50, 100), (strong, 2.5, 8, 50, 100),
+    exponents = {key: value[:2] for key, value in z.items()}
+    neutral_windows = [exponents[neutral, size, *window] for window in ((50, 100), (100, 200), (200, 400))]
+    weak_windows = [exponents[weak, size, *window] for window in ((50, 100), (100, 150), (150, 290))]
+    same_time = [exponents[strong, size, 50, 100], exponents[weak, size, 50, 100]]
+    same_stage = [exponents[strong, mean_of, 20, 40], exponents[weak, mean_of, 100, 200]]
+    late = [exponents[strong, bound, 50, 100], exponents[strong, bound, 100, 150], exponents[weak, bound, 150, 290]]
+    thresholds = [exponents[strong, 2.0, 4, 50, 100], exponents[strong, 2.0, 6, 50, 100]]
+    edges = [exponents[key] for key in ((strong, 1.0, 1, 50, 100), (strong, 1.5, 2, 50, 100), (strong, 2.5, 8, 50, 100),
                                  (strong, 3.0, 14, 50, 100), (strong, 3.9, 28, 50, 100))]
     by_condition, names = condition_exponents(), ("N = 4000", "N = 50016", "forces to 1e-2", "forces to 1e-4")
     unmoved = [by_condition[name] for name in ("base", *names)]
     moved = [by_condition[name] for name in ("base", "constant restitution .3", "D = 8", "phi = .137")]
     return [
-        claim("neutral: z of S, t = 70 ... 140", "G 4.9", (1.21, 0.04), number(of[neutral, size, 70, 140]), note=no_plateau),
+        claim("neutral: z of S, t = 70 ... 140", "G 4.9", (1.21, 0.04), number(exponents[neutral, size, 70, 140]), note=no_plateau),
         claim("neutral: z of S, t = 50 ... 100, 100 ... 200, 200 ... 400", "G 4.5", "saturates at 1.21",
-              all_in_words(neutral_course), "differs" if ranged(neutral_course) else "saturates", no_plateau),
-        claim("K Q^2 = 5e-4: z of S, t = 50 ... 100", "G 4.10", (1.49, 0.012), number(of[strong, size, 50, 100]),
+              all_in_words(neutral_windows), "differs" if ranged(neutral_windows) else "saturates", no_plateau),
+        claim("K Q^2 = 5e-4: z of S, t = 50 ... 100", "G 4.10", (1.49, 0.012), number(exponents[strong, size, 50, 100]),
               note=no_plateau),
         claim("K Q^2 = 2e-5: z of S, t = 50 ... 100, 100 ... 150, 150 ... 290", "G 4.5", "saturates at 1.5",
-              all_in_words(weak_course), "differs" if ranged(weak_course) else "saturates", no_plateau),
+              all_in_words(weak_windows), "differs" if ranged(weak_windows) else "saturates", no_plateau),
         claim("the same for all K: z of S, t = 50 ... 100, K Q^2 = 5e-4 and 2e-5", "G 4.5", "the same",
-              all_in_words(same_time), "differs" if apart(*same_time) else "agrees within the intervals",
+              all_in_words(same_time), "differs" if differ(*same_time) else "agrees within the intervals",
               "at the same time they are at other stages: t sqrt(K Q^2) counts"),
         claim("the same at the same t sqrt(K Q^2), .45 ... .9: z of the number mean of aggregates", "G 4.5", "the same",
               all_in_words(same_stage), f"{abs(same_stage[0][0] - same_stage[1][0]):.2f} apart"
-              if apart(*same_stage) else "agrees within the intervals"),
+              if differ(*same_stage) else "agrees within the intervals"),
         claim("charged: z of the number mean of bound aggregates, K Q^2 = 5e-4, t = 50 ... 100 and 100 ... 150; 2e-5, "
               "150 ... 290", "G 4.10", "1.49", all_in_words(late),
               "agrees within .2" if within(late, 1.29, 1.69) else "differs",
               "this mean, not S, nearly has a plateau; in the weaker gas it still rises"),
         claim("threshold: z of S, cells of 2, 4 grains or 6, K Q^2 = 5e-4, t = 50 ... 100", "G, footnote 4.1",
               "does not matter", all_in_words(thresholds),
-              "differs" if apart(*thresholds) or ranged(edges) else "agrees within the intervals",
+              "differs" if differ(*thresholds) or ranged(edges) else "agrees within the intervals",
               "and cells of 1 to 4 at a third of the closest packing give " + ", ".join(f"{edge[0]:.1f}" for edge in edges)),
         claim(f"z of the number mean of bound aggregates from 3 to 6, K Q^2 = 1e-4: 16000 grains; {', '.join(names)}", "G 4.5",
               "the same", all_in_words(unmoved),
-              "differs" if any(apart(one, unmoved[0]) for one in unmoved) else "agrees within the intervals",
+              "differs" if any(differ(one, unmoved[0]) for one in unmoved) else "agrees within the intervals",
               "thirteen seeds each"),
         claim("the same: restitution of this gas, constant .3, D = 8, filling .137", "G 4.5", "not said", all_in_words(moved),
-              "restitution and filling move it" if any(apart(one, moved[0]) for one in moved) else "the same",
+              "restitution and filling move it" if any(differ(one, moved[0]) for one in moved) else "the same",
               "at one stage, whatever the time; onsets differ by a factor of three")]
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 import gas_scenes
 from figures import claim, save, save_claims
-from gases import COLOURS, GREY, courses, in_words, mean, requested
+from gases import COLOURS, GREY, gas_runs, in_words, mean, parse_arguments
 
 TIMES = (20, 50, 100, 200)
 FAST = 2.5  # rms speeds, beyond which tails are compared
@@ -20,21 +20,21 @@ def beyond(found, time):
     """Returns the fraction of grains faster than FAST over Maxwell's, mean over seeds with its half width."""
     x = np.linspace(0, 5, 5001)
     expected = np.trapezoid(maxwell(x[x >= FAST]), x[x >= FAST]) if hasattr(np, "trapezoid") else np.trapz(maxwell(x[x >= FAST]), x[x >= FAST])
-    shares = [course.at("speed_density", time)[25:].sum() * 0.1 / expected for course in found]
+    shares = [gas_run.at("speed_density", time)[25:].sum() * 0.1 / expected for gas_run in found]
     middle, half = mean(np.array(shares)[:, None])
     return float(middle[0]), float(half[0])
 
 
 def main():
-    asked = requested(__doc__)
-    neutral, charged = gas_scenes.neutral(asked.full), gas_scenes.exchanging(asked.full, 5)
-    found = courses(asked, neutral, charged)
+    arguments = parse_arguments(__doc__)
+    neutral, charged = gas_scenes.neutral(arguments.full), gas_scenes.exchanging(arguments.full, 5)
+    found = gas_runs(arguments, neutral, charged)
     figure, axes = plt.subplots(1, 2, figsize=(9.5, 4), layout="constrained", sharey=True)
     bins = 0.05 + 0.1 * np.arange(50)
     for panel, gas, words in ((axes[0], neutral, "(a) neutral"), (axes[1], charged, "(b) K = 5")):
         inset = panel.inset_axes([0.58, 0.58, 0.4, 0.4])
         for time, colour in zip(TIMES, COLOURS):
-            density = np.mean([course.at("speed_density", time) for course in found[gas.name]], axis=0)
+            density = np.mean([gas_run.at("speed_density", time) for gas_run in found[gas.name]], axis=0)
             panel.plot(bins, np.where(density > 0, density, np.nan), "o-", color=colour, markersize=2, linewidth=0.7,
                        label=f"t = {time}")
             inset.plot(bins, density, color=colour, linewidth=0.8)
@@ -48,9 +48,9 @@ def main():
     axes[0].set_ylabel("f")
     save(figure, "granular_4_7")
     tails = {gas.name: [beyond(found[gas.name], time) for time in (50, 200)] for gas in (neutral, charged)}
-    moments = {gas.name: mean(np.array([[course.at("sonine", t) for t in (20, 200)] for course in found[gas.name]]))
+    moments = {gas.name: mean(np.array([[gas_run.at("sonine", t) for t in (20, 200)] for gas_run in found[gas.name]]))
                for gas in (neutral, charged)}
-    words = {name: ", ".join(in_words(pair) for pair in zip(*of)) for name, of in moments.items()}
+    words = {name: ", ".join(in_words(pair) for pair in zip(*pairs)) for name, pairs in moments.items()}
     save_claims("granular_4_7", [
         claim("neutral: a_2 at t = 20, 200", "G 4.7 a", "relaxes to Maxwell", words[neutral.name],
               "agrees" if abs(moments[neutral.name][0][1]) < 0.1 else "differs",

@@ -7,16 +7,16 @@ import numpy as np
 import gas_scenes
 from figures import claim, save, save_claims
 from gas_pictures import Grains
-from gases import COLOURS, courses, in_words, mean, requested
+from gases import COLOURS, gas_runs, in_words, mean, parse_arguments
 
 TIMES = (20, 100, 200)
 FAST = 2.0
 
 
 def main():
-    asked = requested(__doc__)
-    gas = gas_scenes.exchanging(asked.full, 5)
-    found = courses(asked, gas)[gas.name]
+    arguments = parse_arguments(__doc__)
+    gas = gas_scenes.exchanging(arguments.full, 5)
+    found = gas_runs(arguments, gas)[gas.name]
     figure, axes = plt.subplots(1, 4, figsize=(12, 3.2), layout="constrained")
     bins = 0.1 + 0.2 * np.arange(20)
     for panel, time, colour in zip(axes, TIMES, COLOURS):
@@ -27,7 +27,7 @@ def main():
         panel.axvspan(FAST, 5, color="#8c8c8c", alpha=0.12, linewidth=0)
         panel.set(xlim=(0, 5), ylim=(-5, 5), xlabel=r"$v / \langle v^2 \rangle^{1/2}$")
         panel.set_title(f"({'abc'[TIMES.index(time)]}) t = {time}", fontsize=9)
-        middle, half = mean([course.at("charge_by_speed", time) for course in found])
+        middle, half = mean([gas_run.at("charge_by_speed", time) for gas_run in found])
         known = half < 0.6  # omits bins with few grains
         axes[3].errorbar(bins[known], middle[known], yerr=half[known], color=colour, marker="o", markersize=2.5,
                          linewidth=0.8, label=f"t = {time}")
@@ -38,9 +38,9 @@ def main():
     axes[3].set_title("(d)", fontsize=9)
     axes[3].legend(frameon=False, fontsize=7)
     save(figure, "granular_4_8")
-    fast = [mean(np.array([[np.nanmean(course.at("charge_by_speed", time)[bins > FAST])] for course in found])) for time in TIMES]
-    link = [mean(np.array([[course.at("charge_speed_correlation", time)] for course in found])) for time in TIMES]
-    words = [", ".join(in_words((float(m[0]), float(h[0]))) for m, h in of) for of in (fast, link)]
+    fast = [mean(np.array([[np.nanmean(gas_run.at("charge_by_speed", time)[bins > FAST])] for gas_run in found])) for time in TIMES]
+    link = [mean(np.array([[gas_run.at("charge_speed_correlation", time)] for gas_run in found])) for time in TIMES]
+    words = [", ".join(in_words((float(m[0]), float(h[0]))) for m, h in pairs) for pairs in (fast, link)]
     save_claims("granular_4_8", [
         claim("K = 5: <q^2> of grains faster than 2 rms over the mean, t = 20, 100, 200", "G 4.8", "nearly neutral",
               words[0], "agrees" if fast[-1][0][0] < 0.3 else "fast grains have less, but not none"

@@ -5,7 +5,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from figures import claim, save, save_claims
-from gases import requested, theory
+from gases import parse_arguments, theory
 
 BARRIERS = {0: "#1a1a1a", 0.01: "#0c7bdc", 0.1: "#009e73", 1: "#d55e00"}  # 4 K |q_i q_j| / d, as speeds squared
 
@@ -16,17 +16,17 @@ def first_order(speed, coefficient=1.438):
 
 
 def main():
-    asked = requested(__doc__)
-    table = theory(asked.program, "restitution")[0]
+    arguments = parse_arguments(__doc__)
+    table = theory(arguments.program, "restitution")[0]
     speed, eps = (next(iter(table.values()))[name] for name in ("speed", "restitution"))
     figure, axes = plt.subplots(figsize=(5.5, 4), layout="constrained")
-    for place, (barrier, colour) in enumerate(BARRIERS.items()):
+    for index, (barrier, colour) in enumerate(BARRIERS.items()):
         label = rf"$b$ = {barrier:g}" if barrier else "no charges"
         merge = np.sqrt(barrier)
         below = np.append(speed[speed < merge], merge)
         above = np.append(merge, speed[speed > merge]) if barrier else speed
-        apart = 0.008 * (place - 2)  # separates the lines at 0
-        axes.plot(below if barrier else [], np.full(len(below) if barrier else 0, apart), color=colour, linewidth=1.2)
+        offset = 0.008 * (index - 2)  # separates the lines at 0
+        axes.plot(below if barrier else [], np.full(len(below) if barrier else 0, offset), color=colour, linewidth=1.2)
         axes.plot(above, np.interp(above, speed, eps), color=colour, linewidth=1.2, label=label)
         axes.axvline(merge, color=colour, linewidth=0.6, linestyle=":")
     linear = first_order(speed)

@@ -6,7 +6,7 @@ import numpy as np
 
 import gas_scenes
 from figures import claim, save, save_claims
-from gases import COLOURS, GREY, INK, TIME, all_in_words, apart, courses, draw_mean, in_words, of_seeds, plain_ticks, requested
+from gases import COLOURS, GREY, INK, TIME, all_in_words, differ, gas_runs, draw_mean, in_words, mean_of_seeds, plain_ticks, parse_arguments
 
 PANELS = (("bound_cluster_local_temperature", "T of clusters"), ("bound_cluster_square_charge", r"$\langle q^2\rangle$ of clusters"),
           ("clusters", "clusters in contact a grain"), ("bound_bjerrum", "B"))
@@ -14,18 +14,18 @@ PANELS = (("bound_cluster_local_temperature", "T of clusters"), ("bound_cluster_
 
 def plateau(found, name="bound_bjerrum"):
     """Returns the largest value after t = 20, mean over seeds with its half width."""
-    return of_seeds([np.nanmax(course.frames[name][course.frames["time"] > 20]) for course in found])
+    return mean_of_seeds([np.nanmax(gas_run.frames[name][gas_run.frames["time"] > 20]) for gas_run in found])
 
 
 def time_of_charge_maximum(found):
-    return of_seeds([course.frames["time"][np.nanargmax(course.frames["bound_cluster_square_charge"])] for course in found])
+    return mean_of_seeds([gas_run.frames["time"][np.nanargmax(gas_run.frames["bound_cluster_square_charge"])] for gas_run in found])
 
 
 def main():
-    asked = requested(__doc__)
-    fillings = {filling: gas_scenes.fractal(asked.full, filling) for filling in gas_scenes.FILLINGS}
-    strengths = {0.4: gas_scenes.fractal(asked.full, strength=0.4), 5: gas_scenes.fractal(asked.full, strength=5)}
-    found = courses(asked, *fillings.values(), *strengths.values())
+    arguments = parse_arguments(__doc__)
+    fillings = {filling: gas_scenes.fractal(arguments.full, filling) for filling in gas_scenes.FILLINGS}
+    strengths = {0.4: gas_scenes.fractal(arguments.full, strength=0.4), 5: gas_scenes.fractal(arguments.full, strength=5)}
+    found = gas_runs(arguments, *fillings.values(), *strengths.values())
     figure, grid = plt.subplots(2, 2, figsize=(9, 6.6), layout="constrained")
     for axes, letter, (name, label) in zip(grid.flat, "abcd", PANELS):
         for (filling, gas), colour in zip(fillings.items(), (COLOURS[0], COLOURS[1], INK, COLOURS[3])):
@@ -44,7 +44,7 @@ def main():
     all_gases = [*fillings.values(), *strengths.values()]
     bjerrum = {gas.name: plateau(found[gas.name]) for gas in all_gases}
     middle = fillings[0.076]
-    at = [of_seeds([course.at("clusters", t) / middle.count for course in found[middle.name]]) for t in (0, 30, 300)]
+    at = [mean_of_seeds([gas_run.at("clusters", t) / middle.count for gas_run in found[middle.name]]) for t in (0, 30, 300)]
     onsets = [time_of_charge_maximum(found[gas.name]) for gas in (strengths[0.4], middle, strengths[5])]
     save_claims("granular_5_3", [
         claim("largest B, phi = .013, .03, .076, .137; K = .4, 5", "G 5.11", "below 1 and near it",
@@ -57,7 +57,7 @@ def main():
               "earlier" if all(sum(onset) < 100 for onset in onsets) else "agrees", "charge is made in the first three units and then only merged away; halved at .27 / sqrt(K Q^2)"),
         claim("clusters in contact a grain at t = 0, 30, 300", "G 5.3 c", "falls, rises, falls by fragmentation",
               all_in_words(at), "agrees, for another reason" if at[1][0] > at[0][0] and at[2][0] < at[1][0]
-              and apart(at[0], at[1]) and apart(at[1], at[2]) else "differs",
+              and differ(at[0], at[1]) and differ(at[1], at[2]) else "differs",
               "at T = 10 grains touch in flight; they part as collisions become rarer; nothing breaks")])
 
 

@@ -6,15 +6,15 @@ import numpy as np
 
 import gas_scenes
 from figures import claim, save, save_claims
-from gases import COLOURS, GREY, INK, TIME, courses, draw_mean, in_words, of_seeds, requested, theory
+from gases import COLOURS, GREY, INK, TIME, gas_runs, draw_mean, in_words, mean_of_seeds, parse_arguments, theory
 
 
 def main():
-    asked = requested(__doc__)
-    fillings = {filling: gas_scenes.fractal(asked.full, filling) for filling in gas_scenes.FILLINGS}
-    found = courses(asked, *fillings.values())
+    arguments = parse_arguments(__doc__)
+    fillings = {filling: gas_scenes.fractal(arguments.full, filling) for filling in gas_scenes.FILLINGS}
+    found = gas_runs(arguments, *fillings.values())
     middle = fillings[0.076]
-    table = theory(asked.program, "kinetic", "--scene", asked.folder / f"{middle.name}-1.toml")[0]["course"]
+    table = theory(arguments.program, "kinetic", "--scene", arguments.folder / f"{middle.name}-1.toml")[0]["course"]
     figure, axes = plt.subplots(figsize=(6, 4.6), layout="constrained")
     draw_mean(axes, found[middle.name], "bound_bjerrum", COLOURS[0], "bound clusters", first=5)
     draw_mean(axes, found[middle.name], "bjerrum", COLOURS[3], "clusters in contact", first=5)
@@ -32,8 +32,8 @@ def main():
     inset.legend(frameon=False, fontsize=5)
     axes.legend(frameon=False, fontsize=7, loc="upper left")
     save(figure, "granular_5_4")
-    ours = of_seeds([np.nanmean(course.frames["bound_bjerrum"][(course.frames["time"] >= 100) & (course.frames["time"] <= 200)])
-                     for course in found[middle.name]])
+    ours = mean_of_seeds([np.nanmean(gas_run.frames["bound_bjerrum"][(gas_run.frames["time"] >= 100) & (gas_run.frames["time"] <= 200)])
+                     for gas_run in found[middle.name]])
     top = float(table["bjerrum"].max())
     bouncing = float(np.interp(200, table["time"], table["bjerrum_bouncing"]))
     save_claims("granular_5_4", [

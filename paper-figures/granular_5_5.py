@@ -6,16 +6,16 @@ import numpy as np
 
 import gas_scenes
 from figures import claim, save, save_claims
-from gases import COLOURS, GREY, INK, TIME, courses, draw_band, in_words, of_seeds, over_seeds, plain_ticks, requested, rises
-from growth_report import stored_course
+from gases import COLOURS, GREY, INK, TIME, gas_runs, draw_band, in_words, mean_of_seeds, over_seeds, plain_ticks, parse_arguments, rises
+from growth_report import stored_series
 
 TIMES = (100, 200, 300)
 WORST = 0.25  # largest standard error of a dimension that is drawn
 
 
-def draw_known(axes, of, colour, label):
+def draw_known(axes, members, colour, label):
     """Draws a time series of the small set where its scatter over seeds is small."""
-    time, middle, half = over_seeds(of, "bound_fractal_dimension")
+    time, middle, half = over_seeds(members, "bound_fractal_dimension")
     known = half < 2 * WORST
     if known.any():
         axes.errorbar(time[known], middle[known], yerr=half[known], color=colour, marker="o", markersize=2, linewidth=0.6,
@@ -23,20 +23,20 @@ def draw_known(axes, of, colour, label):
 
 
 def main():
-    asked = requested(__doc__)
-    fillings = {filling: gas_scenes.fractal(asked.full, filling) for filling in gas_scenes.FILLINGS}
-    weak, strong = fillings[0.076], gas_scenes.fractal(asked.full, strength=5)
-    found = courses(asked, *fillings.values(), strong)
+    arguments = parse_arguments(__doc__)
+    fillings = {filling: gas_scenes.fractal(arguments.full, filling) for filling in gas_scenes.FILLINGS}
+    weak, strong = fillings[0.076], gas_scenes.fractal(arguments.full, strength=5)
+    found = gas_runs(arguments, *fillings.values(), strong)
     # too few clusters (about ten) give no reliable dimension
-    for course in (course for of in found.values() for course in of):
-        dimension, error = (course.frames["bound_fractal_dimension" + name] for name in ("", "_error"))
+    for gas_run in (gas_run for members in found.values() for gas_run in members):
+        dimension, error = (gas_run.frames["bound_fractal_dimension" + name] for name in ("", "_error"))
         dimension[~(error < WORST)] = np.nan
     figure, grid = plt.subplots(2, 2, figsize=(8.5, 6.6), layout="constrained")
     for axes, letter, time in zip(grid.flat, "abc", TIMES):
-        mass, radius = (np.concatenate([course.at("bound_shape_" + name, time) for course in found[weak.name]])
+        mass, radius = (np.concatenate([gas_run.at("bound_shape_" + name, time) for gas_run in found[weak.name]])
                         for name in ("grains", "gyration"))
         there = (mass > 0) & np.isfinite(radius)
-        dimension = of_seeds([course.at("bound_fractal_dimension", time) for course in found[weak.name]])
+        dimension = mean_of_seeds([gas_run.at("bound_fractal_dimension", time) for gas_run in found[weak.name]])
         words = in_words(dimension)
         axes.plot(radius[there], mass[there], ".", color=COLOURS[0], markersize=5, alpha=0.5, markeredgewidth=0)
         ends = np.array([radius[there].min(), radius[there].max()])
@@ -51,7 +51,7 @@ def main():
         draw_known(axes, found[gas.name], colour, rf"$\phi$ = {filling:g}, K = 1")
     draw_known(axes, found[strong.name], GREY, r"$\phi$ = 0.076, K = 5")
     for point, style in (("2e-5", "-"), ("5e-4", "--")):
-        time, value, half = stored_course(point, "bound_fractal_dimension")
+        time, value, half = stored_series(point, "bound_fractal_dimension")
         known = half < WORST
         axes.plot(time[known], value[known], style, color=INK, linewidth=1.2, label=f"$KQ^2$ = {point}, 50016 grains")
         draw_band(axes, time[known], value[known], half[known], INK)
@@ -65,13 +65,13 @@ def main():
     save(figure, "granular_5_5")
     ours, stages = [], []
     for point, times in (("2e-5", (100, 200, 300)), ("5e-4", (20, 50, 100, 150))):
-        time, value, half = stored_course(point, "bound_fractal_dimension")
+        time, value, half = stored_series(point, "bound_fractal_dimension")
         stages.append([(value[time == t][0], half[time == t][0]) for t in times])
         ours.append(f"K Q^2 = {point}: " + ", ".join(in_words((value[time == t][0], half[time == t][0])) for t in times)
                     + f" at t = {', '.join(map(str, times))}")
     save_claims("granular_5_5", [
         claim("D_f of bound clusters, 50016 grains, twenty seeds", "G 5.5", "1.94 to 2.46, rising", "; ".join(ours),
-              "agrees" if all(map(rises, stages)) and all(1.94 - half <= d <= 2.46 + half for of in stages for d, half in of)
+              "agrees" if all(map(rises, stages)) and all(1.94 - half <= d <= 2.46 + half for members in stages for d, half in members)
               else "differs",
               "fitted as log R_g on log m")])
 

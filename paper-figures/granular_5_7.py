@@ -6,15 +6,15 @@ import numpy as np
 
 import gas_scenes
 from figures import claim, save, save_claims
-from gases import COLOURS, INK, TIME, apart, courses, draw_mean, exponent, in_words, over_seeds, requested, rises, theory
-from growth_report import stored_course
+from gases import COLOURS, INK, TIME, differ, gas_runs, draw_mean, exponent, in_words, over_seeds, parse_arguments, rises, theory
+from growth_report import stored_series
 
 
 def main():
-    asked = requested(__doc__)
-    gas = gas_scenes.fractal(asked.full)
-    found = courses(asked, gas)[gas.name]
-    table = theory(asked.program, "kinetic", "--scene", asked.folder / f"{gas.name}-1.toml")[0]["course"]
+    arguments = parse_arguments(__doc__)
+    gas = gas_scenes.fractal(arguments.full)
+    found = gas_runs(arguments, gas)[gas.name]
+    table = theory(arguments.program, "kinetic", "--scene", arguments.folder / f"{gas.name}-1.toml")[0]["course"]
     figure, axes = plt.subplots(1, 3, figsize=(11.5, 3.8), layout="constrained")
     density = 6 / np.pi * gas.filled  # number density of grains
     panels = (("bound_cluster_local_temperature", "temperature", 1, "T of clusters"),
@@ -44,7 +44,7 @@ def main():
         ratios.append(in_words((float(factor * middle[n] / there), float(factor * half[n] / there))))
         off.append(max(factor * middle[n] / there, there / factor / middle[n]))
     slopes = [exponent(found, "mach_number_of_flow", *window) for window in ((20, 100), (100, 300))]
-    full_time, full, _ = stored_course("2e-5", "mach_number_of_flow")
+    full_time, full, _ = stored_series("2e-5", "mach_number_of_flow")
     full_slopes = [np.polyfit(np.log(full_time[chosen]), np.log(full[chosen]), 1)[0]
                    for chosen in ((full_time >= 20) & (full_time <= 100), (full_time >= 100) & (full_time <= 300))]
     save_claims("granular_5_7", [
@@ -53,7 +53,7 @@ def main():
               "sizes differ, correlated velocities, more charge made at T = 10"),
         claim("exponent of the Mach number, t = 20 ... 100 and 100 ... 300", "G 5.7 c", "faster from t = 1e2 on",
               f"{in_words(slopes[0])}, {in_words(slopes[1])}; 50016 grains {full_slopes[0]:.2f}, {full_slopes[1]:.2f}",
-              "agrees" if rises(slopes) and full_slopes[1] > full_slopes[0] else "undecided" if not apart(*slopes) else "differs",
+              "agrees" if rises(slopes) and full_slopes[1] > full_slopes[0] else "undecided" if not differ(*slopes) else "differs",
               "without what temperature alone gives a cell; with it the raw number has a floor that hides the early rise")])
 
 

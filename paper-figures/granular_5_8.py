@@ -6,34 +6,34 @@ import numpy as np
 
 import gas_scenes
 from figures import claim, save, save_claims
-from gases import COLOURS, TIME, all_in_words, courses, draw_band, mean, of_seeds, plain_ticks, requested
+from gases import COLOURS, TIME, all_in_words, gas_runs, draw_band, mean, mean_of_seeds, plain_ticks, parse_arguments
 
 
-def sizes(course, name):
+def sizes(gas_run, name):
     """Returns (times, <m>^(1/D_f)) where a dimension exists."""
     with np.errstate(invalid="ignore"):
-        return course.frames["time"], course.frames[name] ** (1 / course.frames["bound_fractal_dimension"])
+        return gas_run.frames["time"], gas_run.frames[name] ** (1 / gas_run.frames["bound_fractal_dimension"])
 
 
 def main():
-    asked = requested(__doc__)
-    gases = [gas_scenes.fractal(asked.full, strength=strength) for strength in (0.4, 1, 5)]
-    found = courses(asked, *gases)
+    arguments = parse_arguments(__doc__)
+    gases = [gas_scenes.fractal(arguments.full, strength=strength) for strength in (0.4, 1, 5)]
+    found = gas_runs(arguments, *gases)
     figure, axes = plt.subplots(1, 2, figsize=(9, 3.8), layout="constrained")
     growth = []
     for gas, colour, strength in zip(gases, COLOURS, (0.4, 1, 5)):
         for panel, name in zip(axes, ("mean_bound_cluster", "largest_bound_cluster")):
             time = sizes(found[gas.name][0], name)[0]
-            middle, half = mean([sizes(course, name)[1] for course in found[gas.name]])
+            middle, half = mean([sizes(gas_run, name)[1] for gas_run in found[gas.name]])
             shown = np.isfinite(half) & (time > 15)  # at least two seeds
             panel.plot(time[shown], middle[shown], color=colour, linewidth=1.2, label=f"K = {strength:g}")
             draw_band(panel, time[shown], middle[shown], half[shown], colour)
         ratios = []
-        for course in found[gas.name]:
-            _, size = sizes(course, "largest_bound_cluster")
+        for gas_run in found[gas.name]:
+            _, size = sizes(gas_run, "largest_bound_cluster")
             size = size[np.isfinite(size)]
             ratios.append(size[-1])
-        growth.append(of_seeds(ratios))
+        growth.append(mean_of_seeds(ratios))
     plain_ticks(*axes)
     for panel, words in zip(axes, (r"$S = \langle m \rangle^{1/D_f}$ ($d_0$)", "the same of the largest ($d_0$)")):
         panel.set(xscale="log", yscale="log", xlabel=TIME, ylabel=words)

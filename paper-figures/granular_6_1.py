@@ -2,7 +2,7 @@
 """Figure G 6.1: growth rates of a charged gas against wave number, restitution .7, R from 0 to .9."""
 
 from figures import claim, save_claims
-from gases import requested
+from gases import parse_arguments
 from modes import draw, grows_at, largest_critical, modes
 
 NUMBERS = (0, 5e-4, 1e-3, 2e-3, 0.01, 0.9)  # G has six between 0 and .9 without their values
@@ -10,10 +10,10 @@ SMALL = 0.06  # k l_0
 
 
 def main():
-    asked = requested(__doc__)
-    tables = {r: modes(asked.program, 0.7, r)[0]["modes"] for r in NUMBERS}
+    arguments = parse_arguments(__doc__)
+    tables = {r: modes(arguments.program, 0.7, r)[0]["modes"] for r in NUMBERS}
     draw("granular_6_1", [(f"R = {r:g}", table) for r, table in tables.items()])
-    neutral, charged = (largest_critical(asked.program, 0.7, r) for r in (0, 0.9))
+    neutral, charged = (largest_critical(arguments.program, 0.7, r) for r in (0, 0.9))
     grows = {kind: [r for r in NUMBERS[1:] if grows_at(tables[r], kind, SMALL)] for kind in ("heat", "sound")}
     words = {kind: ", ".join(f"{r:g}" for r in grows[kind]) or "none" for kind in grows}
     save_claims("granular_6_1", [

@@ -2,17 +2,17 @@
 """Figure G 6.2: growth rates of a charged gas against wave number, R = .9, restitution from .8 to .3."""
 
 from figures import claim, save_claims
-from gases import requested
+from gases import parse_arguments
 from modes import draw, largest_critical, modes
 
 RESTITUTIONS = (0.8, 0.7, 0.6, 0.5, 0.4, 0.3)
 
 
 def main():
-    asked = requested(__doc__)
-    tables = {eps: modes(asked.program, eps, 0.9)[0]["modes"] for eps in RESTITUTIONS}
+    arguments = parse_arguments(__doc__)
+    tables = {eps: modes(arguments.program, eps, 0.9)[0]["modes"] for eps in RESTITUTIONS}
     draw("granular_6_2", [(rf"$\epsilon$ = {eps:g}", table) for eps, table in tables.items()])
-    ratios = {eps: largest_critical(asked.program, eps, 0.9) / largest_critical(asked.program, eps, 0)
+    ratios = {eps: largest_critical(arguments.program, eps, 0.9) / largest_critical(arguments.program, eps, 0)
               for eps in RESTITUTIONS}
     falls = all(ratios[a] > ratios[b] for a, b in zip(RESTITUTIONS, RESTITUTIONS[1:]))
     below = max((eps for eps in RESTITUTIONS if ratios[eps] < 1), default=None)

@@ -5,7 +5,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from figures import claim, save, save_claims
-from gases import requested
+from gases import parse_arguments
 from modes import modes
 
 COLOURS = {0.9: "#0c7bdc", 0.7: "#1a1a1a", 0.5: "#d55e00"}
@@ -19,11 +19,11 @@ def switch(table):
 
 
 def main():
-    asked = requested(__doc__)
+    arguments = parse_arguments(__doc__)
     figure, axes = plt.subplots(figsize=(5.5, 4.2), layout="constrained")
     rows, abrupt = [], True
     for eps, colour in COLOURS.items():
-        table = modes(asked.program, eps, 0.9)[0]["critical"]
+        table = modes(arguments.program, eps, 0.9)[0]["critical"]
         first = np.nan_to_num(table["sound"]) > np.nan_to_num(table["heat"])
         axes.plot(table["heat"], table["charge_by_loss"], color=colour, linewidth=1, label=rf"$\epsilon$ = {eps:g}")
         axes.plot(table["sound"], table["charge_by_loss"], "--", color=colour, linewidth=1)

@@ -7,12 +7,12 @@ import numpy as np
 
 import gas_scenes
 from figures import claim, save, save_claims
-from gases import COLOURS, GREY, apart, courses, in_words, mean, of_seeds, plain_ticks, requested
+from gases import COLOURS, GREY, differ, gas_runs, in_words, mean, mean_of_seeds, plain_ticks, parse_arguments
 
 
 def by_grains(found, name, time):
     """Returns (grains, mean over seeds) of a dipole of clusters against their number of grains."""
-    rows = [course.at(name, time) for course in found]
+    rows = [gas_run.at(name, time) for gas_run in found]
     width = max(map(len, rows))
     with np.errstate(all="ignore"):
         means, _ = mean([np.pad(row, (0, width - len(row)), constant_values=np.nan) for row in rows])
@@ -21,15 +21,15 @@ def by_grains(found, name, time):
 
 
 def largest(found, time):
-    return [float(np.max(course.at("largest_cluster", time))) for course in found]
+    return [float(np.max(gas_run.at("largest_cluster", time))) for gas_run in found]
 
 
 def main():
-    asked = requested(__doc__)
-    gases = {a: gas_scenes.polarized(asked.full, a) for a in gas_scenes.POLARIZABILITIES[1:]}
-    blown = gas_scenes.polarized(asked.full, 0.075, gas_scenes.BLOWN)
-    found = courses(asked, *gases.values(), blown)
-    times = (140, 380, 600) if asked.full else (140, 200, 300)
+    arguments = parse_arguments(__doc__)
+    gases = {a: gas_scenes.polarized(arguments.full, a) for a in gas_scenes.POLARIZABILITIES[1:]}
+    blown = gas_scenes.polarized(arguments.full, 0.075, gas_scenes.BLOWN)
+    found = gas_runs(arguments, *gases.values(), blown)
+    times = (140, 380, 600) if arguments.full else (140, 200, 300)
     figure, grid = plt.subplots(2, 3, figsize=(10, 6), layout="constrained", sharex=True)
     strongest = gases[0.075]
     for column, time in zip(grid.T, times):
@@ -52,18 +52,18 @@ def main():
         row[0].legend(frameon=False, fontsize=6, loc="lower right")
     plain_ticks(*grid.flat)
     save(figure, "granular_7_1")
-    def part(of, name, least, most, power=0):
+    def part(members, name, least, most, power=0):
         """Returns for each seed the mean dipole of clusters of least to most grains, over grains^power."""
-        dipoles = [course.at(name, times[-1])[least : most + 1] for course in of]
+        dipoles = [gas_run.at(name, times[-1])[least : most + 1] for gas_run in members]
         return np.array([np.nanmean(row / np.arange(least, least + len(row)) ** power) for row in dipoles])
 
     strong, weak = found[strongest.name], found[gases[0.005].name]
-    ratio, a_grain = (of_seeds(part(strong, "induced_dipole", 20, 10**6, power) / part(strong, "induced_dipole", 2, 5, power))
+    ratio, a_grain = (mean_of_seeds(part(strong, "induced_dipole", 20, 10**6, power) / part(strong, "induced_dipole", 2, 5, power))
                       for power in (0, 1))
-    by_strength = of_seeds(part(strong, "induced_dipole", 2, 4) / part(weak, "induced_dipole", 2, 4).mean())
-    last, free = (of_seeds(largest(found[gas.name], times[-1])) for gas in (blown, strongest))
-    share = of_seeds([np.sum(course.at("cluster_number", times[-1])[6:]) / np.sum(course.at("cluster_number", times[-1])[2:])
-                      for course in found[blown.name]])
+    by_strength = mean_of_seeds(part(strong, "induced_dipole", 2, 4) / part(weak, "induced_dipole", 2, 4).mean())
+    last, free = (mean_of_seeds(largest(found[gas.name], times[-1])) for gas in (blown, strongest))
+    share = mean_of_seeds([np.sum(gas_run.at("cluster_number", times[-1])[6:]) / np.sum(gas_run.at("cluster_number", times[-1])[2:])
+                      for gas_run in found[blown.name]])
     save_claims("granular_7_1", [
         claim("A = .075: net dipole of clusters of 20 and more over those of 2 to 5", "G 7.1", "smaller",
               f"{in_words(ratio)}; a grain {in_words(a_grain)}",
@@ -74,7 +74,7 @@ def main():
               "agrees" if by_strength[0] - by_strength[1] > 1 else "differs"),
         claim(f"S = .05: largest cluster at t = {times[-1]}", "G 7.5", "5 and less survive (caption: 5 and more)",
               f"{in_words(last)}, {in_words(share)} of the clusters larger than 5; without the gas {in_words(free)}",
-              "most are so small" if sum(share) < 0.5 and apart(last, free) else "differs",
+              "most are so small" if sum(share) < 0.5 and differ(last, free) else "differs",
               "how small they stay depends on the gas's speed and how long it holds, which the source does not state: "
               "1 v0 and 1 t0 here")])
 

@@ -6,14 +6,14 @@ import numpy as np
 
 import gas_scenes
 from figures import claim, save, save_claims
-from gases import COLOURS, TIME, all_in_words, apart, courses, draw_mean, mean, requested
+from gases import COLOURS, TIME, all_in_words, differ, gas_runs, draw_mean, mean, parse_arguments
 
 LATE = 200  # t0; G compares later times
 
 
 def late(found, name):
     """Returns the mean of each seed over the frames from LATE on."""
-    return np.array([np.nanmean(course.frames[name][course.frames["time"] >= LATE]) for course in found])
+    return np.array([np.nanmean(gas_run.frames[name][gas_run.frames["time"] >= LATE]) for gas_run in found])
 
 
 def compared(found, name, gases):
@@ -27,9 +27,9 @@ def compared(found, name, gases):
 
 
 def main():
-    asked = requested(__doc__)
-    gases = {a: gas_scenes.polarized(asked.full, a) for a in gas_scenes.POLARIZABILITIES}
-    found = courses(asked, *gases.values())
+    arguments = parse_arguments(__doc__)
+    gases = {a: gas_scenes.polarized(arguments.full, a) for a in gas_scenes.POLARIZABILITIES}
+    found = gas_runs(arguments, *gases.values())
     figure, axes = plt.subplots(1, 2, figsize=(9, 3.8), layout="constrained")
     for (a, gas), colour in zip(gases.items(), COLOURS):
         draw_mean(axes[0], found[gas.name], "bound_fractal_dimension", colour, f"A = {a:g}", first=60)
@@ -53,7 +53,7 @@ def main():
 
 def verdict(ratio):
     """Returns whether the ratio is below or above 1 by more than its interval."""
-    return "undecided" if not apart(ratio, (1, 0)) else "falls" if ratio[0] < 1 else "grows"
+    return "undecided" if not differ(ratio, (1, 0)) else "falls" if ratio[0] < 1 else "grows"
 
 
 if __name__ == "__main__":

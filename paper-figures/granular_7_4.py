@@ -6,14 +6,14 @@ import numpy as np
 
 import gas_scenes
 from figures import claim, save, save_claims
-from gases import COLOURS, GREY, TIME, courses, draw_mean, exponent, in_words, number, of_seeds, requested
+from gases import COLOURS, GREY, TIME, gas_runs, draw_mean, exponent, in_words, number, mean_of_seeds, parse_arguments
 
 
 def main():
-    asked = requested(__doc__)
-    alone = gas_scenes.polarized(asked.full, 0.075)
-    blown = gas_scenes.polarized(asked.full, 0.075, gas_scenes.BLOWN)
-    found = courses(asked, alone, blown)
+    arguments = parse_arguments(__doc__)
+    alone = gas_scenes.polarized(arguments.full, 0.075)
+    blown = gas_scenes.polarized(arguments.full, 0.075, gas_scenes.BLOWN)
+    found = gas_runs(arguments, alone, blown)
     figure, axes = plt.subplots(1, 2, figsize=(9, 3.8), layout="constrained", sharey=True)
     for panel, gas, words in ((axes[0], alone, "(a) S = 0"), (axes[1], blown, "(b) S = .05")):
         draw_mean(panel, found[gas.name], "temperature", COLOURS[0], r"$\langle v^2 \rangle / 3$", notes=True, first=0.9)
@@ -26,8 +26,8 @@ def main():
     axes[1].legend(frameon=False, fontsize=8)
     save(figure, "granular_7_4")
     slopes = [exponent(found[gas.name], "local_temperature", 100, 300, notes=True) for gas in (alone, blown)]
-    plateau = of_seeds([np.mean(course.notes["local_temperature"][course.notes["time"] > 100]) / free
-                        for course in found[blown.name]])
+    plateau = mean_of_seeds([np.mean(gas_run.notes["local_temperature"][gas_run.notes["time"] > 100]) / free
+                        for gas_run in found[blown.name]])
     save_claims("granular_7_4", [
         claim("S = 0: exponent of T, t = 100 ... 300", "G 7.4 a", "cools", number(slopes[0]),
               "agrees" if sum(slopes[0]) < -1 else "differs"),

@@ -7,7 +7,7 @@ import numpy as np
 import gas_scenes
 from figures import claim, save, save_claims
 from gas_pictures import Grains, draw
-from gases import courses, requested
+from gases import gas_runs, parse_arguments
 
 
 def chains(grains, sizes):
@@ -22,9 +22,9 @@ def chains(grains, sizes):
 
 
 def main():
-    asked = requested(__doc__)
-    gas = gas_scenes.polarized(asked.full, 0.075, gas_scenes.BLOWN)
-    found = courses(asked, gas)[gas.name]
+    arguments = parse_arguments(__doc__)
+    gas = gas_scenes.polarized(arguments.full, 0.075, gas_scenes.BLOWN)
+    found = gas_runs(arguments, gas)[gas.name]
     grains = Grains(found[0].result, gas.warm, gas.until)
     figure, axes = plt.subplots(figsize=(6, 5.6), layout="constrained")
     draw(axes, grains, 3, f"A = .075, S = .05, t = {grains.time:.0f}: clusters of 3 and more coloured")

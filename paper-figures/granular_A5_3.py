@@ -11,7 +11,7 @@ import numpy as np
 
 import figures
 from figures import claim, save, save_claims
-from gases import requested
+from gases import parse_arguments
 
 
 def fields_of(program, cells):
@@ -25,8 +25,8 @@ def fields_of(program, cells):
 
 
 def main():
-    asked = requested(__doc__)
-    pictures = fields_of(asked.program, 64 if asked.full else 32)
+    arguments = parse_arguments(__doc__)
+    pictures = fields_of(arguments.program, 64 if arguments.full else 32)
     figure, grid = plt.subplots(2, len(pictures), figsize=(3.4 * len(pictures), 6), layout="constrained")
     for column, (title, length, fields) in zip(grid.T, pictures):
         for axes, name, words, colours in zip(column, ("charge", "density"), ("charge density", "density"), ("RdBu_r", "viridis")):

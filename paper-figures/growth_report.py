@@ -38,10 +38,10 @@ def series(run, quantity):
     return np.array(run["frames"]["time"]) - run["warm"], np.array(values, dtype=float)
 
 
-def course(of, quantity, times):
+def mean_series(members, quantity, times):
     """Returns (mean, half width, seeds) at each time."""
     rows = []
-    for run in of:
+    for run in members:
         time, values = series(run, quantity)
         near = np.abs(time[:, None] - times).argmin(axis=0)
         rows.append(np.where(np.abs(time[near] - times) < 1e-6 * times + 1e-9, values[near], np.nan))
@@ -49,10 +49,10 @@ def course(of, quantity, times):
     return (*mean(rows), np.isfinite(rows).sum(axis=0))
 
 
-def exponent(of, quantity, first, last):
+def exponent(members, quantity, first, last):
     """Returns the exponent of time between two times by least squares of logarithms: (mean, half width, seeds)."""
     slopes = []
-    for run in of:
+    for run in members:
         time, values = series(run, quantity)
         chosen = (time > 0.999 * first) & (time < 1.001 * last) & (np.nan_to_num(values) > 0)
         if chosen.sum() >= 3 and time.max() > 0.999 * last and time[chosen].max() > last - 11:
@@ -73,10 +73,10 @@ def write(path, head, rows):
 def report(folder):
     found = runs(folder)
     rows = []
-    for point, of in found.items():
-        longest = max(series(run, "time")[0].max() for run in of)
+    for point, members in found.items():
+        longest = max(series(run, "time")[0].max() for run in members)
         times = np.arange(10, longest + 1e-6, 10)
-        columns = [course(of, quantity, times) for quantity in QUANTITIES]
+        columns = [mean_series(members, quantity, times) for quantity in QUANTITIES]
         for k, time in enumerate(times):
             if columns[0][2][k] >= FEWEST:
                 cells = [value for middle, half, seeds in columns
@@ -90,15 +90,15 @@ def report(folder):
 
 
 def exponents(found):
-    for point, of in found.items():
+    for point, members in found.items():
         for first, last in WINDOWS:
             for quantity in ("density_cluster_size", "mean_aggregate", "mean_bound_aggregate", "temperature",
                              "local_temperature"):
-                fitted = exponent(of, quantity, first, last)
+                fitted = exponent(members, quantity, first, last)
                 if fitted:
                     yield [point, quantity, "", "", first, last, *fitted]
-            for index, definition in enumerate(of[0]["definitions"]["definitions"]):
-                fitted = exponent(of, index, first, last)
+            for index, definition in enumerate(members[0]["definitions"]["definitions"]):
+                fitted = exponent(members, index, first, last)
                 if fitted:
                     yield [point, "S", float(definition["edge"]), definition["least"], first, last, *fitted]
 
@@ -116,7 +116,7 @@ def stored_exponents():
     return found
 
 
-def stored_course(point, quantity):
+def stored_series(point, quantity):
     """Returns (times, means, half widths) of growth_course.csv."""
     with open(COURSE) as file:
         rows = [row for row in csv.DictReader(file) if row["point"] == point and row[quantity]]
@@ -146,7 +146,7 @@ def reached(run, size):
     return None
 
 
-def of_a_condition(run):
+def condition_values(run):
     """Returns {quantity: value} of one run; NaN if the run ended earlier."""
     onset, *stage = (reached(run, size) for size in (ONSET, *STAGE))
     found = {"onset": onset[0] if onset else np.nan, "exponent": np.nan, "dimension": np.nan}
@@ -169,12 +169,12 @@ def report_conditions(folder):
     for path in sorted(folder.glob("*.json")):
         run = json.loads(path.read_text())
         if len(run["frames"]["time"]) > 2:
-            found.setdefault(run["point"], []).append(of_a_condition(run))
+            found.setdefault(run["point"], []).append(condition_values(run))
     rows = []
-    for point, of in found.items():
+    for point, members in found.items():
         cells = []
-        for name in of[0]:
-            values = np.array([[one[name]] for one in of])
+        for name in members[0]:
+            values = np.array([[one[name]] for one in members])
             middle, half = mean(values)
             cells += [float(middle[0]), float(half[0]), int(np.isfinite(values).sum())]
         rows.append([point, *cells])

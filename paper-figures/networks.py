@@ -14,8 +14,8 @@ from lichtenberg.pictures import drawing  # used by `lichtenberg plot`
 def last_state(description, name):
     """Returns the last frame of the result file on the command line (default: scenes/dendrite.toml, run once), its
     contacts [E, 2] as indices (-1: the ground), and the name of the figure NAME."""
-    asked = request(description, ("--result", "result file of `lichtenberg run` to show in place of dendrite's"))
-    path = asked.result or kept_run(asked.program, SOURCE / "scenes" / "dendrite.toml", asked.results / "dendrite.h5")
+    arguments = request(description, ("--result", "result file of `lichtenberg run` to show in place of dendrite's"))
+    path = arguments.result or kept_run(arguments.program, SOURCE / "scenes" / "dendrite.toml", arguments.results / "dendrite.h5")
     try:
         snapshot = drawing.read(path)
     except drawing.InputError as error:
@@ -24,7 +24,7 @@ def last_state(description, name):
         if "network/contacts" not in file or snapshot.successor is None:
             sys.exit(f"{path} holds no network of electrical contacts: this figure needs a run of a scene with "
                      "[effects.contact_discharge]")
-        return snapshot, file["network/contacts"][()], name_for(name, asked.result)
+        return snapshot, file["network/contacts"][()], name_for(name, arguments.result)
 
 
 def degrees(snapshot, contacts):

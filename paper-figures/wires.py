@@ -24,13 +24,13 @@ class Wire:
     def __init__(self, volts, path):
         self.volts = volts
         with h5py.File(path) as file:
-            place = file["particles/conductors/position/value"][:]
+            position = file["particles/conductors/position/value"][:]
             terminals = file["observables/charge_drained_by_terminal"]
             drained = terminals["value"][:]
             every = float(re.search(r"^every = ([0-9.e-]+)", file["scene/text"][()].decode(), re.M).group(1))
-        self.time = every * np.arange(len(place))
-        self.along = place[:, :, 0] - 1e-3  # the electrodes have a radius of 1 mm
-        self.across = place[:, :, 1] - DISTANCE / 2
+        self.time = every * np.arange(len(position))
+        self.along = position[:, :, 0] - 1e-3  # the electrodes have a radius of 1 mm
+        self.across = position[:, :, 1] - DISTANCE / 2
         self.passed = 0.5 * (drained[:, 1] - drained[:, 0])
         self.late = self.time >= (1 - LATE) * self.time[-1]
 
@@ -51,20 +51,20 @@ class Wire:
         return VOLTAGE / abs(current) if current else np.inf
 
 
-def result(asked, volts):
+def result(arguments, volts):
     """Returns the result file at this transverse voltage."""
     text = (SOURCE / "scenes" / "broken-wire.toml").read_text()
     for old, new in ((r"bottom = .*", f"bottom = {{ potential = {-volts / 2:g} }}"),
                      (r"top = .*", f"top = {{ potential = {volts / 2:g} }}"), (r"time = .*", f"time = {RUNS[volts]}")):
         text, found = re.subn(f"(?m)^{old}$", new, text)
         assert found == 1, old
-    asked.results.mkdir(parents=True, exist_ok=True)
-    scene = asked.results / f"broken-wire-{volts:g}.toml"
+    arguments.results.mkdir(parents=True, exist_ok=True)
+    scene = arguments.results / f"broken-wire-{volts:g}.toml"
     scene.write_text(text)
-    return kept_run(asked.program, scene, scene.with_suffix(".h5"))
+    return kept_run(arguments.program, scene, scene.with_suffix(".h5"))
 
 
-def wires(asked, volts):
+def wires(arguments, volts):
     """Returns the runs at these transverse voltages; uses all cores."""
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return [Wire(v, path) for v, path in zip(volts, pool.map(lambda v: result(asked, v), volts))]
+        return [Wire(v, path) for v, path in zip(volts, pool.map(lambda v: result(arguments, v), volts))]

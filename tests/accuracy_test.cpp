@@ -12,7 +12,7 @@
 #include "solvers/laplace/accuracy/grids.hpp"
 #include "solvers/laplace/measure.hpp"
 #include "solvers/laplace/multipole/solver.hpp"
-#include "tests/crowd.hpp"
+#include "tests/random_placement.hpp"
 
 namespace accuracy_test {
 
@@ -159,7 +159,7 @@ TEST_CASE("multipoles: the actual error is below the request and close to it") {
     CAPTURE(accuracy);
     std::vector<double> ratio;
     for (int scene = 1; scene <= 9; ++scene) {
-      crowds::Random random(static_cast<std::uint64_t>(scene));
+      random_placement::Random random(static_cast<std::uint64_t>(scene));
       LaplaceProblem problem = three_disks();
       if (scene % 3 == 0) {
         problem.bodies.push_back({Disk{{0.5, 0}, 0.1}, 3});
@@ -167,7 +167,7 @@ TEST_CASE("multipoles: the actual error is below the request and close to it") {
       }
       for (int k = 0; k < 200; ++k) {
         const Disk disk{{random(0.06, 0.94), random(0.06, 0.94)}, 0.05};
-        if (problem.bodies.size() < 15) crowds::add_if_free(problem, disk, 0.01, random);
+        if (problem.bodies.size() < 15) random_placement::add_if_free(problem, disk, 0.01, random);
       }
       const LaplaceSolution exact = MultipoleSolver({.tolerance = 1e-12}).solve(problem);
       const AccurateSolution found = solve_to_accuracy(problem, {.accuracy = accuracy, .method = Method::multipole});
@@ -182,19 +182,19 @@ TEST_CASE("multipoles: the actual error is below the request and close to it") {
 TEST_CASE("multipoles: the accuracy holds in gaps of 1e-6 radii") {
   // A neutral disk lies at an electrode or next to a pair of charged disks. Its force is that of a gap whose potential
   // difference is 0.1 % of that at a gap of one radius.
-  LaplaceProblem beside_charged{.permittivity = 1};
-  beside_charged.size = {0.02, 0.02};
-  beside_charged.sides[top].kind = Side::Kind::electrode;
-  LaplaceProblem beside_pair = beside_charged;
-  beside_charged.sides[right].kind = Side::Kind::electrode;
-  beside_charged.bodies = {{Disk{{0.012619, 0.016521}, 0.001}, 0}, {Disk{{0.0023012, 0.018999999}, 0.001}, 1}};
-  beside_charged.groups = {{true, 1, 0}, {true, 0, 0}};
-  beside_pair.sides[top].potential = -120;
-  beside_pair.bodies = {{Disk{{0.009097083989283446, 0.015961195600565657}, 0.001}, 0},
-                        {Disk{{0.007744057405565945, 0.014007099717648196}, 0.001}, 1},
-                        {Disk{{0.015997539991561744, 0.018999999}, 0.001}, 2}};
-  beside_pair.groups = {{true, 1, 0}, {true, 1, 0}, {true, 0, 0}};
-  for (const LaplaceProblem& problem : {beside_charged, beside_pair})
+  LaplaceProblem near_charged{.permittivity = 1};
+  near_charged.size = {0.02, 0.02};
+  near_charged.sides[top].kind = Side::Kind::electrode;
+  LaplaceProblem near_pair = near_charged;
+  near_charged.sides[right].kind = Side::Kind::electrode;
+  near_charged.bodies = {{Disk{{0.012619, 0.016521}, 0.001}, 0}, {Disk{{0.0023012, 0.018999999}, 0.001}, 1}};
+  near_charged.groups = {{true, 1, 0}, {true, 0, 0}};
+  near_pair.sides[top].potential = -120;
+  near_pair.bodies = {{Disk{{0.009097083989283446, 0.015961195600565657}, 0.001}, 0},
+                      {Disk{{0.007744057405565945, 0.014007099717648196}, 0.001}, 1},
+                      {Disk{{0.015997539991561744, 0.018999999}, 0.001}, 2}};
+  near_pair.groups = {{true, 1, 0}, {true, 1, 0}, {true, 0, 0}};
+  for (const LaplaceProblem& problem : {near_charged, near_pair})
     for (const double accuracy : {1e-2, 1e-3, 1e-4}) {
       CAPTURE(accuracy);
       const LaplaceSolution exact = MultipoleSolver({.tolerance = 1e-9}).solve(problem);
@@ -245,10 +245,10 @@ TEST_CASE("multipoles: a coarse accuracy holds for forces on neutral disks") {
   }
   const LaplaceSolution exact = MultipoleSolver({.tolerance = 1e-13}).solve(problem);
   const Scales scales = scales_of(problem, exact);
-  for (const double asked : {0.1, 0.03, 0.02, 0.01, 0.005, 0.001}) {
-    CAPTURE(asked);
-    const AccurateSolution found = solve_to_accuracy(problem, {.accuracy = asked, .method = Method::multipole});
-    CHECK(largest_error(problem, found.solution, exact, scales) <= asked);
+  for (const double accuracy : {0.1, 0.03, 0.02, 0.01, 0.005, 0.001}) {
+    CAPTURE(accuracy);
+    const AccurateSolution found = solve_to_accuracy(problem, {.accuracy = accuracy, .method = Method::multipole});
+    CHECK(largest_error(problem, found.solution, exact, scales) <= accuracy);
   }
 }
 
@@ -273,23 +273,23 @@ TEST_CASE("accuracy for a run: the choice accounts for the smallest gap") {
 
 TEST_CASE("method: the only possible, the requested or the cheaper one") {
   LaplaceProblem problem = three_disks();
-  CHECK(foresee(problem, {.accuracy = 1e-8}).method == Method::multipole);
-  CHECK(foresee(problem, {.accuracy = 1e-3, .method = Method::cut_cell}).method == Method::cut_cell);
+  CHECK(predict_choice(problem, {.accuracy = 1e-8}).method == Method::multipole);
+  CHECK(predict_choice(problem, {.accuracy = 1e-3, .method = Method::cut_cell}).method == Method::cut_cell);
   problem.bodies.push_back({Bar{{0.1, 0.8}, {0.2, 0.8}, 0.05}, 2});
-  CHECK(foresee(problem, {.accuracy = 1e-2}).method == Method::cut_cell);
-  CHECK_THROWS_AS(foresee(problem, {.accuracy = 1e-2, .method = Method::multipole}), InputError);
+  CHECK(predict_choice(problem, {.accuracy = 1e-2}).method == Method::cut_cell);
+  CHECK_THROWS_AS(predict_choice(problem, {.accuracy = 1e-2, .method = Method::multipole}), InputError);
 }
 
 namespace {
 
 /// Problem of a neutral disk between plates, optionally next to a grounded disk.
-LaplaceProblem neutral_disk(bool beside_grounded) {
+LaplaceProblem neutral_disk(bool near_grounded) {
   LaplaceProblem problem{.size = {0.032, 0.032}, .permittivity = 2e-11};
-  problem.sides[left] = {Side::Kind::electrode, beside_grounded ? 9.0 : 1000.0, {}};
+  problem.sides[left] = {Side::Kind::electrode, near_grounded ? 9.0 : 1000.0, {}};
   problem.sides[right].kind = Side::Kind::electrode;
   problem.groups = {{.charge = 0}};
   problem.bodies = {{Disk{{0.014687708, 0.0158595154}, 0.000775}, 0}};
-  if (!beside_grounded) return problem;
+  if (!near_grounded) return problem;
   problem.bodies = {{Disk{{0.0086826647, 0.0249779814}, 0.000554218}, 0},
                     {Disk{{0.0148815666, 0.0090782972}, 0.001574038}, 1}};
   problem.groups.push_back({.floating = false, .potential = 0});
@@ -300,9 +300,9 @@ LaplaceProblem neutral_disk(bool beside_grounded) {
 }  // namespace
 
 TEST_CASE("one or two disks: small forces have the accuracy or are refused") {
-  for (const bool beside_grounded : {false, true}) {
-    CAPTURE(beside_grounded);
-    const LaplaceProblem problem = neutral_disk(beside_grounded);
+  for (const bool near_grounded : {false, true}) {
+    CAPTURE(near_grounded);
+    const LaplaceProblem problem = neutral_disk(near_grounded);
     const LaplaceSolution exact = MultipoleSolver({.tolerance = 1e-13}).solve(problem);
     const Scales scales = scales_of(problem, exact);
     for (const double accuracy : {1e-1, 1e-2, 1e-3}) {
@@ -312,7 +312,7 @@ TEST_CASE("one or two disks: small forces have the accuracy or are refused") {
       const AccuracyRequest request{.accuracy = accuracy, .method = Method::cut_cell, .most_cells = 768};
       const std::string sentence = refusal(problem, request);
       // The force on the isolated disk is 1e-6 of eps V^2 / L, below the error of any grid.
-      if (!beside_grounded) CHECK(sentence != "");
+      if (!near_grounded) CHECK(sentence != "");
       if (sentence == "")
         CHECK(largest_error(problem, solve_to_accuracy(problem, request).solution, exact, scales) <= accuracy);
     }

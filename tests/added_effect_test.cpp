@@ -87,13 +87,13 @@ const EffectKind& TetherOptions::kind() {
       .help = "Each body is tied to where it starts.",
       .options = TetherOptions{},
       .keys = {{.name = "stiffness",
-                .place = place<&TetherOptions::stiffness>,
+                .target = target<&TetherOptions::stiffness>,
                 .unit = "N/m",
                 .range = ranges::positive,
                 .required = true,
                 .help = "of a new tether"},
                {.name = "wear",
-                .place = place<&TetherOptions::wear>,
+                .target = target<&TetherOptions::wear>,
                 .unit = "m",
                 .range = ranges::positive,
                 .computed_default = "100 of the largest radius",
@@ -111,7 +111,7 @@ const EffectKind& TetherOptions::kind() {
                   100 * std::ranges::max(scene.conductors, {}, &Conductor::radius).radius;
           },
       .make = [](const Scene& scene) { return std::make_unique<Tether>(scene); },
-      .explain = [](const Scene& scene) -> std::vector<Remark> {
+      .explain = [](const Scene& scene) -> std::vector<ExplanationLine> {
         return {{"wear", fmt::format("half after {:g} m", scene.effects.find<TetherOptions>()->wear)}};
       }};
   return kind;
@@ -165,8 +165,8 @@ TEST_CASE("added effect: its keys have units, ranges, defaults, checks and help"
 TEST_CASE("added effect: it is explained on its own line") {
   const std::vector<effects::EffectSummary> all = effects::summarize_effects(tethered("stiffness = 2.0\n"));
   CHECK(all.back().name == "tether");
-  REQUIRE(all.back().remarks.size() == 1);
-  CHECK(all.back().remarks[0].text == "half after 0.2 m");
+  REQUIRE(all.back().explanation.size() == 1);
+  CHECK(all.back().explanation[0].text == "half after 0.2 m");
 }
 
 TEST_CASE("added effect: it acts, gives columns and a line in the summary") {
@@ -263,17 +263,18 @@ TEST_CASE("added effect: its state is in the result, with identical bits") {
 }
 
 TEST_CASE("added effect: every integrator reports each accepted step once") {
-  struct Way {
+  struct Scheme {
     Integrator integrator;
     FieldCoupling coupling;
   };
-  for (const Way way : {Way{Integrator::cvode, FieldCoupling::split}, Way{Integrator::cvode, FieldCoupling::monolithic},
-                        Way{Integrator::euler, FieldCoupling::split}}) {
-    CAPTURE(name_of(way.coupling));
-    CAPTURE(name_of(way.integrator));
-    Scene scene = steel_spheres::crowd();
-    scene.mechanics.integrator = way.integrator;
-    scene.mechanics.coupling = way.coupling;
+  for (const Scheme scheme :
+       {Scheme{Integrator::cvode, FieldCoupling::split}, Scheme{Integrator::cvode, FieldCoupling::monolithic},
+        Scheme{Integrator::euler, FieldCoupling::split}}) {
+    CAPTURE(name_of(scheme.coupling));
+    CAPTURE(name_of(scheme.integrator));
+    Scene scene = steel_spheres::random_spheres();
+    scene.mechanics.integrator = scheme.integrator;
+    scene.mechanics.coupling = scheme.coupling;
     scene.effects.add(TetherOptions{.stiffness = 1e-9, .wear = 1});
     Simulation simulation(scene, std::make_unique<LineCharges>());
     simulation.advance_to(0.02);

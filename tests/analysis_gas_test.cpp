@@ -21,25 +21,25 @@ namespace {
 Random random_of(std::uint64_t i) { return Random({.seed = 5, .purpose = RandomPurpose::population, .i = i}); }
 
 /// Grains of diameter and mass 1 at rest at the given positions of a periodic cube.
-Bodies grains_at(double length, std::vector<Vec3> places) {
+Bodies grains_at(double length, std::vector<Vec3> positions) {
   Bodies b{.dimension = 3};
-  for (const Vec3 p : places) b.position.insert(b.position.end(), {p.x, p.y, p.z});
-  b.momentum.assign(3 * places.size(), 0);
-  b.mass.assign(places.size(), 1);
-  b.radius.assign(places.size(), 0.5);
+  for (const Vec3 p : positions) b.position.insert(b.position.end(), {p.x, p.y, p.z});
+  b.momentum.assign(3 * positions.size(), 0);
+  b.mass.assign(positions.size(), 1);
+  b.radius.assign(positions.size(), 0.5);
   b.box.lengths = {length, length, length};
   b.box.sides.fill(Boundary::periodic);
-  b.image.assign(3 * places.size(), 0);
+  b.image.assign(3 * positions.size(), 0);
   return b;
 }
 
 Bodies random_grains(int n, double length) {
-  std::vector<Vec3> places;
+  std::vector<Vec3> positions;
   for (int i = 0; i < n; ++i) {
     Random random = random_of(i);
-    places.push_back({random.uniform(0, length), random.uniform(0, length), random.uniform(0, length)});
+    positions.push_back({random.uniform(0, length), random.uniform(0, length), random.uniform(0, length)});
   }
-  return grains_at(length, places);
+  return grains_at(length, positions);
 }
 
 /// Sets velocities of temperature T about a flow that depends on the position.
@@ -53,15 +53,15 @@ void set_in_motion(Bodies& b, double temperature, const std::function<Vec3(Vec3)
 }
 
 /// Adds n grains around the centre of a cell of edge 2.
-void fill(std::vector<Vec3>& places, Vec3 cell, int n) {
-  for (int k = 0; k < n; ++k) places.push_back(2.0 * cell + Vec3{1 + 0.1 * k, 1, 1});
+void fill(std::vector<Vec3>& positions, Vec3 cell, int n) {
+  for (int k = 0; k < n; ++k) positions.push_back(2.0 * cell + Vec3{1 + 0.1 * k, 1, 1});
 }
 
-std::vector<double> samples(int n, double (*of)(Random&)) {
+std::vector<double> samples(int n, double (*draw)(Random&)) {
   std::vector<double> values;
   for (int i = 0; i < n; ++i) {
     Random random = random_of(i);
-    values.push_back(of(random));
+    values.push_back(draw(random));
   }
   return values;
 }
@@ -76,7 +76,7 @@ TEST_CASE("cells: they fill a box and continue across its sides") {
   CHECK(cells.edge.x == Approx(2.08).epsilon(1e-15).scale(0));
   const OccupiedCells occupied = occupied_cells(b, cells);
   CHECK(occupied.cell == std::vector<std::int64_t>{4, 0 + 5 * 4 + 25 * 2});
-  CHECK(occupied.of_body == std::vector{1, 0});
+  CHECK(occupied.body_cell == std::vector{1, 0});
   CHECK(occupied.find(70) == 1);
   CHECK(occupied.find(5) == -1);
   CHECK(cells.next(4, 0) == 0);
@@ -153,41 +153,41 @@ TEST_CASE("bound pairs: they are close, attract each other and are slow") {
 }
 
 TEST_CASE("dense cells: adjacent ones form clusters") {
-  std::vector<Vec3> places;
-  fill(places, {0, 0, 0}, 4);
-  fill(places, {4, 0, 0}, 5);  // Adjacent to the first across a face of the box.
-  fill(places, {4, 4, 4}, 4);  // This cell has only a corner in common with the first.
-  fill(places, {2, 2, 2}, 3);  // Not dense.
-  const DensityClusters found = density_clusters(grains_at(10, places));
+  std::vector<Vec3> positions;
+  fill(positions, {0, 0, 0}, 4);
+  fill(positions, {4, 0, 0}, 5);  // Adjacent to the first across a face of the box.
+  fill(positions, {4, 4, 4}, 4);  // This cell has only a corner in common with the first.
+  fill(positions, {2, 2, 2}, 3);  // Not dense.
+  const DensityClusters found = density_clusters(grains_at(10, positions));
   CHECK(found.least == 4);
   CHECK(found.size == std::vector{2, 1});
   CHECK(found.mean_size() == Approx(5.0 / 3));
   CHECK(std::isnan(density_clusters(grains_at(10, {{1, 1, 1}})).mean_size()));
   // 19 cells of 2.038, in which 1/3 of the closest packing is 3.99 grains.
-  const DensityClusters of_gas = density_clusters(grains_at(38.73, {{1, 1, 1}}));
-  CHECK(of_gas.cells.count[0] == 19);
-  CHECK(of_gas.least == 4);
+  const DensityClusters gas_clusters = density_clusters(grains_at(38.73, {{1, 1, 1}}));
+  CHECK(gas_clusters.cells.count[0] == 19);
+  CHECK(gas_clusters.least == 4);
   CHECK(density_clusters(grains_at(38.76, {{1, 1, 1}})).least == 5);
   // 1/6 of the closest packing is 1.9 grains, 1/2 is 5.7.
-  CHECK(density_clusters(grains_at(10, places), 2, 1.0 / 6).least == 2);
-  CHECK(density_clusters(grains_at(10, places), 2, 1.0 / 6).size == std::vector{2, 1, 1});
-  CHECK(density_clusters(grains_at(10, places), 2, 0.5).size.empty());
+  CHECK(density_clusters(grains_at(10, positions), 2, 1.0 / 6).least == 2);
+  CHECK(density_clusters(grains_at(10, positions), 2, 1.0 / 6).size == std::vector{2, 1, 1});
+  CHECK(density_clusters(grains_at(10, positions), 2, 0.5).size.empty());
 }
 
 TEST_CASE("dense cells: a box of 10^18 cells gives the result of a small box") {
-  std::vector<Vec3> places;
-  fill(places, {0, 0, 0}, 4);
-  fill(places, {1, 0, 0}, 5);
-  fill(places, {3, 3, 3}, 4);
-  fill(places, {4, 4, 4}, 3);  // Not dense.
-  const DensityClusters in_small = density_clusters(grains_at(16, places));
-  const DensityClusters in_large = density_clusters(grains_at(2e6, places));
+  std::vector<Vec3> positions;
+  fill(positions, {0, 0, 0}, 4);
+  fill(positions, {1, 0, 0}, 5);
+  fill(positions, {3, 3, 3}, 4);
+  fill(positions, {4, 4, 4}, 3);  // Not dense.
+  const DensityClusters in_small = density_clusters(grains_at(16, positions));
+  const DensityClusters in_large = density_clusters(grains_at(2e6, positions));
   CHECK(in_large.cells.edge.x == 2);
   CHECK(in_large.least == in_small.least);
   CHECK(in_small.size == std::vector{2, 1});
   CHECK(in_large.size == in_small.size);
   // 10^27 cells are impossible: the cells are longer, and grains in one cell do not fill it.
-  const DensityClusters lost = density_clusters(grains_at(2e9, places));
+  const DensityClusters lost = density_clusters(grains_at(2e9, positions));
   CHECK(lost.cells.count[0] == 1 << 20);
   CHECK(lost.size.empty());
 }
@@ -210,7 +210,7 @@ TEST_CASE("occupied cells: a table and sorting give the same numbers") {
   const OccupiedCells by_sorting = occupied_cells(few, cells);
   CHECK(std::ranges::is_sorted(by_table.cell));
   for (int i = 0; i < few.size(); ++i)
-    CHECK(by_sorting.cell[by_sorting.of_body[i]] == by_table.cell[by_table.of_body[i]]);
+    CHECK(by_sorting.cell[by_sorting.body_cell[i]] == by_table.cell[by_table.body_cell[i]]);
   for (const OccupiedCells* found : {&by_table, &by_sorting})
     for (int c = 0; c < found->size(); ++c) CHECK(found->find(found->cell[c]) == c);
 }

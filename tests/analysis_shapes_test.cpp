@@ -23,26 +23,26 @@ Random random_number(std::uint64_t i, std::uint64_t j = 0) {
   return Random({.seed = 9, .purpose = RandomPurpose::population, .i = i, .j = j});
 }
 
-Bodies grains_in(double length, const std::vector<Vec3>& places) {
+Bodies grains_in(double length, const std::vector<Vec3>& positions) {
   Bodies b{.dimension = 3};
-  for (const Vec3 p : places) b.position.insert(b.position.end(), {p.x, p.y, p.z});
-  b.momentum.assign(3 * places.size(), 0);
-  b.mass.assign(places.size(), 1);
-  b.radius.assign(places.size(), 0.5);
+  for (const Vec3 p : positions) b.position.insert(b.position.end(), {p.x, p.y, p.z});
+  b.momentum.assign(3 * positions.size(), 0);
+  b.mass.assign(positions.size(), 1);
+  b.radius.assign(positions.size(), 0.5);
   b.box.lengths = {length, length, length};
   b.box.sides.fill(Boundary::periodic);
-  b.image.assign(3 * places.size(), 0);
+  b.image.assign(3 * positions.size(), 0);
   wrap(b);
   return b;
 }
 
 Bodies random_gas(int n, double length) {
-  std::vector<Vec3> places;
+  std::vector<Vec3> positions;
   for (int i = 0; i < n; ++i) {
     Random random = random_number(i);
-    places.push_back({random.uniform(0, length), random.uniform(0, length), random.uniform(0, length)});
+    positions.push_back({random.uniform(0, length), random.uniform(0, length), random.uniform(0, length)});
   }
-  return grains_in(length, places);
+  return grains_in(length, positions);
 }
 
 std::vector<Pair> touching(const Bodies& b) { return pairs_closer_than(spheres<3>(b), 1e-6); }
@@ -154,13 +154,13 @@ TEST_CASE("shapes: a chain across the box's corner is whole, a ring has no exten
   CHECK(polarized[1].induced_dipole == 0);
   CHECK(shapes[0].induced_dipole == 0);  // Without induced dipoles.
   const std::vector<double> induced = mean_by_grains(polarized, &ClusterShape::induced_dipole),
-                            of_charges = mean_by_grains(polarized, &ClusterShape::charge_dipole);
+                            charge_dipoles = mean_by_grains(polarized, &ClusterShape::charge_dipole);
   REQUIRE(induced.size() == 21);
   CHECK(induced[7] == polarized[0].induced_dipole);
   CHECK(induced[20] == 0);
   CHECK(std::isnan(induced[8]));  // No cluster has this size.
-  CHECK(of_charges[7] == Approx(6).epsilon(1e-12));
-  CHECK(std::isnan(of_charges[20]));  // The cluster extends around the box.
+  CHECK(charge_dipoles[7] == Approx(6).epsilon(1e-12));
+  CHECK(std::isnan(charge_dipoles[20]));  // The cluster extends around the box.
 
   // As one body each: the chain's centre lies across the box.
   const auto numbers = cluster_numbers(gas.size(), touching(gas));

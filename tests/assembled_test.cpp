@@ -26,7 +26,7 @@ constexpr double tolerance = 1e-10;
 constexpr double agreement = 100 * tolerance;
 
 /// Twelve disks, some with a common potential, around a grounded half-disk; without it there is no ground.
-LaplaceProblem crowd(bool grounded) {
+LaplaceProblem random_disks(bool grounded) {
   std::mt19937_64 generator(3);
   const auto random = [&](double from, double to) {
     return from + (to - from) * static_cast<double>(generator() >> 11) * 0x1p-53;
@@ -87,7 +87,7 @@ TEST_CASE("assembled system: it equals the matrix-free one, cold and in motion")
        {std::pair{true, 0.0}, {false, 0.0}, {true, 0.5}, {true, 1e9}, {false, 1e9}}) {
     CAPTURE(grounded);
     CAPTURE(coupling);
-    LaplaceProblem problem = crowd(grounded);
+    LaplaceProblem problem = random_disks(grounded);
     problem.couplings = {{2, 3, coupling}, {3, 6, coupling}};
     CutCellSolver matrix_free(options(CutCellOptions::LinearSolver::multigrid));
     CutCellSolver assembled(options(CutCellOptions::LinearSolver::assembled));
@@ -104,7 +104,7 @@ TEST_CASE("assembled system: it equals the matrix-free one, cold and in motion")
 
 TEST_CASE("assembled system: every process gets identical bits") {
   CutCellSolver solver(options(CutCellOptions::LinearSolver::assembled));
-  const LaplaceSolution solution = solver.solve(crowd(true));
+  const LaplaceSolution solution = solver.solve(random_disks(true));
   double sum = 0;
   for (const double v : solver.field().value) sum += v;
   for (const double value : {solution.energy, solution.group_potential[3], solution.body_force[5].x, sum}) {
@@ -130,10 +130,10 @@ TEST_CASE("more processes than unknowns: four cells and a group are solved") {
 TEST_CASE("-field_ksp_rtol: it overrides the tolerance") {
   lichtenberg::parallel::start_petsc();
   CutCellSolver strict(options(CutCellOptions::LinearSolver::assembled));
-  const int iterations = strict.solve(crowd(true)).iterations;
+  const int iterations = strict.solve(random_disks(true)).iterations;
   parallel::check_petsc(PetscOptionsSetValue(nullptr, "-field_ksp_rtol", "1e-3"));
   CutCellSolver loose(options(CutCellOptions::LinearSolver::assembled));
-  const LaplaceSolution solution = loose.solve(crowd(true));
+  const LaplaceSolution solution = loose.solve(random_disks(true));
   parallel::check_petsc(PetscOptionsClearValue(nullptr, "-field_ksp_rtol"));
   CHECK(solution.iterations < iterations);
   CHECK(solution.residual < 1e-3);
@@ -158,7 +158,7 @@ struct ChosenOptions {
 /// Solves from zero, and from the first solution after all disks have moved.
 std::array<LaplaceSolution, 2> two_solves(bool grounded) {
   CutCellSolver solver(options(CutCellOptions::LinearSolver::assembled));
-  LaplaceProblem problem = crowd(grounded);
+  LaplaceProblem problem = random_disks(grounded);
   const LaplaceSolution first = solver.solve(problem);
   for (Body& body : problem.bodies) std::get<Disk>(body.shape).centre += Vec2{0.02, 0.01};
   return {first, solver.solve(problem)};
@@ -265,7 +265,7 @@ TEST_CASE("apertures: only for the assembled system and round bodies") {
   o.links = LinkFormula::aperture;
   CHECK_THROWS_AS(CutCellSolver{o}, InputError);
   o.linear_solver = CutCellOptions::LinearSolver::assembled;
-  LaplaceProblem problem = crowd(true);
+  LaplaceProblem problem = random_disks(true);
   problem.bodies.push_back({Bar{{1, 1}, {1, 9}, 1}, 0});
   CutCellSolver solver(o);
   CHECK_THROWS_AS(solver.solve(problem), InputError);
@@ -274,7 +274,7 @@ TEST_CASE("apertures: only for the assembled system and round bodies") {
 TEST_CASE("apertures: tiny, touching, grouped and cut disks are solved") {
   CutCellOptions o = options(CutCellOptions::LinearSolver::assembled);
   o.links = LinkFormula::aperture;
-  LaplaceProblem problem = crowd(true);
+  LaplaceProblem problem = random_disks(true);
   problem.bodies.push_back({Ring{{48, 32}, 60}, 0});
   problem.bodies.push_back({Disk{{3.3, 3.4}, 0.2}, static_cast<int>(problem.groups.size())});
   problem.groups.push_back({true, 0.1, 0});

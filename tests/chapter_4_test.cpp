@@ -79,7 +79,7 @@ TEST_CASE("disk between plates: near a plate its charge follows from reciprocity
   // At a distance of 2000 R, the images in the other plate change the charge by a fraction of (R / H)^2 = 2.5e-7.
   const DiskBetweenPlates disk = disk_between(2000);
   for (const double gap : {0.01, 0.1, 1.0}) {
-    const DiskState held = at_potential(disk, -disk.place(gap), 0.5 * disk.voltage);
+    const DiskState held = at_potential(disk, -disk.position_at_gap(gap), 0.5 * disk.voltage);
     CHECK(held.charge == Approx(charge_near_plate(disk, gap)).epsilon(1e-6));
   }
   CHECK(charge_near_plate(disk, 0) == Approx(2 * pi * 2.5 * 3 / 2000).epsilon(1e-14));
@@ -87,7 +87,8 @@ TEST_CASE("disk between plates: near a plate its charge follows from reciprocity
 
 TEST_CASE("disk between plates: one that touches a plate or is beyond it is refused") {
   const DiskBetweenPlates disk = disk_between(4.5);
-  for (const double x : {disk.place(0), -disk.place(0), disk.place(-0.1), 1e9, std::nan("")}) {
+  for (const double x :
+       {disk.position_at_gap(0), -disk.position_at_gap(0), disk.position_at_gap(-0.1), 1e9, std::nan("")}) {
     CHECK_THROWS_AS(with_charge(disk, x, 1), InputError);
     CHECK_THROWS_AS(at_potential(disk, x, 1), InputError);
   }
@@ -96,7 +97,7 @@ TEST_CASE("disk between plates: one that touches a plate or is beyond it is refu
 TEST_CASE("disk between plates: at contact repulsion is eps R E^2 (pi^3/9 + pi/3)") {
   const DiskBetweenPlates disk = disk_between(2000);
   const auto off = [&](double gap) {
-    return at_potential(disk, -disk.place(gap), 0.5 * disk.voltage).force / repulsion_at_plate(disk) - 1;
+    return at_potential(disk, -disk.position_at_gap(gap), 0.5 * disk.voltage).force / repulsion_at_plate(disk) - 1;
   };
   // The difference is linear in the gap with a coefficient of order one.
   CHECK(std::abs(off(1e-2)) < 1e-2);
@@ -108,7 +109,7 @@ TEST_CASE("disk between plates: grounded at a plate it is half of two disks") {
   DiskBetweenPlates disk = disk_between(4e6);
   disk.voltage = 0;
   const double gap = 0.05, potential = 1.5;
-  const DiskState held = at_potential(disk, disk.place(gap), potential);
+  const DiskState held = at_potential(disk, disk.position_at_gap(gap), potential);
   const double exact = 2 * pi * disk.permittivity / std::acosh(1 + gap);
   CHECK(held.charge == Approx(potential * exact).epsilon(1e-6));
   const DiskPair pair = {{{0, 0}, 1}, {{2 * (1 + gap), 0}, 1}, disk.permittivity};
@@ -170,15 +171,15 @@ TEST_CASE("broken wire: the shape balances tension and force along a long wire")
   BrokenWire wire = wire_of_d();
   wire.conductors = 2000;
   wire.radius = 40e-3 / 2 / 2001;
-  const double field = 1e5, pull = tension(wire, wire.mean_gap());
-  const double b = shape_coefficient(wire, field, pull), spacing = wire.length / 2001;
+  const double field = 1e5, wire_tension = tension(wire, wire.mean_gap());
+  const double b = shape_coefficient(wire, field, wire_tension), spacing = wire.length / 2001;
   for (const int i : {1, 500, 1600}) {
     const double x = i * spacing;
-    const double bend =
+    const double slope_change =
         (displacement(wire, b, x + spacing) - 2 * displacement(wire, b, x) + displacement(wire, b, x - spacing)) /
         spacing;
     // Second differences of a cubic are exact. B with the positive sign of D curves along the force.
-    CHECK(pull * bend == Approx(mean_transverse_force(wire, i, field)).epsilon(1e-6));
+    CHECK(wire_tension * slope_change == Approx(mean_transverse_force(wire, i, field)).epsilon(1e-6));
   }
 }
 
@@ -192,13 +193,14 @@ TEST_CASE("broken wire: largest displacement of the cubic") {
 
 TEST_CASE("broken wire: the critical field solves F sin(theta) = T, D's slope") {
   const BrokenWire wire = wire_of_d();
-  const double pull = tension(wire, wire.mean_gap());
+  const double wire_tension = tension(wire, wire.mean_gap());
   for (const double slope : {printed_slope, slope_at_end(wire)}) {
-    const double across = 0.5 * wire.capacitance * wire.voltage * critical_field(wire, pull, slope);
-    const double steepness = slope * across / pull;
-    CHECK(across * steepness / std::sqrt(1 + steepness * steepness) == Approx(pull).epsilon(1e-12));
+    const double across = 0.5 * wire.capacitance * wire.voltage * critical_field(wire, wire_tension, slope);
+    const double steepness = slope * across / wire_tension;
+    CHECK(across * steepness / std::sqrt(1 + steepness * steepness) == Approx(wire_tension).epsilon(1e-12));
   }
-  const double in_units = critical_field(wire, pull, printed_slope) * wire.capacitance * wire.voltage / pull;
+  const double in_units =
+      critical_field(wire, wire_tension, printed_slope) * wire.capacitance * wire.voltage / wire_tension;
   CHECK(in_units == Approx(std::sqrt(2 + std::sqrt(145.0) / 6)).epsilon(1e-14));  // D 4.20
   CHECK(in_units == Approx(2.002).epsilon(5e-4));
 }

@@ -20,7 +20,7 @@
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/leakage.hpp"
 #include "src/effects/read_scene.hpp"
-#include "src/mechanics/energy_book.hpp"
+#include "src/mechanics/energy_budget.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/mechanics/summary.hpp"
 #include "tests/line_charges.hpp"
@@ -72,7 +72,7 @@ TEST_CASE("charge step: constant currents are integrated exactly at any length")
     const double before = 0.6 * dt, carried_before = current * tau * -std::expm1(-before / tau);
     const ChargeStep step = charge_step(dt, before, tau);
     CHECK(step.weight * current + step.inherited * carried_before == near(exact));
-    CHECK(step.plain_weight * current + step.plain_inherited * current * before == near(current * dt));
+    CHECK(step.total_weight * current + step.total_inherited * current * before == near(current * dt));
   }
 }
 
@@ -177,7 +177,7 @@ TEST_CASE("charge through a resistor: its error is below field.accuracy") {
   for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-5}) {  // LineCharges drifts by 1e-9 per solve.
     CAPTURE(accuracy);
     Scene scene = resistor_scene(ohm);
-    scene.field().chosen_for = FieldAccuracy{.asked = accuracy, .estimate = accuracy};
+    scene.field().chosen_for = FieldAccuracy{.requested = accuracy, .estimate = accuracy};
     scene.field().moving_tolerance = 0.1 * accuracy;  // The chosen solver tolerance is finer than the accuracy.
     scene.mechanics.largest_step = 1;
     Simulation simulation(scene, std::make_unique<LineCharges>());
@@ -292,9 +292,9 @@ TEST_CASE("contact resistance: the limit of zero resistance is the ideal contact
   scene.electrodes = {ball("ground", {0.01, 0.01}, 0)};
   for (Conductor& conductor : scene.conductors) conductor.radius = radius;
   scene.material.density = 1e15;  // The mass keeps all bodies at rest.
-  Scene apart = scene;
-  apart.effects.remove<effects::ContactDischargeOptions>();
-  const double first_energy = Simulation(apart, std::make_unique<LineCharges>()).now().energy;
+  Scene separate = scene;
+  separate.effects.remove<effects::ContactDischargeOptions>();
+  const double first_energy = Simulation(separate, std::make_unique<LineCharges>()).now().energy;
   Simulation ideal(scene, std::make_unique<LineCharges>());
   ideal.advance_to(1e-3);
   const ConductorFrame merged = ideal.now();
@@ -381,7 +381,7 @@ TEST_CASE("current source: the current leaves an insulated box by conductance") 
 
 TEST_CASE("dense circuit: charge balances exactly and a resumed run is identical") {
   for (const auto& [integrator, every] : {std::tuple{Integrator::cvode, 0.05}, {Integrator::euler, 0.02}}) {
-    Scene scene = crowd();
+    Scene scene = random_spheres();
     scene.electrodes.push_back(ball("high", {0.062, 0.05}, 50));
     scene.electrodes.back().series_resistance = 0.05 / capacitance;
     scene.effects.add(effects::ContactResistanceOptions{.resistance = 0.01 / capacitance});
@@ -417,40 +417,40 @@ TEST_CASE("energy budget: flows before a group merge use extrapolated potentials
   Scene scene = conductor_scene({{0.02, 0.05}});
   scene.electrodes = {ball("high", {0.08, 0.05}, 1000), ball("low", {0.05, 0.02}, 0)};
   scene.effects.add(effects::LeakageOptions{.conductivity = scene.medium.permittivity / 4.0});  // tau = 4 s
-  mechanics::EnergyBook book(scene, 4);
+  mechanics::EnergyBudget budget(scene, 4);
   // The conductor's potential and the electrodes' charges grow linearly, from 2 V and 1 C at 1 s, by 3 V/s and 2 C/s.
   const auto instant = [](double time, double jump) {
     const double charge = 1 + 2 * (time - 1) + jump;
-    return mechanics::EnergyBook::Instant{time, 0, {2 + 3 * (time - 1) + jump}, {charge, -charge}, {0, 0}};
+    return mechanics::EnergyBudget::Instant{time, 0, {2 + 3 * (time - 1) + jump}, {charge, -charge}, {0, 0}};
   };
-  book.book(instant(1, 0), {}, {});
-  book.book(instant(2, 0), {}, {});
-  const EnergyFlows before = book.flows();
+  budget.record(instant(1, 0), {}, {});
+  budget.record(instant(2, 0), {}, {});
+  const EnergyFlows before = budget.flows();
   const double current = 0.1, leaked = 0.01;
-  book.note(std::vector{current}, 0.5, std::vector{leaked});
+  budget.add_step_charges(std::vector{current}, 0.5, std::vector{leaked});
   SUBCASE("with known rates") {
     SUBCASE("as they were recorded") {}
     SUBCASE("from a checkpoint") {
-      mechanics::EnergyBook same(scene, 4);
-      same.restore(book.save());
-      same.note(std::vector{current}, 0.5, std::vector{leaked});
-      book = same;
+      mechanics::EnergyBudget same(scene, 4);
+      same.restore(budget.save());
+      same.add_step_charges(std::vector{current}, 0.5, std::vector{leaked});
+      budget = same;
     }
-    book.book_merger(instant(2.5, -4), 0);
-    CHECK(book.flows().by_source - before.by_source == near(current * 0.5 * (5 + 6.5) / 2));
+    budget.record_merger(instant(2.5, -4), 0);
+    CHECK(budget.flows().by_source - before.by_source == near(current * 0.5 * (5 + 6.5) / 2));
     // The electrode at 1 kV has 3 C at 2 s and 4 C before the merge. It leaks for 0.5 s with tau = 4 s.
-    CHECK(book.flows().leakage - before.leakage == near(leaked * (5 + 6.5) / 2 + 1000 * 0.5 / 4 * 3.5));
+    CHECK(budget.flows().leakage - before.leakage == near(leaked * (5 + 6.5) / 2 + 1000 * 0.5 / 4 * 3.5));
   }
   SUBCASE("after a jump: first order, with the last potential and charge") {
-    book.forget_rates();
-    book.book_merger(instant(2.5, -4), 0);
-    CHECK(book.flows().by_source - before.by_source == near(current * 0.5 * 5));
-    CHECK(book.flows().leakage - before.leakage == near(leaked * 5 + 1000 * 0.5 / 4 * 3));
+    budget.reset_rates();
+    budget.record_merger(instant(2.5, -4), 0);
+    CHECK(budget.flows().by_source - before.by_source == near(current * 0.5 * 5));
+    CHECK(budget.flows().leakage - before.leakage == near(leaked * 5 + 1000 * 0.5 / 4 * 3));
   }
 }
 
 TEST_CASE("circuit: a scene without one records no energy and no resistors") {
-  Simulation simulation(crowd(), std::make_unique<LineCharges>());
+  Simulation simulation(random_spheres(), std::make_unique<LineCharges>());
   simulation.advance_to(0.01);
   CHECK_FALSE(simulation.now().energy_balance);
   const Checkpoint checkpoint = simulation.checkpoint();

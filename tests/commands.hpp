@@ -12,7 +12,7 @@ namespace lichtenberg::command_line_tests {
 inline Ended run(const Folder& folder, const std::string& arguments) { return run_program(folder, arguments); }
 inline Ended run(const std::string& arguments) { return run(Folder(), arguments); }
 
-inline bool one_sentence(const std::string& text) {
+inline bool is_one_line(const std::string& text) {
   return text.starts_with("lichtenberg: ") && text.find('\n') == text.size() - 1;
 }
 
@@ -23,7 +23,7 @@ inline void check_refused(const Ended& result, const std::string& part) {
   INFO(result.err);
   CHECK(result.status == 2);
   CHECK(result.out.empty());
-  CHECK(one_sentence(result.err));
+  CHECK(is_one_line(result.err));
   CHECK(contains(result.err, part));
 }
 

@@ -40,8 +40,8 @@ TEST_CASE("solve --capacitance: a group is the row of the matrix") {
   const std::string wired = "[[conductor]]\nradius = 1e-3\ngroup = \"pair\"\n";
   const std::string last = "[[conductor]]\nradius = 1e-3\ncharge = -3e-11\n";
   const std::string medium = "[medium]\npermittivity = 4e-11\n[[group]]\nname = \"pair\"\ncharge = 1e-10\n";
-  const auto electrode = [](const std::string& name, const std::string& shape, const std::string& place) {
-    return "[[electrode]]\nname = \"" + name + "\"\nshape = \"" + shape + "\"\n" + place +
+  const auto electrode = [](const std::string& name, const std::string& shape, const std::string& geometry) {
+    return "[[electrode]]\nname = \"" + name + "\"\nshape = \"" + shape + "\"\n" + geometry +
            "\nradius = 1e-3\npotential = 7.0\n";
   };
   folder.write("plane.toml", "[domain]\nsize = [16e-3, 16e-3]\nbottom = { potential = 10.0 }\n" + medium + wired +

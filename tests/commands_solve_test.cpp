@@ -26,7 +26,7 @@ const std::string scenes = source_folder() + "/scenes/";
 std::string small_scene_with(const std::string& line) { return small_scene + "  " + line + "\n"; }
 
 /// The small scene with field.accuracy instead of field.cells.
-std::string small_scene_asking(const std::string& accuracy) {
+std::string small_scene_with_accuracy(const std::string& accuracy) {
   std::string scene = small_scene;
   scene.replace(scene.find("cells = 64"), 10, "accuracy = " + accuracy);
   return scene;
@@ -217,8 +217,8 @@ TEST_CASE("solve and explain: the multipole method") {
 
 TEST_CASE("solve, explain and run: the choice for an accuracy is reported") {
   const Folder folder;
-  folder.write("grid.toml", small_scene_asking("1e-2\n  method = \"cut-cell\""));
-  folder.write("any.toml", small_scene_asking("1e-6"));
+  folder.write("grid.toml", small_scene_with_accuracy("1e-2\n  method = \"cut-cell\""));
+  folder.write("any.toml", small_scene_with_accuracy("1e-6"));
   const json by_grid = json::parse(run(folder, "solve grid.toml --json").out);
   const json exact = json::parse(run(folder, "solve any.toml --json").out);
   CHECK(by_grid["method"] == "cut-cell");
@@ -235,10 +235,10 @@ TEST_CASE("solve, explain and run: the choice for an accuracy is reported") {
   // Multipoles suffice for `solve`. A run, in which no contact force separates these disks, would choose a grid.
   CHECK_FALSE(contains(run(folder, "explain any.toml").out, "refused"));
   // Any effect besides the field makes the scene a run, also leakage alone.
-  folder.write("leaky.toml", small_scene_asking("1e-2\n  [effects.leakage]\n  conductivity = 1e-12"));
+  folder.write("leaky.toml", small_scene_with_accuracy("1e-2\n  [effects.leakage]\n  conductivity = 1e-12"));
   CHECK(contains(run(folder, "explain leaky.toml").out, "method               cut-cell"));
   folder.write("moving.toml",
-               small_scene_asking(
+               small_scene_with_accuracy(
                    "1e-2\n  method = \"cut-cell\"\n[output]\nevery = 1e-4\npicture = false\n[stop]\ntime = 1e-4"));
   const Ended result = run(folder, "run moving.toml");
   INFO(result.err);
@@ -250,7 +250,7 @@ TEST_CASE("solve, explain and run: the choice for an accuracy is reported") {
 TEST_CASE("field.accuracy: an impossible one is refused with a possible one") {
   const Folder folder;
   // A gap of 1e-4 of the box.
-  std::string close = small_scene_asking("1e-9\n  method = \"cut-cell\"");
+  std::string close = small_scene_with_accuracy("1e-9\n  method = \"cut-cell\"");
   close.replace(close.find("[11e-3, 8e-3]"), 13, "[7.0016e-3, 8e-3]");
   folder.write("close.toml", close);
   for (const std::string command : {"solve", "explain", "run"})
@@ -270,7 +270,7 @@ TEST_CASE("field.device: one that the method cannot use is refused") {
   folder.write("small.toml", small_scene_with("method = \"multipole\""));
   for (const std::string command : {"solve", "explain"})
     check_refused(run(folder, command + " small.toml --device cuda"), "field.device = \"cuda\"");
-  folder.write("asking.toml", small_scene_asking("1e-3\n  method = \"multipole\""));
+  folder.write("asking.toml", small_scene_with_accuracy("1e-3\n  method = \"multipole\""));
   check_refused(run(folder, "solve asking.toml --device cuda"), "field.device = \"cuda\"");
   check_refused(run(folder, "solve small.toml --device gpu"), "--device");
   CHECK(run(folder, "solve small.toml --device cpu").status == 0);

@@ -253,12 +253,12 @@ TEST_CASE("explain: a packing's iterations are its run's to a factor of three") 
                              side));
     const Ended explained = run(folder, "explain packing.toml");
     REQUIRE(explained.status == 0);
-    const double foreseen = number_before(explained.out, "  a run", "iterations,");
+    const double predicted = number_before(explained.out, "  a run", "iterations,");
     const Ended ran = run(folder, "run packing.toml --out packing.h5 --overwrite");
     REQUIRE(ran.status == 0);
     const double found = number_before(ran.out, "at rest after", "iterations");
-    CHECK(foreseen < 3 * found);
-    CHECK(found < 3 * foreseen);
+    CHECK(predicted < 3 * found);
+    CHECK(found < 3 * predicted);
   }
   folder.write("slow.toml",
                "[domain]\nsize = [1e-2, 1e-2]\n[[population]]\ncount = 20\nradius = 1e-3\noverlapping = true\n"
@@ -474,7 +474,7 @@ TEST_CASE("program for another processor: it ends with a message, not a signal")
   REQUIRE_MESSAGE(compiled.status == 0, compiled.err);
   const Ended ended = run_shell(folder, "./a.out");
   CHECK(ended.status == 1);
-  CHECK_MESSAGE(one_sentence(ended.err), ended.err);
+  CHECK_MESSAGE(is_one_line(ended.err), ended.err);
   // A processor without AVX-512 lacks this first.
   CHECK_MESSAGE(contains(ended.err, "compiled for processors with AVX-512"), ended.err);
   CHECK_MESSAGE(contains(ended.err, ", which this one lacks"), ended.err);

@@ -22,11 +22,11 @@ inline doctest::Approx near(double value, double tolerance = 1e-9) {
 inline constexpr double radius = 1e-3;
 
 /// Scene of conductors of radius 1 mm in a box of 10 cm, with contacts at a gap of 1 mm.
-inline Scene scene_of(std::vector<Vec2> places) {
+inline Scene scene_of(std::vector<Vec2> positions) {
   Scene scene;
   scene.domain.size = {0.1, 0.1};
   scene.medium = {.permittivity = 4e-11, .viscosity = 0.7, .depth = 2 * radius};
-  for (const Vec2 place : places) scene.conductors.push_back({.position = in_space(place), .radius = radius});
+  for (const Vec2 position : positions) scene.conductors.push_back({.position = in_space(position), .radius = radius});
   scene.effects.add<effects::FloatingConductorsOptions>();
   scene.effects.add(effects::ContactDischargeOptions{.gap = radius, .hysteresis = 0.1});
   scene.mechanics.position_tolerance = 1e-6;

@@ -35,7 +35,7 @@ namespace {
 doctest::Approx near(double value, double tolerance) { return doctest::Approx(value).epsilon(tolerance).scale(0); }
 
 /// Scene of seven charged spheres around a grounded ball.
-Scene crowd_in_space() {
+Scene random_spheres_in_space() {
   Scene scene = cube_of({}, 1e-3);
   for (const Vec3 at : {Vec3{3.3, 0, 0}, Vec3{-3.6, 0.4, 0}, Vec3{0, 3.4, 0.3}, Vec3{0.2, -3.9, 0}, Vec3{0, 0.5, 4.1},
                         Vec3{0.3, 0, -3.5}, Vec3{6.6, 0.7, 0.4}})
@@ -51,19 +51,19 @@ Scene crowd_in_space() {
 /// Attraction (N) of two spheres of radius R and charges +-q whose centres are at distance d, by Maxwell's image
 /// charges. A charge q at x from a centre has the image q R / (d - x) at R^2 / (d - x) in the other sphere.
 double attraction(double q, double d, double permittivity) {
-  std::vector<double> charge = {1}, place = {0};
+  std::vector<double> charge = {1}, image_position = {0};
   while (charge.back() > 1e-16) {
-    const double away = d - place.back();
+    const double away = d - image_position.back();
     charge.push_back(charge.back() * radius / away);
-    place.push_back(radius * radius / away);
+    image_position.push_back(radius * radius / away);
   }
-  double total = 0, pull = 0;
+  double total = 0, force = 0;
   for (std::size_t i = 0; i < charge.size(); ++i) {
     total += charge[i];
     for (std::size_t j = 0; j < charge.size(); ++j)
-      pull += charge[i] * charge[j] / std::pow(d - place[i] - place[j], 2);
+      force += charge[i] * charge[j] / std::pow(d - image_position[i] - image_position[j], 2);
   }
-  return pull * q * q / (total * total * 4 * std::numbers::pi * permittivity);
+  return force * q * q / (total * total * 4 * std::numbers::pi * permittivity);
 }
 
 const std::string dish = "domain = { size = [0.02, 0.02, 0.005] }\nmedium = { relative_permittivity = 4.7 }\n";
@@ -175,16 +175,16 @@ TEST_CASE("two opposite charges: they approach as Maxwell's images predict") {
 }
 
 TEST_CASE("force: it is the energy's derivative at constant charge on each axis") {
-  const std::vector<Vec3> places = {{0.03, 0.03, 0.03}, {0.0321, 0.0305, 0.0299}, {0.0308, 0.0297, 0.0325}};
+  const std::vector<Vec3> positions = {{0.03, 0.03, 0.03}, {0.0321, 0.0305, 0.0299}, {0.0308, 0.0297, 0.0325}};
   const auto now_at = [&](std::vector<Vec3> at) {
     Scene scene = cube_of(at, 1e-9);
     for (int i = 0; i < 3; ++i) scene.conductors[i].charge = std::array{1e-10, -3e-10, 2e-10}[i];
     return Simulation(scene).now();
   };
-  const ConductorFrame middle = now_at(places);
+  const ConductorFrame middle = now_at(positions);
   const double step = 1e-3 * radius;
   for (int k = 0; k < 3; ++k) {
-    std::vector<Vec3> ahead = places, behind = places;
+    std::vector<Vec3> ahead = positions, behind = positions;
     ahead[1][k] += step;
     behind[1][k] -= step;
     const double slope = (now_at(ahead).energy - now_at(behind).energy) / (2 * step);
@@ -195,7 +195,7 @@ TEST_CASE("force: it is the energy's derivative at constant charge on each axis"
 }
 
 TEST_CASE("charge balance: exact while spheres charge, touch and discharge") {
-  Simulation simulation(crowd_in_space());
+  Simulation simulation(random_spheres_in_space());
   const ConductorFrame start = simulation.now();
   simulation.advance_to(0.5);
   const ConductorFrame frame = simulation.now();
@@ -209,7 +209,7 @@ TEST_CASE("charge balance: exact while spheres charge, touch and discharge") {
   CHECK(most > 0);  // The force along z is not zero.
 }
 
-TEST_CASE("run in space: a restored run has identical bits") { check_restored(crowd_in_space(), 0.1, 0.2); }
+TEST_CASE("run in space: a restored run has identical bits") { check_restored(random_spheres_in_space(), 0.1, 0.2); }
 
 TEST_CASE("periodic side: spheres attract through it and re-enter") {
   Scene scene = cube_of({{0.0001, 0.03, 0.03}, {0.0562, 0.03, 0.03}}, 1e-3);
@@ -228,7 +228,7 @@ TEST_CASE("resistor: a ball charges with its capacitance and the resistance") {
   Scene scene = cube_of({{0.045, 0.03, 0.03}}, 1e-6);
   scene.domain.sides[4].electrode = true;
   scene.electrodes = {{.name = "supplied", .shape = Disk{{0.02, 0.03}, radius}, .potential = 1000, .height = 0.03}};
-  scene.conductors[0].held = true;
+  scene.conductors[0].fixed = true;
   laplace::SphereProblem alone =
       effects::make_sphere_problem(scene, make_bodies(scene), effects::electrical_groups(scene, {}), {.charge = {0}});
   const double capacitance = laplace::SphereSolver({.accuracy = 1e-6}).solve(alone).sphere_charge[1] / 1000;
@@ -266,7 +266,7 @@ Scene series_circuit() {
                        .potential = -200,
                        .series_resistance = 3 * ohm,
                        .height = 0.03}};
-  for (Conductor& conductor : scene.conductors) conductor.held = true;
+  for (Conductor& conductor : scene.conductors) conductor.fixed = true;
   scene.effects.add(effects::ContactDischargeOptions{.gap = radius, .hysteresis = 0.05});
   scene.effects.add(effects::ContactResistanceOptions{.resistance = 0.5 * ohm});
   return scene;
@@ -299,7 +299,7 @@ TEST_CASE("series circuit in an insulated cube: potentials obey Kirchhoff's laws
 TEST_CASE("resistor between isolated spheres: its heat is the field's energy") {
   Scene scene = cube_of({{0.028, 0.03, 0.03}, {0.03, 0.03, 0.03}}, 1e-6);
   scene.conductors[0].charge = 1e-11, scene.conductors[1].charge = -1e-11;
-  for (Conductor& conductor : scene.conductors) conductor.held = true;
+  for (Conductor& conductor : scene.conductors) conductor.fixed = true;
   scene.effects.add(effects::ContactDischargeOptions{.gap = radius, .hysteresis = 0.05});
   scene.effects.add(effects::ContactResistanceOptions{.resistance = 1e10});
   Simulation simulation(scene);
@@ -317,7 +317,7 @@ TEST_CASE("contact resistance: compressed spheres share charge as one conductor"
       cube_of({{0.028, 0.03, 0.03}, {0.028 + 2 * radius - 1e-8, 0.03, 0.03}, {radius - 1e-8, 0.03, 0.03}}, 1e-3);
   scene.domain.sides[0].electrode = true;
   scene.domain.sides[0].potential = 100;
-  for (Conductor& conductor : scene.conductors) conductor.held = true;
+  for (Conductor& conductor : scene.conductors) conductor.fixed = true;
   scene.conductors[0].charge = 2e-11;
   scene.effects.add(effects::ContactDischargeOptions{.gap = 0.1 * radius, .hysteresis = 0.05});
   Scene merged = scene;

@@ -61,11 +61,11 @@ TEST_CASE("groups: electrodes fix potentials, and equal fixed potentials merge")
 
 TEST_CASE("parts: a split, a release and another potential are recognized") {
   const ElectricalGroups held = {{0, 0, 2}, {5.0, 5.0, {}}};
-  CHECK(!parts(held, held));
-  CHECK(!parts({{0, 1, 2}, {5.0, {}, {}}}, held));  // A merge.
-  CHECK(parts(held, {{0, 1, 2}, {5.0, {}, {}}}));   // One member leaves.
-  CHECK(parts(held, {{0, 0, 2}, {{}, {}, {}}}));    // Both members leave the electrode together.
-  CHECK(parts(held, {{0, 0, 2}, {6.0, 6.0, {}}}));  // The electrode changes.
+  CHECK(!splits_group(held, held));
+  CHECK(!splits_group({{0, 1, 2}, {5.0, {}, {}}}, held));  // A merge.
+  CHECK(splits_group(held, {{0, 1, 2}, {5.0, {}, {}}}));   // One member leaves.
+  CHECK(splits_group(held, {{0, 0, 2}, {{}, {}, {}}}));    // Both members leave the electrode together.
+  CHECK(splits_group(held, {{0, 0, 2}, {6.0, 6.0, {}}}));  // The electrode changes.
 }
 
 TEST_CASE("contact: it closes at the gap and opens at the release gap") {
@@ -185,7 +185,7 @@ TEST_CASE("watch: a closing contact waits, by at most 1/16 of the gap") {
   const auto waits = [&](double gap, double velocity) {
     bodies.position[2] = bodies.position[0] + 2 * radius + gap;
     bodies.momentum[2] = bodies.mass[1] * velocity;
-    return discharge.excess_of_waiting(bodies, pair) > 0;
+    return discharge.excess_of_deferred(bodies, pair) > 0;
   };
   const double make = discharge.make_gap();
   for (const double velocity : {-1e-3, 1e-3}) CHECK(waits(1.001 * make, velocity));
@@ -272,10 +272,10 @@ TEST_CASE("blind_way: between two checks a gap decreases by at most a tolerance"
   const effects::ContactDischarge::Watch pair = {{0, 1}, false};
   REQUIRE(std::abs(discharge.excess(bodies, pair)) < 1e-15);
   const double chord = 2 * (bodies.position[2] - 0.05);
-  CHECK(discharge.blind_way(bodies, pair) == near(chord, tolerance / arm));
+  CHECK(discharge.undetected_travel(bodies, pair) == near(chord, tolerance / arm));
   // At a large distance the undetected travel is the gap itself.
   bodies.position = {0.05, 0.05, 0.05 + arm + 0.01, 0.05};
-  CHECK(discharge.blind_way(bodies, pair) == near(0.01));
+  CHECK(discharge.undetected_travel(bodies, pair) == near(0.01));
 }
 
 TEST_CASE("compensated sum: it keeps the digits that a plain sum loses") {
@@ -357,7 +357,7 @@ TEST_CASE("charges: charge is collected by the supply that its conductor touches
   const ElectricalGroups groups = electrical_groups(scene, contacts);
   CHECK(groups.id == std::vector<int>{0, 0, 0, 3});
   CHECK(groups.supply == std::vector<int>{0, 1, 3, 2});
-  const std::vector<Supply> supplies = supplies_of(scene);
+  const std::vector<PotentialSource> supplies = potential_sources_of(scene);
   REQUIRE(supplies.size() == 4);
   CHECK(supplies[3].name == "the group \"wire\"");
   CHECK(supplies[3].potential == 5);

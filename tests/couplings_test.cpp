@@ -33,7 +33,7 @@ struct Random {
 
 /// Problem of `count` random disks in a box of 64 cells, at least a cell apart, with charges of up to eps. Potentials
 /// are of the order of 1 V. Group 0 is a bar along the bottom at 0 V.
-LaplaceProblem crowd(int count) {
+LaplaceProblem random_disks(int count) {
   Random random;
   LaplaceProblem problem;
   problem.size = {64, 64};
@@ -217,7 +217,7 @@ TEST_CASE("two disks and a resistor: the exact field with a lumped conductance")
 }
 
 TEST_CASE("tree of couplings over twelve decades: it solves the dense equations") {
-  LaplaceProblem problem = crowd(24);
+  LaplaceProblem problem = random_disks(24);
   Random random;
   couple(problem, 0);
   for (Coupling& coupling : problem.couplings) coupling.capacitance = eps * std::pow(10, random(-6, 6));
@@ -237,7 +237,7 @@ TEST_CASE("assembled system: couplings of any strength with and without ground")
     for (const double K : {1e-12, 1e-3, 1.0, 900.0, 1100.0, 1e6, 1e12, 1e15}) {
       CAPTURE(grounded);
       CAPTURE(K);
-      LaplaceProblem problem = grounded ? crowd(24) : ungrounded(crowd(24));
+      LaplaceProblem problem = grounded ? random_disks(24) : ungrounded(random_disks(24));
       couple(problem, K * eps);
       const LaplaceSolution solution = solve_assembled(problem), expected = solve(problem);
       check_potentials(solution, expected.group_potential, 2 * uncertainty(expected));
@@ -270,7 +270,7 @@ TEST_CASE("couplings: strong ones tend to a merge, weak ones to independence") {
     return problem;
   };
   for (const bool grounded : {true, false}) {
-    const LaplaceProblem alone = grounded ? crowd(24) : ungrounded(crowd(24));
+    const LaplaceProblem alone = grounded ? random_disks(24) : ungrounded(random_disks(24));
     for (const double K : {1e9, 1e12, 1e15, 1e25}) {
       CAPTURE(K);
       LaplaceProblem problem = alone;
@@ -288,7 +288,7 @@ TEST_CASE("couplings: strong ones tend to a merge, weak ones to independence") {
 }
 
 TEST_CASE("supply: its coupling sets the potential level of an insulated problem") {
-  LaplaceProblem problem = crowd(9);
+  LaplaceProblem problem = random_disks(9);
   problem.groups[0] = {};
   problem.groups.push_back({.floating = false, .potential = 7});
   double total = 0;
@@ -305,7 +305,7 @@ TEST_CASE("supply: its coupling sets the potential level of an insulated problem
 }
 
 TEST_CASE("couplings: nodes without bodies combine in series and in parallel") {
-  LaplaceProblem direct = crowd(9), nodes = direct;
+  LaplaceProblem direct = random_disks(9), nodes = direct;
   direct.couplings = {{1, 2, 0.5 * eps}, {3, 4, 2 * eps}};
   direct.groups[5].charge += 0.25 * eps;
   direct.groups[6].charge += 0.75 * eps;
@@ -330,7 +330,7 @@ TEST_CASE("couplings: nodes without bodies combine in series and in parallel") {
 TEST_CASE("coupled groups: charge is conserved to rounding, not to the tolerance") {
   for (const double K : {1e-3, 1.0, 1e6, 1e12}) {
     CAPTURE(K);
-    LaplaceProblem problem = crowd(24);
+    LaplaceProblem problem = random_disks(24);
     for (int disk = 1; disk < 12; ++disk) problem.couplings.push_back({disk, disk + 1, K * eps});
     problem.couplings.push_back({2, 9, 0.1 * K * eps});  // A loop.
     for (int disk = 13; disk < 24; ++disk) problem.couplings.push_back({13, disk + 1, K * eps});
@@ -358,7 +358,7 @@ TEST_CASE("coupled groups: charge is conserved to rounding, not to the tolerance
 TEST_CASE("coupling charges: they balance each group for any potential difference") {
   for (const double K : {1e-12, 1e-3, 1.0, 1e6, 1e12, 1e20}) {
     CAPTURE(K);
-    LaplaceProblem problem = crowd(24);
+    LaplaceProblem problem = random_disks(24);
     couple(problem, K * eps);
     problem.couplings.push_back({5, 17, 2 * K * eps});
     problem.groups.push_back({.floating = false, .potential = 1});
@@ -385,9 +385,9 @@ TEST_CASE("iterations: they do not depend on the strength of couplings") {
   // Just above this limit a few more iterations are needed (README of the solver), over 27 decades and for any ground.
   for (const int ground : {0, 1, 2})
     for (const bool chain : {true, false}) {
-      LaplaceProblem problem = ground == 0 ? crowd(60) : ungrounded(crowd(60));
+      LaplaceProblem problem = ground == 0 ? random_disks(60) : ungrounded(random_disks(60));
       if (ground == 2) problem.groups.push_back({.floating = false, .potential = 1});
-      const int alone = solve(ground == 2 ? ungrounded(crowd(60)) : problem).iterations;
+      const int alone = solve(ground == 2 ? ungrounded(random_disks(60)) : problem).iterations;
       for (const double K : {1e-12, 1e-4, 0.03, 0.1, 0.3, 1.0, 3.0, 1e2, 1e4, 1e8, 1e12, 1e15}) {
         CAPTURE(ground);
         CAPTURE(K);
@@ -400,7 +400,7 @@ TEST_CASE("iterations: they do not depend on the strength of couplings") {
 }
 
 TEST_CASE("history: sudden couplings need no cold start and lose no solutions") {
-  LaplaceProblem problem = crowd(24);
+  LaplaceProblem problem = random_disks(24);
   CutCellSolver warm = solver();
   for (int step = 0; step < 3; ++step) warm.solve(problem);
   couple(problem, 1e12 * eps);
@@ -412,7 +412,7 @@ TEST_CASE("history: sudden couplings need no cold start and lose no solutions") 
 }
 
 TEST_CASE("coupled systems: any number of threads gives identical bits") {
-  LaplaceProblem problem = crowd(40);
+  LaplaceProblem problem = random_disks(40);
   couple(problem, eps);
   const LaplaceSolution one = solver(tolerance, 1).solve(problem), three = solver(tolerance, 3).solve(problem);
   CHECK(one.group_potential == three.group_potential);
@@ -421,7 +421,7 @@ TEST_CASE("coupled systems: any number of threads gives identical bits") {
 }
 
 TEST_CASE("single grid: strong couplings are solved without coarser grids") {
-  LaplaceProblem problem = crowd(12);
+  LaplaceProblem problem = random_disks(12);
   for (const double K : {1.0, 1e6, 1e12}) {
     problem.couplings.clear();
     couple(problem, K * eps, true);

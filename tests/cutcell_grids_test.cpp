@@ -22,13 +22,13 @@ using namespace lichtenberg::laplace;
 using namespace lichtenberg::cutcell_problems;
 
 TEST_CASE("operator: it equals the assembled matrix") {
-  const LaplaceProblem problem = crowd(12, 64, 5, 0.05);
+  const LaplaceProblem problem = random_disks(12, 64, 5, 0.05);
   Level level(problem, 64, 64);
   LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   CutCellOperator op;
   op.build(problem, level);
   const SparseSystem sparse = assemble(problem, level, false, false);
-  crowds::Random random(7);
+  random_placement::Random random(7);
   const std::size_t cells = level.layout.size();
   std::vector<double> x(op.size(), 0.0), y(op.size());
   for (const std::ptrdiff_t slot : sparse.slot) x[slot] = random(-1, 1);
@@ -50,7 +50,7 @@ TEST_CASE("operator: it equals the assembled matrix") {
 }
 
 TEST_CASE("link lists: they contain the links of floating groups") {
-  LaplaceProblem problem = crowd(12, 64, 5, 0.05);
+  LaplaceProblem problem = random_disks(12, 64, 5, 0.05);
   for (const int body : {3, 5, 8}) problem.groups[problem.bodies[body].group].floating = false;
   Level level(problem, 1024, 1024);  // A disk has more links than one block of them.
   LevelBuilder().build(problem, LinkFormula::log_fitted, level);
@@ -62,36 +62,36 @@ TEST_CASE("link lists: they contain the links of floating groups") {
   std::vector<double> potential, v(level.layout.size()), in_cells(v.size()), expected(v.size());
   for (std::size_t g = 0; g < problem.groups.size(); ++g) potential.push_back(1.0 + 0.1 * static_cast<double>(g));
   for (std::size_t k = 0; k < v.size(); ++k) v[k] = std::sin(static_cast<double>(k));
-  std::vector<double> of_group(potential.size(), 0.0), expected_of_group = of_group, largest = of_group;
-  std::vector<double> conductances = of_group, expected_conductances = of_group;
+  std::vector<double> by_group(potential.size(), 0.0), expected_by_group = by_group, largest = by_group;
+  std::vector<double> conductances = by_group, expected_conductances = by_group;
   for (int m = 0; m < static_cast<int>(level.links.size()); ++m) {
     const FluidLink& link = level.links[m];
     const int group = problem.bodies[link.body].group;
     if (!problem.groups[group].floating) continue;
     expected[link.cell] += link.conductance * potential[group];
     if (std::ranges::count(left_out, m) > 0) continue;
-    expected_of_group[group] += link.conductance * v[link.cell];
+    expected_by_group[group] += link.conductance * v[link.cell];
     expected_conductances[group] += link.conductance;
     largest[group] += link.conductance;
   }
   for (int j = 0; j < 1024; ++j)
     lists.add_to_row(j, potential.data(), [&](std::int32_t cell, double flux) { in_cells[cell] += flux; });
-  lists.add_to_groups(parallel::Team::single(), v.data(), of_group.data());
+  lists.add_to_groups(parallel::Team::single(), v.data(), by_group.data());
   lists.add_conductances(parallel::Team::single(), conductances.data());
   double worst = 0;
   for (std::size_t k = 0; k < v.size(); ++k)
     worst = std::max(worst, std::abs(in_cells[k] - expected[k]) / std::max(expected[k], 1.0));
   CHECK(worst < 1e-15);  // Rounding of sums of at most four terms.
-  for (std::size_t g = 0; g < of_group.size(); ++g) {
+  for (std::size_t g = 0; g < by_group.size(); ++g) {
     const double rounding = 1000 * 1.2e-16 * largest[g];  // Rounding of 1000 terms.
-    CHECK(std::abs(of_group[g] - expected_of_group[g]) <= rounding);
+    CHECK(std::abs(by_group[g] - expected_by_group[g]) <= rounding);
     CHECK(std::abs(conductances[g] - expected_conductances[g]) <= rounding);
   }
-  CHECK(of_group[problem.bodies[5].group] == 0);
+  CHECK(by_group[problem.bodies[5].group] == 0);
 }
 
 TEST_CASE("edge cells: each cell at a conductor once, with its floating links") {
-  LaplaceProblem problem = crowd(12, 64, 5, 0.05);
+  LaplaceProblem problem = random_disks(12, 64, 5, 0.05);
   for (const int body : {3, 5}) problem.groups[problem.bodies[body].group].floating = false;
   Level level(problem, 64, 64);
   LevelBuilder().build(problem, LinkFormula::log_fitted, level);
@@ -119,7 +119,7 @@ TEST_CASE("edge cells: each cell at a conductor once, with its floating links") 
 }
 
 TEST_CASE("multigrid preconditioner: it is symmetric and positive definite") {
-  LaplaceProblem problem = crowd(12, 128, 5, 0.05);  // The coarsest grids do not resolve the disks.
+  LaplaceProblem problem = random_disks(12, 128, 5, 0.05);  // The coarsest grids do not resolve the disks.
   problem.groups[problem.bodies[2].group].floating = false;
   // Two distant bodies of one group: subgrid conductors on coarse grids.
   problem.bodies[2].group = problem.bodies[9].group;
@@ -135,7 +135,7 @@ TEST_CASE("multigrid preconditioner: it is symmetric and positive definite") {
   multigrid.finish();
   REQUIRE(multigrid.levels() > 2);
   REQUIRE(level.eliminated.cells.size() > 10);
-  crowds::Random random(7);
+  random_placement::Random random(7);
   std::vector<double> x(op.size()), y(op.size()), mx(op.size()), my(op.size());
   for (std::size_t k = 0; k < op.size(); ++k) {
     const bool unknown = k >= static_cast<std::size_t>(level.layout.size()) || level.diagonal[k] > 0;
@@ -239,14 +239,14 @@ TEST_CASE("subgrid conductor: its mean flux follows the lattice Green function")
                                 {1 / 4., 1 / pi, 0, 1 / 4.},
                                 {1 / pi, 1 / 4., 1 / 4., 0}};
   double mean_logarithm = 0;
-  constexpr int places = 32;
-  for (int place = 0; place < places * places; ++place) {
-    const Vec2 centre{4 + (place % places + 0.5) / places, 4 + (place / places + 0.5) / places};
+  constexpr int samples = 32;
+  for (int sample = 0; sample < samples * samples; ++sample) {
+    const Vec2 centre{4 + (sample % samples + 0.5) / samples, 4 + (sample / samples + 0.5) / samples};
     const Interpolation around = interpolate(box, centre, insulated);
     double radius = std::exp(-0.5772156649) / std::sqrt(8.0);
     for (int k = 0; k < 4; ++k)
       for (int l = 0; l < 4; ++l) radius *= std::exp(2 * pi * around.weight[k] * around.weight[l] * between[k][l]);
-    mean_logarithm += std::log(radius) / (places * places);
+    mean_logarithm += std::log(radius) / (samples * samples);
   }
   const Outline disk{Outline::Kind::disk, {4, 4}, {}, 0.01};
   // 0.5 is 0.498, rounded.
@@ -352,7 +352,7 @@ TEST_CASE("cells with centres nearly on a surface: relaxed with the conductor") 
 TEST_CASE("agglomerates: groups join only if gap conductances dominate") {
   // Disks of one cell's size, each with a gap of 0.3 cells to another, cover 1/6 of the box. As one agglomerate they
   // would be 1000 subgrid conductors on all grids and take 29 iterations. Regression value, with a margin of 2: 10.
-  crowds::Random random(1);
+  random_placement::Random random(1);
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {128, 128};
   problem.sides[bottom].kind = Side::Kind::electrode;
@@ -366,7 +366,7 @@ TEST_CASE("agglomerates: groups join only if gap conductances dominate") {
                     (2 * radius + 0.3 + 1e-9) * Vec2{std::cos(angle), std::sin(angle)};
       if (std::min(disk.centre.x, disk.centre.y) < 2 || std::max(disk.centre.x, disk.centre.y) > 126) continue;
     }
-    crowds::add_if_free(problem, disk, 0.3, random);
+    random_placement::add_if_free(problem, disk, 0.3, random);
   }
   CHECK(CutCellSolver(options(128, 1e-8)).solve(problem).iterations <= 12);
 }

@@ -3,7 +3,7 @@
 #include <numbers>
 
 #include "solvers/laplace/cutcell/solver.hpp"
-#include "tests/crowd.hpp"
+#include "tests/random_placement.hpp"
 
 /// Problems for the cut-cell solver and its parts.
 namespace lichtenberg::cutcell_problems {
@@ -14,15 +14,15 @@ constexpr double pi = std::numbers::pi;
 
 /// `count` disks of radius `radius` in a box of side `side`, with gaps of at least `least_gap`, around a grounded
 /// half-disk on the bottom. Charges alternate in size and sign.
-inline LaplaceProblem crowd(int count, double side, double radius, double least_gap) {
-  crowds::Random random(7);
+inline LaplaceProblem random_disks(int count, double side, double radius, double least_gap) {
+  random_placement::Random random(7);
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {side, side};
   problem.bodies = {{Disk{{0.5 * side, 0}, 2 * radius}, 0}};
   problem.groups = {{false, 0, 0}};
   while (static_cast<int>(problem.bodies.size()) <= count) {
     const Disk disk{{random(radius + 1, side - radius - 1), random(radius + 1, side - radius - 1)}, radius};
-    crowds::add_if_free(problem, disk, least_gap, random);
+    random_placement::add_if_free(problem, disk, least_gap, random);
   }
   return problem;
 }

@@ -70,7 +70,7 @@ TEST_CASE("two disks: capacitance and force match the bipolar field at R = 8 cel
 }
 
 TEST_CASE("Gauss's law: charges of the box sum to zero, groups keep theirs") {
-  LaplaceProblem problem = crowd(12, 64, 5, 0.3);
+  LaplaceProblem problem = random_disks(12, 64, 5, 0.3);
   problem.groups[3].charge = 2.5;
   problem.bodies[12].group = 3;  // Two disks with one potential.
   problem.groups.pop_back();
@@ -138,7 +138,7 @@ TEST_CASE("charges: exact to rounding for loose tolerances and adjacent conducto
 }
 
 TEST_CASE("insulated box: potentials have zero mean and a net charge is refused") {
-  LaplaceProblem problem = crowd(4, 64, 6, 4);
+  LaplaceProblem problem = random_disks(4, 64, 6, 4);
   problem.bodies.erase(problem.bodies.begin());
   problem.groups = {{true, 1, 0}, {true, -0.5, 0}, {true, -0.75, 0}, {true, 0.25, 0}};
   for (int k = 0; k < 4; ++k) problem.bodies[k].group = k;
@@ -168,7 +168,7 @@ TEST_CASE("insulated box: potentials have zero mean and a net charge is refused"
 }
 
 TEST_CASE("assembled system: its solution equals that of multigrid") {
-  const LaplaceProblem problem = crowd(12, 64, 5, 0.05);
+  const LaplaceProblem problem = random_disks(12, 64, 5, 0.05);
   CutCellOptions o = options(64);
   CutCellSolver matrix_free(o);
   o.linear_solver = CutCellOptions::LinearSolver::assembled;
@@ -181,7 +181,7 @@ TEST_CASE("assembled system: its solution equals that of multigrid") {
 TEST_CASE("force: it is the energy's derivative while cells keep their owners") {
   // With constant charges F = -dW/dx. A step of 1e-4 cells gives a truncation error of 1e-8. The relative solver error
   // of W is 1e-20 (square of the energy norm).
-  LaplaceProblem problem = crowd(6, 64, 6, 0.2);
+  LaplaceProblem problem = random_disks(6, 64, 6, 0.2);
   CutCellSolver solver(options(64, 1e-11));
   const LaplaceSolution solution = solver.solve(problem);
   double scale = 0;
@@ -201,7 +201,7 @@ TEST_CASE("force: it is the energy's derivative while cells keep their owners") 
 }
 
 TEST_CASE("electrodes of every shape: potentials obey the maximum principle") {
-  LaplaceProblem problem = crowd(5, 64, 5, 8);
+  LaplaceProblem problem = random_disks(5, 64, 5, 8);
   problem.sides[left] = {Side::Kind::electrode, 2.0, {}};
   problem.sides[top] = {Side::Kind::electrode, -1.0, {}};
   problem.groups.push_back({false, 0, 1.5});
@@ -305,7 +305,7 @@ TEST_CASE("disk smaller than a cell: its potential depends on its radius") {
 }
 
 TEST_CASE("history: it shortens a solve, and forget() restores identical bits") {
-  LaplaceProblem problem = crowd(12, 128, 6, 1);
+  LaplaceProblem problem = random_disks(12, 128, 6, 1);
   CutCellSolver solver(options(128));
   const LaplaceSolution first = solver.solve(problem);
   LaplaceProblem moved = problem;
@@ -340,7 +340,7 @@ LaplaceProblem with_merged(LaplaceProblem problem, int from) {
 }  // namespace
 
 TEST_CASE("follow: a finer solver starts from the coarse change of a group merge") {
-  const LaplaceProblem before = crowd(30, 256, 10, 1), after = with_merged(before, 2);
+  const LaplaceProblem before = random_disks(30, 256, 10, 1), after = with_merged(before, 2);
   CutCellSolver coarse(options(64, 1e-4)), following(options(256, 1e-5)), alone(options(256, 1e-5));
   following.follow(coarse);
   for (const LaplaceProblem* problem : {&before, &after}) {
@@ -387,7 +387,7 @@ TEST_CASE("follow: coarse changes are interpolated bilinearly and mirrored at si
 }
 
 TEST_CASE("box: one that is not a whole number of cells is refused") {
-  LaplaceProblem problem = crowd(1, 64, 5, 1);
+  LaplaceProblem problem = random_disks(1, 64, 5, 1);
   problem.size.y = 50.3;
   CutCellSolver solver(options(64));
   CHECK_THROWS_AS(solver.solve(problem), InputError);
@@ -417,7 +417,7 @@ TEST_CASE("conductors that cover all cells: gap conductances give the potentials
 }
 
 TEST_CASE("charges: values beyond double precision are refused with a message") {
-  LaplaceProblem problem = crowd(3, 64, 6, 4);
+  LaplaceProblem problem = random_disks(3, 64, 6, 4);
   problem.permittivity = 1e-12;
   for (Group& group : problem.groups) group.charge = group.floating ? 1e300 : 0;
   CutCellSolver solver(options(64));
@@ -453,10 +453,10 @@ TEST_CASE("work: it counts residual evaluations on the finest grid") {
 
 // Number of requests for a side's potential by the worker thread, which discretizes the coarse grids. The caller's
 // solve fails when PETSc creates the preconditioner of the options; this creation waits for the first request.
-std::atomic<int> asked_by_helper = 0;
+std::atomic<int> worker_requests = 0;
 
-PetscErrorCode make_once_helper_is_at_work(PC) {
-  for (int ms = 0; ms < 30000 && asked_by_helper == 0; ++ms) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+PetscErrorCode make_while_worker_runs(PC) {
+  for (int ms = 0; ms < 30000 && worker_requests == 0; ++ms) std::this_thread::sleep_for(std::chrono::milliseconds(1));
   return 0;
 }
 
@@ -471,14 +471,14 @@ TEST_CASE("threads: after a failed solve no worker thread uses its problem") {
   for (Side& side : problem.sides)
     side.profile = [&, exact, caller = std::this_thread::get_id()](Vec2 p) {
       if (std::this_thread::get_id() != caller) {
-        ++asked_by_helper;
+        ++worker_requests;
         // The worker is still active when the caller fails.
         std::this_thread::sleep_for(std::chrono::microseconds(200));
       }
       if (over) ++afterwards;
       return exact(p);
     };
-  parallel::check_petsc(PCRegister("once_helper_is_at_work", make_once_helper_is_at_work));
+  parallel::check_petsc(PCRegister("once_helper_is_at_work", make_while_worker_runs));
   parallel::check_petsc(PetscOptionsSetValue(nullptr, "-field_pc_type", "once_helper_is_at_work"));
   CutCellSolver solver(two_threads);
   const std::string sentence = message_of([&] { solver.solve(problem); });
@@ -486,7 +486,7 @@ TEST_CASE("threads: after a failed solve no worker thread uses its problem") {
   parallel::check_petsc(PetscOptionsClearValue(nullptr, "-field_pc_type"));
   CHECK_NE(sentence.find("-field_pc_type once_helper_is_at_work needs a matrix"), std::string::npos);
   std::this_thread::sleep_for(std::chrono::milliseconds(100));
-  CHECK(asked_by_helper > 0);
+  CHECK(worker_requests > 0);
   CHECK(afterwards == 0);
 }
 

@@ -35,7 +35,7 @@ LaplaceProblem with_merged(LaplaceProblem problem, int into, int from) {
 }
 
 /// Random values of the unknowns, zero elsewhere.
-std::vector<double> random_unknowns(const CutCellOperator& op, crowds::Random& random) {
+std::vector<double> random_unknowns(const CutCellOperator& op, random_placement::Random& random) {
   std::vector<double> x(op.size());
   for (double& value : x) value = random(-1, 1);
   op.mask(x.data());
@@ -43,8 +43,9 @@ std::vector<double> random_unknowns(const CutCellOperator& op, crowds::Random& r
 }
 
 /// Solution on a grid in the device's form, with the given number of bodies.
-struct Known {
-  Known(const Potentials& found, double scale_) : layout(found.nx, found.ny), body(found.body), scale(scale_) {
+struct KnownPotentials {
+  KnownPotentials(const Potentials& found, double scale_)
+      : layout(found.nx, found.ny), body(found.body), scale(scale_) {
     cell.resize(layout.size());
     for (int j = 0; j < found.ny; ++j)
       for (int i = 0; i < found.nx; ++i) cell[layout(i, j)] = found.cell[j * found.nx + i] / scale;
@@ -59,13 +60,13 @@ struct Known {
 }  // namespace
 
 TEST_CASE("initial guess from a coarser grid's change: it is the CPU's") {
-  const LaplaceProblem problem = with_merged(crowd(25, 0.6), 3, 7);
+  const LaplaceProblem problem = with_merged(random_disks(25, 0.6), 3, 7);
   const int nx = 96, ny = 64, bodies = static_cast<int>(problem.bodies.size());
   Level level(problem, nx, ny);
   LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   CutCellOperator op;
   op.build(problem, level);
-  crowds::Random random(5);
+  random_placement::Random random(5);
   const auto some = [&](std::size_t n) {
     std::vector<double> values(n);
     for (double& value : values) value = random(-3, 3);
@@ -76,11 +77,11 @@ TEST_CASE("initial guess from a coarser grid's change: it is the CPU's") {
   const Potentials before{24, 16, some(24 * 16), some(bodies)}, now{24, 16, some(24 * 16), some(bodies)};
   SolutionHistory history;
   std::vector<double> newest = random_unknowns(op, random);
-  const std::vector<double> of_bodies = some(bodies);
-  std::vector<double> past_cell(newest.begin(), newest.begin() + level.layout.size()), past_body = of_bodies;
+  const std::vector<double> body_potentials = some(bodies);
+  std::vector<double> past_cell(newest.begin(), newest.begin() + level.layout.size()), past_body = body_potentials;
   for (const std::ptrdiff_t slot : level.covered) past_cell[slot] = past_body[level.owner[slot].body()];
   for (const std::ptrdiff_t slot : level.covered) newest[slot] = past_cell[slot];
-  history.store(newest, of_bodies);
+  history.store(newest, body_potentials);
   std::vector<double> x(op.size());
   history.newest_as_guess(problem, op, x);
   add_change(before, now, problem, scale, op, x);
@@ -91,7 +92,7 @@ TEST_CASE("initial guess from a coarser grid's change: it is the CPU's") {
   device::DeviceMultigrid<parallel::HostExecutor> grids(run, problem, nx, ny, LinkFormula::log_fitted);
   grids.build(problem, on_device.view());
   device::Follower<parallel::HostExecutor> follower(run);
-  Known then(before, 7), later(now, 0.3);  // The units of the solutions are arbitrary.
+  KnownPotentials then(before, 7), later(now, 0.3);  // The units of the solutions are arbitrary.
   follower.keep(then.view());
   REQUIRE(follower.is_comparable(later.view()));
   follower.compare(later.view(), scale);
@@ -134,7 +135,7 @@ TEST_CASE("closest shares: a dependent basis vector leaves the error orthogonal"
 TEST_CASE("follower: it requires the same bodies and an earlier solution") {
   parallel::HostExecutor run;
   device::Follower<parallel::HostExecutor> follower(run);
-  Known two({8, 8, std::vector<double>(64), {1, 2}}, 1), one({8, 8, std::vector<double>(64), {1}}, 1);
+  KnownPotentials two({8, 8, std::vector<double>(64), {1, 2}}, 1), one({8, 8, std::vector<double>(64), {1}}, 1);
   CHECK_FALSE(follower.is_comparable({}));
   CHECK_FALSE(follower.is_comparable(two.view()));
   follower.keep(two.view());
@@ -156,19 +157,19 @@ TEST_CASE("device follower: fewer iterations after group merges") {
   CutCellSolver cpu_leader(coarse), cpu(fine);
   following->follow(*leader);
   cpu.follow(cpu_leader);
-  LaplaceProblem problem = crowd(25, 0.6);
+  LaplaceProblem problem = random_disks(25, 0.6);
   int with = 0, without = 0, on_cpu = 0;
   for (int step = 0; step < 8; ++step) {
     leader->solve(problem);
     cpu_leader.solve(problem);
-    const int of_following = following->solve(problem).iterations, of_alone = alone->solve(problem).iterations,
-              of_cpu = cpu.solve(problem).iterations;
+    const int following_iterations = following->solve(problem).iterations,
+              alone_iterations = alone->solve(problem).iterations, cpu_iterations = cpu.solve(problem).iterations;
     if (step == 0) {
-      CHECK(of_following == of_alone);
+      CHECK(following_iterations == alone_iterations);
     } else {
-      with += of_following;
-      without += of_alone;
-      on_cpu += of_cpu;
+      with += following_iterations;
+      without += alone_iterations;
+      on_cpu += cpu_iterations;
     }
     problem = with_merged(problem, 1 + step, 4 + step);
     for (std::size_t body = 1; body < problem.bodies.size(); ++body)

@@ -86,9 +86,9 @@ TEST_CASE("device: chains with tiny gaps take about the CPU's iterations") {
   CutCellOptions options;
   options.cells = 256;
   options.tolerance = 1e-8;
-  const LaplaceProblem apart = chain(12, 1), problem = chain(12, 1e-6);
+  const LaplaceProblem separated = chain(12, 1), problem = chain(12, 1e-6);
   const std::unique_ptr<device::DeviceSolver> device = device::make_host_solver(options);
-  device->solve(apart);  // The host takes no part in the set-up until there is such a link.
+  device->solve(separated);  // The host takes no part in the set-up until there is such a link.
   const LaplaceSolution a = CutCellSolver(options).solve(problem), b = device->solve(problem);
   device->forget();
   const LaplaceSolution again = device->solve(problem);
@@ -171,8 +171,8 @@ TEST_CASE("device: couplings of any strength are solved as on the CPU") {
   for (const double capacitance : {1e-12, 1e-3, 0.06, 1.0, 1e3, 1e12}) {
     CAPTURE(capacitance);
     const LaplaceProblem scenes[] = {
-        with_couplings(crowd(25, 0.6), capacitance, true),
-        with_couplings(crowd(35, 0.01), capacitance, false),
+        with_couplings(random_disks(25, 0.6), capacitance, true),
+        with_couplings(random_disks(35, 0.01), capacitance, false),
         with_couplings(insulated(), capacitance, true),
         with_supply(with_couplings(insulated(), capacitance, true), std::max(capacitance, 1e-3)),
         with_couplings(chain(12, 1e-6), capacitance, true),
@@ -204,7 +204,7 @@ TEST_CASE("device: charges of coupled groups are exact for any tolerance") {
     CutCellOptions options;
     options.cells = 96;
     options.tolerance = 1e-2;
-    LaplaceProblem problem = with_couplings(crowd(35, 0.01), capacitance, true);
+    LaplaceProblem problem = with_couplings(random_disks(35, 0.01), capacitance, true);
     problem.couplings.erase(problem.couplings.begin());  // The coupling of the ground.
     const LaplaceSolution found = device::make_host_solver(options)->solve(problem);
     double given = 0, sum = 0, largest = 0;
@@ -222,16 +222,16 @@ TEST_CASE("device: couplings may change from solve to solve") {
   options.cells = 96;
   options.tolerance = 1e-10;
   const std::unique_ptr<device::DeviceSolver> device = device::make_host_solver(options);
-  const LaplaceProblem apart = crowd(25, 0.6);
-  for (const LaplaceProblem& problem :
-       {apart, with_couplings(apart, 1, true), with_couplings(with_couplings(apart, 1, true), 1e3, false), apart})
+  const LaplaceProblem separated = random_disks(25, 0.6);
+  for (const LaplaceProblem& problem : {separated, with_couplings(separated, 1, true),
+                                        with_couplings(with_couplings(separated, 1, true), 1e3, false), separated})
     CHECK(difference(device->solve(problem), CutCellSolver(options).solve(problem)) < 2e-8);
 }
 
 TEST_CASE("device: kernels are recorded once through merges, splits and couplings") {
   CutCellOptions options;
   options.cells = 96;
-  const LaplaceProblem apart = insulated();
+  const LaplaceProblem separated = insulated();
   for (const bool has_supply : {false, true}) {
     CAPTURE(has_supply);
     device::CutCell<Counting> solver(options);
@@ -240,7 +240,7 @@ TEST_CASE("device: kernels are recorded once through merges, splits and coupling
         CHECK(Counting::recordings > 0);
         Counting::recordings = 0;
       }
-      LaplaceProblem problem = apart;
+      LaplaceProblem problem = separated;
       for (std::size_t body = 0; body < problem.bodies.size(); ++body)
         std::get<Disk>(problem.bodies[body].shape).centre += Vec2{0.01, -0.02} * (step % 7);
       if (step % 3 == 1) {
@@ -260,7 +260,7 @@ TEST_CASE("device: changing strong links record kernels once; the host stays out
   CutCellOptions options;
   options.cells = 64;
   options.tolerance = 1e-2;
-  const LaplaceProblem apart = chain(2, 8), close = chain(2, 1e-6);
+  const LaplaceProblem separated = chain(2, 8), close = chain(2, 1e-6);
   device::CutCell<Counting> solver(options);
   const auto solve = [&](const LaplaceProblem& problem, int times) {
     Counting::waits = Counting::recordings = 0;
@@ -268,15 +268,15 @@ TEST_CASE("device: changing strong links record kernels once; the host stays out
   };
   solve(close, 10);  // Repeats until the capacity suffices and each initial guess has been made once.
   for (int k = 0; k < 3; ++k) {
-    solve(apart, device::solves_to_forget_strong_links - 1);
+    solve(separated, device::solves_to_forget_strong_links - 1);
     CHECK(Counting::recordings == 0);
     CHECK(Counting::waits == 3 * (device::solves_to_forget_strong_links - 1));
     solve(close, 1);
     CHECK(Counting::recordings == 0);
   }
-  solve(apart, device::solves_to_forget_strong_links + 5);
+  solve(separated, device::solves_to_forget_strong_links + 5);
   CHECK(Counting::recordings > 0);
-  solve(apart, 10);
+  solve(separated, 10);
   CHECK(Counting::recordings == 0);
   CHECK(Counting::waits == 10);
   CutCellOptions exact = options;
@@ -315,9 +315,9 @@ TEST_CASE("clusters: those of the linked groups are those of all groups") {
   const std::vector<double> diagonal{3, 0, 1 + 1e3, 2 + 40, 5, 2 + 1e3 + 40, 1 + 7, 6 + 7, 4};
   const std::vector<NetworkLink> links{{5, 2, 1e3}, {0, 1, 50}, {3, 5, 40}, {7, 6, 7}};
   const device::Clusters all = device::clusters_of({diagonal, links}, 64);
-  std::vector<int> place;
+  std::vector<int> slot_of_group;
   for (int k = 0; k < 2; ++k) {  // the same memory
-    device::LinkedGroups linked = device::LinkedGroups::of(diagonal, links, place);
+    device::LinkedGroups linked = device::LinkedGroups::of(diagonal, links, slot_of_group);
     CHECK(linked.group == std::vector<int>{2, 3, 5, 6, 7});
     device::Clusters clusters = device::clusters_of(std::move(linked.network), 64);
     for (int& g : clusters.group) g = linked.group[g];
@@ -334,7 +334,7 @@ namespace {
 /// Problem of `count` disks of radius 0.1 cells on a grid of 8 x 8, in three groups that interpenetrate. The potential
 /// of the first group is given.
 LaplaceProblem three_thin_groups(int count) {
-  crowds::Random random(7);
+  random_placement::Random random(7);
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {16, 16};
   problem.sides[bottom].kind = Side::Kind::electrode;
@@ -378,11 +378,11 @@ TEST_CASE("device: a group's subgrid conductors between four cells form one") {
       expected[body.group * cells + around.cell[k]] +=
           std::abs(around.weight[k]) * subgrid_conductance(disk, grid.layout);
   }
-  std::vector<int> of_cell(3 * cells, 0);
+  std::vector<int> links_by_cell(3 * cells, 0);
   for (int m = 0; m < grid.number[device::Items::links]; ++m) {
     const int at = grid.links.group[m] * cells + grid.links.slot[m];
     links[at] += grid.links.conductance[m];
-    CHECK(++of_cell[at] <= 4);  // From the four bins around a cell; 600 disks would have about ten.
+    CHECK(++links_by_cell[at] <= 4);  // From the four bins around a cell; 600 disks would have about ten.
   }
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < n; ++i)
@@ -400,7 +400,7 @@ TEST_CASE("device: a group's subgrid conductors between four cells form one") {
 
 TEST_CASE("device: a coarsest grid beyond one block's memory is inverted in panels") {
   parallel::HostExecutor run;
-  crowds::Random random(3);
+  random_placement::Random random(3);
   for (const int n : {1, 32, 33, 200}) {
     CAPTURE(n);
     const int capacity = n + 7;

@@ -2,14 +2,14 @@
 
 // Scenes for tests of the device's algorithms.
 
-#include "tests/crowd.hpp"
+#include "tests/random_placement.hpp"
 
 namespace lichtenberg::laplace::device_scenes {
 
 /// Disks of several sizes in a box of 96 x 64, with gaps of at least `least_gap` and charges of both signs. The first
 /// is a grounded half-disk on the bottom.
-inline LaplaceProblem crowd(int count, double least_gap) {
-  crowds::Random random(11);
+inline LaplaceProblem random_disks(int count, double least_gap) {
+  random_placement::Random random(11);
   LaplaceProblem problem;
   problem.size = {96, 64};
   problem.sides[top].kind = Side::Kind::electrode;
@@ -20,14 +20,14 @@ inline LaplaceProblem crowd(int count, double least_gap) {
   while (static_cast<int>(problem.bodies.size()) <= count) {
     const double radius = random(2.5, 4);
     const Disk disk{{random(radius, 96 - radius), random(radius, 64 - radius)}, radius};
-    crowds::add_if_free(problem, disk, least_gap, random);
+    random_placement::add_if_free(problem, disk, least_gap, random);
   }
   return problem;
 }
 
 /// Problem without ground whose charges sum to zero.
 inline LaplaceProblem insulated() {
-  LaplaceProblem problem = crowd(12, 0.4);
+  LaplaceProblem problem = random_disks(12, 0.4);
   problem.sides = {};
   double total = 0;
   for (Group& group : problem.groups) {

@@ -25,7 +25,7 @@ using namespace lichtenberg::laplace::device_scenes;
 namespace {
 
 struct Cramped : parallel::HostExecutor {
-  std::size_t room() const { return 1 << 20; }
+  std::size_t available_memory() const { return 1 << 20; }
 };
 
 }  // namespace
@@ -87,8 +87,12 @@ struct Case {
 };
 
 std::vector<Case> cases() {
-  return {{"disks", crowd(25, 0.6), 192}, {"narrow gaps", crowd(35, 0.01), 96}, {"groups", merged(crowd(35, 0.01)), 96},
-          {"dish", dish(), 128},          {"shared cells", shared_cells(), 32}, {"insulated", insulated(), 96},
+  return {{"disks", random_disks(25, 0.6), 192},
+          {"narrow gaps", random_disks(35, 0.01), 96},
+          {"groups", merged(random_disks(35, 0.01)), 96},
+          {"dish", dish(), 128},
+          {"shared cells", shared_cells(), 32},
+          {"insulated", insulated(), 96},
           {"one grid", narrow_box(), 16}};
 }
 
@@ -113,8 +117,8 @@ struct Discretized {
 /// Centre of a cell, from the inverse of the numbering of `Layout`.
 Vec2 centre_of(std::ptrdiff_t slot, const Layout& at) {
   const int colour = static_cast<int>(slot / at.colour_size());
-  const std::ptrdiff_t place = slot % at.colour_size() - Layout::pad;
-  const int j = static_cast<int>(place / at.stride) - 1, n = static_cast<int>(place % at.stride);
+  const std::ptrdiff_t offset = slot % at.colour_size() - Layout::pad;
+  const int j = static_cast<int>(offset / at.stride) - 1, n = static_cast<int>(offset % at.stride);
   return {2 * n + Layout::parity(colour, j) + 0.5, j + 0.5};
 }
 
@@ -170,9 +174,9 @@ TEST_CASE("device: cells and links are the CPU's") {
         const auto found = std::find_if(links.begin(), links.end(), [&](const FluidLink& link) {
           const double share = rounding_of(link, c.problem, level);
           // Gradients: rounding of a few terms that may cancel, each at most the conductance squared.
-          const double of_terms = 1e-14 * (1 + link.conductance * link.conductance);
+          const double term_rounding = 1e-14 * (1 + link.conductance * link.conductance);
           return std::abs(link.conductance - view.links.conductance[m]) <= share * link.conductance &&
-                 norm(link.gradient - view.links.gradient[m]) <= of_terms + 2 * share * norm(link.gradient);
+                 norm(link.gradient - view.links.gradient[m]) <= term_rounding + 2 * share * norm(link.gradient);
         });
         REQUIRE(found != links.end());
         CHECK(view.links.group[m] == c.problem.bodies[view.links.end[m].body()].group);
@@ -236,7 +240,7 @@ TEST_CASE("device: operator and right-hand side are the CPU's") {
     CutCellOperator op;
     op.build(c.problem, level);
     Discretized device(c.problem, nx, ny, LinkFormula::log_fitted);
-    crowds::Random random(11);
+    random_placement::Random random(11);
     std::vector<double> x(op.size(), 0.0), y(op.size()), device_y(op.size(), -7.0), b(op.size()), device_b(op.size());
     const std::size_t cells = level.layout.size();
     for (std::size_t k = 0; k < op.size(); ++k) x[k] = k >= cells || level.diagonal[k] > 0 ? random(-1, 1) : 0;
@@ -246,11 +250,11 @@ TEST_CASE("device: operator and right-hand side are the CPU's") {
     device::apply_operator(device.run, device.on_device.view(), device.grid.view(), x.data(), device_y.data());
     op.right_hand_side(c.problem, b.data());
     device::right_hand_side(device.run, device.on_device.view(), device.grid.view(), device_b.data());
-    const std::vector<double> of_links = rounding_of_sums(c.problem, level);
+    const std::vector<double> link_rounding = rounding_of_sums(c.problem, level);
     for (std::size_t k = 0; k < op.size(); ++k) {
       // Rounding of sums of at most about 200 terms, each at most the diagonal; links times differences of at most 2.
       const double diagonal = k < cells ? level.diagonal[k] : device.grid.view().groups.diagonal[k - cells];
-      const double rounding = 200 * 1.1e-16 * (1 + diagonal) + 2 * of_links[k];
+      const double rounding = 200 * 1.1e-16 * (1 + diagonal) + 2 * link_rounding[k];
       REQUIRE(std::abs(y[k] - device_y[k]) <= rounding);
       REQUIRE(std::abs(b[k] - device_b[k]) <= rounding);
     }
@@ -262,7 +266,7 @@ namespace {
 /// Problem of three bars above a half-disk. Their sides lie between cells of 8 m and of all smaller ones, except for
 /// one end each that extends farther. On the coarsest grid, of cells 8 m wide, no two are neighbours.
 LaplaceProblem bars(double farther) {
-  LaplaceProblem problem = crowd(0, 20);
+  LaplaceProblem problem = random_disks(0, 20);
   const double ends[3][4] = {{8, 32, 24, 32}, {40, 32, 56, 32}, {72, 48, 88, 48}};
   for (const auto& [x, y, to_x, to_y] : ends) {
     problem.bodies.push_back({Bar{{x, y}, {to_x + farther, to_y}, 16}, static_cast<int>(problem.groups.size())});
@@ -271,7 +275,7 @@ LaplaceProblem bars(double farther) {
   return problem;
 }
 
-std::size_t bound_cells(const LaplaceProblem& problem, int nx, int ny) {
+std::size_t count_eliminated_cells(const LaplaceProblem& problem, int nx, int ny) {
   Level level(problem, nx, ny);
   LevelBuilder().build(problem, LinkFormula::log_fitted, level);
   return level.eliminated.cells.size();
@@ -296,7 +300,7 @@ double difference_of_cycles(const LaplaceProblem& problem, int nx, int ny) {
   device.build(problem, on_device.view());
   REQUIRE(device.levels() == multigrid.levels());
   REQUIRE(device.levels() > 2);
-  crowds::Random random(11);
+  random_placement::Random random(11);
   std::vector<double> r(op.size(), 0.0), z(op.size()), device_z(op.size(), -7.0);
   const std::size_t cells = level.layout.size();
   for (std::size_t k = 0; k < op.size(); ++k) r[k] = k >= cells || level.diagonal[k] > 0 ? random(-1, 1) : 0;
@@ -318,7 +322,7 @@ constexpr double rounding_of_cycles = 20 * 6e-8;
 
 TEST_CASE("device V-cycle: it is the CPU's without gap conductances") {
   const LaplaceProblem problem = bars(0);
-  REQUIRE(bound_cells(problem, 96, 64) == 0);
+  REQUIRE(count_eliminated_cells(problem, 96, 64) == 0);
   CHECK(difference_of_cycles(problem, 96, 64) < rounding_of_cycles);
 }
 
@@ -326,10 +330,10 @@ TEST_CASE("device V-cycle: it eliminates near-surface cells as the CPU does") {
   // The ends lie 0.1 cells from a column of centres: on the finest grid of 96 cells, or on 192 cells, the second of
   // three grids.
   const LaplaceProblem on_finest = bars(0.4), on_second = bars(0.2);
-  REQUIRE(bound_cells(on_finest, 96, 64) == 3 * 16);
+  REQUIRE(count_eliminated_cells(on_finest, 96, 64) == 3 * 16);
   CHECK(difference_of_cycles(on_finest, 96, 64) < rounding_of_cycles);
-  REQUIRE(bound_cells(on_second, 384, 256) == 0);
-  REQUIRE(bound_cells(on_second, 192, 128) == 3 * 32);
+  REQUIRE(count_eliminated_cells(on_second, 384, 256) == 0);
+  REQUIRE(count_eliminated_cells(on_second, 192, 128) == 3 * 32);
   CHECK(difference_of_cycles(on_second, 384, 256) < rounding_of_cycles);
 }
 
@@ -400,7 +404,7 @@ TEST_CASE("device: charges and their sum are exact for any tolerance") {
 }
 
 TEST_CASE("device: it increases capacity for more links, gaps or groups") {
-  LaplaceProblem small = crowd(30, 2), large = small;
+  LaplaceProblem small = random_disks(30, 2), large = small;
   for (std::size_t body = 1; body < large.bodies.size(); ++body) {
     std::get<Disk>(small.bodies[body].shape).radius *= 0.3;   // A quarter of the links.
     std::get<Disk>(large.bodies[body].shape).radius += 0.98;  // Gaps of at least 0.04 cells.
@@ -425,7 +429,7 @@ TEST_CASE("device memory: too little is refused with the need") {
   CutCellOptions options;
   options.cells = 192;
   device::CutCell<Cramped> solver(options);
-  CHECK_THROWS_WITH_AS(solver.solve(crowd(25, 0.6)),
+  CHECK_THROWS_WITH_AS(solver.solve(random_disks(25, 0.6)),
                        "the field on 192 x 128 cells around 26 conductors needs 4 MiB of the device's memory, of which "
                        "1 MiB are free",
                        Failure);
@@ -449,8 +453,9 @@ TEST_CASE("iterations: one predicted to reach the tolerance is the last") {
   iterations.test_convergence(1e-2);  // From r'z the norm is 0.1, more than 0.01 sqrt(1 + 0.01).
   CHECK(iterations.go_on == 1);
   iterations.set_step(1);
-  CHECK(iterations.go_on == 1);       // The first step makes no prediction.
-  iterations.test_convergence(3e-4);  // The norm falls to 0.17 of it; the next step is predicted to halve this, to 0.0087.
+  CHECK(iterations.go_on == 1);  // The first step makes no prediction.
+  iterations.test_convergence(
+      3e-4);  // The norm falls to 0.17 of it; the next step is predicted to halve this, to 0.0087.
   CHECK(iterations.go_on == 1);
   iterations.set_step(1);
   CHECK(iterations.go_on == 0);

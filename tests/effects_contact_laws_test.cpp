@@ -94,9 +94,9 @@ TEST_CASE("spheres of any radii: Hertz's force") {
   // E of two grains of diameter 1 is 4/3 E* sqrt(1/4).
   const ViscoelasticLaw elastic{278.6, 0};
   for (const double radius : {0.5, 0.2, 3.0}) {
-    const PairSeen seen{.distance = 0.45 + radius, .reach = 0.5 + radius, .radius_i = 0.5, .radius_j = radius};
-    const PairForce hertzian = HertzLaw{1.5 * 278.6}(seen);
-    const ContactParts here = elastic.parts(seen.reach - seen.distance, elastic.scale(0.5, radius));
+    const PairGeometry pair{.distance = 0.45 + radius, .reach = 0.5 + radius, .radius_i = 0.5, .radius_j = radius};
+    const PairForce hertzian = HertzLaw{1.5 * 278.6}(pair);
+    const ContactParts here = elastic.parts(pair.reach - pair.distance, elastic.scale(0.5, radius));
     CHECK(here.elastic == Approx(hertzian.force).epsilon(1e-13).scale(0));
     CHECK(here.stored == Approx(hertzian.energy).epsilon(1e-13).scale(0));
     CHECK(here.elastic_slope == Approx(hertzian.stiffness).epsilon(1e-13).scale(0));

@@ -29,12 +29,12 @@ Box<d> periodic_box(double length) {
 
 /// Particles of radius 0.3 to 0.5 at random positions of a periodic box, and their pairs.
 template <int d>
-struct Crowd {
-  Crowd(int n, double length) : box(periodic_box<d>(length)) {
+struct RandomSpheres {
+  RandomSpheres(int n, double length) : box(periodic_box<d>(length)) {
     std::mt19937 random(1);
-    std::uniform_real_distribution<double> place(0, length), size(0.3, 0.5);
+    std::uniform_real_distribution<double> coordinate(0, length), size(0.3, 0.5);
     for (int i = 0; i < n; ++i) radius.push_back(size(random));
-    for (int k = 0; k < n * d; ++k) position.push_back(place(random));
+    for (int k = 0; k < n * d; ++k) position.push_back(coordinate(random));
     pairs = pairs_closer_than(spheres(), 0.1);
   }
   Spheres<d> spheres() const { return {position, radius, box}; }
@@ -45,24 +45,24 @@ struct Crowd {
 };
 
 template <int d, class Law>
-void check_law(const Law& law, const Crowd<d>& crowd) {
-  const Spheres<d> spheres = crowd.spheres();
+void check_law(const Law& law, const RandomSpheres<d>& particles) {
+  const Spheres<d> spheres = particles.spheres();
   parallel::Team three(3);
-  std::vector<double> alone(crowd.position.size()), shared(alone);
-  const PairSum sum = add_pair_forces(law, spheres, crowd.pairs, alone, parallel::Team::single());
-  CHECK(add_pair_forces(law, spheres, crowd.pairs, shared, three).energy == sum.energy);
+  std::vector<double> alone(particles.position.size()), shared(alone);
+  const PairSum sum = add_pair_forces(law, spheres, particles.pairs, alone, parallel::Team::single());
+  CHECK(add_pair_forces(law, spheres, particles.pairs, shared, three).energy == sum.energy);
   CHECK(shared == alone);
   if constexpr (d == 3) {
     const parallel::HostExecutor run;
-    const PartnerTable<parallel::HostExecutor> table(run, crowd.pairs, spheres.size());
+    const PartnerTable<parallel::HostExecutor> table(run, particles.pairs, spheres.size());
     const DeviceGrains grains{.count = spheres.size(),
-                              .box = crowd.box,
-                              .position = reinterpret_cast<const Vec3*>(crowd.position.data()),
-                              .radius = crowd.radius.data(),
+                              .box = particles.box,
+                              .position = reinterpret_cast<const Vec3*>(particles.position.data()),
+                              .radius = particles.radius.data(),
                               .partners = table.view()};
-    std::vector<WholeVec> force(spheres.size());
+    std::vector<FixedPointVec> force(spheres.size());
     std::int64_t energy = 0;
-    const PairQuanta quanta{0x1p-44, 0x1p-44};
+    const PairUnits quanta{0x1p-44, 0x1p-44};
     PairPart<Law, parallel::HostExecutor>(run, law, {}).add_forces(grains, quanta, force.data(), &energy);
     // About ten terms of a sum, each rounded to a quantum and by 1e-16 of the largest.
     double largest = 0;
@@ -78,8 +78,8 @@ void check_law(const Law& law, const Crowd<d>& crowd) {
 }  // namespace
 
 TEST_CASE("pair forces: threads give identical bits, an executor equal forces") {
-  const Crowd<2> plane(6000, 60);
-  const Crowd<3> space(6000, 16);
+  const RandomSpheres<2> plane(6000, 60);
+  const RandomSpheres<3> space(6000, 16);
   REQUIRE(space.pairs.size() > 6000);
   check_law(effects::HertzLaw{2}, plane);
   check_law(effects::HertzLaw{2}, space);
@@ -91,10 +91,10 @@ TEST_CASE("pair forces: threads give identical bits, an executor equal forces") 
 TEST_CASE("quick form of a law: it equals the law") {
   const effects::ContactPotentialLaw law{3};
   for (double q = 0.8; q < 1; q += 0.01) {
-    const PairSeen seen{.distance = 2 * q, .reach = 2};
-    REQUIRE(law.quick_holds(seen));
-    CHECK(law.quick(seen).energy == doctest::Approx((q - 1) * std::log(q)).epsilon(1e-13).scale(0));
-    CHECK(law.quick(seen).force == doctest::Approx(law(seen).force).epsilon(1e-13).scale(0));
+    const PairGeometry pair{.distance = 2 * q, .reach = 2};
+    REQUIRE(law.quick_holds(pair));
+    CHECK(law.quick(pair).energy == doctest::Approx((q - 1) * std::log(q)).epsilon(1e-13).scale(0));
+    CHECK(law.quick(pair).force == doctest::Approx(law(pair).force).epsilon(1e-13).scale(0));
   }
   CHECK_FALSE(law.quick_holds({.distance = 1.5, .reach = 2}));
 }
@@ -117,22 +117,23 @@ TEST_CASE("Hertz force: across periodic faces it equals that inside") {
 }
 
 TEST_CASE("Hertz across periodic sides: forces are energy derivatives") {
-  Crowd<3> crowd(400, 6.5);
+  RandomSpheres<3> particles(400, 6.5);
   const effects::HertzLaw law{5};
   const auto energy = [&] {
     double sum = 0;
-    for_each_in_reach(law, crowd.spheres(), crowd.pairs, [&](const auto& found) { sum += law(found.seen).energy; });
+    for_each_in_reach(law, particles.spheres(), particles.pairs,
+                      [&](const auto& found) { sum += law(found.geometry).energy; });
     return sum;
   };
-  std::vector<double> force(crowd.position.size());
-  const PairSum sum = add_pair_forces(law, crowd.spheres(), crowd.pairs, force, parallel::Team::single());
+  std::vector<double> force(particles.position.size());
+  const PairSum sum = add_pair_forces(law, particles.spheres(), particles.pairs, force, parallel::Team::single());
   CHECK(sum.energy == doctest::Approx(energy()).epsilon(1e-13));
   const double h = 1e-6;  // Truncation: h^2 times a third derivative of 10 to 1000 N/m^2; rounding 1e-16 * 1e3 / h.
   for (int k = 0; k < 60; ++k) {
-    const double at = std::exchange(crowd.position[k], crowd.position[k] + h), above = energy();
-    crowd.position[k] = at - h;
+    const double at = std::exchange(particles.position[k], particles.position[k] + h), above = energy();
+    particles.position[k] = at - h;
     const double below = energy();
-    crowd.position[k] = at;
+    particles.position[k] = at;
     CHECK(std::abs((below - above) / (2 * h) - force[k]) < 1e-6);
   }
 }

@@ -72,10 +72,10 @@ TEST_CASE("surfaces: distance, gradient and curvature match the field's geometry
   const std::vector<Shape> shapes = {Disk{{0.01, 0.02}, 0.003}, Ring{{0.02, 0.02}, 0.02},
                                      Bar{{0.01, 0.01}, {0.03, 0.02}, 0.004}};
   std::mt19937 random(1);
-  std::uniform_real_distribution<double> place(0.005, 0.035);
+  std::uniform_real_distribution<double> coordinate(0.005, 0.035);
   for (const Shape& shape : shapes)
     for (int trial = 0; trial < 50; ++trial) {
-      const Vec2 p = {place(random), place(random)};
+      const Vec2 p = {coordinate(random), coordinate(random)};
       const View seen = view(surface_of(shape), in_space(p));
       CHECK(seen.distance == near(signed_distance(shape, p)));
       if (seen.distance < 1e-4) continue;  // The bar's medial axis, where the gradient jumps, is inside.
@@ -141,7 +141,7 @@ TEST_CASE("Hertz: an overlap above one radius is a failure") {
 TEST_CASE("walls: the force is normal, with the effective radius of both surfaces") {
   Scene scene = scene_of({{0.05, 0.05}});
   scene.effects.add<effects::WallContactOptions>();
-  const auto push_at = [&](Vec2 p) {
+  const auto force_at = [&](Vec2 p) {
     Bodies bodies = make_bodies(scene);
     bodies.position = {p.x, p.y};
     const std::vector<double> force = forces_of(effects::WallContact(scene), bodies);
@@ -150,21 +150,21 @@ TEST_CASE("walls: the force is normal, with the effective radius of both surface
   const double overlap = 1e-6;
   // Between equal spheres R_eff = R/2, as above: 3.27629 N. At a flat wall R_eff = R: sqrt(2) times that.
   const double flat = 3.27629 * std::sqrt(2.0);
-  CHECK(norm(push_at({0.05, 0.05})) == 0);
-  CHECK(push_at({radius - overlap, 0.05}).x == near(flat, 1e-5));
-  CHECK(push_at({0.1 - radius + overlap, 0.05}).x == near(-flat, 1e-5));
-  CHECK(push_at({0.05, 0.1 - radius + overlap}).y == near(-flat, 1e-5));
+  CHECK(norm(force_at({0.05, 0.05})) == 0);
+  CHECK(force_at({radius - overlap, 0.05}).x == near(flat, 1e-5));
+  CHECK(force_at({0.1 - radius + overlap, 0.05}).x == near(-flat, 1e-5));
+  CHECK(force_at({0.05, 0.1 - radius + overlap}).y == near(-flat, 1e-5));
 
   scene.electrodes = {electrode_of("ball", Disk{{0.05, 0.05}, radius}, 0)};
-  CHECK(push_at({0.05 - 2 * radius + overlap, 0.05}).x == near(-3.27629, 1e-5));
+  CHECK(force_at({0.05 - 2 * radius + overlap, 0.05}).x == near(-3.27629, 1e-5));
   scene.electrodes = {electrode_of("bar", Bar{{0.04, 0.05}, {0.06, 0.05}, 0.01}, 0)};
-  CHECK(push_at({0.05, 0.055 + radius - overlap}).y == near(flat, 1e-5));
+  CHECK(force_at({0.05, 0.055 + radius - overlap}).y == near(flat, 1e-5));
   const double diagonal = std::sqrt(0.5) * (radius - overlap);
-  CHECK(norm(push_at({0.06 + diagonal, 0.055 + diagonal}) - std::sqrt(0.5) * flat * Vec2{1, 1}) < 1e-4 * flat);
+  CHECK(norm(force_at({0.06 + diagonal, 0.055 + diagonal}) - std::sqrt(0.5) * flat * Vec2{1, 1}) < 1e-4 * flat);
 
   // Inside a ring of 5 mm the curvatures subtract: 1/R_eff = 1/R - 1/5R, R_eff = 5/4 R. The force points inward.
   scene.electrodes = {electrode_of("ring", Ring{{0.05, 0.05}, 5 * radius}, 0)};
-  const Vec2 inward = push_at({0.05 + 4 * radius + overlap, 0.05});
+  const Vec2 inward = force_at({0.05 + 4 * radius + overlap, 0.05});
   CHECK(inward.x == near(-flat * std::sqrt(1.25), 1e-5));
   CHECK(inward.y == 0);
 }
@@ -174,7 +174,7 @@ TEST_CASE("wall contact: different materials give the modulus of both") {
   Scene scene = scene_of({{0.05, 0.05}});
   scene.effects.add(effects::WallContactOptions{.young = 6e6, .poisson = 0.2});
   const double overlap = 1e-5;
-  const auto push_at = [&](Vec2 p) {
+  const auto force_at = [&](Vec2 p) {
     Bodies bodies = make_bodies(scene);
     bodies.position = {p.x, p.y};
     return forces_of(effects::WallContact(scene), bodies)[0];
@@ -182,14 +182,14 @@ TEST_CASE("wall contact: different materials give the modulus of both") {
   const auto force = [&](double modulus, double effective) {
     return 4.0 / 3 * modulus * std::sqrt(effective) * std::pow(overlap, 1.5);
   };
-  CHECK(push_at({radius - overlap, 0.05}) == near(force(6e6 / 1.92, radius), 1e-9));  // Both of one material.
+  CHECK(force_at({radius - overlap, 0.05}) == near(force(6e6 / 1.92, radius), 1e-9));  // Both of one material.
   scene.effects.add(effects::HertzContactOptions{.young = 4e6, .poisson = 0.2});
-  CHECK(push_at({radius - overlap, 0.05}) == near(force(2.5e6, radius), 1e-9));
+  CHECK(force_at({radius - overlap, 0.05}) == near(force(2.5e6, radius), 1e-9));
   scene.electrodes = {electrode_of("ball", Disk{{0.05, 0.05}, radius}, 0)};
-  CHECK(push_at({0.05 - 2 * radius + overlap, 0.05}) == near(-force(2.5e6, radius / 2), 1e-9));
+  CHECK(force_at({0.05 - 2 * radius + overlap, 0.05}) == near(-force(2.5e6, radius / 2), 1e-9));
   scene.effects.add(effects::HertzContactOptions{.young = 6e6, .poisson = 0.2});
   scene.electrodes.clear();
-  CHECK(push_at({radius - overlap, 0.05}) == near(force(6e6 / 1.92, radius), 1e-9));
+  CHECK(force_at({radius - overlap, 0.05}) == near(force(6e6 / 1.92, radius), 1e-9));
 }
 
 TEST_CASE("Hertz: pairs of different materials have the modulus of both") {
@@ -266,8 +266,8 @@ TEST_CASE("walls: cached gaps give the forces of a new search") {
     pushed += std::ranges::any_of(force, [](double f) { return f != 0; });
     const std::vector<double> travel = {0.3 * radius, 0};
     std::vector<bool> marked(2), fresh(2);
-    walls.mark_pushed(bodies, travel, marked);
-    effects::WallContact(scene).mark_pushed(bodies, travel, fresh);
+    walls.mark_interacting(bodies, travel, marked);
+    effects::WallContact(scene).mark_interacting(bodies, travel, fresh);
     CHECK(marked == fresh);
   }
   CHECK(pushed > 20);
@@ -345,7 +345,7 @@ TEST_CASE("field forces, charges and energies: SI values are per depth times dep
   CHECK(field.solves() == 1);
   CHECK(field.iterations() == 1);
 
-  const HeldField held{.time = 2.0, .force = {{1, 2}, {3, 4}}, .force_rate = {{0.5, 0}, {0, -0.5}}};
+  const ExtrapolatedField held{.time = 2.0, .force = {{1, 2}, {3, 4}}, .force_rate = {{0.5, 0}, {0, -0.5}}};
   field.follow(held);
   std::vector<double> force(4);
   field.add_forces({4.0, bodies, {}}, force);
@@ -378,16 +378,16 @@ TEST_CASE("contact of different potentials: without a discharge it ends the run"
   effects::FloatingConductors field(scene, std::make_unique<LineCharges>(std::make_shared<SolverLog>()));
   Bodies bodies = make_bodies(scene);
   const effects::NodeCharges charges{.charge = {1e-10, 0}};
-  const ElectricalGroups apart = electrical_groups(scene, {});
+  const ElectricalGroups separate_groups = electrical_groups(scene, {});
   bodies.position[2] = 0.02 + 1.99 * radius;
-  CHECK_THROWS_AS(field.solve(bodies, apart, charges), InputError);  // The first instant.
+  CHECK_THROWS_AS(field.solve(bodies, separate_groups, charges), InputError);  // The first instant.
   bodies.position[2] = 0.02 + 2.01 * radius;
-  CHECK_NOTHROW(field.solve(bodies, apart, charges));
+  CHECK_NOTHROW(field.solve(bodies, separate_groups, charges));
   bodies.position[2] = 0.02 + 1.99 * radius;
-  CHECK_THROWS_AS(field.solve(bodies, apart, charges), Failure);
+  CHECK_THROWS_AS(field.solve(bodies, separate_groups, charges), Failure);
   CHECK_NOTHROW(field.solve(bodies, electrical_groups(scene, std::vector{Contact{0, 1}}), charges));
   bodies.position[2] = 0.99 * radius;  // In the left side, an electrode.
-  CHECK_THROWS_AS(field.solve(bodies, apart, charges), Failure);
+  CHECK_THROWS_AS(field.solve(bodies, separate_groups, charges), Failure);
 }
 
 TEST_CASE("model: it has the effects of the scene's tables and no others") {

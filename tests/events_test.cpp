@@ -32,7 +32,7 @@ doctest::Approx near(double value, double tolerance = 1e-9) {
 TEST_CASE("split and monolithic coupling: they agree through contact events") {
   // Conductors with various charges surround a grounded ball. Within 0.1 s groups merge, split and discharge. Errors
   // grow with each event, so both runs have finer tolerances than the comparison.
-  Scene scene = crowd();
+  Scene scene = random_spheres();
   for (std::size_t i = 0; i < scene.conductors.size(); ++i) scene.conductors[i].charge = (i % 3 - 1.0) * 3e-10;
   scene.mechanics.relative_tolerance = 1e-8;
   const auto run = [&](FieldCoupling coupling) {
@@ -66,14 +66,14 @@ TEST_CASE("contacts: they are located at the gap, not at the ends of steps") {
                             const bool floating = problem.groups[problem.bodies[0].group].floating;
                             return std::vector<Vec2>{{floating ? force : 0, 0}, {0, 0}};
                           }));
-    const double way = 0.03 - 3 * radius, at = std::sqrt(2 * way * mass / force);
+    const double free_path = 0.03 - 3 * radius, at = std::sqrt(2 * free_path * mass / force);
     CHECK(simulation.now().group[0] == 0);
     simulation.advance_to(at + 1e-3);
     const ConductorFrame frame = simulation.now();
     CHECK(frame.group[0] == -1);
     CHECK(simulation.counters().contacts_made == 1);
     // The accuracy of CVODE is 1e-6 of the momentum per step.
-    CHECK(frame.velocity[0].x == near(std::sqrt(2 * force / mass * way), 1e-4));
+    CHECK(frame.velocity[0].x == near(std::sqrt(2 * force / mass * free_path), 1e-4));
   }
 }
 
@@ -146,9 +146,9 @@ TEST_CASE("deferred merge: it waits for later ones, and its delay is corrected")
   // sets the deferral, meets at about 0.01 s; the others meet 0.2 ms apart at about 0.02 s. With piecewise constant
   // forces the correction is exact.
   Scene scene = conductor_scene({{0.02, 0.05}, {0.02, 0}, {0.05, 0.05}, {0.05, 0}, {0.08, 0.05}, {0.08, 0}});
-  const double speed = 0.01, force = speed * drag, ways[] = {2e-4, 4e-4, 4e-4 + 2 * speed * 2e-4};
+  const double speed = 0.01, force = speed * drag, gaps[] = {2e-4, 4e-4, 4e-4 + 2 * speed * 2e-4};
   for (int pair = 0; pair < 3; ++pair)
-    scene.conductors[2 * pair + 1].position = scene.conductors[2 * pair].position + Vec3{0, 3 * radius + ways[pair]};
+    scene.conductors[2 * pair + 1].position = scene.conductors[2 * pair].position + Vec3{0, 3 * radius + gaps[pair]};
   scene.mechanics.relative_tolerance = 1e-9;
   scene.mechanics.position_tolerance = 1e-5;
   const auto run = [&](FieldCoupling coupling) {
@@ -182,11 +182,12 @@ TEST_CASE("alternating contact: the run does not stall and conserves charge") {
     scene.effects.find<effects::ContactDischargeOptions>()->hysteresis = hysteresis;
     scene.effects.add(effects::CurrentSourceOptions{.current = 1e-10});
     scene.conductors[0].charge = 1e-11;
-    const double pull = 0.5 * 1e-3 * drag;  // Force on each body; the gap changes by 1 mm/s.
-    Simulation simulation(scene, scripted([&](const laplace::LaplaceProblem& problem) {
-                            const bool one = problem.bodies[0].group == problem.bodies[1].group;
-                            return std::vector<Vec2>{{one ? -pull : pull, 0}, {one ? pull : -pull, 0}};
-                          }));
+    const double pair_force = 0.5 * 1e-3 * drag;  // Force on each body; the gap changes by 1 mm/s.
+    Simulation simulation(
+        scene, scripted([&](const laplace::LaplaceProblem& problem) {
+          const bool one = problem.bodies[0].group == problem.bodies[1].group;
+          return std::vector<Vec2>{{one ? -pair_force : pair_force, 0}, {one ? pair_force : -pair_force, 0}};
+        }));
     simulation.advance_to(0.2);  // The bodies have met.
     const std::int64_t before = simulation.counters().regroupings;
     simulation.advance_to(1.2);
@@ -268,7 +269,7 @@ TEST_CASE("charge balance: 1e-12 over complete runs with every integrator") {
   for (const auto& [integrator, coupling, end] : {std::tuple{Integrator::cvode, FieldCoupling::split, 2.0},
                                                   {Integrator::cvode, FieldCoupling::monolithic, 0.1},
                                                   {Integrator::euler, FieldCoupling::split, 0.5}}) {
-    Scene scene = crowd();
+    Scene scene = random_spheres();
     scene.mechanics.integrator = integrator;
     scene.mechanics.coupling = coupling;
     Simulation simulation(scene, std::make_unique<LineCharges>());
@@ -351,7 +352,7 @@ TEST_CASE("checkpoint: a restored simulation has identical bits") {
   for (const auto& [integrator, coupling, every] : {std::tuple{Integrator::cvode, FieldCoupling::split, 0.05},
                                                     {Integrator::cvode, FieldCoupling::monolithic, 0.005},
                                                     {Integrator::euler, FieldCoupling::split, 0.02}}) {
-    Scene scene = crowd();
+    Scene scene = random_spheres();
     scene.mechanics.integrator = integrator;
     scene.mechanics.coupling = coupling;
     scene.mechanics.position_tolerance = 1e-5 * radius;  // A strict tolerance makes the error control limit the steps.
@@ -391,9 +392,9 @@ TEST_CASE("checkpoint: a restored neutral simulation has identical bits") {
 }
 
 TEST_CASE("checkpoint: another scene or program is refused with an error message") {
-  Simulation simulation(crowd(), std::make_unique<LineCharges>());
+  Simulation simulation(random_spheres(), std::make_unique<LineCharges>());
   Checkpoint checkpoint = simulation.checkpoint();
-  Scene smaller = crowd();
+  Scene smaller = random_spheres();
   smaller.conductors.pop_back();
   CHECK_THROWS_WITH_AS(
       Simulation(smaller, std::make_unique<LineCharges>()).restore(checkpoint),

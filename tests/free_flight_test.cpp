@@ -23,8 +23,8 @@ namespace {
 doctest::Approx near(double value, double tolerance) { return doctest::Approx(value).epsilon(tolerance).scale(0); }
 
 /// Two fast conductors in oil with a constant force that reverses them, and the data for CVODE.
-struct Thrown {
-  Thrown() : scene(conductor_scene({{0.01, 0.05}, {0.05, 0.05}})), model(with_contacts()) {
+struct FlyingPair {
+  FlyingPair() : scene(conductor_scene({{0.01, 0.05}, {0.05, 0.05}})), model(with_contacts()) {
     model.bodies.momentum = {0.3 * mass, 0.1 * mass, -0.2 * mass, 0};
   }
   Model with_contacts() {
@@ -37,7 +37,8 @@ struct Thrown {
   }
 
   Scene scene;
-  effects::HeldField held{.time = 1, .force = {{1e-3, -2e-3}, {-3e-3, 1e-3}}, .force_rate = {{-0.5, 0.1}, {0.4, 0}}};
+  effects::ExtrapolatedField held{
+      .time = 1, .force = {{1e-3, -2e-3}, {-3e-3, 1e-3}}, .force_rate = {{-0.5, 0.1}, {0.4, 0}}};
   Model model;
 };
 
@@ -46,8 +47,8 @@ struct Thrown {
 TEST_CASE("free fall: without drag it is uniformly accelerated") {
   const double t = 0.02, v = 0.3, f = 1e-3, rate = 0.7;
   const FreeFall fall(t, mass, 0);
-  CHECK(fall.move(v, f, rate) == near(v * t + f * t * t / (2 * mass) + rate * t * t * t / (6 * mass), 1e-14));
-  CHECK(fall.speed(v, f, rate) == near(v + f * t / mass + rate * t * t / (2 * mass), 1e-14));
+  CHECK(fall.displacement(v, f, rate) == near(v * t + f * t * t / (2 * mass) + rate * t * t * t / (6 * mass), 1e-14));
+  CHECK(fall.final_velocity(v, f, rate) == near(v + f * t / mass + rate * t * t / (2 * mass), 1e-14));
 }
 
 TEST_CASE("free fall: with drag it solves m dv/dt = F + rate t - drag v") {
@@ -57,16 +58,16 @@ TEST_CASE("free fall: with drag it solves m dv/dt = F + rate t - drag v") {
     // The particular solution and the decay in full: for small z they cancel with 1/z^2 roundings.
     const double slope = rate / drag, start = f / drag - slope * relaxation;
     const double speed = start + slope * t + (v - start) * std::exp(-z);
-    const double way = start * t + slope * t * t / 2 - (v - start) * relaxation * std::expm1(-z);
+    const double displacement = start * t + slope * t * t / 2 - (v - start) * relaxation * std::expm1(-z);
     const FreeFall fall(t, mass, drag);
     const double cancelled = 1e-15 + 1e-16 / (z * z);
-    CHECK(fall.speed(v, f, rate) == near(speed, 10 * cancelled));
-    CHECK(fall.move(v, f, rate) == near(way, 10 * cancelled));
+    CHECK(fall.final_velocity(v, f, rate) == near(speed, 10 * cancelled));
+    CHECK(fall.displacement(v, f, rate) == near(displacement, 10 * cancelled));
   }
 }
 
 TEST_CASE("free flight: one step equals CVODE's motion") {
-  Thrown exact, solved;
+  FlyingPair exact, solved;
   mechanics::FreeFlight flight(exact.model);
   CHECK(flight.advance(1, 1.02, exact.held, {}) == 1.02);
   mechanics::make_cvode(solved.scene, solved.model).advance(1, 1.02);
@@ -77,12 +78,12 @@ TEST_CASE("free flight: one step equals CVODE's motion") {
 }
 
 TEST_CASE("free flight: it ends at the first event in the given direction") {
-  Thrown pair;
+  FlyingPair pair;
   mechanics::FreeFlight flight(pair.model);
   // The first conductor moves to the right and is driven back: x - 0.0101 rises through zero at 0.4 ms and falls later.
   const double line = 0.0101;
   const auto first_passage = [&](int direction) {
-    Thrown fresh;
+    FlyingPair fresh;
     mechanics::FreeFlight f(fresh.model);
     const mechanics::Events events{.direction = {direction, +1},
                                    .values =
@@ -105,8 +106,8 @@ TEST_CASE("free flight: it ends at the first event in the given direction") {
 
 TEST_CASE("events: they also read free bodies while CVODE moves the others") {
   const double line = 0.0101;
-  Thrown mixed, solved;
-  const auto events_of = [&](Thrown& pair) {
+  FlyingPair mixed, solved;
+  const auto events_of = [&](FlyingPair& pair) {
     return mechanics::Events{.direction = {-1, +1},
                              .values =
                                  [&](std::span<double> value) {
@@ -130,19 +131,19 @@ TEST_CASE("events: they also read free bodies while CVODE moves the others") {
 }
 
 TEST_CASE("free flight: only for bodies out of range of bodies, walls, electrodes") {
-  Thrown pair;
+  FlyingPair pair;
   const mechanics::FreeFlight flight(pair.model);
   const double gap = 0.04 - 2 * radius, to_side = 0.01 - radius;
   const std::vector<int> none, first{0}, both{0, 1};
-  CHECK(flight.pushed(std::vector{0.1 * gap, 0.85 * gap}) == none);
-  CHECK(flight.pushed(std::vector{0.1 * gap, 0.95 * gap}) == both);
-  CHECK(flight.pushed(std::vector{0.99 * to_side, 0.0}) == none);
-  CHECK(flight.pushed(std::vector{1.01 * to_side, 0.0}) == first);
+  CHECK(flight.interacting(std::vector{0.1 * gap, 0.85 * gap}) == none);
+  CHECK(flight.interacting(std::vector{0.1 * gap, 0.95 * gap}) == both);
+  CHECK(flight.interacting(std::vector{0.99 * to_side, 0.0}) == none);
+  CHECK(flight.interacting(std::vector{1.01 * to_side, 0.0}) == first);
   Scene scene = conductor_scene({{0.05, 0.05}, {0.05, 0.05 + 1.999 * radius}});
   scene.effects.add<effects::HertzContactOptions>();
   Model touching = effects::make_model(
       scene, effects::made(std::make_unique<effects::FloatingConductors>(scene, std::make_unique<LineCharges>())));
-  CHECK(mechanics::FreeFlight(touching).pushed(std::vector{0.0, 0.0}) == both);
+  CHECK(mechanics::FreeFlight(touching).interacting(std::vector{0.0, 0.0}) == both);
 }
 
 }  // namespace free_flight_test

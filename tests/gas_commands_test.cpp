@@ -386,10 +386,10 @@ TEST_CASE("run --from: a gas too dense for random positions starts from a packin
   REQUIRE(run_program(folder, "run packing.toml").status == 0);
   const Ended ended = run_program(folder, "run gas.toml --from packing.h5 --out gas.h5");
   REQUIRE_MESSAGE(ended.status == 0, ended.err);
-  const auto places = [&](const std::string& file) {
+  const auto positions_in = [&](const std::string& file) {
     return hdf5::get<double>(hdf5::load(folder / file), "particles/conductors/position/value");
   };
-  const std::vector<double> packed = places("packing.h5"), gas = places("gas.h5");
+  const std::vector<double> packed = positions_in("packing.h5"), gas = positions_in("gas.h5");
   CHECK(std::equal(packed.end() - 360, packed.end(), gas.begin()));
   for (const char* command : {"analyse gas.h5", "run gas.toml --from packing.h5 --out gas.h5 --resume",
                               "run gas.toml --from gas.h5 --out again.h5"}) {

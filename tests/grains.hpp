@@ -75,19 +75,19 @@ inline void add(Scene& scene, Vec3 position, Vec3 velocity = {}, double charge =
   scene.conductors.push_back({.position = position, .velocity = velocity, .radius = 0.5, .charge = charge});
 }
 
-/// Adds grains at random positions, at least 1.05 apart, in the middle cube of edge `room`. Velocities have the
+/// Adds grains at random positions, at least 1.05 apart, in the middle cube of edge `edge`. Velocities have the
 /// variance `temperature` and mean 0.
-inline void add_gas(Scene& scene, int count, double room, double temperature, std::uint64_t seed = 1) {
+inline void add_gas(Scene& scene, int count, double edge, double temperature, std::uint64_t seed = 1) {
   Random random({.seed = seed, .purpose = RandomPurpose::population});
   const Box<3> box = scene.domain.box();
-  const double low = 0.5 * (scene.domain.size.x - room);
+  const double low = 0.5 * (scene.domain.size.x - edge);
   const auto clear = [&](Vec3 p) {
     return std::ranges::all_of(scene.conductors,
                                [&](const Conductor& c) { return norm(box.difference(p, c.position)) > 1.05; });
   };
   const std::size_t first = scene.conductors.size();
   while (scene.conductors.size() < first + count) {
-    const Vec3 p = {random.uniform(low, low + room), random.uniform(low, low + room), random.uniform(low, low + room)};
+    const Vec3 p = {random.uniform(low, low + edge), random.uniform(low, low + edge), random.uniform(low, low + edge)};
     if (clear(p)) add(scene, p);
   }
   Vec3 sum{};
@@ -113,14 +113,14 @@ struct Run {
     step_to(count <= 1 ? end : gas.time() + left / count);
     if (gas.time() < gas.stage_end()) return;
     now = gas.leave_stage(std::move(now));
-    integrator->begin_anew();
+    integrator->reset_history();
   }
   double longest_step() { return integrator->longest_step(gas, now); }
   void step_to(double end) { now = integrator->step(gas, std::move(now), end, granular::Want::forces); }
   void restore(const Checkpoint& checkpoint) {
     gas.restore(checkpoint);
     integrator->restore(checkpoint);
-    now = gas.look();
+    now = gas.instant();
   }
   void to(double end) {
     while (gas.time() < end) step(end);
@@ -128,7 +128,7 @@ struct Run {
 
   granular::Gas gas;
   std::unique_ptr<granular::GasIntegrator> integrator;
-  granular::Instant now = gas.look();
+  granular::Instant now = gas.instant();
 };
 
 /// Adds two grains that approach each other along x at the given relative speed, with a gap between their surfaces, in

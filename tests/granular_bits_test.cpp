@@ -60,25 +60,26 @@ int grains_for(Integrator integrator) { return integrator == Integrator::cvode ?
 // Compares candidate pairs kept between calls with a search in each call, which a reported velocity change forces.
 // Forces and kicks act between calls, and a call has more steps than a search lasts.
 void check_waiting(const Scene& scene) {
-  struct Left {
+  struct FinalState {
     Bodies bodies;
     std::vector<GrainContact> contacts;
     double dissipated = 0;
     std::size_t begun = 0;
   };
-  const auto end = [&](double kicked, int steps) {
-    Left now{.bodies = make_bodies(scene)};
+  const auto end = [&](double velocity_change, int steps) {
+    FinalState now{.bodies = make_bodies(scene)};
     std::vector<double> held(now.bodies.momentum.size());
     for (std::size_t k = 0; k < held.size(); ++k) held[k] = std::sin(static_cast<double>(k));
     const auto motion = granular::make_contact_motion(ViscoelasticLaw{278.6, 27.7}, 3);
     constexpr double dt = 0.005;
     for (int n = 0; n < 400; n += steps) {
-      const granular::ContactSteps all{.begin = n * dt,
-                                       .time = steps * dt,
-                                       .steps = steps,
-                                       .fastest = granular::survey(now.bodies, parallel::Team::single()).fastest,
-                                       .kicked = n == 0 ? INFINITY : kicked,
-                                       .gain = 2 * steps * dt};
+      const granular::ContactSteps all{
+          .begin = n * dt,
+          .time = steps * dt,
+          .steps = steps,
+          .fastest = granular::grain_statistics(now.bodies, parallel::Team::single()).fastest,
+          .velocity_change = n == 0 ? INFINITY : velocity_change,
+          .gain = 2 * steps * dt};
       const auto done = motion->advance(now.bodies, now.contacts, held, all, parallel::Team::single());
       now.dissipated += done.record.dissipated;
       now.begun += done.record.begun.size();
@@ -89,7 +90,7 @@ void check_waiting(const Scene& scene) {
   };
   for (const int steps : {1, 40}) {
     const double kick = 2 * steps * 0.005;  // The longest force vector is at most sqrt(3).
-    const Left waited = end(kick, steps), searched = end(INFINITY, steps);
+    const FinalState waited = end(kick, steps), searched = end(INFINITY, steps);
     CHECK(waited.begun > 300);
     CHECK(waited.begun == searched.begun);
     CHECK(waited.bodies.position == searched.bodies.position);
@@ -147,7 +148,7 @@ TEST_CASE("gas: a run restored from a checkpoint has identical bits") {
   for (const Integrator integrator : all_integrators) {
     CAPTURE(name_of(integrator));
     Scene scene = charged(6, integrator);
-    scene.effects.add(effects::GasDragOptions{.stokes = 0.1, .speed = 1, .hold = 0.13});
+    scene.effects.add(effects::GasDragOptions{.stokes = 0.1, .speed = 1, .correlation_time = 0.13});
     scene.stages = {{.duration = 0.1, .stiffness = 4, .temperature = 1}};
     add_gas(scene, grains_for(integrator), integrator == Integrator::cvode ? 3.5 : 5.9, 1);
     CHECK(check_restored(scene) > 0);
@@ -224,7 +225,7 @@ TEST_CASE("pair search: a pair driven together faster than predicted is found") 
           {-5.0 * side, 0, 0});
     }
   }
-  const auto touch = [&](double kicked, int steps) {
+  const auto touch = [&](double velocity_change, int steps) {
     Bodies bodies = make_bodies(scene);
     for (const int heavy : {1, 2, 3, 5, 6, 7}) bodies.mass[heavy] *= 100, bodies.momentum[3 * heavy] *= 100;
     std::vector<GrainContact> contacts;
@@ -235,8 +236,8 @@ TEST_CASE("pair search: a pair driven together faster than predicted is found") 
                                        .time = steps * dt,
                                        .steps = steps,
                                        .fastest = 5,
-                                       .kicked = n == 0 ? INFINITY : kicked,
-                                       .way = 1};
+                                       .velocity_change = n == 0 ? INFINITY : velocity_change,
+                                       .search_path = 1};
       const auto done = motion->advance(bodies, contacts, {}, all, parallel::Team::single());
       for (const GrainContact& one : done.record.begun)
         if (one.pair == Pair{0, 4}) return one.since;

@@ -25,7 +25,7 @@ double sum(const std::vector<double>& values) {
 }
 
 /// Positions of 100 charges with exact forces at time 0.4, for an outer step from the accuracy or of the given length.
-std::vector<double> places_of_charges(double accuracy, double step = INFINITY) {
+std::vector<double> final_positions(double accuracy, double step = INFINITY) {
   Scene scene = viscoelastic(9);
   scene.effects.add(effects::CoulombOptions{.sum = effects::CoulombSum::ewald, .accuracy = accuracy});
   add_gas(scene, 100, 8.9, 1, 5);
@@ -35,16 +35,16 @@ std::vector<double> places_of_charges(double accuracy, double step = INFINITY) {
   Run run(scene);
   run.to(0.4);
   const Bodies& b = run.gas.bodies();
-  std::vector<double> places = b.position;
-  for (std::size_t k = 0; k < places.size(); ++k) places[k] += b.image[k] * b.box.lengths[0];
-  return places;
+  std::vector<double> positions = b.position;
+  for (std::size_t k = 0; k < positions.size(); ++k) positions[k] += b.image[k] * b.box.lengths[0];
+  return positions;
 }
 
-struct Felt {
+struct PairInteraction {
   double force = 0, energy = 0, dipole = 0;
 };
 
-Felt felt(const Scene& scene) {
+PairInteraction pair_interaction(const Scene& scene) {
   const effects::Coulomb coulomb(scene);
   Bodies bodies = make_bodies(scene);
   bodies.charge = {1, -1};
@@ -74,7 +74,8 @@ TEST_CASE("charge exchange: the sum of charges stays exactly zero") {
        {effects::ExchangeModel::impact, effects::ExchangeModel::random_walk, effects::ExchangeModel::contact_area}) {
     Scene scene = viscoelastic(5);
     scene.effects.add(effects::ChargeExchangeOptions{.model = model});
-    scene.effects.add(effects::GasDragOptions{.stokes = 1, .speed = 5, .hold = 0.1});  // The wind maintains collisions.
+    scene.effects.add(
+        effects::GasDragOptions{.stokes = 1, .speed = 5, .correlation_time = 0.1});  // The wind maintains collisions.
     add_gas(scene, 60, 4.9, 1);
     Run run(scene);
     run.to(20);
@@ -88,11 +89,11 @@ TEST_CASE("charge exchange: the sum of charges stays exactly zero") {
 // The error of constant forces is of second order in the outer step, which is proportional to the root of the accuracy.
 // It is therefore proportional to the accuracy.
 TEST_CASE("outer step: its error equals the error of the charges' forces") {
-  const std::vector<double> exact = places_of_charges(1e-9, 5e-4);
+  const std::vector<double> exact = final_positions(1e-9, 5e-4);
   const auto error = [&](double accuracy) {
-    const std::vector<double> places = places_of_charges(accuracy);
+    const std::vector<double> positions = final_positions(accuracy);
     double squares = 0;
-    for (std::size_t k = 0; k < places.size(); ++k) squares += (places[k] - exact[k]) * (places[k] - exact[k]);
+    for (std::size_t k = 0; k < positions.size(); ++k) squares += (positions[k] - exact[k]) * (positions[k] - exact[k]);
     return std::sqrt(squares / 100);
   };
   const double coarse = error(1e-3), fine = error(1e-4);
@@ -110,9 +111,9 @@ TEST_CASE("outer step: charges at rest that attract each other limit it") {
     for (Conductor& grain : scene.conductors) grain.radius = radius;
     scene.mechanics.step = INFINITY;
     Run run(scene);
-    const double way = 2 * radius * 1e-3 * granular::fastest_of(2);
+    const double path = 2 * radius * 1e-3 * granular::fastest_of(2);
     const double acceleration = std::abs(run.gas.smooth_forces()[0]) / run.gas.bodies().mass[0];
-    CHECK(run.longest_step() == doctest::Approx(std::sqrt(2 * way / acceleration)).epsilon(1e-9));
+    CHECK(run.longest_step() == doctest::Approx(std::sqrt(2 * path / acceleration)).epsilon(1e-9));
   }
 }
 
@@ -122,17 +123,18 @@ TEST_CASE("multipoles: touching grains attract as dielectric spheres do") {
   CHECK(options.relative_permittivity(0.5) == doctest::Approx(k).epsilon(1e-14));
   for (const double gap : {0.4, 0.02, 0.002}) {  // In radii; the pair's force for 4 pi eps = 1 and a radius of 1/2.
     const double exact = dielectric_pair(k, gap).attraction * 4 * std::numbers::pi / 0.25;
-    const Felt found = felt(two_dielectric_grains(1 + gap / 2, 40));
+    const PairInteraction found = pair_interaction(two_dielectric_grains(1 + gap / 2, 40));
     CHECK(found.force == doctest::Approx(exact).epsilon(1e-3));  // The images contribute (dipole / 60^3) of 1.
     // Dipoles alone underestimate the force.
-    if (gap < 0.01) CHECK(felt(two_dielectric_grains(1 + gap / 2, 1)).force < 0.9 * exact);
-    const double step = 1e-3, slope = (felt(two_dielectric_grains(1 + gap / 2 + step, 40)).energy -
-                                       felt(two_dielectric_grains(1 + gap / 2 - step, 40)).energy) /
+    if (gap < 0.01) CHECK(pair_interaction(two_dielectric_grains(1 + gap / 2, 1)).force < 0.9 * exact);
+    const double step = 1e-3, slope = (pair_interaction(two_dielectric_grains(1 + gap / 2 + step, 40)).energy -
+                                       pair_interaction(two_dielectric_grains(1 + gap / 2 - step, 40)).energy) /
                                       (2 * step);
     if (gap > 0.1) CHECK(found.force == doctest::Approx(slope).epsilon(1e-4));
   }
   // At large distances dipoles suffice: the remainder decreases with the seventh power of the distance.
-  const Felt far = felt(two_dielectric_grains(6, 8)), dipoles = felt(two_dielectric_grains(6, 1));
+  const PairInteraction far = pair_interaction(two_dielectric_grains(6, 8)),
+                        dipoles = pair_interaction(two_dielectric_grains(6, 1));
   CHECK(far.force == doctest::Approx(dipoles.force).epsilon(1e-4));
   CHECK(far.energy == doctest::Approx(dipoles.energy).epsilon(1e-4));
   CHECK(far.dipole == doctest::Approx(dipoles.dipole).epsilon(1e-3));
@@ -155,7 +157,7 @@ TEST_CASE("truncation: the stated error is the difference from bispherical force
     REQUIRE(truncation);
     const auto off = [&](double gap) {  // In radii; the images contribute (dipole / 60^3) of 1.
       const double exact = dielectric_pair(5.5, gap).attraction * 4 * std::numbers::pi / 0.25;
-      return std::abs(felt(two_dielectric_grains(1 + gap / 2, degree)).force / exact - 1);
+      return std::abs(pair_interaction(two_dielectric_grains(1 + gap / 2, degree)).force / exact - 1);
     };
     // A gap of 1e-4 R changes the force of touching grains by less than 1e-3.
     CHECK(truncation->in_contact == doctest::Approx(off(1e-4)).epsilon(0.02).scale(0.05));
@@ -183,13 +185,13 @@ TEST_CASE("multipoles of a gas: forces are energy derivatives at degrees 1 to 6"
     // The error of a central difference, h^2 / 6 over the square of the gap of 0.3, is 2e-6 of the force at h = 1e-3.
     // The fourth-order difference with steps h and 2 h removes it.
     for (const int k : {0, 4, 23}) {
-      const double place = bodies.position[k], h = 1e-3;
-      const auto energy = [&](double way) {
-        bodies.position[k] = place + way;
+      const double start = bodies.position[k], h = 1e-3;
+      const auto energy = [&](double shift) {
+        bodies.position[k] = start + shift;
         return coulomb.stored_energy(state);
       };
       const double slope = (8 * (energy(h) - energy(-h)) - (energy(2 * h) - energy(-2 * h))) / (12 * h);
-      bodies.position[k] = place;
+      bodies.position[k] = start;
       CHECK(std::abs(force[k] + slope) < 1e-7 * largest);
     }
   }

@@ -18,7 +18,7 @@ using namespace lichtenberg::grains;
 namespace {
 
 /// Scene with the contact law of this file; without `dissipative` it is elastic.
-Scene of_contacts(double edge, double dissipative, int contact_steps) {
+Scene contact_scene(double edge, double dissipative, int contact_steps) {
   Scene scene = cube(edge);
   scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278.6, .dissipative = dissipative});
   scene.mechanics.contact_steps = contact_steps;
@@ -28,7 +28,7 @@ Scene of_contacts(double edge, double dissipative, int contact_steps) {
 /// Largest change of the energy of two isolated elastic grains over the phases of a step at onset.
 double elastic_error(int contact_steps) {
   constexpr double speed = 1;
-  Scene scene = of_contacts(10, 0, contact_steps);
+  Scene scene = contact_scene(10, 0, contact_steps);
   scene.mechanics.step = ViscoelasticLaw{278.6, 0}.shortest_contact(speed) / contact_steps;
   double worst = 0;
   constexpr int phases = 12;
@@ -38,13 +38,13 @@ double elastic_error(int contact_steps) {
 }
 
 /// Largest errors of a head-on collision at the given speed over the phases of a step at onset.
-struct Wrong {
+struct ContactErrors {
   /// Error of the restitution, and of the energy balance relative to the initial kinetic energy.
-  double restitution = 0, book = 0;
+  double restitution = 0, energy = 0;
 };
 
-Wrong wrong_of(Scene scene, double speed) {
-  Wrong worst;
+ContactErrors contact_errors(Scene scene, double speed) {
+  ContactErrors worst;
   constexpr int phases = 8;
   for (int k = 0; k < phases; ++k) {
     Scene two = scene;
@@ -55,27 +55,27 @@ Wrong wrong_of(Scene scene, double speed) {
     const double expected = granular::expected_collision(run.gas.law(), 0.5, 1, speed).restitution;
     const double found = std::sqrt(run.gas.kinetic_energy() / start);
     worst.restitution = std::max(worst.restitution, std::abs(found - expected));
-    worst.book = std::max(worst.book, std::abs(run.gas.energy().total() / start - 1));
+    worst.energy = std::max(worst.energy, std::abs(run.gas.energy().total() / start - 1));
   }
   return worst;
 }
 
 /// Gas in which a grain is in contact for more than half of the time (phi = 0.25, T = 1).
-struct Crowd {
+struct DenseGas {
   std::vector<double> momentum;  ///< Momenta at time 0.3.
   /// Residual of the energy balance at time 5, relative to the dissipated or, if elastic, the kinetic energy.
   double left_over = 0;
 };
 
-Crowd crowd(double dissipative, int contact_steps) {
+DenseGas dense_gas(double dissipative, int contact_steps) {
   constexpr int grains = 120;
   const double edge = std::cbrt(grains * std::numbers::pi / 6 / 0.25);
-  Scene scene = of_contacts(edge, dissipative, contact_steps);
+  Scene scene = contact_scene(edge, dissipative, contact_steps);
   add_gas(scene, grains, edge, 1);
   Run run(scene);
   const granular::GasEnergy start = run.gas.energy();
   run.to(0.3);
-  Crowd found{.momentum = run.gas.bodies().momentum};
+  DenseGas found{.momentum = run.gas.bodies().momentum};
   run.to(5);
   const granular::GasEnergy end = run.gas.energy();
   found.left_over = std::abs(end.total() - start.total()) / (dissipative > 0 ? end.dissipated : start.kinetic);
@@ -113,18 +113,18 @@ TEST_CASE("elastic contact: energy keeps the accuracy, with half the steps not")
 
 TEST_CASE("dense elastic gas: energy keeps the accuracy, with half the steps not") {
   for (const double accuracy : accuracies) {
-    CHECK(crowd(0, contact_steps_for(accuracy)).left_over < accuracy);
-    CHECK(crowd(0, contact_steps_for(accuracy) / 2).left_over > accuracy);
+    CHECK(dense_gas(0, contact_steps_for(accuracy)).left_over < accuracy);
+    CHECK(dense_gas(0, contact_steps_for(accuracy) / 2).left_over > accuracy);
   }
 }
 
 // The momenta are compared before the motion is chaotic (a grain has met two others), the energy until 90 % is
 // dissipated. Half the steps have four times the error by the law; the test requires a factor of two.
 TEST_CASE("dense cooling gas: momenta and energy keep the accuracy") {
-  const Crowd reference = crowd(27.7, 400);
+  const DenseGas reference = dense_gas(27.7, 400);
   for (const double accuracy : accuracies) {
     const int steps = contact_steps_for(accuracy);
-    const Crowd found = crowd(27.7, steps), coarse = crowd(27.7, steps / 2);
+    const DenseGas found = dense_gas(27.7, steps), coarse = dense_gas(27.7, steps / 2);
     CHECK(rms_difference(found.momentum, reference.momentum) < accuracy);
     CHECK(found.left_over < accuracy);
     CHECK(rms_difference(coarse.momentum, reference.momentum) > 2 * rms_difference(found.momentum, reference.momentum));
@@ -138,16 +138,17 @@ TEST_CASE("contact steps: the default resolves any damping to 1e-3") {
     Scene scene = cube(20);
     scene.effects.add(effects::LinearContactOptions{.stiffness = 1000, .restitution = restitution});
     scene.mechanics.contact_steps = contact_steps_for(usual_contact_accuracy);
-    const Wrong found = wrong_of(scene, 2);
-    CHECK(found.book < usual_contact_accuracy);
+    const ContactErrors found = contact_errors(scene, 2);
+    CHECK(found.energy < usual_contact_accuracy);
     CHECK(found.restitution < usual_contact_accuracy);
   }
   for (const double dissipative : {27.7, 100.0, 1000.0})
     for (const double speed : {0.1, 2.0}) {
       CAPTURE(dissipative);
       CAPTURE(speed);
-      const Wrong found = wrong_of(of_contacts(20, dissipative, contact_steps_for(usual_contact_accuracy)), speed);
-      CHECK(found.book < usual_contact_accuracy);
+      const ContactErrors found =
+          contact_errors(contact_scene(20, dissipative, contact_steps_for(usual_contact_accuracy)), speed);
+      CHECK(found.energy < usual_contact_accuracy);
       CHECK(found.restitution < usual_contact_accuracy);
     }
 }
@@ -155,7 +156,7 @@ TEST_CASE("contact steps: the default resolves any damping to 1e-3") {
 TEST_CASE("contact steps: small grains with shorter contacts have equally many") {
   for (const bool linear : {true, false}) {
     CAPTURE(linear);
-    Scene scene = of_contacts(20, 27.7, contact_steps_for(usual_contact_accuracy));
+    Scene scene = contact_scene(20, 27.7, contact_steps_for(usual_contact_accuracy));
     if (linear) {
       scene = cube(20);
       scene.effects.add(effects::LinearContactOptions{.stiffness = 1000, .restitution = 0.9});
@@ -174,12 +175,12 @@ TEST_CASE("contact steps: small grains with shorter contacts have equally many")
 
 TEST_CASE("contact steps: the damping of usual gases does not change the number") {
   for (const std::size_t grains : {200u, 8516u, 50016u}) {
-    const granular::GrainsSeen seen{.typical = granular::typical_impact(grains)};
+    const granular::GrainProperties properties{.typical = granular::typical_impact(grains)};
     const double fastest = 2 * granular::fastest_of(grains);
     for (const double temperature : {10.0, 1.0, 1e-3}) {
       const ViscoelasticLaw law{278.6, 27.7};
       const double impact = fastest * std::sqrt(temperature);
-      CHECK(granular::time_to_resolve(law, impact, seen) == law.shortest_contact(impact));
+      CHECK(granular::time_to_resolve(law, impact, properties) == law.shortest_contact(impact));
     }
   }
 }
@@ -197,7 +198,7 @@ TEST_CASE("contact steps: a step that does not resolve the dashpot is refused") 
     const std::size_t would = message.rfind("; ");
     scene.mechanics.step = std::stod(message.substr(would + 2));
     scene.conductors.clear();
-    CHECK(wrong_of(scene, 2).restitution < 0.02);
+    CHECK(contact_errors(scene, 2).restitution < 0.02);
   }
 }
 

@@ -70,8 +70,8 @@ TEST_CASE("device memory: a gas too large is refused with the number that would 
   granular::device::GasOptions options = granular::device::gas_options(gas(100, 12, 1));
   options.path = "gas.toml";
   options.bytes = 1 << 30;
-  CHECK_NOTHROW(granular::device::check_room(options, 1 << 30));
-  CHECK_THROWS_WITH_AS(granular::device::check_room(options, 1 << 28),
+  CHECK_NOTHROW(granular::device::check_memory(options, 1 << 30));
+  CHECK_THROWS_WITH_AS(granular::device::check_memory(options, 1 << 28),
                        "gas.toml: 100 grains take about 1024 MiB of the CUDA device, of which 256 are free: 25 of them "
                        "would fit",
                        Failure);
@@ -188,7 +188,7 @@ TEST_CASE("device: isolated collisions are compared with the law's restitution")
 
 TEST_CASE("device: drag, wind and weight act as on the CPU and enter the budget") {
   Scene scene = gas(100, 8, 5);
-  scene.effects.add(effects::GasDragOptions{.stokes = 0.3, .speed = 2, .hold = 0.07});
+  scene.effects.add(effects::GasDragOptions{.stokes = 0.3, .speed = 2, .correlation_time = 0.07});
   scene.effects.add(effects::UniformForceOptions{.acceleration = {{0.5, 0, -1}, 3}});
   grains::Run cpu(scene);
   const Checkpoint start = cpu.gas.save();
@@ -223,10 +223,10 @@ TEST_CASE("device: a step of a charged gas equals the CPU's within force accurac
         expected.integers.at("effects.charge_exchange.counters"));
   // Forces are about 1, with an rms error of 1e-6 on either mesh, hence sqrt(2) times that between both, over a time of
   // 0.4. Collisions amplify it tenfold. The largest of 300 numbers is three times the rms.
-  const double apart = std::sqrt(2) * 1e-6 * 0.4 * 10 * 3;
-  CHECK(largest_difference(found.reals.at("position"), expected.reals.at("position")) < apart);
-  CHECK(largest_difference(found.reals.at("momentum"), expected.reals.at("momentum")) < apart);
-  CHECK(largest_difference(found.reals.at("charge"), expected.reals.at("charge")) < apart);
+  const double most = std::sqrt(2) * 1e-6 * 0.4 * 10 * 3;
+  CHECK(largest_difference(found.reals.at("position"), expected.reals.at("position")) < most);
+  CHECK(largest_difference(found.reals.at("momentum"), expected.reals.at("momentum")) < most);
+  CHECK(largest_difference(found.reals.at("charge"), expected.reals.at("charge")) < most);
   double charge = 0;
   for (const double q : found.reals.at("charge")) charge += q;
   CHECK(charge == 0);
@@ -528,18 +528,18 @@ TEST_CASE("device output: frames and checkpoints built concurrently keep their t
     for (const double time : {0.25, 0.5, 0.75}) {
       at_once.advance_to(time, never), later.advance_to(time, never);
       const auto frame_later = later.frame_later();
-      const auto keep_later = later.keep_later();
+      const auto saved_state_later = later.saved_state_later();
       // progress() on the calling thread does not wait for pending output.
       CHECK(later.progress() == at_once.progress());
       std::jthread other([&] { later.advance_to(time + 0.1, never); });
       const Frame frame = frame_later();
       CHECK(frame.time == time);
       check_same_bits(frame.columns, at_once.frame().columns);
-      const Kept kept = keep_later();
+      const SavedState saved = saved_state_later();
       const Checkpoint checkpoint = at_once.checkpoint();
-      CHECK(kept.checkpoint.reals == checkpoint.reals);
-      CHECK(kept.checkpoint.integers == checkpoint.integers);
-      check_same_bits(kept.history.columns, at_once.take_history().columns);
+      CHECK(saved.checkpoint.reals == checkpoint.reals);
+      CHECK(saved.checkpoint.integers == checkpoint.integers);
+      check_same_bits(saved.history.columns, at_once.take_history().columns);
       at_once.advance_to(time + 0.1, never);
     }
     CHECK(later.leaves_a_core() == (std::thread::hardware_concurrency() > 1));
@@ -553,12 +553,12 @@ TEST_CASE("device output: reading the gas back waits for all pending callbacks")
   GranularMotion motion(scene, granular::device::make_host_gas(scene));
   motion.advance_to(0.25, [] { return false; });
   std::atomic<bool> begun = false;
-  const auto keep_later = motion.keep_later();
+  const auto saved_state_later = motion.saved_state_later();
   motion.frame_later();
   const std::jthread other([&] {
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
     begun = true;
-    keep_later();
+    saved_state_later();
   });
   motion.frame();
   CHECK(begun.load());

@@ -31,11 +31,11 @@ Gas gas_of(double restitution, double charge_number) {
 }
 
 using Wave = std::array<int, 3>;
-using Place = std::array<double, 3>;
+using Vector3 = std::array<double, 3>;
 
 /// Centre of a cell in units of the box's edges.
-Place place(const Grid& grid, std::size_t cell) {
-  Place x{};
+Vector3 centre_of(const Grid& grid, std::size_t cell) {
+  Vector3 x{};
   for (int axis = grid.dimension - 1; axis >= 0; --axis) {
     x[axis] = (static_cast<double>(cell % grid.cells) + 0.5) / grid.cells;
     cell /= grid.cells;
@@ -43,7 +43,7 @@ Place place(const Grid& grid, std::size_t cell) {
   return x;
 }
 
-Complex phase(const Wave& wave, const Place& x) {
+Complex phase(const Wave& wave, const Vector3& x) {
   return std::exp(Complex(0, 2 * pi * (wave[0] * x[0] + wave[1] * x[1] + wave[2] * x[2])));
 }
 
@@ -52,23 +52,23 @@ double wave_number(const Grid& grid, const Wave& wave) {
 }
 
 /// Unit vector along a wave; across() gives one perpendicular to it in the plane of the first or last two axes.
-Place along(const Wave& wave) {
+Vector3 along(const Wave& wave) {
   const double length = std::sqrt(wave[0] * wave[0] + wave[1] * wave[1] + wave[2] * wave[2]);
   return {wave[0] / length, wave[1] / length, wave[2] / length};
 }
-Place across(const Wave& wave) {
-  const Place e = along(wave);
+Vector3 across(const Wave& wave) {
+  const Vector3 e = along(wave);
   const double flat = std::hypot(e[0], e[1]);
-  return flat > 0 ? Place{-e[1] / flat, e[0] / flat, 0} : Place{1, 0, 0};
+  return flat > 0 ? Vector3{-e[1] / flat, e[0] / flat, 0} : Vector3{1, 0, 0};
 }
 
 /// Amplitudes of density, temperature, i times the velocity along the wave, and the velocity across it.
 using Amplitude = Eigen::Vector4cd;
 
 void disturb(Fields& fields, const Grid& grid, const Wave& wave, const Amplitude& a) {
-  const Place e = along(wave), f = across(wave);
+  const Vector3 e = along(wave), f = across(wave);
   for (std::size_t cell = 0; cell < grid.size(); ++cell) {
-    const Complex p = phase(wave, place(grid, cell));
+    const Complex p = phase(wave, centre_of(grid, cell));
     const double density = 2 * (a[0] * p).real();
     fields.density[cell] += density;
     fields.charge[cell] += density;
@@ -79,10 +79,10 @@ void disturb(Fields& fields, const Grid& grid, const Wave& wave, const Amplitude
 }
 
 Amplitude measure(const Fields& fields, const Grid& grid, const Wave& wave) {
-  const Place e = along(wave), f = across(wave);
+  const Vector3 e = along(wave), f = across(wave);
   Amplitude a = Amplitude::Zero();
   for (std::size_t cell = 0; cell < grid.size(); ++cell) {
-    const Complex p = std::conj(phase(wave, place(grid, cell))) / static_cast<double>(grid.size());
+    const Complex p = std::conj(phase(wave, centre_of(grid, cell))) / static_cast<double>(grid.size());
     a[0] += p * fields.density[cell];
     a[1] += p * fields.temperature[cell];
     for (int axis = 0; axis < grid.dimension; ++axis) {
@@ -146,7 +146,7 @@ void check_modes(const Gas& gas, const Grid& grid, const std::vector<Wave>& wave
 Fields separated(const Grid& grid) {
   Fields fields = homogeneous(grid);
   for (std::size_t cell = 0; cell < grid.size(); ++cell) {
-    const Place x = place(grid, cell);
+    const Vector3 x = centre_of(grid, cell);
     fields.charge[cell] = std::cos(2 * pi * x[0]) * std::cos(2 * pi * x[1]);
     fields.density[cell] = 1 + 0.2 * std::sin(2 * pi * (x[0] + 2 * x[1]));
     fields.velocity[0][cell] = 0.3 + 0.1 * std::sin(2 * pi * x[1]);
@@ -175,7 +175,7 @@ Fields wave_at(const Gas& gas, int cells) {
   const Grid grid{2, cells, 40};
   Fields fields = homogeneous(grid);
   for (std::size_t cell = 0; cell < grid.size(); ++cell) {
-    const Place x = place(grid, cell);
+    const Vector3 x = centre_of(grid, cell);
     fields.density[cell] = 1 + 0.1 * std::sin(2 * pi * (x[0] + x[1]));
     fields.charge[cell] = fields.density[cell] * (1 + 0.2 * std::cos(2 * pi * x[1]));
     fields.temperature[cell] = 1 + 0.1 * std::cos(2 * pi * x[0]);
@@ -221,8 +221,9 @@ TEST_CASE("constant charges: they drive a wave as R grows") {
   const double missing = missing_diffusion(gas, k0, k0 * grid.step());
   const double tolerance = 1e-10;
   const auto found = evolve(gas, grid, fields, times, {tolerance});
-  const auto expected = theory::disturbance_course({gas.cooling, gas.viscosity, gas.conduction, gas.density_conduction},
-                                                   0.1, true, wave_number(grid, wave), {amplitude, 0, 0}, times);
+  const auto expected =
+      theory::disturbance_evolution({gas.cooling, gas.viscosity, gas.conduction, gas.density_conduction}, 0.1, true,
+                                    wave_number(grid, wave), {amplitude, 0, 0}, times);
   for (std::size_t k = 0; k < times.size(); ++k) {
     const Amplitude a = measure(found[k], grid, wave);
     const double size = std::abs(expected[k].density) + std::abs(expected[k].speed);
@@ -295,7 +296,7 @@ TEST_CASE("elastic grains: energy is conserved to the order of the scheme") {
     const Grid grid{2, fine ? 32 : 16, 40};
     Fields fields = homogeneous(grid);
     for (std::size_t cell = 0; cell < grid.size(); ++cell) {
-      const Place x = place(grid, cell);
+      const Vector3 x = centre_of(grid, cell);
       fields.velocity[0][cell] = 0.3 * std::cos(2 * pi * x[1]);
       fields.density[cell] = 1 + 0.3 * std::sin(2 * pi * (x[0] + x[1]));
     }
@@ -328,14 +329,14 @@ TEST_CASE("field of a charge wave: it is exact, and its self-force is zero") {
     const double k = wave_number(grid, wave);
     std::vector<double> charge;
     for (std::size_t cell = 0; cell < grid.size(); ++cell)
-      charge.push_back(3 + 2 * phase(wave, place(grid, cell)).real());
+      charge.push_back(3 + 2 * phase(wave, centre_of(grid, cell)).real());
     Potential potential(grid);
     const auto& field = potential.field(charge);
     for (int axis = 0; axis < dimension; ++axis) {
       double force = 0;
       for (std::size_t cell = 0; cell < grid.size(); ++cell) {
         // -lap psi = 2 cos: div E = 2 cos, E = (2/k) sin along the wave.
-        const double expected = 2 / k * along(wave)[axis] * phase(wave, place(grid, cell)).imag();
+        const double expected = 2 / k * along(wave)[axis] * phase(wave, centre_of(grid, cell)).imag();
         CHECK(std::abs(field[axis][cell] - expected) < 1e-14);
         force += charge[cell] * field[axis][cell];
       }

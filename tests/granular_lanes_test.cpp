@@ -19,14 +19,14 @@ using namespace lichtenberg::granular;
 namespace {
 
 template <class Law, class Real>
-struct Push {
+struct ScaledLaw {
   Law law;
-  ContactPush<Real> operator()(const Real& overlap) const { return law.push(overlap, Real(1.0)); }
+  ContactForceTerms<Real> operator()(const Real& overlap) const { return law.force_terms(overlap, Real(1.0)); }
 };
 
 /// Pair at the beginning of a step of `dt`: in contact for some time, or separate.
 struct Start {
-  Vec3 apart, velocity, held, slope;
+  Vec3 separation, velocity, slow_force, slope;
   bool touching = false;
   double age = 0;
 };
@@ -35,17 +35,17 @@ constexpr double dt = 0.01;
 /// Random pair whose contact begins, continues, ends or begins again within a step, or that misses each other.
 Start random_start(Random& random) {
   const auto direction = [&] { return Vec3{random.normal(), random.normal(), random.normal()}; };
-  Start start{.velocity = 2.0 * direction(), .held = direction(), .slope = 10.0 * direction()};
+  Start start{.velocity = 2.0 * direction(), .slow_force = direction(), .slope = 10.0 * direction()};
   start.touching = random.uniform(0, 1) < 0.6;
-  const Vec3 way = direction();
-  start.apart = (start.touching ? random.uniform(0.9, 1) : random.uniform(1, 1.03)) / norm(way) * way;
+  const Vec3 axis = direction();
+  start.separation = (start.touching ? random.uniform(0.9, 1) : random.uniform(1, 1.03)) / norm(axis) * axis;
   start.age = start.touching ? random.uniform(0, 0.2) : 0;
   return start;
 }
 
 PairStep<3> alone(const auto& law, const Start& s) {
-  const PairMotion<3, Push<std::decay_t<decltype(law)>, double>> pair({law}, 1, 2, {s.held, s.slope});
-  return pair.over({s.apart, s.velocity}, s.touching, s.age, dt);
+  const PairMotion<3, ScaledLaw<std::decay_t<decltype(law)>, double>> pair({law}, 1, 2, {s.slow_force, s.slope});
+  return pair.integrate({s.separation, s.velocity}, s.touching, s.age, dt);
 }
 
 template <int lanes, class Law>
@@ -56,20 +56,21 @@ void check_same_bits(const Law& law, const std::vector<Start>& starts) {
     const auto vector = [&](Vec3 Start::*of) {
       return LaneVec<3, Real>::each([&](int k) { return number([&](const Start& s) { return (s.*of)[k]; }); });
     };
-    const PairMotion<3, Push<Law, Real>, Real> pairs({law}, 1, 2, {vector(&Start::held), vector(&Start::slope)});
+    const PairMotion<3, ScaledLaw<Law, Real>, Real> pairs({law}, 1, 2,
+                                                          {vector(&Start::slow_force), vector(&Start::slope)});
     const auto touching = number([](const Start& s) { return s.touching; }) > 0.5;
-    auto begun = pairs.begin({vector(&Start::apart), vector(&Start::velocity)}, touching,
+    auto begun = pairs.begin({vector(&Start::separation), vector(&Start::velocity)}, touching,
                              number([](const Start& s) { return s.age; }), dt);
     const auto ends = pairs.advance(begun, dt);
     const PairStep<3, Real> found = any(ends) ? chosen(ends, pairs.release_within(begun, dt), begun.step) : begun.step;
     for (int lane = 0; lane < lanes; ++lane) {
       const PairStep<3> expected = alone(law, starts[first + lane]);
       for (int k = 0; k < 3; ++k) {
-        CHECK(found.end.apart[k][lane] == expected.end.apart[k]);
+        CHECK(found.end.separation[k][lane] == expected.end.separation[k]);
         CHECK(found.end.velocity[k][lane] == expected.end.velocity[k]);
       }
       CHECK(found.dissipated[lane] == expected.dissipated);
-      CHECK(found.touched[lane] == expected.touched);
+      CHECK(found.onset[lane] == expected.onset);
       CHECK(found.impact_speed[lane] == expected.impact_speed);
     }
   }
@@ -85,8 +86,8 @@ TEST_CASE("pair motion: identical bits alone and next to 1, 3 or 7 others") {
   int begun = 0, ended = 0;
   for (const Start& start : starts) {
     const PairStep<3> step = alone(law, start);
-    begun += step.touched >= 0;
-    ended += start.touching && norm(step.end.apart) > 1;
+    begun += step.onset >= 0;
+    ended += start.touching && norm(step.end.separation) > 1;
   }
   REQUIRE(begun > 50);
   REQUIRE(ended > 20);
@@ -105,22 +106,22 @@ TEST_CASE("time to contact: pairs stay separate for it, head-on not longer") {
     const Bounds bounds{.fastest = 5,
                         .velocity_kick = n % 3 == 0 ? 0 : random.uniform(0, 0.1),
                         .external_acceleration = n % 5 == 0 ? 0 : random.uniform(0, 2),
-                        .acceleration = random.uniform(1, 200),
+                        .contact_acceleration = random.uniform(1, 200),
                         .excess = n % 2 == 0 ? 0 : random.uniform(0, 0.01)};
-    const Vec3 way = direction(), across = direction();
-    const Vec3 unit = 1 / norm(way) * way, apart = random.uniform(1.011, 1.5) * unit;
+    const Vec3 axis = direction(), across = direction();
+    const Vec3 unit = 1 / norm(axis) * axis, separation = random.uniform(1.011, 1.5) * unit;
     const bool head_on = n % 4 == 0;
     const Vec3 velocity = head_on ? random.uniform(-2, 2) * unit : across;
-    const auto several = [](const Vec3& v) { return Vectors<3>::each([&](int k) { return Several(v[k]); }); };
-    const double time = min_time_to_contact<3>({several(apart), several(velocity)}, Several(1.0), bounds)[0];
+    const auto broadcast = [](const Vec3& v) { return Vectors<3>::each([&](int k) { return SimdPack(v[k]); }); };
+    const double time = min_time_to_contact<3>({broadcast(separation), broadcast(velocity)}, SimdPack(1.0), bounds)[0];
     REQUIRE(time > 0);
     const auto gap = [&](double t) {
-      return norm(apart + t * velocity) - 2 * bounds.velocity_kick * t - bounds.contact_deviation(t) -
+      return norm(separation + t * velocity) - 2 * bounds.velocity_kick * t - bounds.contact_deviation(t) -
              bounds.external_acceleration * t * t - bounds.excess - 1;
     };
     constexpr double slack = 1e-8;  // Rounding of lengths, 1e-9, and of these sums.
     for (int part = 0; part <= 8; ++part) CHECK(gap(part * 0.125 * time) > -slack);
-    parting += dot(apart, velocity) > 0;
+    parting += dot(separation, velocity) > 0;
     if (!head_on) continue;
     CHECK(gap(time) < slack);
     ++tight;

@@ -38,7 +38,7 @@ std::vector<double> reals_of(const ColumnGroup& group, const std::string& name) 
   return std::get<std::vector<double>>(found->values);
 }
 
-void go_on(GranularMotion& motion, double until) {
+void continue_to(GranularMotion& motion, double until) {
   while (motion.time() < until) motion.advance_to(motion.next_frame(), {});
 }
 
@@ -87,9 +87,9 @@ TEST_CASE("restitution check: isolated central collisions are compared by decade
   bodies.mass = {8, 8};
   bodies.radius = {1, 1};
   const double heavy = theory::collision({278.6 * std::numbers::sqrt2, 27.7 * std::numbers::sqrt2, 4}, 0.2).restitution;
-  RestitutionCheck of_heavy;
-  of_heavy.count(std::vector{collision(0.2, 0.2 * heavy)}, bodies, law, 0);
-  CHECK(of_heavy.all().worst < 1e-12);  // Rounding.
+  RestitutionCheck heavy_check;
+  heavy_check.count(std::vector{collision(0.2, 0.2 * heavy)}, bodies, law, 0);
+  CHECK(heavy_check.all().worst < 1e-12);  // Rounding.
   // The restitution of a linear contact does not depend on the speed: G 3.6 with A = 278.6, B = 10 (table of GRANULAR,
   // 10 digits).
   CHECK(expected_collision(LinearSpringLaw{278.6, 10}, 0.5, 1, 3).restitution ==
@@ -119,7 +119,7 @@ TEST_CASE("theory of a gas: collisions, Haff's law and charges are followed") {
   const double omega = theory::collision_frequency(density, 1);
   const double duration =
       theory::impact_mean(1, [&](double speed, double) { return expected_collision(law, 0.5, 1, speed).duration; });
-  gas.follow_contacts(gas.look(), 0.04);
+  gas.follow_contacts(gas.instant(), 0.04);
   theory->follow(gas, gas.time(), 1);
   // The stage is elastic and keeps the temperature: omega / (1 + omega t_c) N t / 2, within the quadrature's 1e-13 and
   // rounding.
@@ -141,7 +141,7 @@ TEST_CASE("theory of a gas: collisions, Haff's law and charges are followed") {
   const double start = theory->temperature();
   const std::vector<double> times = {0.06};
   for (const double end : {0.05, 0.08, 0.1}) {
-    gas.follow_contacts(gas.look(), end);
+    gas.follow_contacts(gas.instant(), end);
     theory->follow(gas, gas.time(), 0.5);
   }
   // In three parts as in one: cool() has an error of 1e-9.
@@ -154,7 +154,7 @@ TEST_CASE("theory: it continues through a cooling stage, restarts after mixing")
   const std::string mixing = "duration = 1\nstiffness = 10\ntemperature = 1", cooling = "duration = 1\nelastic = false";
   const auto temperatures = [](const std::string& with) {
     GranularMotion motion(parse_scene(with, "gas.toml"));
-    go_on(motion, 2);
+    continue_to(motion, 2);
     return std::pair{reals_of(motion.take_history(), "haff_temperature"), motion.summary()};
   };
   const auto [staged, summary] = temperatures(replaced(text, mixing, cooling));
@@ -185,7 +185,7 @@ TEST_CASE("summary: a stop.time within the stages gives a warning") {
   short_run.stop.time = 1;  // The end of the stage.
   CHECK(stages_warning(short_run).starts_with("stages alone: stop.time = 1 t0 counts from the start"));
   GranularMotion motion(short_run);
-  go_on(motion, 1);
+  continue_to(motion, 1);
   CHECK(std::ranges::count(motion.summary().warnings, stages_warning(short_run)) == 1);
   short_run.stages.clear();
   CHECK_EQ(stages_warning(short_run), "");
@@ -212,7 +212,7 @@ TEST_CASE("summary of a gas: energy errors above 1 % and overlaps above 10 % war
 
 TEST_CASE("cooling and charging gas: summary and history are consistent") {
   GranularMotion motion(scene());
-  go_on(motion, 4);
+  continue_to(motion, 4);
   const Summary summary = motion.summary();
   CHECK(value(summary, "total_charge") == 0);
   CHECK(value(summary, "mean_charge_magnitude") > 0);
@@ -236,19 +236,19 @@ TEST_CASE("cooling and charging gas: summary and history are consistent") {
 
 TEST_CASE("resume: output is identical, with or without intermediate output") {
   GranularMotion whole(scene());
-  go_on(whole, 2);
+  continue_to(whole, 2);
   whole.take_history();
-  go_on(whole, 4);
+  continue_to(whole, 4);
 
   GranularMotion first(scene());
-  go_on(first, 2);
+  continue_to(first, 2);
   first.progress();
   const Checkpoint checkpoint = first.checkpoint();
   GranularMotion second(scene());
   second.restore(checkpoint);
   second.progress();
   second.summary();
-  go_on(second, 4);
+  continue_to(second, 4);
   const Summary one = whole.summary(), other = second.summary();
   for (std::size_t k = 0; k < one.quantities.size(); ++k) {
     const double a = one.quantities[k].value, b = other.quantities[k].value;
@@ -267,15 +267,15 @@ TEST_CASE("resume: force evaluations are equal, with or without output") {
     const auto computed = [](GranularMotion& motion) {
       return motion.checkpoint().integers.at("effects.coulomb.counters")[0];
     };
-    go_on(whole, 0.5);
-    go_on(first, 0.5);
+    continue_to(whole, 0.5);
+    continue_to(first, 0.5);
     first.frame();
     CHECK(computed(first) == computed(whole));
     second.restore(first.checkpoint());
     second.frame();
     CHECK(computed(second) == computed(whole));
-    go_on(whole, 1);
-    go_on(second, 1);
+    continue_to(whole, 1);
+    continue_to(second, 1);
     CHECK(computed(second) == computed(whole));
     CHECK(computed(whole) > 10);
   }
@@ -283,7 +283,7 @@ TEST_CASE("resume: force evaluations are equal, with or without output") {
 
 TEST_CASE("pause: a run that pauses after any step has the same history") {
   GranularMotion whole(scene()), paused(scene());
-  go_on(whole, 1);
+  continue_to(whole, 1);
   int pauses = 0;
   const auto pause = [&] { return ++pauses > 0; };
   std::vector<double> times;

@@ -39,7 +39,7 @@ const std::string coulomb = "[effects.coulomb]\n";
 Scene parse(const std::string& text) { return parse_scene(text, "gas.toml"); }
 
 /// Error message of a run of the scene up to its end; empty if there is none.
-std::string sentence_of(const std::string& text) {
+std::string error_message_of(const std::string& text) {
   try {
     GranularMotion motion(parse(text));
     while (!motion.finished()) motion.advance_to(motion.next_frame(), {});
@@ -74,7 +74,7 @@ std::pair<double, double> moments(const std::vector<double>& charges) {
 TEST_CASE("population charges: equal, Gaussian or of density exp(-|q|^z)") {
   CHECK(sum(charges_of("charge = 0.5\n", 100)) == 50);
   constexpr int n = 4000;
-  struct Drawn {
+  struct ChargeCase {
     std::string keys;
     double square, kurtosis;
   };
@@ -84,9 +84,10 @@ TEST_CASE("population charges: equal, Gaussian or of density exp(-|q|^z)") {
                      std::tgamma(5 / z) * std::tgamma(1 / z) / std::pow(std::tgamma(3 / z), 2)};
   };
   const std::string power = "charge_distribution = \"exponential-power\"\ncharge_exponent = ";
-  for (const auto& [keys, square, kurtosis] :
-       {Drawn{"charge_distribution = \"gaussian\"\n", 1, 3}, Drawn{power + "1\n", shape(1).first, shape(1).second},
-        Drawn{power + "2\n", shape(2).first, shape(2).second}, Drawn{power + "8\n", shape(8).first, shape(8).second}}) {
+  for (const auto& [keys, square, kurtosis] : {ChargeCase{"charge_distribution = \"gaussian\"\n", 1, 3},
+                                               ChargeCase{power + "1\n", shape(1).first, shape(1).second},
+                                               ChargeCase{power + "2\n", shape(2).first, shape(2).second},
+                                               ChargeCase{power + "8\n", shape(8).first, shape(8).second}}) {
     const std::vector<double> one = charges_of("charge = 1\n" + keys, n), two = charges_of("charge = 2\n" + keys, n);
     CHECK(sum(one) == 0);
     const auto [found, fourth] = moments(one);
@@ -123,7 +124,7 @@ TEST_CASE("viscoelastic contact in SI units: it equals the scaled numbers") {
 TEST_CASE("contacts too short for any step: the responsible keys are named") {
   const std::string stage = "[[equilibration]]\nduration = 0.5\nstiffness = ";
   const auto said = [](const std::string& text, const std::string& part) {
-    const std::string sentence = sentence_of(box + grains + contact + text);
+    const std::string sentence = error_message_of(box + grains + contact + text);
     CAPTURE(sentence);
     CHECK(sentence.find(part) != std::string::npos);
   };
@@ -146,7 +147,7 @@ TEST_CASE("stage of stiffer contacts: restitution is kept and energy balances") 
     }
     const double before = gas.energy().total();
     CHECK_FALSE(gas.in_elastic_stage());
-    gas.follow_contacts(gas.look(), 0.2);
+    gas.follow_contacts(gas.instant(), 0.2);
     REQUIRE(!gas.contacts().empty());
     const double followed = gas.energy().total();
     const double stored = gas.energy().contact;
@@ -164,16 +165,16 @@ TEST_CASE("step: one too long or too short is refused before any output") {
 }
 
 TEST_CASE("step below rounding of time: a stage is refused, a run ends") {
-  const auto of_stage = [](const std::string& duration, const std::string& more) {
+  const auto stage_scene = [](const std::string& duration, const std::string& more) {
     return box + grains + contact + "[[equilibration]]\nduration = 0.5\n[[equilibration]]\nduration = " + duration +
            "\n" + more + "[stop]\ntime = 0.6\n";
   };
   for (const std::string duration : {"1e-17", "4.9e-13"})
-    CHECK_MESSAGE(
-        sentence_of(of_stage(duration, "")).find("is not allowed in a stage that ends at 0.5 t0") != std::string::npos,
-        sentence_of(of_stage(duration, "")));
-  CHECK(sentence_of(of_stage("1e-12", "")).empty());
-  const std::string still = sentence_of(of_stage("0.01", "temperature = 1e49\n"));
+    CHECK_MESSAGE(error_message_of(stage_scene(duration, "")).find("is not allowed in a stage that ends at 0.5 t0") !=
+                      std::string::npos,
+                  error_message_of(stage_scene(duration, "")));
+  CHECK(error_message_of(stage_scene("1e-12", "")).empty());
+  const std::string still = error_message_of(stage_scene("0.01", "temperature = 1e49\n"));
   CHECK_MESSAGE(still.find("time does not advance any more: at t = 0.51 t0") != std::string::npos, still);
 }
 
@@ -186,18 +187,18 @@ TEST_CASE("extreme parameters: gases still run") {
         box + grains + contact + coulomb + "cutoff = 6\nmesh = 32\norder = 5\n" + end,
         box + "[[population]]\ncount = 1\ntemperature = 1\n" + contact + end,
         box + grains + "[effects.linear_contact]\nrestitution = 1\n" + end}) {
-    const std::string sentence = sentence_of(scene);
+    const std::string sentence = error_message_of(scene);
     CHECK_MESSAGE(sentence.empty(), scene << "\n=> " << sentence);
   }
 }
 
 TEST_CASE("given mesh parameters: a large error gives one warning") {
   const std::string charged = box + "[[population]]\ncount = 100\ntemperature = 1\ncharge = 1\n" + contact + coulomb;
-  GranularMotion doubted(parse(charged + "cutoff = 1.1\nmesh = 8\norder = 4\n"));
-  const std::vector<std::string> warnings = doubted.warnings();
+  GranularMotion coarse_mesh(parse(charged + "cutoff = 1.1\nmesh = 8\norder = 4\n"));
+  const std::vector<std::string> warnings = coarse_mesh.warnings();
   REQUIRE(warnings.size() == 1);
   CHECK_MESSAGE(contains(warnings.front(), "effects.coulomb: the estimated force error is 0."), warnings.front());
-  CHECK(doubted.warnings().empty());
+  CHECK(coarse_mesh.warnings().empty());
   CHECK(GranularMotion(parse(charged + "cutoff = 3\nmesh = 32\norder = 6\n")).warnings().empty());
   CHECK(GranularMotion(parse(charged)).warnings().empty());
 }
@@ -307,7 +308,7 @@ TEST_CASE("grains: impossible scenes are refused with an error message") {
        "needs more than one grain"},
   };
   for (const auto& [scene, part] : table) {
-    const std::string sentence = sentence_of(scene);
+    const std::string sentence = error_message_of(scene);
     CHECK_MESSAGE(contains(sentence, part), scene << "\n=> " << sentence);
     CHECK_MESSAGE(sentence.find('\n') == std::string::npos, sentence);
   }

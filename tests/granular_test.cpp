@@ -81,8 +81,8 @@ TEST_CASE("neighbour list: a grain faster than predicted is found at the next ca
     if (n == 1) bodies.momentum[0] = 1;
     const granular::ContactSteps all{.begin = n * dt,
                                      .time = dt,
-                                     .fastest = granular::survey(bodies, parallel::Team::single()).fastest,
-                                     .kicked = n == 0 ? INFINITY : 0};
+                                     .fastest = granular::grain_statistics(bodies, parallel::Team::single()).fastest,
+                                     .velocity_change = n == 0 ? INFINITY : 0};
     begun += motion->advance(bodies, contacts, {}, all, parallel::Team::single()).record.begun.size();
   }
   CHECK(begun == 1);
@@ -192,10 +192,10 @@ TEST_CASE("step: one too long for the contacts is refused with a suitable value"
     Run run(scene);
     const std::string message = message_of([&] { run.to(1); });
     CHECK(message.find("mechanics.step = 0.03 is too long") != std::string::npos);
-    const double would_do = std::stod(message.substr(message.find("; ") + 2));
-    scene.mechanics.step = would_do;
+    const double suggested_step = std::stod(message.substr(message.find("; ") + 2));
+    scene.mechanics.step = suggested_step;
     CHECK_NOTHROW(Run(scene).to(1));
-    scene.mechanics.step = 1.12 * would_do;  // 0.95 of the suitable value, to two digits.
+    scene.mechanics.step = 1.12 * suggested_step;  // 0.95 of the suitable value, to two digits.
     CHECK_THROWS_AS(Run(scene).to(1), InputError);
   }
 }
@@ -273,7 +273,7 @@ TEST_CASE("cluster: energy decreases at each instant and forces balance at rest"
   CHECK(run.gas.contacts().size() >= 12);
   std::vector<double> force = run.gas.smooth_forces();
   double largest = 0, left_over = 0;
-  const ContactLoad contacts = run.gas.contact_load(run.gas.near(0.01));
+  const ContactLoad contacts = run.gas.contact_load(run.gas.candidate_pairs(0.01));
   for (std::size_t k = 0; k < force.size(); ++k) {
     largest = std::max(largest, std::abs(force[k]));
     left_over = std::max(left_over, std::abs(force[k] + contacts.force[k]));
@@ -374,7 +374,7 @@ TEST_CASE("uniform force: its work equals the recorded driving energy") {
 TEST_CASE("gas drag: a random wind drives free grains to its temperature") {
   constexpr int n = 512;
   Scene scene = viscoelastic(80);
-  scene.effects.add(effects::GasDragOptions{.stokes = 1, .speed = 0.1, .hold = 1});
+  scene.effects.add(effects::GasDragOptions{.stokes = 1, .speed = 0.1, .correlation_time = 1});
   scene.mechanics.step = 0.5;
   for (int i = 0; i < n; ++i) add(scene, {5 + 10.0 * (i % 8), 5 + 10.0 * (i / 8 % 8), 5 + 10.0 * (i / 64)});
   Run run(scene);
@@ -383,9 +383,9 @@ TEST_CASE("gas drag: a random wind drives free grains to its temperature") {
     run.to(5 * k);
     temperature += 2 * run.gas.energy().kinetic / (3 * n) / 10;
   }
-  const GasEnergy book = run.gas.energy();
+  const GasEnergy budget = run.gas.energy();
   CHECK(temperature == doctest::Approx(0.01 * std::tanh(0.5)).epsilon(4 * std::sqrt(2.0 / (30 * n))));
-  CHECK(book.total() == doctest::Approx(0).epsilon(1e-12 * book.driven));
+  CHECK(budget.total() == doctest::Approx(0).epsilon(1e-12 * budget.driven));
 }
 
 // The temperature has a correlation time of 1 / (2 S) = 1 and is averaged over 60 correlation times of the wind. These
@@ -398,7 +398,7 @@ TEST_CASE("gas drag: collisions lower the temperature to the theoretical value")
   const double expected = theory::driven_temperature(n / std::pow(edge, 3), {[](double) { return 1.0; }}, drag);
   Scene scene = grains::cube(edge);
   scene.effects.add(effects::LinearContactOptions{.stiffness = 3000, .restitution = 1});
-  scene.effects.add(effects::GasDragOptions{.stokes = drag.stokes, .speed = drag.speed, .hold = drag.hold});
+  scene.effects.add(effects::GasDragOptions{.stokes = drag.stokes, .speed = drag.speed, .correlation_time = drag.hold});
   scene.mechanics.contact_steps = 16;
   add_gas(scene, n, edge, expected);
   Run run(scene);
@@ -434,7 +434,7 @@ TEST_CASE("statistics: kinetic energy and largest speed of any number of grains"
         }
         double square = 0;
         for (int k = 0; k < d; ++k) square += std::pow(bodies.momentum[fast * d + k] / bodies.mass[fast], 2);
-        const granular::Survey found = granular::survey(bodies, parallel::Team::single());
+        const granular::GrainStatistics found = granular::grain_statistics(bodies, parallel::Team::single());
         CHECK(found.kinetic == energy);
         CHECK(found.fastest == std::sqrt(square));
       }

@@ -30,7 +30,7 @@ TEST_CASE("fix_z: the field accelerates bodies only along the dish") {
   scene.conductors[0].charge = 4e-10;
   scene.conductors[1].charge = -4e-10;
   scene.effects.add<effects::GravityOptions>();
-  scene.mechanics.keep_height = true;
+  scene.mechanics.fix_z = true;
   Simulation simulation(scene);
   simulation.advance_to(0.1);
   const ConductorFrame frame = simulation.now();

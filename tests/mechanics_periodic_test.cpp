@@ -30,13 +30,13 @@ constexpr double side = 10;
 /// velocities.
 Bodies gas(int n) {
   std::mt19937 random(1);
-  std::uniform_real_distribution<double> place(0, side);
+  std::uniform_real_distribution<double> coordinate(0, side);
   std::normal_distribution<double> speed(0, 1);
   Bodies bodies{.dimension = 3};
   bodies.box.lengths = {side, side, side};
   bodies.box.sides.fill(Boundary::periodic);
   while (bodies.size() < n) {
-    const Vec3 p = {place(random), place(random), place(random)};
+    const Vec3 p = {coordinate(random), coordinate(random), coordinate(random)};
     bool free = true;
     for (int i = 0; i < bodies.size(); ++i) free &= norm(bodies.box.difference(p, position<3>(bodies, i))) > 1.05;
     if (!free) continue;

@@ -10,7 +10,7 @@
 
 #include "src/analysis/circuit.hpp"
 #include "src/effects/field_choice.hpp"
-#include "src/mechanics/energy_book.hpp"
+#include "src/mechanics/energy_budget.hpp"
 #include "tests/spheres.hpp"
 
 namespace mechanics_summary_test {
@@ -64,7 +64,7 @@ TEST_CASE("energy balance without supply: a gain is relative to the stored energ
 TEST_CASE("summary: overlapping bodies and a missed accuracy give warnings") {
   Scene scene = one_conductor();
   mechanics::Outcome outcome{.largest_error = 2e-3, .largest_overlap = 0.3};
-  scene.field().chosen_for = FieldAccuracy{.asked = 1e-3, .estimate = 1e-3};
+  scene.field().chosen_for = FieldAccuracy{.requested = 1e-3, .estimate = 1e-3};
   const std::vector<std::string> warnings = mechanics::summarize(scene, outcome).warnings;
   REQUIRE(warnings.size() == 2);
   CHECK(warnings[0].starts_with("accuracy not reached: "));
@@ -76,9 +76,9 @@ TEST_CASE("summary: overlapping bodies and a missed accuracy give warnings") {
 TEST_CASE("largest overlap: of two disks and of a disk in a side") {
   Scene scene = conductor_scene({{0.02, 0.05}, {0.02 + 1.5 * radius, 0.05}, {0.05, 0.4 * radius}});
   CHECK(mechanics::largest_overlap(scene, make_bodies(scene)) == near(0.3));
-  scene.conductors[2].held = true;
+  scene.conductors[2].fixed = true;
   CHECK(mechanics::largest_overlap(scene, make_bodies(scene)) == near(0.25));
-  scene.conductors[0].held = scene.conductors[1].held = true;
+  scene.conductors[0].fixed = scene.conductors[1].fixed = true;
   CHECK(mechanics::largest_overlap(scene, make_bodies(scene)) == 0);
 }
 

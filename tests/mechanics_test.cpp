@@ -206,7 +206,7 @@ TEST_CASE("collision: two bodies among hundreds at rest collide as if isolated")
 }
 
 TEST_CASE("electrics: a dropped trial has no effect, a restored state undoes one") {
-  const Scene scene = crowd();
+  const Scene scene = random_spheres();
   auto made = std::make_unique<effects::FloatingConductors>(scene, std::make_unique<LineCharges>());
   effects::FloatingConductors& field = *made;
   Model model = effects::make_model(scene, effects::made(std::move(made)));
@@ -215,7 +215,7 @@ TEST_CASE("electrics: a dropped trial has no effect, a restored state undoes one
   Electrics electrics(scene, model, field, &discharge, counters);
   electrics.connect();
   electrics.accept(electrics.solve(0));
-  const Charging before = electrics.now();
+  const ElectricalState before = electrics.now();
   const std::vector<double> charge = model.bodies.charge;
 
   const Trial trial = electrics.solve(1);
@@ -228,7 +228,7 @@ TEST_CASE("electrics: a dropped trial has no effect, a restored state undoes one
   CHECK(electrics.now().charges.injected() == near(12 * 0.2e-9));
   for (int i = 0; i < model.bodies.size(); ++i) CHECK(model.bodies.charge[i] == electrics.now().charges.charge(i));
   CHECK(electrics.now().field.potential == trial.field.potential);
-  electrics.go_back(before);
+  electrics.rollback(before);
   CHECK(electrics.now().charges.save() == before.charges.save());
   CHECK(electrics.now().time == 0);
 }
@@ -238,7 +238,7 @@ TEST_CASE("Hertz contact: compressed steel in oil comes to rest at no cost") {
   scene.effects.remove<effects::ContactDischargeOptions>();
   scene.effects.add<effects::HertzContactOptions>();
   auto field = std::make_unique<effects::FloatingConductors>(scene, no_forces());
-  const effects::HeldField held{.force = {{1e-3, 0}, {-1e-3, 0}}, .force_rate = {{}, {}}};
+  const effects::ExtrapolatedField held{.force = {{1e-3, 0}, {-1e-3, 0}}, .force_rate = {{}, {}}};
   field->follow(held);
   Model model = effects::make_model(scene, effects::made(std::move(field)));
   Cvode cvode = make_cvode(scene, model);
@@ -254,7 +254,7 @@ TEST_CASE("events: a body under constant force does not step over an event") {
   Scene scene = conductor_scene({{0.02, 0.05}});
   scene.effects.remove<effects::StokesDragOptions>();
   auto field = std::make_unique<effects::FloatingConductors>(scene, no_forces());
-  const effects::HeldField held{.force = {{mass, 0}}, .force_rate = {{}}};
+  const effects::ExtrapolatedField held{.force = {{mass, 0}}, .force_rate = {{}}};
   field->follow(held);
   Model model = effects::make_model(scene, effects::made(std::move(field)));
   Cvode cvode = make_cvode(scene, model);
@@ -464,7 +464,7 @@ TEST_CASE("leakage and resistors: they cost few solves and exert no force") {
   Simulation simulation(scene, std::make_unique<LineCharges>(log));
   Model model = effects::make_model(scene);
   CHECK(model.effects.back()->name() == "leakage");
-  CHECK(mechanics::FreeFlight(model).pushed(std::vector{1.0, 1.0}).empty());
+  CHECK(mechanics::FreeFlight(model).interacting(std::vector{1.0, 1.0}).empty());
   simulation.advance_to(1);
   CHECK(log->solves == 11);
   // The fluid is an insulator and all potentials are equal: there is no circuit and no energy budget.

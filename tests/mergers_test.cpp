@@ -24,14 +24,14 @@ const double force = speed * drag;  // N
 constexpr double until = 0.05;      // End (s): twenty relaxation times after the last merge.
 
 /// Scene of pairs i and i + 1 for even i, each at a distance (m) from contact and far from all others.
-Scene pairs(const std::vector<double>& ways) {
-  std::vector<Vec2> places;
-  for (std::size_t pair = 0; pair < ways.size(); ++pair) {
+Scene pairs(const std::vector<double>& gaps) {
+  std::vector<Vec2> positions;
+  for (std::size_t pair = 0; pair < gaps.size(); ++pair) {
     const double x = 0.02 + 0.02 * static_cast<double>(pair);
-    places.push_back({x, 0.05});
-    places.push_back({x, 0.05 + 3 * radius + ways[pair]});
+    positions.push_back({x, 0.05});
+    positions.push_back({x, 0.05 + 3 * radius + gaps[pair]});
   }
-  Scene scene = conductor_scene(places);
+  Scene scene = conductor_scene(positions);
   scene.mechanics.relative_tolerance = 1e-9;
   scene.mechanics.position_tolerance = tolerance;
   return scene;
@@ -40,12 +40,12 @@ Scene pairs(const std::vector<double>& ways) {
 bool one(const LaplaceProblem& problem, int i, int j) { return problem.bodies[i].group == problem.bodies[j].group; }
 
 /// Forces (N) that drive the members of a pair towards each other, by the index of a body.
-template <class OfBody>
-Scripted::Forces together(OfBody of_body) {
+template <class ForceOfBody>
+Scripted::Forces together(ForceOfBody force_of_body) {
   return [=](const LaplaceProblem& problem) {
     std::vector<Vec2> forces;
     for (int i = 0; i < static_cast<int>(problem.bodies.size()); ++i)
-      forces.push_back({0, (i % 2 ? -1 : 1) * of_body(problem, i)});
+      forces.push_back({0, (i % 2 ? -1 : 1) * force_of_body(problem, i)});
     return forces;
   };
 }
@@ -126,8 +126,9 @@ TEST_CASE("merge and split in one solve: they occur in their order in time") {
     for (const int i : {2, 4}) scene.conductors[i].velocity = speed * up;
     scene.conductors[2].charge = scene.conductors[3].charge = 3e-12;
     const auto simulation = run(scene, [](const LaplaceProblem& problem) {
-      const double of_first = (one(problem, 0, 1) ? 0.9 : 1) * force;
-      return std::vector<Vec2>{{0, of_first}, {0, -of_first}, {0, force}, {}, {0, one(problem, 3, 4) ? 0 : force}, {}};
+      const double first_force = (one(problem, 0, 1) ? 0.9 : 1) * force;
+      return std::vector<Vec2>{
+          {0, first_force}, {0, -first_force}, {0, force}, {}, {0, one(problem, 3, 4) ? 0 : force}, {}};
     });
     const std::vector<double> charge = simulation->now().charge;
     const double left = lead > 0 ? 2e-12 : 3e-12;  // Charge of the third conductor at the split.

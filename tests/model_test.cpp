@@ -39,10 +39,10 @@ doctest::Approx near(double value, double tolerance = 1e-9) {
 
 Bodies random_bodies(int n, int dimension, double width, std::uint32_t seed) {
   std::mt19937 random(seed);
-  std::uniform_real_distribution<double> place(0, width), radius(0.5, 1.5);
+  std::uniform_real_distribution<double> coordinate(0, width), radius(0.5, 1.5);
   Bodies bodies{.dimension = dimension};
   for (int i = 0; i < n; ++i) {
-    for (int k = 0; k < dimension; ++k) bodies.position.push_back(place(random));
+    for (int k = 0; k < dimension; ++k) bodies.position.push_back(coordinate(random));
     bodies.radius.push_back(radius(random));
     bodies.mass.push_back(1);
   }

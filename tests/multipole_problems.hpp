@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "solvers/laplace/multipole/solver.hpp"
-#include "tests/crowd.hpp"
+#include "tests/random_placement.hpp"
 
 /// Problems for the multipole solver.
 namespace lichtenberg::multipole_problems {
@@ -21,14 +21,14 @@ inline MultipoleOptions options(double tolerance, bool unbounded = false) {
 }
 
 /// Disks with charges of both signs in a rectangular box; each disk is a group.
-inline LaplaceProblem crowd(int count, Vec2 size, double radius, double least_gap) {
-  crowds::Random random(11);
+inline LaplaceProblem random_disks(int count, Vec2 size, double radius, double least_gap) {
+  random_placement::Random random(11);
   LaplaceProblem problem{.permittivity = 1};
   problem.size = size;
   while (static_cast<int>(problem.bodies.size()) < count) {
     const double margin = radius + least_gap;
     const Disk disk{{random(margin, size.x - margin), random(margin, size.y - margin)}, radius};
-    crowds::add_if_free(problem, disk, least_gap, random);
+    random_placement::add_if_free(problem, disk, least_gap, random);
   }
   return problem;
 }

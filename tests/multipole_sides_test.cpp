@@ -67,7 +67,7 @@ TEST_CASE("disk at an electrode side: it forms a close pair with its image") {
 }
 
 TEST_CASE("boundary conditions: they hold on all sides for any electrodes") {
-  LaplaceProblem problem = crowd(6, {1.3, 0.9}, 0.08, 0.03);
+  LaplaceProblem problem = random_disks(6, {1.3, 0.9}, 0.08, 0.03);
   neutralize(problem);
   problem.groups[0] = {false, 0, 0.3};
   const std::array<double, 4> potential{0.2, -0.5, 1, 0.7};
@@ -94,7 +94,7 @@ TEST_CASE("boundary conditions: they hold on all sides for any electrodes") {
 }
 
 TEST_CASE("charges of disks and sides: they cancel, also between plates") {
-  LaplaceProblem problem = crowd(5, {1, 1.4}, 0.07, 0.05);
+  LaplaceProblem problem = random_disks(5, {1, 1.4}, 0.07, 0.05);
   problem.permittivity = 2.5;
   problem.groups[1] = {false, 0, -0.4};
   for (const int walls : {1, 2, 4, 8, 3, 12, 5, 7, 15}) {

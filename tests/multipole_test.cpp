@@ -116,7 +116,7 @@ TEST_CASE("disks at one potential: contact and small overlaps are permitted") {
 }
 
 TEST_CASE("multipole_unknowns: it gives the number of unknowns of a solve") {
-  LaplaceProblem problem = crowd(12, {2, 1}, 0.08, 0.002);
+  LaplaceProblem problem = random_disks(12, {2, 1}, 0.08, 0.002);
   problem.bodies[3].group = problem.bodies[4].group;
   problem.groups[7] = {false, 0, 0.5};
   problem.groups[3] = {false, 0, 0};  // This group has no body.
@@ -190,7 +190,7 @@ TEST_CASE("reference cases: reproduced to ten digits and more") {
 TEST_CASE("cut-cell solver: it agrees within its truncation error") {
   // S = 128, R = 9 cells, gaps of at least 4 cells. The capacitance has an error of 0.07 % at a gap of R/2 (table of
   // FIELD-SOLVER for R = 8, d/2R = 1.25), and the walls' different potentials contribute as much.
-  LaplaceProblem problem = crowd(8, {1, 1}, 0.07, 0.04);
+  LaplaceProblem problem = random_disks(8, {1, 1}, 0.07, 0.04);
   problem.groups[2] = {false, 0, 0.5};
   problem.bodies[4].group = problem.bodies[3].group;  // A floating group with two members, and one group without.
   problem.groups[4] = {false, 0, 0};
@@ -218,7 +218,7 @@ TEST_CASE("cut-cell solver: it agrees within its truncation error") {
 }
 
 TEST_CASE("forces: they are derivatives of the energy at constant charge") {
-  LaplaceProblem problem = crowd(6, {1, 1.2}, 0.08, 0.04);
+  LaplaceProblem problem = random_disks(6, {1, 1.2}, 0.08, 0.04);
   set_walls(problem, 12, {0, 0, 0, 0});
   MultipoleSolver solver(options(1e-12));
   const LaplaceSolution solution = solver.solve(problem);
@@ -237,7 +237,7 @@ TEST_CASE("forces: they are derivatives of the energy at constant charge") {
 
 TEST_CASE("capacitance matrix: symmetric, zero row sums in an insulated box") {
   for (const int walls : {0, 6}) {
-    LaplaceProblem problem = crowd(4, {1, 1}, 0.09, 0.03);
+    LaplaceProblem problem = random_disks(4, {1, 1}, 0.09, 0.03);
     neutralize(problem);
     set_walls(problem, walls, {});
     MultipoleSolver solver(options(1e-10));
@@ -270,7 +270,7 @@ TEST_CASE("plane: it is the limit of a large box") {
 }
 
 TEST_CASE("no ground: the mean potential over the bodies is zero") {
-  LaplaceProblem problem = crowd(5, {1, 1}, 0.08, 0.04);
+  LaplaceProblem problem = random_disks(5, {1, 1}, 0.08, 0.04);
   problem.bodies[4].group = 1;
   problem.groups.pop_back();
   neutralize(problem);
@@ -288,7 +288,7 @@ TEST_CASE("no ground: the mean potential over the bodies is zero") {
 }
 
 TEST_CASE("error: it follows the tolerance, and the residual indicates it") {
-  LaplaceProblem problem = crowd(40, {1, 1}, 0.04, 0.01);
+  LaplaceProblem problem = random_disks(40, {1, 1}, 0.04, 0.01);
   set_walls(problem, 4, {});
   MultipoleSolver reference(options(1e-13));
   const LaplaceSolution exact = reference.solve(problem);
@@ -311,7 +311,7 @@ TEST_CASE("error: it follows the tolerance, and the residual indicates it") {
 }
 
 TEST_CASE("history: it shortens the next solve, and forget() restores the bits") {
-  LaplaceProblem problem = crowd(20, {1, 1}, 0.05, 0.02);
+  LaplaceProblem problem = random_disks(20, {1, 1}, 0.05, 0.02);
   set_walls(problem, 4, {});
   LaplaceProblem moved = problem;
   for (Body& body : moved.bodies) std::get<Disk>(body.shape).centre += Vec2{1e-4, -5e-5};
@@ -343,7 +343,7 @@ TEST_CASE("field: none is available before a solve") {
 }
 
 TEST_CASE("field: the potential and the covering disk at cell centres") {
-  LaplaceProblem problem = crowd(3, {2, 1}, 0.1, 0.1);
+  LaplaceProblem problem = random_disks(3, {2, 1}, 0.1, 0.1);
   set_walls(problem, 4, {});
   MultipoleOptions o = options(1e-8);
   o.cells = 40;
@@ -365,7 +365,7 @@ TEST_CASE("field: the potential and the covering disk at cell centres") {
 }
 
 TEST_CASE("multipole method: scenes that it cannot solve are refused") {
-  LaplaceProblem problem = crowd(2, {1, 1}, 0.1, 0.1);
+  LaplaceProblem problem = random_disks(2, {1, 1}, 0.1, 0.1);
   problem.groups[0] = {false, 0, 0};
   MultipoleOptions o;
   SUBCASE("bar") { problem.bodies[0].shape = Bar{{0.2, 0.2}, {0.4, 0.2}, 0.1}; }

@@ -24,20 +24,21 @@ Box<d> periodic_box(double length, int axes = d) {
   return box;
 }
 
-struct Crowd {
+struct SphereSet {
   std::vector<double> position, radius;
 };
 
 /// Returns n random particles in [-spread, 1 + spread] times a box of the given length.
-Crowd crowd(int n, int dimension, double length, double smallest, double largest, double spread, unsigned seed) {
+SphereSet random_spheres(int n, int dimension, double length, double smallest, double largest, double spread,
+                         unsigned seed) {
   std::mt19937 random(seed);
-  std::uniform_real_distribution<double> place(-spread * length, (1 + spread) * length), radius(smallest, largest);
-  Crowd crowd;
+  std::uniform_real_distribution<double> coordinate(-spread * length, (1 + spread) * length), radius(smallest, largest);
+  SphereSet result;
   for (int i = 0; i < n; ++i) {
-    for (int k = 0; k < dimension; ++k) crowd.position.push_back(place(random));
-    crowd.radius.push_back(radius(random));
+    for (int k = 0; k < dimension; ++k) result.position.push_back(coordinate(random));
+    result.radius.push_back(radius(random));
   }
-  return crowd;
+  return result;
 }
 
 /// Distance to the nearest image of the second particle within three box lengths.
@@ -45,10 +46,10 @@ template <int d>
 double nearest(const Spheres<d>& s, int i, int j) {
   double sum = 0;
   for (int k = 0; k < d; ++k) {
-    const int turns = s.box.periodic(k) ? 3 : 0;
+    const int most_images = s.box.periodic(k) ? 3 : 0;
     double least = INFINITY;
-    for (int turn = -turns; turn <= turns; ++turn)
-      least = std::min(least, std::abs(s.position[i * d + k] - s.position[j * d + k] + turn * s.box.lengths[k]));
+    for (int image = -most_images; image <= most_images; ++image)
+      least = std::min(least, std::abs(s.position[i * d + k] - s.position[j * d + k] + image * s.box.lengths[k]));
     sum += least * least;
   }
   return std::sqrt(sum);
@@ -69,7 +70,8 @@ std::vector<Pair> all_pairs(const Spheres<d>& s, double range, std::vector<doubl
 TEST_CASE("cells: they find the pairs of a search over all pairs and images") {
   // Boxes of 2 to 11 cells per side, with positions up to one box length outside.
   for (const double length : {6.5, 8.0, 9.5, 13.0, 33.0}) {
-    const Crowd two = crowd(200, 2, length, 0.2, 1, 1, 1), three = crowd(200, 3, length, 0.2, 1, 1, 2);
+    const SphereSet two = random_spheres(200, 2, length, 0.2, 1, 1, 1),
+                    three = random_spheres(200, 3, length, 0.2, 1, 1, 2);
     for (const double range : {-0.3, 0.0, 1.2})
       for (int axes = 0; axes <= 3; ++axes) {
         CAPTURE(length);
@@ -85,7 +87,7 @@ TEST_CASE("cells: they find the pairs of a search over all pairs and images") {
 }
 
 TEST_CASE("box without periodic sides: pairs are those without a box") {
-  const Crowd some = crowd(100, 2, 10, 0.2, 1, 1, 3);
+  const SphereSet some = random_spheres(100, 2, 10, 0.2, 1, 1, 3);
   CHECK(pairs_closer_than(Spheres<2>{some.position, some.radius, periodic_box<2>(1, 0)}, 0.5) ==
         pairs_closer_than(Spheres<2>{some.position, some.radius}, 0.5));
 }
@@ -97,11 +99,11 @@ TEST_CASE("periodic box: pairs across faces, edges and corners are found once") 
     for (int y = -1; y <= 1; ++y)
       for (int z = -1; z <= 1; ++z) {
         // The particles lie 0.2 inside the sides between them and next to each other along the other axes.
-        const auto low = [](int turn) { return turn == 0 ? 5.0 : 0.2; };
-        const auto high = [](int turn) { return turn == 0 ? 5.2 : 9.8; };
+        const auto low = [](int image) { return image == 0 ? 5.0 : 0.2; };
+        const auto high = [](int image) { return image == 0 ? 5.2 : 9.8; };
         std::vector<double> position;
-        for (const int turn : {x, y, z}) position.push_back(turn < 0 ? high(turn) : low(turn));
-        for (const int turn : {x, y, z}) position.push_back(turn < 0 ? low(turn) : high(turn));
+        for (const int image : {x, y, z}) position.push_back(image < 0 ? high(image) : low(image));
+        for (const int image : {x, y, z}) position.push_back(image < 0 ? low(image) : high(image));
         CHECK(pairs_closer_than(Spheres<3>{position, radius, box}, 0.0) == std::vector<Pair>{{0, 1}});
       }
 }
@@ -116,7 +118,7 @@ TEST_CASE("periodic box: one shorter than twice the range is refused") {
 }
 
 TEST_CASE("range beyond all positions: every pair is found") {
-  const Crowd some = crowd(20, 2, 1, 0.01, 0.02, 0, 1);
+  const SphereSet some = random_spheres(20, 2, 1, 0.01, 0.02, 0, 1);
   const Spheres<2> spheres{some.position, some.radius};
   const std::vector<double> reach(20, 1e300);
   for (const double range : {1e3, 1e300, 1.7e308, double{INFINITY}}) {
@@ -127,7 +129,7 @@ TEST_CASE("range beyond all positions: every pair is found") {
 }
 
 TEST_CASE("cells: any number of threads finds identical pairs") {
-  const Crowd some = crowd(20000, 3, 40, 0.3, 0.7, 0, 4);
+  const SphereSet some = random_spheres(20000, 3, 40, 0.3, 0.7, 0, 4);
   const Spheres<3> spheres{some.position, some.radius, periodic_box<3>(40)};
   parallel::Team three(3);
   const std::vector<Pair> alone = pairs_closer_than(spheres, 0.5);
@@ -139,7 +141,7 @@ TEST_CASE("cells: any number of threads finds identical pairs") {
 TEST_CASE("particles with individual cutoffs: pairs across periodic sides are found") {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> exponent(-2, 1);
-  const Crowd some = crowd(150, 3, 9, 0.2, 1, 0.5, 6);
+  const SphereSet some = random_spheres(150, 3, 9, 0.2, 1, 0.5, 6);
   const Spheres<3> spheres{some.position, some.radius, periodic_box<3>(9)};
   std::vector<double> reach(150);
   for (double& r : reach) r = std::pow(10, exponent(random));
@@ -150,7 +152,7 @@ TEST_CASE("particles with individual cutoffs: pairs across periodic sides are fo
 }
 
 TEST_CASE("two large individual cutoffs: the pair is found over many cells") {
-  Crowd some = crowd(1000, 3, 100, 0.01, 0.01, 0, 9);
+  SphereSet some = random_spheres(1000, 3, 100, 0.01, 0.01, 0, 9);
   std::vector<double> reach(1000, 0.0);
   reach[3] = reach[5] = 5;
   for (int k = 0; k < 3; ++k) some.position[9 + k] = 50, some.position[15 + k] = 50;
@@ -164,7 +166,7 @@ TEST_CASE("two large individual cutoffs: the pair is found over many cells") {
 TEST_CASE("neighbour list: no pair of a cold gas with one fast grain is missed") {
   constexpr int d = 3, n = 150;
   const double length = 10, range = 0.1, skin = 0.5;
-  Crowd gas = crowd(n, d, length, 0.5, 0.5, 0, 7);
+  SphereSet gas = random_spheres(n, d, length, 0.5, 0.5, 0, 7);
   const Box<d> box = periodic_box<d>(length);
   const Spheres<d> spheres{gas.position, gas.radius, box};
   std::mt19937 random(8);
@@ -176,7 +178,7 @@ TEST_CASE("neighbour list: no pair of a cold gas with one fast grain is missed")
     for (int k = 0; k < n * d; ++k) gas.position[k] += step(random);
     for (int k = 0; k < d; ++k) gas.position[k] += 0.5;
     for (int i = 0; i < n; ++i) {
-      Vec<d> p = spheres.place(i);
+      Vec<d> p = spheres.centre(i);
       Image<d> image{};
       box.wrap(p, image);
       for (int k = 0; k < d; ++k) gas.position[i * d + k] = p[k];
@@ -217,8 +219,8 @@ namespace {
 /// Moves particles randomly, three of them fast. Compares a kept list with a new search for two ranges and for
 /// individual cutoffs, some of them large. Returns the number of searches of the list.
 template <int d>
-int wander(const Box<d>& box, int steps) {
-  Crowd disks = crowd(150, d, 20, 0.3, 0.5, 0, 7);
+int count_rebuilds(const Box<d>& box, int steps) {
+  SphereSet disks = random_spheres(150, d, 20, 0.3, 0.5, 0, 7);
   std::mt19937 random(5);
   std::uniform_real_distribution<double> unit(-1, 1);
   ReachList list;
@@ -240,9 +242,9 @@ int wander(const Box<d>& box, int steps) {
 TEST_CASE("reach list: it equals a new search and is rarely rebuilt") {
   // A random step of 0.01 per axis covers half a skin of 0.3 after about 0.15^2 / (0.01^2 2/3) = 340 steps. The two
   // fast particles and the three large cutoffs are too few for a rebuild.
-  CHECK(wander(Box<2>{}, 200) <= 3);
-  CHECK(wander(Box<3>{}, 50) <= 3);
-  CHECK(wander(periodic_box<2>(20), 10) == 10);  // A rebuild in each step.
+  CHECK(count_rebuilds(Box<2>{}, 200) <= 3);
+  CHECK(count_rebuilds(Box<3>{}, 50) <= 3);
+  CHECK(count_rebuilds(periodic_box<2>(20), 10) == 10);  // A rebuild in each step.
 }
 
 TEST_CASE("reach list: a large cutoff finds pairs that entered since the search") {
@@ -260,7 +262,7 @@ TEST_CASE("reach list: a large cutoff finds pairs that entered since the search"
 }
 
 TEST_CASE("reach list: large moves cause a rebuild, large cutoffs a full search") {
-  Crowd disks = crowd(100, 2, 20, 0.3, 0.5, 0, 8);
+  SphereSet disks = random_spheres(100, 2, 20, 0.3, 0.5, 0, 8);
   ReachList list;
   std::vector<double> reach(100, 0.0);
   const auto same = [&] {
@@ -317,8 +319,8 @@ std::vector<Pair> meeting(const Spheres<3>& spheres, double range, const std::ve
                           const CellOrder<3>::Flight& flight) {
   std::vector<Pair> pairs;
   for (const Pair pair : all_pairs(spheres, range)) {
-    const Vec3 apart = spheres.box.difference(spheres.place(pair.j), spheres.place(pair.i));
-    const double distance = norm(apart), rate = dot(apart, velocity[pair.j] - velocity[pair.i]) / distance;
+    const Vec3 separation = spheres.box.difference(spheres.centre(pair.j), spheres.centre(pair.i));
+    const double distance = norm(separation), rate = dot(separation, velocity[pair.j] - velocity[pair.i]) / distance;
     if (distance < flight.near || distance + rate * flight.time < flight.within) pairs.push_back(pair);
   }
   return pairs;
@@ -330,7 +332,8 @@ TEST_CASE("cell order: it finds each pair of a search over all images once") {
   // Boxes of 1 to 11 cells per side, with positions up to one box length outside. Single-precision positions add pairs
   // but lose none: rounding is at most 4 times 6e-8 of 100 m.
   for (const double length : {2.5, 6.5, 9.5, 13.0, 33.0}) {
-    const Crowd two = crowd(200, 2, length, 0, 0, 1, 1), three = crowd(200, 3, length, 0, 0, 1, 2);
+    const SphereSet two = random_spheres(200, 2, length, 0, 0, 1, 1),
+                    three = random_spheres(200, 3, length, 0, 0, 1, 2);
     for (const double range : {0.9, 3.0})
       for (int axes = 0; axes <= 3; ++axes) {
         CAPTURE(length);
@@ -354,7 +357,7 @@ TEST_CASE("cell order: the pairs that may meet in a flight are found") {
   // Some axes have one cell and fold. Rounding adds pairs that miss by 4 x 1.2e-7 of 33 m and, for a path of 2 x 3.5 x
   // 0.1 m, by 2 x 1.6e-5 in its direction: 4e-5 m in total.
   for (const double length : {5.5, 9.5, 33.0}) {
-    const Crowd here = crowd(400, 3, length, 0, 0, 1, 5), fast = crowd(400, 3, 4, 0, 0, 0, 6);
+    const SphereSet here = random_spheres(400, 3, length, 0, 0, 1, 5), fast = random_spheres(400, 3, 4, 0, 0, 0, 6);
     std::vector<Vec3> velocity;  // From -2 to 2 along each axis.
     for (int i = 0; i < 400; ++i)
       velocity.push_back(Vec3{fast.position[3 * i], fast.position[3 * i + 1], fast.position[3 * i + 2]} -

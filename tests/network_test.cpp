@@ -142,18 +142,18 @@ TEST_CASE("resistor model: impossible parameters are refused") {
   CHECK(contains(message_of([&] { check(resistor_model("constriction"), {.resistivity = 1}); }), "needs spot in m"));
   CHECK(contains(message_of([&] { check(resistor_model("constant"), {.resistance = 0}); }), "greater than 0"));
   CHECK(contains(message_of([&] { check(resistor_model("constant"), {.resistance = -2}); }), "greater than 0"));
-  CHECK(contains(message_of([&] { check(resistor_model("constant"), {.resistance = 1, .spot = 1}); }),
+  CHECK(contains(message_of([&] { check(resistor_model("constant"), {.resistance = 1, .contact_radius = 1}); }),
                  "does not use spot"));
   const ParticlePacking packing = column();
   const Contacts contacts = find_contacts(packing);
   CHECK(contains(message_of([&] {
-                   particle_network(packing, contacts, resistor_model("disk"), {.sheet_resistance = 1, .spot = 1e-3},
-                                    walls);
+                   particle_network(packing, contacts, resistor_model("disk"),
+                                    {.sheet_resistance = 1, .contact_radius = 1e-3}, walls);
                  }),
                  "contact-centred"));
   CHECK(contains(message_of([&] {
-                   contact_network(packing, contacts, resistor_model("disk"), {.sheet_resistance = 1, .spot = 1.5},
-                                   walls);
+                   contact_network(packing, contacts, resistor_model("disk"),
+                                   {.sheet_resistance = 1, .contact_radius = 1.5}, walls);
                  }),
                  "too large"));
   CHECK(contains(
@@ -172,7 +172,7 @@ TEST_CASE("column of three disks: it is resistors in series") {
   REQUIRE(contacts.pairs.size() == 2);
   REQUIRE(contacts.walls.size() == 2);
   const Parameters p{
-      .resistance = 3, .resistance_per_length = 2, .sheet_resistance = 1, .resistivity = 5, .spot = 0.01};
+      .resistance = 3, .resistance_per_length = 2, .sheet_resistance = 1, .resistivity = 5, .contact_radius = 0.01};
   const auto measured = [&](auto build, const char* model) {
     const PackingNetwork net = build(packing, contacts, resistor_model(model), p, walls);
     return conduct(net.network, net.electrode[0], net.electrode[1]).resistance;
@@ -195,7 +195,7 @@ TEST_CASE("constriction: contact and particle networks agree") {
   packing.resistivity = {1, 2, 3, 4, 5};
   const Contacts contacts = find_contacts(packing);
   REQUIRE(contacts.pairs.size() == 5);
-  const Parameters p{.resistivity = 0.3, .spot = 0.01};
+  const Parameters p{.resistivity = 0.3, .contact_radius = 0.01};
   const auto measured = [&](auto build) {
     const PackingNetwork net = build(packing, contacts, resistor_model("constriction"), p, walls);
     return conduct(net.network, net.electrode[0], net.electrode[1]).resistance;
@@ -208,7 +208,7 @@ TEST_CASE("sphere model: the Neumann series with small equipotential spots") {
   Particle sphere{.centre = {1, 2, 3}, .radius = a};
   const std::vector<Point> at = {{0, 0, 1}, {std::sqrt(0.75), 0, -0.5}, {0.28, 0.96, 0}};
   for (const Point& n : at) sphere.contacts.push_back({1 + a * n[0], 2 + a * n[1], 3 + a * n[2]});
-  const Eigen::MatrixXd links = resistor_model("sphere").particle({.resistivity = rho, .spot = b}, sphere);
+  const Eigen::MatrixXd links = resistor_model("sphere").particle({.resistivity = rho, .contact_radius = b}, sphere);
   Network net{.nodes = 3, .links = {{0, 1, links(0, 1)}, {0, 2, links(0, 2)}, {1, 2, links(1, 2)}}};
   // For a current I injected at a point and collected uniformly the surface potential is rho I / (4 pi a) times sum_l
   // (2 + 1/l) P_l(cos gamma). Here sum_l P_l = 1 / (2 sin(gamma / 2)) from l = 0. The remainder after n terms is below
@@ -241,11 +241,11 @@ TEST_CASE("contacts: a pair at the contact threshold, as rattlers have, is none"
 
 TEST_CASE("contacts: the cell search finds all of spheres of many sizes") {
   std::mt19937_64 random(3);
-  std::uniform_real_distribution<double> place(-5, 5), radius(0.05, 0.9);
+  std::uniform_real_distribution<double> coordinate(-5, 5), radius(0.05, 0.9);
   for (const int dimension : {2, 3}) {
     ParticlePacking packing;
     for (int i = 0; i < 400; ++i) {
-      packing.position.push_back({place(random), place(random), dimension == 3 ? place(random) : 0});
+      packing.position.push_back({coordinate(random), coordinate(random), dimension == 3 ? coordinate(random) : 0});
       packing.radius.push_back(radius(random));
     }
     std::size_t expected = 0;
@@ -304,7 +304,7 @@ TEST_CASE("potentials: several right-hand sides are those of the dense system") 
 
 TEST_CASE("one node to all: resistances are those of each pair") {
   std::mt19937_64 random(13);
-  std::uniform_real_distribution<double> decades(-8, 8), place(0, 1);
+  std::uniform_real_distribution<double> decades(-8, 8), coordinate(0, 1);
   for (const bool positions : {false, true}) {
     CAPTURE(positions);
     Network net{.nodes = 200};
@@ -313,7 +313,7 @@ TEST_CASE("one node to all: resistances are those of each pair") {
     for (int k = 0; k < 300; ++k) net.links.push_back({node(random), node(random), std::pow(10, decades(random))});
     net.nodes += 2;  // Isolated nodes.
     if (positions)
-      for (int n = 0; n < net.nodes; ++n) net.position.push_back({place(random), place(random), 0});
+      for (int n = 0; n < net.nodes; ++n) net.position.push_back({coordinate(random), coordinate(random), 0});
     const std::vector<double> found = resistances_from(net, 77);
     REQUIRE(found.size() == 202);
     for (int n = 0; n < 200; ++n)

@@ -192,7 +192,7 @@ TEST_CASE("one to all: resistances are those of individual pairs") {
         const std::string pair = from + "," + std::to_string(i);
         if (std::to_string(i) == from)
           CHECK(found[i] == 0);
-        else if (model == NetworkModel::contact && !why_no_contact_network(frame, {.between = pair}).empty())
+        else if (model == NetworkModel::contact && !contact_network_obstacle(frame, {.between = pair}).empty())
           CHECK(std::isnan(found[i]));
         else
           CHECK(1 / found[i] ==
@@ -328,9 +328,9 @@ TEST_CASE("network: impossible measurements are refused with an error message") 
   CHECK(contains(refused({.parameters = {.resistance = -1}}), "greater than 0"));
   CHECK(contains(refused({.parameters = {.resistance = INFINITY}}),
                  "inf Ohm is not allowed: it must be greater than 0 and finite"));
-  CHECK(contains(refused({.parameters = {.spot = 0.1}}), "\"constant\" does not use spot"));
+  CHECK(contains(refused({.parameters = {.contact_radius = 0.1}}), "\"constant\" does not use spot"));
   for (const NetworkModel model : {NetworkModel::particle, NetworkModel::contact}) {
-    const NetworkOptions wide{.resistor = "constriction", .parameters = {.resistivity = 1, .spot = 0.5}};
+    const NetworkOptions wide{.resistor = "constriction", .parameters = {.resistivity = 1, .contact_radius = 0.5}};
     CHECK(contains(message_of([&] { solve_network(frame, model, wide, 1); }),
                    "no contact can be that wide on particle 3 of radius 0.5 m"));
   }
@@ -338,11 +338,12 @@ TEST_CASE("network: impossible measurements are refused with an error message") 
   spheres.packing.position[4][2] = 1;
   CHECK(contains(message_of([&] {
                    solve_network(spheres, NetworkModel::contact,
-                                 {.resistor = "disk", .parameters = {.sheet_resistance = 1, .spot = 0.01}}, 1);
+                                 {.resistor = "disk", .parameters = {.sheet_resistance = 1, .contact_radius = 0.01}},
+                                 1);
                  }),
                  "disks in the plane"));
-  CHECK(
-      contains(refused({.resistor = "disk", .parameters = {.sheet_resistance = 1, .spot = 0.01}}), "contact-centred"));
+  CHECK(contains(refused({.resistor = "disk", .parameters = {.sheet_resistance = 1, .contact_radius = 0.01}}),
+                 "contact-centred"));
   CHECK(contains(message_of([&] { solve_network(frame, NetworkModel::contact, {.between = "0,1"}, 1); }), "touch"));
   CHECK(contains(message_of([&] { read_packing(file.path(), 2); }), "it has frames 0 to 1"));
   CHECK(contains(message_of([] { read_packing("nothing.h5", {}); }), "nothing.h5 does not exist"));

@@ -35,7 +35,7 @@ struct Charges {
 Charges some(int count, Vec3 lengths, double ball = 0) {
   Charges charges{lengths};
   std::mt19937_64 random(3);
-  std::uniform_real_distribution<double> place(0, 1);
+  std::uniform_real_distribution<double> unit(0, 1);
   std::normal_distribution<double> normal;
   const auto near = [&](Vec3 at) {
     for (std::size_t i = 0; 3 * i < charges.position.size(); ++i) {
@@ -49,10 +49,10 @@ Charges some(int count, Vec3 lengths, double ball = 0) {
     return false;
   };
   while (static_cast<int>(charges.charge.size()) < count) {
-    Vec3 at{lengths.x * place(random), lengths.y * place(random), lengths.z * place(random)};
+    Vec3 at{lengths.x * unit(random), lengths.y * unit(random), lengths.z * unit(random)};
     if (ball > 0) {
       at = {normal(random), normal(random), normal(random)};
-      at = 0.5 * lengths + (ball * std::cbrt(place(random)) / norm(at)) * at;
+      at = 0.5 * lengths + (ball * std::cbrt(unit(random)) / norm(at)) * at;
     }
     if (near(at)) continue;
     for (int k = 0; k < 3; ++k) charges.position.push_back(at[k]);
@@ -89,20 +89,20 @@ TEST_CASE("neighbour table: all pairs within the range, from both ends") {
   const parallel::HostExecutor run;
   std::mt19937 random(1);
   for (const Vec3 lengths : {Vec3{10, 10, 10}, Vec3{4, 9, 30}}) {
-    std::vector<Turns> place(700);
-    for (std::size_t i = 0; i < place.size(); ++i) {
-      for (std::uint32_t* turns : {&place[i].x, &place[i].y, &place[i].z})
-        *turns = static_cast<std::uint32_t>(random());
+    std::vector<FixedPointPosition> position(700);
+    for (std::size_t i = 0; i < position.size(); ++i) {
+      for (std::uint32_t* coordinate : {&position[i].x, &position[i].y, &position[i].z})
+        *coordinate = static_cast<std::uint32_t>(random());
       // A dense group at a corner.
-      if (i % 2) place[i].x >>= 4, place[i].y = static_cast<std::uint32_t>(-(place[i].y >> 5));
+      if (i % 2) position[i].x >>= 4, position[i].y = static_cast<std::uint32_t>(-(position[i].y >> 5));
     }
     for (const double range : {0.3, 1.0, 2.0}) {
       CellGrid<parallel::HostExecutor> cells(run, lengths, {range / 2, range / 2, range / 4});
-      const Turns* places = place.data();
-      cells.sort(700, [=](int i) { return places[i]; });
-      std::vector<Turns> sorted;
-      for (int s = 0; s < 700; ++s) sorted.push_back(place[cells.order()[s]]);
-      const Turns* in_order = sorted.data();
+      const FixedPointPosition* sorted_positions = position.data();
+      cells.sort(700, [=](int i) { return sorted_positions[i]; });
+      std::vector<FixedPointPosition> sorted;
+      for (int s = 0; s < 700; ++s) sorted.push_back(position[cells.order()[s]]);
+      const FixedPointPosition* in_order = sorted.data();
       NeighbourTable<parallel::HostExecutor> table(run);
       table.build(700, cells.view(), lengths, range, [=](int s) { return in_order[s]; });
       const TableView view = table.view();
@@ -110,9 +110,9 @@ TEST_CASE("neighbour table: all pairs within the range, from both ends") {
       for (int s = 0; s < 700; ++s) {
         std::vector<int> found(view.partner + view.begin(s), view.partner + view.end(s)), partners;
         for (int j = 0; j < 700; ++j) {
-          const double x = apart(sorted[s].x, sorted[j].x) * lengths.x * 0x1p-32,
-                       y = apart(sorted[s].y, sorted[j].y) * lengths.y * 0x1p-32,
-                       z = apart(sorted[s].z, sorted[j].z) * lengths.z * 0x1p-32;
+          const double x = nearest_difference(sorted[s].x, sorted[j].x) * lengths.x * 0x1p-32,
+                       y = nearest_difference(sorted[s].y, sorted[j].y) * lengths.y * 0x1p-32,
+                       z = nearest_difference(sorted[s].z, sorted[j].z) * lengths.z * 0x1p-32;
           if (j != s && x * x + y * y + z * z < range * range) partners.push_back(j);
         }
         std::ranges::sort(found);
@@ -181,20 +181,20 @@ TEST_CASE("device: charges use prolate windows and keep the accuracy") {
   const MeshChoice choice =
       choose_quick_mesh({.accuracy = 1e-3, .charges = 250, .lengths = lengths, .on_device = true});
   const auto device = device::make_host_mesh(choice.mesh, choice.cloud());
-  CHECK_THROWS_AS(evaluated(*device, random_crowd(250, lengths, 0.9, true, 2)), InputError);
+  CHECK_THROWS_AS(evaluated(*device, random_sources(250, lengths, 0.9, true, 2)), InputError);
 }
 
 TEST_CASE("device: charges with dipoles and dipoles alone equal the CPU's") {
   for (const Vec3 lengths : {Vec3{12, 12, 12}, Vec3{12, 15, 10}})
     for (const double accuracy : {1e-2, 1e-4}) {
       CAPTURE(accuracy);
-      Crowd crowd = random_crowd(250, lengths, 0.9, true, 2);
-      for (double& mu : crowd.dipole) mu *= 0.1;
+      SourceSet sources = random_sources(250, lengths, 0.9, true, 2);
+      for (double& mu : sources.dipole) mu *= 0.1;
       const MeshChoice choice = choose_mesh(accuracy, 250, lengths, 0.9, lowest_dipole_order);
       const Cloud cloud = prolate_cloud(choice.band_limit, choice.cutoff);
       ParticleMesh cpu(choice.mesh, cloud);
       const auto device = device::make_host_mesh(choice.mesh, cloud);
-      const Response expected = evaluated_on(cpu, crowd), found = evaluated(*device, crowd);
+      const Response expected = evaluated_on(cpu, sources), found = evaluated(*device, sources);
       // As for charges. Each derivative of the splines and of the near part multiplies the error by 2 pi waves per
       // spacing, 3 to 7.
       CHECK(relative(found.field, expected.field) < 3e-6);
@@ -203,8 +203,8 @@ TEST_CASE("device: charges with dipoles and dipoles alone equal the CPU's") {
       CHECK(found.energy == doctest::Approx(expected.energy).epsilon(1e-5));
       std::vector<double> field(3 * 250), there(3 * 250);
       parallel::Team& alone = parallel::Team::single();
-      cpu.dipole_field(crowd, pairs_of(crowd, cpu.cutoff()), alone, field);
-      device->dipole_field(crowd, {}, alone, there);
+      cpu.dipole_field(sources, pairs_of(sources, cpu.cutoff()), alone, field);
+      device->dipole_field(sources, {}, alone, there);
       CHECK(relative(there, field) < 3e-6);
       Vec3 net;
       double forces = 0;

@@ -25,11 +25,11 @@ parallel::Team& alone = parallel::Team::single();
 
 /// Infinite row of touching grains of diameter 1 with period `n`. Other rows are so far away that their field, which
 /// decays as exp(-2 pi distance), vanishes. Along the row T is 4 zeta(3), from 2/r^3 of the grains on both sides.
-Crowd chain(int n) {
-  Crowd crowd{.lengths = {7, 7, static_cast<double>(n)}, .charge = std::vector<double>(n)};
+SourceSet chain(int n) {
+  SourceSet sources{.lengths = {7, 7, static_cast<double>(n)}, .charge = std::vector<double>(n)};
   for (int i = 0; i < n; ++i)
-    for (const double x : {0.0, 0.0, static_cast<double>(i)}) crowd.position.push_back(x);
-  return crowd;
+    for (const double x : {0.0, 0.0, static_cast<double>(i)}) sources.position.push_back(x);
+  return sources;
 }
 constexpr double chain_sum = 4 * 1.2020569031595942;
 
@@ -40,7 +40,7 @@ std::vector<double> along_z(int n) {
 }
 
 /// Two equal charges with dipoles, one at the origin and one at height `z`.
-Crowd two(double z, double charge, double dipole, double length) {
+SourceSet two(double z, double charge, double dipole, double length) {
   return {.lengths = {length, length, length},
           .position = {0, 0, 0, 0, 0, z},
           .charge = {charge, charge},
@@ -54,29 +54,29 @@ std::vector<Pair> all_pairs(int n) {
   return pairs;
 }
 
-Response by_shifted_force(const Crowd& crowd, double cutoff, double alpha = 0, int threads = 1) {
+Response by_shifted_force(const SourceSet& sources, double cutoff, double alpha = 0, int threads = 1) {
   parallel::Team team(threads);
   Response response;
-  ShiftedForce(cutoff, alpha).evaluate(crowd, all_pairs(crowd.size()), team, response);
+  ShiftedForce(cutoff, alpha).evaluate(sources, all_pairs(sources.size()), team, response);
   return response;
 }
 
-Response with_induced(const Crowd& crowd, DipoleSum variant, double tolerance = 1e-13,
+Response with_induced(const SourceSet& sources, DipoleSum variant, double tolerance = 1e-13,
                       std::vector<double> dipole = {}) {
   Ewald ewald(1e-14);
   Response response;
-  InducedDipoles(ewald, variant, 0.075, tolerance).evaluate(crowd, {}, alone, dipole, response);
+  InducedDipoles(ewald, variant, 0.075, tolerance).evaluate(sources, {}, alone, dipole, response);
   return response;
 }
 
 /// Grains of diameter 0.9 to 1. No two are at a distance close to half the box's length (2), so a small step keeps each
 /// pair's nearest image.
-Crowd grains() { return random_crowd(8, {4, 4.5, 5}, 0.9, false, 8); }
+SourceSet grains() { return random_sources(8, {4, 4.5, 5}, 0.9, false, 8); }
 
-double worst_slope_error(Crowd crowd, const std::vector<double>& force, DipoleSum variant) {
+double worst_slope_error(SourceSet sources, const std::vector<double>& force, DipoleSum variant) {
   double worst = 0;
   for (std::size_t k = 0; k < force.size(); ++k) {
-    const double slope = energy_slope(crowd.position[k], 2e-3, [&] { return with_induced(crowd, variant).energy; });
+    const double slope = energy_slope(sources.position[k], 2e-3, [&] { return with_induced(sources, variant).energy; });
     worst = std::max(worst, std::abs(slope + force[k]));
   }
   return worst;
@@ -86,7 +86,7 @@ double worst_slope_error(Crowd crowd, const std::vector<double>& force, DipoleSu
 
 TEST_CASE("single dipole in a cube: its field is 4 pi / (3 L^3) times itself") {
   const double length = 1.5;
-  Crowd lone = lattice(length, {{0.1, 0.2, 0.3}}, {0});
+  SourceSet lone = lattice(length, {{0.1, 0.2, 0.3}}, {0});
   lone.dipole = {0.3, -0.4, 0.5};
   const Response response = by_ewald(lone);
   for (int k = 0; k < 3; ++k) {
@@ -96,10 +96,10 @@ TEST_CASE("single dipole in a cube: its field is 4 pi / (3 L^3) times itself") {
 }
 
 TEST_CASE("Ewald sum with dipoles: the result does not depend on alpha") {
-  const Crowd crowd = random_crowd(12, {1, 1.25, 0.75}, 0.1, true, 1);
-  const Response expected = by_ewald(crowd, 1e-14, 3);
+  const SourceSet sources = random_sources(12, {1, 1.25, 0.75}, 0.1, true, 1);
+  const Response expected = by_ewald(sources, 1e-14, 3);
   for (const double alpha : {1.5, 5.0, 8.0}) {
-    const Response response = by_ewald(crowd, 1e-14, alpha);
+    const Response response = by_ewald(sources, 1e-14, alpha);
     const double rounding = 4e-15;  // Terms are as large as the largest results, and each is rounded about ten times.
     CHECK(largest_difference(response.potential, expected.potential) < rounding * largest(expected.potential));
     CHECK(largest_difference(response.field, expected.field) < rounding * largest(expected.field));
@@ -109,16 +109,16 @@ TEST_CASE("Ewald sum with dipoles: the result does not depend on alpha") {
 }
 
 TEST_CASE("forces and fields: energy derivatives by positions and dipoles") {
-  Crowd crowd = random_crowd(6, {1, 1.25, 0.75}, 0.2, true, 2);
-  const Response at = by_ewald(crowd);
-  const auto energy = [&] { return by_ewald(crowd).energy; };
+  SourceSet sources = random_sources(6, {1, 1.25, 0.75}, 0.2, true, 2);
+  const Response at = by_ewald(sources);
+  const auto energy = [&] { return by_ewald(sources).energy; };
   const double step = 1e-3;
   const double bound =
       2 * 84 * std::pow(step, 4) / std::pow(0.2, 8);  // step^4 / 30 times the fifth derivative of 1/r^3.
   for (int k = 0; k < 18; ++k) {
-    CHECK(std::abs(energy_slope(crowd.position[k], step, energy) + at.force[k]) < bound);
+    CHECK(std::abs(energy_slope(sources.position[k], step, energy) + at.force[k]) < bound);
     // The energy is quadratic in the dipoles: the differences are exact, except for rounding of about 100 / 0.1.
-    CHECK(std::abs(energy_slope(crowd.dipole[k], 0.1, energy) + at.field[k]) < 1e-12);
+    CHECK(std::abs(energy_slope(sources.dipole[k], 0.1, energy) + at.field[k]) < 1e-12);
   }
 }
 
@@ -136,7 +136,7 @@ TEST_CASE("minimum image: charges and dipoles interact across the box's side") {
 }
 
 TEST_CASE("minimum image: the cutoff is half the box or the whole box") {
-  Crowd far = two(5, 1, 0, 10);
+  SourceSet far = two(5, 1, 0, 10);
   far.position[3] = 0.1;
   MinimumImage half, all(MinimumImage::Reach::box);
   CHECK(evaluated(half, far).energy == 0);
@@ -144,11 +144,11 @@ TEST_CASE("minimum image: the cutoff is half the box or the whole box") {
 }
 
 TEST_CASE("few neutral sources in a large box: nearly isolated with either sum") {
-  Crowd crowd = random_crowd(6, {1, 1, 1}, 0.2, true, 9);
-  crowd.charge.back() -= std::accumulate(crowd.charge.begin(), crowd.charge.end(), 0.0);
-  crowd.lengths = {400, 400, 400};
+  SourceSet sources = random_sources(6, {1, 1, 1}, 0.2, true, 9);
+  sources.charge.back() -= std::accumulate(sources.charge.begin(), sources.charge.end(), 0.0);
+  sources.lengths = {400, 400, 400};
   MinimumImage near;
-  const Response expected = evaluated(near, crowd), response = by_ewald(crowd, 1e-10, 0.1);
+  const Response expected = evaluated(near, sources), response = by_ewald(sources, 1e-10, 0.1);
   // The images act as 4 pi / (3 V) times the total moment, at most 6 (1 + sqrt(3)), on moments of that size.
   const double bound = 4 * pi / 3 * std::pow(17 / 400.0, 2) / 400;
   CHECK(std::abs(response.energy - expected.energy) < bound);
@@ -157,16 +157,16 @@ TEST_CASE("few neutral sources in a large box: nearly isolated with either sum")
 
 TEST_CASE("shifted force: it is its energy's derivative and vanishes at the cutoff") {
   for (const double alpha : {0.0, 1.5}) {
-    Crowd crowd = random_crowd(6, {2, 2.5, 2}, 0.4, false, 2);
-    const Response at = by_shifted_force(crowd, 0.95, alpha);
+    SourceSet sources = random_sources(6, {2, 2.5, 2}, 0.4, false, 2);
+    const Response at = by_shifted_force(sources, 0.95, alpha);
     CHECK(at.energy != 0);
     for (int k = 0; k < 18; ++k) {
-      const auto energy = [&] { return by_shifted_force(crowd, 0.95, alpha).energy; };
+      const auto energy = [&] { return by_shifted_force(sources, 0.95, alpha).energy; };
       // As for Ewald's sum. A pair that crosses the cutoff, where the slope of the force jumps, would add the step
       // times this jump, 2e-3.
-      CHECK(std::abs(energy_slope(crowd.position[k], 1e-3, energy) + at.force[k]) < 4e-12 / std::pow(0.4, 6));
+      CHECK(std::abs(energy_slope(sources.position[k], 1e-3, energy) + at.force[k]) < 4e-12 / std::pow(0.4, 6));
     }
-    Crowd pair = two(0.95 - 1e-9, 1, 0, 2);
+    SourceSet pair = two(0.95 - 1e-9, 1, 0, 2);
     pair.dipole = {};
     const double itself =
         by_shifted_force({.lengths = {2, 2, 2}, .position = {0, 0, 0}, .charge = {1}}, 0.95, alpha).energy;
@@ -179,15 +179,15 @@ TEST_CASE("shifted force: it is its energy's derivative and vanishes at the cuto
 }
 
 TEST_CASE("shifted force: close opposite charges cancel; rock salt has its energy") {
-  Crowd crowd = random_crowd(6, {2, 2.5, 2}, 0.4, false, 2);
-  const double expected = by_shifted_force(crowd, 0.95, 1.5).energy, apart = 0x1p-20;
+  SourceSet sources = random_sources(6, {2, 2.5, 2}, 0.4, false, 2);
+  const double expected = by_shifted_force(sources, 0.95, 1.5).energy, separation = 0x1p-20;
   for (const double sign : {1.0, -1.0}) {
-    crowd.charge.push_back(sign);
-    for (const double x : {1.0, 1.0, 1.0 + (sign < 0 ? apart : 0)}) crowd.position.push_back(x);
+    sources.charge.push_back(sign);
+    for (const double x : {1.0, 1.0, 1.0 + (sign < 0 ? separation : 0)}) sources.position.push_back(x);
   }
-  CHECK(std::abs(by_shifted_force(crowd, 0.95, 1.5).energy + 1 / apart - expected) <
+  CHECK(std::abs(by_shifted_force(sources, 0.95, 1.5).energy + 1 / separation - expected) <
         1e-5);  // Slopes of about 10, times the distance.
-  Crowd salt{.lengths = {8, 8, 8}};
+  SourceSet salt{.lengths = {8, 8, 8}};
   for (int x = 0; x < 8; ++x)
     for (int y = 0; y < 8; ++y)
       for (int z = 0; z < 8; ++z) {
@@ -198,11 +198,11 @@ TEST_CASE("shifted force: close opposite charges cancel; rock salt has its energ
 }
 
 TEST_CASE("shifted force: identical bits with threads; bad cutoffs are refused") {
-  const Crowd crowd = random_crowd(60, {2, 2, 2}, 0.1, false, 3);  // 1770 pairs form more than one work item.
-  const Response one = by_shifted_force(crowd, 0.9), four = by_shifted_force(crowd, 0.9, 0, 4);
+  const SourceSet sources = random_sources(60, {2, 2, 2}, 0.1, false, 3);  // 1770 pairs form more than one work item.
+  const Response one = by_shifted_force(sources, 0.9), four = by_shifted_force(sources, 0.9, 0, 4);
   CHECK(four.force == one.force);
   CHECK(four.potential == one.potential);
-  CHECK(message_of([&] { by_shifted_force(crowd, 1.5); }) ==
+  CHECK(message_of([&] { by_shifted_force(sources, 1.5); }) ==
         "the shifted force ends at 1.5: it must be above 0 and at most half of the box's shortest length, 2");
   CHECK(message_of([&] { by_shifted_force(two(1, 1, 1, 10), 2); }) ==
         "the shifted force is defined for charges only, not for dipoles");
@@ -211,7 +211,7 @@ TEST_CASE("shifted force: identical bits with threads; bad cutoffs are refused")
 TEST_CASE("touching chain: induced dipoles follow the closed sum up to divergence") {
   Ewald ewald(1e-14);
   for (const int n : {1, 3}) {
-    const Crowd row = chain(n);
+    const SourceSet row = chain(n);
     const DipoleField field_of = field_by(ewald, row, {}, alone);
     for (const double polarizability : {0.005, 0.04, 0.075, 0.12}) {
       std::vector<double> dipole(3 * n);
@@ -229,7 +229,7 @@ TEST_CASE("touching chain: induced dipoles follow the closed sum up to divergenc
 
 TEST_CASE("dipoles: a growing mode that the charges do not excite is refused") {
   Ewald ewald(1e-14);
-  Crowd row = chain(6);
+  SourceSet row = chain(6);
   // The field along the row is odd about a charge and does not excite the uniform mode.
   row.charge = {1, 0, 0, -1, 0, 0};
   const auto refusal = [&](double polarizability) {
@@ -252,7 +252,7 @@ TEST_CASE("dipoles: a growing mode that the charges do not excite is refused") {
 
 TEST_CASE("Jacobi sweeps: the error is multiplied by A T, 0.361 for A = 0.075") {
   Ewald ewald(1e-14);
-  const Crowd row = chain(2);
+  const SourceSet row = chain(2);
   const DipoleField field_of = field_by(ewald, row, {}, alone);
   const double polarizability = 0.075, solution = polarizability / (1 - polarizability * chain_sum);
   std::vector<double> dipole(6), field(6);
@@ -268,39 +268,41 @@ TEST_CASE("Jacobi sweeps: the error is multiplied by A T, 0.361 for A = 0.075") 
 }
 
 TEST_CASE("close packing: the largest polarizability is 3 / (4 pi sqrt(2))") {
-  const Crowd packed = lattice(std::sqrt(2.0), {{0, 0, 0}, {0, 0.5, 0.5}, {0.5, 0, 0.5}, {0.5, 0.5, 0}}, {0, 0, 0, 0});
+  const SourceSet packed =
+      lattice(std::sqrt(2.0), {{0, 0, 0}, {0, 0.5, 0.5}, {0.5, 0, 0.5}, {0.5, 0.5, 0}}, {0, 0, 0, 0});
   Ewald ewald(1e-14);
   const double largest = largest_polarizability(field_by(ewald, packed, {}, alone), 4);
   CHECK(largest == doctest::Approx(3 / (4 * pi * std::sqrt(2.0))).epsilon(1e-9));
 }
 
 TEST_CASE("induced dipoles: three variants have an energy, the source's has none") {
-  const Crowd crowd = grains();
+  const SourceSet sources = grains();
   for (const DipoleSum variant : {DipoleSum::ewald, DipoleSum::mixed_consistent, DipoleSum::minimum_image}) {
-    const Response at = with_induced(crowd, variant);
+    const Response at = with_induced(sources, variant);
     // step^4 / 30 times the fifth derivative, 120 / 0.9^6 for charges and no more for their dipoles: 2e-10.
-    CHECK(worst_slope_error(crowd, at.force, variant) < 2e-10);
-    CHECK(at.energy < by_ewald(crowd).energy - 0.05);
+    CHECK(worst_slope_error(sources, at.force, variant) < 2e-10);
+    CHECK(at.energy < by_ewald(sources).energy - 0.05);
   }
-  CHECK(worst_slope_error(crowd, with_induced(crowd, DipoleSum::source).force, DipoleSum::source) > 1e-3);
+  CHECK(worst_slope_error(sources, with_induced(sources, DipoleSum::source).force, DipoleSum::source) > 1e-3);
 }
 
 TEST_CASE("source variant: its forces have asymmetric derivatives, so no energy") {
   const auto crosswise = [](DipoleSum variant) {
     const double step = 1e-4;
-    Crowd crowd = grains();
-    const auto slope = [&](int of, int by) {  // Derivative of one force component by another coordinate.
-      const double at = crowd.position[by];
-      crowd.position[by] = at + step;
-      const double above = with_induced(crowd, variant).force[of];
-      crowd.position[by] = at - step;
-      const double below = with_induced(crowd, variant).force[of];
-      crowd.position[by] = at;
+    SourceSet sources = grains();
+    const auto slope = [&](int row, int column) {  // Derivative of one force component by another coordinate.
+      const double at = sources.position[column];
+      sources.position[column] = at + step;
+      const double above = with_induced(sources, variant).force[row];
+      sources.position[column] = at - step;
+      const double below = with_induced(sources, variant).force[row];
+      sources.position[column] = at;
       return (above - below) / (2 * step);
     };
     double difference = 0;
-    for (int of = 0; of < 6; ++of)
-      for (int by = 0; by < of; ++by) difference = std::max(difference, std::abs(slope(of, by) - slope(by, of)));
+    for (int row = 0; row < 6; ++row)
+      for (int column = 0; column < row; ++column)
+        difference = std::max(difference, std::abs(slope(row, column) - slope(column, row)));
     return difference;
   };
   // step^2 / 6 times the fourth derivative of the energy, 24 / 0.9^5.
@@ -310,7 +312,7 @@ TEST_CASE("source variant: its forces have asymmetric derivatives, so no energy"
 }
 
 TEST_CASE("induced dipoles: A times the field; the energy error is quadratic") {
-  const Crowd crowd = grains();
+  const SourceSet sources = grains();
   Ewald ewald(1e-14);
   const double tolerance = 1e-4;
   for (const DipoleSum variant :
@@ -318,7 +320,7 @@ TEST_CASE("induced dipoles: A times the field; the energy error is quadratic") {
     const InducedDipoles induced(ewald, variant, 0.075, tolerance);
     std::vector<double> dipole;
     Response response;
-    const int applications = induced.evaluate(crowd, {}, alone, dipole, response);
+    const int applications = induced.evaluate(sources, {}, alone, dipole, response);
     double residual = 0, field = 0;
     for (std::size_t k = 0; k < dipole.size(); ++k) {
       residual = std::hypot(residual, response.field[k] - dipole[k] / 0.075);
@@ -328,39 +330,39 @@ TEST_CASE("induced dipoles: A times the field; the energy error is quadratic") {
     CHECK(residual > 0.02 * tolerance * field);  // One application reduces the residual by less than a factor of ten.
     CHECK(applications < 8);
     // A/2 residual^2 / (1 - A rho), for a field whose squares sum to about 2 and A rho < 1/2.
-    CHECK(std::abs(response.energy - with_induced(crowd, variant).energy) < 0.15 * tolerance * tolerance);
-    CHECK(induced.evaluate(crowd, {}, alone, dipole, response) <= 1);  // The previous dipoles are the initial guess.
+    CHECK(std::abs(response.energy - with_induced(sources, variant).energy) < 0.15 * tolerance * tolerance);
+    CHECK(induced.evaluate(sources, {}, alone, dipole, response) <= 1);  // The previous dipoles are the initial guess.
   }
 }
 
 TEST_CASE("potential of dipoles: charges use the sum that gives their forces") {
-  const Crowd crowd = grains();
-  const std::vector<double> charges = by_ewald(crowd).potential;
+  const SourceSet sources = grains();
+  const std::vector<double> charges = by_ewald(sources).potential;
   Ewald ewald(1e-14);
   MinimumImage near;
   for (const DipoleSum variant :
        {DipoleSum::ewald, DipoleSum::mixed_consistent, DipoleSum::minimum_image, DipoleSum::source}) {
-    Crowd dipoles = crowd;
+    SourceSet dipoles = sources;
     Response response;
-    InducedDipoles(ewald, variant, 0.075, 1e-13).evaluate(crowd, {}, alone, dipoles.dipole, response);
-    dipoles.charge.assign(crowd.size(), 0);
+    InducedDipoles(ewald, variant, 0.075, 1e-13).evaluate(sources, {}, alone, dipoles.dipole, response);
+    dipoles.charge.assign(sources.size(), 0);
     const bool far = variant == DipoleSum::ewald || variant == DipoleSum::mixed_consistent;
     std::vector<double> expected = evaluated(far ? static_cast<Sum&>(ewald) : near, dipoles).potential;
-    for (int i = 0; i < crowd.size(); ++i) expected[i] += charges[i];
+    for (int i = 0; i < sources.size(); ++i) expected[i] += charges[i];
     CHECK(largest_difference(response.potential, expected) < 1e-14);
   }
 }
 
 TEST_CASE("polarizability: zero induces no dipole, a negative one is refused") {
-  const Crowd crowd = grains();
+  const SourceSet sources = grains();
   Ewald ewald(1e-14);
   std::vector<double> dipole = {1, 2, 3};
   Response response;
-  CHECK(InducedDipoles(ewald, DipoleSum::ewald, 0, 1e-6).evaluate(crowd, {}, alone, dipole, response) == 0);
+  CHECK(InducedDipoles(ewald, DipoleSum::ewald, 0, 1e-6).evaluate(sources, {}, alone, dipole, response) == 0);
   CHECK(dipole == std::vector<double>(24));
-  CHECK(response.energy == by_ewald(crowd).energy);
+  CHECK(response.energy == by_ewald(sources).energy);
   CHECK(message_of([&] {
-          InducedDipoles(ewald, DipoleSum::ewald, -1, 1e-6).evaluate(crowd, {}, alone, dipole, response);
+          InducedDipoles(ewald, DipoleSum::ewald, -1, 1e-6).evaluate(sources, {}, alone, dipole, response);
         }) == "a polarizability is -1: it must not be negative");
 }
 

@@ -22,28 +22,28 @@ namespace {
 parallel::Team& alone = parallel::Team::single();
 
 /// 300 charges and dipoles at the density of the gas of GRANULAR.
-Crowd gas(unsigned seed) { return random_crowd(300, {12.8, 12.8, 12.8}, 1, true, seed); }
+SourceSet gas(unsigned seed) { return random_sources(300, {12.8, 12.8, 12.8}, 1, true, seed); }
 
-Crowd without_charges(Crowd crowd) {
-  std::ranges::fill(crowd.charge, 0);
-  return crowd;
+SourceSet without_charges(SourceSet sources) {
+  std::ranges::fill(sources.charge, 0);
+  return sources;
 }
-Crowd without_dipoles(Crowd crowd) {
-  crowd.dipole.clear();
-  return crowd;
+SourceSet without_dipoles(SourceSet sources) {
+  sources.dipole.clear();
+  return sources;
 }
-Crowd with_dipoles(Crowd crowd, double factor) {
-  for (double& mu : crowd.dipole) mu *= factor;
-  return crowd;
+SourceSet with_dipoles(SourceSet sources, double factor) {
+  for (double& mu : sources.dipole) mu *= factor;
+  return sources;
 }
 
 ParticleMesh mesh_for(const MeshChoice& choice) {
   return {choice.mesh, prolate_cloud(choice.band_limit, choice.cutoff)};
 }
 
-std::vector<double> dipole_field(ParticleMesh& sum, const Crowd& crowd, parallel::Team& team = alone) {
-  std::vector<double> field(crowd.dipole.size());
-  sum.dipole_field(crowd, pairs_of(crowd, sum.cutoff()), team, field);
+std::vector<double> dipole_field(ParticleMesh& sum, const SourceSet& sources, parallel::Team& team = alone) {
+  std::vector<double> field(sources.dipole.size());
+  sum.dipole_field(sources, pairs_of(sources, sum.cutoff()), team, field);
   return field;
 }
 
@@ -54,21 +54,22 @@ double product(const std::vector<double>& a, const std::vector<double>& b) {
 }
 
 /// Negative derivatives of the energy by every coordinate of `x`, a part of the particles.
-std::vector<double> slopes(ParticleMesh& sum, const Crowd& crowd, std::vector<double>& x, double step) {
+std::vector<double> slopes(ParticleMesh& sum, const SourceSet& sources, std::vector<double>& x, double step) {
   std::vector<double> result;
   for (double& coordinate : x)
-    result.push_back(-energy_slope(coordinate, step, [&] { return evaluated_on(sum, crowd).energy; }));
+    result.push_back(-energy_slope(coordinate, step, [&] { return evaluated_on(sum, sources).energy; }));
   return result;
 }
 
 /// Eight grains of diameter 0.9 to 1.
-Crowd grains() { return random_crowd(8, {4, 4.5, 5}, 0.9, false, 8); }
+SourceSet grains() { return random_sources(8, {4, 4.5, 5}, 0.9, false, 8); }
 
 ParticleMesh mesh_for_grains() { return mesh_for(choose_mesh(1e-6, 8, grains().lengths, 0.9, lowest_dipole_order)); }
 
-Response with_induced(Sum& far, const Crowd& crowd, DipoleSum variant, std::vector<double>& dipole) {
+Response with_induced(Sum& far, const SourceSet& sources, DipoleSum variant, std::vector<double>& dipole) {
   Response response;
-  InducedDipoles(far, variant, 0.075, 1e-13).evaluate(crowd, pairs_of(crowd, far.cutoff()), alone, dipole, response);
+  InducedDipoles(far, variant, 0.075, 1e-13)
+      .evaluate(sources, pairs_of(sources, far.cutoff()), alone, dipole, response);
   return response;
 }
 
@@ -82,11 +83,11 @@ constexpr DipoleSum variants[] = {DipoleSum::ewald, DipoleSum::mixed_consistent,
 // at least 1 apart the squared forces sum to 4 pi between charges, 8 pi / 3 from charges on dipoles and 8 pi between
 // dipoles. The errors of charges are at most 1.25 of the estimate (README).
 TEST_CASE("random dipoles: the error is that of charges times the wavenumber") {
-  const Crowd crowd = gas(1), dipoles = without_charges(crowd);
-  const Response exact = by_ewald(crowd, 1e-11), exact_of_dipoles = by_ewald(dipoles, 1e-11);
+  const SourceSet sources = gas(1), dipoles = without_charges(sources);
+  const Response exact = by_ewald(sources, 1e-11), exact_of_dipoles = by_ewald(dipoles, 1e-11);
   for (const auto& [band_limit, cutoff, points] : {std::tuple{6.3, 1.8, 16}, {9.0, 3.0, 18}, {15.4, 5.3, 24}})
     for (int order = lowest_dipole_order; order <= 7; ++order) {
-      const Mesh mesh{crowd.lengths, {points, points, points}, order};
+      const Mesh mesh{sources.lengths, {points, points, points}, order};
       const Cloud cloud = prolate_cloud(band_limit, cutoff);
       ParticleMesh sum(mesh, cloud);
       const double charges = relative_error(mesh, cloud, 1);
@@ -102,7 +103,7 @@ TEST_CASE("random dipoles: the error is that of charges times the wavenumber") {
       CHECK(force < shortest * shortest * std::sqrt(0.5) * charges);
       CHECK(force > longest * longest * std::sqrt(0.5) * charges);
       // Charges contribute 1/4 of the dipoles' fields, and less of the error.
-      const Response both = evaluated_on(sum, crowd);
+      const Response both = evaluated_on(sum, sources);
       CHECK(relative_difference(both.field, exact.field) < field);
       CHECK(relative_difference(both.force, exact.force) < force);
       CHECK(relative_difference(both.potential, exact.potential) < field);
@@ -112,19 +113,19 @@ TEST_CASE("random dipoles: the error is that of charges times the wavenumber") {
 
 TEST_CASE("random charges and dipoles: the error estimate holds for any ratio") {
   for (const double factor : {0.1, 0.5, 3.0}) {
-    const Crowd crowd = with_dipoles(gas(4), factor);
-    const Response exact = by_ewald(crowd, 1e-11);
-    const double charge2 = product(crowd.charge, crowd.charge);
-    const double dipole2 = product(crowd.dipole, crowd.dipole) / charge2;
-    const double rms = std::sqrt(product(exact.force, exact.force) / crowd.size());
-    const double of_charges = random_force(charge2, crowd.size(), std::pow(crowd.lengths.x, 3), 1);
+    const SourceSet sources = with_dipoles(gas(4), factor);
+    const Response exact = by_ewald(sources, 1e-11);
+    const double charge2 = product(sources.charge, sources.charge);
+    const double dipole2 = product(sources.dipole, sources.dipole) / charge2;
+    const double rms = std::sqrt(product(exact.force, exact.force) / sources.size());
+    const double charge_force = random_force(charge2, sources.size(), std::pow(sources.lengths.x, 3), 1);
     for (const Cloud& cloud : {gauss_cloud(0.75, 4.5), prolate_cloud(9, 3), prolate_cloud(15.4, 5.3)})
       for (const int points : {18, 24})
         for (int order = lowest_dipole_order; order <= 7; ++order) {
-          const Mesh mesh{crowd.lengths, {points, points, points}, order};
+          const Mesh mesh{sources.lengths, {points, points, points}, order};
           ParticleMesh sum(mesh, cloud);
           const double estimate = relative_error(mesh, cloud, 1, dipole2);
-          const double error = relative_difference(evaluated_on(sum, crowd).force, exact.force) * rms / of_charges;
+          const double error = relative_difference(evaluated_on(sum, sources).force, exact.force) * rms / charge_force;
           CAPTURE(factor);
           CAPTURE(points);
           CAPTURE(order);
@@ -146,27 +147,27 @@ TEST_CASE("induced dipoles: those of touching charges have the predicted size") 
   Ewald ewald(1e-4);
   double found = 0;
   for (int n = 0; n < lattices; ++n) {
-    Crowd crowd{.lengths = {side, side, side}};
+    SourceSet sources{.lengths = {side, side, side}};
     for (int i = 0; i < side * side * side; ++i) {
-      for (const int k : {i % side, i / side % side, i / (side * side)}) crowd.position.push_back(k);
-      crowd.charge.push_back(random() % 2 == 0 ? 1 : -1);
+      for (const int k : {i % side, i / side % side, i / (side * side)}) sources.position.push_back(k);
+      sources.charge.push_back(random() % 2 == 0 ? 1 : -1);
     }
     std::vector<double> dipole;
     Response response;
-    InducedDipoles(ewald, DipoleSum::ewald, polarizability, 1e-3).evaluate(crowd, {}, alone, dipole, response);
-    found += product(dipole, dipole) / crowd.size() / lattices;
+    InducedDipoles(ewald, DipoleSum::ewald, polarizability, 1e-3).evaluate(sources, {}, alone, dipole, response);
+    found += product(dipole, dipole) / sources.size() / lattices;
   }
   const double ratio = found / induced_dipole2(polarizability, 1, 1);
   CHECK(ratio == doctest::Approx(12.60 / 18.57).epsilon(0.15));
 }
 
 TEST_CASE("dipoles of 10 % of the charges: forces keep the requested accuracy") {
-  const Crowd crowd = with_dipoles(gas(2), 0.1);
-  const Response exact = by_ewald(crowd, 1e-11);
+  const SourceSet sources = with_dipoles(gas(2), 0.1);
+  const Response exact = by_ewald(sources, 1e-11);
   for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-6}) {
-    const MeshChoice choice = choose_mesh(accuracy, crowd.size(), crowd.lengths, 1, lowest_dipole_order);
+    const MeshChoice choice = choose_mesh(accuracy, sources.size(), sources.lengths, 1, lowest_dipole_order);
     ParticleMesh sum = mesh_for(choice);
-    const Response response = evaluated_on(sum, crowd);
+    const Response response = evaluated_on(sum, sources);
     // The mean squares are 1/3 for charges and 0.01 for dipoles. The squared errors grow by this factor, and again for
     // the dipoles that the field acts on. Wavenumbers and 1.25 are as above.
     const double growth = 1 + 0.03 * std::pow(2 * M_PI / choice.mesh.spacing().x, 2) / 3;
@@ -185,25 +186,26 @@ TEST_CASE("near field of dipoles: it equals the derivatives of the cloud") {
   // The choice of the degree ignores rounding in the last terms of the series.
   CHECK(Near<double>(lengths, prolate_cloud(15.4, 5.3)).degree(Kind::dipoles) <= 18);
   // The first factor is the error of a force between charges; each dipole adds a factor k of the cloud.
-  const double bound = 0.1 * std::sqrt(cloud.lost / (4 * M_PI / 3 * std::pow(cutoff, 3))), k = std::sqrt(2) * alpha;
+  const double bound = 0.1 * std::sqrt(cloud.neglected / (4 * M_PI / 3 * std::pow(cutoff, 3))),
+               k = std::sqrt(2) * alpha;
   for (double distance = 0.5; distance < cutoff; distance += 0.01) {
-    Crowd crowd{.lengths = lengths, .position = {1, 1, 1}, .charge = {1, 1}, .dipole = {1, 0, 0, 0, 0.6, -0.8}};
-    for (int c = 0; c < 3; ++c) crowd.position.push_back(1 + distance * direction[c]);
+    SourceSet sources{.lengths = lengths, .position = {1, 1, 1}, .charge = {1, 1}, .dipole = {1, 0, 0, 0, 0.6, -0.8}};
+    for (int c = 0; c < 3; ++c) sources.position.push_back(1 + distance * direction[c]);
     for (const Kind kind : {Kind::charges, Kind::dipoles, Kind::multipoles}) {
-      if (kind == Kind::dipoles) crowd = without_charges(crowd);
-      if (kind == Kind::multipoles) crowd.charge = {1, 1};
-      columns.sort(crowd, alone);
+      if (kind == Kind::dipoles) sources = without_charges(sources);
+      if (kind == Kind::multipoles) sources.charge = {1, 1};
+      columns.sort(sources, alone);
       std::vector<double> field(8), force(kind == Kind::multipoles ? 8 : 0);
       near.compute(columns, kind, true, {field, force}, alone);
-      Multipole on = multipole(crowd, 0), from = multipole(crowd, 1);
+      Multipole on = multipole(sources, 0), from = multipole(sources, 1);
       if (kind == Kind::charges) from.dipole = on.dipole = {};
-      const Felt exact = felt(screened(distance * distance, alpha), distance * direction, on, from);
+      const FieldSample exact = pair_field(screened(distance * distance, alpha), distance * direction, on, from);
       const double* found = &field[4 * columns.sorted()[0]];
       const double most = bound * (kind == Kind::charges ? 1 : kind == Kind::dipoles ? k : 1 + k);
       CHECK(norm(by_field * Vec3{found[0], found[1], found[2]} - exact.field) < most);
       if (kind != Kind::multipoles) continue;
-      const double* felt_force = &force[4 * columns.sorted()[0]];
-      CHECK(norm(by_field * Vec3{felt_force[0], felt_force[1], felt_force[2]} - exact.force) <
+      const double* found_force = &force[4 * columns.sorted()[0]];
+      CHECK(norm(by_field * Vec3{found_force[0], found_force[1], found_force[2]} - exact.force) <
             bound * (1 + k) * (1 + k));
       CHECK(std::abs(by_potential * found[3] - exact.potential) < bound * (1 + 1 / k));
     }
@@ -215,7 +217,7 @@ TEST_CASE("single dipole in a cube: its field is 4 pi / (3 L^3) times itself") {
   const Cloud cloud = prolate_cloud(18, 3);
   ParticleMesh sum({{length, length, length}, {32, 32, 32}, 7}, cloud);
   for (const double x : {0.0, 0.05, 0.1, 2.9}) {
-    Crowd lone{{length, length, length}, {x, 1 - x, 0.5 * x}, {0}, {0.3, -0.4, 0.5}};
+    SourceSet lone{{length, length, length}, {x, 1 - x, 0.5 * x}, {0}, {0.3, -0.4, 0.5}};
     const Response response = evaluated_on(sum, lone);
     // Splines of order 7 alias a fraction (1.1 / (2 pi - 1.1))^7 = 2e-5 of the waves at the band limit, 1.1 per
     // spacing, and less of longer ones.
@@ -225,56 +227,58 @@ TEST_CASE("single dipole in a cube: its field is 4 pi / (3 L^3) times itself") {
 }
 
 TEST_CASE("fields and forces: energy derivatives minus the mesh's mean force") {
-  Crowd crowd = random_crowd(20, {6, 7, 8}, 0.8, true, 4);
+  SourceSet sources = random_sources(20, {6, 7, 8}, 0.8, true, 4);
   // The mesh is so coarse that its error is visible.
-  const Mesh mesh{crowd.lengths, {12, 12, 12}, 5};
+  const Mesh mesh{sources.lengths, {12, 12, 12}, 5};
   ParticleMesh sum(mesh, prolate_cloud(8, 2.9));
-  const Response at = evaluated_on(sum, crowd);
+  const Response at = evaluated_on(sum, sources);
   // The energy is quadratic in the dipoles: the difference is rounding.
-  const std::vector<double> field = slopes(sum, crowd, crowd.dipole, 0.1);
+  const std::vector<double> field = slopes(sum, sources, sources.dipole, 0.1);
   CHECK(largest_difference(field, at.field) < 1e-12 * largest(at.field));
 
-  const double apart = 0.5 * mesh.order * mesh.spacing().z;
+  const double separation = 0.5 * mesh.order * mesh.spacing().z;
   std::vector<double> strength, missing(3), net(3);
-  for (int i = 0; i < crowd.size(); ++i) {
-    const Multipole source = multipole(crowd, i);
-    strength.push_back(source.charge * source.charge + norm2(source.dipole) / (apart * apart));
+  for (int i = 0; i < sources.size(); ++i) {
+    const Multipole source = multipole(sources, i);
+    strength.push_back(source.charge * source.charge + norm2(source.dipole) / (separation * separation));
   }
   // Third derivatives of splines of order 5 jump. The error is step / 4 of the jump: 1e-7 of the force contribution of
   // the mesh's waves.
-  std::vector<double> force = slopes(sum, crowd, crowd.position, 1e-5);
+  std::vector<double> force = slopes(sum, sources, sources.position, 1e-5);
   double all = 0;
   for (const double s : strength) all += s;
   for (std::size_t k = 0; k < force.size(); ++k) missing[k % 3] += force[k] / all, net[k % 3] += at.force[k];
   for (std::size_t k = 0; k < force.size(); ++k) force[k] -= strength[k / 3] * missing[k % 3];
   CHECK(largest(missing) > 1e-5);  // The mean force is not zero.
-  CHECK(largest(net) < 1e-14 * crowd.size() * largest(at.force));
+  CHECK(largest(net) < 1e-14 * sources.size() * largest(at.force));
   CHECK(largest_difference(force, at.force) < 1e-6 * largest(at.force));
 }
 
 TEST_CASE("dipole field: linear and symmetric to rounding on any mesh") {
-  Crowd a = random_crowd(200, {10, 11, 12}, 0.8, true, 5), b = a, both = a;
+  SourceSet a = random_sources(200, {10, 11, 12}, 0.8, true, 5), b = a, both = a;
   std::ranges::rotate(b.dipole, b.dipole.begin() + 100);
   for (std::size_t k = 0; k < a.dipole.size(); ++k) both.dipole[k] = 0.5 * a.dipole[k] - 4 * b.dipole[k];
   ParticleMesh sum({a.lengths, {14, 14, 14}, 5}, prolate_cloud(6, 2.5));
-  const std::vector<double> of_a = dipole_field(sum, a), of_b = dipole_field(sum, b), of_both = dipole_field(sum, both);
-  std::vector<double> expected(of_a.size());
-  for (std::size_t k = 0; k < of_a.size(); ++k) expected[k] = 0.5 * of_a[k] - 4 * of_b[k];
-  CHECK(largest_difference(of_both, expected) < 1e-14 * largest(expected));
-  const double magnitude = std::sqrt(product(of_a, of_a) * product(b.dipole, b.dipole));
-  CHECK(std::abs(product(of_a, b.dipole) - product(of_b, a.dipole)) < 1e-15 * magnitude);
+  const std::vector<double> field_a = dipole_field(sum, a), field_b = dipole_field(sum, b),
+                            field_both = dipole_field(sum, both);
+  std::vector<double> expected(field_a.size());
+  for (std::size_t k = 0; k < field_a.size(); ++k) expected[k] = 0.5 * field_a[k] - 4 * field_b[k];
+  CHECK(largest_difference(field_both, expected) < 1e-14 * largest(expected));
+  const double magnitude = std::sqrt(product(field_a, field_a) * product(b.dipole, b.dipole));
+  CHECK(std::abs(product(field_a, b.dipole) - product(field_b, a.dipole)) < 1e-15 * magnitude);
   // The evaluation with forces gives the same field.
-  CHECK(largest_difference(of_a, evaluated_on(sum, without_charges(a)).field) < 1e-14 * largest(of_a));
+  CHECK(largest_difference(field_a, evaluated_on(sum, without_charges(a)).field) < 1e-14 * largest(field_a));
 }
 
 TEST_CASE("zero dipoles: they change nothing, and neutral particles have no force") {
-  Crowd crowd = gas(3);
-  std::fill_n(crowd.dipole.begin(), 30, 0.0);
-  std::fill_n(crowd.charge.begin(), 10, 0.0);
-  ParticleMesh sum({crowd.lengths, {16, 16, 16}, 6}, prolate_cloud(20, 5));
-  const Response response = evaluated_on(sum, crowd);
+  SourceSet sources = gas(3);
+  std::fill_n(sources.dipole.begin(), 30, 0.0);
+  std::fill_n(sources.charge.begin(), 10, 0.0);
+  ParticleMesh sum({sources.lengths, {16, 16, 16}, 6}, prolate_cloud(20, 5));
+  const Response response = evaluated_on(sum, sources);
   for (int k = 0; k < 30; ++k) CHECK(response.force[k] == 0);
-  const Response none = evaluated_on(sum, with_dipoles(crowd, 0)), charges = evaluated_on(sum, without_dipoles(crowd));
+  const Response none = evaluated_on(sum, with_dipoles(sources, 0)),
+                 charges = evaluated_on(sum, without_dipoles(sources));
   // The polynomials have other degrees: 1e-8 of the cloud's truncation.
   CHECK(relative_difference(none.force, charges.force) < 1e-8);
   CHECK(relative_difference(none.field, charges.field) < 1e-8);
@@ -282,34 +286,34 @@ TEST_CASE("zero dipoles: they change nothing, and neutral particles have no forc
 }
 
 TEST_CASE("dipoles: any number of threads gives identical bits") {
-  const Crowd crowd = random_crowd(2000, {30, 24, 21}, 0.5, true, 5);
-  ParticleMesh sum({crowd.lengths, {36, 30, 24}, 5}, prolate_cloud(8, 3));
-  const Response expected = evaluated_on(sum, crowd);
-  const std::vector<double> field = dipole_field(sum, crowd);
+  const SourceSet sources = random_sources(2000, {30, 24, 21}, 0.5, true, 5);
+  ParticleMesh sum({sources.lengths, {36, 30, 24}, 5}, prolate_cloud(8, 3));
+  const Response expected = evaluated_on(sum, sources);
+  const std::vector<double> field = dipole_field(sum, sources);
   for (const int threads : {1, 2, 4}) {
     parallel::Team team(threads);
-    const Response response = evaluated_on(sum, crowd, 0.7, team);
+    const Response response = evaluated_on(sum, sources, 0.7, team);
     CHECK(response.potential == expected.potential);
     CHECK(response.field == expected.field);
     CHECK(response.force == expected.force);
     CHECK(response.energy == expected.energy);
-    CHECK(dipole_field(sum, crowd, team) == field);
+    CHECK(dipole_field(sum, sources, team) == field);
   }
 }
 
 TEST_CASE("dipoles: scaling by powers of two is exact") {
-  const Crowd crowd = gas(6);
-  Crowd scaled = with_dipoles(crowd, 0.5);
+  const SourceSet sources = gas(6);
+  SourceSet scaled = with_dipoles(sources, 0.5);
   for (double& x : scaled.position) x *= 2;
   for (int k = 0; k < 3; ++k) scaled.lengths[k] *= 2;
   for (double& q : scaled.charge) q *= 0.25;
-  ParticleMesh sum({crowd.lengths, {16, 18, 20}, 6}, prolate_cloud(9, 4)),
+  ParticleMesh sum({sources.lengths, {16, 18, 20}, 6}, prolate_cloud(9, 4)),
       scaled_sum({scaled.lengths, {16, 18, 20}, 6}, prolate_cloud(9, 8));
-  const Response expected = evaluated_on(sum, crowd), response = evaluated_on(scaled_sum, scaled);
+  const Response expected = evaluated_on(sum, sources), response = evaluated_on(scaled_sum, scaled);
   CHECK(response.energy == expected.energy / 32);
-  const std::vector<double> field = dipole_field(sum, crowd), scaled_field = dipole_field(scaled_sum, scaled);
-  for (int i = 0; i < crowd.size(); ++i) CHECK(response.potential[i] == expected.potential[i] / 8);
-  for (int k = 0; k < 3 * crowd.size(); ++k) {
+  const std::vector<double> field = dipole_field(sum, sources), scaled_field = dipole_field(scaled_sum, scaled);
+  for (int i = 0; i < sources.size(); ++i) CHECK(response.potential[i] == expected.potential[i] / 8);
+  for (int k = 0; k < 3 * sources.size(); ++k) {
     CHECK(response.field[k] == expected.field[k] / 16);
     CHECK(response.force[k] == expected.force[k] / 64);
     CHECK(scaled_field[k] == field[k] / 16);
@@ -317,25 +321,25 @@ TEST_CASE("dipoles: scaling by powers of two is exact") {
 }
 
 TEST_CASE("induced dipoles on a mesh: the largest polarizability is Ewald's") {
-  const Crowd crowd = grains();
+  const SourceSet sources = grains();
   Ewald ewald(1e-14);
   ParticleMesh mesh = mesh_for_grains();
   const auto largest_by = [&](Sum& sum) {
-    const auto pairs = pairs_of(crowd, sum.cutoff());
-    return largest_polarizability(field_by(sum, crowd, pairs, alone), crowd.size());
+    const auto pairs = pairs_of(sources, sum.cutoff());
+    return largest_polarizability(field_by(sum, sources, pairs, alone), sources.size());
   };
   // An accuracy of 1e-6 for charges, times wavenumbers of 2 pi / 0.2 over sqrt(3).
   CHECK(largest_by(mesh) == doctest::Approx(largest_by(ewald)).epsilon(2e-5));
 }
 
 TEST_CASE("induced dipoles on a mesh: four variants agree with Ewald's sum") {
-  const Crowd crowd = grains();
+  const SourceSet sources = grains();
   Ewald ewald(1e-14);
   ParticleMesh mesh = mesh_for_grains();
   for (const DipoleSum variant : variants) {
     std::vector<double> dipole, exact_dipole;
-    const Response response = with_induced(mesh, crowd, variant, dipole);
-    const Response exact = with_induced(ewald, crowd, variant, exact_dipole);
+    const Response response = with_induced(mesh, sources, variant, dipole);
+    const Response exact = with_induced(ewald, sources, variant, exact_dipole);
     // Eight charges are few for a statistical estimate; wavenumbers are as above.
     CHECK(relative_difference(dipole, exact_dipole) < 1e-5);
     CHECK(relative_difference(response.force, exact.force) < 1e-5);
@@ -349,15 +353,15 @@ TEST_CASE("induced dipoles on a mesh: four variants agree with Ewald's sum") {
 }
 
 TEST_CASE("induced dipoles on a mesh: forces are derivatives of the energy") {
-  Crowd crowd = grains();
+  SourceSet sources = grains();
   ParticleMesh mesh = mesh_for_grains();
   for (const DipoleSum variant : variants) {
     std::vector<double> dipole;
-    const Response at = with_induced(mesh, crowd, variant, dipole);
+    const Response at = with_induced(mesh, sources, variant, dipole);
     double worst = 0;
     for (std::size_t k = 0; k < 6; ++k) {
       const double slope =
-          energy_slope(crowd.position[k], 1e-3, [&] { return with_induced(mesh, crowd, variant, dipole).energy; });
+          energy_slope(sources.position[k], 1e-3, [&] { return with_induced(mesh, sources, variant, dipole).energy; });
       worst = std::max(worst, std::abs(slope + at.force[k]));
     }
     // The subtracted mean force and the truncation at the cutoff are errors of the mesh.

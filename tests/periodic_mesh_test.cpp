@@ -23,27 +23,27 @@ using namespace lichtenberg::periodic;
 
 namespace {
 
-Response by_mesh(const Crowd& crowd, const Mesh& mesh, const Cloud& cloud) {
+Response by_mesh(const SourceSet& sources, const Mesh& mesh, const Cloud& cloud) {
   ParticleMesh sum(mesh, cloud);
-  return evaluated_on(sum, crowd);
+  return evaluated_on(sum, sources);
 }
 
-Response by_accuracy(const Crowd& crowd, double accuracy, double contact) {
-  const MeshChoice choice = choose_mesh(accuracy, crowd.size(), crowd.lengths, contact);
-  return by_mesh(crowd, choice.mesh, prolate_cloud(choice.band_limit, choice.cutoff));
+Response by_accuracy(const SourceSet& sources, double accuracy, double contact) {
+  const MeshChoice choice = choose_mesh(accuracy, sources.size(), sources.lengths, contact);
+  return by_mesh(sources, choice.mesh, prolate_cloud(choice.band_limit, choice.cutoff));
 }
 
-void neutralize(Crowd& crowd) {
-  const double mean = std::accumulate(crowd.charge.begin(), crowd.charge.end(), 0.0) / crowd.size();
-  for (double& q : crowd.charge) q -= mean;
+void neutralize(SourceSet& sources) {
+  const double mean = std::accumulate(sources.charge.begin(), sources.charge.end(), 0.0) / sources.size();
+  for (double& q : sources.charge) q -= mean;
 }
 
 /// 300 charges at the density of G's gas.
-Crowd gas(unsigned seed, Vec3 lengths = {12.8, 12.8, 12.8}) { return random_crowd(300, lengths, 1, false, seed); }
+SourceSet gas(unsigned seed, Vec3 lengths = {12.8, 12.8, 12.8}) { return random_sources(300, lengths, 1, false, seed); }
 
 /// Balls of touching grains in an empty box.
-Crowd clusters() {
-  Crowd crowd{.lengths = {20, 20, 20}};
+SourceSet clusters() {
+  SourceSet sources{.lengths = {20, 20, 20}};
   std::mt19937 random(5);
   std::uniform_real_distribution<double> unit(-1, 1);
   for (const Vec3 centre : {Vec3{5, 5, 5}, Vec3{14, 12, 6}})
@@ -51,11 +51,12 @@ Crowd clusters() {
       for (int y = -3; y <= 3; ++y)
         for (int z = -3; z <= 3; ++z) {
           if (x * x + y * y + z * z > 10) continue;
-          crowd.position.insert(crowd.position.end(), {centre.x + 1.02 * x, centre.y + 1.02 * y, centre.z + 1.02 * z});
-          crowd.charge.push_back(unit(random));
+          sources.position.insert(sources.position.end(),
+                                  {centre.x + 1.02 * x, centre.y + 1.02 * y, centre.z + 1.02 * z});
+          sources.charge.push_back(unit(random));
         }
-  neutralize(crowd);
-  return crowd;
+  neutralize(sources);
+  return sources;
 }
 
 }  // namespace
@@ -65,8 +66,8 @@ TEST_CASE("splines: weights sum to one and reproduce linear functions") {
     const auto pieces = window_pieces(Window::spline, order);
     for (const double at : {-0.5, -0.2, 0.0, 0.49}) {
       double sum = 0, mean = 0, power = 1;
-      for (const std::vector<double>& of_power : pieces) {
-        for (int c = 0; c < order; ++c) sum += of_power[c] * power, mean += of_power[c] * power * c;
+      for (const std::vector<double>& coefficients : pieces) {
+        for (int c = 0; c < order; ++c) sum += coefficients[c] * power, mean += coefficients[c] * power * c;
         power *= at;
       }
       CHECK(sum == doctest::Approx(1).epsilon(1e-14));
@@ -90,7 +91,7 @@ TEST_CASE("clouds: potential, transform and background are consistent") {
       for (int n = 0; n <= steps; ++n)
         sum += weight(n) * dk * cloud.transform(n * dk) * (n == 0 ? 1 : std::sin(n * dk * r) / (n * dk * r));
       // The prolate cloud omits 1e-3 to 1e-8 beyond the band limit, the square root of `lost`.
-      CHECK(std::abs(2 / M_PI * sum - cloud.potential(r)) < std::sqrt(cloud.lost));
+      CHECK(std::abs(2 / M_PI * sum - cloud.potential(r)) < std::sqrt(cloud.neglected));
     }
     double near = 0;
     for (int n = 1; n <= steps; ++n)
@@ -114,10 +115,10 @@ TEST_CASE("twenty charges: forces, potentials and energy are accurate to 1e-7") 
     return result;
   };
   const double length = exact["length"];
-  const Crowd crowd{{length, length, length}, numbers("position"), numbers("charge")};
+  const SourceSet sources{{length, length, length}, numbers("position"), numbers("charge")};
   for (const Cloud& cloud : {gauss_cloud(0.85, 5), prolate_cloud(18, 5)}) {
-    const Mesh mesh{crowd.lengths, {40, 40, 40}, 7};
-    const Response response = by_mesh(crowd, mesh, cloud);
+    const Mesh mesh{sources.lengths, {40, 40, 40}, 7};
+    const Response response = by_mesh(sources, mesh, cloud);
     // Twenty charges are few for a statistical estimate; the bound has a factor of three.
     const double bound = 3 * relative_error(mesh, cloud, 1);
     CHECK(bound < 1e-6);
@@ -129,7 +130,7 @@ TEST_CASE("twenty charges: forces, potentials and energy are accurate to 1e-7") 
 
 TEST_CASE("mesh: it gives Madelung's constants and a charge with background") {
   // Two unit cells per side, because half a box is too short a cutoff for an accuracy of 1e-6.
-  Crowd salt{.lengths = {4, 4, 4}};
+  SourceSet salt{.lengths = {4, 4, 4}};
   for (int n = 0; n < 64; ++n) {
     const int x = n % 4, y = n / 4 % 4, z = n / 16;
     for (const int coordinate : {x, y, z}) salt.position.push_back(coordinate);
@@ -137,8 +138,8 @@ TEST_CASE("mesh: it gives Madelung's constants and a charge with background") {
   }
   // The errors of charges in a lattice have equal signs: up to N^(1/2) times those of random charges.
   CHECK(by_accuracy(salt, 1e-6, 1).energy / 32 == doctest::Approx(-1.7475645946331822).epsilon(1e-5));
-  for (const Vec3 place : {Vec3{0, 0, 0}, Vec3{0.1, 0.2, 0.3}}) {
-    const Crowd lone = lattice(1, {place}, {1});
+  for (const Vec3 position : {Vec3{0, 0, 0}, Vec3{0.1, 0.2, 0.3}}) {
+    const SourceSet lone = lattice(1, {position}, {1});
     const Response response = by_mesh(lone, {lone.lengths, {24, 24, 24}, 7}, prolate_cloud(14, 0.5));
     CHECK(2 * response.energy == doctest::Approx(-2.8372974794806195).epsilon(1e-5));
     CHECK(largest(response.force) < 1e-15);  // The only force is the mesh's mean force.
@@ -148,8 +149,8 @@ TEST_CASE("mesh: it gives Madelung's constants and a charge with background") {
 TEST_CASE("self-energy: it does not depend on the position on the mesh") {
   const Mesh mesh{{1, 1, 1}, {12, 12, 12}, 6};
   std::vector<double> energy;
-  for (const double place : {0.0, 0.02, 0.04, 0.06})
-    energy.push_back(by_mesh(lattice(1, {{place, 0.5 * place, 0.3}}, {1}), mesh, prolate_cloud(9, 0.5)).energy);
+  for (const double position : {0.0, 0.02, 0.04, 0.06})
+    energy.push_back(by_mesh(lattice(1, {{position, 0.5 * position, 0.3}}, {1}), mesh, prolate_cloud(9, 0.5)).energy);
   // Without the correction the two subtracted waves would contribute 1.3e-5 and 1.6e-7; the remaining waves are
   // shorter.
   const auto [least, most] = std::ranges::minmax(energy);
@@ -158,14 +159,14 @@ TEST_CASE("self-energy: it does not depend on the position on the mesh") {
 
 TEST_CASE("random charges: errors are as estimated for all clouds, orders and boxes") {
   for (const Vec3 lengths : {Vec3{12.8, 12.8, 12.8}, Vec3{10, 20, 10.5}}) {
-    const Crowd crowd = gas(1, lengths);
-    const Response exact = by_ewald(crowd, 1e-11);
+    const SourceSet sources = gas(1, lengths);
+    const Response exact = by_ewald(sources, 1e-11);
     for (const Cloud& cloud : {gauss_cloud(0.75, 4.5), prolate_cloud(10, 4.5)})
       for (int order = 4; order <= 7; ++order)
         for (const double spacing : {1.3, 0.8}) {
           Mesh mesh{lengths, {}, order};
           for (int k = 0; k < 3; ++k) mesh.points[k] = std::max(2 * order, static_cast<int>(lengths[k] / spacing));
-          const Response response = by_mesh(crowd, mesh, cloud);
+          const Response response = by_mesh(sources, mesh, cloud);
           const double estimate = relative_error(mesh, cloud, 1);
           const double error = relative_difference(response.force, exact.force);
           CAPTURE(order);
@@ -179,10 +180,10 @@ TEST_CASE("random charges: errors are as estimated for all clouds, orders and bo
 }
 
 TEST_CASE("accuracy: forces keep it in a gas and in clusters, within a factor") {
-  for (const Crowd& crowd : {gas(2), clusters()}) {
-    const Response exact = by_ewald(crowd, 1e-11);
+  for (const SourceSet& sources : {gas(2), clusters()}) {
+    const Response exact = by_ewald(sources, 1e-11);
     for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-6}) {
-      const double error = relative_difference(by_accuracy(crowd, accuracy, 1).force, exact.force);
+      const double error = relative_difference(by_accuracy(sources, accuracy, 1).force, exact.force);
       CAPTURE(accuracy);
       CHECK(error < 2 * accuracy);
       CHECK(error > 0.1 * accuracy);
@@ -191,12 +192,12 @@ TEST_CASE("accuracy: forces keep it in a gas and in clusters, within a factor") 
 }
 
 TEST_CASE("net charge: with its background the sum does not depend on the split") {
-  Crowd crowd = gas(3);
-  for (double& q : crowd.charge) q += 0.5;
-  const Response exact = by_ewald(crowd);
+  SourceSet sources = gas(3);
+  for (double& q : sources.charge) q += 0.5;
+  const Response exact = by_ewald(sources);
   for (const double band_limit : {19.0, 20.5})
     for (const double cutoff : {5.0, 6.0}) {
-      const Response response = by_mesh(crowd, {crowd.lengths, {48, 48, 48}, 7}, prolate_cloud(band_limit, cutoff));
+      const Response response = by_mesh(sources, {sources.lengths, {48, 48, 48}, 7}, prolate_cloud(band_limit, cutoff));
       CHECK(response.energy == doctest::Approx(exact.energy).epsilon(1e-6));
       CHECK(relative_difference(response.potential, exact.potential) < 1e-6);
       CHECK(relative_difference(response.force, exact.force) < 1e-6);
@@ -204,24 +205,24 @@ TEST_CASE("net charge: with its background the sum does not depend on the split"
 }
 
 TEST_CASE("forces: energy derivatives minus the mesh's mean force, and sum zero") {
-  Crowd crowd = random_crowd(40, {6, 7, 8}, 0.5, false, 4);
+  SourceSet sources = random_sources(40, {6, 7, 8}, 0.5, false, 4);
   // The mesh is so coarse that its error of 1e-2 is visible.
-  ParticleMesh sum({crowd.lengths, {12, 12, 12}, 5}, prolate_cloud(8, 2.9));
-  const Response at = evaluated_on(sum, crowd);
+  ParticleMesh sum({sources.lengths, {12, 12, 12}, 5}, prolate_cloud(8, 2.9));
+  const Response at = evaluated_on(sum, sources);
   Vec3 net;
-  for (int i = 0; i < crowd.size(); ++i)
+  for (int i = 0; i < sources.size(); ++i)
     for (int k = 0; k < 3; ++k) net[k] += at.force[3 * i + k];
-  CHECK(norm(net) < 1e-14 * crowd.size() * largest(at.force));
-  const double square = std::inner_product(crowd.charge.begin(), crowd.charge.end(), crowd.charge.begin(), 0.0);
+  CHECK(norm(net) < 1e-14 * sources.size() * largest(at.force));
+  const double square = std::inner_product(sources.charge.begin(), sources.charge.end(), sources.charge.begin(), 0.0);
   const double step = 1e-4;
-  std::vector<double> slope(crowd.position.size()), missing(3);
+  std::vector<double> slope(sources.position.size()), missing(3);
   for (std::size_t k = 0; k < slope.size(); ++k) {
-    const double x = crowd.position[k];
-    crowd.position[k] = x + step;
-    const double above = evaluated_on(sum, crowd).energy;
-    crowd.position[k] = x - step;
-    const double below = evaluated_on(sum, crowd).energy;
-    crowd.position[k] = x;
+    const double x = sources.position[k];
+    sources.position[k] = x + step;
+    const double above = evaluated_on(sum, sources).energy;
+    sources.position[k] = x - step;
+    const double below = evaluated_on(sum, sources).energy;
+    sources.position[k] = x;
     slope[k] = -(above - below) / (2 * step);
     missing[k % 3] += slope[k] / square;
   }
@@ -229,53 +230,53 @@ TEST_CASE("forces: energy derivatives minus the mesh's mean force, and sum zero"
   for (std::size_t k = 0; k < slope.size(); ++k)
     // Third derivatives are 6 / r^4 per pair, 100 at the smallest distance: the error is step^2 / 6 of that, and
     // rounding of about 10 divided by the step.
-    CHECK(std::abs(slope[k] - missing[k % 3] * std::pow(crowd.charge[k / 3], 2) - at.force[k]) < 1e-6);
+    CHECK(std::abs(slope[k] - missing[k % 3] * std::pow(sources.charge[k / 3], 2) - at.force[k]) < 1e-6);
 }
 
 TEST_CASE("tiles: those processed concurrently share no charge") {
-  const Crowd crowd = random_crowd(1500, {30, 20, 12}, 0.5, false, 10);
+  const SourceSet sources = random_sources(1500, {30, 20, 12}, 0.5, false, 10);
   const double reach = 2.4;
-  Columns<double> columns(crowd.lengths, {.together = 8, .widest = 4, .reach = reach});
-  columns.sort(crowd, parallel::Team::single());
-  const auto position = [&](int s, int k) { return 0x1p-64 * columns.place(k)[s] * crowd.lengths[k]; };
-  std::vector<std::atomic<int>> reached(crowd.size());
+  Columns<double> columns(sources.lengths, {.together = 8, .widest = 4, .reach = reach});
+  columns.sort(sources, parallel::Team::single());
+  const auto position = [&](int s, int k) { return 0x1p-64 * columns.coordinate(k)[s] * sources.lengths[k]; };
+  std::vector<std::atomic<int>> reached(sources.size());
   std::atomic<int> conflicts = 0, seen = 0;
   parallel::Team team(4);
-  columns.for_each_apart(team, [&](int first_column, int end_column) {
+  columns.for_each_tile(team, [&](int first_column, int end_column) {
     const int first = columns.first(first_column)[0], end = columns.first(end_column)[0];
-    std::vector<bool> mine(crowd.size());
+    std::vector<bool> mine(sources.size());
     for (int s = first; s < end; ++s)
-      for (int other = 0; other < crowd.size(); ++other) {
+      for (int other = 0; other < sources.size(); ++other) {
         double farthest = 0;
         for (int k = 0; k < 2; ++k) {
-          const double apart = position(s, k) - position(other, k);
-          farthest = std::max(farthest, std::abs(std::remainder(apart, crowd.lengths[k])));
+          const double separation = position(s, k) - position(other, k);
+          farthest = std::max(farthest, std::abs(std::remainder(separation, sources.lengths[k])));
         }
         if (farthest < reach) mine[other] = true;
       }
-    for (int k = 0; k < crowd.size(); ++k)
+    for (int k = 0; k < sources.size(); ++k)
       if (mine[k]) conflicts += reached[k].fetch_add(1) > 0;
     std::this_thread::sleep_for(std::chrono::milliseconds(1));  // Gives other threads time to join.
-    for (int k = 0; k < crowd.size(); ++k)
+    for (int k = 0; k < sources.size(); ++k)
       if (mine[k]) --reached[k];
     seen += end - first;
   });
   CHECK(conflicts == 0);
   // Points are spread to within half a spline, in units of the largest spacing.
   CHECK(reach_of({{8, 8, 12}, {16, 16, 16}, 5}) == 2.5 * 0.75);
-  CHECK(seen == crowd.size());
+  CHECK(seen == sources.size());
 }
 
 TEST_CASE("mesh: threads and pairs beyond the cutoff keep identical bits") {
-  const Crowd crowd = random_crowd(2000, {30, 24, 21}, 0.5, false, 5);
-  const Mesh fine{crowd.lengths, {36, 30, 24}, 5}, coarse{crowd.lengths, {14, 14, 14}, 7};
+  const SourceSet sources = random_sources(2000, {30, 24, 21}, 0.5, false, 5);
+  const Mesh fine{sources.lengths, {36, 30, 24}, 5}, coarse{sources.lengths, {14, 14, 14}, 7};
   ParticleMesh near_reaches_far(fine, prolate_cloud(8, 3)), mesh_reaches_far(coarse, prolate_cloud(2, 0.6));
   for (ParticleMesh* sum : {&near_reaches_far, &mesh_reaches_far}) {
-    const Response expected = evaluated_on(*sum, crowd);
+    const Response expected = evaluated_on(*sum, sources);
     for (const int threads : {1, 2, 4})
       for (const double skin : {0.0, 0.7}) {
         parallel::Team team(threads);
-        const Response response = evaluated_on(*sum, crowd, skin, team);
+        const Response response = evaluated_on(*sum, sources, skin, team);
         CHECK(response.potential == expected.potential);
         CHECK(response.field == expected.field);
         CHECK(response.force == expected.force);
@@ -285,29 +286,29 @@ TEST_CASE("mesh: threads and pairs beyond the cutoff keep identical bits") {
 }
 
 TEST_CASE("mesh: scaling lengths and charges by powers of two is exact") {
-  const Crowd crowd = gas(6);
-  Crowd scaled = crowd;
+  const SourceSet sources = gas(6);
+  SourceSet scaled = sources;
   for (double& x : scaled.position) x *= 2;
   for (int k = 0; k < 3; ++k) scaled.lengths[k] *= 2;
   for (double& q : scaled.charge) q *= 0.25;
-  const auto response_of = [](const Crowd& of, double unit) {
-    return by_mesh(of, {of.lengths, {16, 18, 20}, 6}, prolate_cloud(9, 4 * unit));
+  const auto response_of = [](const SourceSet& charges, double unit) {
+    return by_mesh(charges, {charges.lengths, {16, 18, 20}, 6}, prolate_cloud(9, 4 * unit));
   };
-  const Response expected = response_of(crowd, 1), response = response_of(scaled, 2);
+  const Response expected = response_of(sources, 1), response = response_of(scaled, 2);
   CHECK(response.energy == expected.energy / 32);
-  for (int i = 0; i < crowd.size(); ++i) CHECK(response.potential[i] == expected.potential[i] / 8);
-  for (int k = 0; k < 3 * crowd.size(); ++k) CHECK(response.force[k] == expected.force[k] / 64);
+  for (int i = 0; i < sources.size(); ++i) CHECK(response.potential[i] == expected.potential[i] / 8);
+  for (int k = 0; k < 3 * sources.size(); ++k) CHECK(response.force[k] == expected.force[k] / 64);
 }
 
 TEST_CASE("mesh: shifts by whole spacings and boxes change nothing") {
-  const Crowd crowd = gas(7);
-  const Mesh mesh{crowd.lengths, {16, 16, 16}, 5};
-  Crowd moved = crowd;
-  for (int i = 0; i < crowd.size(); ++i)
+  const SourceSet sources = gas(7);
+  const Mesh mesh{sources.lengths, {16, 16, 16}, 5};
+  SourceSet moved = sources;
+  for (int i = 0; i < sources.size(); ++i)
     for (int k = 0; k < 3; ++k)
-      moved.position[3 * i + k] += (k + 3) * mesh.spacing()[k] + (i % 5 - 2) * crowd.lengths[k];
+      moved.position[3 * i + k] += (k + 3) * mesh.spacing()[k] + (i % 5 - 2) * sources.lengths[k];
   const Cloud cloud = prolate_cloud(9, 4);
-  const Response expected = by_mesh(crowd, mesh, cloud), response = by_mesh(moved, mesh, cloud);
+  const Response expected = by_mesh(sources, mesh, cloud), response = by_mesh(moved, mesh, cloud);
   // Positions are rounded by 1e-15 of several lengths; the gradients of the forces multiply this by 2 over a distance
   // of 1.
   CHECK(largest_difference(response.force, expected.force) < 1e-13 * largest(expected.force));
@@ -316,10 +317,10 @@ TEST_CASE("mesh: shifts by whole spacings and boxes change nothing") {
 
 TEST_CASE("mesh: without charges there is no force") {
   const Mesh mesh{{10, 10, 10}, {16, 16, 16}, 4};
-  CHECK(by_mesh(Crowd{.lengths = mesh.lengths}, mesh, prolate_cloud(8, 4)).energy == 0);
-  Crowd crowd = random_crowd(5, mesh.lengths, 1, false, 8);
-  std::ranges::fill(crowd.charge, 0);
-  CHECK(largest(by_mesh(crowd, mesh, prolate_cloud(8, 4)).force) == 0);
+  CHECK(by_mesh(SourceSet{.lengths = mesh.lengths}, mesh, prolate_cloud(8, 4)).energy == 0);
+  SourceSet sources = random_sources(5, mesh.lengths, 1, false, 8);
+  std::ranges::fill(sources.charge, 0);
+  CHECK(largest(by_mesh(sources, mesh, prolate_cloud(8, 4)).force) == 0);
 }
 
 TEST_CASE("mesh: impossible parameters are refused with an error message") {
@@ -340,15 +341,15 @@ TEST_CASE("mesh: impossible parameters are refused with an error message") {
   CHECK(message_of([] { prolate_cloud(0.5, 1); }) ==
         "a cloud's band limit 0.5 must be from 1 to 100 and its cutoff 1 positive");
   CHECK(message_of([] { gauss_cloud(-1, 1); }) == "a cloud's alpha -1 and its cutoff 1 must be positive");
-  Crowd crowd = random_crowd(5, cube, 1, true, 9);
-  CHECK(message_of([&] { by_mesh(crowd, mesh, cloud); }) ==
+  SourceSet sources = random_sources(5, cube, 1, true, 9);
+  CHECK(message_of([&] { by_mesh(sources, mesh, cloud); }) ==
         "dipoles on a mesh need splines of order 5 at least: these are of order 4");
-  crowd.dipole.clear();
-  std::copy_n(crowd.position.begin(), 3, crowd.position.begin() + 6);
-  CHECK(message_of([&] { by_mesh(crowd, mesh, cloud); }) ==
+  sources.dipole.clear();
+  std::copy_n(sources.position.begin(), 3, sources.position.begin() + 6);
+  CHECK(message_of([&] { by_mesh(sources, mesh, cloud); }) ==
         "the energy of the charges is no finite number: two of them lie at the same place");
   ParticleMesh other({{10, 10, 11}, {16, 16, 16}, 4}, cloud);
-  CHECK(message_of([&] { evaluated_on(other, crowd); }) ==
+  CHECK(message_of([&] { evaluated_on(other, sources); }) ==
         "the box is 10 x 10 x 10 long, but the mesh was made for 10 x 10 x 11");
   CHECK(message_of([&] { choose_mesh(1e-9, 100, cube, 1); }) ==
         "the accuracy 1e-09 is not possible for a mesh: it must be from 1e-8 to 0.1");

@@ -10,7 +10,7 @@
 namespace lichtenberg::periodic {
 
 /// Sources that can be moved and changed.
-struct Crowd {
+struct SourceSet {
   Vec3 lengths{1, 1, 1};
   std::vector<double> position, charge, dipole{};
 
@@ -18,70 +18,70 @@ struct Crowd {
   int size() const { return static_cast<int>(charge.size()); }
 };
 
-inline Response evaluated(Sum& sum, const Crowd& crowd, parallel::Team& team = parallel::Team::single()) {
+inline Response evaluated(Sum& sum, const SourceSet& sources, parallel::Team& team = parallel::Team::single()) {
   Response response;
-  sum.evaluate(crowd, {}, team, response);
+  sum.evaluate(sources, {}, team, response);
   return response;
 }
 /// Pairs of sources whose nearest images are less than `within` apart.
-inline std::vector<Pair> pairs_of(const Crowd& crowd, double within) {
-  Box<3> box{crowd.lengths};
+inline std::vector<Pair> pairs_of(const SourceSet& sources, double within) {
+  Box<3> box{sources.lengths};
   box.sides.fill(Boundary::periodic);
-  const std::vector<double> radius(crowd.size());
-  return pairs_closer_than(Spheres<3>{crowd.position, radius, box}, within);
+  const std::vector<double> radius(sources.size());
+  return pairs_closer_than(Spheres<3>{sources.position, radius, box}, within);
 }
 /// Evaluates a sum that needs pairs; `skin` adds pairs beyond the cutoff.
-inline Response evaluated_on(Sum& sum, const Crowd& crowd, double skin = 0,
+inline Response evaluated_on(Sum& sum, const SourceSet& sources, double skin = 0,
                              parallel::Team& team = parallel::Team::single()) {
-  const auto pairs = pairs_of(crowd, sum.cutoff() + skin);
+  const auto pairs = pairs_of(sources, sum.cutoff() + skin);
   Response response;
-  sum.evaluate(crowd, pairs, team, response);
+  sum.evaluate(sources, pairs, team, response);
   return response;
 }
-inline Response by_ewald(const Crowd& crowd, double tolerance = 1e-14, double alpha = 0) {
-  Ewald ewald(splitting_for(crowd, tolerance, alpha));
-  return evaluated(ewald, crowd);
+inline Response by_ewald(const SourceSet& sources, double tolerance = 1e-14, double alpha = 0) {
+  Ewald ewald(splitting_for(sources, tolerance, alpha));
+  return evaluated(ewald, sources);
 }
 
-/// Sources at random positions, at least `apart` from each other, with charges (and dipoles, if any) up to 1 of both
-/// signs.
-inline Crowd random_crowd(int n, Vec3 lengths, double apart, bool dipoles, unsigned seed) {
+/// Sources at random positions, at least `least_distance` from each other, with charges (and dipoles, if any) up to 1
+/// of both signs.
+inline SourceSet random_sources(int n, Vec3 lengths, double least_distance, bool dipoles, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(0, 1);
-  Crowd crowd{.lengths = lengths};
-  while (crowd.size() < n) {
-    const Vec3 place{unit(random) * lengths.x, unit(random) * lengths.y, unit(random) * lengths.z};
+  SourceSet sources{.lengths = lengths};
+  while (sources.size() < n) {
+    const Vec3 position{unit(random) * lengths.x, unit(random) * lengths.y, unit(random) * lengths.z};
     bool free = true;
-    for (int i = 0; i < crowd.size() && free; ++i) {
-      Vec3 r = Sources(crowd).place(i) - place;
+    for (int i = 0; i < sources.size() && free; ++i) {
+      Vec3 r = Sources(sources).position_of(i) - position;
       for (int k = 0; k < 3; ++k) r[k] -= lengths[k] * std::nearbyint(r[k] / lengths[k]);
-      free = norm(r) >= apart;
+      free = norm(r) >= least_distance;
     }
     if (!free) continue;
-    for (int k = 0; k < 3; ++k) crowd.position.push_back(place[k]);
-    crowd.charge.push_back(2 * unit(random) - 1);
-    for (int k = 0; k < (dipoles ? 3 : 0); ++k) crowd.dipole.push_back(2 * unit(random) - 1);
+    for (int k = 0; k < 3; ++k) sources.position.push_back(position[k]);
+    sources.charge.push_back(2 * unit(random) - 1);
+    for (int k = 0; k < (dipoles ? 3 : 0); ++k) sources.dipole.push_back(2 * unit(random) - 1);
   }
-  return crowd;
+  return sources;
 }
 
-/// Cell of a cubic lattice with a source at each of `place` (in units of the side).
-inline Crowd lattice(double side, const std::vector<Vec3>& place, const std::vector<double>& charge) {
-  Crowd crowd{.lengths = {side, side, side}, .charge = charge};
-  for (const Vec3 p : place)
-    for (int k = 0; k < 3; ++k) crowd.position.push_back(side * p[k]);
-  return crowd;
+/// Cell of a cubic lattice with a source at each of `position` (in units of the side).
+inline SourceSet lattice(double side, const std::vector<Vec3>& position, const std::vector<double>& charge) {
+  SourceSet sources{.lengths = {side, side, side}, .charge = charge};
+  for (const Vec3 p : position)
+    for (int k = 0; k < 3; ++k) sources.position.push_back(side * p[k]);
+  return sources;
 }
 
 /// Rock salt in a cell of edge 2, so that neighbours are at distance 1.
-inline Crowd rock_salt() {
-  Crowd crowd{.lengths = {2, 2, 2}};
+inline SourceSet rock_salt() {
+  SourceSet sources{.lengths = {2, 2, 2}};
   for (int corner = 0; corner < 8; ++corner) {
     const int x = corner & 1, y = corner >> 1 & 1, z = corner >> 2;
-    for (const int coordinate : {x, y, z}) crowd.position.push_back(coordinate);
-    crowd.charge.push_back((x + y + z) % 2 == 0 ? 1 : -1);
+    for (const int coordinate : {x, y, z}) sources.position.push_back(coordinate);
+    sources.charge.push_back((x + y + z) % 2 == 0 ? 1 : -1);
   }
-  return crowd;
+  return sources;
 }
 
 inline double largest(const std::vector<double>& v) {

@@ -80,7 +80,7 @@ time = 0.012
 stationary = false
 )";
 
-Ended run_well(const Folder& folder, const std::string& arguments) {
+Ended run_without_error(const Folder& folder, const std::string& arguments) {
   const Ended ended = run_program(folder, arguments);
   INFO(arguments, ": ", ended.err);
   CHECK(ended.status == 0);
@@ -91,13 +91,13 @@ Ended run_well(const Folder& folder, const std::string& arguments) {
 struct RunFolder : Folder {
   explicit RunFolder(const std::string& scene) {
     write("scene.toml", scene);
-    run_well(*this, "run scene.toml --quiet");
+    run_without_error(*this, "run scene.toml --quiet");
   }
 };
 
 /// Value of a Python expression for a picture. `p` has its colours, [height][width][red, green, blue] from 0 to 1, with
 /// row 0 at the top.
-double seen(const Folder& folder, const std::string& picture, const std::string& expression) {
+double evaluate_picture(const Folder& folder, const std::string& picture, const std::string& expression) {
   folder.write("look.py",
                fmt::format("import matplotlib.image, numpy as np\np = matplotlib.image.imread('{}')[..., :3]\n"
                            "print(float({}))\n",
@@ -109,7 +109,7 @@ double seen(const Folder& folder, const std::string& picture, const std::string&
 
 /// Pixel at the fractions x and y of width and height from the lower left of a square panel. The panel is 5 inches wide
 /// and starts at (0.22, 0.4) of 6.24 x 6.02 inches; a narrower panel occupies less.
-std::string place(double x, double y) {
+std::string pixel(double x, double y) {
   return fmt::format("p[int((6.02 - .4 - 5 * {}) / 6.02 * p.shape[0]), int((.22 + 5 * {}) / 6.24 * p.shape[1])]", y, x);
 }
 
@@ -125,35 +125,37 @@ void check_refused(const Folder& folder, const std::string& arguments, const std
 
 TEST_CASE("plot: all frames have one layout, one colour scale and their field") {
   const RunFolder folder(plates);
-  const Ended drawn = run_well(folder, "plot scene.h5 --frames 0,2:4:2");
+  const Ended drawn = run_without_error(folder, "plot scene.h5 --frames 0,2:4:2");
   CHECK(drawn.out ==
         "scene-frame-0-potential.png shows frame 0 by potential\nscene-frame-2-potential.png shows frame 2 by "
         "potential\nscene-frame-4-potential.png shows frame 4 by potential\n");
   for (const std::string picture : {"scene-frame-0-potential.png", "scene-frame-4-potential.png"}) {
-    CHECK(seen(folder, picture, "p.shape[1]") == 1248);  // 6.24 inches at 200 points per inch.
-    CHECK(seen(folder, picture, "p.shape[0]") == 1204);
+    CHECK(evaluate_picture(folder, picture, "p.shape[1]") == 1248);  // 6.24 inches at 200 points per inch.
+    CHECK(evaluate_picture(folder, picture, "p.shape[0]") == 1204);
     // Positive is red and negative is blue, darker near the plates. The ends of RdBu are 0.40, 0.00, 0.12 and 0.02,
     // 0.19, 0.38.
-    CHECK(seen(folder, picture, place(0.02, 0.9) + "[0]") == doctest::Approx(0.45).epsilon(0.2));
-    CHECK(seen(folder, picture, place(0.02, 0.9) + "[2]") < 0.2);
-    CHECK(seen(folder, picture, place(0.98, 0.9) + "[2]") == doctest::Approx(0.45).epsilon(0.2));
-    CHECK(seen(folder, picture, place(0.98, 0.9) + "[0]") < 0.1);
+    CHECK(evaluate_picture(folder, picture, pixel(0.02, 0.9) + "[0]") == doctest::Approx(0.45).epsilon(0.2));
+    CHECK(evaluate_picture(folder, picture, pixel(0.02, 0.9) + "[2]") < 0.2);
+    CHECK(evaluate_picture(folder, picture, pixel(0.98, 0.9) + "[2]") == doctest::Approx(0.45).epsilon(0.2));
+    CHECK(evaluate_picture(folder, picture, pixel(0.98, 0.9) + "[0]") < 0.1);
   }
   // An open range starts at the first frame or ends at the last, for any step.
-  CHECK(contains(run_well(folder, "plot scene.h5 --frames :1,5::2147483647 --colour speed").out,
+  CHECK(contains(run_without_error(folder, "plot scene.h5 --frames :1,5::2147483647 --colour speed").out,
                  "shows frame 5 by speed"));
   CHECK(fs::exists(folder / "scene-frame-0-speed.png"));
   // The colour bar and its labels, right of the panel, are the same.
-  CHECK(seen(folder, "scene-frame-0-potential.png",
-             "abs(p[200:, 1060:] - matplotlib.image.imread('scene-frame-4-potential.png')[200:, 1060:, :3]).max()") ==
+  CHECK(evaluate_picture(
+            folder, "scene-frame-0-potential.png",
+            "abs(p[200:, 1060:] - matplotlib.image.imread('scene-frame-4-potential.png')[200:, 1060:, :3]).max()") ==
         0);
   // The run's picture shows the field of its file, on the scene's 32 cells. The field solved again on 256 cells differs
   // only near the sphere, in 5 % of the picture, by at most 10 % of the colour range.
-  run_well(folder, "run scene.toml --overwrite --quiet --set output.picture=true");
-  run_well(folder, "plot scene.h5 --frames 4,5 --out solved.png");
+  run_without_error(folder, "run scene.toml --overwrite --quiet --set output.picture=true");
+  run_without_error(folder, "plot scene.h5 --frames 4,5 --out solved.png");
   const auto difference = [&](const std::string& other) {
-    return seen(folder, "scene.png",
-                "abs(p[200:1000, 60:1000] - matplotlib.image.imread('" + other + "')[200:1000, 60:1000, :3]).mean()");
+    return evaluate_picture(
+        folder, "scene.png",
+        "abs(p[200:1000, 60:1000] - matplotlib.image.imread('" + other + "')[200:1000, 60:1000, :3]).mean()");
   };
   CHECK(difference("solved-5.png") < 0.005);
   CHECK(difference("solved-4.png") > 0.005);  // The sphere has another position there.
@@ -161,37 +163,38 @@ TEST_CASE("plot: all frames have one layout, one colour scale and their field") 
 
 TEST_CASE("plot: text and colours follow the options in PNG, PDF and SVG") {
   const RunFolder folder(plates);
-  run_well(folder, "plot scene.h5 --frame 1 --out a.svg --range=-20e3,5e3");
+  run_without_error(folder, "plot scene.h5 --frame 1 --out a.svg --range=-20e3,5e3");
   const std::string words = text_of(folder / "a.svg");
   for (const std::string word : {"potential (kV)", "Plates", "t = 0.004 s, N = 1", "connected to an electrode", "1 mm"})
     CHECK_MESSAGE(contains(words, word), word);
   CHECK_FALSE(contains(words, "ground"));
   CHECK_FALSE(contains(words, ">10<"));  // The colour bar ends at 5 kV.
   CHECK(contains(words, "20<"));
-  run_well(folder, "plot scene.h5 --out a.pdf");
+  run_without_error(folder, "plot scene.h5 --out a.pdf");
   CHECK(text_of(folder / "a.pdf").starts_with("%PDF"));
   // viridis ends in purple and yellow: 0.27, 0.00, 0.33 and 0.99, 0.91, 0.14.
-  run_well(folder, "plot scene.h5 --cmap viridis --out viridis.png");
-  CHECK(seen(folder, "viridis.png", place(0.01, 0.9) + "[1]") > 0.8);
-  CHECK(seen(folder, "viridis.png", place(0.99, 0.9) + "[1]") < 0.1);
+  run_without_error(folder, "plot scene.h5 --cmap viridis --out viridis.png");
+  CHECK(evaluate_picture(folder, "viridis.png", pixel(0.01, 0.9) + "[1]") > 0.8);
+  CHECK(evaluate_picture(folder, "viridis.png", pixel(0.99, 0.9) + "[1]") < 0.1);
   for (const std::string colour : {"charge", "force", "cluster", "speed"}) {
-    run_well(folder, "plot scene.h5 --colour " + colour);
+    run_without_error(folder, "plot scene.h5 --colour " + colour);
     // There is no field in the background.
-    CHECK(seen(folder, "scene-frame-5-" + colour + ".png", place(0.5, 0.8) + ".min()") == 1);
+    CHECK(evaluate_picture(folder, "scene-frame-5-" + colour + ".png", pixel(0.5, 0.8) + ".min()") == 1);
   }
 }
 
 TEST_CASE("plot: with all conductors at 0 V it shows the currents of the tree") {
   const RunFolder folder(chain);
-  CHECK(contains(run_well(folder, "plot scene.h5 --out chain.svg").out, "by current"));
+  CHECK(contains(run_without_error(folder, "plot scene.h5 --out chain.svg").out, "by current"));
   const std::string words = text_of(folder / "chain.svg");
   CHECK(contains(words, "100 % connected to the ground, all at 0 V"));
   CHECK(contains(words, "current carried to the ground (pA)"));
   // The lowest conductor carries three currents and the uppermost one: the two ends of viridis_r.
-  run_well(folder, "plot scene.h5");
-  CHECK(seen(folder, "scene-frame-3-current.png", place(0.5 + 0.03, 0.55e-3 / 8e-3) + "[1]") < 0.1);
-  CHECK(seen(folder, "scene-frame-3-current.png", place(0.5 + 0.03, 2.65e-3 / 8e-3) + "[1]") > 0.8);
-  for (const std::string colour : {"strahler", "connection_time"}) run_well(folder, "plot scene.h5 --colour " + colour);
+  run_without_error(folder, "plot scene.h5");
+  CHECK(evaluate_picture(folder, "scene-frame-3-current.png", pixel(0.5 + 0.03, 0.55e-3 / 8e-3) + "[1]") < 0.1);
+  CHECK(evaluate_picture(folder, "scene-frame-3-current.png", pixel(0.5 + 0.03, 2.65e-3 / 8e-3) + "[1]") > 0.8);
+  for (const std::string colour : {"strahler", "connection_time"})
+    run_without_error(folder, "plot scene.h5 --colour " + colour);
   const Ended old = run_program(folder, "plot scene.h5 --colour joined --overwrite");
   CHECK(old.status == 0);
   CHECK(contains(old.err, "--colour joined is an old name: it is called connection_time now"));
@@ -199,11 +202,11 @@ TEST_CASE("plot: with all conductors at 0 V it shows the currents of the tree") 
 
 TEST_CASE("plot and run: no existing file is replaced silently") {
   const RunFolder folder(plates);
-  run_well(folder, "plot scene.h5");
+  run_without_error(folder, "plot scene.h5");
   check_refused(folder, "plot scene.h5",
                 "scene-frame-5-potential.png exists: give --out another name, or allow --overwrite");
-  run_well(folder, "plot scene.h5 --overwrite");
-  run_well(folder, "plot scene.h5 --series");
+  run_without_error(folder, "plot scene.h5 --overwrite");
+  run_without_error(folder, "plot scene.h5 --series");
   check_refused(folder, "plot scene.h5 --series", "scene-series.png exists");
   fs::create_symlink(folder / "scene.toml", folder / "link.png");
   check_refused(folder, "plot scene.h5 --out link.png --overwrite", "link.png is no plain file");
@@ -214,7 +217,7 @@ TEST_CASE("plot and run: no existing file is replaced silently") {
   check_refused(folder, "run other.toml --quiet", "other.png exists, where the run writes its picture");
   CHECK(text_of(folder / "other.png") == "mine");
   CHECK_FALSE(fs::exists(folder / "other.h5"));
-  run_well(folder, "run other.toml --quiet --overwrite");
+  run_without_error(folder, "run other.toml --quiet --overwrite");
   CHECK(text_of(folder / "other.png").starts_with("\x89PNG"));
 }
 
@@ -300,13 +303,13 @@ TEST_CASE("film: an interrupted one leaves no file and prints no traceback") {
 
 TEST_CASE("plot: a range of frames without ends covers all frames") {
   const RunFolder folder(plates);
-  CHECK(run_well(folder, "plot scene.h5 --frames ::5 --out a.png").out ==
+  CHECK(run_without_error(folder, "plot scene.h5 --frames ::5 --out a.png").out ==
         "a-0.png shows frame 0 by potential\na-5.png shows frame 5 by potential\n");
 }
 
 TEST_CASE("film: each frame appears once and in the size of the picture") {
   const RunFolder folder(plates);
-  const Ended made = run_well(folder, "film scene.h5 --rate 10");
+  const Ended made = run_without_error(folder, "film scene.h5 --rate 10");
   CHECK(made.out == "scene.mp4 shows 6 frames by potential in 0.6 s\n");
   const Ended probed = run_shell(folder,
                                  "ffprobe -v error -count_frames -select_streams v -show_entries "
@@ -315,9 +318,9 @@ TEST_CASE("film: each frame appears once and in the size of the picture") {
   CHECK(probed.out == "1060,1024,yuv420p,6\n");  // 6.24 x 6.02 inches at 170 points per inch, rounded to even numbers.
   // The film has the colours of the pictures.
   REQUIRE(run_shell(folder, "ffmpeg -v error -i scene.mp4 -frames:v 1 first.png").status == 0);
-  CHECK(seen(folder, "first.png", place(0.02, 0.9) + "[0]") > 0.3);
-  CHECK(seen(folder, "first.png", place(0.02, 0.9) + "[2]") < 0.25);
-  run_well(folder, "film scene.h5 --frames 1::2 --colour charge --quiet");
+  CHECK(evaluate_picture(folder, "first.png", pixel(0.02, 0.9) + "[0]") > 0.3);
+  CHECK(evaluate_picture(folder, "first.png", pixel(0.02, 0.9) + "[2]") < 0.25);
+  run_without_error(folder, "film scene.h5 --frames 1::2 --colour charge --quiet");
   CHECK(run_shell(folder,
                   "ffprobe -v error -count_frames -show_entries stream=nb_read_frames -of csv=p=0 scene-charge.mp4")
             .out == "3\n");
@@ -326,23 +329,23 @@ TEST_CASE("film: each frame appears once and in the size of the picture") {
 TEST_CASE("plot: time series of several results, and results side by side") {
   const RunFolder folder(plates);
   fs::copy_file(folder / "scene.h5", folder / "twin.h5");
-  run_well(folder, "plot scene.h5 --series --observables energy,charge_held --out curves.svg");
+  run_without_error(folder, "plot scene.h5 --series --observables energy,charge_held --out curves.svg");
   CHECK(contains(text_of(folder / "curves.svg"), "charge held"));
-  run_well(folder, "plot scene.h5 twin.h5 --series --out both.svg");
+  run_without_error(folder, "plot scene.h5 twin.h5 --series --out both.svg");
   CHECK(contains(text_of(folder / "both.svg"), "twin"));
-  run_well(folder, "plot scene.h5 twin.h5");
+  run_without_error(folder, "plot scene.h5 twin.h5");
   // Two panels of 4.2 inches with 0.35 between them, and margins of 0.22 and 1.02.
-  CHECK(seen(folder, "scene-beside-twin-frame-5-potential.png", "p.shape[1]") ==
+  CHECK(evaluate_picture(folder, "scene-beside-twin-frame-5-potential.png", "p.shape[1]") ==
         doctest::Approx(200 * 9.99).epsilon(1e-3));
 
-  run_well(folder, "ensemble scene.toml --vary medium.viscosity=0.5,0.7 --seeds 2 --out many --quiet");
-  run_well(folder, "plot many --series --out many.svg");
+  run_without_error(folder, "ensemble scene.toml --vary medium.viscosity=0.5,0.7 --seeds 2 --out many --quiet");
+  run_without_error(folder, "plot many --series --out many.svg");
   CHECK(contains(text_of(folder / "many.svg"), "medium.viscosity = 0.5"));
-  run_well(folder, "plot many --observables time,conductors --out means.svg");
+  run_without_error(folder, "plot many --observables time,conductors --out means.svg");
   CHECK(contains(text_of(folder / "means.svg"), "medium.viscosity"));
-  run_well(folder, "ensemble scene.toml --vary medium.viscosity=0.3,0.9 --out many --quiet");
-  CHECK(
-      contains(run_well(folder, "plot many/ensemble-2.json --observables time").out, "many/ensemble-2-means-time.png"));
+  run_without_error(folder, "ensemble scene.toml --vary medium.viscosity=0.3,0.9 --out many --quiet");
+  CHECK(contains(run_without_error(folder, "plot many/ensemble-2.json --observables time").out,
+                 "many/ensemble-2-means-time.png"));
   check_refused(folder, "plot many --observables volume", "has no volume");
   check_refused(folder, "plot many/absent.json", "there is no many/absent.json");
 }
@@ -366,13 +369,13 @@ picture = false
 time = 1e-3
 stationary = false
 )");
-  run_well(folder, "plot scene.h5 --frame 0 --colour speed");
-  run_well(folder, "plot scene.h5 --frame 0 --colour speed --cut z=5");
+  run_without_error(folder, "plot scene.h5 --frame 0 --colour speed");
+  run_without_error(folder, "plot scene.h5 --frame 0 --colour speed --cut z=5");
   const std::string both = "scene-frame-0-speed.png", cut = "scene-frame-0-speed-cut-z-5.png";
   // The moving sphere is purple, one end of the colour map. The sphere at rest in front of it is pale.
   const std::string purple = "(p[..., 2] > p[..., 1] + .08)[:, :1000].sum()";
-  CHECK(seen(folder, cut, purple) > 3000);
-  CHECK(seen(folder, both, purple) == 0);
+  CHECK(evaluate_picture(folder, cut, purple) > 3000);
+  CHECK(evaluate_picture(folder, both, purple) == 0);
   check_refused(folder, "plot scene.h5 --cut z=11", "--cut z=11 leaves nothing: the box reaches from z = 0 to 10 m");
   check_refused(folder, "plot scene.h5 --cut w=1", "it must be an axis and a position on it");
 }

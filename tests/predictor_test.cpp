@@ -15,8 +15,8 @@ using namespace lichtenberg::steel_spheres;
 namespace {
 
 /// Dense scene in a box so small that a radius is ten cells of the field and 2.5 cells of the predictor.
-Scene resolved_crowd() {
-  Scene scene = crowd();
+Scene resolved_spheres() {
+  Scene scene = random_spheres();
   scene.domain.size = {0.02, 0.02};
   for (Conductor& conductor : scene.conductors) conductor.position = conductor.position - Vec3{0.04, 0.04, 0};
   scene.electrodes = {ball("ground", {0.01, 0.01}, 0)};
@@ -27,7 +27,7 @@ Scene resolved_crowd() {
 }  // namespace
 
 TEST_CASE("predictor grid: the field's, halved while a radius has two cells") {
-  Scene scene = resolved_crowd();
+  Scene scene = resolved_spheres();
   CHECK(effects::predictor_cells(scene) == 64);
   scene.field().cells = 512;
   CHECK(effects::predictor_cells(scene) == 64);
@@ -41,7 +41,7 @@ TEST_CASE("predictor grid: the field's, halved while a radius has two cells") {
            [](Scene& s) { s.mechanics.integrator = Integrator::euler; },
            [](Scene& s) { s.field().method = &relaxation_method(); },
            [](Scene& s) { s.effects.add(effects::LeakageOptions{.conductivity = 1e-10}); }}) {
-    Scene other = resolved_crowd();
+    Scene other = resolved_spheres();
     change(other);
     CHECK(effects::predictor_cells(other) == 0);
   }
@@ -50,7 +50,7 @@ TEST_CASE("predictor grid: the field's, halved while a radius has two cells") {
 TEST_CASE("predictor: it replaces most field solves at the same accuracy") {
   const double until = 0.3;  // Some contacts occur by then; later they amplify small errors.
   const auto run = [&](bool predictor, double tolerance) {
-    Scene scene = resolved_crowd();
+    Scene scene = resolved_spheres();
     scene.mechanics.predictor = predictor;
     scene.mechanics.position_tolerance *= tolerance;
     Simulation simulation(scene);
@@ -73,7 +73,7 @@ TEST_CASE("predictor: it replaces most field solves at the same accuracy") {
 
 TEST_CASE("predictor: errors since the last field solve are corrected") {
   const auto run = [&](bool predictor, double tolerance) {
-    Scene scene = resolved_crowd();
+    Scene scene = resolved_spheres();
     scene.effects.remove<effects::ContactDischargeOptions>();  // Without contacts the forces do not jump.
     scene.mechanics.predictor = predictor;
     scene.mechanics.position_tolerance *= tolerance;
@@ -112,7 +112,7 @@ TEST_CASE("predictor: a correction decreases with its force and never grows") {
 }
 
 TEST_CASE("predictor: a rejected prediction leaves charges balanced to rounding") {
-  Scene scene = resolved_crowd();
+  Scene scene = resolved_spheres();
   scene.mechanics.position_tolerance *= 0.1;
   Simulation simulation(scene);
   const ConductorFrame start = simulation.now();
@@ -126,13 +126,13 @@ TEST_CASE("predictor: a rejected prediction leaves charges balanced to rounding"
 
 TEST_CASE("predictor: a restored run has identical bits") {
   const double every = 0.03;
-  Simulation whole(resolved_crowd());
+  Simulation whole(resolved_spheres());
   std::vector<Checkpoint> checkpoints;
   for (int k = 1; k <= 3; ++k) {
     whole.advance_to(k * every);
     checkpoints.push_back(whole.checkpoint());
   }
-  Simulation resumed(resolved_crowd());
+  Simulation resumed(resolved_spheres());
   resumed.restore(checkpoints[0]);
   for (int k = 2; k <= 3; ++k) {
     resumed.advance_to(k * every);
@@ -144,7 +144,7 @@ TEST_CASE("predictor: a restored run has identical bits") {
 
 TEST_CASE("moving tolerance: solver errors displace bodies by below 0.2 tolerances") {
   const double until = 0.3, every = 0.01;
-  const Scene scene = resolved_crowd();
+  const Scene scene = resolved_spheres();
   Simulation without_frames(scene), simulation(scene);
   without_frames.advance_to(until);
   // Mean time between solves (s).
@@ -183,7 +183,7 @@ TEST_CASE("moving tolerance: solver errors displace bodies by below 0.2 toleranc
 }
 
 TEST_CASE("moving tolerance: it follows the position tolerance if that limits") {
-  Scene scene = resolved_crowd();
+  Scene scene = resolved_spheres();
   const auto usual = [&](double radii) {
     scene.mechanics.position_tolerance = radii * radius;
     return effects::usual_moving_tolerance(scene);

@@ -80,7 +80,7 @@ LaplaceProblem neutral_quartet() {
 
 /// Problem of two disks with d / 2R = 4 in a box with insulating sides: the first floats with charge 1, the second is
 /// at 0.
-LaplaceProblem floating_beside_grounded() {
+LaplaceProblem floating_near_grounded() {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {128, 128};
   problem.bodies = {{Disk{{32.3, 64.4}, 8}, 0}, {Disk{{96.3, 64.4}, 8}, 1}};
@@ -193,7 +193,7 @@ TEST_CASE("descent: the error decreases at the predicted rate (D 6.38, 6.39)") {
   // d / 2R = 4, eta = 0.01, insulating walls (figure 6.6). A step multiplies the charge defect by 1 - eta C with the
   // scheme's capacitance C, so the rate is -2 ln(1 - eta C). The 2 eta C of D 6.39 is lower by eta C / 2 = 0.9 % of it.
   const double eta = 0.01;
-  const LaplaceProblem problem = floating_beside_grounded();
+  const LaplaceProblem problem = floating_near_grounded();
   RelaxationSolver solver({.sites = 128, .eta = eta});
   const LaplaceSolution solution = solver.solve(problem);
   const double capacitance = 1 / solution.group_potential[0];
@@ -209,7 +209,7 @@ TEST_CASE("descent: the error decreases at the predicted rate (D 6.38, 6.39)") {
 
 TEST_CASE("descent: a step beyond eta_c diverges, one below converges (D 6.35)") {
   // The bound requires converged potential solves: 40 n10 sweeps instead of 4 n10.
-  const LaplaceProblem problem = floating_beside_grounded();
+  const LaplaceProblem problem = floating_near_grounded();
   const double critical = 2 * RelaxationSolver({.sites = 128}).solve(problem).group_potential[0];  // 2 / C with Q = 1.
   RelaxationOptions options = {.sites = 128, .sweeps_factor = 40, .largest_iterations = 150};
   options.eta = 0.95 * critical;

@@ -81,12 +81,12 @@ inline int run(const Folder& folder, const std::string& file, const std::vector<
   return Child(folder, file, options).wait();
 }
 
-/// Runs six.toml with a file-size limit of `room` bytes, which fails a write as a full disk does, with another error
-/// number. Checks for status 1, one message, and unchanged earlier data. Returns the message.
-inline std::string run_on_full_disk(const Folder& folder, rlim_t room) {
-  Child child(folder, "six.h5", {"--quiet"}, [room] {
+/// Runs six.toml with a file-size limit of `max_bytes` bytes, which fails a write as a full disk does, with another
+/// error number. Checks for status 1, one message, and unchanged earlier data. Returns the message.
+inline std::string run_on_full_disk(const Folder& folder, rlim_t max_bytes) {
+  Child child(folder, "six.h5", {"--quiet"}, [max_bytes] {
     signal(SIGXFSZ, SIG_IGN);
-    const rlimit at_most{room, room};
+    const rlimit at_most{max_bytes, max_bytes};
     setrlimit(RLIMIT_FSIZE, &at_most);
   });
   CHECK_EQ(child.wait(), 1);

@@ -34,8 +34,8 @@ double smallest_gap(const Scene& scene) {
   for (std::size_t i = 0; i < scene.conductors.size(); ++i)
     for (std::size_t j = 0; j < i; ++j) {
       const Conductor &a = scene.conductors[i], &b = scene.conductors[j];
-      const Vec3 apart = box.difference(a.position, b.position);
-      least = std::min(least, norm(apart) - a.radius - b.radius);
+      const Vec3 separation = box.difference(a.position, b.position);
+      least = std::min(least, norm(separation) - a.radius - b.radius);
     }
   return least;
 }

@@ -44,7 +44,7 @@ std::string with_number(const Key& key, const std::string& number) {
       [&](At<std::optional<Region>>) { return "[" + pair + ", " + pair + "]"; },
       [&](At<DomainSide>) { return "{ potential = " + number + " }"; },
   };
-  return std::visit(text, key.place);
+  return std::visit(text, key.target);
 }
 
 }  // namespace
@@ -517,8 +517,8 @@ TEST_CASE("shipped scenes: they are valid") {
   CHECK(least_gap(dendrite) >= 0.1e-3);
   CHECK(dendrite.effects.find<effects::ContactDischargeOptions>()->gap == 0.775e-3);
   const Scene two_disks = read_scene((shipped_scenes() / "two-disks.toml").string());
-  const Vec3 apart = two_disks.conductors[1].position - two_disks.conductors[0].position;
-  CHECK(norm(apart) / (2 * 0.775e-3) == doctest::Approx(2).epsilon(1e-12));  // d/2R = 2, decimal rounding.
+  const Vec3 separation = two_disks.conductors[1].position - two_disks.conductors[0].position;
+  CHECK(norm(separation) / (2 * 0.775e-3) == doctest::Approx(2).epsilon(1e-12));  // d/2R = 2, decimal rounding.
 }
 
 }  // namespace scene_test

@@ -16,8 +16,8 @@ struct ScreenedCoulombLaw {
 
   LICHTENBERG_HOST_DEVICE double reach(double, double) const { return range; }
   LICHTENBERG_HOST_DEVICE double energy_unit() const { return 1; }
-  LICHTENBERG_HOST_DEVICE PairForce operator()(const PairSeen& seen) const {
-    const double r = seen.distance, energy = strength * std::exp(-r / screen) / r, over = 1 / r + 1 / screen;
+  LICHTENBERG_HOST_DEVICE PairForce operator()(const PairGeometry& pair) const {
+    const double r = pair.distance, energy = strength * std::exp(-r / screen) / r, over = 1 / r + 1 / screen;
     return {energy, energy * over, energy * (over * over + 1 / (r * r))};
   }
 };

@@ -59,19 +59,19 @@ double norm(const std::vector<double>& numbers) {
 /// Adds norms of the particles' quantities in a result file. `way` (m) is the displacement from the first to the last
 /// frame.
 void add_particles(const hdf5::Handle& file, hsize_t last, json& values) {
-  const auto of_frame = [&](const std::string& name, hsize_t frame) {
+  const auto read_frame = [&](const std::string& name, hsize_t frame) {
     return hdf5::get_rows<double>(file, "particles/conductors/" + name + "/value", frame, 1);
   };
   for (const char* name : {"position", "velocity", "charge", "potential"})
-    if (hdf5::exists(file, std::string("particles/conductors/") + name)) values[name] = norm(of_frame(name, last));
-  std::vector<double> way = of_frame("position", last);
-  const std::vector<double> start = of_frame("position", 0);
-  std::transform(way.begin(), way.end(), start.begin(), way.begin(), std::minus());
-  values["way"] = norm(way);
+    if (hdf5::exists(file, std::string("particles/conductors/") + name)) values[name] = norm(read_frame(name, last));
+  std::vector<double> displacement = read_frame("position", last);
+  const std::vector<double> start = read_frame("position", 0);
+  std::transform(displacement.begin(), displacement.end(), start.begin(), displacement.begin(), std::minus());
+  values["way"] = norm(displacement);
 }
 
 /// Numbers of a result's last frame, and of the summary for a packing.
-json of_result(const std::string& path) {
+json result_values(const std::string& path) {
   const hdf5::Handle file = hdf5::load(path);
   const hsize_t last = hdf5::shape(file, "particles/conductors/position/value").at(0) - 1;
   json values;
@@ -107,7 +107,7 @@ json of_result(const std::string& path) {
 }
 
 /// Numbers printed by `solve --json`.
-json of_solution(const json& solution) {
+json solution_values(const json& solution) {
   std::vector<double> charge, potential, force;
   for (const json& conductor : solution.at("conductors")) {
     charge.push_back(conductor.at("charge"));
@@ -133,7 +133,7 @@ json recomputed(const json& row) {
       run_program(folder, solves ? "solve scene.toml --json" : "run scene.toml --out result.h5 --quiet");
   INFO(ended.err);
   REQUIRE(ended.status == 0);
-  return solves ? of_solution(json::parse(ended.out)) : of_result(folder / "result.h5");
+  return solves ? solution_values(json::parse(ended.out)) : result_values(folder / "result.h5");
 }
 
 }  // namespace

@@ -29,19 +29,19 @@ inline const double drag = 6 * std::numbers::pi * 0.7 * radius;                 
 inline const double relaxation = mass / drag;                                               // 1.53 ms
 
 /// Scene of spheres of D's size and material in a box of 10 cm of castor oil, without effects.
-inline Scene scene_of(const std::vector<Vec2>& places) {
+inline Scene scene_of(const std::vector<Vec2>& positions) {
   Scene scene;
   scene.domain.size = {0.1, 0.1};
   scene.medium = {.permittivity = 4.2e-11, .viscosity = 0.7, .depth = 2 * radius};
-  for (const Vec2 place : places) scene.conductors.push_back({.position = in_space(place), .radius = radius});
+  for (const Vec2 position : positions) scene.conductors.push_back({.position = in_space(position), .radius = radius});
   scene.mechanics.position_tolerance = 1e-3 * radius;
   scene.mechanics.largest_step = 0.1;
   return scene;
 }
 
 /// Scene as above with a field, contacts at a gap of one radius, and drag.
-inline Scene conductor_scene(const std::vector<Vec2>& places) {
-  Scene scene = scene_of(places);
+inline Scene conductor_scene(const std::vector<Vec2>& positions) {
+  Scene scene = scene_of(positions);
   scene.effects.add<effects::FloatingConductorsOptions>();
   scene.effects.add(effects::ContactDischargeOptions{.gap = radius, .hysteresis = 0.01});
   scene.effects.add<effects::StokesDragOptions>();
@@ -49,10 +49,10 @@ inline Scene conductor_scene(const std::vector<Vec2>& places) {
 }
 
 /// Scene of steel spheres in a cube of castor oil with insulating sides, 6 cm long.
-inline Scene cube_of(const std::vector<Vec3>& places, double accuracy) {
+inline Scene cube_of(const std::vector<Vec3>& positions, double accuracy) {
   Scene scene = scene_of({});
   scene.domain.size = {0.06, 0.06, 0.06};
-  for (const Vec3 place : places) scene.conductors.push_back({.position = place, .radius = radius});
+  for (const Vec3 position : positions) scene.conductors.push_back({.position = position, .radius = radius});
   scene.field_table = FieldOptions{.method = &spheres_method(), .moving_tolerance = accuracy};
   scene.effects.add<effects::FloatingConductorsOptions>();
   scene.effects.add<effects::StokesDragOptions>();
@@ -64,12 +64,12 @@ inline Electrode ball(std::string name, Vec2 centre, double potential) {
 }
 
 /// Scene of twelve charged conductors around a grounded ball: contacts of all kinds close and open.
-inline Scene crowd(unsigned seed = 7) {
+inline Scene random_spheres(unsigned seed = 7) {
   Scene scene = conductor_scene({});
   std::mt19937 random(seed);
-  std::uniform_real_distribution<double> place(0.042, 0.058);
+  std::uniform_real_distribution<double> coordinate(0.042, 0.058);
   while (scene.conductors.size() < 12) {
-    const Vec2 p = {place(random), place(random)};
+    const Vec2 p = {coordinate(random), coordinate(random)};
     const bool free =
         norm(p - Vec2{0.05, 0.05}) > 2.2 * radius && std::ranges::all_of(scene.conductors, [&](const Conductor& c) {
           return norm(p - plane(c.position)) > 2.2 * radius;

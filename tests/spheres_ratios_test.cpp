@@ -26,7 +26,7 @@ double digamma(double x) {
 
 /// Charges on a line.
 struct Images {
-  std::vector<double> place, charge;
+  std::vector<double> position, charge;
   double sum() const {
     double total = 0;
     for (const double q : charge) total += q;
@@ -40,13 +40,13 @@ std::array<Images, 2> images_of(double a, double b, double d, double qa, double 
   std::array<std::array<Images, 2>, 2> unit;  // [sphere at a potential][sphere].
   for (const int held : {0, 1}) {
     const std::array radius = {a, b}, centre = {0.0, d};
-    double charge = radius[held], place = centre[held];
+    double charge = radius[held], position = centre[held];
     for (int on = held, count = 0; count < 400; ++count) {
-      unit[held][on].place.push_back(place), unit[held][on].charge.push_back(charge);
+      unit[held][on].position.push_back(position), unit[held][on].charge.push_back(charge);
       on = 1 - on;
-      const double away = place - centre[on];
+      const double away = position - centre[on];
       charge *= -radius[on] / std::abs(away);
-      place = centre[on] + radius[on] * radius[on] / away;
+      position = centre[on] + radius[on] * radius[on] / away;
     }
   }
   const double aa = unit[0][0].sum(), ab = unit[1][0].sum(), ba = unit[0][1].sum(), bb = unit[1][1].sum();
@@ -55,8 +55,8 @@ std::array<Images, 2> images_of(double a, double b, double d, double qa, double 
   std::array<Images, 2> both;
   for (const int on : {0, 1})
     for (const int held : {0, 1})
-      for (std::size_t k = 0; k < unit[held][on].place.size(); ++k) {
-        both[on].place.push_back(unit[held][on].place[k]);
+      for (std::size_t k = 0; k < unit[held][on].position.size(); ++k) {
+        both[on].position.push_back(unit[held][on].position[k]);
         both[on].charge.push_back(potential[held] * unit[held][on].charge[k]);
       }
   return both;
@@ -65,17 +65,17 @@ std::array<Images, 2> images_of(double a, double b, double d, double qa, double 
 /// Force on the second sphere for 4 pi eps = 1, with charges in units of it.
 double force_between(const std::array<Images, 2>& images) {
   double force = 0;
-  for (std::size_t i = 0; i < images[0].place.size(); ++i)
-    for (std::size_t j = 0; j < images[1].place.size(); ++j) {
-      const double apart = images[1].place[j] - images[0].place[i];
-      force += images[0].charge[i] * images[1].charge[j] / (apart * std::abs(apart));
+  for (std::size_t i = 0; i < images[0].position.size(); ++i)
+    for (std::size_t j = 0; j < images[1].position.size(); ++j) {
+      const double separation = images[1].position[j] - images[0].position[i];
+      force += images[0].charge[i] * images[1].charge[j] / (separation * std::abs(separation));
     }
   return force;
 }
 
 /// Problem of a large sphere of radius 1 at the origin and a small one of radius r, 4 pi eps = 1, in an oblique
 /// direction.
-SphereProblem beside_large(double r, double gap, bool one_group) {
+SphereProblem near_large_sphere(double r, double gap, bool one_group) {
   SphereProblem problem{.free_space = true, .permittivity = 1 / four_pi};
   const Vec3 direction = Vec3{2, -1, 2} * (1.0 / 3);
   problem.spheres = {{{}, 1, 0}, {direction * (1 + r + gap), r, one_group ? 0 : 1}};
@@ -90,7 +90,7 @@ TEST_CASE("spheres in contact: a radius ratio of 100 has Maxwell's charges") {
   const double r = 0.01;
   for (const double accuracy : {1e-2, 1e-4, 1e-7}) {
     CAPTURE(accuracy);
-    const SphereSolution found = SphereSolver({.accuracy = accuracy}).solve(beside_large(r, 0, true));
+    const SphereSolution found = SphereSolver({.accuracy = accuracy}).solve(near_large_sphere(r, 0, true));
     const double small = -r / (1 + r) * (std::numbers::egamma + digamma(1 / (1 + r)));
     const double large = -r / (1 + r) * (std::numbers::egamma + digamma(r / (1 + r)));
     CHECK(found.group_potential[0] == doctest::Approx(1 / (small + large)).epsilon(accuracy));
@@ -107,7 +107,7 @@ TEST_CASE("spheres apart: a radius ratio of 100 has the force of image charges")
     for (const double accuracy : {1e-3, 1e-4, 1e-8}) {
       CAPTURE(gap);
       CAPTURE(accuracy);
-      const SphereProblem problem = beside_large(r, gap, false);
+      const SphereProblem problem = near_large_sphere(r, gap, false);
       const auto solver_for = [](double tolerance) { return SphereSolver({.accuracy = tolerance}); };
       const SphereSolution found = solve_to_accuracy(problem, accuracy, solver_for).solution;
       const Vec3 direction = problem.spheres[1].centre * (1 / norm(problem.spheres[1].centre));
@@ -141,7 +141,7 @@ TEST_CASE("spheres of different radii: forces are energy derivatives in a box") 
 
 TEST_CASE("spheres of different radii: harmonics and reflections agree") {
   // The gap is one small radius, 1/20 of the large one: it needs degree 186 for 1e-7, and more than 200 for 1e-8.
-  SphereProblem problem = beside_large(0.05, 0.05, false);
+  SphereProblem problem = near_large_sphere(0.05, 0.05, false);
   const SphereSolution all = SphereSolver({.accuracy = 1e-7}).solve(problem);
   const SphereSolution reflected = SphereSolver({.accuracy = 1e-8}).solve(problem);
   CHECK(all.degree > 100);
@@ -154,7 +154,7 @@ TEST_CASE("spheres of different radii: harmonics and reflections agree") {
 
 TEST_CASE("spheres: radius ratios out of reach are refused with a remedy") {
   // Two small spheres whose images in the large one interact.
-  SphereProblem problem = beside_large(0.01, 0, true);
+  SphereProblem problem = near_large_sphere(0.01, 0, true);
   const Vec3 next = Vec3{2, -1, 2.1} * (1.01 / norm(Vec3{2, -1, 2.1}));
   problem.spheres.push_back({next, 0.01, 0});
   const auto refusal = [&](double accuracy) -> std::string {

@@ -31,22 +31,22 @@ TEST_CASE("translation: shifted multipoles give the same field") {
   const laplace::spheres::Translation translation(target_degree);
   using laplace::spheres::at;
   using laplace::spheres::harmonics;
-  const Vec3 way{1.1, -1.7, 0.6}, offset{0.1, 0.2, -0.25};
-  const double d = norm(way), source_radius = 0.5, target_radius = 0.4;
+  const Vec3 shift{1.1, -1.7, 0.6}, offset{0.1, 0.2, -0.25};
+  const double d = norm(shift), source_radius = 0.5, target_radius = 0.4;
   std::vector<laplace::spheres::Lanes> value(harmonics(target_degree)), scratch(value.size());
   std::vector<double> near(value.size()), there(value.size());
   laplace::spheres::regular_harmonics(offset, target_degree, near.data());
-  laplace::spheres::regular_harmonics(way + offset, source_degree, there.data());
-  laplace::spheres::Ways ways;
-  for (int lane = 0; lane < laplace::spheres::lanes; ++lane) ways.set(lane, way);
+  laplace::spheres::regular_harmonics(shift + offset, source_degree, there.data());
+  laplace::spheres::PairDirections directions;
+  for (int lane = 0; lane < laplace::spheres::lanes; ++lane) directions.set(lane, shift);
   double exact = 0;
   for (int l = 0; l <= source_degree; ++l)
     for (int m = -l; m <= l; ++m) {
       const double a = std::sin(1.0 + 7 * l + 3 * m);
       value[at(l, m)] = laplace::spheres::Lanes{} + a * std::pow(2 * source_radius / d, l) * source_radius / d;
-      exact += a * there[at(l, m)] * std::pow(source_radius, l + 1) / std::pow(norm(way + offset), 2 * l + 1);
+      exact += a * there[at(l, m)] * std::pow(source_radius, l + 1) / std::pow(norm(shift + offset), 2 * l + 1);
     }
-  translation.apply(ways, source_degree, target_degree, value.data(), scratch.data());
+  translation.apply(directions, source_degree, target_degree, value.data(), scratch.data());
   double moved = 0;
   for (int l = 0; l <= target_degree; ++l)
     for (int m = -l; m <= l; ++m)
@@ -346,8 +346,8 @@ TEST_CASE("degree one: spheres are a gas's induced dipoles of polarizability R^3
   for (int t = 0; t < 3; ++t)
     for (int s = 0; s < 3; ++s)
       mirrors.for_each_near(sites[t].centre, sites[s].centre, range,
-                            [&](const laplace::spheres::MirrorImage&, Vec3 way) {
-                              if (norm2(way) > 0) pairs.push_back({t, s, 0, 1, way});
+                            [&](const laplace::spheres::MirrorImage&, Vec3 shift) {
+                              if (norm2(shift) > 0) pairs.push_back({t, s, 0, 1, shift});
                             });
   parallel::Team& team = parallel::Team::single();
   const laplace::spheres::NearField near(sites, sites, pairs, 1e-13, team);

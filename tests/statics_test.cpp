@@ -108,7 +108,7 @@ TEST_CASE("logarithm_near_one: the series for ln q is as accurate as the library
 }
 
 /// Scene of random overlaps, some of them deep, in a square or cube.
-Scene crowd(int dimension, int count, double side = 24) {
+Scene random_packing(int dimension, int count, double side = 24) {
   return parse_scene(fmt::format("[domain]\nsize = [{0}, {0}{1}]\n[effects.soft_repulsion]\n"
                                  "[[population]]\ncount = {2}\nradius = [0.3, 0.5]\noverlapping = true\n",
                                  side, dimension == 3 ? fmt::format(", {}", side) : "", count),
@@ -118,20 +118,20 @@ Scene crowd(int dimension, int count, double side = 24) {
 TEST_CASE("many contacts: energy and forces are sums over all pairs and walls") {
   for (const int dimension : {2, 3}) {
     const int n = dimension == 3 ? 6000 : 1000;
-    const Scene scene = crowd(dimension, n);
+    const Scene scene = random_packing(dimension, n);
     Model model = effects::make_model(scene);
     const State state = state_of(model);
     const effects::ContactPotential potential(scene);
     const std::vector<double>& p = model.bodies.position;
     double energy = 0;
     std::vector<double> expected(p.size()), rounding(p.size());
-    const auto add = [&](int i, const std::array<double, 3>& apart, double reach, double sign) {
-      const double distance = std::hypot(apart[0], apart[1], apart[2]);
+    const auto add = [&](int i, const std::array<double, 3>& separation, double reach, double sign) {
+      const double distance = std::hypot(separation[0], separation[1], separation[2]);
       if (distance >= reach) return;
       const effects::ContactLaw w = effects::contact_law(distance / reach);
       if (sign > 0) energy += w.energy;
       for (int k = 0; k < dimension; ++k) {
-        expected[i * dimension + k] -= sign * w.slope / reach * apart[k] / distance;
+        expected[i * dimension + k] -= sign * w.slope / reach * separation[k] / distance;
         // q has four roundings, which w' and w'' amplify. A force has about twelve of its own, and a sum of ten forces
         // as many.
         rounding[i * dimension + k] += 0x1p-53 * (4 * w.curvature - 20 * w.slope) / reach;
@@ -139,16 +139,16 @@ TEST_CASE("many contacts: energy and forces are sums over all pairs and walls") 
     };
     for (int i = 0; i < n; ++i) {
       for (int j = i + 1; j < n; ++j) {
-        std::array<double, 3> apart{};
-        for (int k = 0; k < dimension; ++k) apart[k] = p[i * dimension + k] - p[j * dimension + k];
+        std::array<double, 3> separation{};
+        for (int k = 0; k < dimension; ++k) separation[k] = p[i * dimension + k] - p[j * dimension + k];
         const double reach = model.bodies.radius[i] + model.bodies.radius[j];
-        add(i, apart, reach, 1), add(j, apart, reach, -1);
+        add(i, separation, reach, 1), add(j, separation, reach, -1);
       }
       for (int k = 0; k < dimension; ++k)
         for (const double side : {0.0, 24.0}) {
-          std::array<double, 3> apart{};
-          apart[k] = p[i * dimension + k] - side;
-          add(i, apart, model.bodies.radius[i], 1);
+          std::array<double, 3> separation{};
+          separation[k] = p[i * dimension + k] - side;
+          add(i, separation, model.bodies.radius[i], 1);
         }
     }
     std::vector<double> force(p.size());
@@ -156,13 +156,13 @@ TEST_CASE("many contacts: energy and forces are sums over all pairs and walls") 
     for (std::size_t k = 0; k < p.size(); ++k) CHECK(std::abs(force[k] - expected[k]) <= rounding[k]);
 
     std::vector<double> parts(p.size());
-    std::vector<Push> beyond;
+    std::vector<ParticleForce> outside_forces;
     double sum = 0;
     for (const auto& [first, end] : {std::pair{0, n / 3}, {n / 3, n / 3}, {n / 3, n}})
-      sum += potential.energy_and_forces(state, first, end, parts, beyond);
-    CHECK(beyond.size() > 10);
-    for (const Push& push : beyond)
-      for (int k = 0; k < dimension; ++k) parts[push.particle * dimension + k] += push.force[k];
+      sum += potential.energy_and_forces(state, first, end, parts, outside_forces);
+    CHECK(outside_forces.size() > 10);
+    for (const ParticleForce& one : outside_forces)
+      for (int k = 0; k < dimension; ++k) parts[one.particle * dimension + k] += one.force[k];
     CHECK(sum == doctest::Approx(energy).epsilon(1e-13));
     for (std::size_t k = 0; k < p.size(); ++k) CHECK(std::abs(parts[k] - expected[k]) <= rounding[k]);
   }
@@ -172,7 +172,7 @@ TEST_CASE("neighbour search: its time changes no bit of energy and forces") {
   std::mt19937 random(2);
   std::uniform_real_distribution<double> little(-0.05, 0.05);
   for (int trial = 0; trial < 20; ++trial) {
-    const Scene scene = crowd(2, 1000);
+    const Scene scene = random_packing(2, 1000);
     Model early = effects::make_model(scene);
     state_of(early);
     for (double& x : early.bodies.position) x = std::clamp(x + little(random), 0.1, 23.9);
@@ -193,7 +193,7 @@ TEST_CASE("close contacts: energy and gradient equal the sum over all pairs") {
   std::uniform_real_distribution<double> step(-1, 1);
   for (const int dimension : {2, 3}) {
     const double side = dimension == 3 ? 24 : 60;
-    const Scene scene = crowd(dimension, 6000, side);
+    const Scene scene = random_packing(dimension, 6000, side);
     Model model = effects::make_model(scene);
     const effects::ContactPotential potential(scene);
     statics::PotentialEnergy kept(scene, 2);
@@ -222,7 +222,7 @@ TEST_CASE("close contacts: energy and gradient equal the sum over all pairs") {
 }
 
 TEST_CASE("close contacts: coinciding centres and crossed walls are infinite") {
-  const Scene scene = crowd(2, 1000);
+  const Scene scene = random_packing(2, 1000);
   statics::PotentialEnergy energy(scene, 1);
   const std::vector<double> start = energy.model().bodies.position;
   std::vector<double> gradient(start.size());
@@ -291,12 +291,12 @@ TEST_CASE("minimizers: each returns from deep within a steep wall") {
 
 TEST_CASE("packing: progress is the logarithm of the force and complete at rest") {
   Minimization packed(packing(2, "lbfgs", "force_tolerance = 1e-6"));
-  const Way start = packed.way();
+  const ProgressMeasure start = packed.progress_measure();
   CHECK(start.whole == doctest::Approx(6 * std::log(10.0)));
   CHECK(start.done == doctest::Approx(-std::log(packed.largest_force() / packed.force_unit())));
   CHECK(start.done < start.whole);
   while (!packed.at_rest()) REQUIRE(packed.iterate());
-  CHECK(packed.way().done >= packed.way().whole);
+  CHECK(packed.progress_measure().done >= packed.progress_measure().whole);
 }
 
 TEST_CASE("disk deep in a wall: it comes to rest between the walls by every method") {

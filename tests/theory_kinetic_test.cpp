@@ -168,7 +168,7 @@ TEST_CASE("without charge interaction: cooling and charging follow Haff's law") 
   for (const bool merges : {true, false}) {
     KineticGas gas = gas_of(0);
     gas.merges = merges, gas.contact_value = contact_value(density);
-    const auto found = kinetic_course(gas, times);
+    const auto found = kinetic_evolution(gas, times);
     for (std::size_t k = 0; k < times.size(); ++k) {
       CHECK(found[k].temperature == near(haff[k].temperature, 1e-7));
       CHECK(found[k].charge_square == near(haff[k].charge_square, 1e-7));
@@ -179,7 +179,7 @@ TEST_CASE("without charge interaction: cooling and charging follow Haff's law") 
   KineticGas slow = gas_of(0);
   slow.contact_value = contact_value(density);
   slow.impacts.duration = [](double t) { return 0.5 / std::sqrt(t); };
-  CHECK(kinetic_course(slow, times)[2].temperature ==
+  CHECK(kinetic_evolution(slow, times)[2].temperature ==
         near(cool(density, slow.impacts, 10, times)[2].temperature, 1e-7));
 }
 
@@ -188,14 +188,14 @@ TEST_CASE("Bjerrum number: with merging it has a maximum, otherwise it grows") {
   std::vector<double> times;
   for (double t = 1; t < 1e5; t *= 1.3) times.push_back(t);
   double most = 0;
-  const auto merging = kinetic_course(gas, times);
+  const auto merging = kinetic_evolution(gas, times);
   for (const KineticState& state : merging) most = std::max(most, state.bjerrum);
   CHECK(most > 0.1);
   CHECK(most < 10);
   CHECK(merging.back().bjerrum < most);
   CHECK(merging.back().density < 0.5 * density);
   gas.merges = false;
-  const auto bouncing = kinetic_course(gas, times);
+  const auto bouncing = kinetic_evolution(gas, times);
   for (std::size_t k = 1; k < times.size(); ++k) CHECK(bouncing[k].bjerrum > bouncing[k - 1].bjerrum);
   CHECK(bouncing.back().bjerrum > 10 * most);
   CHECK(bouncing.back().density == near(density, 1e-12));
@@ -205,7 +205,8 @@ TEST_CASE("kinetic theory: only K Q^2 matters") {
   const std::vector<double> times = {300};
   KineticGas gas = gas_of(1);
   gas.impacts.charge_square = [](double v) { return impact_charge_square(4.5e-3, 0.83, 0.5, v); };
-  const KineticState found = kinetic_course(gas, times)[0], same = kinetic_course(gas_of(4.5e-3 * 4.5e-3), times)[0];
+  const KineticState found = kinetic_evolution(gas, times)[0],
+                     same = kinetic_evolution(gas_of(4.5e-3 * 4.5e-3), times)[0];
   CHECK(found.temperature == near(same.temperature, 1e-7));
   CHECK(found.bjerrum == near(same.bjerrum, 1e-7));
 }

@@ -75,7 +75,7 @@ TEST_CASE("geometric classes: number and mass are kept, S is of second order") {
 TEST_CASE("extrapolated classes: the constant kernel's closed form") {
   const std::vector<double> times = {1, 20, 200, 2000};
   for (const double tolerance : {1e-3, 1e-4}) {
-    const CoagulationCourse found = coagulation_course(constant, times, tolerance);
+    const CoagulationSeries found = coagulation_series(constant, times, tolerance);
     REQUIRE(found.size.size() == times.size());
     CHECK(found.error <= tolerance);
     for (std::size_t k = 0; k < times.size(); ++k) {
@@ -89,7 +89,7 @@ TEST_CASE("extrapolated classes: ballistic aggregation solved size by size") {
   const std::vector<double> times = {1, 2, 4}, one_by_one = size_classes(500, 2, 500);
   for (const double beta : {2.0, 3.0}) {
     const auto exact = coagulate(flight_kernel(beta), one_by_one, times);
-    const CoagulationCourse found = coagulation_course(flight_kernel(beta), times);
+    const CoagulationSeries found = coagulation_series(flight_kernel(beta), times);
     CHECK(found.error <= 1e-4);
     REQUIRE(exact.size() >= 2);
     for (std::size_t k = 0; k < exact.size(); ++k) CHECK(found.size[k] == near(exact[k].mean_size(one_by_one), 1e-4));
@@ -101,7 +101,7 @@ TEST_CASE("extrapolated classes: ballistic aggregation solved size by size") {
 TEST_CASE("extrapolated classes: the actual error is below the stated one") {
   // The constant kernel's S is known at all times, and wide classes have an error far above rounding.
   for (const double tolerance : {1e-2, 1e-3}) {
-    const CoagulationCourse found = coagulation_course(constant, std::vector{100.0, 1000.0}, tolerance);
+    const CoagulationSeries found = coagulation_series(constant, std::vector{100.0, 1000.0}, tolerance);
     for (std::size_t k = 0; k < 2; ++k) CHECK(std::abs(found.size[k] / (k == 0 ? 101 : 1001) - 1) <= found.error);
   }
 }

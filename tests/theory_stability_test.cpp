@@ -136,7 +136,7 @@ TEST_CASE("disturbance: it evolves as the sum of its modes") {
   const double k = 0.12, r = 0.3, later = 20;
   const Disturbance start{{1, 0.5}, {-0.7, 0.1}, {0.2, 0.9}};
   const auto roots = growth_rates(c, r, std::vector{k})[0].longitudinal;
-  const auto found = disturbance_course(c, r, false, k, start, std::vector{0.0, later});
+  const auto found = disturbance_evolution(c, r, false, k, start, std::vector{0.0, later});
   REQUIRE(found.size() == 2);
   CHECK(found[0].speed == start.speed);
   for (int n = 0; n < 3; ++n) {
@@ -158,8 +158,8 @@ TEST_CASE("constant charges: R grows with the inverse square of the thermal spee
   Disturbance stepped = start;
   for (double t = 0; t < later - step / 2; t += step)
     stepped =
-        disturbance_course(c, r * std::exp(c.cooling / 2 * (t + step / 2)), false, k, stepped, std::vector{step})[0];
-  const Disturbance found = disturbance_course(c, r, true, k, start, std::vector{later})[0];
+        disturbance_evolution(c, r * std::exp(c.cooling / 2 * (t + step / 2)), false, k, stepped, std::vector{step})[0];
+  const Disturbance found = disturbance_evolution(c, r, true, k, start, std::vector{later})[0];
   // The stepwise R is of second order: (step^2/24) R'' over a time of 20, and the commutator of M with M', each below
   // 0.1.
   CHECK(std::abs(found.density - stepped.density) < 1e-3 * std::abs(found.speed));

@@ -91,9 +91,9 @@ double setting(const Settings& settings, const std::string& name) {
 }
 
 /// Trial that sleeps for a given time and has a given error.
-class Nap : public Trial {
+class SleepTrial : public Trial {
  public:
-  Nap(double seconds, double error) : seconds_(seconds), error_(error) {}
+  SleepTrial(double seconds, double error) : seconds_(seconds), error_(error) {}
   void run() override { std::this_thread::sleep_for(std::chrono::duration<double>(seconds_)); }
   std::vector<double> errors() const override { return {error_}; }
   std::int64_t work() const override { return 1; }
@@ -105,7 +105,7 @@ class Nap : public Trial {
 }  // namespace
 
 TEST_CASE("candidate: time and cores are measured, and errors are given") {
-  const Point point = measure({{}, 1, [] { return std::make_unique<Nap>(2e-3, 0.1); }});
+  const Point point = measure({{}, 1, [] { return std::make_unique<SleepTrial>(2e-3, 0.1); }});
   CHECK(point.seconds >= 2e-3);
   CHECK(point.cores < 0.9);  // The trial slept.
   CHECK(point.errors == std::vector<double>{0.1});

@@ -51,7 +51,7 @@ LaplaceProblem random_box(Random& random) {
 
 /// Returns a position for a disk with a distance of at least `least_gap` to all bodies and sides. Every other attempt
 /// has exactly that gap from a neighbour.
-std::optional<Vec2> random_place(Random& random, const LaplaceProblem& problem, double radius, double least_gap) {
+std::optional<Vec2> random_centre(Random& random, const LaplaceProblem& problem, double radius, double least_gap) {
   const Vec2 size = problem.size;
   const double margin = radius + least_gap;
   for (int attempt = 0; attempt < 2000; ++attempt) {
@@ -80,11 +80,11 @@ LaplaceProblem random_problem(int seed) {
   const double least_gap = smallest * std::pow(10, random(-2, 0));
   for (int k = 0; k < count; ++k) {
     const double radius = random(smallest, largest);
-    const std::optional<Vec2> place = random_place(random, problem, radius, least_gap);
-    if (!place) break;
+    const std::optional<Vec2> centre = random_centre(random, problem, radius, least_gap);
+    if (!centre) break;
     const bool joins = problem.groups.size() > 1 && random.chance(0.2), held = random.chance(0.15);
     if (!joins) problem.groups.push_back({!held, held ? 0 : random(-1, 1), held ? random(-1, 1) : 0});
-    problem.bodies.push_back({Disk{*place, radius}, static_cast<int>(problem.groups.size()) - 1});
+    problem.bodies.push_back({Disk{*centre, radius}, static_cast<int>(problem.groups.size()) - 1});
   }
   if (problem.has_ground()) return problem;
   double total = 0;
@@ -147,7 +147,8 @@ std::vector<Trial> trials_of_other_shapes(int cells) {
 }
 
 /// Adds one row: the worst ratio of realised to requested error of the trials, which must be at most 1.
-void ask(Report& report, const std::string& what, const std::vector<Trial>& trials, AccuracyRequest request) {
+void check_accuracy(Report& report, const std::string& what, const std::vector<Trial>& trials,
+                    AccuracyRequest request) {
   std::vector<double> ratio;
   int refused = 0;
   const auto start = std::chrono::steady_clock::now();
@@ -170,30 +171,31 @@ void ask(Report& report, const std::string& what, const std::vector<Trial>& tria
 }  // namespace
 
 int validate(int argc, char** argv) {
-  const bool all = asked_for_long(argc, argv);
+  const bool all = long_run_requested(argc, argv);
   Report report("Requested accuracy: realised error over requested error");
 
   const std::vector<Trial> random = random_trials(all ? 400 : 24);
   report.section("random disks, grids of at most 1024 cells a side");
   for (const double accuracy : {1e-2, 1e-3})
-    ask(report, "cut-cell", random, {.accuracy = accuracy, .method = Method::cut_cell, .most_cells = 1024});
-  if (all) ask(report, "cut-cell", random, {.accuracy = 1e-4, .method = Method::cut_cell, .most_cells = 3072});
+    check_accuracy(report, "cut-cell", random, {.accuracy = accuracy, .method = Method::cut_cell, .most_cells = 1024});
+  if (all)
+    check_accuracy(report, "cut-cell", random, {.accuracy = 1e-4, .method = Method::cut_cell, .most_cells = 3072});
   report.section("random disks, spectral");
   for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-6, 1e-8})
-    ask(report, "multipole", random, {.accuracy = accuracy, .method = Method::multipole});
+    check_accuracy(report, "multipole", random, {.accuracy = accuracy, .method = Method::multipole});
   report.section("random disks, the cheaper method");
-  for (const double accuracy : {1e-2, 1e-3, 1e-4}) ask(report, "either", random, {.accuracy = accuracy});
+  for (const double accuracy : {1e-2, 1e-3, 1e-4}) check_accuracy(report, "either", random, {.accuracy = accuracy});
 
   report.section("reference cases (in the plane: grids only, sides at the exact potential)");
   const std::vector<Trial> cases = reference_trials();
-  ask(report, "either", cases, {.accuracy = 1e-2});
-  ask(report, "either", cases, {.accuracy = 1e-3});
-  if (all) ask(report, "either", cases, {.accuracy = 1e-4, .most_cells = 3072});
+  check_accuracy(report, "either", cases, {.accuracy = 1e-2});
+  check_accuracy(report, "either", cases, {.accuracy = 1e-3});
+  if (all) check_accuracy(report, "either", cases, {.accuracy = 1e-4, .most_cells = 3072});
 
   report.section(fmt::format("bars and rims, against {} cells", all ? 4096 : 2048));
   const std::vector<Trial> others = trials_of_other_shapes(all ? 4096 : 2048);
-  ask(report, "cut-cell", others, {.accuracy = 1e-2, .most_cells = 1024});
-  ask(report, "cut-cell", others, {.accuracy = 3e-3, .most_cells = 1024});
+  check_accuracy(report, "cut-cell", others, {.accuracy = 1e-2, .most_cells = 1024});
+  check_accuracy(report, "cut-cell", others, {.accuracy = 3e-3, .most_cells = 1024});
   return report.exit_status();
 }
 

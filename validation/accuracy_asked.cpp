@@ -56,7 +56,7 @@ void neutralize(std::vector<Group>& groups) {
 }
 
 /// Box of `dimension` axes. Its bodies of radii `radius` are at least `gap` apart from each other and from the sides.
-struct Places {
+struct Packing {
   int dimension;
   std::array<double, 3> size{};
   double gap = 0;
@@ -94,15 +94,15 @@ struct Places {
 };
 
 /// Returns a box with `count` bodies.
-Places random_places(Random& random, int dimension, int count) {
+Packing random_packing(Random& random, int dimension, int count) {
   const double radius = logarithmic(random, 3e-4, 1e-3), ratio = pick(random, {1, 1, 1.4, 3});
-  Places places{.dimension = dimension};
+  Packing packing{.dimension = dimension};
   const double side = radius * logarithmic(random, 10 + 1.5 * count, 60 + 1.5 * count);
-  for (int k = 0; k < dimension; ++k) places.size[k] = side;
-  if (random.uniform(0, 1) < 0.3) places.size[dimension - 1] = side / 2;
-  places.gap = radius / ratio * logarithmic(random, 0.03, 1);
-  for (int n = 0; n < count; ++n) places.add(random, radius / random.uniform(1, ratio));
-  return places;
+  for (int k = 0; k < dimension; ++k) packing.size[k] = side;
+  if (random.uniform(0, 1) < 0.3) packing.size[dimension - 1] = side / 2;
+  packing.gap = radius / ratio * logarithmic(random, 0.03, 1);
+  for (int n = 0; n < count; ++n) packing.add(random, radius / random.uniform(1, ratio));
+  return packing;
 }
 
 /// Puts bodies of fixed groups last, as electrodes are. Returns the number of the other bodies.
@@ -122,8 +122,8 @@ Kind kind_of(int seed) { return static_cast<Kind>(seed / counts.size() % 3); }
 
 LaplaceProblem random_plane(int seed) {
   Random random = random_of(seed, 2);
-  const Places places = random_places(random, 2, count_of(seed));
-  LaplaceProblem problem{.size = {places.size[0], places.size[1]}, .permittivity = permittivity};
+  const Packing packing = random_packing(random, 2, count_of(seed));
+  LaplaceProblem problem{.size = {packing.size[0], packing.size[1]}, .permittivity = permittivity};
   const double potential = logarithmic(random, 5, 2000), held = pick(random, {0, 0.3, 1});
   for (int side = 0; side < 4; ++side)
     if (side < 2 || random.uniform(0, 1) < held)
@@ -131,9 +131,9 @@ LaplaceProblem random_plane(int seed) {
   if (kind_of(seed) == Kind::charged && random.uniform(0, 1) < 0.3) problem.sides = {};
   if (kind_of(seed) == Kind::neutral) problem.sides[left].potential = potential + problem.sides[right].potential;
   const double unit = permittivity * logarithmic(random, 10, 1000);
-  for (std::size_t i = 0; i < places.radii.size(); ++i) {
+  for (std::size_t i = 0; i < packing.radii.size(); ++i) {
     if (i == 0 || random.uniform(0, 1) > 0.1) problem.groups.push_back(random_group(random, kind_of(seed), unit));
-    problem.bodies.push_back({Disk{{places.centres[i][0], places.centres[i][1]}, places.radii[i]},
+    problem.bodies.push_back({Disk{{packing.centres[i][0], packing.centres[i][1]}, packing.radii[i]},
                               static_cast<int>(problem.groups.size()) - 1});
   }
   if (!problem.has_ground()) neutralize(problem.groups);
@@ -143,9 +143,9 @@ LaplaceProblem random_plane(int seed) {
 
 SphereProblem random_space(int seed) {
   Random random = random_of(seed, 3);
-  const Places places = random_places(random, 3, count_of(seed));
+  const Packing packing = random_packing(random, 3, count_of(seed));
   SphereProblem problem{.permittivity = permittivity};
-  problem.box.lengths = {places.size[0], places.size[1], places.size[2]};
+  problem.box.lengths = {packing.size[0], packing.size[1], packing.size[2]};
   const double potential = logarithmic(random, 5, 2000), sides = random.uniform(0, 1);
   problem.free_space = kind_of(seed) != Kind::neutral && sides < 0.3;
   const auto hold = [&](int side, double value) {
@@ -157,11 +157,11 @@ SphereProblem random_space(int seed) {
   else
     for (int side = 0; side < 6; ++side)
       if (random.uniform(0, 1) < 0.3) hold(side, potential);
-  const double unit = permittivity * places.radii[0] * logarithmic(random, 10, 1000);
-  for (std::size_t i = 0; i < places.radii.size(); ++i) {
+  const double unit = permittivity * packing.radii[0] * logarithmic(random, 10, 1000);
+  for (std::size_t i = 0; i < packing.radii.size(); ++i) {
     if (i == 0 || random.uniform(0, 1) > 0.1) problem.groups.push_back(random_group(random, kind_of(seed), unit));
-    problem.spheres.push_back({{places.centres[i][0], places.centres[i][1], places.centres[i][2]},
-                               places.radii[i],
+    problem.spheres.push_back({{packing.centres[i][0], packing.centres[i][1], packing.centres[i][2]},
+                               packing.radii[i],
                                static_cast<int>(problem.groups.size()) - 1});
   }
   if (!problem.has_ground()) neutralize(problem.groups);
@@ -172,19 +172,20 @@ SphereProblem random_space(int seed) {
 /// Ratios of realised to requested error, by method and number of bodies.
 class Rows {
  public:
-  void add(const std::string& method, int seed, double asked, double error) {
-    row(method, seed).ratio.add(error / asked, static_cast<std::uint64_t>(seed));
-    if (!(error <= asked))
-      fmt::print("seed {}: {} with a requested error of {:g} has {:.3g} times that error\n", seed, method, asked,
-                 error / asked);
+  void add(const std::string& method, int seed, double requested, double error) {
+    row(method, seed).ratio.add(error / requested, static_cast<std::uint64_t>(seed));
+    if (!(error <= requested))
+      fmt::print("seed {}: {} with a requested error of {:g} has {:.3g} times that error\n", seed, method, requested,
+                 error / requested);
   }
   void add_refusal(const std::string& method, int seed) { ++row(method, seed).refused; }
   /// Prints the rows. Cut cells may refuse an accuracy, because their grids are bounded here.
   void print(Report& report) const {
     for (const auto& [name, row] : rows_) {
-      const std::size_t asked = row.ratio.values.size() + static_cast<std::size_t>(row.refused);
+      const std::size_t requested = row.ratio.values.size() + static_cast<std::size_t>(row.refused);
       report.at_most(name, spread(row.ratio.values), 1, fmt::format("{}, {} refused", row.ratio.note(), row.refused));
-      if (!name.starts_with("cut-cell")) report.at_most(name + ", refused of " + std::to_string(asked), row.refused, 0);
+      if (!name.starts_with("cut-cell"))
+        report.at_most(name + ", refused of " + std::to_string(requested), row.refused, 0);
     }
   }
 
@@ -197,11 +198,11 @@ class Rows {
   std::map<std::string, Row> rows_;
 };
 
-void ask_in_plane(Rows& rows, int seed) {
+void check_in_plane(Rows& rows, int seed) {
   const LaplaceProblem problem = random_plane(seed);
   const LaplaceSolution exact = MultipoleSolver({.tolerance = 1e-13}).solve(problem);
   const Scales scales = scales_of(problem, exact);
-  const auto ask = [&](const std::string& method, const AccuracyRequest& request) {
+  const auto check = [&](const std::string& method, const AccuracyRequest& request) {
     try {
       const LaplaceSolution found = solve_to_accuracy(problem, request).solution;
       rows.add(method, seed, request.accuracy, largest_error(problem, found, exact, scales));
@@ -212,11 +213,11 @@ void ask_in_plane(Rows& rows, int seed) {
   Random random({.seed = static_cast<std::uint64_t>(seed), .purpose = RandomPurpose::exchange});
   const double coarse = pick(random, {3e-2, 1e-2, 1e-2, 3e-3, 1e-3}),
                fine = pick(random, {1e-1, 1e-2, 1e-3, 1e-4, 1e-6});
-  ask("cut-cell", {.accuracy = coarse, .method = Method::cut_cell, .most_cells = 1536});
-  ask("multipole", {.accuracy = fine, .method = Method::multipole});
+  check("cut-cell", {.accuracy = coarse, .method = Method::cut_cell, .most_cells = 1536});
+  check("multipole", {.accuracy = fine, .method = Method::multipole});
 }
 
-void ask_in_space(Rows& rows, int seed) {
+void check_in_space(Rows& rows, int seed) {
   const SphereProblem problem = random_space(seed);
   const SphereSolution exact = SphereSolver({.accuracy = 1e-11}).solve(problem);  // narrow gaps do not permit 1e-12
   const Scales scales = scales_of(problem, exact);
@@ -234,13 +235,13 @@ void ask_in_space(Rows& rows, int seed) {
 }  // namespace
 
 int validate(int argc, char** argv) {
-  const bool all = asked_for_long(argc, argv);
+  const bool all = long_run_requested(argc, argv);
   const int from = argc > 2 ? std::atoi(argv[1]) : 0, to = argc > 2 ? std::atoi(argv[2]) : all ? 500 : 30;
   Report report("Random scenes: realised error over requested error");
   Rows rows;
   for (int seed = from; seed < to; ++seed) {
-    ask_in_plane(rows, seed);
-    ask_in_space(rows, seed);
+    check_in_plane(rows, seed);
+    check_in_space(rows, seed);
   }
   report.section("realised over requested error");
   rows.print(report);

@@ -89,9 +89,9 @@ void transverse_forces(Report& report, int cells) {
   // Equal gaps with equal shares of the voltage, as in the runs of scenes/broken-wire.toml.
   const theory::BrokenWire disks = {n, radius, length, 18e3, permittivity, capacitance};
   const theory::DiskPair pair = {{{0, 0}, radius}, {{2 * radius + disks.mean_gap(), 0}, radius}, permittivity};
-  const double pull = depth * norm(theory::force(pair, 18e3 / (n + 1) * theory::capacitance(pair)));
-  const double b = theory::shape_coefficient(disks, -field, pull);
-  report.at_most("tension of 26 equal gaps, 18 kV / 26 each, N", pull, {});
+  const double tension = depth * norm(theory::force(pair, 18e3 / (n + 1) * theory::capacitance(pair)));
+  const double b = theory::shape_coefficient(disks, -field, tension);
+  report.at_most("tension of 26 equal gaps, 18 kV / 26 each, N", tension, {});
   report.at_most("its B at 2 kV, 1/m^2", b, {});
   report.at_most("its largest displacement at 2 kV, mm", 1e3 * theory::largest_displacement(disks, b), {});
 }
@@ -102,13 +102,13 @@ void tensions(Report& report, int cells) {
   report.section("tension across the gap in the middle, N");
   laplace::CutCellSolver solver({.cells = cells, .tolerance = tolerance});
   const auto solution = solver.solve(wire(12, 18e3, 0));
-  double pull = 0;  // on all spheres left of the gap; the half-disk is fixed
-  for (int i = 0; i < 12; ++i) pull += depth * solution.body_force[i].x;
+  double tension = 0;  // on all spheres left of the gap; the half-disk is fixed
+  for (int i = 0; i < 12; ++i) tension += depth * solution.body_force[i].x;
   const theory::DiskPair pair = {{{0, 0}, radius}, {{2 * radius + whole_gap, 0}, radius}, permittivity};
   const double alone = depth * norm(theory::force(pair, 18e3 * theory::capacitance(pair)));
   const theory::BrokenWire spheres = {n,    radius,       length,
                                       18e3, permittivity, 4 * std::numbers::pi * permittivity * radius};
-  report.at_most("on the left half", pull, {});
+  report.at_most("on the left half", tension, {});
   report.at_most("two disks alone", alone, {});
   report.at_most("D 4.13, spheres, the whole gap", theory::tension(spheres, whole_gap), {});
   report.at_most("close spheres at 18 kV", theory::close_spheres_attraction(radius, permittivity, whole_gap, 18e3), {});
@@ -117,7 +117,7 @@ void tensions(Report& report, int cells) {
 }  // namespace
 
 int validate(int argc, char** argv) {
-  const int cells = asked_for_long(argc, argv) ? 672 : 168;
+  const int cells = long_run_requested(argc, argv) ? 672 : 168;
   Report report("The broken wire: forces from the field, averaged over the positions of the gap");
   transverse_forces(report, cells);
   tensions(report, cells);

@@ -22,14 +22,14 @@ void run(Report& report, Scene scene) {
   Simulation simulation(scene);
   const double current =
       scene.effects.find<effects::CurrentSourceOptions>()->current * static_cast<double>(scene.conductors.size());
-  std::vector<double> unbalanced, misfed;
+  std::vector<double> unbalanced, injection_error;
   ConductorFrame frame = simulation.now();
   while (!simulation.stationary() && frame.time < scene.stop.time) {
     simulation.advance_to(frame.time + scene.output.every);
     frame = simulation.now();
-    const double fed = current * frame.time;
-    unbalanced.push_back((frame.charge_held + frame.charge_drained - frame.charge_fed) / fed);
-    misfed.push_back((frame.charge_fed - fed) / fed);
+    const double injected = current * frame.time;
+    unbalanced.push_back((frame.charge_held + frame.charge_drained - frame.charge_fed) / injected);
+    injection_error.push_back((frame.charge_fed - injected) / injected);
   }
   const Counters& counters = simulation.counters();
   report.section(fmt::format("{}: {} conductors, {} frames to t = {:.3g} s; {} contacts made, {} lost", scene.title,
@@ -37,7 +37,7 @@ void run(Report& report, Scene scene) {
                              counters.contacts_lost));
   // Compensated sums leave a few roundings of 1e-16; a plain sum would lose 1e-11.
   report.at_most("stored + collected - injected, fraction of injected", spread(unbalanced), 1e-12);
-  report.at_most("injected - N J t, fraction of N J t", spread(misfed), 1e-12);
+  report.at_most("injected - N J t, fraction of N J t", spread(injection_error), 1e-12);
   report.at_least("contacts made and lost (or nothing was tested)",
                   static_cast<double>(counters.contacts_made + counters.contacts_lost), 10);
 }
@@ -48,7 +48,7 @@ int validate(int argc, char** argv) {
   Report report("Charge balance of whole runs");
   const std::string scenes = source_folder() + "/scenes/";
   run(report, read_scene(scenes + "seedling.toml"));
-  if (asked_for_long(argc, argv)) {
+  if (long_run_requested(argc, argv)) {
     Scene dendrite = read_scene(scenes + "dendrite.toml");
     dendrite.field().cells = 256;
     run(report, std::move(dendrite));

@@ -4,7 +4,7 @@
 //
 //   d(field + kinetic + elastic) = supplied - dissipated.
 //
-// Each term has its own formula (src/mechanics/energy_book.hpp), so the remainder measures the error of the run. Its
+// Each term has its own formula (src/mechanics/energy_budget.hpp), so the remainder measures the error of the run. Its
 // bound: in a coupling step, the force error displaces a body by at most position_tolerance, with the work |F|
 // tolerance. The charge error is at most tolerance / radius of the largest charge, at the potential difference V:
 // energy Q V tolerance / radius. Both count once per step, with equal signs. The field solver's part is measured
@@ -12,8 +12,8 @@
 // of the same solver, as a fraction of the work.
 //
 // This allows a few per cent, which a missing term could fit. A missing term would not depend on the step. The
-// remainder due to the mean potential of a step (energy_book.hpp) decreases with the square of the number of steps. The
-// order of the remainder is therefore measured.
+// remainder due to the mean potential of a step (energy_budget.hpp) decreases with the square of the number of steps.
+// The order of the remainder is therefore measured.
 
 #include <memory>
 
@@ -171,7 +171,7 @@ int validate(int argc, char** argv) {
   Report report("Energy of a shuttle behind a resistor in a leaking fluid");
   shorter_steps(report, 96);
   run(report, 192, 1e-3 * radius);
-  if (asked_for_long(argc, argv)) run(report, 384, 1e-3 * radius);
+  if (long_run_requested(argc, argv)) run(report, 384, 1e-3 * radius);
   return report.exit_status();
 }
 

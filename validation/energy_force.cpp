@@ -29,7 +29,7 @@ LaplaceProblem scene(int cells, int disks, double least_gap) {
   problem.groups = {{.floating = false, .potential = 0.3}};
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> fraction(0, 1);
-  const auto place = [&](Disk disk) {
+  const auto add_disk = [&](Disk disk) {
     const double to_wall =
         std::min({disk.centre.x, disk.centre.y, cells - disk.centre.x, cells - disk.centre.y}) - disk.radius;
     const bool free = std::all_of(problem.bodies.begin(), problem.bodies.end(),
@@ -41,9 +41,9 @@ LaplaceProblem scene(int cells, int disks, double least_gap) {
   };
   while (static_cast<int>(problem.bodies.size()) <= disks) {
     const Disk first{{cells * fraction(random), cells * fraction(random)}, 6 + 3 * fraction(random)};
-    if (!place(first)) continue;
+    if (!add_disk(first)) continue;
     const double angle = 6.28 * fraction(random), radius = 6 + 3 * fraction(random);
-    place({first.centre + (first.radius + radius + least_gap) * Vec2{std::cos(angle), std::sin(angle)}, radius});
+    add_disk({first.centre + (first.radius + radius + least_gap) * Vec2{std::cos(angle), std::sin(angle)}, radius});
   }
   problem.bodies.back().group -= 1;
   problem.groups.pop_back();
@@ -103,7 +103,7 @@ void compare(Report& report, int cells, int disks, double least_gap) {
 }  // namespace
 
 int validate(int argc, char** argv) {
-  const bool is_long = asked_for_long(argc, argv);
+  const bool is_long = long_run_requested(argc, argv);
   const int cells = is_long ? 512 : 128, disks = is_long ? 60 : 10;
   Report report("Forces against differences of the energy");
   report.section("error as a fraction of the largest force");

@@ -77,8 +77,8 @@ Vec2 force_on_sides(const LaplaceProblem& problem, const Field& field) {
 
 int validate(int argc, char** argv) {
   const LaplaceProblem problem = scene();
-  const std::vector<double> sizes = asked_for_long(argc, argv) ? std::vector<double>{64, 128, 256, 512, 1024, 2048}
-                                                               : std::vector<double>{64, 128, 256, 512};
+  const std::vector<double> sizes = long_run_requested(argc, argv) ? std::vector<double>{64, 128, 256, 512, 1024, 2048}
+                                                                   : std::vector<double>{64, 128, 256, 512};
   Report report("Sum of the forces on bodies and sides");
   report.section("% of the largest force");
   std::vector<double> sum;

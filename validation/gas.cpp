@@ -152,11 +152,11 @@ void monopolar(Report& report, bool all) {
 
 // Energy and momentum balance.
 
-struct Book {
+struct EnergyBalance {
   double warm_up, after, momentum;
 };
 
-Book charged_run(double end, double accuracy, double step, int contact_steps) {
+EnergyBalance charged_run(double end, double accuracy, double step, int contact_steps) {
   Scene scene = cube(edge);
   scene.effects.add<effects::ViscoelasticContactOptions>();
   scene.effects.add(effects::CoulombOptions{.strength = 2.469, .accuracy = accuracy});
@@ -175,20 +175,21 @@ Book charged_run(double end, double accuracy, double step, int contact_steps) {
           momentum(run.gas.bodies()) / std::sqrt(2 * grains_of_a_gas * last.kinetic)};
 }
 
-void books(Report& report, bool all) {
+void energy_balances(Report& report, bool all) {
   report.section("energy balance of a charged gas that cools from T = 10 to t = 10, K Q^2 = 5e-5");
-  constexpr double asked = 1e-3;
-  const Book as_asked = charged_run(10, asked, 0.05, contact_steps_for(asked));
-  report.at_most("contact steps for an accuracy of 1e-3, warm-up: change over kinetic energy", as_asked.warm_up, asked);
-  report.at_most("residual, fraction of the dissipated energy", std::abs(as_asked.after), asked);
+  constexpr double requested = 1e-3;
+  const EnergyBalance at_requested = charged_run(10, requested, 0.05, contact_steps_for(requested));
+  report.at_most("contact steps for an accuracy of 1e-3, warm-up: change over kinetic energy", at_requested.warm_up,
+                 requested);
+  report.at_most("residual, fraction of the dissipated energy", std::abs(at_requested.after), requested);
   // Second order in the step: 1/8 of the previous error.
   constexpr int usual = 45;
-  const Book book = charged_run(10, asked, 0.05, usual);
-  report.at_most("45 steps a contact, warm-up: change over kinetic energy", book.warm_up, 1e-4);
-  report.at_most("residual, fraction of the dissipated energy", std::abs(book.after), 1e-4);
-  report.at_most("momentum over thermal momentum", book.momentum, 1e-10);
+  const EnergyBalance balance = charged_run(10, requested, 0.05, usual);
+  report.at_most("45 steps a contact, warm-up: change over kinetic energy", balance.warm_up, 1e-4);
+  report.at_most("residual, fraction of the dissipated energy", std::abs(balance.after), 1e-4);
+  report.at_most("momentum over thermal momentum", balance.momentum, 1e-10);
   if (!all) return;
-  const auto show = [&](const std::string& what, const Book& b) {
+  const auto show = [&](const std::string& what, const EnergyBalance& b) {
     report.at_most(what, std::abs(b.after), std::nullopt, fmt::format("{:+.2e}", b.after));
   };
   show("steps of contacts halved", charged_run(10, 1e-3, 0.05, 2 * usual));
@@ -201,9 +202,9 @@ void books(Report& report, bool all) {
 }  // namespace
 
 int validate(int argc, char** argv) {
-  const bool all = asked_for_long(argc, argv);
+  const bool all = long_run_requested(argc, argv);
   Report report("Gases of a thousand grains");
-  books(report, all);
+  energy_balances(report, all);
   haff(report, all);
   monopolar(report, all);
   return report.exit_status();

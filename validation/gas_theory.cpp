@@ -106,13 +106,13 @@ void courses(Report& report) {
                    .impacts = laws,
                    .contact_value = contact_value(density)};
     std::vector<KineticState> found;
-    const double seconds = seconds_of([&] { found = kinetic_course(gas, times); });
+    const double seconds = seconds_of([&] { found = kinetic_evolution(gas, times); });
     report.at_most(fmt::format("K Q^2 = {:g}: seconds of processor", coupling), seconds, std::nullopt);
     for (std::size_t k = 0; k < times.size(); ++k)
       fmt::print("  t = {:<7g} T = {:<11.5g} n = {:<11.5g} <q^2>/Q^2 = {:<11.5g} B = {:.5g}\n", times[k],
                  found[k].temperature, found[k].density, found[k].charge_square, found[k].bjerrum);
     // There are no constants of motion. A run with fewer outputs must give the same final state within the tolerance.
-    const double again = kinetic_course(gas, std::span(times).last(1))[0].temperature;
+    const double again = kinetic_evolution(gas, std::span(times).last(1))[0].temperature;
     report.at_most("T at the end with one output over that with five - 1",
                    std::abs(again / found.back().temperature - 1), 1e-8);
   }
@@ -193,7 +193,7 @@ void stability(Report& report) {
 int validate(int argc, char** argv) {
   Report report("Theories of a gas of grains");
   closed_forms(report);
-  chance(report, asked_for_long(argc, argv));
+  chance(report, long_run_requested(argc, argv));
   courses(report);
   coagulation(report);
   stability(report);

@@ -36,9 +36,9 @@ LaplaceProblem disks(int count, double radius) {
   problem.size = {1, 1};
   problem.sides[bottom].kind = Side::Kind::electrode;
   std::mt19937_64 random(1);
-  std::uniform_real_distribution<double> place(2 * radius, 1 - 2 * radius);
+  std::uniform_real_distribution<double> coordinate(2 * radius, 1 - 2 * radius);
   while (static_cast<int>(problem.bodies.size()) < count) {
-    const Disk disk{{place(random), place(random)}, radius};
+    const Disk disk{{coordinate(random), coordinate(random)}, radius};
     const bool free =
         std::ranges::all_of(problem.bodies, [&](const Body& body) { return gap(disk, body.shape) > radius; });
     if (!free) continue;
@@ -100,7 +100,7 @@ Steps critical_steps(const Eigen::MatrixXd& c) {
 }  // namespace
 
 int validate(int argc, char** argv) {
-  const bool is_long = asked_for_long(argc, argv);
+  const bool is_long = long_run_requested(argc, argv);
   const int sites = is_long ? 192 : 96;
   // Each potential solve has sixteen times the sweeps of the source (4 n10). With the source's number, unconverged
   // potentials change the factors by up to 10 % for insulated sides and few disks.

@@ -4,9 +4,9 @@
 //   hard_cases          all cases except the ones below, 400 random scenes; seconds
 //   hard_cases long     10000 random scenes, N = 20000 at S = 4096, more positions; minutes
 
-#include "validation/hard_cases/crowds.hpp"
 #include "validation/hard_cases/gaps.hpp"
 #include "validation/hard_cases/grid.hpp"
+#include "validation/hard_cases/many_bodies.hpp"
 #include "validation/hard_cases/random_scenes.hpp"
 #include "validation/program.hpp"
 
@@ -15,11 +15,11 @@ namespace hard_cases_validation {
 using namespace lichtenberg::validation;
 
 int validate(int argc, char** argv) {
-  const bool is_long = asked_for_long(argc, argv);
+  const bool is_long = long_run_requested(argc, argv);
   Report report("Hard cases of the field");
   narrow_gaps(report, is_long);
   hard_for_the_grid(report, is_long);
-  hard_for_crowds(report, is_long);
+  hard_for_many_bodies(report, is_long);
   random_scenes(report, is_long ? 10000 : 400);
   return report.exit_status();
 }

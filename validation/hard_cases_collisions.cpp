@@ -55,10 +55,10 @@ struct Worst {
   double steps = 0, momentum = 0;
 };
 
-constexpr double way = 0.5e-3;  // m, distance of the surfaces at the start
+constexpr double initial_gap = 0.5e-3;  // m, distance of the surfaces at the start
 
 Scene head_on(const Collision& collision, int bystanders = 0) {
-  Scene scene = scene_of({{0.03, 0.05}, {0.03 + 2 * radius + way, 0.05}});
+  Scene scene = scene_of({{0.03, 0.05}, {0.03 + 2 * radius + initial_gap, 0.05}});
   scene.conductors[0].velocity = {0.5 * collision.speed, 0};
   scene.conductors[1].velocity = {-0.5 * collision.speed, 0};
   for (int i = 0; i < bystanders; ++i) {
@@ -79,7 +79,7 @@ void collide(Report& report, Worst& worst, const Collision& collision, int bysta
   Model model = effects::make_model(scene);
   const auto gap = [&] { return norm(position(model.bodies, 1) - position(model.bodies, 0)) - 2 * radius; };
   mechanics::Cvode cvode = mechanics::make_cvode(scene, model);
-  const double touch = way / collision.speed, duration = collision.duration();
+  const double touch = initial_gap / collision.speed, duration = collision.duration();
   cvode.advance(0, touch + 0.5 * duration);
   const double overlap = -gap();
   cvode.advance(touch + 0.5 * duration, touch + 2 * duration);
@@ -124,14 +124,14 @@ void with_a_field(Report& report) {
     scene.conductors[0].charge = 1e-12;
     scene.mechanics.coupling = coupling;
     Simulation simulation(scene, no_forces());
-    simulation.advance_to(2 * way / collision.speed + collision.duration());
+    simulation.advance_to(2 * initial_gap / collision.speed + collision.duration());
     const ConductorFrame frame = simulation.now();
     const Counters& counters = simulation.counters();
     const double energy = (norm2(frame.velocity[0]) + norm2(frame.velocity[1])) / 200;
     // At most 400 steps, as above, in each of the three intervals between two events.
     report.at_most(name_of(coupling) + ": energy", std::abs(energy - 1), 2 * 3 * 400 * error_a_step(scene, 10));
     report.at_most(name_of(coupling) + ": gap at the end, where it was",
-                   std::abs(norm(frame.position[1] - frame.position[0]) - 2 * radius - way) / way,
+                   std::abs(norm(frame.position[1] - frame.position[0]) - 2 * radius - initial_gap) / initial_gap,
                    3 * 400 * error_a_step(scene, 10));
     report.at_most(name_of(coupling) + ": contacts made, deviation from one", std::abs(counters.contacts_made - 1.0),
                    0);
@@ -167,17 +167,18 @@ std::vector<double> verlet(std::vector<double> x, std::vector<double> v, double 
 /// last.
 void struck_chain(Report& report, double young, double speed) {
   const Collision collision{young, speed};
-  std::vector<Vec2> places;
+  std::vector<Vec2> positions;
   std::vector<double> x, v(20);
   for (int i = 0; i < 20; ++i) {
-    x.push_back(0.01 + 2 * radius * i - (i == 0 ? way : 0));
-    places.push_back({x.back(), 0.05});
+    x.push_back(0.01 + 2 * radius * i - (i == 0 ? initial_gap : 0));
+    positions.push_back({x.back(), 0.05});
   }
   v[0] = speed;
-  Scene scene = scene_of(places);
+  Scene scene = scene_of(positions);
   scene.conductors[0].velocity = {speed, 0};
   scene.effects.add(effects::HertzContactOptions{.young = young, .poisson = 0.3});
-  const double end = way / speed + 40 * collision.duration();  // the wave passes a sphere in half a contact's duration
+  const double end =
+      initial_gap / speed + 40 * collision.duration();  // the wave passes a sphere in half a contact's duration
   Model model = effects::make_model(scene);
   mechanics::Cvode cvode = mechanics::make_cvode(scene, model);
   cvode.advance(0, end);
@@ -200,9 +201,9 @@ void struck_chain(Report& report, double young, double speed) {
 /// A chain in oil under a load from both ends until it rests: every contact carries the whole force F = k
 /// overlap^(3/2).
 void pressed_chain(Report& report, double young, double force, FieldCoupling coupling) {
-  std::vector<Vec2> places;
-  for (int i = 0; i < 20; ++i) places.push_back({0.01 + 2 * radius * i, 0.05});
-  Scene scene = scene_of(places);
+  std::vector<Vec2> positions;
+  for (int i = 0; i < 20; ++i) positions.push_back({0.01 + 2 * radius * i, 0.05});
+  Scene scene = scene_of(positions);
   scene.effects.add<effects::FloatingConductorsOptions>();
   scene.effects.add(effects::ContactDischargeOptions{.gap = 0.1 * radius, .hysteresis = 0.05});
   scene.effects.add<effects::StokesDragOptions>();
@@ -225,7 +226,7 @@ void pressed_chain(Report& report, double young, double force, FieldCoupling cou
 }
 
 /// Two overlapping spheres are released from rest: the elastic energy becomes kinetic energy.
-void let_go(Report& report) {
+void released_overlap(Report& report) {
   Scene scene = scene_of({{0.05, 0.05}, {0.05 + 1.9 * radius, 0.05}});
   scene.effects.add(effects::HertzContactOptions{.young = 1e8, .poisson = 0.3});
   Model model = effects::make_model(scene);
@@ -257,7 +258,7 @@ void too_soft(Report& report, Integrator integrator, bool wall) {
 }  // namespace
 
 int validate(int argc, char** argv) {
-  const bool all = asked_for_long(argc, argv);
+  const bool all = long_run_requested(argc, argv);
   Report report("Elastic contacts at their limits: errors as fractions");
   collisions(report, all);
   with_a_field(report);
@@ -269,7 +270,7 @@ int validate(int argc, char** argv) {
     pressed_chain(report, 200e9, 0.1, coupling);
   }
   report.section("An overlap at the start, and overlaps too deep");
-  let_go(report);
+  released_overlap(report);
   for (const Integrator integrator : {Integrator::cvode, Integrator::euler})
     for (const bool wall : {false, true}) too_soft(report, integrator, wall);
   return report.exit_status();

@@ -89,12 +89,12 @@ Bounces bounce(Simulation& simulation, double end, int frames, double scale) {
 /// overlap / v, followed by D + g at w, plus (1 - v / w) tau for the initial lack of speed.
 double crossing_time(double between, double gap) {
   const double w = Plates::terminal, tau = relaxation;
-  const auto way = [&](double t) { return 2 * w * tau * -std::expm1(-t / tau) - w * t; };
+  const auto displacement = [&](double t) { return 2 * w * tau * -std::expm1(-t / tau) - w * t; };
   double before = 0, after = tau * std::numbers::ln2;
-  if (way(after) <= gap) return between / w + 2 * tau;
+  if (displacement(after) <= gap) return between / w + 2 * tau;
   for (int k = 0; k < 100; ++k) {
     const double middle = 0.5 * (before + after);
-    (way(middle) < gap ? before : after) = middle;
+    (displacement(middle) < gap ? before : after) = middle;
   }
   const double speed = w * (2 * std::exp(-before / tau) - 1);
   const double k = 4.0 / 3.0 * effects::contact_modulus({200e9, 0.3}, {200e9, 0.3}) * std::sqrt(radius);
@@ -114,8 +114,8 @@ void thousand_bounces(Report& report, FieldCoupling coupling, double contact_gap
   const Bounces bounces = bounce(simulation, end, 5 * contacts, Plates::q);
   const auto made = static_cast<double>(bounces.counters.contacts_made);
   const double from_the_next = contact_gap + 0.5 * crossing * w, up = contacts % 2 == 0 ? 1 : -1;
-  const double place = up > 0 ? height - radius - from_the_next : radius + from_the_next;
-  const double off = std::abs(bounces.end.position[0].y - place);
+  const double expected_position = up > 0 ? height - radius - from_the_next : radius + from_the_next;
+  const double off = std::abs(bounces.end.position[0].y - expected_position);
   const std::string name = fmt::format("{}, contact at {:g} R: ", name_of(coupling), contact_gap / radius);
   report.at_most(name + "imbalance, fraction of the charge", bounces.unbalanced, 1e-12);
   report.at_most(name + fmt::format("contacts beside {}", contacts), std::abs(made - contacts), 0);
@@ -321,7 +321,7 @@ void trap(Report& report, FieldCoupling coupling) {
 }  // namespace
 
 int validate(int argc, char** argv) {
-  const bool all = asked_for_long(argc, argv);
+  const bool all = long_run_requested(argc, argv);
   Report report("Charges at their limits in time");
   report.section("A conductor that bounces between two plates");
   thousand_bounces(report, FieldCoupling::split, radius, 1000);

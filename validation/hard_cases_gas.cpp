@@ -59,8 +59,8 @@ void dipoles(Report& report, bool all) {
                    conservative ? std::optional(2e-3) : std::nullopt);
   }
   report.section("dipoles near where they grow without end");
-  const std::vector<double> place = {0, 0, 0}, none = {0};
-  const periodic::Sources grain{{7, 7, 1}, place, none};
+  const std::vector<double> position = {0, 0, 0}, none = {0};
+  const periodic::Sources grain{{7, 7, 1}, position, none};
   periodic::Ewald ewald(1e-14);
   const periodic::DipoleField chain = periodic::field_by(ewald, grain, {}, parallel::Team::single());
   double worst = 0;
@@ -75,8 +75,8 @@ void dipoles(Report& report, bool all) {
 
 void sums(Report& report) {
   report.section("sums");
-  const std::vector<double> place = {1, 2, 3}, charge = {1};
-  const periodic::Sources lone{{5, 5, 5}, place, charge};
+  const std::vector<double> position = {1, 2, 3}, charge = {1};
+  const periodic::Sources lone{{5, 5, 5}, position, charge};
   periodic::Response response;
   std::vector<double> energies;
   for (const double alpha : {0.8, 1.2, 1.6}) {
@@ -333,7 +333,7 @@ void charges(Report& report, bool all) {
   report.section("charges");
   Scene scene = viscoelastic(5);
   scene.effects.add(effects::ChargeExchangeOptions{.model = effects::ExchangeModel::contact_area});
-  scene.effects.add(effects::GasDragOptions{.stokes = 1, .speed = 5, .hold = 0.1});
+  scene.effects.add(effects::GasDragOptions{.stokes = 1, .speed = 5, .correlation_time = 0.1});
   add_gas(scene, 60, 4.9, 1);
   Run run(scene);
   double exchanges = 0;
@@ -389,7 +389,7 @@ void charges(Report& report, bool all) {
 double driven_temperature(double step, double hold) {
   constexpr int n = 500;
   Scene scene = viscoelastic(600);
-  scene.effects.add(effects::GasDragOptions{.stokes = 1, .speed = 1, .hold = hold});
+  scene.effects.add(effects::GasDragOptions{.stokes = 1, .speed = 1, .correlation_time = hold});
   scene.mechanics.step = step;
   add_gas(scene, n, 600, 0);
   Run run(scene);
@@ -438,11 +438,11 @@ void bits(Report& report) {
 }  // namespace
 
 int validate(int argc, char** argv) {
-  const bool all = asked_for_long(argc, argv);
-  const std::vector<std::string_view> asked(argv + (all ? 2 : 1), argv + argc);
+  const bool all = long_run_requested(argc, argv);
+  const std::vector<std::string_view> requested(argv + (all ? 2 : 1), argv + argc);
   Report report("Gases of charged grains at their limits");
   const auto run = [&](std::string_view name, const auto& section) {
-    if (asked.empty() || std::ranges::find(asked, name) != asked.end()) section();
+    if (requested.empty() || std::ranges::find(requested, name) != requested.end()) section();
   };
   run("sums", [&] { sums(report); });
   run("dipoles", [&] { dipoles(report, all); });

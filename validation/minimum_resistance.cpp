@@ -127,10 +127,10 @@ method = "multipole"
 stationary = false
 )";
   std::mt19937_64 random(3);
-  std::uniform_real_distribution<double> place(0.003, 0.017);
+  std::uniform_real_distribution<double> coordinate(0.003, 0.017);
   std::vector<Vec2> placed;
   while (static_cast<int>(placed.size()) < count) {
-    const Vec2 p{place(random), place(random)};
+    const Vec2 p{coordinate(random), coordinate(random)};
     if (!std::ranges::all_of(placed, [&](Vec2 other) { return norm(p - other) > 3.5 * 0.775e-3; })) continue;
     placed.push_back(p);
     text += fmt::format("[[conductor]]\nposition = [{}, {}]\nradius = 0.775e-3\n", p.x, p.y);
@@ -199,7 +199,7 @@ void least_power(Report& report) {
 
 int validate(int argc, char** argv) {
   Report report("Minimum resistance, minimum power (D chapter 3)");
-  for (const int cells : asked_for_long(argc, argv) ? std::vector<int>{256, 512, 1024} : std::vector<int>{256})
+  for (const int cells : long_run_requested(argc, argv) ? std::vector<int>{256, 512, 1024} : std::vector<int>{256})
     pair_law(report, cells);
   pair_trajectory(report);
   many_conductors(report);

@@ -141,8 +141,8 @@ def drawn_value(dice, before):
         value = before * factor
         return Raw(str(int(value)) if isinstance(before, int) and abs(value) < 1e18 else repr(value))
     if isinstance(before, list) and before and dice.random() < 0.6:
-        place = dice.randrange(len(before))
-        return [drawn_value(dice, value) if k == place else value for k, value in enumerate(before)]
+        index = dice.randrange(len(before))
+        return [drawn_value(dice, value) if k == index else value for k, value in enumerate(before)]
     if isinstance(before, str) and dice.random() < 0.5:
         return Raw(dice.choice(WORDS))
     return Raw(dice.choice(dice.choice((NUMBERS, NUMBERS, NUMBERS, LISTS, WORDS, OTHERS))))

@@ -45,7 +45,8 @@ double between(const Eigen::MatrixXd& links, int i, int j) {
 Eigen::MatrixXd model(const ContactedDisk& disk) {
   network::Particle particle{.radius = 1};
   for (const double angle : disk.at) particle.contacts.push_back({std::cos(angle), std::sin(angle), 0});
-  return network::resistor_model("disk").particle({.sheet_resistance = 1, .spot = std::sin(disk.half_angle)}, particle);
+  return network::resistor_model("disk").particle({.sheet_resistance = 1, .contact_radius = std::sin(disk.half_angle)},
+                                                  particle);
 }
 
 /// Returns the exact resistance of two contacts: K(1 - m) / K(m) with the cross-ratio m = (sin eps / sin(theta / 2))^2.
@@ -174,10 +175,10 @@ void field_solver(Report& report) {
     }
     // Half-disks of ten cells have an error of .1 %, the strip instead of a half-disk b^2 = .04 %, and the model 0.1
     // eps^2, eps^2 = 1.1 %.
-    const double of_field = 1e-3 + b * b, of_model = 0.1 * eps * eps;
+    const double field_error = 1e-3 + b * b, model_error = 0.1 * eps * eps;
     const double field = in_box(contacts, from, to, b, 512);
-    report.at_most(what + ", spectral", relative(between(spectral(disk, 12), i, j), field), of_field);
-    report.at_most(what + ", model", relative(between(model(disk), i, j), field), of_field + of_model);
+    report.at_most(what + ", spectral", relative(between(spectral(disk, 12), i, j), field), field_error);
+    report.at_most(what + ", model", relative(between(model(disk), i, j), field), field_error + model_error);
   };
   compare("two, left and right", {0, 2}, 0, 2);
   compare("two, left and bottom", {0, 1}, 0, 1);

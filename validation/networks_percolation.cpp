@@ -163,7 +163,7 @@ void conductivity(Report& report, const std::vector<int>& sides, int samples) {
 int validate(int argc, char** argv) {
   Report report("Percolation on the square lattice");
   threshold(report);
-  if (asked_for_long(argc, argv))
+  if (long_run_requested(argc, argv))
     conductivity(report, {16, 32, 64, 128, 256}, 100000);
   else
     conductivity(report, {8, 16, 32}, 20000);

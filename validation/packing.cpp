@@ -150,13 +150,13 @@ double smallest_eigenvalue(const Result& r) {
   model.bodies.position = r.bodies.position;
   ForceJacobian jacobian(d);
   model.jacobian(0, jacobian);
-  std::vector<int> place(n, -1);
+  std::vector<int> index(n, -1);
   int kept = 0;
   for (int i = 0; i < n; ++i)
-    if (!r.packing.rattler[i]) place[i] = kept++;
+    if (!r.packing.rattler[i]) index[i] = kept++;
   Eigen::MatrixXd hessian = Eigen::MatrixXd::Zero(kept * d, kept * d);
   for (const ForceJacobian::Entry& e : jacobian.by_position) {
-    const int i = place[e.row / d], j = place[e.column / d];
+    const int i = index[e.row / d], j = index[e.column / d];
     if (i >= 0 && j >= 0) hessian(i * d + e.row % d, j * d + e.column % d) -= e.value;
   }
   return symmetric_eigenvalues(hessian)(0);
@@ -245,7 +245,7 @@ int validate(int argc, char** argv) {
   check_derivatives(report);
   check_every_method(report, 2, 100, 0.92);
   check_every_method(report, 3, 100, 0.72);
-  if (asked_for_long(argc, argv)) {
+  if (long_run_requested(argc, argv)) {
     check_every_method(report, 2, 400, 0.9);
     check_every_method(report, 3, 400, 0.72);
   }

@@ -55,13 +55,13 @@ void constants(Report& report) {
   report.section("constants, relative error");
   report.at_most("Madelung's constant of NaCl, 1.7475645946331822",
                  relative(by_ewald(rock_salt()).energy / 4, -1.7475645946331822), rounding);
-  const Crowd caesium_chloride = lattice(1, {{0, 0, 0}, {0.5, 0.5, 0.5}}, {1, -1});
+  const SourceSet caesium_chloride = lattice(1, {{0, 0, 0}, {0.5, 0.5, 0.5}}, {1, -1});
   report.at_most("of CsCl, 1.7626747730709884",
                  relative(std::sqrt(0.75) * by_ewald(caesium_chloride).energy, -1.7626747730709884), rounding);
-  const Crowd charge = lattice(1, {{0.1, 0.2, 0.3}}, {1});
+  const SourceSet charge = lattice(1, {{0.1, 0.2, 0.3}}, {1});
   report.at_most("one charge in its background, -2.8372974794806195",
                  relative(2 * by_ewald(charge).energy, -2.8372974794806195), rounding);
-  Crowd dipole = lattice(1, {{0.1, 0.2, 0.3}}, {0});
+  SourceSet dipole = lattice(1, {{0.1, 0.2, 0.3}}, {0});
   dipole.dipole = {0, 0, 1};
   report.at_most("an isolated dipole's own field, 4 pi / 3", relative(by_ewald(dipole).field[2], 4 * pi / 3), rounding);
 }
@@ -77,10 +77,10 @@ void twenty_charges(Report& report) {
   std::ifstream file(source_folder() + "/validation/data/periodic/ewald20.json");
   const nlohmann::json exact = nlohmann::json::parse(file);
   const double length = exact["length"];
-  const Crowd crowd{{length, length, length}, numbers(exact["position"]), numbers(exact["charge"])};
+  const SourceSet sources{{length, length, length}, numbers(exact["position"]), numbers(exact["charge"])};
   report.section("twenty charges, 23 digits");
   for (const double alpha : {0.0, 7.0 / length, 13.7 / length}) {
-    const Response response = by_ewald(crowd, 1e-15, alpha);
+    const Response response = by_ewald(sources, 1e-15, alpha);
     const std::string name = alpha == 0 ? "alpha chosen" : fmt::format("alpha L = {:.1f}", alpha * length);
     report.at_most(name + ": potentials", largest_difference(response.potential, numbers(exact["potential"])),
                    rounding);
@@ -94,11 +94,11 @@ void twenty_charges(Report& report) {
 void splitting(Report& report) {
   report.section("alpha from 1.5 to 8, in a box of 1 x 1.25 x .75; relative");
   for (const bool dipoles : {false, true}) {
-    const Crowd crowd = random_crowd(30, {1, 1.25, 0.75}, 0.05, dipoles, 1);
-    const Response expected = by_ewald(crowd, 1e-14, 3);
+    const SourceSet sources = random_sources(30, {1, 1.25, 0.75}, 0.05, dipoles, 1);
+    const Response expected = by_ewald(sources, 1e-14, 3);
     std::vector<double> potential, force, energy;
     for (const double alpha : {1.5, 5.0, 8.0}) {
-      const Response response = by_ewald(crowd, 1e-14, alpha);
+      const Response response = by_ewald(sources, 1e-14, alpha);
       potential.push_back(relative(response.potential, expected.potential));
       force.push_back(relative(response.force, expected.force));
       energy.push_back(relative(response.energy, expected.energy));
@@ -120,13 +120,13 @@ double off_estimate(double alpha, const CutOff& cut_off, const Estimate& estimat
   double measured2 = 0;
   constexpr int samples = 4, n = 200;
   for (int seed = 0; seed < samples; ++seed) {
-    Crowd crowd = random_crowd(n, {1, 1, 1}, 0, false, 10 + seed);
-    for (double& q : crowd.charge) q = q > 0 ? 1 : -1;
-    Splitting split = splitting_for(crowd, 1e-13, alpha);
+    SourceSet sources = random_sources(n, {1, 1, 1}, 0, false, 10 + seed);
+    for (double& q : sources.charge) q = q > 0 ? 1 : -1;
+    Splitting split = splitting_for(sources, 1e-13, alpha);
     Ewald exact(split);
     cut_off(split);
     Ewald cut(split);
-    measured2 += std::pow(rms_difference(evaluated(cut, crowd).force, evaluated(exact, crowd).force), 2) / samples;
+    measured2 += std::pow(rms_difference(evaluated(cut, sources).force, evaluated(exact, sources).force), 2) / samples;
   }
   return 100 * std::abs(std::sqrt(measured2) / estimate(n) - 1);
 }
@@ -153,29 +153,29 @@ void estimates(Report& report) {
 }
 
 /// Returns a dense ball of grains of diameter 1 with charges of both signs, in a much larger box.
-Crowd cluster(double length) {
-  const Crowd random = random_crowd(400, {1, 1, 1}, 0, false, 20);
-  Crowd crowd{.lengths = {length, length, length}};
+SourceSet cluster(double length) {
+  const SourceSet random = random_sources(400, {1, 1, 1}, 0, false, 20);
+  SourceSet sources{.lengths = {length, length, length}};
   for (int x = -4; x <= 4; ++x)
     for (int y = -4; y <= 4; ++y)
       for (int z = -4; z <= 4; ++z) {
         if ((x + y + z) % 2 != 0 || x * x + y * y + z * z > 12) continue;
-        for (const int k : {x, y, z}) crowd.position.push_back(k / std::sqrt(2.0));
-        crowd.charge.push_back(random.charge[crowd.charge.size()]);
+        for (const int k : {x, y, z}) sources.position.push_back(k / std::sqrt(2.0));
+        sources.charge.push_back(random.charge[sources.charge.size()]);
       }
-  return crowd;
+  return sources;
 }
 
 void accuracy(Report& report) {
   report.section("largest field error over the requested error, in units of q / d^2");
   for (const bool clustered : {false, true}) {
-    const Crowd crowd = clustered ? cluster(12) : random_crowd(150, {12, 12, 12}, 1, false, 21);
-    const Response exact = by_ewald(crowd, 1e-15);
-    const double unit = std::pow(crowd.size() / Sources(crowd).volume(), 2.0 / 3);
+    const SourceSet sources = clustered ? cluster(12) : random_sources(150, {12, 12, 12}, 1, false, 21);
+    const Response exact = by_ewald(sources, 1e-15);
+    const double unit = std::pow(sources.size() / Sources(sources).volume(), 2.0 / 3);
     for (const double tolerance : {1e-3, 1e-6, 1e-9, 1e-12})
-      report.at_most(fmt::format("{} {}, asked for {:.0e}", crowd.size(),
+      report.at_most(fmt::format("{} {}, asked for {:.0e}", sources.size(),
                                  clustered ? "in a cluster" : "at random places", tolerance),
-                     largest_difference(by_ewald(crowd, tolerance).field, exact.field) / unit / tolerance, 1);
+                     largest_difference(by_ewald(sources, tolerance).field, exact.field) / unit / tolerance, 1);
   }
 }
 
@@ -189,34 +189,34 @@ const std::pair<DipoleSum, std::string> variants[] = {{DipoleSum::ewald, "ewald"
 /// Returns the largest deviation of the forces from fourth-order energy differences with displacements of 2e-3
 /// diameters, relative to the largest force.
 template <class Evaluate>
-double slope_error(Crowd crowd, const Evaluate& evaluate) {
-  const std::vector<double> force = evaluate(crowd).force;
+double slope_error(SourceSet sources, const Evaluate& evaluate) {
+  const std::vector<double> force = evaluate(sources).force;
   double worst = 0;
   for (std::size_t k = 0; k < force.size(); ++k)
     worst = std::max(
-        worst, std::abs(energy_slope(crowd.position[k], 2e-3, [&] { return evaluate(crowd).energy; }) + force[k]));
+        worst, std::abs(energy_slope(sources.position[k], 2e-3, [&] { return evaluate(sources).energy; }) + force[k]));
   return worst / largest(force);
 }
 
-Response with_induced(const Crowd& crowd, DipoleSum variant, double polarizability = 0.075) {
+Response with_induced(const SourceSet& sources, DipoleSum variant, double polarizability = 0.075) {
   Ewald ewald(1e-14);
   Response response;
   std::vector<double> dipole;
-  InducedDipoles(ewald, variant, polarizability, 1e-13).evaluate(crowd, {}, alone, dipole, response);
+  InducedDipoles(ewald, variant, polarizability, 1e-13).evaluate(sources, {}, alone, dipole, response);
   return response;
 }
 
 /// Returns the asymmetry of the force derivatives, dF_i/dx_k - dF_k/dx_i, relative to the largest derivative.
-double crosswise(Crowd crowd, DipoleSum variant) {
-  const std::size_t n = crowd.position.size();
+double crosswise(SourceSet sources, DipoleSum variant) {
+  const std::size_t n = sources.position.size();
   const double step = 1e-4;
   std::vector<std::vector<double>> slope(n);
   for (std::size_t k = 0; k < n; ++k) {
-    const double at = std::exchange(crowd.position[k], crowd.position[k] + step);
-    slope[k] = with_induced(crowd, variant).force;
-    crowd.position[k] = at - step;
-    const std::vector<double> below = with_induced(crowd, variant).force;
-    crowd.position[k] = at;
+    const double at = std::exchange(sources.position[k], sources.position[k] + step);
+    slope[k] = with_induced(sources, variant).force;
+    sources.position[k] = at - step;
+    const std::vector<double> below = with_induced(sources, variant).force;
+    sources.position[k] = at;
     for (std::size_t i = 0; i < n; ++i) slope[k][i] = (slope[k][i] - below[i]) / (2 * step);
   }
   double difference = 0, most = 0;
@@ -233,13 +233,15 @@ void slopes(Report& report) {
   // step^4 / 30 times the fifth derivative of 1/r, 120 / r^6 (of 1/r^3 2520 / r^8), of grains .9 apart: 1e-10 and 3e-9.
   const Vec3 box{4, 4.5, 5};
   report.at_most("8 charges",
-                 slope_error(random_crowd(8, box, 0.9, false, 8), [](const Crowd& c) { return by_ewald(c); }), 1e-9);
+                 slope_error(random_sources(8, box, 0.9, false, 8), [](const SourceSet& c) { return by_ewald(c); }),
+                 1e-9);
   report.at_most("8 charges with dipoles",
-                 slope_error(random_crowd(8, box, 0.9, true, 8), [](const Crowd& c) { return by_ewald(c); }), 5e-9);
-  const Crowd grains = random_crowd(8, box, 0.9, false, 8);
+                 slope_error(random_sources(8, box, 0.9, true, 8), [](const SourceSet& c) { return by_ewald(c); }),
+                 5e-9);
+  const SourceSet grains = random_sources(8, box, 0.9, false, 8);
   for (const auto& [variant, name] : variants) {
     const bool conservative = variant != DipoleSum::source;
-    const auto evaluate = [v = variant](const Crowd& crowd) { return with_induced(crowd, v); };
+    const auto evaluate = [v = variant](const SourceSet& sources) { return with_induced(sources, v); };
     report.at_most("induced dipoles, A = .075, " + name, slope_error(grains, evaluate),
                    conservative ? std::optional(1e-9) : std::nullopt);
     // step^2 / 6 times the energy's fourth derivative, 24 / .9^5, over its second, 2 / .9^3.
@@ -256,7 +258,8 @@ void slopes(Report& report) {
 void induced(Report& report) {
   report.section("induced dipoles against closed sums, relative");
   const double sum = 4 * 1.2020569031595942;
-  Crowd grain{.lengths = {7, 7, 1}, .position = {0, 0, 0}, .charge = {0}};  // the field of other rows is exp(-14 pi)
+  SourceSet grain{
+      .lengths = {7, 7, 1}, .position = {0, 0, 0}, .charge = {0}};  // the field of other rows is exp(-14 pi)
   Ewald ewald(1e-14);
   const DipoleField chain = field_by(ewald, grain, {}, alone);
   for (const double polarizability : {0.005, 0.075, 0.12, 0.2}) {
@@ -268,22 +271,23 @@ void induced(Report& report) {
   }
   report.at_most("touching chain: largest A, 1 / (4 zeta(3))", relative(largest_polarizability(chain, 1), 1 / sum),
                  1e-9);
-  const Crowd packed = lattice(std::sqrt(2.0), {{0, 0, 0}, {0, 0.5, 0.5}, {0.5, 0, 0.5}, {0.5, 0.5, 0}}, {0, 0, 0, 0});
+  const SourceSet packed =
+      lattice(std::sqrt(2.0), {{0, 0, 0}, {0, 0.5, 0.5}, {0.5, 0, 0.5}, {0.5, 0.5, 0}}, {0, 0, 0, 0});
   report.at_most("dense packing (fcc): largest A, 3 / (4 pi sqrt(2))",
                  relative(largest_polarizability(field_by(ewald, packed, {}, alone), 4), 3 / (4 * pi * std::sqrt(2.0))),
                  1e-9);
 }
 
-void make_neutral(Crowd& crowd) {
+void make_neutral(SourceSet& sources) {
   double sum = 0;
-  for (const double q : crowd.charge) sum += q;
-  for (double& q : crowd.charge) q -= sum / crowd.size();
+  for (const double q : sources.charge) sum += q;
+  for (double& q : sources.charge) q -= sum / sources.size();
 }
 
 /// Returns the evaluations of the dipoles' field per step at a tolerance of 1e-4: from a zero initial guess, and from
 /// the predictor's. Grains move by `stride` in fixed directions per step.
-std::pair<double, double> applications_a_step(Crowd crowd, double stride) {
-  const Crowd velocity = random_crowd(crowd.size(), {1, 1, 1}, 0, true, 22);
+std::pair<double, double> applications_a_step(SourceSet sources, double stride) {
+  const SourceSet velocity = random_sources(sources.size(), {1, 1, 1}, 0, true, 22);
   Ewald ewald(1e-6);
   const InducedDipoles induced(ewald, DipoleSum::ewald, 0.075, 1e-4);
   DipolePredictor predictor;
@@ -292,11 +296,11 @@ std::pair<double, double> applications_a_step(Crowd crowd, double stride) {
   constexpr int steps = 12, first = 4;  // the predictor's history is complete from then on
   for (int step = 0; step < steps; ++step) {
     std::vector<double> none, dipole = predictor.predict();
-    if (step >= first) cold += induced.evaluate(crowd, {}, alone, none, response);
-    const int applications = induced.evaluate(crowd, {}, alone, dipole, response);
+    if (step >= first) cold += induced.evaluate(sources, {}, alone, none, response);
+    const int applications = induced.evaluate(sources, {}, alone, dipole, response);
     if (step >= first) predicted += applications;
     predictor.keep(dipole);
-    for (std::size_t k = 0; k < crowd.position.size(); ++k) crowd.position[k] += stride * velocity.dipole[k];
+    for (std::size_t k = 0; k < sources.position.size(); ++k) sources.position[k] += stride * velocity.dipole[k];
   }
   return {cold / (steps - first), predicted / (steps - first)};
 }
@@ -304,9 +308,9 @@ std::pair<double, double> applications_a_step(Crowd crowd, double stride) {
 void predictor(Report& report) {
   report.section("fields of dipoles a step at A = .075, tolerance 1e-4");
   for (const bool clustered : {false, true}) {
-    const Crowd crowd = clustered ? cluster(12) : random_crowd(80, {9, 9, 9}, 1, false, 23);
+    const SourceSet sources = clustered ? cluster(12) : random_sources(80, {9, 9, 9}, 1, false, 23);
     for (const double stride : {0.005, 0.0005}) {
-      const auto [cold, predicted] = applications_a_step(crowd, stride);
+      const auto [cold, predicted] = applications_a_step(sources, stride);
       const std::string name = fmt::format("{}, {} diameters a step", clustered ? "cluster" : "gas", stride);
       report.at_most(name + ": without a start", cold, std::nullopt);
       report.at_most(name + ": from the predictor's", predicted, cold - 1);  // the predictor must save evaluations
@@ -318,8 +322,8 @@ void predictor(Report& report) {
 
 /// Grains of diameter 1 with elastic contacts (Hertz, 278.6 xi^(3/2)), charges of +-1 and polarizability A = .075.
 struct Elastic {
-  Crowd crowd = random_crowd(50, {7, 7, 7}, 1, false, 30);
-  std::vector<double> velocity = random_crowd(50, {1, 1, 1}, 0, true, 31).dipole;  // variance 1/3 per component
+  SourceSet sources = random_sources(50, {7, 7, 7}, 1, false, 30);
+  std::vector<double> velocity = random_sources(50, {1, 1, 1}, 0, true, 31).dipole;  // variance 1/3 per component
 
   double kinetic() const {
     double sum = 0;
@@ -328,11 +332,11 @@ struct Elastic {
   }
 };
 
-void add_contacts(const Crowd& crowd, Response& response) {
-  const Sources sources = crowd;
-  for (int i = 0; i < crowd.size(); ++i)
-    for (int j = i + 1; j < crowd.size(); ++j) {
-      const Vec3 r = nearest_image(sources.place(j) - sources.place(i), crowd.lengths);
+void add_contacts(const SourceSet& sources, Response& response) {
+  const Sources view = sources;
+  for (int i = 0; i < sources.size(); ++i)
+    for (int j = i + 1; j < sources.size(); ++j) {
+      const Vec3 r = nearest_image(view.position_of(j) - view.position_of(i), sources.lengths);
       const double overlap = 1 - norm(r);
       if (!(overlap > 0)) continue;
       response.energy += 0.4 * 278.6 * std::pow(overlap, 2.5);
@@ -351,16 +355,16 @@ struct Drift {
 /// Integrates by velocity Verlet; the dipoles of each step start from the predictor's.
 Drift energy_drift(DipoleSum variant, double tolerance, int steps) {
   Elastic gas;
-  for (int i = 0; i < gas.crowd.size(); ++i) gas.crowd.charge[i] = i % 2 == 0 ? 1 : -1;
+  for (int i = 0; i < gas.sources.size(); ++i) gas.sources.charge[i] = i % 2 == 0 ? 1 : -1;
   Ewald ewald(1e-8);
   const InducedDipoles induced(ewald, variant, 0.075, tolerance);
   DipolePredictor predictor;
   const auto evaluate = [&] {
     Response response;
     std::vector<double> dipole = predictor.predict();
-    induced.evaluate(gas.crowd, {}, alone, dipole, response);
+    induced.evaluate(gas.sources, {}, alone, dipole, response);
     predictor.keep(dipole);
-    add_contacts(gas.crowd, response);
+    add_contacts(gas.sources, response);
     return response;
   };
   Response at = evaluate();
@@ -369,7 +373,7 @@ Drift energy_drift(DipoleSum variant, double tolerance, int steps) {
   for (int step = 0; step < steps; ++step) {
     for (std::size_t k = 0; k < gas.velocity.size(); ++k) {
       gas.velocity[k] += 0.5 * dt * at.force[k];
-      gas.crowd.position[k] += dt * gas.velocity[k];
+      gas.sources.position[k] += dt * gas.velocity[k];
     }
     at = evaluate();
     for (std::size_t k = 0; k < gas.velocity.size(); ++k) gas.velocity[k] += 0.5 * dt * at.force[k];
@@ -396,16 +400,16 @@ void motion(Report& report) {
 void pairs_alone(Report& report) {
   report.section("sums over pairs alone, charges neutral in all: rms force error over rms force");
   for (const bool clustered : {false, true}) {
-    Crowd crowd = clustered ? cluster(12) : random_crowd(150, {12, 12, 12}, 1, false, 21);
+    SourceSet sources = clustered ? cluster(12) : random_sources(150, {12, 12, 12}, 1, false, 21);
     const std::string where = clustered ? " in a cluster" : " at random places";
-    make_neutral(crowd);
-    const std::vector<double> exact = by_ewald(crowd).force;
+    make_neutral(sources);
+    const std::vector<double> exact = by_ewald(sources).force;
     const auto error = [&](Sum& sum) {
       std::vector<Pair> pairs;
-      for (int i = 0; i < crowd.size(); ++i)
-        for (int j = i + 1; j < crowd.size(); ++j) pairs.push_back({i, j});
+      for (int i = 0; i < sources.size(); ++i)
+        for (int j = i + 1; j < sources.size(); ++j) pairs.push_back({i, j});
       Response response;
-      sum.evaluate(crowd, pairs, alone, response);
+      sum.evaluate(sources, pairs, alone, response);
       return rms_difference(response.force, exact) / root_mean_square(exact);
     };
     MinimumImage half, all(MinimumImage::Reach::box);
@@ -430,7 +434,7 @@ int validate(int argc, char** argv) {
   induced(report);
   predictor(report);
   pairs_alone(report);
-  if (asked_for_long(argc, argv)) motion(report);
+  if (long_run_requested(argc, argv)) motion(report);
   return report.exit_status();
 }
 

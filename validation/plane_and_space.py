@@ -54,7 +54,7 @@ def run(program, folder, name, text, *more):
     return result
 
 
-def of_dendrite(program, result):
+def dendrite_quantities(program, result):
     """Returns the table's values of a run: those of its last frame, the largest potential and the mean potential after
     a second (or at the end of a shorter run), and the fraction of edges of the spanning tree of conductors and ground
     that are contacts."""
@@ -73,7 +73,7 @@ def of_dendrite(program, result):
             "largest potential (V)": float(potential.max())}
 
 
-def of_shuttle(result):
+def shuttle_quantities(result):
     """Returns charge per crossing (C), its time (s) and the current (A), without the first two crossings, in which
     inertia settles."""
     with h5py.File(result) as file:
@@ -89,7 +89,7 @@ def shuttle_table(program, folder):
     gap, distance, voltage = 10e-3, 1.155e-2, 18e3
     charge = 2 / 3 * np.pi**3 * PERMITTIVITY * RADIUS**2 * voltage / distance
     time = gap * 6 * np.pi * VISCOSITY * RADIUS / (charge * voltage / distance)
-    rows = [(name, *of_shuttle(run(program, folder, f"shuttle-{name}", shuttle(name == "sphere"))))
+    rows = [(name, *shuttle_quantities(run(program, folder, f"shuttle-{name}", shuttle(name == "sphere"))))
             for name in ("disk", "sphere")] + [("sphere, theory", charge, time, charge / time)]
     print(f"{'shuttle':<16}{'charge (C)':>12}{'crossing (s)':>14}{'current (A)':>13}{'R_E (Ohm)':>12}")
     for name, *values in rows:
@@ -101,7 +101,7 @@ def dendrite_table(program, folder, seeds, count):
     for seed in range(1, seeds + 1):
         for in_space, rows in found.items():
             name = f"dendrite-{'dish' if in_space else 'plane'}-{count}-{seed}"
-            rows.append(of_dendrite(program, run(program, folder, name, dendrite(count, in_space), "--set", f"seed={seed}")))
+            rows.append(dendrite_quantities(program, run(program, folder, name, dendrite(count, in_space), "--set", f"seed={seed}")))
     print(f"\n{'dendrite':<30}{'plane':>24}{'dish':>24}")
     for key in found[True][0]:
         cells = []

@@ -29,9 +29,9 @@ using namespace lichtenberg::validation;
 
 namespace {
 
-class Dice {
+class Sampler {
  public:
-  explicit Dice(std::uint64_t seed) : random_({.seed = seed, .purpose = RandomPurpose::population}) {}
+  explicit Sampler(std::uint64_t seed) : random_({.seed = seed, .purpose = RandomPurpose::population}) {}
   double uniform(double from, double to) { return random_.uniform(from, to); }
   double decades(double from, double to) { return std::pow(10.0, uniform(from, to)); }
   int whole(int from, int to) { return from + static_cast<int>(random_.uniform() * (to - from + 1.0)); }
@@ -64,53 +64,55 @@ struct ChargedGas {
   }
 };
 
-void add_place(ChargedGas& gas, Vec3 place) {
-  for (int k = 0; k < 3; ++k) gas.position.push_back(place[k] - gas.lengths[k] * std::floor(place[k] / gas.lengths[k]));
+void add_position(ChargedGas& gas, Vec3 position) {
+  for (int k = 0; k < 3; ++k)
+    gas.position.push_back(position[k] - gas.lengths[k] * std::floor(position[k] / gas.lengths[k]));
 }
 
-bool is_free(const ChargedGas& gas, Vec3 place) {
+bool is_free(const ChargedGas& gas, Vec3 position) {
   const Box<3> box = gas.box();
   for (std::size_t i = 0; 3 * i < gas.position.size(); ++i)
-    if (norm(box.difference(place, {gas.position[3 * i], gas.position[3 * i + 1], gas.position[3 * i + 2]})) < 1)
+    if (norm(box.difference(position, {gas.position[3 * i], gas.position[3 * i + 1], gas.position[3 * i + 2]})) < 1)
       return false;
   return true;
 }
 
 /// Draws positions anywhere, or in contact with an existing charge.
-void draw_places(ChargedGas& gas, int wanted, Dice& dice) {
-  const double touching = dice.chance(0.5) ? 0 : dice.uniform(0, 1);
+void draw_positions(ChargedGas& gas, int wanted, Sampler& sampler) {
+  const double touching = sampler.chance(0.5) ? 0 : sampler.uniform(0, 1);
   for (int attempt = 0; attempt < 50 * wanted && gas.position.size() < 3 * static_cast<std::size_t>(wanted);
        ++attempt) {
-    Vec3 place = {dice.uniform(0, gas.lengths.x), dice.uniform(0, gas.lengths.y), dice.uniform(0, gas.lengths.z)};
-    if (!gas.position.empty() && dice.chance(touching)) {
-      const int other = dice.whole(0, static_cast<int>(gas.position.size() / 3) - 1);
-      place = Vec3{gas.position[3 * other], gas.position[3 * other + 1], gas.position[3 * other + 2]} +
-              dice.uniform(1, 1.02) * dice.direction();
+    Vec3 position = {sampler.uniform(0, gas.lengths.x), sampler.uniform(0, gas.lengths.y),
+                     sampler.uniform(0, gas.lengths.z)};
+    if (!gas.position.empty() && sampler.chance(touching)) {
+      const int other = sampler.whole(0, static_cast<int>(gas.position.size() / 3) - 1);
+      position = Vec3{gas.position[3 * other], gas.position[3 * other + 1], gas.position[3 * other + 2]} +
+                 sampler.uniform(1, 1.02) * sampler.direction();
     }
-    if (is_free(gas, place)) add_place(gas, place);
+    if (is_free(gas, position)) add_position(gas, position);
   }
 }
 
 /// Draws charges: of one size and both signs, all equal, Gaussian, of many sizes, or a single charge; in a unit from
 /// 1e-3 to 1e3.
-void draw_charges(ChargedGas& gas, Dice& dice) {
-  const double unit = dice.decades(-3, 3);
-  const int n = static_cast<int>(gas.position.size() / 3), kind = dice.whole(0, 4);
+void draw_charges(ChargedGas& gas, Sampler& sampler) {
+  const double unit = sampler.decades(-3, 3);
+  const int n = static_cast<int>(gas.position.size() / 3), kind = sampler.whole(0, 4);
   for (int i = 0; i < n; ++i) {
     const double sign = i % 2 == 0 ? 1 : -1;
-    const double sizes[] = {sign, 1, dice.normal(), sign * dice.decades(-4, 0), i == 0 ? 1.0 : 0.0};
+    const double sizes[] = {sign, 1, sampler.normal(), sign * sampler.decades(-4, 0), i == 0 ? 1.0 : 0.0};
     gas.charge.push_back(unit * sizes[kind]);
   }
 }
 
-ChargedGas draw_gas(Dice& dice) {
-  ChargedGas gas{.accuracy = dice.decades(-6, -1)};
-  const int wanted = static_cast<int>(dice.decades(0.31, 2.5));  // 2 to 316
-  const double edge = std::max(std::cbrt(wanted / dice.decades(-3, -0.5)), 2.5);
-  for (int k = 0; k < 3; ++k) gas.lengths[k] = edge * dice.uniform(1, dice.chance(0.5) ? 1 : 2.5);
-  draw_places(gas, wanted, dice);
-  draw_charges(gas, dice);
-  if (dice.chance(0.2)) gas.polarizability = dice.uniform(0.001, 0.05);
+ChargedGas draw_gas(Sampler& sampler) {
+  ChargedGas gas{.accuracy = sampler.decades(-6, -1)};
+  const int wanted = static_cast<int>(sampler.decades(0.31, 2.5));  // 2 to 316
+  const double edge = std::max(std::cbrt(wanted / sampler.decades(-3, -0.5)), 2.5);
+  for (int k = 0; k < 3; ++k) gas.lengths[k] = edge * sampler.uniform(1, sampler.chance(0.5) ? 1 : 2.5);
+  draw_positions(gas, wanted, sampler);
+  draw_charges(gas, sampler);
+  if (sampler.chance(0.2)) gas.polarizability = sampler.uniform(0.001, 0.05);
   return gas;
 }
 
@@ -149,7 +151,7 @@ double scale_of(const ChargedGas& gas, const std::vector<double>& exact) {
 
 /// Ratios of the realised to the estimated error, and to the largest admissible error.
 struct Estimated {
-  SampleBySeed ratio, of_most;
+  SampleBySeed ratio, over_bound;
 };
 
 /// Returns the largest admissible ratio to an estimate, which is an rms over all positions. The truncation error of the
@@ -157,7 +159,7 @@ struct Estimated {
 /// pair's own force (by quadrature). This part is half of the squared estimate, or all of it if the mesh is finer than
 /// necessary. Dipoles induced there are negligible. Otherwise a few pairs determine the error, with squares near the
 /// mean: the largest of n exponentially distributed values is ln n, and rarely ln n + 4.
-double most_for(const periodic::MeshChoice& choice, int cases) {
+double bound_for(const periodic::MeshChoice& choice, int cases) {
   return std::sqrt(std::max(2 * choice.band_limit * choice.cutoff, std::log(cases) + 4));
 }
 
@@ -195,7 +197,7 @@ void compare_sums(const ChargedGas& gas, std::uint64_t seed, SumErrors& errors) 
         gas.polarizability ? errors.with_dipoles : (choice.single ? errors.in_single : errors.in_double);
     const double ratio = found(choice, force) / scale;
     estimated.ratio.add(ratio, seed);
-    estimated.of_most.add(ratio / most_for(choice, errors.cases), seed);
+    estimated.over_bound.add(ratio / bound_for(choice, errors.cases), seed);
   }
   constexpr double rounding = 1e-9;  // forces on an isolated charge are below this
   if (gas.polarizability || gas.size() < 2 || rms(exact) < rounding * scale) return;
@@ -209,8 +211,8 @@ void sums(Report& report, std::uint64_t first, int count) {
   report.section(fmt::format("sums of {} random gases of charges: error of forces over the requested error", count));
   SumErrors errors{.cases = count};
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
-    Dice dice(seed);
-    const ChargedGas gas = draw_gas(dice);
+    Sampler sampler(seed);
+    const ChargedGas gas = draw_gas(sampler);
     try {
       compare_sums(gas, seed, errors);
     } catch (const std::exception& error) {
@@ -225,7 +227,8 @@ void sums(Report& report, std::uint64_t first, int count) {
     for (const double ratio : ratios) squares += ratio * ratio / static_cast<double>(ratios.size());
     report.at_most(what, spread(ratios), std::nullopt, found.ratio.note());
     report.at_most("  root mean square", std::sqrt(squares), 1);
-    report.at_most("  over what single places may make of it", spread(found.of_most.values), 1, found.of_most.note());
+    report.at_most("  over what single places may make of it", spread(found.over_bound.values), 1,
+                   found.over_bound.note());
   };
   judge("mesh, by estimate", errors.in_double);
   judge("mesh in single precision, by estimate", errors.in_single);
@@ -239,37 +242,39 @@ void sums(Report& report, std::uint64_t first, int count) {
 }
 
 /// Draws a few grains that meet once or twice.
-Scene draw_motion(Dice& dice, double& end) {
-  Scene scene = grains::cube(dice.uniform(4, 8));
-  const int count = dice.whole(2, 8);
-  const double temperature = dice.decades(-2, 1);
-  if (dice.chance(0.7))
-    scene.effects.add(effects::ViscoelasticContactOptions{.elastic = dice.decades(2.3, 4),
-                                                          .dissipative = dice.chance(0.2) ? 0 : dice.decades(0, 1.5)});
+Scene draw_motion(Sampler& sampler, double& end) {
+  Scene scene = grains::cube(sampler.uniform(4, 8));
+  const int count = sampler.whole(2, 8);
+  const double temperature = sampler.decades(-2, 1);
+  if (sampler.chance(0.7))
+    scene.effects.add(effects::ViscoelasticContactOptions{
+        .elastic = sampler.decades(2.3, 4), .dissipative = sampler.chance(0.2) ? 0 : sampler.decades(0, 1.5)});
   else
     scene.effects.add(
-        effects::LinearContactOptions{.stiffness = dice.decades(2.5, 4), .restitution = dice.uniform(0.3, 1)});
-  if (dice.chance(0.7))
+        effects::LinearContactOptions{.stiffness = sampler.decades(2.5, 4), .restitution = sampler.uniform(0.3, 1)});
+  if (sampler.chance(0.7))
     scene.effects.add(effects::CoulombOptions{
-        .strength = temperature * dice.decades(-2, 0.5), .sum = effects::CoulombSum::ewald, .accuracy = 1e-9});
-  grains::add_gas(scene, count, scene.domain.size.x, temperature, static_cast<std::uint64_t>(dice.whole(1, 1 << 30)));
+        .strength = temperature * sampler.decades(-2, 0.5), .sum = effects::CoulombSum::ewald, .accuracy = 1e-9});
+  grains::add_gas(scene, count, scene.domain.size.x, temperature,
+                  static_cast<std::uint64_t>(sampler.whole(1, 1 << 30)));
   for (std::size_t i = 0; i < scene.conductors.size(); ++i) scene.conductors[i].charge = i % 2 == 0 ? 1 : -1;
   end = std::min(2.0, 2 / std::sqrt(temperature));
-  // Longer steps than granular::longest_hold allows for constant slow forces would be refused.
-  scene.mechanics.step = std::min(0.02 * end, 0.9 * granular::longest_hold(granular::Gas(scene)));
+  // Longer steps than granular::max_outer_step allows for constant slow forces would be refused.
+  scene.mechanics.step = std::min(0.02 * end, 0.9 * granular::max_outer_step(granular::Gas(scene)));
   return scene;
 }
 
-std::vector<double> places_at_end(Scene scene, Integrator integrator, int finer, double end) {
+std::vector<double> positions_at_end(Scene scene, Integrator integrator, int finer, double end) {
   scene.mechanics.integrator = integrator;
   scene.mechanics.step /= finer;
   scene.mechanics.contact_steps *= finer;
   grains::Run run(scene);
   run.to(end);
   const Bodies& b = run.gas.bodies();
-  std::vector<double> places = b.position;
-  for (std::size_t k = 0; k < places.size(); ++k) places[k] += b.image[k] * b.box.lengths[static_cast<int>(k % 3)];
-  return places;
+  std::vector<double> positions = b.position;
+  for (std::size_t k = 0; k < positions.size(); ++k)
+    positions[k] += b.image[k] * b.box.lengths[static_cast<int>(k % 3)];
+  return positions;
 }
 
 /// Compares motions. Steps are of second order: halving them changes the result by three times the remaining error.
@@ -279,17 +284,17 @@ void steps(Report& report, std::uint64_t first, int count) {
   SampleBySeed coarse, ratio;
   int refused = 0;
   // Contacts with 45 substeps have an error of about 1e-6, depending on the phase of onset (src/granular/README.md).
-  constexpr double of_contacts = 1e-6;
+  constexpr double contact_error = 1e-6;
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
-    Dice dice(seed + 1'000'000'000);
+    Sampler sampler(seed + 1'000'000'000);
     double end = 0;
-    const Scene scene = draw_motion(dice, end);
+    const Scene scene = draw_motion(sampler, end);
     try {
-      const std::vector<double> exact = places_at_end(scene, Integrator::cvode, 1, end);
-      const std::vector<double> one = places_at_end(scene, Integrator::multirate, 1, end),
-                                half = places_at_end(scene, Integrator::multirate, 2, end);
+      const std::vector<double> exact = positions_at_end(scene, Integrator::cvode, 1, end);
+      const std::vector<double> one = positions_at_end(scene, Integrator::multirate, 1, end),
+                                half = positions_at_end(scene, Integrator::multirate, 2, end);
       coarse.add(rms_difference(one, exact), seed);
-      ratio.add(rms_difference(half, exact) / (rms_difference(half, one) + of_contacts), seed);
+      ratio.add(rms_difference(half, exact) / (rms_difference(half, one) + contact_error), seed);
     } catch (const std::exception& error) {
       ++refused;
       fmt::print("seed {}: {}\n", seed, error.what());
@@ -303,8 +308,8 @@ void steps(Report& report, std::uint64_t first, int count) {
 }  // namespace
 
 int validate(int argc, char** argv) {
-  const bool all = asked_for_long(argc, argv);
-  const int asked = argc > 1 && !all ? std::atoi(argv[1]) : 0, count = all ? 10000 : asked > 0 ? asked : 30;
+  const bool all = long_run_requested(argc, argv);
+  const int requested = argc > 1 && !all ? std::atoi(argv[1]) : 0, count = all ? 10000 : requested > 0 ? requested : 30;
   const std::uint64_t first = argc > 2 ? static_cast<std::uint64_t>(std::atoll(argv[2])) : 0;
   const std::string_view only = argc > 3 ? argv[3] : "";
   Report report("Random small gases");

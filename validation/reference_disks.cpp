@@ -131,7 +131,7 @@ int validate(int argc, char** argv) {
   const std::vector<validation::Reference> cases = read_all();
   report.section(fmt::format("cut-cell, {} cases", cases.size()));
   for (const validation::Reference& reference : cases) compare(report, reference);
-  if (asked_for_long(argc, argv)) {
+  if (long_run_requested(argc, argv)) {
     report.section("cut-cell, S = 128 ... 1024");  // two_disks covers the pairs in the plane
     for (const validation::Reference& reference : cases)
       if (!reference.plane) convergence(report, reference);

@@ -71,10 +71,11 @@ Theory theory_of(const Set& set, double depth, double permittivity) {
   const theory::DiskBetweenPlates disk = {radius, distance(set), set.voltage, permittivity};
   const double made = set.contact_gap * radius, lost = lost_gap(set);
   const auto held = [&](double x) { return theory::at_potential(disk, x, 0.5 * set.voltage); };
-  const double charge = held(-disk.place(lost)).charge, from = -disk.place(lost), to = disk.place(made);
+  const double charge = held(-disk.position_at_gap(lost)).charge, from = -disk.position_at_gap(lost),
+               to = disk.position_at_gap(made);
   const auto force = [&](double x) { return depth * theory::with_charge(disk, x, charge).force; };
   const double at_plate =
-      theory::overdamped_time([&](double x) { return depth * held(x).force; }, drag, -disk.place(made), from);
+      theory::overdamped_time([&](double x) { return depth * held(x).force; }, drag, -disk.position_at_gap(made), from);
   return {{charge * depth, at_plate + theory::overdamped_time(force, drag, from, to)},
           {charge * depth, theory::ballistic_time(force, drag, from, to)}};
 }
@@ -85,7 +86,7 @@ Theory theory_of(const Set& set) {
 
 /// Advances in intervals of `look` until `contacts` contacts have closed. Returns false if 200 crossings do not
 /// suffice.
-bool await(Simulation& simulation, std::int64_t contacts, double look, double crossing) {
+bool advance_to_contacts(Simulation& simulation, std::int64_t contacts, double look, double crossing) {
   const double latest = simulation.time() + 200 * crossing;
   while (simulation.counters().contacts_made < contacts && simulation.time() < latest)
     simulation.advance_to(simulation.time() + look);
@@ -100,10 +101,10 @@ Crossing run(const Set& set, double expected, int crossings) {
   simulation.now();  // closes the contact at rest
   simulation.advance_to(8 * set.density / steel * relaxation);
   const std::int64_t first = simulation.counters().contacts_made + 1;
-  if (!await(simulation, first, fine, expected)) return {};
+  if (!advance_to_contacts(simulation, first, fine, expected)) return {};
   const double start = simulation.time();
-  if (!await(simulation, first + crossings - 1, coarse, expected)) return {};
-  if (!await(simulation, first + crossings, fine, expected)) return {};
+  if (!advance_to_contacts(simulation, first + crossings - 1, coarse, expected)) return {};
+  if (!advance_to_contacts(simulation, first + crossings, fine, expected)) return {};
   const double time = (simulation.time() - start) / crossings;
   simulation.advance_to(simulation.time() + 0.3 * expected);  // the sphere has left the plate
   return {std::abs(simulation.now().charge[0]), time};
@@ -214,7 +215,7 @@ void three_dimensions() {
 }  // namespace
 
 int validate(int argc, char** argv) {
-  const bool is_long = asked_for_long(argc, argv);
+  const bool is_long = long_run_requested(argc, argv);
   Report report("The charge shuttle between two plates, against exact two-dimensional theory");
 
   report.section("without inertia, relative errors: gaps");

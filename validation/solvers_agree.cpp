@@ -148,7 +148,7 @@ void compare(Report& report, const std::string& name, const LaplaceProblem& prob
 
 int validate(int argc, char** argv) {
   const std::vector<double> sizes =
-      asked_for_long(argc, argv) ? std::vector<double>{64, 128, 256, 512, 1024} : std::vector<double>{64, 128, 256};
+      long_run_requested(argc, argv) ? std::vector<double>{64, 128, 256, 512, 1024} : std::vector<double>{64, 128, 256};
   Report report("Cut-cell against relaxation");
   report.section("differences in % of the largest value");
   compare(report, "grounded side", grounded_side(), sizes);

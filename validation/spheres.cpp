@@ -37,7 +37,7 @@ int validate(int argc, char** argv) {
   Report report("Reference solutions of conducting spheres; errors over the largest of a kind");
   const std::vector<SphereReference> cases = read_all_spheres();
   for (const SphereReference& reference : cases) compare(report, reference, 1e-10);
-  if (asked_for_long(argc, argv))
+  if (long_run_requested(argc, argv))
     for (const double accuracy : {1e-3, 1e-6})
       for (const SphereReference& reference : cases) compare(report, reference, accuracy);
   return report.exit_status();

@@ -146,7 +146,7 @@ void compare(Report& report, double gap, int scenes, const std::vector<double>& 
 }  // namespace
 
 int validate(int argc, char** argv) {
-  const bool all = asked_for_long(argc, argv);
+  const bool all = long_run_requested(argc, argv);
   Report report("Errors of spheres in space over the requested error");
   for (const double gap : gaps)
     compare(report, gap, all ? 12 : 2, all ? std::vector{1e-2, 1e-3, 1e-4} : std::vector{1e-2, 1e-3});

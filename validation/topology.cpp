@@ -45,9 +45,9 @@ constexpr double dendrite_spacing = 1.65e-3 / 5.12e-2 * 18;  // least distance o
 /// Prints D's value, the computed value, and their difference in standard errors.
 void claim(const std::string& what, double printed, double printed_error, const Mean& found) {
   const double error = std::hypot(printed_error, found.error());
-  const double apart = std::abs(printed - found.value()) / error;
-  fmt::print("{:<40}{:>9.3f}{:>12.4f} +- {:.4f}{:>9.1f} s.e.  {}\n", what, printed, found.value(), found.error(), apart,
-             apart <= 3 ? "agrees" : "does not hold");
+  const double deviation = std::abs(printed - found.value()) / error;
+  fmt::print("{:<40}{:>9.3f}{:>12.4f} +- {:.4f}{:>9.1f} s.e.  {}\n", what, printed, found.value(), found.error(),
+             deviation, deviation <= 3 ? "agrees" : "does not hold");
 }
 
 void print_claims(const std::string& heading) {
@@ -257,19 +257,19 @@ void report_strahler(const TreeFractions& uniform) {
 /// Spheres of radius 1, in contact if centres are closer than 3, above a ground. D claims that at most four can touch
 /// one without a loop.
 void report_largest_degree(Report& report) {
-  const auto places = [](int arms, double distance) {
-    std::vector<Vec2> place{{10, distance + 1.5}};
+  const auto star_positions = [](int arms, double distance) {
+    std::vector<Vec2> position{{10, distance + 1.5}};
     for (int k = 0; k < arms; ++k) {
       const double angle = 2 * std::numbers::pi * k / arms;
-      place.push_back(place[0] + distance * Vec2{std::sin(angle), -std::cos(angle)});
+      position.push_back(position[0] + distance * Vec2{std::sin(angle), -std::cos(angle)});
     }
-    return place;
+    return position;
   };
   const auto star = [&](int arms, double distance) {
-    const std::vector<Vec2> place = places(arms, distance);
-    const std::vector<double> radius(place.size(), 1.0);
+    const std::vector<Vec2> position = star_positions(arms, distance);
+    const std::vector<double> radius(position.size(), 1.0);
     const Ground ground{{20, 20}, {false, false, true, false}, {}};
-    return analysis::network(contacts(place, radius, 1.0, ground), place);
+    return analysis::network(contacts(position, radius, 1.0, ground), position);
   };
   report.section("Largest degree of spheres in contact below 3 R (D: 4)");
   // Arms at distances below 3 R that do not touch each other are more than 60 degrees apart, because two sides are
@@ -298,7 +298,7 @@ Topology topology_of(const Simulation& simulation, const ConductorFrame& frame, 
   std::vector<Edge> contacts;
   for (const auto& [conductor, partner] : simulation.contacts())
     contacts.emplace_back(conductor, partner < n ? partner : to_ground);
-  return topology(analysis::network(std::move(contacts), frame.position), seen_from_front(frame.position),
+  return topology(analysis::network(std::move(contacts), frame.position), xy_projection(frame.position),
                   simulation.model().bodies.radius, ground_of(scene));
 }
 
@@ -345,7 +345,7 @@ void report_runs(Report& report) {
 }  // namespace
 
 int validate(int argc, char** argv) {
-  const bool large = asked_for_long(argc, argv);
+  const bool large = long_run_requested(argc, argv);
   Report report("Topology: D's chapter 7");
   report_largest_degree(report);
   const RandomTrees uniform = report_random(report, large);

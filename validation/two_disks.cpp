@@ -118,7 +118,7 @@ void jitter(Report& report) {
 }  // namespace
 
 int validate(int argc, char** argv) {
-  const bool is_long = asked_for_long(argc, argv);
+  const bool is_long = long_run_requested(argc, argv);
   Report report("Two disks in the plane, exact potential on the walls (D 6.37)");
 
   const auto cut_cell = [](int cells) {

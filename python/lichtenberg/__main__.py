@@ -41,7 +41,7 @@ def work_of(name, words):
 def show(words, kind, *_, **__):
     """Prints a warning of load() in one line, unless the program has printed it before. Python's own warnings are not shown."""
     if kind is UserWarning and __package__:
-        messages.tell(f"lichtenberg: {messages.printable(str(words))}")
+        messages.write_error(f"lichtenberg: {messages.printable(str(words))}")
 
 
 def may_be_damage(error):
@@ -88,7 +88,7 @@ def main(name="", *words):
             from lichtenberg.result import damage
 
             sentence, status = f"{read if isinstance(read, str) else read[0]} is damaged or incomplete ({damage(error)})", 2
-    messages.tell(f"lichtenberg: {messages.printable(sentence)}")
+    messages.write_error(f"lichtenberg: {messages.printable(sentence)}")
     return status
 
 

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from .errors import Failure
 
-BESIDE = [
+RELATIVE_PATHS = [
     "../../../../bin/lichtenberg",  # from share/lichtenberg/python/lichtenberg, as installed
     "../../build/lichtenberg",  # from the source
 ]
@@ -14,7 +14,7 @@ BESIDE = [
 def find_program():
     """LICHTENBERG of the environment, else the program that this package came with, else the one on the PATH."""
     here = Path(__file__).resolve().parent
-    candidates = [os.environ.get("LICHTENBERG"), *((here / place).resolve() for place in BESIDE), shutil.which("lichtenberg")]
+    candidates = [os.environ.get("LICHTENBERG"), *((here / relative_path).resolve() for relative_path in RELATIVE_PATHS), shutil.which("lichtenberg")]
     for candidate in candidates:
         if candidate and os.access(candidate, os.X_OK):
             return str(candidate)

@@ -20,7 +20,7 @@ def say(words, end="\n"):
     of file names are escaped."""
     error = written(sys.stdout, escaped(words), end)
     if error and not isinstance(error, BrokenPipeError):
-        tell(f"lichtenberg: the output could not be written ({error.strerror}), but the files that it names are complete")
+        write_error(f"lichtenberg: the output could not be written ({error.strerror}), but the files that it names are complete")
 
 
 def put(words):
@@ -44,7 +44,7 @@ def printable(sentence):
     return "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in " ".join(sentence.split()))
 
 
-def tell(words, end="\n"):
+def write_error(words, end="\n"):
     """Prints on standard error; a write error is ignored."""
     written(sys.stderr, words, end)
 

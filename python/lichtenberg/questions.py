@@ -8,12 +8,12 @@ from .installation import find_program
 
 
 class Program:
-    """`words`: a command of the program for requests (src/commands/json_output.hpp), and its arguments. `apart`: an
+    """`words`: a command of the program for requests (src/commands/json_output.hpp), and its arguments. `own_session`: an
     interruption from the keyboard does not reach the process."""
 
-    def __init__(self, *words, apart=False):
+    def __init__(self, *words, own_session=False):
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "encoding": "utf-8"}
-        self.process = subprocess.Popen([find_program(), *words], start_new_session=apart, **pipes)
+        self.process = subprocess.Popen([find_program(), *words], start_new_session=own_session, **pipes)
 
     def read(self):
         """Returns the next answer. If the program has ended with a status, it has printed why: this process ends with the same

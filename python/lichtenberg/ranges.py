@@ -11,24 +11,24 @@ import numpy as np
 SIGNED = {"potential", "charge"}  # quantities whose range has both signs, even if all values have one
 
 
-def reach(magnitudes):
+def range_end(magnitudes):
     """Returns the range of [N] values of one sign."""
     largest = magnitudes.max(initial=0)
     typical = np.quantile(magnitudes, 0.995) if len(magnitudes) else 0
     return typical if 0 < 2 * typical < largest else largest
 
 
-def reaches(values):
+def range_ends(values):
     """Returns how far values are below 0 and above 0: two numbers >= 0."""
     values = values[np.isfinite(values)]
-    return reach(-values[values < 0]), reach(values[values > 0])
+    return range_end(-values[values < 0]), range_end(values[values > 0])
 
 
 def colour_range(name, values):
     """Returns the lowest and highest colour value of a column of this name."""
     values = np.asarray(values, float)
     values = values[np.isfinite(values)]
-    below, above = reaches(values)
+    below, above = range_ends(values)
     if name in SIGNED or (below > 0 and above > 0):
         both = max(below, above) or 1.0
         return -both, both

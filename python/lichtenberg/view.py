@@ -39,7 +39,7 @@ def rounded(values):
     return ((bits + (1 << (drop - 1))) >> drop << drop).astype(np.uint32)
 
 
-def places(positions, low, high):
+def quantized(positions, low, high):
     """Returns [T, N, 3] positions as integer steps of the box from low to high."""
     extent = np.where(high > low, high - low, 1)
     return np.round((positions - low) / extent * STEPS).astype(np.uint16)
@@ -68,13 +68,13 @@ class Page:
             "warnings": result.warnings,
             "summary": {name: value if np.isfinite(value) else None for name, value in result.summary.items()},
         }
-        self.add_places()
+        self.add_positions()
         self.about["columns"] = list(self.columns())
         self.add_edges()
         self.about["electrodes"] = electrodes_of(result)
         self.about["curves"] = list(curves_of(result))
 
-    def add_places(self):
+    def add_positions(self):
         positions = np.asarray(self.result["position"][self.frames])
         if not np.isfinite(positions).all():
             raise InputError(f"{self.result.path} has positions that are no numbers")
@@ -83,7 +83,7 @@ class Page:
         self.low = np.minimum(0, positions.min(axis=(0, 1), initial=0))
         self.high = np.maximum(self.box, positions.max(axis=(0, 1), initial=0))
         self.about["low"], self.about["high"] = numbers(self.low), numbers(self.high)
-        self.arrays["places"] = packed(places(positions, self.low, self.high))
+        self.arrays["places"] = packed(quantized(positions, self.low, self.high))
         self.arrays["radius"] = packed(rounded(self.result["radius"])[None])
 
     def columns(self):
@@ -141,10 +141,10 @@ class Page:
         for index in self.frames:
             frame = self.result.frame(index)
             last = frame.tree[frame.tree[:, 1] == TO_GROUND, 0]
-            place = np.array(frame["position"])[last]
+            ends = np.array(frame["position"])[last]
             axes = slice(self.result.dimension)
-            place[:, axes] = nearest_ground(place[:, axes], electrodes)
-            points.append(place)
+            ends[:, axes] = nearest_ground(ends[:, axes], electrodes)
+            points.append(ends)
         self.arrays["ground"] = packed(rounded(np.concatenate(points)).reshape(1, -1))
 
     def html(self):

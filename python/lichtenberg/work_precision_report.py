@@ -12,7 +12,7 @@ def in_words(settings):
     return ", ".join(f"{name} = {value:g}" for name, value in settings.items())
 
 
-def price_list(points, quantity, reference_error):
+def cheapest_points(points, quantity, reference_error):
     """Returns (error, point or None): the cheapest point whose error is at most 1e-1, 1e-2, ... in the quantity of
     that index, down to the first error that no point reaches. Errors below the uncertainty of the reference count as
     equal to it."""
@@ -25,10 +25,10 @@ def price_list(points, quantity, reference_error):
     return prices
 
 
-def prices_of(sweep):
+def cheapest_by_quantity(sweep):
     """Returns the errors by quantity."""
     errors = zip(sweep.about["quantities"], sweep.about["reference_errors"])
-    return {name: price_list(sweep.points, k, error) for k, (name, error) in enumerate(errors)}
+    return {name: cheapest_points(sweep.points, k, error) for k, (name, error) in enumerate(errors)}
 
 
 def shows_evaluations(sweep):
@@ -89,7 +89,7 @@ def lines_of_left_out(sweep):
 
 def lines_of_prices(sweep):
     text = "\nprice list: the cheapest point with an error of at most\n"
-    for quantity, prices in prices_of(sweep).items():
+    for quantity, prices in cheapest_by_quantity(sweep).items():
         for error, point in prices:
             text += f"  {quantity:<16}1e{math.log10(error):<6.0f}"
             if point:
@@ -116,6 +116,6 @@ def to_json(sweep):
             for error, point in prices
             if point
         ]
-        for quantity, prices in prices_of(sweep).items()
+        for quantity, prices in cheapest_by_quantity(sweep).items()
     }
     return data

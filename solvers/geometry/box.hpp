@@ -25,14 +25,14 @@ struct Box;
 /// other axes the length is 0, and the difference does not change.
 template <int d>
 struct NearestImage {
-  Vec<d> length, turns_a_metre;
+  Vec<d> length, inverse_length;
 
   LICHTENBERG_HOST_DEVICE constexpr explicit NearestImage(const Box<d>& box) {
     for (int k = 0; k < d; ++k)
-      if (box.periodic(k)) length[k] = box.lengths[k], turns_a_metre[k] = 1 / box.lengths[k];
+      if (box.periodic(k)) length[k] = box.lengths[k], inverse_length[k] = 1 / box.lengths[k];
   }
-  LICHTENBERG_HOST_DEVICE double operator()(double apart, int axis) const {
-    return apart - length[axis] * std::nearbyint(apart * turns_a_metre[axis]);
+  LICHTENBERG_HOST_DEVICE double operator()(double separation, int axis) const {
+    return separation - length[axis] * std::nearbyint(separation * inverse_length[axis]);
   }
 };
 
@@ -63,9 +63,9 @@ struct Box {
   LICHTENBERG_HOST_DEVICE void wrap(Vec<d>& p, Image<d>& image) const {
     for (int k = 0; k < d; ++k) {
       if (!periodic(k) || (p[k] >= 0 && p[k] < lengths[k])) continue;
-      const double turns = std::floor(p[k] / lengths[k]);
-      p[k] -= turns * lengths[k];
-      image[k] += static_cast<int>(turns);
+      const double periods = std::floor(p[k] / lengths[k]);
+      p[k] -= periods * lengths[k];
+      image[k] += static_cast<int>(periods);
       // Rounding may leave it slightly below 0, or put it on the far side.
       if (p[k] < 0) p[k] = 0;
       if (p[k] >= lengths[k]) p[k] = 0, ++image[k];

@@ -58,17 +58,17 @@ Fields homogeneous(const Grid& grid) {
 }
 
 std::vector<Fields> evolve(const Gas& gas, const Grid& grid, const Fields& start, std::span<const double> times,
-                           const Course& course, parallel::Team& team) {
+                           const EvolveOptions& options, parallel::Team& team) {
   check_grid(grid);
   check_fields(grid, start);
   Rates rates(gas, grid, team);
-  const auto watched = [&](double time, std::span<const double> y, std::span<double> rate) {
-    if (course.at) course.at(time);
+  const auto reported_rates = [&](double time, std::span<const double> y, std::span<double> rate) {
+    if (options.report) options.report(time);
     rates(time, y, rate);
   };
-  const Ode ode{.rates = watched,
-                .absolute = absolute_errors(grid, rates.unknowns(), course.tolerance),
-                .relative = course.tolerance,
+  const Ode ode{.rates = reported_rates,
+                .absolute = absolute_errors(grid, rates.unknowns(), options.tolerance),
+                .relative = options.tolerance,
                 .stiff = true};
   std::vector<Fields> found;
   for (const auto& y : integrate(ode, 0, rates.pack(start), times)) found.push_back(rates.unpack(y));

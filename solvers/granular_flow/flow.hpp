@@ -50,9 +50,10 @@ struct Fields {
 Fields homogeneous(const Grid& grid);
 
 /// Options of `evolve`.
-struct Course {
-  double tolerance = 1e-5;                  ///< Error tolerance of a step
-  std::function<void(double tau)> at = {};  ///< Called with each time at which rates are computed, to report progress
+struct EvolveOptions {
+  double tolerance = 1e-5;  ///< Error tolerance of a step
+  std::function<void(double tau)> report =
+      {};  ///< Called with each time at which rates are computed, to report progress
 };
 
 /// Returns the fields at these times tau (ascending, >= 0). The mean velocity is subtracted at the start. Sums of
@@ -60,6 +61,6 @@ struct Course {
 /// Results are bitwise identical for any number of threads. Throws InputError for an invalid grid or invalid fields,
 /// Failure if a step cannot reach its tolerance.
 std::vector<Fields> evolve(const Gas& gas, const Grid& grid, const Fields& start, std::span<const double> times,
-                           const Course& course = {}, parallel::Team& team = parallel::Team::single());
+                           const EvolveOptions& options = {}, parallel::Team& team = parallel::Team::single());
 
 }  // namespace lichtenberg::granular_flow

@@ -20,11 +20,11 @@ constexpr int reach = 3;  // Cells on either side of a face that contribute to i
   const double right = 13.0 / 12 * square(c - 2 * d + e) + square(3 * c - 4 * d + e) / 4;
   constexpr double none = 1e-30;  // Above the squared rounding error of a constant
   const double far = square(left - right);
-  const double of_left = 1 + far / square(left + none), of_middle = 6 * (1 + far / square(middle + none)),
-               of_right = 3 * (1 + far / square(right + none));
-  const double sum =
-      of_left * (2 * a - 7 * b + 11 * c) + of_middle * (-b + 5 * c + 2 * d) + of_right * (2 * c + 5 * d - e);
-  return sum / (6 * (of_left + of_middle + of_right));
+  const double left_weight = 1 + far / square(left + none), middle_weight = 6 * (1 + far / square(middle + none)),
+               right_weight = 3 * (1 + far / square(right + none));
+  const double sum = left_weight * (2 * a - 7 * b + 11 * c) + middle_weight * (-b + 5 * c + 2 * d) +
+                     right_weight * (2 * c + 5 * d - e);
+  return sum / (6 * (left_weight + middle_weight + right_weight));
 }
 
 /// Returns the value of a logarithm at the face, limited to a factor of two relative to the third cell. Otherwise the

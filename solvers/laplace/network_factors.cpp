@@ -68,7 +68,7 @@ void NetworkFactors::eliminate(double* flow) const {
   for (std::size_t s = 0; s < steps_.size(); ++s) {
     const std::size_t end = s + 1 < steps_.size() ? steps_[s + 1].first_share : shares_.size();
     for (std::size_t k = steps_[s].first_share; k < end; ++k)
-      flow[shares_[k].node] += shares_[k].of_flow * flow[steps_[s].node];
+      flow[shares_[k].node] += shares_[k].fraction * flow[steps_[s].node];
   }
 }
 
@@ -77,7 +77,7 @@ void NetworkFactors::substitute(double* potential) const {
     const auto& [node, pivot, first_share] = steps_[s];
     const std::size_t end = s + 1 < steps_.size() ? steps_[s + 1].first_share : shares_.size();
     potential[node] = pivot > 0 ? potential[node] / pivot : 0.0;
-    for (std::size_t k = first_share; k < end; ++k) potential[node] += shares_[k].of_flow * potential[shares_[k].node];
+    for (std::size_t k = first_share; k < end; ++k) potential[node] += shares_[k].fraction * potential[shares_[k].node];
   }
 }
 
@@ -99,11 +99,11 @@ std::vector<double> NetworkFactors::inverse() const {
   const auto end_of = [&](std::size_t s) { return s + 1 < n ? steps_[s + 1].first_share : shares_.size(); };
   for (std::size_t s = 0; s < n; ++s)
     for (std::size_t k = steps_[s].first_share; k < end_of(s); ++k)
-      add(shares_[k].node, shares_[k].of_flow, steps_[s].node);
+      add(shares_[k].node, shares_[k].fraction, steps_[s].node);
   for (std::size_t s = n; s-- > 0;) {
     const auto& [node, pivot, first_share] = steps_[s];
     for (std::size_t k = 0; k < n; ++k) row(node)[k] = pivot > 0 ? row(node)[k] / pivot : 0.0;
-    for (std::size_t k = first_share; k < end_of(s); ++k) add(node, shares_[k].of_flow, shares_[k].node);
+    for (std::size_t k = first_share; k < end_of(s); ++k) add(node, shares_[k].fraction, shares_[k].node);
   }
   return matrix;
 }

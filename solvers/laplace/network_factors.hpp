@@ -42,7 +42,7 @@ class NetworkFactors {
  private:
   struct Share {
     int node;
-    double of_flow;
+    double fraction;
   };
   struct Step {
     int node;

@@ -173,7 +173,7 @@ void Lbfgs::replace_oldest() {
     for (int b = 0; b < vectors() - 2; ++b) product_[a][b] = product_[a + 2][b + 2];
 }
 
-void Lbfgs::learn() {
+void Lbfgs::add_correction() {
   if (vectors() == most_vectors)
     replace_oldest();
   else
@@ -192,7 +192,7 @@ bool Lbfgs::iterate() {
     vectors_.clear();
     if (!search()) return false;
   }
-  learn();
+  add_correction();
   std::swap(point_, next_);
   return true;
 }

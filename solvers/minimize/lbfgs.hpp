@@ -31,7 +31,7 @@ class Lbfgs : public Minimizer {
   std::vector<double> factors() const;
   void find_direction();
   bool search();
-  void learn();
+  void add_correction();
   void measure_newest();
   void replace_oldest();
 

@@ -37,7 +37,7 @@ NewtonCg::Step NewtonCg::solve_model() {
     const double length = curvature > 0 ? rz / curvature : to_edge;
     step.to_edge = length >= to_edge;
     const double taken = std::min(length, to_edge);
-    step.promise += taken * (rz - 0.5 * taken * curvature);
+    step.predicted_decrease += taken * (rz - 0.5 * taken * curvature);
     share_blocks(objective_, n, [&](int, std::size_t from, std::size_t end) {
       for (std::size_t i = from; i < end; ++i) step.move[i] += taken * p[i], r[i] += taken * hp[i];
     });
@@ -59,7 +59,7 @@ NewtonCg::Step NewtonCg::solve_model() {
 /// Returns the decrease of the value. If it is below the value's rounding, it follows from the slopes at both ends.
 double NewtonCg::gain(const Step& step) const {
   if (!std::isfinite(next_.value)) return -INFINITY;
-  if (step.promise > 1e-9 * std::abs(point_.value)) return point_.value - next_.value;
+  if (step.predicted_decrease > 1e-9 * std::abs(point_.value)) return point_.value - next_.value;
   return -0.5 * (dot(point_.gradient, step.move) + dot(next_.gradient, step.move));
 }
 
@@ -68,10 +68,10 @@ bool NewtonCg::iterate() {
   smooth_.linearize(point_.x);
   for (int attempt = 0; attempt < most_tries; ++attempt) {
     const Step step = solve_model();
-    if (!(step.promise > 0)) return false;
+    if (!(step.predicted_decrease > 0)) return false;
     for (std::size_t i = 0; i < step.move.size(); ++i) next_.x[i] = point_.x[i] + step.move[i];
     evaluate(next_);
-    const double kept = gain(step) / step.promise;
+    const double kept = gain(step) / step.predicted_decrease;
     if (kept < 0.25)
       radius_ *= 0.25;
     else if (kept > 0.75 && step.to_edge)

@@ -21,7 +21,7 @@ class NewtonCg : public Minimizer {
  private:
   struct Step {
     std::vector<double> move;
-    double promise = 0;  ///< Decrease predicted by the model
+    double predicted_decrease = 0;  ///< Decrease predicted by the model
     bool to_edge = false;
   };
   Step solve_model();

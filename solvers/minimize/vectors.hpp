@@ -37,17 +37,18 @@ constexpr std::size_t block = 4096;
 inline int tasks_for(std::size_t size) { return static_cast<int>((size + block - 1) / block); }
 
 /// Calls part(task, first, end) for every block of `size` components.
-template <class Part>
-void share_blocks(const Objective& objective, std::size_t size, const Part& part) {
-  objective.share(tasks_for(size), [&](int task) { part(task, block * task, std::min(block * (task + 1), size)); });
+template <class Function>
+void share_blocks(const Objective& objective, std::size_t size, const Function& function) {
+  objective.share(tasks_for(size), [&](int task) { function(task, block * task, std::min(block * (task + 1), size)); });
 }
 /// Returns the sum of part(first, end) over all blocks, in their order.
-template <class Part>
-double sum_blocks(const Objective& objective, std::size_t size, const Part& part) {
-  std::vector<double> parts(tasks_for(size));
-  share_blocks(objective, size, [&](int task, std::size_t first, std::size_t end) { parts[task] = part(first, end); });
+template <class Function>
+double sum_blocks(const Objective& objective, std::size_t size, const Function& function) {
+  std::vector<double> partial_sums(tasks_for(size));
+  share_blocks(objective, size,
+               [&](int task, std::size_t first, std::size_t end) { partial_sums[task] = function(first, end); });
   double sum = 0;
-  for (const double p : parts) sum += p;
+  for (const double p : partial_sums) sum += p;
   return sum;
 }
 inline double shared_dot(const Objective& objective, std::span<const double> a, std::span<const double> b) {

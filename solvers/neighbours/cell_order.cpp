@@ -12,10 +12,10 @@ namespace {
 namespace stdx = std::experimental;
 /// Usually somewhat more than the number of particles in three cells; the vector width does not affect the result.
 constexpr int width = 8;
-using Several = stdx::simd<float, stdx::simd_abi::deduce_t<float, width>>;
+using SimdPack = stdx::simd<float, stdx::simd_abi::deduce_t<float, width>>;
 
 /// Lane numbers 0, 1, 2 ...
-const Several lanes([](int lane) { return static_cast<float>(lane); });
+const SimdPack lanes([](int lane) { return static_cast<float>(lane); });
 
 }  // namespace
 
@@ -25,7 +25,7 @@ template <int d>
 void CellOrder<d>::lay_out(const Spheres<d>& spheres) {
   const int n = spheres.size(), most = std::max(1, static_cast<int>(std::pow(4.0 * n, 1.0 / d)));
   double longest = 0;
-  folds_ = false;
+  needs_nearest_images_ = false;
   for (int k = 0; k < d; ++k) {
     period_[k] = spheres.box.periodic(k) ? spheres.box.lengths[k] : 0;
     low_[k] = 0;
@@ -40,13 +40,13 @@ void CellOrder<d>::lay_out(const Spheres<d>& spheres) {
     }
     constexpr double rounding = 1e-9;  // More than the rounding of positions relative to the cells' borders
     count_[k] = static_cast<int>(std::clamp(length / (range_ * (1 + rounding)), 1.0, static_cast<double>(most)));
-    if (period_[k] > 0 && count_[k] < 3) count_[k] = 1, folds_ = true;
+    if (period_[k] > 0 && count_[k] < 3) count_[k] = 1, needs_nearest_images_ = true;
     cells_a_metre_[k] = count_[k] / length;
     longest = std::max(longest, length);
   }
   // Positions are rounded by up to half of their last digit, and so are the shifts of images.
-  rounded_ = 4 * longest * std::numeric_limits<float>::epsilon();
-  const double within = (range_ + rounded_) * (1 + 1e-6);
+  position_error_ = 4 * longest * std::numeric_limits<float>::epsilon();
+  const double within = (range_ + position_error_) * (1 + 1e-6);
   within_square_ = static_cast<float>(within * within);
 }
 
@@ -62,8 +62,8 @@ void CellOrder<d>::sort(const Spheres<d>& spheres, double range) {
   if (n > 0) lay_out(spheres);
   start_.assign(static_cast<std::size_t>(count_[0]) * count_[1] * count_[2] + 1, 0);
   for (auto* of : {&cell_, &particle_, &slot_}) of->resize(n);
-  inside_.resize(n);
-  for (auto* of : {&place_, &velocity_})
+  wrapped_position_.resize(n);
+  for (auto* of : {&position_, &velocity_})
     for (auto& along : *of) along.resize(n + width);
   for (int i = 0; i < n; ++i) {
     int cell = 0;
@@ -73,7 +73,7 @@ void CellOrder<d>::sort(const Spheres<d>& spheres, double range) {
         x -= period_[k] * std::floor(x / period_[k]);
         if (!(x >= 0 && x < period_[k])) x = 0;
       }
-      inside_[i][k] = static_cast<float>(x);
+      wrapped_position_[i][k] = static_cast<float>(x);
       cell = cell * count_[k] + column(x, k);
     }
     ++start_[(cell_[i] = cell) + 1];
@@ -83,7 +83,7 @@ void CellOrder<d>::sort(const Spheres<d>& spheres, double range) {
   for (int i = 0; i < n; ++i) {
     const int slot = slot_[i] = start_[cell_[i]]++;
     particle_[slot] = i;
-    for (int k = 0; k < d; ++k) place_[k][slot] = inside_[i][k];
+    for (int k = 0; k < d; ++k) position_[k][slot] = wrapped_position_[i][k];
   }
   std::copy_backward(start_.begin(), start_.end() - 1, start_.end());
   start_[0] = 0;
@@ -91,24 +91,24 @@ void CellOrder<d>::sort(const Spheres<d>& spheres, double range) {
 
 /// Returns half of the rows around a row: the other half includes this row among theirs.
 template <int d>
-auto CellOrder<d>::rows_beside(int y, int z) const -> std::vector<Row> {
+auto CellOrder<d>::neighbour_rows(int y, int z) const -> std::vector<Row> {
   std::vector<Row> rows;
   const auto add = [&](int row_y, int row_z) {
     std::array<int, 3> at{0, row_y, row_z};
     Row row;
     for (int k = 1; k < d; ++k) {
-      const int turn = at[k] < 0 ? -1 : at[k] >= count_[k] ? 1 : 0;
-      if (turn != 0 && period_[k] == 0) return;
-      at[k] -= turn * count_[k];
-      row.turned[k] = static_cast<float>(turn * period_[k]);
+      const int image = at[k] < 0 ? -1 : at[k] >= count_[k] ? 1 : 0;
+      if (image != 0 && period_[k] == 0) return;
+      at[k] -= image * count_[k];
+      row.image_shift[k] = static_cast<float>(image * period_[k]);
     }
     row.first = (at[2] * count_[1] + at[1]) * count_[0];
     rows.push_back(row);
   };
-  const int beside = count_[1] > 1 ? 1 : 0;
-  if (beside) add(y + 1, z);
+  const int half_width = count_[1] > 1 ? 1 : 0;
+  if (half_width) add(y + 1, z);
   if (count_[2] > 1)
-    for (int step = -beside; step <= beside; ++step) add(y + step, z + 1);
+    for (int step = -half_width; step <= half_width; ++step) add(y + step, z + 1);
   return rows;
 }
 
@@ -117,26 +117,28 @@ void CellOrder<d>::set_velocity(int slot, const Vec<d>& velocity) {
   for (int k = 0; k < d; ++k) velocity_[k][slot] = static_cast<float>(velocity[k]);
 }
 
-/// Finds the particles near a slot. `folded`: computes nearest images; otherwise `turned` is the shift of the image.
-/// `flies`: finds only pairs that may meet. Each vector is computed without branches, because the results are hard to
-/// predict.
+/// Finds the particles near a slot. `nearest_images`: computes nearest images; otherwise `image_shift` is the shift of
+/// the image. `moving`: finds only pairs that may meet. Each vector is computed without branches, because the results
+/// are hard to predict.
 template <int d>
-template <bool folded, bool flies>
-[[gnu::always_inline]] inline void CellOrder<d>::search(int slot, const Among& among, Near& near) const {
-  for (int first = among.first; first < among.last; first += width) {
-    Several square = 0, rate = 0;  // Rate of half the square
+template <bool nearest_images, bool moving>
+[[gnu::always_inline]] inline void CellOrder<d>::search(int slot, const SlotRange& candidates, Near& near) const {
+  for (int first = candidates.first; first < candidates.last; first += width) {
+    SimdPack square = 0, rate = 0;  // Rate of half the square
     for (int k = 0; k < d; ++k) {
-      Several apart = Several(&place_[k][first], stdx::element_aligned) - (place_[k][slot] - among.turned[k]);
-      if (folded && period_[k] > 0) {
+      SimdPack separation =
+          SimdPack(&position_[k][first], stdx::element_aligned) - (position_[k][slot] - candidates.image_shift[k]);
+      if (nearest_images && period_[k] > 0) {
         const float period = static_cast<float>(period_[k]);
-        apart -= period * stdx::nearbyint(apart * (1 / period));
+        separation -= period * stdx::nearbyint(separation * (1 / period));
       }
-      square += apart * apart;
-      if constexpr (flies) rate += apart * (Several(&velocity_[k][first], stdx::element_aligned) - velocity_[k][slot]);
+      square += separation * separation;
+      if constexpr (moving)
+        rate += separation * (SimdPack(&velocity_[k][first], stdx::element_aligned) - velocity_[k][slot]);
     }
-    auto is_near = square < within_square_ && lanes < static_cast<float>(among.last - first);
-    if constexpr (flies)
-      is_near = is_near && (square < near_square_ || square + time_ * rate < met_within_ * stdx::sqrt(square));
+    auto is_near = square < within_square_ && lanes < static_cast<float>(candidates.last - first);
+    if constexpr (moving)
+      is_near = is_near && (square < near_square_ || square + time_ * rate < meeting_distance_ * stdx::sqrt(square));
     if (stdx::none_of(is_near)) continue;
     const int end = stdx::find_last_set(is_near);
     for (int lane = stdx::find_first_set(is_near); lane <= end; ++lane)
@@ -145,37 +147,37 @@ template <bool folded, bool flies>
 }
 
 template <int d>
-template <bool folded, bool flies>
+template <bool nearest_images, bool moving>
 void CellOrder<d>::search_row(int y, int z, Near& near) const {
   const int row = (z * count_[1] + y) * count_[0], columns = count_[0];
-  const std::vector<Row> beside = rows_beside(y, z);
-  const bool turns = period_[0] > 0 && columns > 1;
-  const auto behind = static_cast<float>(period_[0]);
-  std::vector<Among> others;  // Slots outside the cell that each of its particles is compared with
-  const auto add = [&](int first_cell, int end_cell, std::array<float, d> turned, int turn) {
-    turned[0] = static_cast<float>(turn) * behind;
-    others.push_back({start_[first_cell], start_[end_cell], turned});
+  const std::vector<Row> neighbours = neighbour_rows(y, z);
+  const bool is_periodic = period_[0] > 0 && columns > 1;
+  const auto period = static_cast<float>(period_[0]);
+  std::vector<SlotRange> others;  // Slots outside the cell that each of its particles is compared with
+  const auto add = [&](int first_cell, int end_cell, std::array<float, d> image_shift, int image) {
+    image_shift[0] = static_cast<float>(image) * period;
+    others.push_back({start_[first_cell], start_[end_cell], image_shift});
   };
   for (int x = 0; x < columns; ++x) {
     const int begin = start_[row + x], end = start_[row + x + 1];
     if (begin == end) continue;
     const int from = std::max(x - 1, 0), to = std::min(x + 2, columns);
     others.clear();
-    if (turns && x == columns - 1) add(row, row + 1, {}, 1);
-    for (const Row& other : beside) {
-      add(other.first + from, other.first + to, other.turned, 0);
-      if (turns && x == 0) add(other.first + columns - 1, other.first + columns, other.turned, -1);
-      if (turns && x == columns - 1) add(other.first, other.first + 1, other.turned, 1);
+    if (is_periodic && x == columns - 1) add(row, row + 1, {}, 1);
+    for (const Row& other : neighbours) {
+      add(other.first + from, other.first + to, other.image_shift, 0);
+      if (is_periodic && x == 0) add(other.first + columns - 1, other.first + columns, other.image_shift, -1);
+      if (is_periodic && x == columns - 1) add(other.first, other.first + 1, other.image_shift, 1);
     }
     for (int s = begin; s < end; ++s) {
-      search<folded, flies>(s, {s + 1, start_[row + to], {}}, near);
-      for (const Among& among : others) search<folded, flies>(s, among, near);
+      search<nearest_images, moving>(s, {s + 1, start_[row + to], {}}, near);
+      for (const SlotRange& candidates : others) search<nearest_images, moving>(s, candidates, near);
     }
   }
 }
 
 template <int d>
-template <bool flies>
+template <bool moving>
 const std::vector<Pair>& CellOrder<d>::collect(parallel::Team& team) {
   constexpr int cells_a_task = 8192;
   const int rows = count_[1] * count_[2], rows_a_task = std::max(1, cells_a_task / count_[0]);
@@ -183,8 +185,8 @@ const std::vector<Pair>& CellOrder<d>::collect(parallel::Team& team) {
   team.for_each(static_cast<int>(found_.size()), [&](int task) {
     found_[task].clear();
     for (int row = task * rows_a_task; row < std::min(rows, (task + 1) * rows_a_task); ++row)
-      folds_ ? search_row<true, flies>(row % count_[1], row / count_[1], found_[task])
-             : search_row<false, flies>(row % count_[1], row / count_[1], found_[task]);
+      needs_nearest_images_ ? search_row<true, moving>(row % count_[1], row / count_[1], found_[task])
+                            : search_row<false, moving>(row % count_[1], row / count_[1], found_[task]);
   });
   pairs_.clear();
   for (const Near& found : found_) pairs_.insert(pairs_.end(), found.begin(), found.end());
@@ -207,11 +209,11 @@ const std::vector<Pair>& CellOrder<d>::pairs_that_meet(const Flight& flight, par
     for (int k = 0; k < d; ++k) square += double{velocity_[k][s]} * velocity_[k][s];
     squares = std::max(squares, square);
   }
-  const double way = 2 * std::sqrt(squares) * flight.time;
-  const double wrong = rounded_ + way * (last_digits + 2 * rounded_ / flight.near);
-  const double near = (flight.near + rounded_) * (1 + 1e-6);
+  const double relative_path = 2 * std::sqrt(squares) * flight.time;
+  const double error = position_error_ + relative_path * (last_digits + 2 * position_error_ / flight.near);
+  const double near = (flight.near + position_error_) * (1 + 1e-6);
   near_square_ = static_cast<float>(near * near);
-  met_within_ = static_cast<float>((flight.within + wrong) * (1 + 1e-6));
+  meeting_distance_ = static_cast<float>((flight.within + error) * (1 + 1e-6));
   time_ = static_cast<float>(flight.time);
   return collect<true>(team);
 }

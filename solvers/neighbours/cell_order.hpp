@@ -40,38 +40,39 @@ class CellOrder {
 
  private:
   /// Range of slots, with the shift of their image.
-  struct Among {
+  struct SlotRange {
     int first = 0, last = 0;
-    std::array<float, d> turned{};
+    std::array<float, d> image_shift{};
   };
   /// Range of cells along the first axis, with the shift of their image near another row.
   struct Row {
     int first = 0;  ///< First cell
-    std::array<float, d> turned{};
+    std::array<float, d> image_shift{};
   };
   using Near = std::vector<Pair>;
 
   void lay_out(const Spheres<d>& spheres);
   int column(double x, int k) const;
-  std::vector<Row> rows_beside(int y, int z) const;
-  template <bool flies>
+  std::vector<Row> neighbour_rows(int y, int z) const;
+  template <bool moving>
   const std::vector<Pair>& collect(parallel::Team& team);
-  template <bool folded, bool flies>
+  template <bool nearest_images, bool moving>
   void search_row(int y, int z, Near& near) const;
-  template <bool folded, bool flies>
-  void search(int slot, const Among& among, Near& near) const;
+  template <bool nearest_images, bool moving>
+  void search(int slot, const SlotRange& candidates, Near& near) const;
 
-  double range_ = 0, rounded_ = 0;  ///< rounded_: bound on the rounding error of a difference of positions
+  double range_ = 0,
+         position_error_ = 0;  ///< position_error_: bound on the rounding error of a difference of positions
   float within_square_ = 0;
-  float time_ = 0, met_within_ = 0, near_square_ = 0;  ///< Parameters of the flight, enlarged by rounding
+  float time_ = 0, meeting_distance_ = 0, near_square_ = 0;  ///< Parameters of the flight, enlarged by rounding
   std::array<int, 3> count_{1, 1, 1};
-  bool folds_ = false;                                        ///< True if a periodic axis has a single cell
+  bool needs_nearest_images_ = false;                         ///< True if a periodic axis has a single cell
   std::array<double, 3> low_{}, period_{}, cells_a_metre_{};  ///< Period 0: not periodic
   std::vector<int> start_, cell_, particle_, slot_;
-  std::vector<std::array<float, d>> inside_;    ///< Position of each particle relative to low_
-  std::array<std::vector<float>, d> place_;     ///< Position of each slot, padded by a whole vector
-  std::array<std::vector<float>, d> velocity_;  ///< Velocity of each slot, padded like place_
-  std::vector<Near> found_;                     ///< Pairs of each task
+  std::vector<std::array<float, d>> wrapped_position_;  ///< Position of each particle relative to low_
+  std::array<std::vector<float>, d> position_;          ///< Position of each slot, padded by a whole vector
+  std::array<std::vector<float>, d> velocity_;          ///< Velocity of each slot, padded like position_
+  std::vector<Near> found_;                             ///< Pairs of each task
   Near pairs_;
 };
 

@@ -8,9 +8,9 @@ namespace {
 
 template <int d>
 Vec<d> moved(const Spheres<d>& spheres, const std::vector<double>& from, int i) {
-  Vec<d> by;
-  for (int k = 0; k < d; ++k) by[k] = spheres.position[i * d + k] - from[i * d + k];
-  return spheres.box.any_periodic() ? spheres.box.difference(by, {}) : by;
+  Vec<d> displacement;
+  for (int k = 0; k < d; ++k) displacement[k] = spheres.position[i * d + k] - from[i * d + k];
+  return spheres.box.any_periodic() ? spheres.box.difference(displacement, {}) : displacement;
 }
 
 }  // namespace
@@ -37,19 +37,19 @@ template <int d>
 bool NeighbourList::covers(const Spheres<d>& spheres, int first, int end) const {
   if (searches_ == 0 || searched_at_.size() != spheres.position.size()) return false;
   for (int i = first; i < end; ++i)
-    if (has_left(spheres, i)) return false;
+    if (has_moved_too_far(spheres, i)) return false;
   return true;
 }
 
 template <int d>
 bool NeighbourList::covers(const Spheres<d>& spheres, std::span<const int> some) const {
   if (searches_ == 0 || searched_at_.size() != spheres.position.size()) return false;
-  return std::ranges::none_of(some, [&](int i) { return has_left(spheres, i); });
+  return std::ranges::none_of(some, [&](int i) { return has_moved_too_far(spheres, i); });
 }
 
 /// Returns true if the particle has moved by more than half of the skin since the last rebuild.
 template <int d>
-bool NeighbourList::has_left(const Spheres<d>& spheres, int i) const {
+bool NeighbourList::has_moved_too_far(const Spheres<d>& spheres, int i) const {
   return norm2(moved(spheres, searched_at_, i)) > 0.25 * skin_ * skin_;
 }
 

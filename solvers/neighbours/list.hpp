@@ -34,7 +34,7 @@ class NeighbourList {
 
  private:
   template <int d>
-  bool has_left(const Spheres<d>& spheres, int i) const;
+  bool has_moved_too_far(const Spheres<d>& spheres, int i) const;
 
   double range_, skin_;
   std::vector<double> searched_at_;  ///< Positions at the last rebuild

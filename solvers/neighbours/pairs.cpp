@@ -14,8 +14,8 @@ namespace {
 
 /// Particle in the order of cells, close in memory to those that it is compared with.
 template <int d>
-struct Spot {
-  Vec<d> place;       ///< Position (m), inside the box along periodic axes
+struct SortedParticle {
+  Vec<d> position;    ///< Position (m), inside the box along periodic axes
   double radius = 0;  ///< Radius (m)
   int particle = 0;
 };
@@ -54,35 +54,35 @@ class Cells {
     sort();
   }
 
-  const Spot<d>& spot(int s) const { return spots_[s]; }
+  const SortedParticle<d>& sorted(int s) const { return sorted_[s]; }
 
   /// Returns the squared distance of the image of b nearest to a.
   template <bool periodic>
-  double distance_squared(const Spot<d>& a, const Spot<d>& b) const {
+  double distance_squared(const SortedParticle<d>& a, const SortedParticle<d>& b) const {
     double sum = 0;
     for (int k = 0; k < d; ++k) {
-      double apart = a.place[k] - b.place[k];
+      double separation = a.position[k] - b.position[k];
       if constexpr (periodic) {
         // Both are inside the box. Along other axes the period is 0.
-        if (apart > 0.5 * period_[k]) apart -= period_[k];
-        if (apart < -0.5 * period_[k]) apart += period_[k];
+        if (separation > 0.5 * period_[k]) separation -= period_[k];
+        if (separation < -0.5 * period_[k]) separation += period_[k];
       }
-      sum += apart * apart;
+      sum += separation * separation;
     }
     return sum;
   }
 
   /// Calls visit(spots) for all particles in the cells within `distance` (m) of a centre, along each axis.
   template <class Visit>
-  void for_each_near(const Spot<d>& centre, double distance, Visit visit) const {
+  void for_each_near(const SortedParticle<d>& centre, double distance, Visit visit) const {
     std::array<Columns, 3> columns{};
-    for (int k = 0; k < d; ++k) columns[k] = columns_within(centre.place[k], distance, k);
+    for (int k = 0; k < d; ++k) columns[k] = columns_within(centre.position[k], distance, k);
     for (int z = columns[2].first; z <= columns[2].last; ++z)
       for (int y = columns[1].first; y <= columns[1].last; ++y) {
-        const int row = (turned(z, 2) * count_[1] + turned(y, 1)) * count_[0];
+        const int row = (wrapped_column(z, 2) * count_[1] + wrapped_column(y, 1)) * count_[0];
         const auto visit_columns = [&](int first, int last) {
           const int begin = start_[row + first];
-          visit(std::span(&spots_[begin], start_[row + last + 1] - begin));
+          visit(std::span(&sorted_[begin], start_[row + last + 1] - begin));
         };
         const auto [first, last] = columns[0];
         if (first < 0) visit_columns(first + count_[0], count_[0] - 1);
@@ -95,7 +95,7 @@ class Cells {
   /// Margin in units of a cell's side: more than the rounding of positions relative to the cells' borders.
   static constexpr double slack = 1e-9;
 
-  double folded(double x, int k) const {
+  double wrapped(double x, int k) const {
     if (period_[k] == 0 || (x >= 0 && x < period_[k])) return x;
     const double inside = x - period_[k] * std::floor(x / period_[k]);
     return inside >= 0 && inside < period_[k] ? inside : 0;
@@ -108,35 +108,35 @@ class Cells {
   Columns columns_within(double x, double distance, int k) const {
     const double far = distance + slack * side_[k];
     if (period_[k] == 0) return {column(x - far, k), column(x + far, k)};
-    const auto turning = [&](double at) {
+    const auto unwrapped_column = [&](double at) {
       return static_cast<int>(std::floor(std::clamp(at * columns_a_metre_[k], -1.0 * count_[k], 2.0 * count_[k])));
     };
-    const Columns columns{turning(x - far), turning(x + far)};
+    const Columns columns{unwrapped_column(x - far), unwrapped_column(x + far)};
     return columns.last - columns.first + 1 < count_[k] ? columns : Columns{0, count_[k] - 1};
   }
-  int turned(int column, int k) const {
+  int wrapped_column(int column, int k) const {
     return column < 0 ? column + count_[k] : column >= count_[k] ? column - count_[k] : column;
   }
-  int cell_of(const Spot<d>& spot) const {
-    const auto along = [&](int k) { return k < d ? column(spot.place[k], k) : 0; };
+  int cell_of(const SortedParticle<d>& sorted) const {
+    const auto along = [&](int k) { return k < d ? column(sorted.position[k], k) : 0; };
     return (along(2) * count_[1] + along(1)) * count_[0] + along(0);
   }
-  Spot<d> make_spot(int i) const {
-    Spot<d> spot{.radius = spheres_.radius[i], .particle = i};
-    for (int k = 0; k < d; ++k) spot.place[k] = folded(spheres_.position[i * d + k], k);
-    return spot;
+  SortedParticle<d> make_sorted(int i) const {
+    SortedParticle<d> sorted{.radius = spheres_.radius[i], .particle = i};
+    for (int k = 0; k < d; ++k) sorted.position[k] = wrapped(spheres_.position[i * d + k], k);
+    return sorted;
   }
 
-  /// Counting sort: cell c contains spots_[start_[c]] ... spots_[start_[c + 1] - 1], in ascending order of particles.
+  /// Counting sort: cell c contains sorted_[start_[c]] ... sorted_[start_[c + 1] - 1], in ascending order of particles.
   void sort() {
     const int n = spheres_.size();
     start_.assign(static_cast<std::size_t>(count_[0]) * count_[1] * count_[2] + 1, 0);
     std::vector<int> cell(n);
-    for (int i = 0; i < n; ++i) ++start_[(cell[i] = cell_of(make_spot(i))) + 1];
+    for (int i = 0; i < n; ++i) ++start_[(cell[i] = cell_of(make_sorted(i))) + 1];
     std::partial_sum(start_.begin(), start_.end(), start_.begin());
     std::vector<int> next(start_.begin(), start_.end() - 1);
-    spots_.resize(n);
-    for (int i = 0; i < n; ++i) spots_[next[cell[i]]++] = make_spot(i);
+    sorted_.resize(n);
+    for (int i = 0; i < n; ++i) sorted_[next[cell[i]]++] = make_sorted(i);
   }
 
   const Spheres<d>& spheres_;
@@ -144,7 +144,7 @@ class Cells {
   std::array<double, 3> columns_a_metre_{};
   std::array<int, 3> count_{1, 1, 1};
   std::vector<int> start_;
-  std::vector<Spot<d>> spots_;
+  std::vector<SortedParticle<d>> sorted_;
 };
 
 /// Throws InputError if two images of one particle could be within range of another, which would be two pairs.
@@ -159,19 +159,19 @@ void check_box(const Box<d>& box, double within) {
 }
 
 /// Collects the pairs that look(spot, others) finds for each particle, in the order of the particles.
-template <int d, class Look>
-std::vector<Pair> collect(const Cells<d>& cells, int n, parallel::Team& team, const Look& look) {
-  constexpr int spots_a_task = 2048;
-  const int tasks = (n + spots_a_task - 1) / spots_a_task;
+template <int d, class FindPartners>
+std::vector<Pair> collect(const Cells<d>& cells, int n, parallel::Team& team, const FindPartners& find_partners) {
+  constexpr int particles_a_task = 2048;
+  const int tasks = (n + particles_a_task - 1) / particles_a_task;
   std::vector<std::vector<Pair>> found(tasks);
   std::vector<int> start(n + 1, 0);
-  const auto for_each_spot = [&](int task, const auto& visit) {
-    for (int s = task * spots_a_task; s < std::min(n, (task + 1) * spots_a_task); ++s) visit(cells.spot(s));
+  const auto for_each_particle = [&](int task, const auto& visit) {
+    for (int s = task * particles_a_task; s < std::min(n, (task + 1) * particles_a_task); ++s) visit(cells.sorted(s));
   };
   team.for_each(tasks, [&](int task) {
     std::vector<int> others;
-    for_each_spot(task, [&](const Spot<d>& here) {
-      const int count = look(here, others);
+    for_each_particle(task, [&](const SortedParticle<d>& here) {
+      const int count = find_partners(here, others);
       std::sort(others.begin(), others.begin() + count);
       for (int k = 0; k < count; ++k)
         found[task].push_back({std::min(here.particle, others[k]), std::max(here.particle, others[k])});
@@ -182,7 +182,7 @@ std::vector<Pair> collect(const Cells<d>& cells, int n, parallel::Team& team, co
   std::vector<Pair> pairs(start[n]);
   team.for_each(tasks, [&](int task) {
     auto next = found[task].begin();
-    for_each_spot(task, [&](const Spot<d>& here) {
+    for_each_particle(task, [&](const SortedParticle<d>& here) {
       const int count = start[here.particle + 1] - start[here.particle];
       std::copy_n(next, count, pairs.begin() + start[here.particle]);
       next += count;
@@ -191,11 +191,12 @@ std::vector<Pair> collect(const Cells<d>& cells, int n, parallel::Team& team, co
   return pairs;
 }
 
-/// Appends the particles of `spots` for which `is_near` is true to the first `count` of `others`.
+/// Appends the particles of `particles` for which `is_near` is true to the first `count` of `others`.
 template <int d, class IsNear>
-int append_near(std::span<const Spot<d>> spots, int count, std::vector<int>& others, const IsNear& is_near) {
-  if (others.size() < count + spots.size()) others.resize(2 * (count + spots.size()));
-  for (const Spot<d>& there : spots) {  // Without a branch, which would be hard to predict
+int append_near(std::span<const SortedParticle<d>> particles, int count, std::vector<int>& others,
+                const IsNear& is_near) {
+  if (others.size() < count + particles.size()) others.resize(2 * (count + particles.size()));
+  for (const SortedParticle<d>& there : particles) {  // Without a branch, which would be hard to predict
     others[count] = there.particle;
     count += is_near(there);
   }
@@ -205,10 +206,10 @@ int append_near(std::span<const Spot<d>> spots, int count, std::vector<int>& oth
 template <int d, bool periodic>
 std::vector<Pair> search(const Spheres<d>& spheres, const Cells<d>& cells, double largest, double range,
                          parallel::Team& team) {
-  return collect(cells, spheres.size(), team, [&](const Spot<d>& here, std::vector<int>& others) {
+  return collect(cells, spheres.size(), team, [&](const SortedParticle<d>& here, std::vector<int>& others) {
     int count = 0;
-    cells.for_each_near(here, here.radius + largest + range, [&](std::span<const Spot<d>> spots) {
-      count = append_near<d>(spots, count, others, [&](const Spot<d>& there) {
+    cells.for_each_near(here, here.radius + largest + range, [&](std::span<const SortedParticle<d>> particles) {
+      count = append_near<d>(particles, count, others, [&](const SortedParticle<d>& there) {
         const double within = here.radius + there.radius + range;
         return (here.particle < there.particle) & (within > 0) &
                (cells.template distance_squared<periodic>(here, there) < within * within);
@@ -223,19 +224,21 @@ std::vector<Pair> search(const Spheres<d>& spheres, const Cells<d>& cells, doubl
 template <int d>
 std::vector<Pair> search_within_reach(const Spheres<d>& spheres, const Cells<d>& cells, double largest, double range,
                                       std::span<const double> reach, parallel::Team& team) {
-  const auto looks_for = [&](int i, int j) { return reach[j] < reach[i] || (reach[j] == reach[i] && i < j); };
-  std::vector<Pair> pairs = collect(cells, spheres.size(), team, [&](const Spot<d>& here, std::vector<int>& others) {
-    const double own = reach[here.particle];
-    int count = 0;
-    cells.for_each_near(here, here.radius + largest + range + 2 * own, [&](std::span<const Spot<d>> spots) {
-      count = append_near<d>(spots, count, others, [&](const Spot<d>& there) {
-        if (!looks_for(here.particle, there.particle)) return false;
-        const double within = here.radius + there.radius + range + own + reach[there.particle];
-        return within > 0 && cells.template distance_squared<true>(here, there) < within * within;
+  const auto has_longer_reach = [&](int i, int j) { return reach[j] < reach[i] || (reach[j] == reach[i] && i < j); };
+  std::vector<Pair> pairs =
+      collect(cells, spheres.size(), team, [&](const SortedParticle<d>& here, std::vector<int>& others) {
+        const double own = reach[here.particle];
+        int count = 0;
+        cells.for_each_near(
+            here, here.radius + largest + range + 2 * own, [&](std::span<const SortedParticle<d>> particles) {
+              count = append_near<d>(particles, count, others, [&](const SortedParticle<d>& there) {
+                if (!has_longer_reach(here.particle, there.particle)) return false;
+                const double within = here.radius + there.radius + range + own + reach[there.particle];
+                return within > 0 && cells.template distance_squared<true>(here, there) < within * within;
+              });
+            });
+        return count;
       });
-    });
-    return count;
-  });
   std::ranges::sort(pairs);  // The particle that finds a pair may be the second one
   return pairs;
 }

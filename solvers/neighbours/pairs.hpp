@@ -24,7 +24,7 @@ struct Spheres {
   std::span<const double> charge{};  ///< Charges (C), [N]; empty: none
 
   int size() const { return static_cast<int>(radius.size()); }
-  LICHTENBERG_HOST_DEVICE Vec<d> place(int i) const {
+  LICHTENBERG_HOST_DEVICE Vec<d> centre(int i) const {
     Vec<d> p;
     for (int k = 0; k < d; ++k) p[k] = position[i * d + k];
     return p;

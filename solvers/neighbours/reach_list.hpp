@@ -30,21 +30,21 @@ class ReachList {
   template <int d>
   void add_far(const Spheres<d>& spheres, double range, std::span<const double> reach, std::vector<Pair>& found) const;
 
-  double skin_ = 0, range_ = 0;      ///< Lengths (m); range_: that of the candidates
-  std::vector<double> searched_at_;  ///< Positions at the last rebuild
-  std::vector<Pair> candidates_;     ///< Candidate pairs in ascending order
-  std::vector<double> gap_;          ///< Gap of each candidate at the rebuild (m)
-  std::vector<int> by_gap_;          ///< Indices of the candidates by ascending gap
-  double largest_radius_ = 0;        ///< m
-  std::vector<int> along_;           ///< Particles sorted along the first axis, at the rebuild
-  std::vector<double> along_at_;     ///< Coordinates of these particles along the first axis (m)
-  double farthest_ = 0;              ///< Largest reach plus displacement of particles that are not far (m)
+  double skin_ = 0, range_ = 0;            ///< Lengths (m); range_: that of the candidates
+  std::vector<double> searched_at_;        ///< Positions at the last rebuild
+  std::vector<Pair> candidates_;           ///< Candidate pairs in ascending order
+  std::vector<double> gap_;                ///< Gap of each candidate at the rebuild (m)
+  std::vector<int> by_gap_;                ///< Indices of the candidates by ascending gap
+  double largest_radius_ = 0;              ///< m
+  std::vector<int> by_coordinate_;         ///< Particles sorted along the first axis, at the rebuild
+  std::vector<double> sorted_coordinate_;  ///< Coordinates of these particles along the first axis (m)
+  double farthest_ = 0;                    ///< Largest reach plus displacement of particles that are not far (m)
   /// Bounds (m), at least and at most, on the reduction of a gap by a particle's displacement since the rebuild and its
   /// reach; minus infinity for far particles.
-  struct Room {
+  struct GapReduction {
     double least = 0, most = 0;
   };
-  std::vector<Room> room_;
+  std::vector<GapReduction> gap_reduction_;
   std::vector<double> moved_;
   std::vector<int> far_;  ///< Far particles, whose pairs are not among the candidates
   std::vector<char> is_far_;

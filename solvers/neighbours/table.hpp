@@ -18,23 +18,23 @@ namespace lichtenberg {
 /// Position in a periodic box as fixed-point fractions of its lengths, in units of 2^-32. Differences wrap like the
 /// box: the signed difference of two positions is that of their nearest images. The high bits of a product with a
 /// number of cells are the cell.
-struct Turns {
+struct FixedPointPosition {
   std::uint32_t x = 0, y = 0, z = 0;
 };
 
-constexpr double whole_turn = 0x1p32;
+constexpr double units_per_box = 0x1p32;
 
-/// Converts a position in any image of the box; `over_length`: 2^32 / length.
-LICHTENBERG_HOST_DEVICE inline std::uint32_t turns(double place, double over_length) {
-  return static_cast<std::uint32_t>(static_cast<long long>(std::floor(place * over_length)));
+/// Converts a position in any image of the box; `units_per_length`: 2^32 / length.
+LICHTENBERG_HOST_DEVICE inline std::uint32_t fixed_point_coordinate(double position, double units_per_length) {
+  return static_cast<std::uint32_t>(static_cast<long long>(std::floor(position * units_per_length)));
 }
 /// Returns a - b of nearest images, in units of 2^-32 of the length.
-LICHTENBERG_HOST_DEVICE inline float apart(std::uint32_t a, std::uint32_t b) {
+LICHTENBERG_HOST_DEVICE inline float nearest_difference(std::uint32_t a, std::uint32_t b) {
   return static_cast<float>(static_cast<std::int32_t>(a - b));
 }
 /// Returns the cell of a position, for `cells` cells along the axis.
-LICHTENBERG_HOST_DEVICE inline int cell_of(std::uint32_t turns, int cells) {
-  return static_cast<int>((static_cast<std::uint64_t>(turns) * static_cast<std::uint64_t>(cells)) >> 32);
+LICHTENBERG_HOST_DEVICE inline int cell_of(std::uint32_t coordinate, int cells) {
+  return static_cast<int>((static_cast<std::uint64_t>(coordinate) * static_cast<std::uint64_t>(cells)) >> 32);
 }
 
 /// Cells of a box, and the sorted particles in each: cell (x, y, z) has the number (x * cells[1] + y) * cells[2] + z.
@@ -51,30 +51,30 @@ class CellGrid {
  public:
   /// Makes cells with edges of at least `edge`.
   CellGrid(const Executor& run, Vec3 lengths, Vec3 edge)
-      : run_(&run), cell_(run), among_(run), order_(run), first_(run) {
+      : run_(&run), cell_(run), index_in_cell_(run), order_(run), first_(run) {
     for (int k = 0; k < 3; ++k) cells_[k] = std::clamp(static_cast<int>(lengths[k] / edge[k]), 1, 1024);
   }
 
-  /// Sorts n particles; `place_of(i)` returns the position of i as `Turns`. order() then lists them by cells; within a
-  /// cell the order is arbitrary.
-  template <class PlaceOf>
-  void sort(int n, PlaceOf place_of) {
+  /// Sorts n particles; `position_of(i)` returns the position of i as `FixedPointPosition`. order() then lists them by
+  /// cells; within a cell the order is arbitrary.
+  template <class PositionOf>
+  void sort(int n, PositionOf position_of) {
     cell_.resize(n);
-    among_.resize(n);
+    index_in_cell_.resize(n);
     order_.resize(n);
     const CellsView cells{cells_};
     const int all = cells_[0] * cells_[1] * cells_[2];
     first_.resize(all + 1);
     first_.zero();
-    int *cell = cell_.data(), *among = among_.data(), *first = first_.data(), *order = order_.data();
+    int *cell = cell_.data(), *index_in_cell = index_in_cell_.data(), *first = first_.data(), *order = order_.data();
     run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int i) {
-      const Turns at = place_of(i);
+      const FixedPointPosition at = position_of(i);
       cell[i] =
           cells.number(cell_of(at.x, cells.cells[0]), cell_of(at.y, cells.cells[1]), cell_of(at.z, cells.cells[2]));
-      among[i] = parallel::take_place(&first[cell[i]]);
+      index_in_cell[i] = parallel::take_index(&first[cell[i]]);
     });
     run_->exclusive_scan(first, all + 1);
-    run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int i) { order[first[cell[i]] + among[i]] = i; });
+    run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int i) { order[first[cell[i]] + index_in_cell[i]] = i; });
   }
   const int* order() const { return order_.data(); }
   CellsView view() const { return {cells_, first_.data()}; }
@@ -82,7 +82,7 @@ class CellGrid {
  private:
   const Executor* run_;
   std::array<int, 3> cells_{};
-  parallel::Array<int, Executor> cell_, among_, order_, first_;
+  parallel::Array<int, Executor> cell_, index_in_cell_, order_, first_;
 };
 
 /// Window of cells around a position that contain all particles within a range: columns along z, each with at most two
@@ -105,17 +105,17 @@ struct CellWindow {
 
   /// Calls visit(j) for the particles in column c of the window around `at`, in those cells that are within the range.
   template <class Visit>
-  LICHTENBERG_HOST_DEVICE void visit(Turns at, int c, Visit visit) const {
+  LICHTENBERG_HOST_DEVICE void visit(FixedPointPosition at, int c, Visit visit) const {
     const int x = wrapped(at.x, 0, c / width[1]), y = wrapped(at.y, 1, c % width[1]);
     const int column = grid.number(x, y, 0), cells = grid.cells[2];
     int from = 0, end = cells;
-    const float along_x = gap(at.x, 0, c / width[1]), along_y = gap(at.y, 1, c % width[1]);
-    const float left = range2 - along_x * along_x - along_y * along_y;
+    const float gap_x = gap(at.x, 0, c / width[1]), gap_y = gap(at.y, 1, c % width[1]);
+    const float left = range2 - gap_x * gap_x - gap_y * gap_y;
     if (left < 0) return;
     if (width[2] < cells) {
-      const float half = std::sqrt(left) / edge[2] + 1e-3f, behind = behind_edge(at.z, 2);
-      const int cell = cell_of(at.z, cells), low = static_cast<int>(std::floor(behind - half)),
-                high = static_cast<int>(std::floor(behind + half));
+      const float half = std::sqrt(left) / edge[2] + 1e-3f, offset = offset_in_cell(at.z, 2);
+      const int cell = cell_of(at.z, cells), low = static_cast<int>(std::floor(offset - half)),
+                high = static_cast<int>(std::floor(offset + half));
       from = cell + (low > -reach[2] ? low : -reach[2]), end = cell + (high < reach[2] ? high : reach[2]) + 1;
     }
     run(column, from < 0 ? 0 : from, end > cells ? cells : end, visit);
@@ -125,21 +125,23 @@ struct CellWindow {
 
  private:
   /// Returns the offset of a position from the lower face of its cell, in cells.
-  LICHTENBERG_HOST_DEVICE float behind_edge(std::uint32_t turns, int axis) const {
-    return static_cast<float>(static_cast<std::uint32_t>(turns * static_cast<std::uint32_t>(grid.cells[axis]))) *
+  LICHTENBERG_HOST_DEVICE float offset_in_cell(std::uint32_t coordinate, int axis) const {
+    return static_cast<float>(static_cast<std::uint32_t>(coordinate * static_cast<std::uint32_t>(grid.cells[axis]))) *
            0x1p-32f;
   }
   /// Returns the distance along an axis between a position and the cells of this step, slightly reduced for rounding.
-  LICHTENBERG_HOST_DEVICE float gap(std::uint32_t turns, int axis, int step) const {
+  LICHTENBERG_HOST_DEVICE float gap(std::uint32_t coordinate, int axis, int step) const {
     if (width[axis] == grid.cells[axis]) return 0;
     const auto off = static_cast<float>(step - reach[axis]);
-    const float behind = behind_edge(turns, axis), cells = off < 0 ? behind - off - 1 : off > 0 ? off - behind : 0;
+    const float offset = offset_in_cell(coordinate, axis), cells = off < 0   ? offset - off - 1
+                                                                   : off > 0 ? off - offset
+                                                                             : 0;
     return cells > 1e-4f ? (cells - 1e-4f) * edge[axis] : 0;
   }
-  LICHTENBERG_HOST_DEVICE int wrapped(std::uint32_t turns, int axis, int step) const {
+  LICHTENBERG_HOST_DEVICE int wrapped(std::uint32_t coordinate, int axis, int step) const {
     const int cells = grid.cells[axis];
     if (width[axis] == cells) return step;
-    const int cell = cell_of(turns, cells) - reach[axis] + step;
+    const int cell = cell_of(coordinate, cells) - reach[axis] + step;
     return cell < 0 ? cell + cells : cell >= cells ? cell - cells : cell;
   }
   template <class Visit>
@@ -151,35 +153,36 @@ struct CellWindow {
 
 /// Test whether two particles are near each other. It uses explicit fused operations, because the counting and the
 /// listing of pairs, and both partners of a pair, must round identically.
-struct Within {
+struct RangeTest {
   float x, y, z;  ///< Lengths of the box over 2^32
   float most;     ///< Squared range
 
-  LICHTENBERG_HOST_DEVICE bool operator()(Turns a, Turns b) const {
-    const float dx = x * apart(a.x, b.x), dy = y * apart(a.y, b.y), dz = z * apart(a.z, b.z);
+  LICHTENBERG_HOST_DEVICE bool operator()(FixedPointPosition a, FixedPointPosition b) const {
+    const float dx = x * nearest_difference(a.x, b.x), dy = y * nearest_difference(a.y, b.y),
+                dz = z * nearest_difference(a.z, b.z);
     return std::fma(dx, dx, std::fma(dy, dy, dz * dz)) < most;
   }
 };
 
 /// Rows of partners during construction. Each row has several parts, and each part searches some columns of cells.
-template <class PlaceOf>
+template <class PositionOf>
 struct RowParts {
   CellWindow window;
-  Within within;
-  PlaceOf place_of;
+  RangeTest within;
+  PositionOf position_of;
   int n, parts;
   bool once;  ///< True if each pair is in one row only
 
   /// Calls found(j) for the partners in part k / n of row k % n: neighbouring threads process neighbouring particles
   /// and the same columns.
-  template <class Found>
-  LICHTENBERG_HOST_DEVICE void operator()(int k, Found found) const {
+  template <class Visit>
+  LICHTENBERG_HOST_DEVICE void operator()(int k, Visit visit) const {
     const int s = k % n, all = window.columns(), a_part = (all + parts - 1) / parts, first = k / n * a_part;
     const int end = first + a_part < all ? first + a_part : all;
-    const Turns at = place_of(s);
+    const FixedPointPosition at = position_of(s);
     for (int c = first; c < end; ++c)
       window.visit(at, c, [&](int j) {
-        if ((once ? j > s : j != s) && within(at, place_of(j))) found(j);
+        if ((once ? j > s : j != s) && within(at, position_of(j))) visit(j);
       });
   }
 };
@@ -200,18 +203,19 @@ class NeighbourTable {
  public:
   explicit NeighbourTable(const Executor& run) : run_(&run), start_(run), partner_(run) {}
 
-  /// Builds the table of n sorted particles; `place_of(s)` returns the position as `Turns`. The range is at most half
-  /// of the box; pairs slightly beyond it may occur due to rounding. Each pair is in the rows of both particles, or
-  /// with `once` in that of the first one.
-  template <class PlaceOf>
-  void build(int n, const CellsView& cells, Vec3 lengths, double range, PlaceOf place_of, bool once = false) {
+  /// Builds the table of n sorted particles; `position_of(s)` returns the position as `FixedPointPosition`. The range
+  /// is at most half of the box; pairs slightly beyond it may occur due to rounding. Each pair is in the rows of both
+  /// particles, or with `once` in that of the first one.
+  template <class PositionOf>
+  void build(int n, const CellsView& cells, Vec3 lengths, double range, PositionOf position_of, bool once = false) {
     const CellWindow window(cells, lengths, range);
     const int columns = window.columns(), threads = cut(n, columns);
     start_.resize(static_cast<std::size_t>(n) * columns_ + 1);
-    const Within within{static_cast<float>(lengths.x / whole_turn), static_cast<float>(lengths.y / whole_turn),
-                        static_cast<float>(lengths.z / whole_turn), static_cast<float>(range * range * (1 + 1e-6))};
+    const RangeTest within{static_cast<float>(lengths.x / units_per_box), static_cast<float>(lengths.y / units_per_box),
+                           static_cast<float>(lengths.z / units_per_box),
+                           static_cast<float>(range * range * (1 + 1e-6))};
     const int parts = columns_;
-    const RowParts<PlaceOf> visit{window, within, place_of, n, parts, once};
+    const RowParts<PositionOf> visit{window, within, position_of, n, parts, once};
     int* start = start_.data();
     run_->template for_each<128>(threads + 1L, [=] LICHTENBERG_HOST_DEVICE(int k) {
       int count = 0;

@@ -23,7 +23,7 @@ struct ElectrodeOf {
 
 /// Returns the position of an electrode for the dissection. For a wall it is arbitrary, because electrodes are not
 /// eliminated.
-Point place(const ParticlePacking& packing, const PackingElectrode& electrode) {
+Point electrode_position(const ParticlePacking& packing, const PackingElectrode& electrode) {
   return electrode.wall ? packing.walls[electrode.index].point : packing.position[electrode.index];
 }
 
@@ -49,7 +49,7 @@ class ContactNodes {
         electrodes_(electrodes),
         electrode_of_(packing, electrodes),
         touching(packing.size()) {
-    if (const std::string why = why_no_contact_network(packing, contacts, electrodes); !why.empty())
+    if (const std::string why = contact_network_obstacle(packing, contacts, electrodes); !why.empty())
       throw InputError(why);
     number();
     // One traversal serves twice: to count, then to fill the arrays.
@@ -76,7 +76,7 @@ class ContactNodes {
     }
     for (const PackingElectrode& electrode : electrodes_) {
       electrode_node.push_back(static_cast<int>(position.size()));
-      position.push_back(place(packing_, electrode));
+      position.push_back(electrode_position(packing_, electrode));
     }
     for (std::size_t k = 0; k < contacts_.pairs.size(); ++k)
       if (node_[k] < 0)
@@ -124,7 +124,7 @@ PackingNetwork particle_network(const ParticlePacking& packing, const Contacts& 
   network.position = packing.position;
   for (const PackingElectrode& electrode : electrodes) {
     result.electrode.push_back(electrode.wall ? static_cast<int>(network.position.size()) : electrode.index);
-    if (electrode.wall) network.position.push_back(place(packing, electrode));
+    if (electrode.wall) network.position.push_back(electrode_position(packing, electrode));
   }
   network.nodes = static_cast<int>(network.position.size());
   const ElectrodeOf electrode_of(packing, electrodes);
@@ -152,8 +152,8 @@ PackingNetwork particle_network(const ParticlePacking& packing, const Contacts& 
   return result;
 }
 
-std::string why_no_contact_network(const ParticlePacking& packing, const Contacts& contacts,
-                                   const std::vector<PackingElectrode>& electrodes) {
+std::string contact_network_obstacle(const ParticlePacking& packing, const Contacts& contacts,
+                                     const std::vector<PackingElectrode>& electrodes) {
   const ElectrodeOf electrode_of(packing, electrodes);
   const auto touch = [](const std::string& which) {
     return fmt::format(

@@ -29,12 +29,12 @@ PackingNetwork particle_network(const ParticlePacking& packing, const Contacts& 
 
 /// Returns the reason why the electrodes exclude a contact-centred network: they touch each other, and their contact
 /// would have two potentials. Empty if they do not.
-std::string why_no_contact_network(const ParticlePacking& packing, const Contacts& contacts,
-                                   const std::vector<PackingElectrode>& electrodes);
+std::string contact_network_obstacle(const ParticlePacking& packing, const Contacts& contacts,
+                                     const std::vector<PackingElectrode>& electrodes);
 
 /// Makes a contact-centred network: one node per contact, links between all contacts of a particle. Nodes are the
 /// contacts between non-electrode particles, in their order, followed by the electrodes, which include their own
-/// contacts. Throws InputError with the message of why_no_contact_network. Also throws the exceptions of
+/// contacts. Throws InputError with the message of contact_network_obstacle. Also throws the exceptions of
 /// check_particles.
 PackingNetwork contact_network(const ParticlePacking& packing, const Contacts& contacts, const ResistorModel& model,
                                const Parameters& parameters, const std::vector<PackingElectrode>& electrodes);

@@ -29,7 +29,7 @@ void check_nodes(const Network& network, const std::vector<int>& nodes) {
 }
 
 /// Subset of a network's links, with the nodes at their ends.
-struct Part {
+struct Subnetwork {
   Network network;
   std::vector<int> node;    ///< [nodes of the part] index in the whole network
   std::vector<int> number;  ///< [nodes of the whole network] index in the part, or -1
@@ -37,23 +37,23 @@ struct Part {
 
 /// Extracts a part. `first`: nodes that come first in any case. `chosen(k)`: true if link k is in the part.
 template <class Chosen>
-Part part_of(const Network& network, const std::vector<int>& first, const Chosen& chosen) {
-  Part part{.number = std::vector<int>(network.nodes, -1)};
+Subnetwork extract(const Network& network, const std::vector<int>& first, const Chosen& chosen) {
+  Subnetwork subnetwork{.number = std::vector<int>(network.nodes, -1)};
   const auto number = [&](int node) {
-    if (part.number[node] < 0) {
-      part.number[node] = static_cast<int>(part.node.size());
-      part.node.push_back(node);
+    if (subnetwork.number[node] < 0) {
+      subnetwork.number[node] = static_cast<int>(subnetwork.node.size());
+      subnetwork.node.push_back(node);
     }
-    return part.number[node];
+    return subnetwork.number[node];
   };
   for (const int node : first) number(node);
   for (std::size_t k = 0; k < network.links.size(); ++k)
     if (const Link& link = network.links[k]; chosen(k))
-      part.network.links.push_back({number(link.a), number(link.b), link.conductance});
-  part.network.nodes = static_cast<int>(part.node.size());
+      subnetwork.network.links.push_back({number(link.a), number(link.b), link.conductance});
+  subnetwork.network.nodes = static_cast<int>(subnetwork.node.size());
   if (!network.position.empty())
-    for (const int node : part.node) part.network.position.push_back(network.position[node]);
-  return part;
+    for (const int node : subnetwork.node) subnetwork.network.position.push_back(network.position[node]);
+  return subnetwork;
 }
 
 /// Sets the potential of dead ends to that of the node where they begin.
@@ -154,12 +154,12 @@ Conduction conduct(const Network& network, int low, int high, const ConductionOp
   potential[low] = 0;
   potential[high] = options.voltage;
   if (result.connected) {
-    const Part part = part_of(network, {low, high}, [&](std::size_t k) { return result.backbone[k] != 0; });
-    const std::vector<double> current = solve(part.network, options, result);
-    for (int n = 0; n < part.network.nodes; ++n) potential[part.node[n]] = result.potential[n];
+    const Subnetwork subnetwork = extract(network, {low, high}, [&](std::size_t k) { return result.backbone[k] != 0; });
+    const std::vector<double> current = solve(subnetwork.network, options, result);
+    for (int n = 0; n < subnetwork.network.nodes; ++n) potential[subnetwork.node[n]] = result.potential[n];
     for (std::size_t k = 0, carrying = 0; k < network.links.size(); ++k)
       if (result.backbone[k]) result.link_current[k] = current[carrying++];
-    result.unknowns = part.network.nodes - 2;
+    result.unknowns = subnetwork.network.nodes - 2;
   }
   fill_dead_ends(network, potential);
   result.potential = std::move(potential);
@@ -171,11 +171,12 @@ Conduction conduct(const Network& network, int low, int high, const ConductionOp
 std::vector<double> resistances_from(const Network& network, int node) {
   check(network);
   check_nodes(network, {node});
-  const std::vector<int> piece = components(network).of;
-  const Part part = part_of(network, {node}, [&](std::size_t k) { return piece[network.links[k].a] == piece[node]; });
-  const Eigen::VectorXd found = Elimination(part.network, {0}).resistances();
+  const std::vector<int> component = components(network).of;
+  const Subnetwork subnetwork =
+      extract(network, {node}, [&](std::size_t k) { return component[network.links[k].a] == component[node]; });
+  const Eigen::VectorXd found = Elimination(subnetwork.network, {0}).resistances();
   std::vector<double> resistance(network.nodes, std::numeric_limits<double>::infinity());
-  for (int n = 0; n < part.network.nodes; ++n) resistance[part.node[n]] = found(n);
+  for (int n = 0; n < subnetwork.network.nodes; ++n) resistance[subnetwork.node[n]] = found(n);
   return resistance;
 }
 
@@ -187,16 +188,16 @@ double conductance_between(const Network& network, int low, int high) {
 Eigen::MatrixXd condense(const Network& network, const std::vector<int>& kept) {
   check(network);
   check_nodes(network, kept);
-  const Components pieces = components(network);
-  std::vector<char> has_kept(pieces.number, 0);
-  for (const int n : kept) has_kept[pieces.of[n]] = 1;
-  const auto seen = [&](int n) { return has_kept[pieces.of[n]] != 0; };
+  const Components parts = components(network);
+  std::vector<char> has_kept(parts.number, 0);
+  for (const int n : kept) has_kept[parts.of[n]] = 1;
+  const auto seen = [&](int n) { return has_kept[parts.of[n]] != 0; };
   const bool whole = std::ranges::all_of(has_kept, [](char c) { return c != 0; });
   if (whole) return Elimination(network, kept).mesh();
-  const Part part = part_of(network, kept, [&](std::size_t k) { return seen(network.links[k].a); });
+  const Subnetwork subnetwork = extract(network, kept, [&](std::size_t k) { return seen(network.links[k].a); });
   std::vector<int> first(kept.size());
   std::iota(first.begin(), first.end(), 0);
-  return Elimination(part.network, first).mesh();
+  return Elimination(subnetwork.network, first).mesh();
 }
 
 }  // namespace lichtenberg::network

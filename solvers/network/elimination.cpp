@@ -45,11 +45,11 @@ void eliminate_stars(double* g, int m, int stars) {
 }  // namespace
 
 /// Links by their earlier end, with both ends numbered in the order of elimination.
-struct Elimination::Later {
+struct Elimination::ForwardLinks {
   std::vector<int> start, number;
   std::vector<double> conductance;
 
-  Later(const Network& network, const std::vector<int>& order) : start(network.nodes + 1, 0) {
+  ForwardLinks(const Network& network, const std::vector<int>& order) : start(network.nodes + 1, 0) {
     std::vector<int> number_of(network.nodes);
     for (int k = 0; k < network.nodes; ++k) number_of[order[k]] = k;
     for (const Link& link : network.links)
@@ -61,9 +61,9 @@ struct Elimination::Later {
     for (const Link& link : network.links) {
       if (link.a == link.b) continue;
       const auto [earlier, later] = std::minmax(number_of[link.a], number_of[link.b]);
-      const int place = --start[earlier];
-      number[place] = later;
-      conductance[place] = link.conductance;
+      const int slot = --start[earlier];
+      number[slot] = later;
+      conductance[slot] = link.conductance;
     }
   }
 };
@@ -72,7 +72,7 @@ struct Elimination::Later {
 class Elimination::Run {
  public:
   Run(Elimination& result, const Network& network)
-      : r_(result), later_(network, result.dissection_.order), local_(network.nodes, -1) {}
+      : r_(result), forward_(network, result.dissection_.order), local_(network.nodes, -1) {}
 
   /// Finds the later nodes that each front joins, and from these the sizes of all arrays.
   void symbolic() {
@@ -87,7 +87,7 @@ class Elimination::Run {
         local_[n] = static_cast<int>(f);
         r_.border_.push_back(n);
       };
-      for (int e = later_.start[first]; e < later_.start[last]; ++e) add(later_.number[e]);
+      for (int e = forward_.start[first]; e < forward_.start[last]; ++e) add(forward_.number[e]);
       for (int c = 0; c < children; ++c) {
         for (int b = r_.border_start_[waiting.back()]; b < r_.border_start_[waiting.back() + 1]; ++b)
           add(r_.border_[b]);
@@ -131,8 +131,8 @@ class Elimination::Run {
     for (int b = 0; b < m - s; ++b) local_[r_.border_[r_.border_start_[f] + b]] = s + b;
     std::fill_n(front_.begin(), std::size_t(m) * m, 0.0);
     for (int k = 0; k < s; ++k)
-      for (int e = later_.start[first + k]; e < later_.start[first + k + 1]; ++e)
-        front_[std::size_t(k) * m + local_[later_.number[e]]] += later_.conductance[e];
+      for (int e = forward_.start[first + k]; e < forward_.start[first + k + 1]; ++e)
+        front_[std::size_t(k) * m + local_[forward_.number[e]]] += forward_.conductance[e];
     for (int c = 0; c < children; ++c) take_in(front_.data(), m);
   }
 
@@ -142,12 +142,12 @@ class Elimination::Run {
     waiting_.pop_back();
     const int n = r_.border(child);
     const int* number = r_.border_.data() + r_.border_start_[child];
-    place_.resize(n);
-    for (int b = 0; b < n; ++b) place_[b] = local_[number[b]];
+    row_.resize(n);
+    for (int b = 0; b < n; ++b) row_[b] = local_[number[b]];
     const double* from = stack_.data() + stack_.size() - std::size_t(n) * n;
     for (int j = 0; j < n; ++j) {
-      double* column = into + std::size_t(place_[j]) * m;
-      for (int i = j + 1; i < n; ++i) column[place_[i]] += from[std::size_t(j) * n + i];
+      double* column = into + std::size_t(row_[j]) * m;
+      for (int i = j + 1; i < n; ++i) column[row_[i]] += from[std::size_t(j) * n + i];
     }
     stack_.resize(stack_.size() - std::size_t(n) * n);
   }
@@ -168,8 +168,8 @@ class Elimination::Run {
     mesh = Eigen::MatrixXd::Zero(kept, kept);
     for (int k = 0; k < kept; ++k) {
       local_[first + k] = k;
-      for (int e = later_.start[first + k]; e < later_.start[first + k + 1]; ++e)
-        mesh(later_.number[e] - first, k) += later_.conductance[e];
+      for (int e = forward_.start[first + k]; e < forward_.start[first + k + 1]; ++e)
+        mesh(forward_.number[e] - first, k) += forward_.conductance[e];
     }
     while (!waiting_.empty()) take_in(mesh.data(), kept);
     mesh.diagonal().setZero();
@@ -177,8 +177,8 @@ class Elimination::Run {
   }
 
   Elimination& r_;
-  Later later_;
-  std::vector<int> local_, place_, waiting_;
+  ForwardLinks forward_;
+  std::vector<int> local_, row_, waiting_;
   int largest_ = 0;
   std::vector<double> front_, stack_;
 };
@@ -195,8 +195,8 @@ Elimination::Elimination(const Network& network, const std::vector<int>& kept, c
   if (done_) run.numeric();
 }
 
-Eigen::MatrixXd Elimination::potentials(const Eigen::MatrixXd& given, const Eigen::MatrixXd& fed) const {
-  const auto columns = given.cols();
+Eigen::MatrixXd Elimination::potentials(const Eigen::MatrixXd& kept_potential, const Eigen::MatrixXd& injected) const {
+  const auto columns = kept_potential.cols();
   // Rows by number in the order of elimination: first the currents that reach a node, then its potential.
   Eigen::MatrixXd x = Eigen::MatrixXd::Zero(nodes_, columns);
   const int fronts = static_cast<int>(dissection_.fronts.size());
@@ -206,14 +206,14 @@ Eigen::MatrixXd Elimination::potentials(const Eigen::MatrixXd& given, const Eige
   const auto number = [&](int f, int row) {
     return row < size(f) ? dissection_.fronts[f].first + row : border_[border_start_[f] + row - size(f)];
   };
-  if (fed.size() > 0) {
-    for (int k = 0; k < nodes_ - kept_; ++k) x.row(k) = fed.row(node(k));
+  if (injected.size() > 0) {
+    for (int k = 0; k < nodes_ - kept_; ++k) x.row(k) = injected.row(node(k));
     for (int f = 0; f < fronts; ++f)
       for (int k = 0; k < size(f); ++k)
         for (int i = k + 1; i < size(f) + border(f); ++i)
           x.row(number(f, i)) += star(f, k)[i] / star(f, k)[k] * x.row(dissection_.fronts[f].first + k);
   }
-  x.bottomRows(kept_) = given;
+  x.bottomRows(kept_) = kept_potential;
   for (int f = fronts - 1; f >= 0; --f)
     for (int k = size(f) - 1; k >= 0; --k) {
       const double* g = star(f, k);
@@ -260,21 +260,21 @@ Eigen::VectorXd Elimination::resistances() const {
   std::vector<std::vector<int>> children(parent.size());
   for (std::size_t f = 0; f < parent.size(); ++f)
     if (parent[f] >= 0) children[parent[f]].push_back(static_cast<int>(f));
-  std::vector<Eigen::MatrixXd> of_border(parent.size());  // Inverse of each front's border, taken from its parent
-  std::vector<int> place(nodes_, -1), rows;
+  std::vector<Eigen::MatrixXd> border_inverse(parent.size());  // Inverse of each front's border, taken from its parent
+  std::vector<int> row(nodes_, -1), rows;
   for (int f = static_cast<int>(parent.size()) - 1; f >= 0; --f) {
     const int s = size(f), m = s + border(f);
     Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(m, m);
-    if (of_border[f].size() > 0) inverse.bottomRightCorner(m - s, m - s) = of_border[f];
-    of_border[f].resize(0, 0);
+    if (border_inverse[f].size() > 0) inverse.bottomRightCorner(m - s, m - s) = border_inverse[f];
+    border_inverse[f].resize(0, 0);
     invert_stars(f, inverse);
     const int first = dissection_.fronts[f].first;
-    for (int k = 0; k < s; ++k) result(node(first + k)) = inverse(k, k), place[first + k] = k;
-    for (int b = 0; b < m - s; ++b) place[border_[border_start_[f] + b]] = s + b;
+    for (int k = 0; k < s; ++k) result(node(first + k)) = inverse(k, k), row[first + k] = k;
+    for (int b = 0; b < m - s; ++b) row[border_[border_start_[f] + b]] = s + b;
     for (const int child : children[f]) {
       rows.clear();
-      for (int b = border_start_[child]; b < border_start_[child + 1]; ++b) rows.push_back(place[border_[b]]);
-      of_border[child] = inverse(rows, rows);
+      for (int b = border_start_[child]; b < border_start_[child + 1]; ++b) rows.push_back(row[border_[b]]);
+      border_inverse[child] = inverse(rows, rows);
     }
   }
   return result;

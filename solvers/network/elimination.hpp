@@ -37,9 +37,9 @@ class Elimination {
   /// The reduced conductance matrix has these with a minus sign, and their sums on the diagonal.
   const Eigen::MatrixXd& mesh() const { return mesh_; }
 
-  /// Returns the potentials (V) of all nodes, one column per right-hand side. `given`: [kept, m] potentials of the kept
-  /// nodes (V); `fed`: [nodes, m] injected currents at the other nodes (A), or empty for none.
-  Eigen::MatrixXd potentials(const Eigen::MatrixXd& given, const Eigen::MatrixXd& fed = {}) const;
+  /// Returns the potentials (V) of all nodes, one column per right-hand side. `kept_potential`: [kept, m] potentials of
+  /// the kept nodes (V); `injected`: [nodes, m] injected currents at the other nodes (A), or empty for none.
+  Eigen::MatrixXd potentials(const Eigen::MatrixXd& kept_potential, const Eigen::MatrixXd& injected = {}) const;
 
   /// Returns the effective resistances (Ohm) between each node, [nodes], and the kept ones, which are connected to each
   /// other; zero for those. They are the diagonal of the inverse of the grounded conductance matrix. Only the entries
@@ -51,7 +51,7 @@ class Elimination {
   double operations() const { return operations_; }  ///< Operations of the elimination: two per multiplication
 
  private:
-  struct Later;
+  struct ForwardLinks;
   struct Update;
   class Run;
 

@@ -43,8 +43,8 @@ class Clusters {
   }
 
   /// Returns the potentials of the nodes for the injected currents.
-  Eigen::VectorXd solve(const Eigen::VectorXd& fed) const {
-    return Elimination(network, {0}).potentials(Eigen::MatrixXd::Zero(1, 1), fed);
+  Eigen::VectorXd solve(const Eigen::VectorXd& injected) const {
+    return Elimination(network, {0}).potentials(Eigen::MatrixXd::Zero(1, 1), injected);
   }
 
   /// Returns, [links], the largest potential in each link's cluster.
@@ -65,17 +65,17 @@ class Clusters {
 };
 
 /// Returns the currents injected into all nodes by the source and the resolved links.
-std::vector<double> fed_currents(const Network& network, const std::vector<double>& current,
-                                 const std::vector<char>& resolved, const Feed& feed) {
-  std::vector<double> fed(network.nodes, 0);
-  fed[feed.high] += feed.current;
-  fed[feed.low] -= feed.current;
+std::vector<double> injected_currents(const Network& network, const std::vector<double>& current,
+                                      const std::vector<char>& resolved, const Feed& feed) {
+  std::vector<double> injected(network.nodes, 0);
+  injected[feed.high] += feed.current;
+  injected[feed.low] -= feed.current;
   for (std::size_t k = 0; k < network.links.size(); ++k) {
     if (!resolved[k]) continue;
-    fed[network.links[k].a] -= current[k];
-    fed[network.links[k].b] += current[k];
+    injected[network.links[k].a] -= current[k];
+    injected[network.links[k].b] += current[k];
   }
-  return fed;
+  return injected;
 }
 
 }  // namespace
@@ -100,11 +100,11 @@ std::vector<double> link_currents(const Network& network, std::vector<double> po
     const std::vector<int> links = std::move(open);
     open.clear();
     const Clusters clusters(network, links);
-    const std::vector<double> fed_whole = fed_currents(network, current, resolved, feed);
-    Eigen::VectorXd fed = Eigen::VectorXd::Zero(clusters.network.nodes);
+    const std::vector<double> injected_whole = injected_currents(network, current, resolved, feed);
+    Eigen::VectorXd injected = Eigen::VectorXd::Zero(clusters.network.nodes);
     for (int node = 0; node < network.nodes; ++node)
-      if (clusters.number[node] > 0) fed[clusters.number[node]] = fed_whole[node];
-    const Eigen::VectorXd relative = clusters.solve(fed);
+      if (clusters.number[node] > 0) injected[clusters.number[node]] = injected_whole[node];
+    const Eigen::VectorXd relative = clusters.solve(injected);
     const std::vector<double> scale = clusters.scale(relative);
     for (std::size_t k = 0; k < links.size(); ++k) {
       const Link& link = clusters.network.links[k];

@@ -35,7 +35,7 @@ struct Level {
 };
 
 /// Returns the nodes in breadth-first order, so that neighbours are close in memory.
-std::vector<int> walking_order(const Network& network, int from) {
+std::vector<int> breadth_first_order(const Network& network, int from) {
   const Incidence incidence(network);
   std::vector<int> order{from};
   std::vector<char> seen(network.nodes, 0);
@@ -62,18 +62,18 @@ void fill(Level& level, int n, const std::vector<Entry>& entries) {
   std::vector<std::pair<int, double>> sorted(entries.size());
   std::vector<int> next(end.begin(), end.end() - 1);
   for (const Entry& e : entries) sorted[next[e.row]++] = {e.column, e.conductance};
-  std::vector<int> place(n, -1);
+  std::vector<int> slot(n, -1);
   level.start.assign(1, 0);
   for (int i = 0; i < n; ++i) {
     const int begin = level.start.back();
     for (int k = end[i]; k < end[i + 1]; ++k) {
       const auto [column, g] = sorted[k];
-      if (place[column] < begin) {
-        place[column] = static_cast<int>(level.neighbour.size());
+      if (slot[column] < begin) {
+        slot[column] = static_cast<int>(level.neighbour.size());
         level.neighbour.push_back(column);
         level.conductance.push_back(0);
       }
-      level.conductance[place[column]] += g;
+      level.conductance[slot[column]] += g;
     }
     level.start.push_back(static_cast<int>(level.neighbour.size()));
   }
@@ -218,21 +218,21 @@ class Hierarchy {
 };
 
 /// Equations of all nodes except the two electrodes, in breadth-first order, and the currents from those.
-struct Inside {
+struct InnerEquations {
   std::vector<int> order;
   Level finest;
-  Vector fed;
+  Vector injected;
 };
 
-Inside inside(const Network& network, int low, int high, double voltage) {
-  Inside result;
+InnerEquations inner_equations(const Network& network, int low, int high, double voltage) {
+  InnerEquations result;
   std::vector<int>& order = result.order;
   std::vector<int> number(network.nodes, -1);
-  order = walking_order(network, low);
+  order = breadth_first_order(network, low);
   std::erase_if(order, [&](int n) { return n == low || n == high; });
   const int n = static_cast<int>(order.size());
   for (int k = 0; k < n; ++k) number[order[k]] = k;
-  result.finest.diagonal = result.fed = Vector::Zero(n);
+  result.finest.diagonal = result.injected = Vector::Zero(n);
   std::vector<Entry> entries;
   entries.reserve(2 * network.links.size());
   for (const Link& link : network.links) {
@@ -244,8 +244,8 @@ Inside inside(const Network& network, int low, int high, double voltage) {
       entries.push_back({a, b, link.conductance});
       entries.push_back({b, a, link.conductance});
     } else {
-      if (a >= 0 && link.b == high) result.fed[a] += link.conductance * voltage;
-      if (b >= 0 && link.a == high) result.fed[b] += link.conductance * voltage;
+      if (a >= 0 && link.b == high) result.injected[a] += link.conductance * voltage;
+      if (b >= 0 && link.a == high) result.injected[b] += link.conductance * voltage;
     }
   }
   fill(result.finest, n, entries);
@@ -253,15 +253,15 @@ Inside inside(const Network& network, int low, int high, double voltage) {
 }
 
 /// Solves by flexible conjugate gradients, since the preconditioner is not a fixed linear map. Returns the potentials.
-Vector conjugate_gradients(const Hierarchy& hierarchy, const Vector& fed, double voltage, double tolerance,
+Vector conjugate_gradients(const Hierarchy& hierarchy, const Vector& injected, double voltage, double tolerance,
                            MultigridSolution& result) {
   const Level& a = hierarchy.finest();
-  Vector v = Vector::Zero(fed.size()), r = fed, z, p, ap;
+  Vector v = Vector::Zero(injected.size()), r = injected, z, p, ap;
   double last_pap = 0;
   constexpr int most = 200;
   for (result.iterations = 0;; ++result.iterations) {
     result.imbalance = r.lpNorm<1>();
-    const double current = std::abs(fed.sum() - (fed.array() * v.array()).sum() / voltage);
+    const double current = std::abs(injected.sum() - (injected.array() * v.array()).sum() / voltage);
     if (result.iterations > 0 && result.imbalance <= tolerance * current) return v;
     if (result.iterations == most)
       throw Failure(
@@ -283,11 +283,11 @@ Vector conjugate_gradients(const Hierarchy& hierarchy, const Vector& fed, double
 MultigridSolution solve_by_multigrid(const Network& network, int low, int high, double voltage, double tolerance) {
   MultigridSolution result{.potential = std::vector<double>(network.nodes, 0)};
   result.potential[high] = voltage;
-  Inside equations = inside(network, low, high, voltage);
+  InnerEquations equations = inner_equations(network, low, high, voltage);
   if (equations.order.empty()) return result;
   const Hierarchy hierarchy(std::move(equations.finest));
   result.levels = hierarchy.levels();
-  const Vector v = conjugate_gradients(hierarchy, equations.fed, voltage, tolerance, result);
+  const Vector v = conjugate_gradients(hierarchy, equations.injected, voltage, tolerance, result);
   for (std::size_t k = 0; k < equations.order.size(); ++k) result.potential[equations.order[k]] = v[k];
   return result;
 }

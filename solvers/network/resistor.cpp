@@ -52,25 +52,25 @@ Eigen::MatrixXd length_particle(const Parameters& p, const Particle& particle) {
 // star, whose mesh is equivalent to the particle-centred network.
 
 double constriction_path(const Parameters& p, const Path& path) {
-  return *p.resistivity / (4 * *p.spot) * (path.resistivity[0] + (path.wall ? 0 : path.resistivity[1]));
+  return *p.resistivity / (4 * *p.contact_radius) * (path.resistivity[0] + (path.wall ? 0 : path.resistivity[1]));
 }
 Eigen::MatrixXd constriction_particle(const Parameters& p, const Particle& particle) {
   const auto n = static_cast<Eigen::Index>(particle.contacts.size());
-  const double leg = 4 * *p.spot / (*p.resistivity * particle.resistivity);
+  const double leg = 4 * *p.contact_radius / (*p.resistivity * particle.resistivity);
   return Eigen::MatrixXd::Constant(n, n, leg / static_cast<double>(n));
 }
 
-[[noreturn]] void refuse_spot(double spot, const std::string& why, int particle, double radius) {
-  throw InputError(fmt::format("contact_radius = {:g} m is too large: {} particle {} of radius {:g} m", spot, why,
-                               particle, radius));
+[[noreturn]] void refuse_contact_radius(double contact_radius, const std::string& why, int particle, double radius) {
+  throw InputError(fmt::format("contact_radius = {:g} m is too large: {} particle {} of radius {:g} m", contact_radius,
+                               why, particle, radius));
 }
 
 /// Throws InputError if contacts overlap: the formulas hold for spots that are small compared to their distances.
-void check_spots(const Particle& particle, double spot) {
+void check_contact_radius(const Particle& particle, double contact_radius) {
   for (std::size_t j = 0; j < particle.contacts.size(); ++j)
     for (std::size_t i = 0; i < j; ++i)
-      if (distance(particle.contacts[i], particle.contacts[j]) <= 2 * spot)
-        refuse_spot(spot, "contacts would overlap on", particle.index, particle.radius);
+      if (distance(particle.contacts[i], particle.contacts[j]) <= 2 * contact_radius)
+        refuse_contact_radius(contact_radius, "contacts would overlap on", particle.index, particle.radius);
 }
 
 /// Returns the particle with its contacts moved to the surface, because an overlap puts them inside.
@@ -85,40 +85,42 @@ Particle with_contacts_on_surface(Particle particle) {
 
 /// Returns the links; throws InputError for conductances that are not positive, which result from spots too wide for
 /// the formulas.
-Eigen::MatrixXd checked_links(const Particle& particle, double spot, const Eigen::MatrixXd& resistance) {
+Eigen::MatrixXd checked_links(const Particle& particle, double contact_radius, const Eigen::MatrixXd& resistance) {
   Eigen::MatrixXd links = links_of_terminals(resistance);
   for (Eigen::Index j = 0; j < links.cols(); ++j)
     for (Eigen::Index i = 0; i < j; ++i)
       if (!(links(i, j) > 0))
-        refuse_spot(spot, "contacts are too wide for their distance on", particle.index, particle.radius);
+        refuse_contact_radius(contact_radius, "contacts are too wide for their distance on", particle.index,
+                              particle.radius);
   return links;
 }
 
 /// Links between the contacts of a particle from its Neumann Green's function, which is known up to a constant: `own`
-/// (Ohm) at one contact, `between(d)` (Ohm) for two contacts at a distance d (m).
-template <class Between>
-Eigen::MatrixXd green_particle(const Particle& touched, double spot, double own, Between between) {
+/// (Ohm) at one contact, `pair_function(d)` (Ohm) for two contacts at a distance d (m).
+template <class PairFunction>
+Eigen::MatrixXd green_particle(const Particle& touched, double contact_radius, double own, PairFunction pair_function) {
   const Particle particle = with_contacts_on_surface(touched);
-  check_spots(particle, spot);
+  check_contact_radius(particle, contact_radius);
   const auto n = static_cast<Eigen::Index>(particle.contacts.size());
   Eigen::MatrixXd resistance(n, n);
   for (Eigen::Index j = 0; j < n; ++j)
     for (Eigen::Index i = 0; i < n; ++i)
-      resistance(i, j) = i == j ? own : between(distance(particle.contacts[i], particle.contacts[j]));
-  return checked_links(particle, spot, resistance);
+      resistance(i, j) = i == j ? own : pair_function(distance(particle.contacts[i], particle.contacts[j]));
+  return checked_links(particle, contact_radius, resistance);
 }
 
 /// For a disk of radius a the function is -(rho_s / pi) ln(d / a) between points of its rim. For a contact of
 /// half-angle eps at one potential, its mean over the contact itself is -(rho_s / pi) ln sin(eps / 2).
 Eigen::MatrixXd disk_particle(const Parameters& p, const Particle& particle) {
   const double scale = *p.sheet_resistance * particle.resistivity / pi;
-  const double own = -scale * std::log(std::sin(0.5 * std::asin(*p.spot / particle.radius)));
-  return green_particle(particle, *p.spot, own, [&](double d) { return -scale * std::log(d / particle.radius); });
+  const double own = -scale * std::log(std::sin(0.5 * std::asin(*p.contact_radius / particle.radius)));
+  return green_particle(particle, *p.contact_radius, own,
+                        [&](double d) { return -scale * std::log(d / particle.radius); });
 }
 
 /// The corresponding function in space, with circular spots of radius b.
 Eigen::MatrixXd sphere_particle(const Parameters& p, const Particle& particle) {
-  const double rho = *p.resistivity * particle.resistivity, a = particle.radius, b = *p.spot;
+  const double rho = *p.resistivity * particle.resistivity, a = particle.radius, b = *p.contact_radius;
   const double own = rho * (1 / (4 * b) + (std::log(a / (2 * b)) + 1.5) / (4 * pi * a));
   return green_particle(particle, b, own, [&](double d) {
     return rho / (4 * pi) * (2 / d - (std::log(d / (2 * a)) + std::log1p(d / (2 * a))) / a);
@@ -173,7 +175,7 @@ std::span<const ParameterEntry> parameter_entries() {
                      &Parameters::sheet_resistance},
       ParameterEntry{"resistivity", "Ohm m", "of the particles", &Parameters::resistivity},
       ParameterEntry{"contact_radius", "m", "half of the width of a contact; its radius between spheres",
-                     &Parameters::spot},
+                     &Parameters::contact_radius},
   };
   return entries;
 }
@@ -203,8 +205,9 @@ void check_particles(const ResistorModel& model, const Parameters& parameters, s
         "the resistor model \"{}\" is one of disks in the plane: particles in space may have any other", model.name));
   if (std::ranges::find(model.needs, "contact_radius") == model.needs.end()) return;
   for (std::size_t i = 0; i < radius.size(); ++i)
-    if (*parameters.spot >= radius[i])
-      refuse_spot(*parameters.spot, "no contact can be that wide on", static_cast<int>(i), radius[i]);
+    if (*parameters.contact_radius >= radius[i])
+      refuse_contact_radius(*parameters.contact_radius, "no contact can be that wide on", static_cast<int>(i),
+                            radius[i]);
 }
 
 Eigen::MatrixXd links_of_terminals(const Eigen::MatrixXd& resistance) {

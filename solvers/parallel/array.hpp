@@ -87,8 +87,8 @@ class Arrays {
   /// Returns the memory of a pointer, identified by its offset within the view.
   template <class T>
   Memory& memory(T*& pointer) {
-    const auto place = reinterpret_cast<const char*>(&pointer) - reinterpret_cast<const char*>(&view);
-    return memory_.try_emplace(place, *run_).first->second;
+    const auto offset = reinterpret_cast<const char*>(&pointer) - reinterpret_cast<const char*>(&view);
+    return memory_.try_emplace(offset, *run_).first->second;
   }
   template <class T>
   void resize_bytes(std::size_t bytes, T*& pointer) {
@@ -103,21 +103,21 @@ class Arrays {
 
 /// Arrays that are transferred together: one block of memory on the device and one on the host.
 template <class Executor>
-class Parcel {
+class PackedTransfer {
  public:
-  explicit Parcel(const Executor& run) : run_(&run), device_(run) {}
-  Parcel(const Parcel&) = delete;
-  Parcel& operator=(const Parcel&) = delete;
-  ~Parcel() { release(); }
+  explicit PackedTransfer(const Executor& run) : run_(&run), device_(run) {}
+  PackedTransfer(const PackedTransfer&) = delete;
+  PackedTransfer& operator=(const PackedTransfer&) = delete;
+  ~PackedTransfer() { release(); }
 
   template <class T>
-  struct Part {
+  struct MirroredArray {
     T *host = nullptr, *device = nullptr;
   };
   /// Allocates counts[k] values of the k-th T, in this order, and frees earlier memory. Device bytes are 0, host bytes
   /// undefined.
   template <class... T>
-  std::tuple<Part<T>...> divide(const std::array<std::size_t, sizeof...(T)>& counts) {
+  std::tuple<MirroredArray<T>...> divide(const std::array<std::size_t, sizeof...(T)>& counts) {
     release();
     size_ = 0;
     const std::size_t* count = counts.data();
@@ -127,7 +127,7 @@ class Parcel {
     host_ = static_cast<char*>(run_->allocate_on_host(size_));
     count = counts.data();
     std::size_t end = 0;
-    return std::tuple<Part<T>...>{part<T>(end, count)...};
+    return std::tuple<MirroredArray<T>...>{part<T>(end, count)...};
   }
   void send() { run_->to_device(device_.data(), host_, size_); }
   /// Starts the transfer to the host, which is complete once the executor has waited.
@@ -139,7 +139,7 @@ class Parcel {
 
  private:
   template <class T>
-  Part<T> part(std::size_t& end, const std::size_t*& count) const {
+  MirroredArray<T> part(std::size_t& end, const std::size_t*& count) const {
     const std::size_t from = std::exchange(end, end + rounded(*count++ * sizeof(T)));
     return {reinterpret_cast<T*>(host_ + from), reinterpret_cast<T*>(device_.data() + from)};
   }

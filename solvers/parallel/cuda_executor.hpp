@@ -25,7 +25,7 @@ class CudaExecutor {
  public:
   explicit CudaExecutor(cudaStream_t stream = nullptr, KernelStart start = KernelStart::in_turn) : stream_(stream) {
     recorder_ = make_stream(Priority::first);
-    beside_ = make_stream(Priority::last);
+    second_stream_ = make_stream(Priority::last);
     check_cuda(cudaEventCreateWithFlags(&fork_, cudaEventDisableTiming));
     check_cuda(cudaEventCreateWithFlags(&join_, cudaEventDisableTiming));
     check_cuda(cudaMallocHost(&pinned_, pinned_size));
@@ -38,7 +38,7 @@ class CudaExecutor {
   CudaExecutor& operator=(const CudaExecutor&) = delete;
   ~CudaExecutor() {
     cudaStreamDestroy(recorder_);
-    cudaStreamDestroy(beside_);
+    cudaStreamDestroy(second_stream_);
     cudaEventDestroy(fork_);
     cudaEventDestroy(join_);
     cudaFreeHost(pinned_);
@@ -83,7 +83,7 @@ class CudaExecutor {
 
   using Grid = CudaGrid;
   template <class F>
-  void together(F f) const {
+  void run_cooperative(F f) const {
     constexpr int threads = 512;  // 128 registers each; half as many threads with 256 are not faster
     int blocks = 0;
     check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, grid_kernel<threads, F>, threads, 0));
@@ -111,7 +111,7 @@ class CudaExecutor {
            threads, 0, n, count, value, finish);
   }
   template <class Sum, class Value, class More, class Finish>
-  void sum_pieces(const Pieces& pieces, Sum* partial, Value value, More more, Finish finish) const {
+  void sum_pieces(const SegmentPieces& pieces, Sum* partial, Value value, More more, Finish finish) const {
     constexpr int lanes = 8, threads = 128;
     const long all = static_cast<long>(lanes) * (pieces.capacity + pieces.segments);
     if (all == 0) return;
@@ -127,9 +127,9 @@ class CudaExecutor {
     static_assert(sizeof(Sum) <= sums_size / most_sums && alignof(Sum) <= alignof(double));
     const long wanted = (n + threads * a_thread - 1) / (threads * a_thread);
     const auto blocks = static_cast<unsigned>(wanted < 1 ? 1 : wanted < most_sums ? wanted : most_sums);
-    auto* of_block = static_cast<Sum*>(sums_);
+    auto* block_sums = static_cast<Sum*>(sums_);
     auto* done = reinterpret_cast<int*>(static_cast<char*>(sums_) + sums_size);
-    launch(sum_kernel<threads, Sum, Value, Finish>, blocks, threads, 0, n, value, finish, of_block, done);
+    launch(sum_kernel<threads, Sum, Value, Finish>, blocks, threads, 0, n, value, finish, block_sums, done);
   }
 
   template <class T>
@@ -155,17 +155,17 @@ class CudaExecutor {
     copy(values, sorted_values, bytes);
   }
 
-  std::size_t room() const { return memory().room; }
-  void check_room(std::size_t bytes) const {
-    if (const auto [room, all] = memory(); bytes > room) refuse(bytes, room, all);
+  std::size_t available_memory() const { return memory().available; }
+  void check_memory(std::size_t bytes) const {
+    if (const auto [available, all] = memory(); bytes > available) refuse(bytes, available, all);
   }
   void* allocate(std::size_t bytes) const {
     void* memory = nullptr;
     const cudaError_t code = cudaMalloc(&memory, bytes > 0 ? bytes : 1);
     if (code == cudaErrorMemoryAllocation) {
       cudaGetLastError();
-      const auto [room, all] = this->memory();
-      refuse(bytes, room, all);
+      const auto [available, all] = this->memory();
+      refuse(bytes, available, all);
     }
     check_cuda(code);
     return memory;
@@ -256,23 +256,23 @@ class CudaExecutor {
       launch(condition_kernel<int>, 1, 1, 0, condition, flag);
     });
   }
-  using Again = CudaAgain;
+  using RepeatCondition = CudaRepeatCondition;
   template <class F>
   void repeat(F f) const {
     if (host_decides_) {
       do {
         fill(more_, 0, sizeof(int));
-        f(Again{.more = more_});
+        f(RepeatCondition{.more = more_});
       } while (value_of(more_));
       return;
     }
     cudaGraphConditionalHandle condition{};
     check_cuda(cudaGraphConditionalHandleCreate(&condition, recorded().graph, 1, cudaGraphCondAssignDefault));
-    conditionally(cudaGraphCondTypeWhile, condition, [&] { f(Again{.condition = condition}); });
+    conditionally(cudaGraphCondTypeWhile, condition, [&] { f(RepeatCondition{.condition = condition}); });
   }
 
   template <class F>
-  void side_by_side(int n, F f) const {
+  void for_each_concurrently(int n, F f) const {
     while (static_cast<int>(branches_.size()) <= n) {
       Branch& branch = branches_.emplace_back();
       check_cuda(cudaStreamCreateWithFlags(&branch.stream, cudaStreamNonBlocking));
@@ -293,24 +293,24 @@ class CudaExecutor {
   }
 
   template <class F, class G>
-  void beside(F f, G g) const {
+  void run_concurrently(F f, G g) const {
     check_cuda(cudaEventRecord(fork_, stream_));
-    check_cuda(cudaStreamWaitEvent(beside_, fork_, 0));
+    check_cuda(cudaStreamWaitEvent(second_stream_, fork_, 0));
     f();
-    cudaStream_t stream = std::exchange(stream_, beside_);
+    cudaStream_t stream = std::exchange(stream_, second_stream_);
     g();
     stream_ = stream;
-    check_cuda(cudaEventRecord(join_, beside_));
+    check_cuda(cudaEventRecord(join_, second_stream_));
     check_cuda(cudaStreamWaitEvent(stream_, join_, 0));
   }
 
-  class Moment {
+  class TimePoint {
    public:
-    Moment() { check_cuda(cudaEventCreate(&event_)); }
-    Moment(const Moment&) = delete;
-    Moment& operator=(const Moment&) = delete;
-    ~Moment() { cudaEventDestroy(event_); }
-    double seconds_since(const Moment& earlier) const {
+    TimePoint() { check_cuda(cudaEventCreate(&event_)); }
+    TimePoint(const TimePoint&) = delete;
+    TimePoint& operator=(const TimePoint&) = delete;
+    ~TimePoint() { cudaEventDestroy(event_); }
+    double seconds_since(const TimePoint& earlier) const {
       float milliseconds = 0;
       check_cuda(cudaEventElapsedTime(&milliseconds, earlier.event_, event_));
       return 1e-3 * milliseconds;
@@ -320,11 +320,11 @@ class CudaExecutor {
     friend class CudaExecutor;
     cudaEvent_t event_ = nullptr;
   };
-  void mark(Moment& moment) const { check_cuda(cudaEventRecord(moment.event_, stream_)); }
+  void mark(TimePoint& moment) const { check_cuda(cudaEventRecord(moment.event_, stream_)); }
 
   template <class F>
   double seconds(F f) const {
-    Moment start, end;
+    TimePoint start, end;
     wait();
     mark(start);
     f();
@@ -389,15 +389,15 @@ class CudaExecutor {
     check_cuda(cudaGraphAddNode(&added, now.graph, now.before, now.how, now.count, &node));
     check_cuda(cudaStreamUpdateCaptureDependencies(stream_, &added, nullptr, 1, cudaStreamSetCaptureDependencies));
     // New streams, because a stream belongs to the recording in which it was used until that ends.
-    cudaStream_t body = make_stream(Priority::first), beside = make_stream(Priority::last);
+    cudaStream_t body = make_stream(Priority::first), second_body = make_stream(Priority::last);
     cudaGraph_t graph = node.conditional.phGraph_out[0];
     check_cuda(cudaStreamBeginCaptureToGraph(body, graph, nullptr, nullptr, 0, cudaStreamCaptureModeRelaxed));
-    std::swap(stream_, body), std::swap(beside_, beside);
+    std::swap(stream_, body), std::swap(second_stream_, second_body);
     f();
-    std::swap(stream_, body), std::swap(beside_, beside);
+    std::swap(stream_, body), std::swap(second_stream_, second_body);
     check_cuda(cudaStreamEndCapture(body, &graph));
     check_cuda(cudaStreamDestroy(body));
-    check_cuda(cudaStreamDestroy(beside));
+    check_cuda(cudaStreamDestroy(second_body));
   }
 
   /// Launches a kernel; the following kernel may be loaded before this one has finished (begin_kernel).
@@ -444,21 +444,21 @@ class CudaExecutor {
   }
 
   struct DeviceMemory {
-    std::size_t room = 0, all = 0;
+    std::size_t available = 0, all = 0;
   };
   static DeviceMemory memory() {
     DeviceMemory now;
-    check_cuda(cudaMemGetInfo(&now.room, &now.all));
+    check_cuda(cudaMemGetInfo(&now.available, &now.all));
     return now;
   }
-  [[noreturn]] static void refuse(std::size_t bytes, std::size_t room, std::size_t all) {
+  [[noreturn]] static void refuse(std::size_t bytes, std::size_t available, std::size_t all) {
     const auto megabytes = [](std::size_t b) { return std::to_string(b >> 20) + " MiB"; };
-    throw Failure("the CUDA device has not enough memory for " + megabytes(bytes) + " more: " + megabytes(room) +
+    throw Failure("the CUDA device has not enough memory for " + megabytes(bytes) + " more: " + megabytes(available) +
                   " of its " + megabytes(all) + " are free");
   }
 
   static constexpr std::size_t pinned_size = 1 << 16;
-  mutable cudaStream_t stream_ = nullptr, beside_ = nullptr;
+  mutable cudaStream_t stream_ = nullptr, second_stream_ = nullptr;
   cudaStream_t recorder_ = nullptr;
   cudaEvent_t fork_ = nullptr, join_ = nullptr;
   bool starts_early_ = false;  // True if kernels may be loaded before preceding ones have finished
@@ -475,7 +475,7 @@ class CudaExecutor {
   static constexpr long most_sums = 1024;
   static constexpr std::size_t sums_size = most_sums * 16 * sizeof(double);
   void* sums_ = nullptr;  // Sums of blocks, followed by the number of finished blocks
-  int* more_ = nullptr;   // Last value given to Again if the host evaluates loops; stored behind the sums
+  int* more_ = nullptr;   // Last value given to RepeatCondition if the host evaluates loops; stored behind the sums
   bool host_decides_ = cuda_loops_on_host();
 };
 

@@ -69,7 +69,7 @@ __global__ void segment_kernel(long n, Count count, Value value, Finish finish) 
 
 /// Returns true in the last of n calls, with all writes of the other callers visible; resets the counter for the next n
 /// calls.
-__device__ inline bool comes_last(int* count, int n) {
+__device__ inline bool is_last_call(int* count, int n) {
   __threadfence();
   const bool last = atomicAdd(count, 1) == n - 1;
   if (last) *count = 0;
@@ -80,7 +80,7 @@ __device__ inline bool comes_last(int* count, int n) {
 /// Sums segments by pieces with `lanes` lanes per piece. Further lanes handle the segments without pieces. For a
 /// segment of several pieces, the lanes that finish last add up the partial sums.
 template <int lanes, class Sum, class Value, class More, class Finish>
-__global__ void pieces_kernel(Pieces pieces, Sum* partial, Value value, More more, Finish finish) {
+__global__ void pieces_kernel(SegmentPieces pieces, Sum* partial, Value value, More more, Finish finish) {
   begin_kernel();
   const int item = static_cast<int>((blockIdx.x * static_cast<long>(blockDim.x) + threadIdx.x) / lanes);
   const int lane = threadIdx.x % lanes, first = pieces.start[0], piece = first + item;
@@ -99,7 +99,7 @@ __global__ void pieces_kernel(Pieces pieces, Sum* partial, Value value, More mor
   int finishes = s >= 0 && count <= 1;
   if (lane == 0 && count > 1) {
     partial[piece] = sum;
-    finishes = comes_last(pieces.done + s, count);
+    finishes = is_last_call(pieces.done + s, count);
   }
   finishes = __shfl_sync(0xffffffffu, finishes, 0, lanes);
   Sum rest{};
@@ -118,21 +118,21 @@ __device__ Sum sum_of_block(Sum sum) {
   constexpr int lanes = 32;
   const int warps = blockDim.x / lanes;
   __shared__ double memory[lanes * ((sizeof(Sum) + sizeof(double) - 1) / sizeof(double))];
-  Sum* of_warp = reinterpret_cast<Sum*>(memory);
+  Sum* warp_sums = reinterpret_cast<Sum*>(memory);
   const int warp = threadIdx.x / lanes, lane = threadIdx.x % lanes;
   sum = sum_of_lanes<lanes>(sum);
-  __syncthreads();  // of_warp may still be in use by an earlier call
-  if (lane == 0) of_warp[warp] = sum;
+  __syncthreads();  // warp_sums may still be in use by an earlier call
+  if (lane == 0) warp_sums[warp] = sum;
   __syncthreads();
   if (warp == 0) {
-    sum = sum_of_lanes<lanes>(lane < warps ? of_warp[lane] : Sum{});
+    sum = sum_of_lanes<lanes>(lane < warps ? warp_sums[lane] : Sum{});
   }
   return sum;
 }
 
 /// Sums value(k); the block that finishes last adds up the blocks' sums in their order.
 template <int threads, class Sum, class Value, class Finish>
-__global__ void __launch_bounds__(threads) sum_kernel(long n, Value value, Finish finish, Sum* of_block, int* done) {
+__global__ void __launch_bounds__(threads) sum_kernel(long n, Value value, Finish finish, Sum* block_sums, int* done) {
   __shared__ bool last;
   begin_kernel();
   Sum sum{};
@@ -141,7 +141,7 @@ __global__ void __launch_bounds__(threads) sum_kernel(long n, Value value, Finis
     sum += value(static_cast<int>(k));
   sum = sum_of_block(sum);
   if (threadIdx.x == 0) {
-    of_block[blockIdx.x] = sum;
+    block_sums[blockIdx.x] = sum;
     __threadfence();
     last = atomicAdd(done, 1) == static_cast<int>(gridDim.x) - 1;
   }
@@ -149,7 +149,7 @@ __global__ void __launch_bounds__(threads) sum_kernel(long n, Value value, Finis
   if (!last) return;
   __threadfence();
   sum = Sum{};
-  for (int block = threadIdx.x; block < static_cast<int>(gridDim.x); block += threads) sum += of_block[block];
+  for (int block = threadIdx.x; block < static_cast<int>(gridDim.x); block += threads) sum += block_sums[block];
   sum = sum_of_block(sum);
   if (threadIdx.x > 0) return;
   *done = 0;
@@ -165,7 +165,7 @@ __device__ void select_by_warps(int n, int* taken, Keep keep, Put put) {
   long first = (threadIdx.x / lanes * static_cast<long>(gridDim.x) + blockIdx.x) * (rounds * lanes);
   for (; first < n; first += warps * rounds * lanes) {
     unsigned kept[rounds];
-    int total = 0, place = 0;
+    int total = 0, index = 0;
 #pragma unroll
     for (int r = 0; r < rounds; ++r) {
       const long k = first + r * lanes + lane;
@@ -173,13 +173,13 @@ __device__ void select_by_warps(int n, int* taken, Keep keep, Put put) {
       total += __popc(kept[r]);
     }
     if (total == 0) continue;
-    if (lane == 0) place = atomicAdd(taken, total);
-    place = __shfl_sync(0xffffffffu, place, 0);
+    if (lane == 0) index = atomicAdd(taken, total);
+    index = __shfl_sync(0xffffffffu, index, 0);
 #pragma unroll
     for (int r = 0; r < rounds; ++r) {
       if (kept[r] >> lane & 1)
-        put(place + __popc(kept[r] & ((1u << lane) - 1)), static_cast<int>(first + r * lanes + lane));
-      place += __popc(kept[r]);
+        put(index + __popc(kept[r] & ((1u << lane) - 1)), static_cast<int>(first + r * lanes + lane));
+      index += __popc(kept[r]);
     }
   }
 }
@@ -226,8 +226,8 @@ class CudaBlock {
 #endif
   }
   template <class Sum, class Value, class More, class Finish>
-  __host__ __device__ void sum_pieces(const Pieces& pieces, SegmentList listed, Sum* partial, Value value, More more,
-                                      Finish finish) const {
+  __host__ __device__ void sum_pieces(const SegmentPieces& pieces, SegmentList listed, Sum* partial, Value value,
+                                      More more, Finish finish) const {
     const int first = pieces.start[0];
     sum_segments(
         pieces.start[pieces.segments] - first, [&](int p) { return pieces.end[first + p] - pieces.begin[first + p]; },
@@ -279,18 +279,18 @@ class CudaGrid {
   template <class Test, class F>
   __host__ __device__ void each_that(int n, Test test, F f) const {
 #ifdef __CUDA_ARCH__
-    constexpr int lanes = 32, together = 4;
+    constexpr int lanes = 32, tests_at_once = 4;
     const int warp = threadIdx.x / lanes * gridDim.x + blockIdx.x, all = gridDim.x * blockDim.x;
-    for (int first = warp * lanes + threadIdx.x % lanes; first < n; first += together * all) {
-      bool found[together];
+    for (int first = warp * lanes + threadIdx.x % lanes; first < n; first += tests_at_once * all) {
+      bool found[tests_at_once];
 #pragma unroll
-      for (int i = 0; i < together; ++i) found[i] = first + i * all < n && test(first + i * all);
+      for (int i = 0; i < tests_at_once; ++i) found[i] = first + i * all < n && test(first + i * all);
 #pragma unroll 1
-      for (int i = 0; i < together; ++i) {
+      for (int i = 0; i < tests_at_once; ++i) {
         // Shifts the array, since registers cannot be indexed at run time.
         const bool now = found[0];
 #pragma unroll
-        for (int j = 1; j < together; ++j) found[j - 1] = found[j];
+        for (int j = 1; j < tests_at_once; ++j) found[j - 1] = found[j];
         if (now) f(first + i * all);
       }
     }
@@ -340,7 +340,7 @@ __global__ void condition_kernel(cudaGraphConditionalHandle condition, const Fla
 
 /// Sets whether the body of CudaExecutor::repeat is executed again: through the graph's condition or, if the host
 /// evaluates loops, through `more`.
-struct CudaAgain {
+struct CudaRepeatCondition {
   cudaGraphConditionalHandle condition{};
   int* more = nullptr;
 

@@ -28,7 +28,7 @@ LICHTENBERG_HOST_DEVICE void add_atomically(T* to, T value) {
 #endif
 }
 /// Adds 1 and returns the previous value: the next index in a list of arbitrary order.
-LICHTENBERG_HOST_DEVICE inline int take_place(int* count) {
+LICHTENBERG_HOST_DEVICE inline int take_index(int* count) {
 #ifdef __CUDA_ARCH__
   return atomicAdd(count, 1);
 #else
@@ -59,7 +59,7 @@ LICHTENBERG_HOST_DEVICE inline int exchange_atomically(int* at, int value) {
 /// Replaces a value by the maximum atomically. Not for negative values: floating-point numbers are compared by their
 /// bits.
 template <class T>
-LICHTENBERG_HOST_DEVICE void enlarge_atomically(T* to, T value) {
+LICHTENBERG_HOST_DEVICE void max_atomically(T* to, T value) {
   if (!(value > *to)) return;  // True for most values
 #ifdef __CUDA_ARCH__
   if constexpr (std::is_same_v<T, double>)
@@ -75,7 +75,7 @@ LICHTENBERG_HOST_DEVICE void enlarge_atomically(T* to, T value) {
 
 /// Values of segments in pieces, so that long segments can be summed in parallel: segment s has pieces start[s] ...
 /// start[s + 1] - 1. `begin`, `end` and `of` are indexed by piece; begin and end are indices of values.
-struct Pieces {
+struct SegmentPieces {
   int segments = 0;
   int capacity = 0;  ///< Capacity in pieces
   const int* start = nullptr;
@@ -93,7 +93,7 @@ struct SegmentList {
 };
 
 /// Additional values of segments: none.
-struct NoMore {
+struct NoAddedValues {
   LICHTENBERG_HOST_DEVICE int count(int) const { return 0; }
   LICHTENBERG_HOST_DEVICE float value(int, int) const { return 0; }
 };
@@ -137,7 +137,7 @@ class HostExecutor {
       HostExecutor().sum_segments(n, count, value, finish);
     }
     template <class Sum, class Value, class More, class Finish>
-    void sum_pieces(const Pieces& pieces, SegmentList listed, Sum* /*partial*/, Value value, More more,
+    void sum_pieces(const SegmentPieces& pieces, SegmentList listed, Sum* /*partial*/, Value value, More more,
                     Finish finish) const {
       for (int k = 0; k < listed.count; ++k)
         HostExecutor::sum_of_segment<Sum>(pieces, listed.segment[k], value, more, finish);
@@ -192,12 +192,12 @@ class HostExecutor {
     template <class Keep, class Put>
     void select(int n, int* taken, Keep keep, Put put) const {
       for (int k = 0; k < n; ++k)
-        if (keep(k)) put(take_place(taken), k);
+        if (keep(k)) put(take_index(taken), k);
     }
   };
   /// Calls f(Grid): loops in sequence without the launch overhead of kernels.
   template <class F>
-  void together(F f) const {
+  void run_cooperative(F f) const {
     f(Grid());
   }
 
@@ -207,7 +207,7 @@ class HostExecutor {
   void select(long most, Count n, int* taken, Keep keep, Put put) const {
     const int end = n();
     for (int k = 0; k < end && k < most; ++k)
-      if (keep(k)) put(take_place(taken), k);
+      if (keep(k)) put(take_index(taken), k);
   }
 
   /// Calls finish(s, sum of value(s, t) over t = 0 ... count(s) - 1) for every segment s. The order of summation is
@@ -227,12 +227,12 @@ class HostExecutor {
   /// more.value(s, t) for t = 0 ... more.count(s) - 1. The order of summation is always the same. `partial`: one
   /// element per piece. No value may depend on data that finish changes.
   template <class Sum, class Value, class More, class Finish>
-  void sum_pieces(const Pieces& pieces, Sum* /*partial*/, Value value, More more, Finish finish) const {
+  void sum_pieces(const SegmentPieces& pieces, Sum* /*partial*/, Value value, More more, Finish finish) const {
     for (int s = 0; s < pieces.segments; ++s) sum_of_segment<Sum>(pieces, s, value, more, finish);
   }
 
   /// Calls finish(sum of value(k) over k = 0 ... n - 1). The order of summation is always the same. Not allowed within
-  /// `beside` or `side_by_side`. On a device a thread takes at least `a_thread` values.
+  /// `run_concurrently` or `for_each_concurrently`. On a device a thread takes at least `a_thread` values.
   template <int a_thread = 4, class Value, class Finish>
   void sum(long n, Value value, Finish finish) const {
     decltype(value(0)) sum{};
@@ -263,9 +263,9 @@ class HostExecutor {
   }
 
   /// Throws Failure if less memory than this is free.
-  void check_room(std::size_t) const {}
+  void check_memory(std::size_t) const {}
   /// Returns the number of bytes of free memory.
-  std::size_t room() const { return std::size_t{1} << 62; }
+  std::size_t available_memory() const { return std::size_t{1} << 62; }
   void* allocate(std::size_t bytes) const { return std::malloc(bytes); }
   void release(void* memory) const { std::free(memory); }
   void fill(void* memory, int byte, std::size_t bytes) const { std::memset(memory, byte, bytes); }
@@ -296,9 +296,9 @@ class HostExecutor {
   void repeat_while(const int* flag, F f) const {
     while (*flag) f();
   }
-  /// Within a recording: calls f(Again), and repeats it while the last call of the Again in a kernel had the argument
-  /// true.
-  struct Again {
+  /// Within a recording: calls f(RepeatCondition), and repeats it while the last call of the RepeatCondition in a
+  /// kernel had the argument true.
+  struct RepeatCondition {
     bool* more;
     void operator()(bool go) const { *more = go; }
   };
@@ -306,27 +306,27 @@ class HostExecutor {
   void repeat(F f) const {
     for (bool more = true; more;) {
       more = false;
-      f(Again{&more});
+      f(RepeatCondition{&more});
     }
   }
 
   /// Runs f(0) ... f(n - 1) concurrently where possible; they must not share data.
   template <class F>
-  void side_by_side(int n, F f) const {
+  void for_each_concurrently(int n, F f) const {
     for (int k = 0; k < n; ++k) f(k);
   }
 
   /// Runs f and g concurrently where possible; they must not share data. g has the lower priority.
   template <class F, class G>
-  void beside(F f, G g) const {
+  void run_concurrently(F f, G g) const {
     f();
     g();
   }
 
   /// Point in the sequence of kernels. The executor must have waited before the time between two is computed.
-  class Moment {
+  class TimePoint {
    public:
-    double seconds_since(const Moment& earlier) const {
+    double seconds_since(const TimePoint& earlier) const {
       return std::chrono::duration<double>(at_ - earlier.at_).count();
     }
 
@@ -334,7 +334,7 @@ class HostExecutor {
     friend class HostExecutor;
     std::chrono::steady_clock::time_point at_;
   };
-  void mark(Moment& moment) const { moment.at_ = std::chrono::steady_clock::now(); }
+  void mark(TimePoint& moment) const { moment.at_ = std::chrono::steady_clock::now(); }
 
   /// Returns the time (s) of f's kernels.
   template <class F>
@@ -346,7 +346,7 @@ class HostExecutor {
 
  private:
   template <class Sum, class Value, class More, class Finish>
-  static void sum_of_segment(const Pieces& pieces, int s, Value value, More more, Finish finish) {
+  static void sum_of_segment(const SegmentPieces& pieces, int s, Value value, More more, Finish finish) {
     Sum sum{};
     for (int p = pieces.start[s]; p < pieces.start[s + 1]; ++p)
       for (int k = pieces.begin[p]; k < pieces.end[p]; ++k) sum += value(k);

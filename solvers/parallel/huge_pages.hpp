@@ -13,7 +13,7 @@ namespace lichtenberg::parallel {
 inline constexpr std::size_t huge_page = std::size_t{2} << 20;  ///< Bytes per huge page of x86-64 and most others
 
 /// Requests huge pages for untouched memory where it contains them completely. The system may ignore the request.
-inline void ask_for_huge_pages([[maybe_unused]] void* memory, [[maybe_unused]] std::size_t bytes) {
+inline void request_huge_pages([[maybe_unused]] void* memory, [[maybe_unused]] std::size_t bytes) {
 #if defined(__linux__)
   const auto from = (reinterpret_cast<std::uintptr_t>(memory) + huge_page - 1) / huge_page * huge_page;
   const auto to = (reinterpret_cast<std::uintptr_t>(memory) + bytes) / huge_page * huge_page;
@@ -29,7 +29,7 @@ void resize_in_huge_pages(std::vector<T>& values, std::size_t size) {
   if (values.capacity() < size && size * sizeof(T) >= huge_page / 2) {
     std::vector<T> larger;
     larger.reserve(size + size / 64 + huge_page / sizeof(T));
-    ask_for_huge_pages(larger.data(), larger.capacity() * sizeof(T));
+    request_huge_pages(larger.data(), larger.capacity() * sizeof(T));
     larger.assign(values.begin(), values.end());
     values = std::move(larger);
   }

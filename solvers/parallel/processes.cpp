@@ -14,12 +14,12 @@ namespace lichtenberg::parallel {
 
 namespace {
 
-/// Tags of messages: one for `take_part`, and the last one.
+/// Tags of messages: one for `handle_message`, and the last one.
 constexpr int work_tag = 1, dismissal_tag = 2;
 
 /// Time limit for a message from another process after an error. An error common to all processes occurs in all at
 /// about the same time. A process with an error of its own must not block the others forever.
-constexpr std::chrono::seconds patience{2};
+constexpr std::chrono::seconds message_timeout{2};
 
 bool leading = false;
 
@@ -40,9 +40,9 @@ Message receive(int from, int* tag) {
   return Message(std::move(bytes));
 }
 
-/// Returns false if no message arrives within `patience`.
-bool hears_from(int rank) {
-  const auto end = std::chrono::steady_clock::now() + patience;
+/// Returns false if no message arrives within `message_timeout`.
+bool has_message_from(int rank) {
+  const auto end = std::chrono::steady_clock::now() + message_timeout;
   while (std::chrono::steady_clock::now() < end) {
     int there = 0;
     MPI_Iprobe(rank, MPI_ANY_TAG, PETSC_COMM_WORLD, &there, MPI_STATUS_IGNORE);
@@ -52,17 +52,17 @@ bool hears_from(int rank) {
   return false;
 }
 
-[[noreturn]] void abort_all(const std::string& trouble) {
-  std::fprintf(stderr, "lichtenberg, process %d: %s\n", process_rank(), trouble.c_str());
+[[noreturn]] void abort_all(const std::string& error_text) {
+  std::fprintf(stderr, "lichtenberg, process %d: %s\n", process_rank(), error_text.c_str());
   MPI_Abort(PETSC_COMM_WORLD, 1);
   std::abort();
 }
 
 /// Handles messages until the first process dismisses this one.
-void follow(const std::function<void(Message&)>& take_part) {
-  std::string trouble;
+void handle_messages(const std::function<void(Message&)>& handle_message) {
+  std::string error_text;
   for (;;) {
-    if (!trouble.empty() && !hears_from(0)) abort_all(trouble);
+    if (!error_text.empty() && !has_message_from(0)) abort_all(error_text);
     int tag = 0;
     Message message = receive(0, &tag);
     if (tag == dismissal_tag) {
@@ -70,10 +70,10 @@ void follow(const std::function<void(Message&)>& take_part) {
       return;
     }
     try {
-      take_part(message);
+      handle_message(message);
     } catch (const std::exception& error) {
-      if (!trouble.empty()) abort_all(trouble);  // The first process continues, so the error is not common to all
-      trouble = error.what();
+      if (!error_text.empty()) abort_all(error_text);  // The first process continues, so the error is not common to all
+      error_text = error.what();
     }
   }
 }
@@ -86,21 +86,21 @@ bool launched_with_others() {
 
 }  // namespace
 
-bool join_processes(const std::function<void(Message&)>& take_part) {
+bool join_processes(const std::function<void(Message&)>& handle_message) {
   if (!launched_with_others()) return true;
 #ifdef PETSC_HAVE_MPIUNI
   throw InputError("this program uses a PETSc without MPI and runs as one process: start it without mpirun");
 #endif
   start_petsc();
   if (process_rank() > 0) {
-    follow(take_part);
+    handle_messages(handle_message);
     return false;
   }
   leading = process_count() > 1;
   return true;
 }
 
-bool leads_processes() { return leading; }
+bool is_leading_process() { return leading; }
 
 void dismiss_processes(bool after_error) {
   if (!leading) return;
@@ -108,12 +108,12 @@ void dismiss_processes(bool after_error) {
   send_to_others({}, dismissal_tag);
   for (int rank = 1; rank < process_count(); ++rank) {
     // Without a message in time, the process waits for data that this one cannot send after the error.
-    if (after_error && !hears_from(rank)) MPI_Abort(PETSC_COMM_WORLD, 1);
+    if (after_error && !has_message_from(rank)) MPI_Abort(PETSC_COMM_WORLD, 1);
     int tag = 0;
     receive(rank, &tag);
   }
 }
 
-void tell_others(const Message& message) { send_to_others(message, work_tag); }
+void broadcast(const Message& message) { send_to_others(message, work_tag); }
 
 }  // namespace lichtenberg::parallel

@@ -50,18 +50,18 @@ class Message {
 
 /// To be called at the start of a program. In a single process (according to the launcher's environment, without MPI
 /// calls) it has no effect and returns true. Otherwise it starts PETSc and returns true in the first process. In the
-/// others it passes each message to `take_part`, and returns false once the first process dismisses them; they must
-/// exit then. An exception of `take_part` may occur in the first process too, which then only ends the program; after a
-/// second exception all processes end. Throws InputError if PETSc was built without MPI.
-bool join_processes(const std::function<void(Message&)>& take_part);
+/// others it passes each message to `handle_message`, and returns false once the first process dismisses them; they
+/// must exit then. An exception of `handle_message` may occur in the first process too, which then only ends the
+/// program; after a second exception all processes end. Throws InputError if PETSc was built without MPI.
+bool join_processes(const std::function<void(Message&)>& handle_message);
 
 /// Dismisses the other processes; after an error, in any state. No effect in a single process.
 void dismiss_processes(bool after_error);
 
 /// Returns true in the first process of several, until it has dismissed the others.
-bool leads_processes();
+bool is_leading_process();
 
-/// Sends a message to the other processes; only valid if leads_processes().
-void tell_others(const Message& message);
+/// Sends a message to the other processes; only valid if is_leading_process().
+void broadcast(const Message& message);
 
 }  // namespace lichtenberg::parallel

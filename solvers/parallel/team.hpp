@@ -24,17 +24,17 @@ class Team {
   /// Returns a team of the caller alone.
   static Team& single();
 
-  int size() const { return static_cast<int>(helpers_.size()) + 1; }
+  int size() const { return static_cast<int>(workers_.size()) + 1; }
 
   /// Calls task(k) for every k from 0 to count - 1, in any order, and returns when all are finished. `count` must be
   /// below 2^20. Tasks must not throw and must not call for_each.
   template <class Task>
   void for_each(int count, const Task& task) {
-    if (helpers_.empty() || count == 1) {
-      for (int k = 0; k < count; ++k) do_one<Task>(&task, k);
+    if (workers_.empty() || count == 1) {
+      for (int k = 0; k < count; ++k) call_task<Task>(&task, k);
       return;
     }
-    share(count, do_one<Task>, &task);
+    run_loop(count, call_task<Task>, &task);
   }
 
   /// Starts a longer task on a worker thread while the caller continues. `finish` executes the task if no worker has
@@ -47,14 +47,14 @@ class Team {
   /// Compiled once for all threads. If it were inlined separately for the caller and the workers, contraction or
   /// vectorization could round differently. The call has an overhead, so a task should be a range.
   template <class Task>
-  [[gnu::noinline, gnu::noclone]] static void do_one(const void* task, int k) {
+  [[gnu::noinline, gnu::noclone]] static void call_task(const void* task, int k) {
     (*static_cast<const Task*>(task))(k);
   }
-  void dismiss();
-  void share(int count, Call call, const void* context);
-  enum class From { first, last };
-  bool help(From from);
-  void help_until_stopped();
+  void stop_workers();
+  void run_loop(int count, Call call, const void* context);
+  enum class End { first, last };
+  bool run_next_piece(End from);
+  void work_until_stopped();
   bool run_side_task();
 
   // Current loop: its number and the remaining indices in one word. Taking an index is one atomic exchange, which fails
@@ -71,7 +71,7 @@ class Team {
   std::exception_ptr side_error_;
 
   std::atomic<bool> stop_{false};
-  std::vector<std::jthread> helpers_;
+  std::vector<std::jthread> workers_;
 };
 
 }  // namespace lichtenberg::parallel

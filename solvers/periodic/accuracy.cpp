@@ -35,12 +35,12 @@ constexpr int highest_double_order = 7, highest_device_order = 7;
 
 /// Capabilities of a method of summation, and its cost model: nanoseconds on one core
 /// (validation/benchmarks/periodic.cpp).
-struct Way {
+struct SumMethod {
   std::vector<int> points;      ///< Numbers of points per side with efficient transforms
   std::vector<Window> windows;  ///< Windows, in the order of preference
   int lowest_order, highest_order;
   double longest_cutoff;
-  double between;                                             ///< Ratio of successive cut-offs that are tried
+  double cutoff_ratio;                                        ///< Ratio of successive cut-offs that are tried
   std::function<double(double density, double cutoff)> near;  ///< Cost of the near part, per charge
   double charge, row;                       ///< Costs of a charge on the mesh: fixed, and per row of mesh points
   std::function<double(int points)> point;  ///< Cost of a point of a mesh of points^3, per doubling of the number of
@@ -49,7 +49,7 @@ struct Way {
                                             ///< reach the accuracy
 };
 
-Way in_double_precision(Vec3 lengths, int lowest_order) {
+SumMethod in_double_precision(Vec3 lengths, int lowest_order) {
   constexpr double pair = 6;
   const auto near = [](double density, double cutoff) {
     return pair * 0.5 * density * 4 * M_PI / 3 * std::pow(cutoff, 3);
@@ -66,14 +66,14 @@ Way in_double_precision(Vec3 lengths, int lowest_order) {
           [](int) { return 0.55; }};
 }
 
-Way in_single_precision(Vec3 lengths, const std::vector<Window>& windows) {
+SumMethod in_single_precision(Vec3 lengths, const std::vector<Window>& windows) {
   // Each charge of a cluster interacts with all charges within the cut-off of the cluster's box, a cube around
   // `together` charges. The search for these charges takes time too.
-  constexpr double meeting = 0.45, looking = 15;
+  constexpr double pair = 0.45, search = 15;
   const auto near = [](double density, double cutoff) {
     const double edge = std::cbrt(Near<float>::together / density), r = cutoff;
     const double volume = std::pow(edge, 3) + 6 * edge * edge * r + 3 * M_PI * edge * r * r + 4 * M_PI / 3 * r * r * r;
-    return looking + meeting * 0.5 * density * volume;
+    return search + pair * 0.5 * density * volume;
   };
   // Large meshes do not fit into the second-level cache.
   const auto point = [](int points) { return points <= 100 ? 0.145 : 0.25; };
@@ -82,7 +82,7 @@ Way in_single_precision(Vec3 lengths, const std::vector<Window>& windows) {
 
 /// Cost model of an H200, where memory access limits all threads (validation/device/README.md). Neighbour lists have a
 /// skin. Tiles add to each point of the mesh when they spread, and copy it when they interpolate.
-Way on_device(Vec3 lengths, const std::vector<Window>& windows) {
+SumMethod on_device(Vec3 lengths, const std::vector<Window>& windows) {
   constexpr double partner = 0.0036, skin = 0.5;
   const auto near = [](double density, double cutoff) {
     return partner * density * 4 * M_PI / 3 * std::pow(cutoff + skin, 3);
@@ -100,10 +100,11 @@ Way on_device(Vec3 lengths, const std::vector<Window>& windows) {
           true};
 }
 
-/// Returns the squared error of the near part for charges with dipoles: Cloud::lost with the terms of its derivatives.
-double lost_with(const Cloud& cloud, double dipole2) {
+/// Returns the squared error of the near part for charges with dipoles: Cloud::neglected with the terms of its
+/// derivatives.
+double neglected_with(const Cloud& cloud, double dipole2) {
   const double third = dipole2 / 3;
-  return cloud.lost + third * (2 * cloud.lost_slope + third * cloud.lost_curvature);
+  return cloud.neglected + third * (2 * cloud.neglected_slope + third * cloud.neglected_curvature);
 }
 
 double dipole2_of(const MeshRequest& request) {
@@ -112,9 +113,9 @@ double dipole2_of(const MeshRequest& request) {
   return request.polarizability ? induced_dipole2(*request.polarizability, density, request.contact) : 0;
 }
 
-double work_on_mesh(const Way& way, const Mesh& mesh) {
+double work_on_mesh(const SumMethod& method, const Mesh& mesh) {
   const double points = static_cast<double>(mesh.points[0]) * mesh.points[1] * mesh.points[2];
-  return way.point(mesh.points[2]) * points * std::log2(points);
+  return method.point(mesh.points[2]) * points * std::log2(points);
 }
 
 /// Returns the mesh whose spacings are at most the longest side over `along_longest`; empty if `numbers` has no number
@@ -148,7 +149,7 @@ double band_limit_for(double most, double cutoff, double dipole2) {
   double low = 1, high = 100;
   while (high - low > 1e-3) {
     const double middle = 0.5 * (low + high);
-    (lost_with(prolate_cloud(middle, cutoff), dipole2) > most ? low : high) = middle;
+    (neglected_with(prolate_cloud(middle, cutoff), dipole2) > most ? low : high) = middle;
   }
   return high;
 }
@@ -159,7 +160,7 @@ double alpha_for(double most, double cutoff, double dipole2) {
   double low = 0.1 / cutoff, high = 20 / cutoff;
   while (high - low > 1e-4 * high) {
     const double middle = 0.5 * (low + high);
-    (lost_with(gauss_cloud(middle, cutoff), dipole2) > most ? low : high) = middle;
+    (neglected_with(gauss_cloud(middle, cutoff), dipole2) > most ? low : high) = middle;
   }
   return high;
 }
@@ -179,11 +180,12 @@ double error_of(const MeshChoice& choice, const MeshRequest& request) {
 
 /// Returns the cut-offs to try, in ascending order. They start beyond contact, because errors are largest just beyond
 /// the cut-off.
-std::vector<double> cutoffs(double longest, double contact, double between) {
+std::vector<double> cutoffs(double longest, double contact, double cutoff_ratio) {
   constexpr double from_contact = 1.5;
   std::vector<double> cutoffs;
   if (longest > contact) cutoffs.push_back(longest);
-  for (double cutoff = longest / between; cutoff > from_contact * contact; cutoff /= between) cutoffs.push_back(cutoff);
+  for (double cutoff = longest / cutoff_ratio; cutoff > from_contact * contact; cutoff /= cutoff_ratio)
+    cutoffs.push_back(cutoff);
   std::ranges::reverse(cutoffs);
   return cutoffs;
 }
@@ -192,11 +194,11 @@ std::vector<double> cutoffs(double longest, double contact, double between) {
 struct Points {
   std::vector<int> along_longest, others;
 
-  Points(const MeshRequest& request, const Way& way) : along_longest(way.points), others(way.points) {
-    const auto& by_hand = request.by_hand.points;
-    if (!by_hand) return;
-    along_longest = {*by_hand};
-    others.insert(std::ranges::lower_bound(others, *by_hand), *by_hand);
+  Points(const MeshRequest& request, const SumMethod& method) : along_longest(method.points), others(method.points) {
+    const auto& fixed = request.fixed.points;
+    if (!fixed) return;
+    along_longest = {*fixed};
+    others.insert(std::ranges::lower_bound(others, *fixed), *fixed);
   }
 };
 
@@ -223,29 +225,29 @@ struct Meshes {
 };
 
 /// Estimated work (ns), without that of the mesh points.
-double work_on_charges(const Way& way, const MeshRequest& request, double cutoff, double order) {
+double work_on_charges(const SumMethod& method, const MeshRequest& request, double cutoff, double order) {
   const double density = request.charges / (request.lengths.x * request.lengths.y * request.lengths.z);
-  return request.charges * (way.near(density, cutoff) + way.charge + way.row * order * order);
+  return request.charges * (method.near(density, cutoff) + method.charge + method.row * order * order);
 }
 
 /// Chooses the splitting of 1/r at this cut-off for a squared error of the near part of at most `most`; empty if alpha
 /// is given and the error exceeds it.
 std::optional<MeshChoice> split_at(double cutoff, double most, const MeshRequest& request) {
   const double dipole2 = dipole2_of(request);
-  MeshChoice choice{.cutoff = cutoff, .alpha = request.by_hand.alpha.value_or(0)};
+  MeshChoice choice{.cutoff = cutoff, .alpha = request.fixed.alpha.value_or(0)};
   if (request.gauss && choice.alpha == 0) choice.alpha = alpha_for(most, cutoff, dipole2);
   if (choice.alpha == 0) choice.band_limit = band_limit_for(most, cutoff, dipole2);
-  if (choice.alpha > 0 && lost_with(choice.cloud(), dipole2) > most) return {};
+  if (choice.alpha > 0 && neglected_with(choice.cloud(), dipole2) > most) return {};
   return choice;
 }
 
 /// Returns the cut-offs to try, without those for which even the finest mesh is too coarse. Shorter cut-offs need finer
 /// meshes; for small charges in a large box nearly all are excluded.
-std::vector<double> cutoffs_of(const Meshes& meshes, double most, const MeshRequest& request, const Way& way) {
-  if (request.by_hand.cutoff) return {*request.by_hand.cutoff};
-  std::vector<double> all = cutoffs(way.longest_cutoff, request.contact, way.between);
+std::vector<double> cutoffs_of(const Meshes& meshes, double most, const MeshRequest& request, const SumMethod& method) {
+  if (request.fixed.cutoff) return {*request.fixed.cutoff};
+  std::vector<double> all = cutoffs(method.longest_cutoff, request.contact, method.cutoff_ratio);
   const int finest = meshes.points.along_longest.back();
-  const int order = request.by_hand.order.value_or(way.highest_order);
+  const int order = request.fixed.order.value_or(method.highest_order);
   const auto too_short = [&](double cutoff) {
     const auto choice = split_at(cutoff, most, request);
     return !choice || !meshes.fine_enough(finest, order, choice->cloud(), most);
@@ -256,24 +258,24 @@ std::vector<double> cutoffs_of(const Meshes& meshes, double most, const MeshRequ
 
 /// Chooses the parameters with the least work, with a squared error of at most `most` in both the near part and the
 /// mesh. Returns empty if none needs less work than `least`; otherwise sets `least` to their work.
-std::optional<MeshChoice> choose_with(Window window, double most, const MeshRequest& request, const Way& way,
+std::optional<MeshChoice> choose_with(Window window, double most, const MeshRequest& request, const SumMethod& method,
                                       double& least) {
-  const Meshes meshes{request, Points(request, way), window};
-  const auto coarsest_of_all = meshes.of(meshes.points.along_longest.front(), way.lowest_order);
+  const Meshes meshes{request, Points(request, method), window};
+  const auto coarsest_of_all = meshes.of(meshes.points.along_longest.front(), method.lowest_order);
   if (!coarsest_of_all) return {};
-  const double least_on_mesh = work_on_mesh(way, *coarsest_of_all);
+  const double least_on_mesh = work_on_mesh(method, *coarsest_of_all);
   std::optional<MeshChoice> best;
-  for (const double cutoff : cutoffs_of(meshes, most, request, way)) {
-    if (cutoff > way.longest_cutoff || work_on_charges(way, request, cutoff, 0) + least_on_mesh >= least) break;
+  for (const double cutoff : cutoffs_of(meshes, most, request, method)) {
+    if (cutoff > method.longest_cutoff || work_on_charges(method, request, cutoff, 0) + least_on_mesh >= least) break;
     auto choice = split_at(cutoff, most, request);
     if (!choice) continue;
     const Cloud cloud = choice->cloud();
-    for (int order = way.lowest_order; order <= way.highest_order; ++order) {
-      const double by_charges = work_on_charges(way, request, cutoff, order);
-      if (order != request.by_hand.order.value_or(order) || by_charges + least_on_mesh >= least) continue;
+    for (int order = method.lowest_order; order <= method.highest_order; ++order) {
+      const double by_charges = work_on_charges(method, request, cutoff, order);
+      if (order != request.fixed.order.value_or(order) || by_charges + least_on_mesh >= least) continue;
       const auto mesh = meshes.coarsest(cloud, most, order);
-      if (!mesh || by_charges + work_on_mesh(way, *mesh) >= least) continue;
-      least = by_charges + work_on_mesh(way, *mesh);
+      if (!mesh || by_charges + work_on_mesh(method, *mesh) >= least) continue;
+      least = by_charges + work_on_mesh(method, *mesh);
       choice->mesh = *mesh;
       best = choice;
     }
@@ -283,19 +285,19 @@ std::optional<MeshChoice> choose_with(Window window, double most, const MeshRequ
 
 /// Chooses parameters with the first windows that reach the accuracy, or, if the method compares windows, with those
 /// that take the least work.
-std::optional<MeshChoice> choose(double most, const MeshRequest& request, const Way& way) {
+std::optional<MeshChoice> choose(double most, const MeshRequest& request, const SumMethod& method) {
   std::optional<MeshChoice> best;
   double least = INFINITY;
-  for (const Window window : way.windows) {
-    if (const auto choice = choose_with(window, most, request, way, least)) best = choice;
-    if (best && !way.compares_windows) break;
+  for (const Window window : method.windows) {
+    if (const auto choice = choose_with(window, most, request, method, least)) best = choice;
+    if (best && !method.compares_windows) break;
   }
   return best;
 }
 
 /// Throws InputError for an order given explicitly that a ParticleMesh does not support.
 void require_order_in_double(const MeshRequest& request) {
-  const int order = request.by_hand.order.value_or(highest_double_order);
+  const int order = request.fixed.order.value_or(highest_double_order);
   const int lowest = request.polarizability ? lowest_dipole_order : 4;
   if (order >= lowest && order <= highest_double_order) return;
   const std::string reason = why_not_single(request);
@@ -308,14 +310,14 @@ void require_order_in_double(const MeshRequest& request) {
 MeshChoice in_double(double accuracy, const MeshRequest& request, int lowest_order) {
   require_sensible(accuracy, request.lengths, request.contact);
   const double most = 0.5 * accuracy * accuracy * force2(request.contact);
-  const Way way = in_double_precision(request.lengths, lowest_order);
-  auto best = choose(most, request, way);
+  const SumMethod method = in_double_precision(request.lengths, lowest_order);
+  auto best = choose(most, request, method);
   if (!best)
     throw InputError(
         fmt::format("no mesh of up to 1024 points along a side reaches an accuracy of {} in a box of {} x "
                     "{} x {} with a cutoff of up to half of it{}",
                     accuracy, request.lengths.x, request.lengths.y, request.lengths.z,
-                    request.by_hand.any() ? ", with the given parameters" : ""));
+                    request.fixed.any() ? ", with the given parameters" : ""));
   best->error = error_of(*best, request);
   return *best;
 }
@@ -327,8 +329,8 @@ std::vector<Window> windows_of(const MeshRequest& request) {
 
 /// Returns the parameters given explicitly for one kind of window, in double precision. Chooses the band limit for the
 /// least error: a larger one increases the error of the mesh, a smaller one that of the near part.
-MeshChoice by_hand_with(Window window, const MeshRequest& request) {
-  const auto [cutoff, alpha, points, order] = request.by_hand;
+MeshChoice fixed_with(Window window, const MeshRequest& request) {
+  const auto [cutoff, alpha, points, order] = request.fixed;
   auto numbers = quick_numbers();
   numbers.insert(std::ranges::lower_bound(numbers, *points), *points);
   const auto mesh = mesh_of(*points, numbers, request.lengths, *order, window);
@@ -358,17 +360,17 @@ std::optional<MeshChoice> in_single(MeshChoice choice, const MeshRequest& reques
 
 /// Returns the parameters given explicitly, in single precision where possible. Double precision is tried only if
 /// single precision is excluded.
-MeshChoice by_hand_alone(const MeshRequest& request) {
-  const int order = *request.by_hand.order;
+MeshChoice fixed_alone(const MeshRequest& request) {
+  const int order = *request.fixed.order;
   std::optional<MeshChoice> best;
   if (why_not_single(request).empty() && order >= 4 && order <= 8)
     for (const Window window : windows_of(request)) {
-      const auto choice = in_single(by_hand_with(window, request), request);
+      const auto choice = in_single(fixed_with(window, request), request);
       if (choice && (!best || choice->error < best->error)) best = choice;
     }
   if (best) return *best;
   require_order_in_double(request);
-  return by_hand_with(Window::spline, request);
+  return fixed_with(Window::spline, request);
 }
 
 }  // namespace
@@ -378,7 +380,7 @@ double random_force(double charge2, double charges, double volume, double contac
 }
 
 double relative_error(const Mesh& mesh, const Cloud& cloud, double contact, double dipole2) {
-  return std::sqrt((lost_with(cloud, dipole2) + mesh_error(mesh, cloud, dipole2)) / force2(contact));
+  return std::sqrt((neglected_with(cloud, dipole2) + mesh_error(mesh, cloud, dipole2)) / force2(contact));
 }
 
 double induced_dipole2(double polarizability, double density, double contact) {
@@ -387,13 +389,13 @@ double induced_dipole2(double polarizability, double density, double contact) {
 }
 
 std::string why_not_single(const MeshRequest& request) {
-  const ByHand& by_hand = request.by_hand;
+  const FixedParameters& fixed = request.fixed;
   if (request.only_double || request.on_device) return "that is requested";
   if (request.polarizability) return "single does not include dipoles";
-  if (!by_hand.complete() && request.accuracy < finest_single)
+  if (!fixed.complete() && request.accuracy < finest_single)
     return fmt::format("single is good for an accuracy of {:g} and more", finest_single);
-  if (by_hand.points.value_or(0) % 2 != 0) return "single needs an even number of points";
-  if (by_hand.cutoff.value_or(0) > Near<float>::longest_cutoff(request.lengths))
+  if (fixed.points.value_or(0) % 2 != 0) return "single needs an even number of points";
+  if (fixed.cutoff.value_or(0) > Near<float>::longest_cutoff(request.lengths))
     return fmt::format("single needs a cutoff of a third of the box, {:.4g}, or less",
                        Near<float>::longest_cutoff(request.lengths));
   return "";
@@ -404,7 +406,7 @@ MeshChoice choose_mesh(double accuracy, int charges, Vec3 lengths, double contac
 }
 
 MeshChoice choose_quick_mesh(const MeshRequest& request) {
-  if (request.by_hand.complete()) return by_hand_alone(request);
+  if (request.fixed.complete()) return fixed_alone(request);
   require_sensible(request.accuracy, request.lengths, request.contact);
   const double own2 = error_of_single_precision * error_of_single_precision;
   const double most = 0.5 * (request.accuracy * request.accuracy - own2) * force2(request.contact);

@@ -40,7 +40,7 @@ struct MeshChoice {
 };
 
 /// Mesh parameters that the user fixes; the others are chosen.
-struct ByHand {
+struct FixedParameters {
   std::optional<double> cutoff, alpha;
   std::optional<int> points;  ///< Number of points along the longest side.
   std::optional<int> order;
@@ -51,12 +51,12 @@ struct ByHand {
 
 /// Requirements for the choice of a mesh.
 struct MeshRequest {
-  double accuracy = 1e-4;  ///< Relative error of forces (relative_error); ignored if `by_hand` is complete.
+  double accuracy = 1e-4;  ///< Relative error of forces (relative_error); ignored if `fixed` is complete.
   int charges = 0;
   Vec3 lengths;
   double contact = 1;
   std::optional<double> polarizability{};  ///< Polarizability (length^3) of induced dipoles; empty: no dipoles.
-  ByHand by_hand{};
+  FixedParameters fixed{};
   bool on_device = false;  ///< True for a DeviceMesh, which also has prolate windows for charges without dipoles.
   // The following options serve comparisons only.
   bool gauss = false;        ///< True: Ewald's Gaussian splitting in place of the prolate one.

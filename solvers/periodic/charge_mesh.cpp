@@ -45,12 +45,12 @@ std::vector<Real> curvature_table(const Mesh& mesh) {
   return table;
 }
 
-/// Evaluates polynomials at three positions; coefficients of successive powers are `apart` numbers apart.
+/// Evaluates polynomials at three positions; coefficients of successive powers are `stride` numbers apart.
 template <int terms, class Numbers, class Real>
-[[gnu::always_inline]] inline void polynomials(const std::vector<Real>& table, int apart, const std::array<Real, 3>& s,
+[[gnu::always_inline]] inline void polynomials(const std::vector<Real>& table, int stride, const std::array<Real, 3>& s,
                                                Numbers (&of)[3]) {
   const auto coefficients = [&](int d) -> const Numbers& {
-    return *reinterpret_cast<const Numbers*>(&table[apart * d]);
+    return *reinterpret_cast<const Numbers*>(&table[stride * d]);
   };
   for (int k = 0; k < 3; ++k) of[k] = coefficients(terms - 1);
 #pragma GCC unroll 8
@@ -65,11 +65,11 @@ struct Rows {
   std::array<Real, 3> from_middle;  ///< Position relative to the middle between two points, in spacings
 
   Rows(const Convolution<Real>& grid, const Columns<Real>& columns, int s) {
-    using Place = Coordinate<Real>;
-    constexpr Place half = Place{1} << (bits_of<Real> - 1);
+    using FixedPoint = Coordinate<Real>;
+    constexpr FixedPoint half = FixedPoint{1} << (bits_of<Real> - 1);
     std::array<int, 3> point;
     for (int k = 0; k < 3; ++k) {
-      const InParts<Place> at(columns.place(k)[s], grid.points()[k]);
+      const InParts<FixedPoint> at(columns.coordinate(k)[s], grid.points()[k]);
       point[k] = at.part;
       from_middle[k] = static_cast<Real>(static_cast<Difference<Real>>(at.rest ^ half)) *
                        (sizeof(Real) == 4 ? Real(0x1p-32) : Real(0x1p-64));
@@ -141,7 +141,7 @@ template <class R>
 /// suffices, since the self term is itself an error of the mesh.
 template <class Real>
 SelfTerm<Lanes<4, Real>> self_term_by_series(const Lanes<4, Real>& s, const Lanes<4, Real>& first,
-                                             const Lanes<4, Real>& second, const Lanes<4, Real>& over_spacing) {
+                                             const Lanes<4, Real>& second, const Lanes<4, Real>& inverse_spacing) {
   constexpr int terms = sizeof(Real) == sizeof(double) ? 9 : 7;
   constexpr auto series = [] {  // Powers of s^2
     std::array<Real, terms> of{};
@@ -156,7 +156,7 @@ SelfTerm<Lanes<4, Real>> self_term_by_series(const Lanes<4, Real>& s, const Lane
     slope = slope * s2 + cosine;
     cosine = cosine * s2 + series[term];
   }
-  return self_term<Real, Lanes<4, Real>>(cosine, slope * s, first, second, over_spacing);
+  return self_term<Real, Lanes<4, Real>>(cosine, slope * s, first, second, inverse_spacing);
 }
 
 const Mesh& checked_for(const Mesh& mesh, bool single) {
@@ -208,7 +208,7 @@ ChargeMesh<Real>::ChargeMesh(const Mesh& mesh, const Cloud& cloud, const Influen
       background_(-cloud.background / mesh.volume() * cloud.cutoff) {
   const auto waves = waves_from_middle(influence, mesh.order);
   for (int k = 0; k < 4; ++k) {
-    over_spacing_[k] = k < 3 ? static_cast<Real>(cloud.cutoff / mesh.spacing()[k]) : -1;
+    inverse_spacing_[k] = k < 3 ? static_cast<Real>(cloud.cutoff / mesh.spacing()[k]) : -1;
     for (int n = 0; n < 2; ++n) wave_[n][k] = static_cast<Real>(waves[n][k] * cloud.cutoff);
   }
 }
@@ -264,7 +264,7 @@ void ChargeMesh<Real>::spread_source(const Columns<Real>& columns, int s) {
     R weight[3], slope[3];
     for (int k = 0; k < 3; ++k) {
       weight[k] = low_half(both[k]);
-      slope[k] = high_half(both[k]) * (columns.quantity(1 + k)[s] * over_spacing_[k]);
+      slope[k] = high_half(both[k]) * (columns.quantity(1 + k)[s] * inverse_spacing_[k]);
     }
     R z = slope[2];
     if constexpr (kind == Kind::multipoles) z += columns.charge()[s] * weight[2];
@@ -283,7 +283,7 @@ void ChargeMesh<Real>::spread(const Columns<Real>& columns, Kind kind, parallel:
   grid_.clear(team);
   total_ = kind == Kind::dipoles ? 0 : columns.total_charge();
   with_constants(kind, [&](auto order, auto constant) {
-    columns.for_each_apart(team, [&] [[gnu::noinline]] (int first, int end) {
+    columns.for_each_tile(team, [&] [[gnu::noinline]] (int first, int end) {
       for (int s = columns.first(first)[0]; s < columns.first(end)[0]; ++s) spread_source<order, constant>(columns, s);
     });
   });
@@ -291,7 +291,7 @@ void ChargeMesh<Real>::spread(const Columns<Real>& columns, Kind kind, parallel:
 
 template <class Real>
 template <int order, Kind kind>
-void ChargeMesh<Real>::add_to(const FeltSums<Real>& sums, const Columns<Real>& columns, int s) const {
+void ChargeMesh<Real>::add_to(const FieldSums<Real>& sums, const Columns<Real>& columns, int s) const {
   using R = Row<order, Real>;
   constexpr int lanes_of = row_lanes(order);
   constexpr bool forces = kind == Kind::multipoles;
@@ -302,15 +302,15 @@ void ChargeMesh<Real>::add_to(const FeltSums<Real>& sums, const Columns<Real>& c
   if constexpr (forces) polynomials<order - 2>(curvature_, lanes_of, rows.from_middle, curvature);
   const AlongZ<order, Real> line = summed_across<order>(grid_, rows, both, forces ? curvature : nullptr);
   const R weight = low_half(both[2]), slope = high_half(both[2]);
-  const Four& over_spacing = lanes<4>(over_spacing_.data());
+  const Four& inverse_spacing = lanes<4>(inverse_spacing_.data());
   const Four slopes = totals(quarter(weight, line.x), quarter(weight, line.y), quarter(slope, line.potential),
                              quarter(weight, line.potential));
-  const Four field = -over_spacing * slopes;
+  const Four field = -inverse_spacing * slopes;
   const Four from_middle{rows.from_middle[0], rows.from_middle[1], rows.from_middle[2], 0};
   const auto own = own_part<kind>(columns, s, from_middle);
   lanes<4>(&sums.field[4 * s]) += field + own.field;
   if constexpr (forces) {
-    const Four mu = moment_of(columns, s) * over_spacing;
+    const Four mu = moment_of(columns, s) * inverse_spacing;
     const Four straight =  // Derivatives xx, yy, zz
         totals(quarter(weight, line.xx), quarter(weight, line.yy), quarter(curvature[2], line.potential), Four{});
     const Four across =  // Derivatives yz, zx, xy
@@ -319,7 +319,7 @@ void ChargeMesh<Real>::add_to(const FeltSums<Real>& sums, const Columns<Real>& c
     const auto last = [](const Four& v) { return Four(__builtin_shufflevector(v, v, 2, 0, 1, 3)); };
     const Four by_spacings =
         columns.charge()[s] * slopes + straight * mu + last(across) * next(mu) + next(across) * last(mu);
-    lanes<4>(&sums.force[4 * s]) += own.force - by_spacings * over_spacing;
+    lanes<4>(&sums.force[4 * s]) += own.force - by_spacings * inverse_spacing;
   }
 }
 
@@ -334,7 +334,7 @@ template <Kind kind>
   if (kind == Kind::dipoles) return {self_field_ * moment_of(columns, s), Four{}};
   const Real charge = columns.charge()[s];
   const auto own = self_term_by_series<Real>(from_middle, lanes<4>(wave_[0].data()), lanes<4>(wave_[1].data()),
-                                             lanes<4>(over_spacing_.data()));
+                                             lanes<4>(inverse_spacing_.data()));
   Four field = own.half_slope * charge;
   field[3] = static_cast<Real>(background_ * total_) -
              charge * (self_ + own.potential[0] + own.potential[1] + own.potential[2]);
@@ -349,7 +349,7 @@ template <Kind kind>
 }
 
 template <class Real>
-void ChargeMesh<Real>::add(const Columns<Real>& columns, Kind kind, const FeltSums<Real>& sums,
+void ChargeMesh<Real>::add(const Columns<Real>& columns, Kind kind, const FieldSums<Real>& sums,
                            parallel::Team& team) const {
   constexpr int sources_a_task = 512;
   with_constants(kind, [&](auto order, auto constant) {

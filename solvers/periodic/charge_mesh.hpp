@@ -37,7 +37,7 @@ class ChargeMesh {
   void solve(parallel::Team& team) { grid_.apply(team); }
   /// Adds fields, potentials and forces at the sources, without those of a source's own cloud. Units: as for
   /// Near::compute.
-  void add(const Columns<Real>& columns, Kind kind, const FeltSums<Real>& sums, parallel::Team& team) const;
+  void add(const Columns<Real>& columns, Kind kind, const FieldSums<Real>& sums, parallel::Team& team) const;
 
  private:
   using Four = Lanes<4, Real>;
@@ -47,7 +47,7 @@ class ChargeMesh {
   template <int order, Kind kind>
   void spread_source(const Columns<Real>& columns, int s);
   template <int order, Kind kind>
-  void add_to(const FeltSums<Real>& sums, const Columns<Real>& columns, int s) const;
+  void add_to(const FieldSums<Real>& sums, const Columns<Real>& columns, int s) const;
   struct Own {
     Four field, force;
   };
@@ -63,7 +63,7 @@ class ChargeMesh {
   std::vector<Real> curvature_;  ///< Coefficients of the weights' second derivatives; [d][lanes]
   Convolution<Real> grid_;
   // The following members are in units of the cut-off.
-  std::array<Real, 4> over_spacing_;  ///< 1 / spacing along x, y, z; then -1
+  std::array<Real, 4> inverse_spacing_;  ///< 1 / spacing along x, y, z; then -1
   std::array<std::array<Real, 4>, 2> wave_;
   Real self_;        ///< Potential of a unit charge's own cloud at its centre, averaged over positions on the mesh
   Real self_field_;  ///< Field of a unit dipole's own cloud at its centre, opposite to the dipole

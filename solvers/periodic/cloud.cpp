@@ -20,10 +20,10 @@ Cloud gauss_cloud(double alpha, double cutoff) {
   of.band_limit = INFINITY;
   of.background = M_PI / (alpha * alpha);
   of.dipole_field = 4 * alpha * alpha * alpha / (3 * std::sqrt(M_PI));
-  of.lost = 4 * std::exp(-2 * alpha * alpha * cutoff * cutoff) / cutoff;
+  of.neglected = 4 * std::exp(-2 * alpha * alpha * cutoff * cutoff) / cutoff;
   const double steepness = 2 * alpha * alpha * cutoff + 2 / cutoff;  // Growth per derivative beyond the cut-off
-  of.lost_slope = of.lost * steepness * steepness;
-  of.lost_curvature = of.lost_slope * steepness * steepness;
+  of.neglected_slope = of.neglected * steepness * steepness;
+  of.neglected_curvature = of.neglected_slope * steepness * steepness;
   return of;
 }
 
@@ -38,14 +38,15 @@ class ProlateFunction {
     // The coefficients fall faster than any power once 2n > band_limit.
     const int terms = 20 + static_cast<int>(band_limit);
     const double c2 = band_limit * band_limit;
-    Eigen::VectorXd diagonal(terms), beside(terms - 1);
+    Eigen::VectorXd diagonal(terms), off_diagonal(terms - 1);
     for (int n = 0; n < terms; ++n) {
       const double k = 2 * n;
       diagonal[n] = k * (k + 1) + (2 * k * (k + 1) - 1) / ((2 * k + 3) * (2 * k - 1)) * c2;
-      if (n + 1 < terms) beside[n] = (k + 2) * (k + 1) / ((2 * k + 3) * std::sqrt((2 * k + 1) * (2 * k + 5))) * c2;
+      if (n + 1 < terms)
+        off_diagonal[n] = (k + 2) * (k + 1) / ((2 * k + 3) * std::sqrt((2 * k + 1) * (2 * k + 5))) * c2;
     }
     Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
-    solver.computeFromTridiagonal(diagonal, beside);
+    solver.computeFromTridiagonal(diagonal, off_diagonal);
     eigenvalue_ = solver.eigenvalues()[0];
     const Eigen::VectorXd vector = solver.eigenvectors().col(0);
     for (int n = 0; n < terms; ++n) a_.push_back(vector[n] / vector[0] * std::sqrt(4 * n + 1.0));
@@ -115,14 +116,14 @@ Cloud prolate_cloud(double band_limit, double cutoff) {
   // (1/V) sum over k of (4 pi w / k)^2 is 8 times the integral of w^2 beyond the band limit. Of the integral of psi^2
   // over all numbers, the fraction 4 sqrt(pi c) exp(-2c) lies outside of [-1, 1] (Fuchs 1964), half of it at positive
   // wave numbers.
-  of.lost = 8 * of.band_limit * 4 * std::sqrt(M_PI * band_limit) * std::exp(-2 * band_limit) * psi.square() /
-            (middle * middle);
+  of.neglected = 8 * of.band_limit * 4 * std::sqrt(M_PI * band_limit) * std::exp(-2 * band_limit) * psi.square() /
+                 (middle * middle);
   // Near the cut-off the cloud is steeper than waves below its band limit c allow: c^2 / 2 in place of c. The
   // derivatives of the neglected force therefore exceed it by more than the factor of the wave number. The factors fit
   // a quadrature of psi and its derivatives, to 10 % for band limits from 4 to 18.
   const double wave2 = of.band_limit * of.band_limit;
-  of.lost_slope = of.lost * wave2 * (0.92 * band_limit - 0.4);
-  of.lost_curvature = of.lost * wave2 * wave2 * (0.072 * std::pow(band_limit, 3) + 3);
+  of.neglected_slope = of.neglected * wave2 * (0.92 * band_limit - 0.4);
+  of.neglected_curvature = of.neglected * wave2 * wave2 * (0.072 * std::pow(band_limit, 3) + 3);
   return of;
 }
 

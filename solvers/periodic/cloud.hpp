@@ -16,9 +16,9 @@ struct Cloud {
   double background = 0;                    ///< Integral of the near part over all space
   double dipole_field = 0;                  ///< Field of a unit dipole's cloud at its centre, opposite to the dipole:
                                             ///< -potential''(0)
-  double lost = 0;  ///< Integral over space of the square of the neglected force between unit charges
-  double lost_slope = 0, lost_curvature = 0;  ///< Integrals of the squared first and second derivatives of the
-                                              ///< neglected force, for dipoles
+  double neglected = 0;  ///< Integral over space of the square of the neglected force between unit charges
+  double neglected_slope = 0, neglected_curvature = 0;  ///< Integrals of the squared first and second derivatives of
+                                                        ///< the neglected force, for dipoles
 };
 
 /// Makes Ewald's cloud, exp(-alpha^2 r^2), whose near part is erfc(alpha r) / r. The neglected force is that beyond the

@@ -31,18 +31,18 @@ void Columns<Real>::lay_out(int sources) {
 
 /// Computes positions and bins of the sources from `first` to `last`.
 template <class Real>
-[[gnu::noinline]] void Columns<Real>::place_sources(const Sources& sources, int first, int last) {
+[[gnu::noinline]] void Columns<Real>::find_coordinates(const Sources& sources, int first, int last) {
   constexpr double all = sizeof(Real) == 4 ? 0x1p32 : 0x1p64;
-  const double turns[] = {1 / lengths_.x, 1 / lengths_.y, 1 / lengths_.z};
+  const double inverse_length[] = {1 / lengths_.x, 1 / lengths_.y, 1 / lengths_.z};
   const auto [x, y] = count();
   for (int i = first; i < last; ++i) {
-    std::array<Place, 3>& place = found_[i];
+    std::array<FixedPoint, 3>& coordinate = unsorted_[i];
     for (int k = 0; k < 3; ++k) {
-      const double turned = sources.position[3 * i + k] * turns[k], fraction = turned - std::floor(turned);
+      const double periods = sources.position[3 * i + k] * inverse_length[k], fraction = periods - std::floor(periods);
       // A fraction just below 1 may be rounded to 1.
-      place[k] = fraction < 1 ? static_cast<Place>(fraction * all) : 0;
+      coordinate[k] = fraction < 1 ? static_cast<FixedPoint>(fraction * all) : 0;
     }
-    bin_[i] = number_of(part(place[0], x), part(place[1], y)) * bins_ + part(place[2], bins_);
+    bin_[i] = number_of(part(coordinate[0], x), part(coordinate[1], y)) * bins_ + part(coordinate[2], bins_);
   }
 }
 
@@ -61,7 +61,7 @@ void Columns<Real>::store(const Sources& sources) {
   for (int i = 0; i < n; ++i) {
     const int s = next_[bin_[i]]++;
     sorted_[i] = s;
-    for (int k = 0; k < 3; ++k) place_[k][s] = found_[i][k];
+    for (int k = 0; k < 3; ++k) coordinate_[k][s] = unsorted_[i][k];
     const double charge = sources.charge[i] / charge_unit_;
     quantity_[0][s] = static_cast<Real>(charge);
     total_charge_ += charge;
@@ -78,10 +78,10 @@ void Columns<Real>::sort(const Sources& sources, parallel::Team& team) {
   for (const double x : sources.position) not_finite |= !(std::abs(x) < INFINITY);
   if (not_finite) throw Failure("the place of a charge is no finite number");
   if (n != laid_out_for_) lay_out(n);
-  found_.resize(n), bin_.resize(n), sorted_.resize(n);
-  for (auto& axis : place_) axis.resize(n + spare);
+  unsorted_.resize(n), bin_.resize(n), sorted_.resize(n);
+  for (auto& axis : coordinate_) axis.resize(n + spare);
   team.for_each((n + sources_a_task - 1) / sources_a_task, [&](int task) {
-    place_sources(sources, task * sources_a_task, std::min(n, (task + 1) * sources_a_task));
+    find_coordinates(sources, task * sources_a_task, std::min(n, (task + 1) * sources_a_task));
   });
   const auto [x, y] = count();
   first_.assign(static_cast<std::size_t>(x) * y * bins_ + 1, 0);

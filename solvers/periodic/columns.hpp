@@ -24,21 +24,21 @@ constexpr int bits_of = 8 * sizeof(Real);
 
 /// Product of a coordinate with a number of equal parts of the box: index of the part that contains it, and the
 /// remainder as a fixed-point fraction.
-template <class Place>
+template <class FixedPoint>
 struct InParts {
   int part;
-  Place rest;
+  FixedPoint rest;
 
-  InParts(Place place, int count) {
-    __extension__ using Wide = std::conditional_t<sizeof(Place) == 4, std::uint64_t, unsigned __int128>;
-    const Wide product = static_cast<Wide>(place) * static_cast<Wide>(count);
-    part = static_cast<int>(product >> std::numeric_limits<Place>::digits);
-    rest = static_cast<Place>(product);
+  InParts(FixedPoint coordinate, int count) {
+    __extension__ using Wide = std::conditional_t<sizeof(FixedPoint) == 4, std::uint64_t, unsigned __int128>;
+    const Wide product = static_cast<Wide>(coordinate) * static_cast<Wide>(count);
+    part = static_cast<int>(product >> std::numeric_limits<FixedPoint>::digits);
+    rest = static_cast<FixedPoint>(product);
   }
 };
-template <class Place>
-int part(Place place, int count) {
-  return InParts<Place>(place, count).part;
+template <class FixedPoint>
+int part(FixedPoint coordinate, int count) {
+  return InParts<FixedPoint>(coordinate, count).part;
 }
 
 /// Sources sorted into columns along z, and by z bins within a column, with one array for each coordinate and
@@ -48,7 +48,7 @@ int part(Place place, int count) {
 template <class Real>
 class Columns {
  public:
-  using Place = Coordinate<Real>;
+  using FixedPoint = Coordinate<Real>;
   struct Layout {
     double length_unit = 1;
     int together = 8;   ///< Number of sources in a cube of the column width, approximately
@@ -62,7 +62,7 @@ class Columns {
 
   int size() const { return static_cast<int>(sorted_.size()); }
   /// Arrays of sorted sources, each padded by `spare` elements of undefined value.
-  const Place* place(int axis) const { return place_[axis].data(); }
+  const FixedPoint* coordinate(int axis) const { return coordinate_[axis].data(); }
   const Real* charge() const { return quantity_[0].data(); }
   /// Charge (k = 0), or component k of the dipole (1 to 3) if the sources have dipoles.
   const Real* quantity(int k) const { return quantity_[k].data(); }
@@ -87,7 +87,7 @@ class Columns {
   /// same time, so that no two of them write to the same sources. The order of contributions to a source does not
   /// depend on the number of threads.
   template <class Work>
-  void for_each_apart(parallel::Team& team, const Work& work) const {
+  void for_each_tile(parallel::Team& team, const Work& work) const {
     const int step_x = std::min(tiles_[0], 2), step_y = std::min(tiles_[1], 2), rows = tiles_[1] / step_y;
     for (int x = 0; x < step_x; ++x)
       for (int y = 0; y < step_y; ++y)
@@ -102,7 +102,7 @@ class Columns {
  private:
   int columns_a_tile() const { return columns_[0] * columns_[1]; }
   void lay_out(int sources);
-  void place_sources(const Sources& sources, int first, int last);
+  void find_coordinates(const Sources& sources, int first, int last);
   void store(const Sources& sources);
 
   Vec3 lengths_;
@@ -112,17 +112,17 @@ class Columns {
   std::array<std::vector<int>, 2> before_;  ///< Contribution of a column's index along an axis to its number: number_of
   int bins_ = 0;
   double charge_unit_ = 1, total_charge_ = 0;
-  std::vector<std::array<Place, 3>> found_;  ///< Positions of the sources, in input order
-  std::vector<int> bin_;                     ///< Bin of each source, in input order
-  std::vector<int> first_, next_;            ///< Index of the first, and of the next, sorted source of a bin
+  std::vector<std::array<FixedPoint, 3>> unsorted_;  ///< Positions of the sources, in input order
+  std::vector<int> bin_;                             ///< Bin of each source, in input order
+  std::vector<int> first_, next_;                    ///< Index of the first, and of the next, sorted source of a bin
   std::vector<int> sorted_;
-  std::array<std::vector<Place>, 3> place_;
+  std::array<std::vector<FixedPoint>, 3> coordinate_;
   std::array<std::vector<Real>, 4> quantity_;
 };
 
 /// Sums for sorted sources, in units of charge_unit() and length_unit.
 template <class Real>
-struct FeltSums {
+struct FieldSums {
   std::span<Real> field;    ///< Field x, y, z and potential: four numbers each
   std::span<Real> force{};  ///< Force x, y, z and an unused number; only for Kind::multipoles
 };

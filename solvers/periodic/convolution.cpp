@@ -8,7 +8,7 @@ namespace lichtenberg::periodic {
 namespace {
 
 template <class Real>
-constexpr int wide = RowTransform<Real>::side_by_side;
+constexpr int wide = RowTransform<Real>::rows_at_once;
 
 template <class Real>
 constexpr std::ptrdiff_t whole_blocks(std::ptrdiff_t count) {
@@ -21,21 +21,22 @@ constexpr std::ptrdiff_t odd_blocks(std::ptrdiff_t count) {
   return (whole_blocks<Real>(count) / wide<Real> | 1) * wide<Real>;
 }
 
-/// Loads the first `count` rows of a block, with starts `apart` numbers apart, and transposes them; missing rows are 0.
+/// Loads the first `count` rows of a block, with starts `stride` numbers apart, and transposes them; missing rows are
+/// 0.
 template <class Real>
-void load_columns(const Real* from, std::ptrdiff_t apart, int count,
+void load_columns(const Real* from, std::ptrdiff_t stride, int count,
                   typename RowTransform<Real>::Numbers (&columns)[wide<Real>]) {
   using Numbers = typename RowTransform<Real>::Numbers;
-  for (int k = 0; k < wide<Real>; ++k) columns[k] = k < count ? lanes<wide<Real>>(from + k * apart) : Numbers{};
+  for (int k = 0; k < wide<Real>; ++k) columns[k] = k < count ? lanes<wide<Real>>(from + k * stride) : Numbers{};
   transpose(columns);
 }
 
 /// Work arrays of one thread.
 template <class Real>
-class Room {
+class WorkArrays {
  public:
   using Numbers = typename RowTransform<Real>::Numbers;
-  explicit Room(int length) : size_(length + wide<Real>), rows_(4 * size_) {}
+  explicit WorkArrays(int length) : size_(length + wide<Real>), rows_(4 * size_) {}
   Numbers* re() { return &rows_[0].numbers; }
   Numbers* im() { return &rows_[size_].numbers; }
   Numbers* spare() { return &rows_[2 * size_].numbers; }
@@ -137,8 +138,8 @@ void Convolution<Real>::load_modes(int x, int y, Numbers* re, Numbers* im) {
 template <class Real>
 [[gnu::noinline]] void Convolution<Real>::to_modes(int x) {
   const auto [nx, ny, nz] = points_;
-  Room<Real> room(nz);
-  Numbers *re = room.re(), *im = room.im();
+  WorkArrays<Real> work(nz);
+  Numbers *re = work.re(), *im = work.im();
   for (int y = 0; y < ny; y += wide<Real>) {
     Real* rows = data() + x * plane() + y * row_;
     const int count = std::min(wide<Real>, ny - y);
@@ -152,7 +153,7 @@ template <class Real>
       else
         for (int k = 0; k < wide<Real>; ++k) re[z + k] = columns[k], im[z + k] = Numbers{};
     }
-    along_z_.apply(re, im, room.spare());
+    along_z_.apply(re, im, work.spare());
     store_modes(x, y, re, im);
   }
 }
@@ -160,11 +161,11 @@ template <class Real>
 template <class Real>
 [[gnu::noinline]] void Convolution<Real>::from_modes(int x) {
   const auto [nx, ny, nz] = points_;
-  Room<Real> room(nz);
-  Numbers *re = room.re(), *im = room.im();
+  WorkArrays<Real> work(nz);
+  Numbers *re = work.re(), *im = work.im();
   for (int y = 0; y < ny; y += wide<Real>) {
     load_modes(x, y, re, im);
-    along_z_.apply(im, re, room.spare());
+    along_z_.apply(im, re, work.spare());
     Real* rows = data() + x * plane() + y * row_;
     const int count = std::min(wide<Real>, ny - y);
     for (int z = 0; z < nz; z += wide<Real>) {
@@ -212,8 +213,8 @@ void Convolution<Real>::filter_along_y(int z, int block, Numbers* re, Numbers* i
 template <class Real>
 [[gnu::noinline]] void Convolution<Real>::filter(int z) {
   const auto [nx, ny, nz] = points_;
-  Room<Real> room(std::max(nx, ny));
-  Numbers *re = room.re(), *im = room.im(), *spare = room.spare();
+  WorkArrays<Real> work(std::max(nx, ny));
+  Numbers *re = work.re(), *im = work.im(), *spare = work.spare();
   const auto transform_along_x = [&](bool back) {
     for (int y = 0; y < points_[1]; y += wide<Real>) {
       const auto mode = [&](int x, int part) -> Numbers& { return lanes<wide<Real>>(modes(z, x, part) + y); };

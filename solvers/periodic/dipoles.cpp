@@ -32,9 +32,9 @@ Vector applied(const DipoleField& field_of, const Vector& dipole) {
 }
 
 /// Returns the largest eigenvalue of the symmetric tridiagonal matrix of Lanczos' method so far.
-double largest_ritz_value(const std::vector<double>& diagonal, const std::vector<double>& beside) {
+double largest_ritz_value(const std::vector<double>& diagonal, const std::vector<double>& off_diagonal) {
   Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
-  solver.computeFromTridiagonal(view(diagonal), view(std::span(beside).first(diagonal.size() - 1)),
+  solver.computeFromTridiagonal(view(diagonal), view(std::span(off_diagonal).first(diagonal.size() - 1)),
                                 Eigen::EigenvaluesOnly);
   return solver.eigenvalues().maxCoeff();
 }
@@ -53,22 +53,22 @@ void add(Response& to, double factor, const Response& part) {
 }
 
 /// Evaluates sums for different charges and dipoles at the same positions.
-struct SamePlaces {
-  const Sources& places;
+struct DipoleSystem {
+  const Sources& sources;
   std::span<const Pair> pairs;
   parallel::Team& team;
 
   Response response(Sum& sum, std::span<const double> charge, std::span<const double> dipole) const {
     Response result;
-    sum.evaluate({places.lengths, places.position, charge, dipole}, pairs, team, result);
+    sum.evaluate({sources.lengths, sources.position, charge, dipole}, pairs, team, result);
     return result;
   }
 };
 
 /// Replaces the interactions between dipoles by those of another sum; their potential at the charges stays.
-void replace_between_dipoles(const SamePlaces& at, Sum& before, Sum& after, std::span<const double> dipole,
+void replace_between_dipoles(const DipoleSystem& at, Sum& before, Sum& after, std::span<const double> dipole,
                              Response& response) {
-  const std::vector<double> none(at.places.size());
+  const std::vector<double> none(at.sources.size());
   Response difference = at.response(after, none, dipole);
   add(difference, -1, at.response(before, none, dipole));
   difference.potential = none;
@@ -95,9 +95,9 @@ std::vector<double> predictor_weights(int n) {
 
 }  // namespace
 
-DipoleField field_by(Sum& sum, const Sources& places, std::span<const Pair> pairs, parallel::Team& team) {
-  return [&sum, places, pairs, &team](std::span<const double> dipole, std::span<double> field) {
-    sum.dipole_field({places.lengths, places.position, places.charge, dipole}, pairs, team, field);
+DipoleField field_by(Sum& sum, const Sources& sources, std::span<const Pair> pairs, parallel::Team& team) {
+  return [&sum, sources, pairs, &team](std::span<const double> dipole, std::span<double> field) {
+    sum.dipole_field({sources.lengths, sources.position, sources.charge, dipole}, pairs, team, field);
   };
 }
 
@@ -123,12 +123,12 @@ int solve_dipoles(const DipoleField& field_of, std::span<const double> field, do
       throw Failure(
           fmt::format("induced dipoles: the residual field is {:.3g} after {} steps, where {:.3g} is required",
                       std::sqrt(square), most, goal));
-    const Vector turned = direction / polarizability - applied(field_of, direction);
-    const double curvature = direction.dot(turned);
+    const Vector product = direction / polarizability - applied(field_of, direction);
+    const double curvature = direction.dot(product);
     if (!(curvature > 0)) refuse(field_of, dipole.size(), polarizability);
     const double step = square / curvature;
     mu += step * direction;
-    residual -= step * turned;
+    residual -= step * product;
     const double before = square;
     square = residual.squaredNorm();
     direction = residual + square / before * direction;
@@ -139,18 +139,19 @@ int solve_dipoles(const DipoleField& field_of, std::span<const double> field, do
 // Lanczos' method with full reorthogonalization, until the largest eigenvalue converges.
 double largest_polarizability(const DipoleField& field_of, int n, double enough) {
   std::vector<Vector> basis = {random_direction(3 * n)};
-  std::vector<double> diagonal, beside;
+  std::vector<double> diagonal, off_diagonal;
   double largest = 0;
   for (int step = 0; step < std::min(3 * n, 200); ++step) {
     Vector next = applied(field_of, basis.back());
     diagonal.push_back(next.dot(basis.back()));
     for (const Vector& v : basis) next -= next.dot(v) * v;
     const double before = largest;
-    largest = largest_ritz_value(diagonal, beside);
+    largest = largest_ritz_value(diagonal, off_diagonal);
     if (largest * enough >= 1) break;
-    beside.push_back(next.norm());
-    if (beside.back() <= 1e-14 * std::abs(largest) || (step > 5 && std::abs(largest - before) <= 1e-9 * largest)) break;
-    basis.push_back(next / beside.back());
+    off_diagonal.push_back(next.norm());
+    if (off_diagonal.back() <= 1e-14 * std::abs(largest) || (step > 5 && std::abs(largest - before) <= 1e-9 * largest))
+      break;
+    basis.push_back(next / off_diagonal.back());
   }
   return largest > 0 ? 1 / largest : INFINITY;
 }
@@ -162,7 +163,7 @@ int InducedDipoles::evaluate(const Sources& charges, std::span<const Pair> pairs
   const bool far_with_charges = variant_ == DipoleSum::ewald || variant_ == DipoleSum::mixed_consistent;
   Sum& with_charges = far_with_charges ? far_ : near;
   Sum& between = variant_ == DipoleSum::ewald ? far_ : near;
-  const SamePlaces at{charges, pairs, team};
+  const DipoleSystem at{charges, pairs, team};
 
   response = at.response(far_, charges.charge, {});
   const Response alone = far_with_charges ? response : at.response(near, charges.charge, {});
@@ -180,12 +181,12 @@ int InducedDipoles::evaluate(const Sources& charges, std::span<const Pair> pairs
   return applications;
 }
 
-void InducedDipoles::check_stability(const Sources& places, std::span<const Pair> pairs, parallel::Team& team) const {
+void InducedDipoles::check_stability(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team) const {
   MinimumImage near;
-  const DipoleField field_of = field_by(variant_ == DipoleSum::ewald ? far_ : near, places, pairs, team);
-  const int n = static_cast<int>(places.size());
+  const DipoleField field_of = field_by(variant_ == DipoleSum::ewald ? far_ : near, sources, pairs, team);
+  const int n = static_cast<int>(sources.size());
   if (largest_polarizability(field_of, n, polarizability_) <= polarizability_)
-    refuse(field_of, 3 * places.size(), polarizability_);
+    refuse(field_of, 3 * sources.size(), polarizability_);
 }
 
 std::vector<double> DipolePredictor::predict() const {

@@ -12,7 +12,7 @@ namespace lichtenberg::periodic {
 using DipoleField = std::function<void(std::span<const double> dipole, std::span<double> field)>;
 
 /// Makes a DipoleField that uses `sum`. All arguments must outlive it.
-DipoleField field_by(Sum& sum, const Sources& places, std::span<const Pair> pairs, parallel::Team& team);
+DipoleField field_by(Sum& sum, const Sources& sources, std::span<const Pair> pairs, parallel::Team& team);
 
 /// Solves mu = A (e + T mu) by conjugate gradients; A is the polarizability (length^3) and e the external field ([3
 /// N]). Stops when the norm of the residual e + T mu - mu/A is at most `tolerance` times that of e. `dipole` ([3 N]) is
@@ -53,7 +53,7 @@ class InducedDipoles {
                Response& response) const;
   /// Throws InputError if dipoles at these positions have no stable state. It also finds an unstable mode that symmetry
   /// hides from the charges, and so from `evaluate`. Costs some tens of dipole field evaluations.
-  void check_stability(const Sources& places, std::span<const Pair> pairs, parallel::Team& team) const;
+  void check_stability(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team) const;
 
  private:
   Sum& far_;

@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "solvers/error.hpp"
-#include "solvers/periodic/felt.hpp"
+#include "solvers/periodic/field_sums.hpp"
 
 namespace lichtenberg::periodic {
 namespace {
@@ -24,10 +24,10 @@ std::vector<Vec3> translations(Vec3 lengths, double cutoff) {
   for (int x = -most[0]; x <= most[0]; ++x)
     for (int y = -most[1]; y <= most[1]; ++y)
       for (int z = -most[2]; z <= most[2]; ++z) {
-        const Vec3 turn{x * lengths.x, y * lengths.y, z * lengths.z};
+        const Vec3 translation{x * lengths.x, y * lengths.y, z * lengths.z};
         Vec3 least;
-        for (int k = 0; k < 3; ++k) least[k] = std::max(0.0, std::abs(turn[k]) - 0.5 * lengths[k]);
-        if (norm2(turn) > 0 && norm2(least) <= cutoff * cutoff) result.push_back(turn);
+        for (int k = 0; k < 3; ++k) least[k] = std::max(0.0, std::abs(translation[k]) - 0.5 * lengths[k]);
+        if (norm2(translation) > 0 && norm2(least) <= cutoff * cutoff) result.push_back(translation);
       }
   return result;
 }
@@ -51,11 +51,11 @@ class Phases {
  public:
   Phases(const Sources& sources, int axis, int most) : sources_(sources.size()), value_((most + 1) * sources_) {
     for (std::size_t j = 0; j < sources_; ++j) {
-      const double turns = sources.position[3 * j + axis] / sources.lengths[axis];
-      const double fraction = turns - std::nearbyint(turns);
+      const double periods = sources.position[3 * j + axis] / sources.lengths[axis];
+      const double fraction = periods - std::nearbyint(periods);
       for (int n = 0; n <= most; ++n) {
-        const double turn = n * fraction - std::nearbyint(n * fraction);
-        value_[n * sources_ + j] = {std::cos(2 * pi * turn), std::sin(2 * pi * turn)};
+        const double cycles = n * fraction - std::nearbyint(n * fraction);
+        value_[n * sources_ + j] = {std::cos(2 * pi * cycles), std::sin(2 * pi * cycles)};
       }
     }
   }
@@ -135,11 +135,11 @@ class Evaluation {
     }
   }
 
-  Felt felt_by(int i) const {
+  FieldSample field_at(int i) const {
     const Multipole on = multipole(sources_, i);
-    CompensatedFelt sum;
+    CompensatedFieldSample sum;
     add_near(i, on, sum);
-    for (const Column& column : waves_.columns) sum += felt_of(column, i, on);
+    for (const Column& column : waves_.columns) sum += wave_field(column, i, on);
     sum += {background_ - 2 * inv_sqrtpi * splitting_.alpha * on.charge, self_field() * on.dipole};
     return sum.total();
   }
@@ -162,22 +162,22 @@ class Evaluation {
     return {real.total(), imaginary.total()};
   }
 
-  void add_near(int i, const Multipole& on, CompensatedFelt& sum) const {
+  void add_near(int i, const Multipole& on, CompensatedFieldSample& sum) const {
     const double cutoff2 = splitting_.cutoff * splitting_.cutoff;
     for (int j = 0; j < sources_.size(); ++j) {
-      const Vec3 apart = nearest_image(sources_.place(j) - sources_.place(i), sources_.lengths);
+      const Vec3 separation = nearest_image(sources_.position_of(j) - sources_.position_of(i), sources_.lengths);
       const Multipole from = multipole(sources_, j);
       for (std::size_t t = i == j ? 1 : 0; t < translations_.size(); ++t) {
-        const Vec3 r = apart + translations_[t];
+        const Vec3 r = separation + translations_[t];
         const double r2 = norm2(r);
-        if (r2 <= cutoff2) sum += felt(screened(r2, splitting_.alpha), r, on, from);
+        if (r2 <= cutoff2) sum += pair_field(screened(r2, splitting_.alpha), r, on, from);
       }
     }
   }
 
   /// Returns the contribution of a column of waves. With a_n the sum over its waves of k_z^n amplitude exp(i k.r), the
   /// potential is Re a_0, the field k Im a, and (mu.grad) field = k (k.mu) Re a.
-  Felt felt_of(const Column& column, int i, const Multipole& on) const {
+  FieldSample wave_field(const Column& column, int i, const Multipole& on) const {
     std::array<Phase, 3> a{};
     for (int z = column.first; z <= column.last; ++z) {
       const double kz = z * waves_.unit.z;
@@ -190,7 +190,7 @@ class Evaluation {
     for (Phase& sum : a) sum = across * sum;
     const Vec3 k = waves_.vector(column.x, column.y, 0);
     const double along = dot(k, on.dipole), slope = along * a[0].c + on.dipole.z * a[1].c;
-    Felt result{a[0].c, {k.x * a[0].s, k.y * a[0].s, a[1].s}};
+    FieldSample result{a[0].c, {k.x * a[0].s, k.y * a[0].s, a[1].s}};
     result.force = on.charge * result.field + Vec3{k.x * slope, k.y * slope, along * a[1].c + on.dipole.z * a[2].c};
     return result;
   }
@@ -245,7 +245,7 @@ void Ewald::evaluate_at(std::span<const int> sample, const Sources& sources, par
   Evaluation evaluation(sources, splitting_.alpha > 0 ? splitting_ : splitting_for(sources, tolerance_));
   team.for_each(evaluation.columns(), [&](int c) { evaluation.sum_sources(c); });
   resize(response, static_cast<int>(sample.size()));
-  team.for_each(static_cast<int>(sample.size()), [&](int k) { store(k, evaluation.felt_by(sample[k]), response); });
+  team.for_each(static_cast<int>(sample.size()), [&](int k) { store(k, evaluation.field_at(sample[k]), response); });
   response.energy = energy_of(sources, sample, response);
 }
 

@@ -25,7 +25,7 @@ struct Complex {
   friend Complex operator+(const Complex& a, const Complex& b) { return {a.re + b.re, a.im + b.im}; }
   friend Complex operator-(const Complex& a, const Complex& b) { return {a.re - b.re, a.im - b.im}; }
   friend Complex operator*(Real s, const Complex& a) { return {s * a.re, s * a.im}; }
-  Complex turned() const { return {im, -re}; }  ///< Product with -i
+  Complex times_minus_i() const { return {im, -re}; }  ///< Product with -i
 };
 
 template <class Real>
@@ -37,32 +37,34 @@ void transform(Complex<Real> (&a)[2]) {
 template <class Real>
 void transform(Complex<Real> (&a)[3]) {
   constexpr Real half = 0.5, half_root = half * std::numbers::sqrt3_v<Real>;
-  const Complex sum = a[1] + a[2], mean = a[0] - half * sum, apart = half_root * (a[1] - a[2]).turned();
+  const Complex sum = a[1] + a[2], mean = a[0] - half * sum, difference = half_root * (a[1] - a[2]).times_minus_i();
   a[0] = a[0] + sum;
-  a[1] = mean + apart;
-  a[2] = mean - apart;
+  a[1] = mean + difference;
+  a[2] = mean - difference;
 }
 template <class Real>
 void transform(Complex<Real> (&a)[4]) {
-  const Complex even = a[0] + a[2], odd = a[1] + a[3], apart = a[0] - a[2], turned = (a[1] - a[3]).turned();
+  const Complex even = a[0] + a[2], odd = a[1] + a[3], difference = a[0] - a[2],
+                rotated = (a[1] - a[3]).times_minus_i();
   a[0] = even + odd;
-  a[1] = apart + turned;
+  a[1] = difference + rotated;
   a[2] = even - odd;
-  a[3] = apart - turned;
+  a[3] = difference - rotated;
 }
 template <class Real>
 void transform(Complex<Real> (&a)[5]) {
   constexpr auto c1 = static_cast<Real>(0.30901699437494742), c2 = static_cast<Real>(-0.80901699437494742),
                  s1 = static_cast<Real>(0.95105651629515357), s2 = static_cast<Real>(0.58778525229247313);
-  const Complex outer = a[1] + a[4], inner = a[2] + a[3], outer_apart = a[1] - a[4], inner_apart = a[2] - a[3];
+  const Complex outer = a[1] + a[4], inner = a[2] + a[3], outer_difference = a[1] - a[4],
+                inner_difference = a[2] - a[3];
   const Complex first = a[0] + c1 * outer + c2 * inner, second = a[0] + c2 * outer + c1 * inner;
-  const Complex first_turned = (s1 * outer_apart + s2 * inner_apart).turned(),
-                second_turned = (s2 * outer_apart - s1 * inner_apart).turned();
+  const Complex first_rotated = (s1 * outer_difference + s2 * inner_difference).times_minus_i(),
+                second_rotated = (s2 * outer_difference - s1 * inner_difference).times_minus_i();
   a[0] = a[0] + outer + inner;
-  a[1] = first + first_turned;
-  a[2] = second + second_turned;
-  a[3] = second - second_turned;
-  a[4] = first - first_turned;
+  a[1] = first + first_rotated;
+  a[2] = second + second_rotated;
+  a[3] = second - second_rotated;
+  a[4] = first - first_rotated;
 }
 
 /// Appends exp(-i angle).
@@ -91,13 +93,13 @@ RowTransform<Real>::RowTransform(int length) : length_(length) {
 template <class Real>
 template <int radix>
 void RowTransform<Real>::apply(const Pass& pass, const Numbers* re, const Numbers* im, Numbers* to_re, Numbers* to_im) {
-  const std::ptrdiff_t between = static_cast<std::ptrdiff_t>(pass.groups) * pass.stride;
+  const std::ptrdiff_t radix_stride = static_cast<std::ptrdiff_t>(pass.groups) * pass.stride;
   for (int group = 0; group < pass.groups; ++group) {
     const Real *cosine = &pass.cosine[group * radix], *sine = &pass.sine[group * radix];
     for (int q = 0; q < pass.stride; ++q) {
       const std::ptrdiff_t from = group * pass.stride + q, to = group * radix * pass.stride + q;
       Complex<Real> a[radix];
-      for (int k = 0; k < radix; ++k) a[k] = {re[from + k * between], im[from + k * between]};
+      for (int k = 0; k < radix; ++k) a[k] = {re[from + k * radix_stride], im[from + k * radix_stride]};
       transform(a);
       to_re[to] = a[0].re;
       to_im[to] = a[0].im;
@@ -112,13 +114,13 @@ void RowTransform<Real>::apply(const Pass& pass, const Numbers* re, const Number
 template <class Real>
 void RowTransform<Real>::apply_any(const Pass& pass, const Numbers* re, const Numbers* im, Numbers* to_re,
                                    Numbers* to_im) {
-  const std::ptrdiff_t between = static_cast<std::ptrdiff_t>(pass.groups) * pass.stride;
+  const std::ptrdiff_t radix_stride = static_cast<std::ptrdiff_t>(pass.groups) * pass.stride;
   for (int group = 0; group < pass.groups; ++group)
     for (int q = 0; q < pass.stride; ++q)
       for (int k = 0; k < pass.radix; ++k) {
         Complex<Real> sum{};
         for (int j = 0; j < pass.radix; ++j) {
-          const std::ptrdiff_t from = group * pass.stride + q + j * between;
+          const std::ptrdiff_t from = group * pass.stride + q + j * radix_stride;
           const Real c = pass.root_cosine[j * k % pass.radix], s = pass.root_sine[j * k % pass.radix];
           sum = sum + Complex<Real>{c * re[from] - s * im[from], c * im[from] + s * re[from]};
         }

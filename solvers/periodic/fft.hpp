@@ -6,14 +6,14 @@
 
 namespace lichtenberg::periodic {
 
-/// Discrete Fourier transform of complex numbers along one axis, of `side_by_side` rows at once. Stockham's method with
+/// Discrete Fourier transform of complex numbers along one axis, of `rows_at_once` rows at once. Stockham's method with
 /// radices 2 to 5; other primes by the definition. FFTW is not used because its measured plans do not give bitwise
 /// identical results in each run.
 template <class Real>
 class RowTransform {
  public:
-  static constexpr int side_by_side = 64 / sizeof(Real);
-  using Numbers = Lanes<side_by_side, Real>;
+  static constexpr int rows_at_once = 64 / sizeof(Real);
+  using Numbers = Lanes<rows_at_once, Real>;
 
   explicit RowTransform(int length);
 
@@ -42,13 +42,13 @@ void transpose(Numbers* rows) {
   // Each round exchanges one bit of the row index with one bit of the column index.
 #pragma GCC unroll 4
   for (int round = 1; round < n; round *= 2) {
-    Numbers turned[n];
+    Numbers exchanged[n];
 #pragma GCC unroll 8
     for (int k = 0; k < n / 2; ++k) {
-      turned[2 * k] = interleaved<false>(rows[k], rows[k + n / 2]);
-      turned[2 * k + 1] = interleaved<true>(rows[k], rows[k + n / 2]);
+      exchanged[2 * k] = interleaved<false>(rows[k], rows[k + n / 2]);
+      exchanged[2 * k + 1] = interleaved<true>(rows[k], rows[k + n / 2]);
     }
-    for (int k = 0; k < n; ++k) rows[k] = turned[k];
+    for (int k = 0; k < n; ++k) rows[k] = exchanged[k];
   }
 }
 

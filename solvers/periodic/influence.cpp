@@ -8,40 +8,40 @@ namespace lichtenberg::periodic {
 namespace {
 
 /// Modes that a mesh cannot distinguish (aliases) differ by multiples of 2 pi / spacing. Sums over windows alone
-/// include aliases up to `far_turns`, since splines of order 4 leave 1e-7 of the seventh. Sums with the cloud stop at
-/// `near_turns`: for usable meshes the cloud has nothing left of the second.
-constexpr int far_turns = WindowTransform::far_turns, near_turns = 1;
+/// include aliases up to `far_aliases`, since splines of order 4 leave 1e-7 of the seventh. Sums with the cloud stop at
+/// `near_aliases`: for usable meshes the cloud has nothing left of the second.
+constexpr int far_aliases = WindowTransform::far_aliases, near_aliases = 1;
 
 /// Sums over the aliases of modes 0 to points / 2 along one axis of a mesh.
 struct Axis {
   struct Mode {
     double u2 = 0, k2u2 = 0, k4u2 = 0;  ///< Sums of U^2, k^2 U^2 and k^4 U^2; U is the window's transform
     std::array<double, 2> shifted{};    ///< Sums of U(m) U(m + 1) and of U(m) U(m + 2)
-    std::array<double, 2 * near_turns + 1> k2{}, square{};  ///< k^2 and U^2 of each alias
+    std::array<double, 2 * near_aliases + 1> k2{}, square{};  ///< k^2 and U^2 of each alias
   };
   std::vector<Mode> modes;
 
   Axis(double length, int points, const WindowTransform& transform) {
     for (int mode = 0; mode <= points / 2; ++mode) {
-      const WindowTransform::Turned window = transform(2 * M_PI * mode / points);
+      const WindowTransform::Aliases window = transform(2 * M_PI * mode / points);
       Mode& sums = modes.emplace_back();
-      for (int m = -far_turns; m <= far_turns; ++m) {
-        const double k = 2 * M_PI * (mode + static_cast<double>(m) * points) / length, u = window[m + far_turns];
+      for (int m = -far_aliases; m <= far_aliases; ++m) {
+        const double k = 2 * M_PI * (mode + static_cast<double>(m) * points) / length, u = window[m + far_aliases];
         sums.u2 += u * u;
         sums.k2u2 += k * k * u * u;
         sums.k4u2 += k * k * k * k * u * u;
-        if (std::abs(m) > near_turns) continue;
-        sums.k2[m + near_turns] = k * k;
-        sums.square[m + near_turns] = u * u;
+        if (std::abs(m) > near_aliases) continue;
+        sums.k2[m + near_aliases] = k * k;
+        sums.square[m + near_aliases] = u * u;
       }
       for (int n = 1; n <= 2; ++n)
-        for (int m = 0; m + n <= 2 * far_turns; ++m) sums.shifted[n - 1] += window[m] * window[m + n];
+        for (int m = 0; m + n <= 2 * far_aliases; ++m) sums.shifted[n - 1] += window[m] * window[m + n];
     }
   }
 };
 
 /// Sums over all aliases of a mode on the mesh.
-struct Alike {
+struct AliasSums {
   double u2 = 0;        ///< U^2
   double k2u2 = 0;      ///< k^2 U^2
   double cloud_u2 = 0;  ///< 4 pi w U^2: (k U)^2 times the smooth part's transform
@@ -52,7 +52,7 @@ struct Alike {
 
 /// Calls use(k^2, U^2, 4 pi w) for the aliases within the cloud's band limit.
 template <class Use>
-void visit_alike(const Axis::Mode& x, const Axis::Mode& y, const Axis::Mode& z, const Cloud& cloud, Use&& use) {
+void visit_aliases(const Axis::Mode& x, const Axis::Mode& y, const Axis::Mode& z, const Cloud& cloud, Use&& use) {
   const double limit = cloud.band_limit * cloud.band_limit;
   for (std::size_t a = 0; a < x.k2.size(); ++a)
     for (std::size_t b = 0; b < y.k2.size(); ++b)
@@ -62,11 +62,11 @@ void visit_alike(const Axis::Mode& x, const Axis::Mode& y, const Axis::Mode& z, 
       }
 }
 
-Alike alike(const Axis::Mode& x, const Axis::Mode& y, const Axis::Mode& z, const Cloud& cloud) {
-  Alike sums;
+AliasSums sum_aliases(const Axis::Mode& x, const Axis::Mode& y, const Axis::Mode& z, const Cloud& cloud) {
+  AliasSums sums;
   sums.u2 = x.u2 * y.u2 * z.u2;
   sums.k2u2 = x.k2u2 * y.u2 * z.u2 + x.u2 * y.k2u2 * z.u2 + x.u2 * y.u2 * z.k2u2;
-  visit_alike(x, y, z, cloud, [&](double k2, double u2, double w) {
+  visit_aliases(x, y, z, cloud, [&](double k2, double u2, double w) {
     sums.cloud_u2 += w * u2;
     sums.force2 += w * w / k2;
   });
@@ -82,7 +82,7 @@ double error_with_dipoles(const Axis::Mode& x, const Axis::Mode& y, const Axis::
   const double k4u2 = x.k4u2 * y.u2 * z.u2 + x.u2 * y.k4u2 * z.u2 + x.u2 * y.u2 * z.k4u2 +
                       2 * (x.k2u2 * y.k2u2 * z.u2 + x.k2u2 * y.u2 * z.k2u2 + x.u2 * y.k2u2 * z.k2u2);
   double error = factor * factor * (u2 + third * k2u2) * (k2u2 + third * k4u2);
-  visit_alike(x, y, z, cloud, [&](double k2, double square, double w) {
+  visit_aliases(x, y, z, cloud, [&](double k2, double square, double w) {
     const double both = (1 + third * k2) * (1 + third * k2);
     error += both * w * (w / k2 - 2 * factor * square);
   });
@@ -97,7 +97,7 @@ struct Octant {
       : axes{Axis(mesh.lengths.x, mesh.points[0], transform), Axis(mesh.lengths.y, mesh.points[1], transform),
              Axis(mesh.lengths.z, mesh.points[2], transform)} {}
 
-  /// Calls use(modes, `Alike`, number of mirror images of the mode on the mesh) for all modes except the constant.
+  /// Calls use(modes, `AliasSums`, number of mirror images of the mode on the mesh) for all modes except the constant.
   template <class Use>
   void visit(const Mesh& mesh, const Cloud& cloud, Use&& use) const {
     const auto images = [&](int axis, int mode) { return mode == 0 || 2 * mode == mesh.points[axis] ? 1 : 2; };
@@ -105,14 +105,14 @@ struct Octant {
       for (int x = 0; x <= mesh.points[0] / 2; ++x)
         for (int z = 0; z <= mesh.points[2] / 2; ++z)
           if (x + y + z > 0)
-            use(std::array{x, y, z}, alike(axes[0].modes[x], axes[1].modes[y], axes[2].modes[z], cloud),
+            use(std::array{x, y, z}, sum_aliases(axes[0].modes[x], axes[1].modes[y], axes[2].modes[z], cloud),
                 images(0, x) * images(1, y) * images(2, z));
   }
 };
 
 double mesh_error(const Mesh& mesh, const Cloud& cloud, const Octant& octant, double dipole2) {
   double sum = 0;
-  octant.visit(mesh, cloud, [&](std::array<int, 3> mode, const Alike& sums, int images) {
+  octant.visit(mesh, cloud, [&](std::array<int, 3> mode, const AliasSums& sums, int images) {
     const auto along = [&](int k) -> const Axis::Mode& { return octant.axes[k].modes[mode[k]]; };
     const double error = dipole2 > 0
                              ? error_with_dipoles(along(0), along(1), along(2), cloud, sums.factor(), dipole2 / 3)
@@ -129,7 +129,7 @@ Influence optimal_influence(const Mesh& mesh, const Cloud& cloud) {
   Influence influence;
   influence.factor.resize(static_cast<std::size_t>(across) * down * deep);
   const Octant octant(mesh);
-  octant.visit(mesh, cloud, [&](std::array<int, 3> mode, const Alike& sums, int images) {
+  octant.visit(mesh, cloud, [&](std::array<int, 3> mode, const AliasSums& sums, int images) {
     const double factor = sums.factor() / mesh.volume();
     const auto [x, y, z] = mode;
     for (const int row : {y, (down - y) % down})

@@ -40,7 +40,7 @@ Exact exact_forces(const MeshRequest& request, const Sources& sources) {
   if (sources.size() > few && finer >= 1e-8) {
     try {
       MeshRequest exact = request;
-      exact.accuracy = finer, exact.only_double = true, exact.by_hand = {};
+      exact.accuracy = finer, exact.only_double = true, exact.fixed = {};
       const MeshChoice choice = choose_quick_mesh(exact);
       return {spread_over(sources.size(), sources.size()), evaluated(*make_mesh_sum(choice), sources).force};
     } catch (const InputError&) {  // No mesh reaches this accuracy: use Ewald's sum
@@ -95,7 +95,7 @@ double found_error(const MeshChoice& choice, const Sources& sources, const Exact
 }  // namespace
 
 MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& given) {
-  if (request.by_hand.complete() || given.size() < 2) return choose_quick_mesh(request);
+  if (request.fixed.complete() || given.size() < 2) return choose_quick_mesh(request);
   std::vector<double> charge(given.charge.begin(), given.charge.end());
   if (std::ranges::all_of(charge, [](double q) { return q == 0; }))
     for (std::size_t i = 0; i < charge.size(); ++i) charge[i] = i % 2 == 0 ? 1 : -1;

@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "solvers/error.hpp"
-#include "solvers/periodic/felt.hpp"
+#include "solvers/periodic/field_sums.hpp"
 #include "solvers/stopwatch.hpp"
 
 namespace lichtenberg::periodic {
@@ -64,7 +64,7 @@ void MeshSum<Real>::compute(const Sources& sources, Kind kind, bool potentials, 
   require_usable(sources);
   field_.resize(4 * sources.charge.size());
   force_.resize(kind == Kind::multipoles ? field_.size() : 0);
-  const FeltSums<Real> sums{field_, force_};
+  const FieldSums<Real> sums{field_, force_};
   {
     const Stopwatch stopwatch(seconds_.near);
     columns_.sort(sources, team);
@@ -103,9 +103,10 @@ template <class Real>
     const auto [on_unit, factor, share] = acting_on(sources, i);
     for (int k = 0; k < 3; ++k) totals[k] += factor * (by_field * on_unit[k]);
     totals[3] += factor * share;
-    const Real* felt = &field_[4 * static_cast<std::size_t>(columns_.sorted()[i])];
-    totals[4] += 0.5 * sources.charge[i] * (by_potential * felt[3]);
-    for (int k = 0; k < 3 && !force_.empty(); ++k) totals[4] -= 0.5 * sources.dipole[3 * i + k] * (by_field * felt[k]);
+    const Real* sample = &field_[4 * static_cast<std::size_t>(columns_.sorted()[i])];
+    totals[4] += 0.5 * sources.charge[i] * (by_potential * sample[3]);
+    for (int k = 0; k < 3 && !force_.empty(); ++k)
+      totals[4] -= 0.5 * sources.dipole[3 * i + k] * (by_field * sample[k]);
   }
   return totals;
 }
@@ -130,9 +131,9 @@ void MeshSum<Real>::fill(const Sources& sources, parallel::Team& team, std::vect
       const auto [on_unit, factor, share] = acting_on(sources, i);
       for (int k = 0; k < 3; ++k) force[3 * i + k] = factor * (by_field * on_unit[k] - share * off[k]);
       if (!rest) continue;
-      const Real* felt = &field_[4 * static_cast<std::size_t>(columns_.sorted()[i])];
-      for (int k = 0; k < 3; ++k) rest->field[3 * i + k] = by_field * felt[k];
-      rest->potential[i] = by_potential * felt[3];
+      const Real* sample = &field_[4 * static_cast<std::size_t>(columns_.sorted()[i])];
+      for (int k = 0; k < 3; ++k) rest->field[3 * i + k] = by_field * sample[k];
+      rest->potential[i] = by_potential * sample[3];
     }
   };
   team.for_each(tasks, fill_task);

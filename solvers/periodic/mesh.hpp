@@ -44,7 +44,7 @@ class MeshSum : public Sum {
   Near<Real> near_;
   ChargeMesh<Real> mesh_;
   Columns<Real> columns_;
-  std::vector<Real> field_, force_;  ///< Storage of FeltSums
+  std::vector<Real> field_, force_;  ///< Storage of FieldSums
   SumSeconds seconds_;
 };
 

@@ -14,7 +14,7 @@ namespace lichtenberg::periodic {
 template <class Real>
 struct Near<Real>::Cluster {
   int first = 0, size = 0;
-  std::array<Place, 3> centre;
+  std::array<FixedPoint, 3> centre;
   std::array<Real, 3> half;  ///< Half extents of the box, in units of the cut-off
 };
 
@@ -32,7 +32,7 @@ template <Kind kind, bool potentials>
 class Near<Real>::Neighbourhood {
   static constexpr int n = width<Real>;
   using Many = periodic::Many<Real>;
-  using Places = periodic::Places<Real>;
+  using Differences = periodic::Differences<Real>;
   /// Components of Columns::quantity that interact.
   static constexpr int first_quantity = kind == Kind::dipoles ? 1 : 0;
   static constexpr int quantities = kind == Kind::charges ? 1 : kind == Kind::dipoles ? 3 : 4;
@@ -41,13 +41,13 @@ class Near<Real>::Neighbourhood {
   static constexpr int first_kernel = kind == Kind::multipoles || (kind == Kind::charges && potentials) ? 0 : 1;
   static constexpr int last_kernel = kind == Kind::charges ? 1 : kind == Kind::dipoles ? 2 : 3;
   /// Number of the cluster's sources that are processed together.
-  static constexpr int at_once = kind == Kind::multipoles ? 2 : 4;
-  static constexpr int fields = kind == Kind::multipoles ? 8 : 4;  ///< Numbers summed per source: FeltSums
+  static constexpr int sources_at_once = kind == Kind::multipoles ? 2 : 4;
+  static constexpr int fields = kind == Kind::multipoles ? 8 : 4;  ///< Numbers summed per source: FieldSums
   static constexpr int most = 512;
   static constexpr Real far = 8;  ///< Coordinate of padding sources: beyond the cut-off of every near source
 
  public:
-  Neighbourhood(const Near& near, const Columns<Real>& columns, const FeltSums<Real>& sums)
+  Neighbourhood(const Near& near, const Columns<Real>& columns, const FieldSums<Real>& sums)
       : near_(near), columns_(columns), table_(near.table(kind)), sums_(sums) {}
 
   void compute(const Cluster& cluster, std::span<const NearColumn> columns) {
@@ -65,11 +65,13 @@ class Near<Real>::Neighbourhood {
  private:
   void begin(const Cluster& cluster) {
     cluster_ = cluster;
-    const EightPlaces<Real> there = ascending<EightPlaces<Real>>() < static_cast<Difference<Real>>(cluster.size);
+    const EightDifferences<Real> there =
+        ascending<EightDifferences<Real>>() < static_cast<Difference<Real>>(cluster.size);
     for (int k = 0; k < 3; ++k) {
-      const auto* places = reinterpret_cast<const Difference<Real>*>(columns_.place(k) + cluster.first);
-      const EightPlaces<Real> apart = lanes<together>(places) - static_cast<Difference<Real>>(cluster.centre[k]);
-      const Eight<Real> at = near_.scale_[k] * __builtin_convertvector(apart, Eight<Real>);
+      const auto* coordinates = reinterpret_cast<const Difference<Real>*>(columns_.coordinate(k) + cluster.first);
+      const EightDifferences<Real> separation =
+          lanes<together>(coordinates) - static_cast<Difference<Real>>(cluster.centre[k]);
+      const Eight<Real> at = near_.scale_[k] * __builtin_convertvector(separation, Eight<Real>);
       lanes<together>(at_[k].data()) = there ? at : Eight<Real>{} - far;
     }
     for (int q = 0; q < quantities; ++q)
@@ -82,9 +84,10 @@ class Near<Real>::Neighbourhood {
   void add_column(const NearColumn& column) {
     const int bins = columns_.bins();
     const Real reach = column.reach + cluster_.half[2] * (Real(1.00001) / near_.scale_[2]);
-    const auto steps = static_cast<Place>(std::min(reach, whole_box<Real> / 2));
-    const int low = part<Place>(cluster_.centre[2] - steps, bins), up = part<Place>(cluster_.centre[2] + steps, bins);
-    if (low <= up && steps < (Place{1} << (bits_of<Real> - 2))) {
+    const auto steps = static_cast<FixedPoint>(std::min(reach, whole_box<Real> / 2));
+    const int low = part<FixedPoint>(cluster_.centre[2] - steps, bins),
+              up = part<FixedPoint>(cluster_.centre[2] + steps, bins);
+    if (low <= up && steps < (FixedPoint{1} << (bits_of<Real> - 2))) {
       add(column.first[low], column.first[up + 1]);
     } else if (low <= up) {  // The range covers nearly all of the column, or all of it
       add(column.first[0], column.first[bins]);
@@ -97,30 +100,30 @@ class Near<Real>::Neighbourhood {
   /// Adds the sorted sources from `first` to `end` that come behind the cluster and lie within the cut-off of its box.
   void add(int first, int end) {
     for (int s = std::max(first, cluster_.first + cluster_.size); s < end; s += n) {
-      Many apart[3], square{};
+      Many separation[3], square{};
       for (int k = 0; k < 3; ++k) {
-        const Places places = lanes<n>(reinterpret_cast<const Difference<Real>*>(columns_.place(k) + s)) -
-                              static_cast<Difference<Real>>(cluster_.centre[k]);
-        apart[k] = near_.scale_[k] * __builtin_convertvector(places, Many);
-        const Many outside = magnitude<Real>(apart[k]) - cluster_.half[k];
+        const Differences difference = lanes<n>(reinterpret_cast<const Difference<Real>*>(columns_.coordinate(k) + s)) -
+                                       static_cast<Difference<Real>>(cluster_.centre[k]);
+        separation[k] = near_.scale_[k] * __builtin_convertvector(difference, Many);
+        const Many outside = magnitude<Real>(separation[k]) - cluster_.half[k];
         const Many beyond = outside > 0 ? outside : Many{};
         square += beyond * beyond;
       }
       const unsigned bits = below_one<Real>(square) & ((std::uint64_t{1} << std::min(end - s, n)) - 1);
-      for (int k = 0; k < 3; ++k) store_those<Real>(apart[k], bits, &near_by_[k][count_]);
+      for (int k = 0; k < 3; ++k) store_selected<Real>(separation[k], bits, &near_by_[k][count_]);
       for (int q = 0; q < quantities; ++q)
-        store_those<Real>(lanes<n>(columns_.quantity(first_quantity + q) + s), bits, &near_by_[3 + q][count_]);
-      const Places number = ascending<Places>() + static_cast<Difference<Real>>(s);
-      store_those<Real>(reinterpret_cast<const Many&>(number), bits, reinterpret_cast<Real*>(&number_[count_]));
+        store_selected<Real>(lanes<n>(columns_.quantity(first_quantity + q) + s), bits, &near_by_[3 + q][count_]);
+      const Differences number = ascending<Differences>() + static_cast<Difference<Real>>(s);
+      store_selected<Real>(reinterpret_cast<const Many&>(number), bits, reinterpret_cast<Real*>(&number_[count_]));
       count_ += __builtin_popcount(bits);
-      if (count_ > most) act();
+      if (count_ > most) compute_interactions();
     }
   }
 
   /// Computes the interactions of the cluster with the gathered sources.
-  void act() {
-    fill_up();
-    for (int block = 0; block < count_; block += n) meet<false>(block);
+  void compute_interactions() {
+    pad();
+    for (int block = 0; block < count_; block += n) interact<false>(block);
     count_ = 0;
   }
 
@@ -129,31 +132,32 @@ class Near<Real>::Neighbourhood {
   void add_own() {
     const int others = count_, mixed = others / n * n;
     for (int k = 0; k < rows; ++k) lanes<together>(&near_by_[k][others]) = lanes<together>(at_[k].data());
-    lanes<together>(&number_[others]) = ascending<EightPlaces<Real>>() + static_cast<Difference<Real>>(cluster_.first);
+    lanes<together>(&number_[others]) =
+        ascending<EightDifferences<Real>>() + static_cast<Difference<Real>>(cluster_.first);
     count_ += cluster_.size;
-    fill_up();
-    for (int block = 0; block < mixed; block += n) meet<false>(block);
-    for (int block = mixed; block < count_; block += n) meet<true>(block);
+    pad();
+    for (int block = 0; block < mixed; block += n) interact<false>(block);
+    for (int block = mixed; block < count_; block += n) interact<true>(block);
     count_ = 0;
   }
 
   /// Computes the interactions of the cluster with one SIMD vector of other sources. Pairs within the cluster are
   /// counted once.
   template <bool may_be_own>
-  [[gnu::always_inline]] void meet(int block) {
+  [[gnu::always_inline]] void interact(int block) {
     Many other[rows], reaction[fields]{};
     for (int k = 0; k < rows; ++k) other[k] = lanes<n>(&near_by_[k][block]);
-    const Places number = lanes<n>(&number_[block]) - static_cast<Difference<Real>>(cluster_.first);
-    for (int i = 0; i < cluster_.size; i += at_once) {
-      Many r[at_once][3], square[at_once], over[at_once], b[4][at_once];
-      for (int m = 0; m < at_once; ++m) {
+    const Differences number = lanes<n>(&number_[block]) - static_cast<Difference<Real>>(cluster_.first);
+    for (int i = 0; i < cluster_.size; i += sources_at_once) {
+      Many r[sources_at_once][3], square[sources_at_once], over[sources_at_once], b[4][sources_at_once];
+      for (int m = 0; m < sources_at_once; ++m) {
         for (int k = 0; k < 3; ++k) r[m][k] = at_[k][i + m] - other[k];
         square[m] = r[m][0] * r[m][0] + r[m][1] * r[m][1] + r[m][2] * r[m][2];
-        over[m] = over_root(square[m]);
+        over[m] = inverse_sqrt(square[m]);
       }
       screened<first_kernel, last_kernel>(table_, table_.terms, square, over, b);
-      for (int m = 0; m < at_once; ++m) {
-        Places within = square[m] < 1;
+      for (int m = 0; m < sources_at_once; ++m) {
+        Differences within = square[m] < 1;
         if constexpr (may_be_own) within &= number > static_cast<Difference<Real>>(i + m);
         Many kernel[4];
         for (int k = first_kernel; k <= last_kernel; ++k) kernel[k] = within ? b[k][m] : Many{};
@@ -207,14 +211,14 @@ class Near<Real>::Neighbourhood {
   }
 
   /// Pads the last block with sources beyond the cut-off.
-  void fill_up() {
+  void pad() {
     for (int k = 0; k < rows; ++k) lanes<n>(&near_by_[k][count_]) = Many{} + (k < 3 ? far : Real{});
   }
 
   const Near& near_;
   const Columns<Real>& columns_;
   const Table table_;
-  const FeltSums<Real> sums_;
+  const FieldSums<Real> sums_;
   Cluster cluster_;
   /// Positions of the cluster's sources relative to its centre, in units of the cut-off, and their quantities.
   alignas(64) std::array<std::array<Real, together>, rows> at_;
@@ -247,10 +251,10 @@ Near<Real>::Near(Vec3 lengths, const Cloud& cloud)
     return Table(polynomial, 2);
   };
   if constexpr (sizeof(Real) == 4) {
-    of_charges_ = table_of(cloud_polynomial(cloud));
+    charge_kernels_ = table_of(cloud_polynomial(cloud));
   } else {
-    of_charges_ = table_of(cloud_polynomial(cloud, Kind::charges));
-    of_dipoles_ = table_of(cloud_polynomial(cloud, Kind::dipoles));
+    charge_kernels_ = table_of(cloud_polynomial(cloud, Kind::charges));
+    dipole_kernels_ = table_of(cloud_polynomial(cloud, Kind::dipoles));
   }
 }
 
@@ -278,10 +282,11 @@ template <class Real>
 typename Near<Real>::Cluster Near<Real>::cluster_from(const Columns<Real>& columns, int first, int end) const {
   Cluster cluster{.first = first, .size = std::min(together, end - first), .centre = {}, .half = {}};
   std::array<Difference<Real>, 3> low{}, high{};
-  const auto there = ascending<EightPlaces<Real>>() < static_cast<Difference<Real>>(cluster.size);
+  const auto there = ascending<EightDifferences<Real>>() < static_cast<Difference<Real>>(cluster.size);
   for (int k = 0; k < 3; ++k) {
-    const auto* places = reinterpret_cast<const Difference<Real>*>(columns.place(k)) + first;
-    const EightPlaces<Real> from_first = there ? lanes<together>(places) - *places : EightPlaces<Real>{};
+    const auto* coordinates = reinterpret_cast<const Difference<Real>*>(columns.coordinate(k)) + first;
+    const EightDifferences<Real> from_first =
+        there ? lanes<together>(coordinates) - *coordinates : EightDifferences<Real>{};
     for (int n = 0; n < together; ++n)
       low[k] = std::min(low[k], from_first[n]), high[k] = std::max(high[k], from_first[n]);
   }
@@ -292,7 +297,7 @@ typename Near<Real>::Cluster Near<Real>::cluster_from(const Columns<Real>& colum
     auto lower = low, higher = high;
     for (int k = 0; k < 3; ++k) {
       const auto from_first =
-          static_cast<Difference<Real>>(columns.place(k)[first + cluster.size] - columns.place(k)[first]);
+          static_cast<Difference<Real>>(columns.coordinate(k)[first + cluster.size] - columns.coordinate(k)[first]);
       lower[k] = std::min(low[k], from_first), higher[k] = std::max(high[k], from_first);
     }
     if (too_long(lower, higher)) break;
@@ -309,7 +314,7 @@ typename Near<Real>::Cluster Near<Real>::boxed(const Columns<Real>& columns, Clu
   constexpr Real half = 0.5, more = 1.00001;
   for (int k = 0; k < 3; ++k) {
     const Difference<Real> middle = low[k] / 2 + high[k] / 2;
-    cluster.centre[k] = columns.place(k)[cluster.first] + static_cast<Place>(middle);
+    cluster.centre[k] = columns.coordinate(k)[cluster.first] + static_cast<FixedPoint>(middle);
     cluster.half[k] = scale_[k] * (half * (static_cast<Real>(high[k]) - static_cast<Real>(low[k])) + 2) * more;
   }
   return cluster;
@@ -345,7 +350,7 @@ std::vector<typename Near<Real>::NearColumn> Near<Real>::columns_near(const Colu
 template <class Real>
 template <Kind kind, bool potentials>
 [[gnu::noinline]] void Near<Real>::compute_column(const Columns<Real>& columns, int column,
-                                                  const FeltSums<Real>& sums) const {
+                                                  const FieldSums<Real>& sums) const {
   const std::vector<NearColumn> near = columns_near(columns, column);
   Neighbourhood<kind, potentials> neighbourhood(*this, columns, sums);
   const int end = columns.first(column)[columns.bins()];
@@ -358,14 +363,14 @@ template <Kind kind, bool potentials>
 
 template <class Real>
 template <Kind kind, bool potentials>
-void Near<Real>::compute_as(const Columns<Real>& columns, const FeltSums<Real>& sums, parallel::Team& team) const {
-  columns.for_each_apart(team, [&](int first, int end) {
+void Near<Real>::compute_as(const Columns<Real>& columns, const FieldSums<Real>& sums, parallel::Team& team) const {
+  columns.for_each_tile(team, [&](int first, int end) {
     for (int column = first; column < end; ++column) compute_column<kind, potentials>(columns, column, sums);
   });
 }
 
 template <class Real>
-void Near<Real>::compute(const Columns<Real>& columns, Kind kind, bool potentials, const FeltSums<Real>& sums,
+void Near<Real>::compute(const Columns<Real>& columns, Kind kind, bool potentials, const FieldSums<Real>& sums,
                          parallel::Team& team) const {
   std::ranges::fill(sums.field, Real{});
   std::ranges::fill(sums.force, Real{});

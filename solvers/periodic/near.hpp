@@ -31,31 +31,31 @@ class Near {
   typename Columns<Real>::Layout layout(double reach) const;
   /// Overwrites `sums`, in units of the cut-off and charge_unit(). Without `potentials` the potentials are 0 and the
   /// fields are bitwise identical. Results are bitwise identical for any number of threads.
-  void compute(const Columns<Real>& columns, Kind kind, bool potentials, const FeltSums<Real>& sums,
+  void compute(const Columns<Real>& columns, Kind kind, bool potentials, const FieldSums<Real>& sums,
                parallel::Team& team) const;
 
  private:
-  using Place = Coordinate<Real>;
+  using FixedPoint = Coordinate<Real>;
   using Table = NearKernels<Real, highest_degree + 1>;
   struct Cluster;
   struct NearColumn;
   template <Kind kind, bool potentials>
   class Neighbourhood;
   template <Kind kind, bool potentials>
-  void compute_as(const Columns<Real>& columns, const FeltSums<Real>& sums, parallel::Team& team) const;
+  void compute_as(const Columns<Real>& columns, const FieldSums<Real>& sums, parallel::Team& team) const;
   template <Kind kind, bool potentials>
-  void compute_column(const Columns<Real>& columns, int column, const FeltSums<Real>& sums) const;
+  void compute_column(const Columns<Real>& columns, int column, const FieldSums<Real>& sums) const;
   std::vector<NearColumn> columns_near(const Columns<Real>& columns, int column) const;
   Cluster cluster_from(const Columns<Real>& columns, int first, int end) const;
   Cluster boxed(const Columns<Real>& columns, Cluster cluster, const std::array<Difference<Real>, 3>& low,
                 const std::array<Difference<Real>, 3>& high) const;
   bool too_long(const std::array<Difference<Real>, 3>& low, const std::array<Difference<Real>, 3>& high) const;
-  const Table& table(Kind kind) const { return kind == Kind::charges ? of_charges_ : of_dipoles_; }
+  const Table& table(Kind kind) const { return kind == Kind::charges ? charge_kernels_ : dipole_kernels_; }
 
   double cutoff_, widest_;
   std::array<Real, 3> longest_;  ///< Largest extents of a cluster, in units of the cut-off
   std::array<Real, 3> scale_;    ///< Factors from coordinates to lengths in units of the cut-off
-  Table of_charges_, of_dipoles_;
+  Table charge_kernels_, dipole_kernels_;
 };
 
 }  // namespace lichtenberg::periodic

@@ -35,16 +35,16 @@ double force_of_charges(double n) { return n * n; }
 /// of the polynomial are at most n^2 (n^2 - 1) / 3 and n^2 (n^2 - 1) (n^2 - 4) / 15, each with a further factor 4 r /
 /// cutoff^2.
 double force_of_dipoles(double n, const Cloud& cloud) {
-  const double apart = std::sqrt(cloud.potential(0) / (3 * cloud.dipole_field)) / cloud.cutoff;
+  const double distance = std::sqrt(cloud.potential(0) / (3 * cloud.dipole_field)) / cloud.cutoff;
   const double n2 = n * n, second = 4 * n2 * (n2 - 1) / 3, third = 16 * n2 * (n2 - 1) * (n2 - 4) / 15;
-  return std::max({n2, apart * (n2 + second), apart * apart * (3 * second + third)});
+  return std::max({n2, distance * (n2 + second), distance * distance * (3 * second + third)});
 }
 
 /// Returns the lowest even degree that suffices. The neglected terms then change the force by less than a tenth of the
-/// rms of Cloud::lost, taken over the ball of the cut-off.
+/// rms of Cloud::neglected, taken over the ball of the cut-off.
 int sufficient_degree(const std::vector<double>& series, const Cloud& cloud, const auto& force) {
   const double volume = 4 * M_PI / 3 * std::pow(cloud.cutoff, 3);
-  const double most = 0.1 * std::sqrt(cloud.lost / volume) * cloud.cutoff / 4;
+  const double most = 0.1 * std::sqrt(cloud.neglected / volume) * cloud.cutoff / 4;
   int degree = highest_degree;
   for (double left = 0; degree > lowest_degree; --degree) {
     // Terms at the level of rounding do not count: keeping them improves nothing, since derivatives amplify their
@@ -57,9 +57,9 @@ int sufficient_degree(const std::vector<double>& series, const Cloud& cloud, con
 
 /// Integral over the ball of the cut-off of the squared force of the terms beyond a degree. With x = 2 (r / cutoff)^2 -
 /// 1 this force is 4 r / cutoff^2 times the sum of a_n n U_(n-1)(x).
-double lost_beyond(int degree, const std::vector<double>& series, const Cloud& cloud) {
+double neglected_beyond(int degree, const std::vector<double>& series, const Cloud& cloud) {
   constexpr int shells = 200;
-  double lost = 0;
+  double neglected = 0;
   for (int shell = 0; shell < shells; ++shell) {
     const double part = (shell + 0.5) / shells, r = part * cloud.cutoff, x = 2 * part * part - 1;
     double force = 0, before = 0, now = 1;  // Chebyshev polynomials U_(n-2), U_(n-1)
@@ -68,9 +68,9 @@ double lost_beyond(int degree, const std::vector<double>& series, const Cloud& c
       before = std::exchange(now, 2 * x * now - before);
     }
     force *= 4 * part / cloud.cutoff;
-    lost += 4 * M_PI * r * r * force * force * cloud.cutoff / shells;
+    neglected += 4 * M_PI * r * r * force * force * cloud.cutoff / shells;
   }
-  return lost;
+  return neglected;
 }
 
 std::vector<double> powers_of(const std::vector<double>& series, int degree) {
@@ -92,7 +92,7 @@ std::vector<double> powers_of(const std::vector<double>& series, int degree) {
 std::vector<double> cloud_polynomial(const Cloud& cloud) {
   const auto series = chebyshev_series(cloud);
   int degree = lowest_degree;
-  while (degree < highest_degree && lost_beyond(degree, series, cloud) > 0.09 * cloud.lost) ++degree;
+  while (degree < highest_degree && neglected_beyond(degree, series, cloud) > 0.09 * cloud.neglected) ++degree;
   return powers_of(series, degree);
 }
 

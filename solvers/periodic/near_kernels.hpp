@@ -14,28 +14,30 @@ namespace lichtenberg::periodic {
 
 /// Returns the coefficients of powers of 2 (r / cutoff)^2 - 1 of a polynomial that approximates the cloud's potential
 /// within the cut-off. Its degree, 4 to 30, is the lowest that keeps the squared change of the force between unit
-/// charges, integrated over the ball of the cut-off, at or below 0.09 of Cloud::lost. Errors add up in squares: that of
-/// the near part grows by 4 %, that of a sum with an equal mesh error by 2 %.
+/// charges, integrated over the ball of the cut-off, at or below 0.09 of Cloud::neglected. Errors add up in squares:
+/// that of the near part grows by 4 %, that of a sum with an equal mesh error by 2 %.
 std::vector<double> cloud_polynomial(const Cloud& cloud);
 /// Returns a polynomial for double precision and devices, of even degree and at most 30. The neglected terms change the
-/// force, or its derivatives that act between dipoles, by less than a tenth of the root mean square of Cloud::lost.
+/// force, or its derivatives that act between dipoles, by less than a tenth of the root mean square of
+/// Cloud::neglected.
 std::vector<double> cloud_polynomial(const Cloud& cloud, Kind kind);
 
 /// Returns the cut-off. Throws InputError if a side of the box is not positive, or if the cut-off exceeds half a side.
 double checked_cutoff(Vec3 lengths, double cutoff);
 
-/// Near kernels: with x = `turn` r^2 - 1, B_k is (2k - 1)!! / r^(2k + 1) + sum_n term[k][n] x^n. Unneeded terms are 0.
+/// Near kernels: with x = `square_factor` r^2 - 1, B_k is (2k - 1)!! / r^(2k + 1) + sum_n term[k][n] x^n. Unneeded
+/// terms are 0.
 template <class Real, int most>
 struct NearKernels {
   int terms = 0;
-  Real turn = 0;
+  Real square_factor = 0;
   Real term[4][most] = {};
 
   NearKernels() = default;
   /// Computes the coefficients of B_0 to B_3. `cloud`: coefficients of cloud_polynomial, at most `most`; `by_square`:
-  /// the value of `turn`.
+  /// the value of `square_factor`.
   NearKernels(std::vector<double> cloud, double by_square)
-      : terms(static_cast<int>(cloud.size())), turn(static_cast<Real>(by_square)) {
+      : terms(static_cast<int>(cloud.size())), square_factor(static_cast<Real>(by_square)) {
     for (double& coefficient : cloud) coefficient = -coefficient;
     for (auto& kernel : term) {
       for (std::size_t n = 0; n < cloud.size(); ++n) kernel[n] = static_cast<Real>(cloud[n]);
@@ -52,7 +54,7 @@ template <int first, int last, int n, class Number, class Terms, class Table>
 LICHTENBERG_HOST_DEVICE inline void screened(const Table& table, Terms terms, const Number (&r2)[n],
                                              const Number (&over)[n], Number (&b)[4][n]) {
   Number x[n];
-  for (int m = 0; m < n; ++m) x[m] = table.turn * r2[m] - 1;
+  for (int m = 0; m < n; ++m) x[m] = table.square_factor * r2[m] - 1;
   for (int k = first; k <= last; ++k)
     for (int m = 0; m < n; ++m) b[k][m] = Number{} + table.term[k][terms - 1];
   if constexpr (std::is_same_v<Terms, int>) {

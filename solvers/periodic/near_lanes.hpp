@@ -24,11 +24,11 @@ constexpr int width = bytes_wide / sizeof(Real);
 template <class Real>
 using Many = Lanes<width<Real>, Real>;
 template <class Real>
-using Places = Lanes<width<Real>, Difference<Real>>;
+using Differences = Lanes<width<Real>, Difference<Real>>;
 template <class Real>
 using Eight = Lanes<8, Real>;
 template <class Real>
-using EightPlaces = Lanes<8, Difference<Real>>;
+using EightDifferences = Lanes<8, Difference<Real>>;
 template <class Real>
 constexpr Real whole_box = sizeof(Real) == 4 ? 0x1p32 : 0x1p64;
 
@@ -40,7 +40,7 @@ template <class Real>
 }
 
 /// Computes 1 / sqrt(x) to the digits of the precision, by a hardware estimate and Newton steps.
-[[gnu::always_inline]] inline Many<float> over_root(const Many<float>& x) {
+[[gnu::always_inline]] inline Many<float> inverse_sqrt(const Many<float>& x) {
 #if defined(__AVX512F__)
   return improved<float>(reinterpret_cast<Many<float>>(_mm512_rsqrt14_ps(reinterpret_cast<__m512>(x))), x);
 #elif defined(__AVX__)
@@ -51,7 +51,7 @@ template <class Real>
   return y;
 #endif
 }
-[[gnu::always_inline]] inline Many<double> over_root(const Many<double>& x) {
+[[gnu::always_inline]] inline Many<double> inverse_sqrt(const Many<double>& x) {
 #if defined(__AVX512F__)
   const auto y = reinterpret_cast<Many<double>>(_mm512_rsqrt14_pd(reinterpret_cast<__m512d>(x)));
   return improved<double>(improved<double>(y, x), x);
@@ -64,12 +64,13 @@ template <class Real>
 
 template <class Real>
 Many<Real> magnitude(const Many<Real>& x) {
-  return reinterpret_cast<Many<Real>>(reinterpret_cast<Places<Real>>(x) & std::numeric_limits<Difference<Real>>::max());
+  return reinterpret_cast<Many<Real>>(reinterpret_cast<Differences<Real>>(x) &
+                                      std::numeric_limits<Difference<Real>>::max());
 }
 
 /// Stores the lanes of `x` whose bit is set consecutively at `to`; may write undefined values behind them.
 template <class Real>
-void store_those(const Many<Real>& x, unsigned bits, Real* to) {
+void store_selected(const Many<Real>& x, unsigned bits, Real* to) {
 #if defined(__AVX512F__)
   if constexpr (sizeof(Real) == 4)
     _mm512_storeu_ps(to, _mm512_maskz_compress_ps(static_cast<__mmask16>(bits), reinterpret_cast<__m512>(x)));

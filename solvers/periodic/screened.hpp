@@ -46,7 +46,7 @@ inline Multipole multipole(const Sources& sources, int i) {
 }
 
 /// Potential, field and force at one source.
-struct Felt {
+struct FieldSample {
   double potential = 0;
   Vec3 field{}, force{};
 };
@@ -54,11 +54,11 @@ struct Felt {
 /// Returns potential, field and force at `on` due to `from`, whose position relative to `on` is r. The potential is
 /// (from.charge + from.dipole . d/dr) B_0(r). Seen from `from`, `on` is at -r, so the field is the gradient of the
 /// potential in r, and the force is (on.charge - on.dipole . d/dr) times the field.
-inline Felt felt(const Screened& b, Vec3 r, const Multipole& on, const Multipole& from) {
+inline FieldSample pair_field(const Screened& b, Vec3 r, const Multipole& on, const Multipole& from) {
   const double along_from = dot(from.dipole, r), along_on = dot(on.dipole, r);
   const double radial = from.charge * b.b1 - along_from * b.b2;
   const double slope = from.charge * b.b2 - along_from * b.b3;
-  Felt result;
+  FieldSample result;
   result.potential = from.charge * b.b0 - along_from * b.b1;
   result.field = -radial * r - b.b1 * from.dipole;
   result.force = on.charge * result.field + radial * on.dipole - b.b2 * along_on * from.dipole -

@@ -16,15 +16,16 @@ struct SelfTerm {
   Number potential, half_slope, curvature;
 };
 
-/// Computes the self term at s spacings from the middle between two points. `cosine` and `half_turn`: cos(2 pi s), and
-/// half of its derivative with respect to s. `first` and `second`: the amplitudes of waves_from_middle.
+/// Computes the self term at s spacings from the middle between two points. `cosine` and `half_derivative`: cos(2 pi
+/// s), and half of its derivative with respect to s. `first` and `second`: the amplitudes of waves_from_middle.
 template <class Real, class Number>
-LICHTENBERG_HOST_DEVICE SelfTerm<Number> self_term(const Number& cosine, const Number& half_turn, const Number& first,
-                                                   const Number& second, const Number& over_spacing) {
+LICHTENBERG_HOST_DEVICE SelfTerm<Number> self_term(const Number& cosine, const Number& half_derivative,
+                                                   const Number& first, const Number& second,
+                                                   const Number& inverse_spacing) {
   constexpr Real pi = static_cast<Real>(3.14159265358979324), minus_4_pi2 = -4 * pi * pi;
   const Number twice = 2 * cosine * cosine - 1;
-  return {first * cosine + second * twice, half_turn * (first + 4 * second * cosine) * over_spacing,
-          minus_4_pi2 * (first * cosine + 4 * second * twice) * over_spacing * over_spacing};
+  return {first * cosine + second * twice, half_derivative * (first + 4 * second * cosine) * inverse_spacing,
+          minus_4_pi2 * (first * cosine + 4 * second * twice) * inverse_spacing * inverse_spacing};
 }
 
 /// Returns Influence::self_wave, by wave and axis, relative to the middle between two points. Half a spacing changes

@@ -3,19 +3,19 @@
 #include <fmt/format.h>
 
 #include "solvers/error.hpp"
-#include "solvers/periodic/felt.hpp"
+#include "solvers/periodic/field_sums.hpp"
 
 namespace lichtenberg::periodic {
 namespace {
 
-Felt felt_within(const Sources& sources, int i, double reach2) {
+FieldSample field_within(const Sources& sources, int i, double reach2) {
   const Multipole on = multipole(sources, i);
-  CompensatedFelt sum;
+  CompensatedFieldSample sum;
   for (int j = 0; j < sources.size(); ++j) {
     if (j == i) continue;
-    const Vec3 r = nearest_image(sources.place(j) - sources.place(i), sources.lengths);
+    const Vec3 r = nearest_image(sources.position_of(j) - sources.position_of(i), sources.lengths);
     const double r2 = norm2(r);
-    if (r2 < reach2) sum += felt(unscreened(r2), r, on, multipole(sources, j));
+    if (r2 < reach2) sum += pair_field(unscreened(r2), r, on, multipole(sources, j));
   }
   return sum.total();
 }
@@ -36,7 +36,9 @@ class ShiftedCharge {
     return {here.b0 - end_.b0 + (r - cutoff_) * field, here.b1 - field / r};
   }
   /// Limit of v - 1/r at r = 0.
-  double of_itself() const { return -2 * alpha_ * std::numbers::inv_sqrtpi - end_.b0 - cutoff_ * cutoff_ * end_.b1; }
+  double self_potential() const {
+    return -2 * alpha_ * std::numbers::inv_sqrtpi - end_.b0 - cutoff_ * cutoff_ * end_.b1;
+  }
 
  private:
   double cutoff_, alpha_;
@@ -53,7 +55,7 @@ void MinimumImage::evaluate(const Sources& sources, std::span<const Pair>, paral
   require_consistent(sources);
   const double half = 0.5 * sources.shortest_length(), reach2 = reach_ == Reach::half_box ? half * half : INFINITY;
   resize(response, sources.size());
-  team.for_each(sources.size(), [&](int i) { store(i, felt_within(sources, i, reach2), response); });
+  team.for_each(sources.size(), [&](int i) { store(i, field_within(sources, i, reach2), response); });
   response.energy = energy_of(sources, all_of(sources), response);
 }
 
@@ -67,21 +69,23 @@ void ShiftedForce::evaluate(const Sources& sources, std::span<const Pair> pairs,
         "the shifted force ends at {}: it must be above 0 and at most half of the box's shortest length, {}", cutoff_,
         sources.shortest_length()));
   const ShiftedCharge unit(cutoff_, alpha_);
-  const auto apart = [&](Pair p) { return nearest_image(sources.place(p.j) - sources.place(p.i), sources.lengths); };
+  const auto separation = [&](Pair p) {
+    return nearest_image(sources.position_of(p.j) - sources.position_of(p.i), sources.lengths);
+  };
   constexpr std::size_t chunk = 1024;
   std::vector<Shifted> term(pairs.size());
   team.for_each(static_cast<int>((pairs.size() + chunk - 1) / chunk), [&](int c) {
     for (std::size_t k = c * chunk; k < std::min(pairs.size(), (c + 1) * chunk); ++k)
-      term[k] = unit.at(norm2(apart(pairs[k])));
+      term[k] = unit.at(norm2(separation(pairs[k])));
   });
 
   response = {};
   resize(response, sources.size());
-  for (int i = 0; i < sources.size(); ++i) response.potential[i] = unit.of_itself() * sources.charge[i];
+  for (int i = 0; i < sources.size(); ++i) response.potential[i] = unit.self_potential() * sources.charge[i];
   for (std::size_t k = 0; k < pairs.size(); ++k) {
     const auto [i, j] = pairs[k];
     const double qi = sources.charge[i], qj = sources.charge[j];
-    const Vec3 field = term[k].field * apart(pairs[k]);
+    const Vec3 field = term[k].field * separation(pairs[k]);
     response.potential[i] += qj * term[k].potential;
     response.potential[j] += qi * term[k].potential;
     add(response.field, i, -qj * field);

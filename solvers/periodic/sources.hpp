@@ -25,7 +25,7 @@ struct Sources {
   std::span<const double> dipole{};  ///< [3 N]; empty: no dipoles
 
   int size() const { return static_cast<int>(charge.size()); }
-  Vec3 place(int i) const { return {position[3 * i], position[3 * i + 1], position[3 * i + 2]}; }
+  Vec3 position_of(int i) const { return {position[3 * i], position[3 * i + 1], position[3 * i + 2]}; }
   double volume() const { return lengths.x * lengths.y * lengths.z; }
   double shortest_length() const { return std::min({lengths.x, lengths.y, lengths.z}); }
 };

@@ -100,8 +100,8 @@ double total(const std::vector<Polynomial>& pieces) {
 
 /// The recipes have the least mesh_error at the spacings of accuracies from 1e-2 (order 4) to 1e-6 (order 8).
 ProlateRecipe prolate_recipe(int order) {
-  constexpr ProlateRecipe of_orders[] = {{1, 0.64}, {2, 0.64}, {2, 0.67}, {3, 0.66}, {4, 0.68}};
-  return of_orders[order - lowest_order];
+  constexpr ProlateRecipe recipes[] = {{1, 0.64}, {2, 0.64}, {2, 0.67}, {3, 0.66}, {4, 0.68}};
+  return recipes[order - lowest_order];
 }
 
 std::vector<std::vector<double>> window_pieces(Window window, int order) {
@@ -126,7 +126,7 @@ const WindowTransform& WindowTransform::of(Window window, int order) {
 
 WindowTransform::WindowTransform(int order, ProlateRecipe recipe) : boxes_(recipe.boxes) {
   // Six-point Gauss quadrature is exact for polynomials up to degree 11. It integrates cos(k s) for k up to
-  // (`far_turns` + 1/2) 2 pi / spacing, of which k below pi / spacing matters most.
+  // (`far_aliases` + 1/2) 2 pi / spacing, of which k below pi / spacing matters most.
   constexpr double at[] = {0.2386191860831969, 0.6612093864662645, 0.9324695142031521};
   constexpr double weights[] = {0.4679139345726910, 0.3607615730481386, 0.1713244923791704};
   const std::vector<Polynomial> pieces = prolate_core(order, recipe).pieces;
@@ -143,22 +143,22 @@ WindowTransform::WindowTransform(int order, ProlateRecipe recipe) : boxes_(recip
       }
 }
 
-WindowTransform::Turned WindowTransform::operator()(double k) const {
-  Turned result{};
+WindowTransform::Aliases WindowTransform::operator()(double k) const {
+  Aliases result{};
   if (nodes_.empty()) result.fill(1);
   for (const Node& node : nodes_) {
-    double re = std::cos((k - 2 * M_PI * far_turns) * node.place),
-           im = std::sin((k - 2 * M_PI * far_turns) * node.place);
+    double re = std::cos((k - 2 * M_PI * far_aliases) * node.position),
+           im = std::sin((k - 2 * M_PI * far_aliases) * node.position);
     for (double& sum : result) {
       sum += node.weight * re;
-      const double turned = re * node.cosine - im * node.sine;
+      const double next = re * node.cosine - im * node.sine;
       im = re * node.sine + im * node.cosine;
-      re = turned;
+      re = next;
     }
   }
-  for (int m = -far_turns; m <= far_turns; ++m) {
+  for (int m = -far_aliases; m <= far_aliases; ++m) {
     const double phase = 0.5 * k + M_PI * m;
-    if (phase != 0) result[m + far_turns] *= std::pow(std::sin(phase) / phase, boxes_);
+    if (phase != 0) result[m + far_aliases] *= std::pow(std::sin(phase) / phase, boxes_);
   }
   return result;
 }

@@ -28,23 +28,23 @@ std::vector<std::vector<double>> window_pieces(Window window, int order);
 /// Fourier transform of a window.
 class WindowTransform {
  public:
-  static constexpr int far_turns = 6;
-  using Turned = std::array<double, 2 * far_turns + 1>;
+  static constexpr int far_aliases = 6;
+  using Aliases = std::array<double, 2 * far_aliases + 1>;
 
   /// Returns the shared transform of a window of order 4 to 8.
   static const WindowTransform& of(Window window, int order);
   /// Makes the transform of a prolate window of any order, for a recipe with fewer boxes than the order.
   WindowTransform(int order, ProlateRecipe recipe);
 
-  /// Returns the transform at k + 2 pi m, m from -far_turns to far_turns, with k in 1 / spacing; it is 1 at 0. These
-  /// waves are aliases of each other on the mesh.
-  Turned operator()(double k) const;
+  /// Returns the transform at k + 2 pi m, m from -far_aliases to far_aliases, with k in 1 / spacing; it is 1 at 0.
+  /// These waves are aliases of each other on the mesh.
+  Aliases operator()(double k) const;
 
  private:
   explicit WindowTransform(int boxes) : boxes_(boxes) {}
 
   struct Node {
-    double place, weight, cosine, sine;  ///< Cosine and sine of 2 pi place
+    double position, weight, cosine, sine;  ///< Cosine and sine of 2 pi position
   };
   int boxes_;
   std::vector<Node> nodes_;  ///< Quadrature nodes of the prolate function; empty for a spline

@@ -5,10 +5,10 @@
 
 namespace lichtenberg::analysis {
 
-std::int64_t Cells::of(std::span<const double> place) const {
+std::int64_t Cells::index(std::span<const double> position) const {
   std::int64_t cell = 0;
   for (int k = dimension - 1; k >= 0; --k)
-    cell = cell * count[k] + std::clamp(static_cast<int>(place[k] / edge[k]), 0, count[k] - 1);
+    cell = cell * count[k] + std::clamp(static_cast<int>(position[k] / edge[k]), 0, count[k] - 1);
   return cell;
 }
 
@@ -35,23 +35,24 @@ int OccupiedCells::find(std::int64_t wanted) const {
 }
 
 OccupiedCells occupied_cells(const Bodies& bodies, const Cells& cells) {
-  const std::span<const double> places = bodies.position;
+  const std::span<const double> positions = bodies.position;
   std::vector<std::int64_t> cell(bodies.size());
-  for (int i = 0; i < bodies.size(); ++i) cell[i] = cells.of(places.subspan(i * bodies.dimension, bodies.dimension));
+  for (int i = 0; i < bodies.size(); ++i)
+    cell[i] = cells.index(positions.subspan(i * bodies.dimension, bodies.dimension));
   OccupiedCells found;
-  found.of_body.resize(bodies.size());
+  found.body_cell.resize(bodies.size());
   if (cells.size() <= 4LL * bodies.size()) {  // a table of all cells is faster than sorting
     std::vector<int> number(cells.size(), -1);
     for (const std::int64_t c : cell) number[c] = 0;
     for (std::int64_t c = 0; c < cells.size(); ++c)
       if (number[c] == 0) number[c] = found.size(), found.cell.push_back(c);
-    for (int i = 0; i < bodies.size(); ++i) found.of_body[i] = number[cell[i]];
+    for (int i = 0; i < bodies.size(); ++i) found.body_cell[i] = number[cell[i]];
     return found;
   }
   found.cell = cell;
   std::ranges::sort(found.cell);
   found.cell.erase(std::ranges::unique(found.cell).begin(), found.cell.end());
-  for (int i = 0; i < bodies.size(); ++i) found.of_body[i] = found.find(cell[i]);
+  for (int i = 0; i < bodies.size(); ++i) found.body_cell[i] = found.find(cell[i]);
   return found;
 }
 

@@ -19,7 +19,7 @@ struct Cells {
   /// Area or volume of a cell.
   double volume() const { return edge.x * edge.y * (dimension == 3 ? edge.z : 1); }
   /// Returns the cell of a position, given by its `dimension` coordinates: 0 <= coordinate < length of the box.
-  std::int64_t of(std::span<const double> place) const;
+  std::int64_t index(std::span<const double> position) const;
   /// Returns the next cell along an axis, with periodic wrapping.
   std::int64_t next(std::int64_t cell, int axis) const;
 };
@@ -32,7 +32,7 @@ Cells cells_of(const Bodies& bodies, double edge);
 struct OccupiedCells {
   std::vector<std::int64_t> cell;  ///< [M] ascending
   /// [N] 0 ... M - 1: index in `cell` of each body's cell
-  std::vector<int> of_body;
+  std::vector<int> body_cell;
 
   int size() const { return static_cast<int>(cell.size()); }
   /// Returns the index of a cell in `cell`; -1 for an empty cell.

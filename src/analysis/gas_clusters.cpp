@@ -38,7 +38,7 @@ double volume(double radius, int dimension) {
 /// Marks the occupied cells whose filling exceeds a fraction of that of the closest packing.
 std::vector<bool> dense_cells(const Bodies& b, const OccupiedCells& occupied, double cell_volume, double part) {
   std::vector<double> filled(occupied.size());
-  for (int i = 0; i < b.size(); ++i) filled[occupied.of_body[i]] += volume(b.radius[i], b.dimension);
+  for (int i = 0; i < b.size(); ++i) filled[occupied.body_cell[i]] += volume(b.radius[i], b.dimension);
   std::vector<bool> dense(occupied.size());
   for (int c = 0; c < occupied.size(); ++c) dense[c] = filled[c] > dense_filling(b.dimension, part) * cell_volume;
   return dense;
@@ -68,16 +68,16 @@ std::vector<Cluster> clusters(const Bodies& bodies, std::span<const std::int32_t
   return by_number;
 }
 
-Vec3 place_of(const Bodies& bodies, int i) {
+Vec3 grain_position(const Bodies& bodies, int i) {
   return bodies.dimension == 2 ? in_space(position<2>(bodies, i)) : position<3>(bodies, i);
 }
 
 Bodies cluster_bodies(const Bodies& bodies, std::span<const std::int32_t> numbers) {
   const int d = bodies.dimension;
-  std::vector<Vec3> place(bodies.size());  // sum of the vectors from each cluster's first grain to its grains
+  std::vector<Vec3> offset_sum(bodies.size());  // sum of the vectors from each cluster's first grain to its grains
   std::vector<double> filled(bodies.size());
   for (int i = 0; i < bodies.size(); ++i) {
-    place[numbers[i]] += bodies.box.difference(place_of(bodies, i), place_of(bodies, numbers[i]));
+    offset_sum[numbers[i]] += bodies.box.difference(grain_position(bodies, i), grain_position(bodies, numbers[i]));
     filled[numbers[i]] += std::pow(bodies.radius[i], d);
   }
   Bodies found{.dimension = d, .box = bodies.box};
@@ -86,7 +86,7 @@ Bodies cluster_bodies(const Bodies& bodies, std::span<const std::int32_t> number
   for (int i = 0; i < bodies.size(); ++i) {
     if (numbers[i] != i) continue;
     for (int k = 0; k < d; ++k) {
-      found.position.push_back(place_of(bodies, i)[k] + place[i][k] / cluster->grains);
+      found.position.push_back(grain_position(bodies, i)[k] + offset_sum[i][k] / cluster->grains);
       found.momentum.push_back(cluster->mass * cluster->velocity[k]);
     }
     found.mass.push_back(cluster->mass);
@@ -123,7 +123,7 @@ std::vector<Pair> bound_pairs(const Bodies& bodies, double strength) {
   const double largest = *std::ranges::max_element(bodies.radius);
   visit_spheres(bodies, [&](const auto& grains) {
     for (const Pair p : pairs_closer_than(grains, (near - 1) * 2 * largest)) {
-      const double distance = norm(grains.box.difference(grains.place(p.j), grains.place(p.i)));
+      const double distance = norm(grains.box.difference(grains.centre(p.j), grains.centre(p.i)));
       if (distance < near * (bodies.radius[p.i] + bodies.radius[p.j]) && energy_of(bodies, p, strength, distance) < 0)
         bound.push_back(p);
     }

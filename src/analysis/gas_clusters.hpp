@@ -15,7 +15,7 @@ namespace lichtenberg::analysis {
 std::vector<std::int32_t> cluster_numbers(int grains, std::span<const Pair> pairs);
 
 /// Returns the position of a grain as a vector in space, for any dimension.
-Vec3 place_of(const Bodies& bodies, int i);
+Vec3 grain_position(const Bodies& bodies, int i);
 
 struct Cluster {
   int grains = 0;

@@ -28,29 +28,29 @@ struct Partners {
 /// Grains of one cluster in the order of traversal, and their unwrapped positions.
 struct Unwrapped {
   std::vector<int> grains;
-  std::vector<Vec3> place;
+  std::vector<Vec3> position;
   bool percolates = false;
 };
 
-/// Unwraps the cluster of grain `first`. `where`: [N], unwrapped positions of the visited grains; `found`: [N], visited
-/// grains.
-Unwrapped unwrap(const Bodies& b, const Partners& partners, int first, std::vector<Vec3>& where,
-                 std::vector<bool>& found) {
+/// Unwraps the cluster of grain `first`. `unwrapped`: [N], unwrapped positions of the visited grains; `visited`: [N],
+/// visited grains.
+Unwrapped unwrap(const Bodies& b, const Partners& partners, int first, std::vector<Vec3>& unwrapped,
+                 std::vector<bool>& visited) {
   Unwrapped cluster{.grains = {first}};
-  where[first] = place_of(b, first), found[first] = true;
+  unwrapped[first] = grain_position(b, first), visited[first] = true;
   for (std::size_t n = 0; n < cluster.grains.size(); ++n) {
     const int i = cluster.grains[n];
     for (const int j : partners.of(i)) {
-      const Vec3 step = b.box.difference(place_of(b, j), place_of(b, i)), there = where[i] + step;
-      if (!found[j]) {
-        found[j] = true, where[j] = there;
+      const Vec3 step = b.box.difference(grain_position(b, j), grain_position(b, i)), there = unwrapped[i] + step;
+      if (!visited[j]) {
+        visited[j] = true, unwrapped[j] = there;
         cluster.grains.push_back(j);
-      } else if (norm(where[j] - there) > 1e-6 * norm(b.box.lengths)) {  // different by a whole box length
+      } else if (norm(unwrapped[j] - there) > 1e-6 * norm(b.box.lengths)) {  // different by a whole box length
         cluster.percolates = true;
       }
     }
   }
-  for (const int i : cluster.grains) cluster.place.push_back(where[i]);
+  for (const int i : cluster.grains) cluster.position.push_back(unwrapped[i]);
   return cluster;
 }
 
@@ -70,10 +70,10 @@ ClusterShape shape_of(const Bodies& b, const Unwrapped& cluster, std::span<const
     return shape;
   }
   Vec3 centre{}, charge_dipole{};
-  for (const Vec3 place : cluster.place) centre += place / n;
+  for (const Vec3 position : cluster.position) centre += position / n;
   double squares = 0;
-  for (std::size_t k = 0; k < cluster.place.size(); ++k) {
-    const Vec3 from_centre = cluster.place[k] - centre;
+  for (std::size_t k = 0; k < cluster.position.size(); ++k) {
+    const Vec3 from_centre = cluster.position[k] - centre;
     squares += norm2(from_centre);
     // The mean charge contributes nothing
     if (!b.charge.empty()) charge_dipole += b.charge[cluster.grains[k]] * from_centre;
@@ -99,12 +99,12 @@ double hurwitz_zeta(double tau, int first) {
 std::vector<ClusterShape> cluster_shapes(const Bodies& bodies, std::span<const Pair> pairs, int least,
                                          std::span<const double> dipole) {
   const Partners partners(bodies.size(), pairs);
-  std::vector<Vec3> where(bodies.size());
-  std::vector<bool> found(bodies.size());
+  std::vector<Vec3> unwrapped(bodies.size());
+  std::vector<bool> visited(bodies.size());
   std::vector<ClusterShape> shapes;
   for (int i = 0; i < bodies.size(); ++i) {
-    if (found[i]) continue;
-    const Unwrapped cluster = unwrap(bodies, partners, i, where, found);
+    if (visited[i]) continue;
+    const Unwrapped cluster = unwrap(bodies, partners, i, unwrapped, visited);
     if (static_cast<int>(cluster.grains.size()) >= least) shapes.push_back(shape_of(bodies, cluster, dipole));
   }
   return shapes;

@@ -82,7 +82,7 @@ MachNumber mach_number(const Bodies& b, double edge) {
   const double temperature = granular_temperature(b, edge).local;
   if (!(temperature > 0)) return {NAN, NAN};
   const OccupiedCells cells = occupied_cells(b, cells_of(b, edge));
-  const std::vector<int>& cell = cells.of_body;
+  const std::vector<int>& cell = cells.body_cell;
   std::vector<Vec3> momentum(cells.size());
   std::vector<double> mass(cells.size());
   double whole = 0;
@@ -101,12 +101,13 @@ MachNumber mach_number(const Bodies& b, double edge) {
 
 double mean_square_displacement(const Bodies& before, const Bodies& now) {
   double sum = 0;
-  const auto place = [](const Bodies& b, int i, int k) {
+  const auto unwrapped_coordinate = [](const Bodies& b, int i, int k) {
     const int n = i * b.dimension + k;
     return b.position[n] + (b.image.empty() ? 0 : b.image[n] * b.box.lengths[k]);
   };
   for (int i = 0; i < now.size(); ++i)
-    for (int k = 0; k < now.dimension; ++k) sum += std::pow(place(now, i, k) - place(before, i, k), 2);
+    for (int k = 0; k < now.dimension; ++k)
+      sum += std::pow(unwrapped_coordinate(now, i, k) - unwrapped_coordinate(before, i, k), 2);
   return sum / now.size();
 }
 

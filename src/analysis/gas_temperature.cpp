@@ -50,10 +50,10 @@ GranularTemperature granular_temperature(const Bodies& bodies, double edge) {
   if (bodies.size() == 0) return found;
   const Cells cells = cells_of(bodies, edge);
   const OccupiedCells occupied = occupied_cells(bodies, cells);
-  const Flow flow = flow_in(bodies, occupied.of_body, occupied.size());
+  const Flow flow = flow_in(bodies, occupied.body_cell, occupied.size());
   int free = 0;  // number of grains minus number of occupied cells
   for (const int grains : flow.grains) free += std::max(grains - 1, 0);
-  const Squares sum = squares(bodies, occupied.of_body, flow);
+  const Squares sum = squares(bodies, occupied.body_cell, flow);
   if (free > 0) found.local = sum.local / (bodies.dimension * static_cast<double>(free));
   found.total = sum.total / (bodies.dimension * static_cast<double>(bodies.size()));
   return found;

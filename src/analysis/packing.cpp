@@ -17,17 +17,17 @@ std::vector<bool> find_rattlers(const std::vector<PackingContact>& contacts, int
     partners[c.particle].push_back(c.partner);
     if (c.partner < particles) partners[c.partner].push_back(c.particle);
   }
-  std::vector<int> held(particles), found;
+  std::vector<int> contact_count(particles), found;
   std::vector<bool> rattler(particles);
   for (int i = 0; i < particles; ++i) {
-    held[i] = static_cast<int>(partners[i].size());
-    if (held[i] < needed) rattler[i] = true, found.push_back(i);
+    contact_count[i] = static_cast<int>(partners[i].size());
+    if (contact_count[i] < needed) rattler[i] = true, found.push_back(i);
   }
   while (!found.empty()) {
     const int i = found.back();
     found.pop_back();
     for (const int j : partners[i])
-      if (j < particles && !rattler[j] && --held[j] < needed) rattler[j] = true, found.push_back(j);
+      if (j < particles && !rattler[j] && --contact_count[j] < needed) rattler[j] = true, found.push_back(j);
   }
   return rattler;
 }

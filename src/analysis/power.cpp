@@ -8,8 +8,8 @@ namespace lichtenberg::analysis {
 namespace {
 
 bool all_at_zero(const Scene& scene) {
-  const auto held_off_zero = [](const auto& holder) { return holder.potential != 0; };
-  return std::ranges::none_of(scene.electrodes, held_off_zero) &&
+  const auto has_potential = [](const auto& holder) { return holder.potential != 0; };
+  return std::ranges::none_of(scene.electrodes, has_potential) &&
          std::ranges::none_of(scene.domain.sides,
                               [](const DomainSide& side) { return side.electrode && side.potential != 0; }) &&
          std::ranges::none_of(scene.groups,

@@ -8,7 +8,7 @@ namespace lichtenberg::analysis {
 namespace {
 
 /// Returns the conductors of A in an order in which each precedes its successor.
-std::vector<int> upstream_first(std::span<const int> successor) {
+std::vector<int> predecessors_first(std::span<const int> successor) {
   const int n = static_cast<int>(successor.size());
   std::vector<int> awaited(n), order;
   for (const int next : successor)
@@ -27,7 +27,7 @@ std::vector<int> upstream_first(std::span<const int> successor) {
 std::vector<int> strahler_numbers(std::span<const int> successor) {
   std::vector<int> number(successor.size());
   std::vector<bool> twice(successor.size());  // true: several predecessors have the largest number so far
-  for (const int i : upstream_first(successor)) {
+  for (const int i : predecessors_first(successor)) {
     number[i] = number[i] == 0 ? 1 : number[i] + twice[i];
     const int next = successor[i];
     if (next < 0) continue;

@@ -30,7 +30,7 @@ std::vector<int> directed_to(int root, std::span<const Edge> edges, std::span<co
 }
 
 /// Returns the edges of A between conductors as line segments.
-std::vector<Segment> drawn(std::span<const int> successor, std::span<const Vec2> position) {
+std::vector<Segment> tree_lines(std::span<const int> successor, std::span<const Vec2> position) {
   std::vector<Segment> lines;
   for (std::size_t i = 0; i < successor.size(); ++i)
     if (successor[i] >= 0) lines.emplace_back(position[i], position[successor[i]]);
@@ -64,7 +64,7 @@ Distribution distribution(std::vector<double> sample) {
           .deviation = n > 1 ? std::sqrt(squares / (n - 1)) : 0};
 }
 
-std::vector<Vec2> seen_from_front(std::span<const Vec3> position) {
+std::vector<Vec2> xy_projection(std::span<const Vec3> position) {
   std::vector<Vec2> seen;
   for (const Vec3 p : position) seen.push_back(plane(p));
   return seen;
@@ -90,7 +90,7 @@ Topology topology(ContactNetwork network, std::span<const Vec2> position, std::s
   result.strahler = strahler_numbers(network.successor);
   result.orders = strahler_distribution(network.successor, result.strahler);
 
-  const std::vector<Segment> lines = drawn(network.successor, position);
+  const std::vector<Segment> lines = tree_lines(network.successor, position);
   std::vector<double> length;
   for (const auto& [a, b] : lines) length.push_back(norm(a - b));
   result.tree_length = std::accumulate(length.begin(), length.end(), 0.0);

@@ -32,7 +32,7 @@ struct SpanningTree {
 };
 
 /// Returns x and y of each position.
-std::vector<Vec2> seen_from_front(std::span<const Vec3> position);
+std::vector<Vec2> xy_projection(std::span<const Vec3> position);
 
 SpanningTree spanning_tree(std::span<const Vec2> position, std::span<const double> radius,
                            std::span<const int> successor, const Ground& ground);

@@ -83,7 +83,7 @@ class Analyser {
   FrameAnalysis analyse(int index, const ConductorFrame& frame) const {
     const analysis::Ground ground = analysis::ground_of(scene_);
     // For spheres the spanning tree and the dimensions are those of the projection onto the front plane.
-    const std::vector<Vec2> position = analysis::seen_from_front(frame.position);
+    const std::vector<Vec2> position = analysis::xy_projection(frame.position);
     analysis::ContactNetwork network = analysis::network(contacts(index, position, ground), frame.position);
     return {.frame = index,
             .time = frame.time,
@@ -110,13 +110,13 @@ class Analyser {
     return found;
   }
 
-  std::vector<Recorded> recorded(int index) const {
-    std::vector<Recorded> result;
-    for (Recorded found : {Recorded{"current", "A", true, {}},
-                           {"structure_resistance", "ohm", false, {}},
-                           {"supplied_power", "W", false, {}},
-                           {"dissipated_power", "W", false, {}},
-                           {"entropy_production", "W K-1", false, {}}}) {
+  std::vector<RecordedQuantity> recorded(int index) const {
+    std::vector<RecordedQuantity> result;
+    for (RecordedQuantity found : {RecordedQuantity{"current", "A", true, {}},
+                                   {"structure_resistance", "ohm", false, {}},
+                                   {"supplied_power", "W", false, {}},
+                                   {"dissipated_power", "W", false, {}},
+                                   {"entropy_production", "W K-1", false, {}}}) {
       found.values = result_.observable(found.name, index);
       if (!found.values.empty()) result.push_back(std::move(found));
     }
@@ -125,7 +125,7 @@ class Analyser {
 
   void add_dissipation(FrameAnalysis& found, const ConductorFrame& now, const analysis::Power& power_before,
                        const ConductorFrame& before) const {
-    const auto known = std::ranges::find(found.recorded, "dissipated_power", &Recorded::name);
+    const auto known = std::ranges::find(found.recorded, "dissipated_power", &RecordedQuantity::name);
     found.dissipated = known != found.recorded.end()
                            ? known->values.front()
                            : analysis::dissipated_power(scene_, before, power_before, now, found.power);

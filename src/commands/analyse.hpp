@@ -12,7 +12,7 @@
 namespace lichtenberg {
 
 /// One recorded current or power of a run with a circuit, averaged since the previous frame.
-struct Recorded {
+struct RecordedQuantity {
   std::string name, unit;
   bool by_terminal = false;
   std::vector<double> values;  ///< one value per terminal, or a single value
@@ -27,7 +27,7 @@ struct FrameAnalysis {
   /// Mean dissipated power since the previous frame (W): the recorded value in a scene with a circuit, otherwise that
   /// of dissipated_power(). Empty for the first frame.
   std::optional<double> dissipated;
-  std::vector<Recorded> recorded;
+  std::vector<RecordedQuantity> recorded;
 };
 
 /// Properties of the analysed run.

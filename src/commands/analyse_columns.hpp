@@ -15,49 +15,50 @@
 
 namespace lichtenberg {
 
-/// Collects columns with one row per frame, from functions of one frame's analysis. `Found`: the analysis of one frame.
-template <class Found>
+/// Collects columns with one row per frame, from functions of one frame's analysis. `FrameResult`: the analysis of one
+/// frame.
+template <class FrameResult>
 class Columns {
  public:
-  explicit Columns(const std::vector<Found>& frames) : frames_(frames) {}
+  explicit Columns(const std::vector<FrameResult>& frames) : frames_(frames) {}
 
-  void real(const std::string& name, const std::string& unit, const std::function<double(const Found&)>& of) {
-    add<double>(name, unit, 0, [&](const Found& f) { return std::vector{of(f)}; });
+  void real(const std::string& name, const std::string& unit, const std::function<double(const FrameResult&)>& get) {
+    add<double>(name, unit, 0, [&](const FrameResult& f) { return std::vector{get(f)}; });
   }
-  void whole(const std::string& name, const std::function<std::int64_t(const Found&)>& of) {
-    add<std::int64_t>(name, "1", 0, [&](const Found& f) { return std::vector{of(f)}; });
+  void integer(const std::string& name, const std::function<std::int64_t(const FrameResult&)>& get) {
+    add<std::int64_t>(name, "1", 0, [&](const FrameResult& f) { return std::vector{get(f)}; });
   }
   /// `missing`: padding value for rows shorter than the longest.
   void reals(const std::string& name, const std::string& unit,
-             const std::function<std::vector<double>(const Found&)>& of, double missing = 0) {
-    add<double>(name, unit, widest(of), of, missing);
+             const std::function<std::vector<double>(const FrameResult&)>& get, double missing = 0) {
+    add<double>(name, unit, widest(get), get, missing);
   }
-  void wholes(const std::string& name, const std::function<std::vector<int>(const Found&)>& of) {
-    add<std::int64_t>(name, "1", widest(of), of);
+  void integers(const std::string& name, const std::function<std::vector<int>(const FrameResult&)>& get) {
+    add<std::int64_t>(name, "1", widest(get), get);
   }
 
   std::vector<Column> take() { return std::move(columns_); }
 
  private:
   template <class Row>
-  std::size_t widest(const Row& of) const {
+  std::size_t widest(const Row& get) const {
     std::size_t width = 1;
-    for (const Found& frame : frames_) width = std::max(width, of(frame).size());
+    for (const FrameResult& frame : frames_) width = std::max(width, get(frame).size());
     return width;
   }
 
   template <class Number, class Row>
-  void add(const std::string& name, const std::string& unit, std::size_t width, const Row& of, Number missing = 0) {
+  void add(const std::string& name, const std::string& unit, std::size_t width, const Row& get, Number missing = 0) {
     std::vector<Number> values;
-    for (const Found& frame : frames_) {
-      const auto row = of(frame);
+    for (const FrameResult& frame : frames_) {
+      const auto row = get(frame);
       values.insert(values.end(), row.begin(), row.end());
       values.resize(values.size() + std::max<std::size_t>(width, 1) - row.size(), missing);
     }
     columns_.push_back({name, unit, Column::Of::list, width, std::move(values)});
   }
 
-  const std::vector<Found>& frames_;
+  const std::vector<FrameResult>& frames_;
   std::vector<Column> columns_;
 };
 
@@ -90,9 +91,10 @@ inline std::string csv_of(const std::vector<Column>& columns, std::size_t frames
   return fmt::format("{}\n", fmt::join(lines, "\n"));
 }
 
-/// Adds the members "units" and "frames" for these columns. `Found` has the member `frame`, the frame's index.
-template <class Found>
-void add_frames(nlohmann::ordered_json& json, const std::vector<Column>& columns, const std::vector<Found>& frames) {
+/// Adds the members "units" and "frames" for these columns. `FrameResult` has the member `frame`, the frame's index.
+template <class FrameResult>
+void add_frames(nlohmann::ordered_json& json, const std::vector<Column>& columns,
+                const std::vector<FrameResult>& frames) {
   json["units"] = nlohmann::ordered_json::object();
   json["frames"] = nlohmann::ordered_json::array();
   for (const Column& column : columns) json["units"][column.name] = column.unit;

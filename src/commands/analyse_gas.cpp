@@ -39,7 +39,7 @@ std::vector<double> squares(std::vector<double> values) {
 }
 
 template <class Number>
-std::vector<Number> of_all(const std::vector<ClusterShape>& shapes, Number ClusterShape::*member) {
+std::vector<Number> member_values(const std::vector<ClusterShape>& shapes, Number ClusterShape::*member) {
   std::vector<Number> values;
   for (const ClusterShape& shape : shapes) values.push_back(shape.*member);
   return values;
@@ -51,50 +51,51 @@ double value_or_nothing(const std::optional<Estimate>& found, double Estimate::*
 }
 
 void add_dimension(Columns<GasFrame>& columns, const std::string& name,
-                   const std::function<const std::optional<analysis::ClusterDimension>&(const GasFrame&)>& of) {
+                   const std::function<const std::optional<analysis::ClusterDimension>&(const GasFrame&)>& get) {
   using Dimension = analysis::ClusterDimension;
-  columns.real(name, "1", [=](auto& f) { return value_or_nothing(of(f), &Dimension::dimension); });
-  columns.real(name + "_error", "1", [=](auto& f) { return value_or_nothing(of(f), &Dimension::error); });
-  columns.real(name + "_from", "d0", [=](auto& f) { return value_or_nothing(of(f), &Dimension::from); });
-  columns.real(name + "_to", "d0", [=](auto& f) { return value_or_nothing(of(f), &Dimension::to); });
+  columns.real(name, "1", [=](auto& f) { return value_or_nothing(get(f), &Dimension::dimension); });
+  columns.real(name + "_error", "1", [=](auto& f) { return value_or_nothing(get(f), &Dimension::error); });
+  columns.real(name + "_from", "d0", [=](auto& f) { return value_or_nothing(get(f), &Dimension::from); });
+  columns.real(name + "_to", "d0", [=](auto& f) { return value_or_nothing(get(f), &Dimension::to); });
 }
 
 void add_exponent(Columns<GasFrame>& columns, const std::string& name,
-                  const std::function<const std::optional<analysis::SizeExponent>&(const GasFrame&)>& of) {
+                  const std::function<const std::optional<analysis::SizeExponent>&(const GasFrame&)>& get) {
   using Exponent = analysis::SizeExponent;
-  columns.real(name, "1", [=](auto& f) { return value_or_nothing(of(f), &Exponent::exponent); });
-  columns.real(name + "_error", "1", [=](auto& f) { return value_or_nothing(of(f), &Exponent::error); });
+  columns.real(name, "1", [=](auto& f) { return value_or_nothing(get(f), &Exponent::exponent); });
+  columns.real(name + "_error", "1", [=](auto& f) { return value_or_nothing(get(f), &Exponent::error); });
 }
 
 void add_clusters(Columns<GasFrame>& columns, const AnalysedGas& run, const std::string& kind,
-                  const std::function<const ClusterState&(const GasFrame&)>& of) {
-  columns.whole(kind + "clusters", [=](auto& f) { return of(f).sizes.number; });
-  columns.whole("largest_" + kind + "cluster", [=](auto& f) { return of(f).sizes.largest; });
-  columns.real("mean_" + kind + "aggregate", "1", [=](auto& f) { return of(f).sizes.aggregate; });
-  columns.real("mean_" + kind + "cluster", "1", [=](auto& f) { return of(f).sizes.mean; });
-  columns.wholes(kind + "cluster_number", [=](auto& f) { return of(f).number; });
-  columns.real(kind + "cluster_temperature", energy_unit, [=](auto& f) { return of(f).temperature; });
-  columns.real(kind + "cluster_local_temperature", energy_unit, [=](auto& f) { return of(f).local_temperature; });
-  columns.real(kind + "cluster_square_charge", "q0^2", [=](auto& f) { return of(f).square_charge; });
-  columns.real(kind + "bjerrum", "1", [=](auto& f) { return of(f).bjerrum; });
-  columns.whole(kind + "percolating_clusters", [=](auto& f) { return of(f).percolating; });
-  columns.wholes(kind + "shape_grains", [=](auto& f) { return of_all(of(f).shapes, &ClusterShape::grains); });
-  columns.reals(kind + "shape_gyration", "d0", [=](auto& f) { return of_all(of(f).shapes, &ClusterShape::gyration); });
+                  const std::function<const ClusterState&(const GasFrame&)>& get) {
+  columns.integer(kind + "clusters", [=](auto& f) { return get(f).sizes.number; });
+  columns.integer("largest_" + kind + "cluster", [=](auto& f) { return get(f).sizes.largest; });
+  columns.real("mean_" + kind + "aggregate", "1", [=](auto& f) { return get(f).sizes.aggregate; });
+  columns.real("mean_" + kind + "cluster", "1", [=](auto& f) { return get(f).sizes.mean; });
+  columns.integers(kind + "cluster_number", [=](auto& f) { return get(f).number; });
+  columns.real(kind + "cluster_temperature", energy_unit, [=](auto& f) { return get(f).temperature; });
+  columns.real(kind + "cluster_local_temperature", energy_unit, [=](auto& f) { return get(f).local_temperature; });
+  columns.real(kind + "cluster_square_charge", "q0^2", [=](auto& f) { return get(f).square_charge; });
+  columns.real(kind + "bjerrum", "1", [=](auto& f) { return get(f).bjerrum; });
+  columns.integer(kind + "percolating_clusters", [=](auto& f) { return get(f).percolating; });
+  columns.integers(kind + "shape_grains", [=](auto& f) { return member_values(get(f).shapes, &ClusterShape::grains); });
+  columns.reals(kind + "shape_gyration", "d0",
+                [=](auto& f) { return member_values(get(f).shapes, &ClusterShape::gyration); });
   columns.reals(kind + "shape_charge_dipole", "q0 d0",
-                [=](auto& f) { return of_all(of(f).shapes, &ClusterShape::charge_dipole); });
+                [=](auto& f) { return member_values(get(f).shapes, &ClusterShape::charge_dipole); });
   if (run.charged)
     columns.reals(
-        kind + "charge_dipole", "q0 d0", [=](auto& f) { return of(f).charge_dipole; }, NAN);
+        kind + "charge_dipole", "q0 d0", [=](auto& f) { return get(f).charge_dipole; }, NAN);
   if (run.polarized) {
     columns.reals(kind + "shape_induced_dipole", "q0 d0",
-                  [=](auto& f) { return of_all(of(f).shapes, &ClusterShape::induced_dipole); });
+                  [=](auto& f) { return member_values(get(f).shapes, &ClusterShape::induced_dipole); });
     columns.reals(
-        kind + "induced_dipole", "q0 d0", [=](auto& f) { return of(f).induced_dipole; }, NAN);
+        kind + "induced_dipole", "q0 d0", [=](auto& f) { return get(f).induced_dipole; }, NAN);
   }
   add_dimension(
-      columns, kind + "fractal_dimension", [=](auto& f) -> auto& { return of(f).dimension; });
+      columns, kind + "fractal_dimension", [=](auto& f) -> auto& { return get(f).dimension; });
   add_exponent(
-      columns, kind + "cluster_exponent", [=](auto& f) -> auto& { return of(f).exponent; });
+      columns, kind + "cluster_exponent", [=](auto& f) -> auto& { return get(f).exponent; });
 }
 
 /// Formats the value with this number of significant digits; a dash if it is not finite.
@@ -166,7 +167,7 @@ struct SizeGrowth {
   std::optional<analysis::ShiftedPower> fit;
 };
 
-constexpr std::size_t fewest_of_growth = 5;
+constexpr std::size_t min_growth_points = 5;
 
 SizeGrowth size_growth(const AnalysedGas& run, const GasFrames& frames, double (*size)(const GasFrame&)) {
   SizeGrowth growth;
@@ -177,7 +178,7 @@ SizeGrowth size_growth(const AnalysedGas& run, const GasFrames& frames, double (
       growth.time.push_back(frames[k].time - run.warm_up), sizes.push_back(s);
     }
   if (!sizes.empty()) growth.slope = analysis::local_slopes(growth.time, sizes);
-  if (sizes.size() >= fewest_of_growth) growth.fit = analysis::fit_growth(growth.time, sizes);
+  if (sizes.size() >= min_growth_points) growth.fit = analysis::fit_growth(growth.time, sizes);
   return growth;
 }
 
@@ -185,7 +186,7 @@ double aggregate_of(const GasFrame& f) { return f.contact.sizes.aggregate; }
 double dense_size_of(const GasFrame& f) { return f.gas.density.mean_size(); }
 
 void print_growth(const SizeGrowth& growth, const std::string& what) {
-  if (growth.time.size() < fewest_of_growth)
+  if (growth.time.size() < min_growth_points)
     return fmt::print("{:<15}too few frames of aggregates after the warm-up for a fit\n", what);
   const double slope = growth.slope.back();
   if (const auto& fit = growth.fit)
@@ -196,16 +197,16 @@ void print_growth(const SizeGrowth& growth, const std::string& what) {
 }
 
 nlohmann::ordered_json json_of_growth(const SizeGrowth& growth) {
-  if (growth.time.size() < fewest_of_growth) return {{"missing", "fewer than five frames of aggregates to fit"}};
+  if (growth.time.size() < min_growth_points) return {{"missing", "fewer than five frames of aggregates to fit"}};
   if (!growth.fit) return {{"missing", "faster or slower than any power of a shifted time"}};
   return {{"amplitude", growth.fit->amplitude}, {"shift", growth.fit->shift},  {"exponent", growth.fit->exponent},
           {"scatter", growth.fit->scatter},     {"from", growth.time.front()}, {"to", growth.time.back()}};
 }
 
 /// Returns the run's time series; empty if the run has recorded none yet.
-std::optional<GasCourse> course_in(const std::string& path) {
+std::optional<GasTimeSeries> read_time_series(const std::string& path) {
   try {
-    return GasCourse(path, -std::numeric_limits<double>::min());  // includes records at time 0
+    return GasTimeSeries(path, -std::numeric_limits<double>::min());  // includes records at time 0
   } catch (const InputError&) {
     return {};
   }
@@ -269,13 +270,13 @@ GasAnalyser::GasAnalyser(const Result& result, Scene scene)
     throw InputError(fmt::format("{} is damaged and cannot be analysed (its scene has {} grains, its frames {})",
                                  result_.path(), at_start_.radius.size(), result_.radius().size()));
   first_ = bodies(0);
-  course_ = course_in(result_.path());
+  time_series_ = read_time_series(result_.path());
 }
 
 AnalysedGas GasAnalyser::run() const {
   std::map<std::string, std::vector<double>> notes;
-  if (course_)
-    for (const auto& [name, series] : course_->all())
+  if (time_series_)
+    for (const auto& [name, series] : time_series_->all())
       if (!name.starts_with("analysis/")) notes[name] = series.value;
   return {.file = result_.path(),
           .title = scene_.title,
@@ -302,8 +303,8 @@ std::vector<GasFrame> GasAnalyser::all() const {
 
 std::vector<double> GasAnalyser::energies_at(double time) const {
   std::vector<double> found(energy_names.size(), NAN);
-  for (std::size_t k = 0; k < energy_names.size() && course_; ++k) {
-    const GasCourse::Series* noted = course_->find(energy_names[k]);
+  for (std::size_t k = 0; k < energy_names.size() && time_series_; ++k) {
+    const GasTimeSeries::Series* noted = time_series_->find(energy_names[k]);
     if (!noted) continue;
     const double rounded = 1e-9 * time;  // a record's time is a sum of steps
     const auto at = std::ranges::lower_bound(noted->time, time - rounded) - noted->time.begin();
@@ -427,15 +428,15 @@ std::vector<Column> columns_of(const AnalysedGas& run, const GasFrames& frames) 
   columns.real("mean_square_charge", "q0^2", [](auto& f) { return f.gas.charge.square; });
   columns.real("charge_kurtosis", "1", [](auto& f) { return f.gas.charge.kurtosis; });
   columns.real("charge_speed_correlation", "1", [](auto& f) { return f.correlation; });
-  columns.whole("contacts", [](auto& f) { return f.contacts; });
+  columns.integer("contacts", [](auto& f) { return f.contacts; });
   add_clusters(columns, run, "", [](const GasFrame& f) -> const ClusterState& { return f.contact; });
   if (!frames.empty() && frames.front().bound)
     add_clusters(columns, run, "bound_", [](const GasFrame& f) -> const ClusterState& { return *f.bound; });
-  columns.whole("density_clusters", [](auto& f) { return static_cast<std::int64_t>(f.gas.density.size.size()); });
+  columns.integer("density_clusters", [](auto& f) { return static_cast<std::int64_t>(f.gas.density.size.size()); });
   columns.real("density_cluster_size", "1", [](auto& f) { return f.gas.density.mean_size(); });
   columns.real("aggregate_local_slope", "1", [](auto& f) { return f.aggregate_slope; });
   columns.real("density_local_slope", "1", [](auto& f) { return f.density_slope; });
-  columns.wholes("density_cluster_number", [](auto& f) { return number_by_size(f.gas.density.size); });
+  columns.integers("density_cluster_number", [](auto& f) { return number_by_size(f.gas.density.size); });
   add_exponent(
       columns, "density_cluster_exponent", [](auto& f) -> auto& { return f.density_exponent; });
   columns.real("mach_number", "1", [](auto& f) { return f.mach.raw; });

@@ -83,7 +83,7 @@ class GasAnalyser {
   const Result& result_;
   Scene scene_;
   Bodies at_start_, first_;  ///< bodies of the scene; bodies of the first frame
-  std::optional<GasCourse> course_;
+  std::optional<GasTimeSeries> time_series_;
 };
 
 // Overloads for a gas; see analyse.hpp.

@@ -23,25 +23,25 @@ std::vector<double> in_order(const Distribution& d) {
   return {d.least, d.quarter, d.median, d.three_quarters, d.largest, d.mean, d.deviation};
 }
 
-std::vector<double> fractions(std::vector<int> number, int of) {
+std::vector<double> fractions(std::vector<int> number, int total) {
   std::vector<double> result;
-  for (const int n : number) result.push_back(of > 0 ? static_cast<double>(n) / of : 0);
+  for (const int n : number) result.push_back(total > 0 ? static_cast<double>(n) / total : 0);
   return result;
 }
 
 void add_degrees(FrameColumns& columns, int conductors) {
-  columns.whole("connected", [](auto& f) { return f.topology.network.degrees.connected; });
-  columns.whole("grounded", [](auto& f) { return f.topology.network.degrees.grounded; });
-  columns.whole("loops", [](auto& f) { return f.topology.network.degrees.loops; });
-  columns.whole("endpoints", [](auto& f) { return f.topology.network.degrees.endpoints(); });
-  columns.whole("branch_points", [](auto& f) { return f.topology.network.degrees.branch_points(); });
+  columns.integer("connected", [](auto& f) { return f.topology.network.degrees.connected; });
+  columns.integer("grounded", [](auto& f) { return f.topology.network.degrees.grounded; });
+  columns.integer("loops", [](auto& f) { return f.topology.network.degrees.loops; });
+  columns.integer("endpoints", [](auto& f) { return f.topology.network.degrees.endpoints(); });
+  columns.integer("branch_points", [](auto& f) { return f.topology.network.degrees.branch_points(); });
   columns.real("endpoint_fraction", "1", [](auto& f) { return f.topology.network.degrees.fraction(1); });
   columns.real("branch_fraction", "1", [](auto& f) { return f.topology.network.degrees.branching(); });
-  columns.wholes("degree_number", [](auto& f) { return f.topology.network.degrees.number; });
+  columns.integers("degree_number", [](auto& f) { return f.topology.network.degrees.number; });
   columns.reals("degree_fraction", "1", [](auto& f) {
     return fractions(f.topology.network.degrees.number, f.topology.network.degrees.connected);
   });
-  columns.wholes("emst_degree_number", [](auto& f) { return f.topology.minimum.number; });
+  columns.integers("emst_degree_number", [](auto& f) { return f.topology.minimum.number; });
   columns.reals("emst_degree_fraction", "1", [=](auto& f) { return fractions(f.topology.minimum.number, conductors); });
 }
 
@@ -62,10 +62,10 @@ constexpr Relation relations[] = {
     {"residual_7_9_f4_printed", "      as printed, f_1 - B", &DegreeRelations::f4_printed}};
 
 void add_strahler(FrameColumns& columns) {
-  columns.wholes("strahler_number", [](auto& f) { return f.topology.orders.conductors; });
-  columns.wholes("strahler_streams", [](auto& f) { return f.topology.orders.streams; });
-  columns.wholes("emst_strahler_number", [](auto& f) { return f.topology.minimum.strahler.conductors; });
-  columns.wholes("emst_strahler_streams", [](auto& f) { return f.topology.minimum.strahler.streams; });
+  columns.integers("strahler_number", [](auto& f) { return f.topology.orders.conductors; });
+  columns.integers("strahler_streams", [](auto& f) { return f.topology.orders.streams; });
+  columns.integers("emst_strahler_number", [](auto& f) { return f.topology.minimum.strahler.conductors; });
+  columns.integers("emst_strahler_streams", [](auto& f) { return f.topology.minimum.strahler.streams; });
 }
 
 void add_lengths(FrameColumns& columns, double radius) {
@@ -77,14 +77,16 @@ void add_lengths(FrameColumns& columns, double radius) {
   });
   columns.real("tree_length", "m", [](auto& f) { return f.topology.tree_length; });
   columns.real("emst_length", "m", [](auto& f) { return f.topology.minimum.length; });
-  columns.whole("emst_shared_edges", [](auto& f) { return f.topology.minimum.shared; });
+  columns.integer("emst_shared_edges", [](auto& f) { return f.topology.minimum.shared; });
 }
 
 void add_dimension(FrameColumns& columns, const std::string& name, std::optional<PowerLaw> analysis::Topology::*law) {
-  const auto of = [=](const FrameAnalysis& f) { return (f.topology.*law).value_or(PowerLaw{NAN, NAN, NAN, NAN, 0}); };
-  columns.real(name, "1", [=](auto& f) { return of(f).exponent; });
-  columns.real(name + "_error", "1", [=](auto& f) { return of(f).standard_error; });
-  columns.reals(name + "_range", "m", [=](auto& f) { return std::vector{of(f).from, of(f).to}; });
+  const auto law_of = [=](const FrameAnalysis& f) {
+    return (f.topology.*law).value_or(PowerLaw{NAN, NAN, NAN, NAN, 0});
+  };
+  columns.real(name, "1", [=](auto& f) { return law_of(f).exponent; });
+  columns.real(name + "_error", "1", [=](auto& f) { return law_of(f).standard_error; });
+  columns.reals(name + "_range", "m", [=](auto& f) { return std::vector{law_of(f).from, law_of(f).to}; });
 }
 
 void add_power(FrameColumns& columns) {
@@ -100,7 +102,7 @@ void add_power(FrameColumns& columns) {
 void add_recorded(FrameColumns& columns, const Frames& frames) {
   if (frames.empty()) return;
   for (std::size_t k = 0; k < frames.front().recorded.size(); ++k) {
-    const Recorded& first = frames.front().recorded[k];
+    const RecordedQuantity& first = frames.front().recorded[k];
     if (first.by_terminal)
       columns.reals(first.name, first.unit, [=](auto& f) { return f.recorded[k].values; });
     else
@@ -202,7 +204,7 @@ void print_power(const FrameAnalysis& found) {
   fmt::print("power          source {:.4g} W, work of the field {:.4g} W, drag {:.4g} W\n", found.power.source,
              found.power.field, found.power.drag);
   if (found.dissipated) fmt::print("dissipated     {:.4g} W since the previous frame\n", *found.dissipated);
-  for (const Recorded& recorded : found.recorded)
+  for (const RecordedQuantity& recorded : found.recorded)
     fmt::print("recorded       {} {:.4g} {}\n", recorded.name, fmt::join(recorded.values, ", "), recorded.unit);
 }
 
@@ -220,7 +222,7 @@ std::vector<Column> columns_of(const AnalysedRun& run, const Frames& frames) {
   add_dimension(columns, "mass_dimension", &analysis::Topology::masses);
   add_power(columns);
   add_recorded(columns, frames);
-  columns.wholes("strahler", [](auto& f) { return f.topology.strahler; });
+  columns.integers("strahler", [](auto& f) { return f.topology.strahler; });
   return columns.take();
 }
 

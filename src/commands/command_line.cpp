@@ -216,15 +216,16 @@ void declare(CLI::App& program, const std::vector<Command>& commands) {
 
 /// Adds the unlisted command that the arguments name, or for which they request help.
 void add_unlisted(std::vector<Command>& commands, const std::vector<std::string>& arguments) {
-  const std::size_t place = !arguments.empty() && arguments.front() == "help" ? 1 : 0;
-  if (arguments.size() <= place || std::ranges::find(commands, arguments[place], &Command::name) != commands.end())
+  const std::size_t word_index = !arguments.empty() && arguments.front() == "help" ? 1 : 0;
+  if (arguments.size() <= word_index ||
+      std::ranges::find(commands, arguments[word_index], &Command::name) != commands.end())
     return;
   for (const Command& inner : {frame_fields_command(), ensemble_members_command(), work_precision_methods_command()}) {
-    if (inner.name != arguments[place]) continue;
+    if (inner.name != arguments[word_index]) continue;
     prctl(PR_SET_PDEATHSIG, SIGTERM);  // the parent process alone reads the output
     return commands.push_back(inner);
   }
-  if (std::optional<Command> added = added_python_command(arguments[place])) commands.push_back(std::move(*added));
+  if (std::optional<Command> added = added_python_command(arguments[word_index])) commands.push_back(std::move(*added));
 }
 
 void dispatch(std::vector<std::string> arguments, std::vector<Command> commands) {

@@ -33,7 +33,7 @@ double share_of_area(const Scene& scene) {
   return area / (scene.domain.size.x * scene.domain.size.y);
 }
 
-bool is_fed_dragged_and_discharged(const Scene& scene) {
+bool has_injection_drag_and_discharge(const Scene& scene) {
   Model model = effects::make_model_without_field(scene);
   std::vector<double> current(model.bodies.size());
   model.currents(0, current);
@@ -42,13 +42,13 @@ bool is_fed_dragged_and_discharged(const Scene& scene) {
 }
 
 /// Estimates the field solves of a plane scene from runs of 324, 2500 and 20000 conductors (README.md of this folder).
-/// `ways`: floating groups divided by the conductors' area fraction. With many groups, more group merges share one
-/// solve.
-FieldSolves solves_in_plane(const Scene& scene, double ways) {
+/// `groups_by_filling`: floating groups divided by the conductors' area fraction. With many groups, more group merges
+/// share one solve.
+FieldSolves solves_in_plane(const Scene& scene, double groups_by_filling) {
   constexpr double half_shared = 3e4;
   const double radius = scene.smallest_radius();
   const double tolerance = scene.mechanics.position_tolerance / radius / 1e-3;  // over the default
-  const double predictions = 13 * ways / (1 + ways / half_shared) * std::pow(tolerance, -0.4);
+  const double predictions = 13 * groups_by_filling / (1 + groups_by_filling / half_shared) * std::pow(tolerance, -0.4);
   // If the grid follows from an accuracy, its size is not given here, so predictions on a coarser grid are not counted.
   if (scene.field_request() || effects::predictor_cells(scene) == 0) return {.whole = 0.6 * predictions};
   return {.whole = 0.085 / std::sqrt(tolerance) * predictions, .predictions = predictions};
@@ -79,7 +79,7 @@ double processor_seconds() { return static_cast<double>(std::clock()) / CLOCKS_P
 }  // namespace
 
 FieldCost estimate_field_cost(const FieldOptions& options, double size) {
-  const auto [price, around, share_in_motion] = price_of(options);
+  const auto [price, around, share_in_motion] = field_method_cost(options);
   return {.bytes = bytes_at_start + price.bytes * size,
           .single_seconds = price.seconds(size, options.tolerance),
           .moving_seconds = price.seconds(size, options.moving_tolerance, share_in_motion)};
@@ -95,10 +95,11 @@ FieldCost estimate_sphere_cost(const FieldOptions& options, double single_unknow
 std::optional<FieldSolves> estimate_field_solves(const Scene& scene) {
   if (const auto step = scene.mechanics.kind().field_step)
     return FieldSolves{.whole = scene.stop.time / (scene.mechanics.*step)};
-  if (!is_fed_dragged_and_discharged(scene)) return std::nullopt;
-  const double ways = floating_groups(scene) / share_of_area(scene);
-  if (scene.dimension() == 2) return solves_in_plane(scene, ways);
-  return scene.mechanics.keep_height ? std::optional(FieldSolves{.whole = 0.93 * std::pow(ways, 1.2)}) : std::nullopt;
+  if (!has_injection_drag_and_discharge(scene)) return std::nullopt;
+  const double groups_by_filling = floating_groups(scene) / share_of_area(scene);
+  if (scene.dimension() == 2) return solves_in_plane(scene, groups_by_filling);
+  return scene.mechanics.fix_z ? std::optional(FieldSolves{.whole = 0.93 * std::pow(groups_by_filling, 1.2)})
+                               : std::nullopt;
 }
 
 std::optional<PackingCost> estimate_packing_cost(const Scene& scene) {
@@ -131,7 +132,7 @@ std::optional<PackingCost> estimate_packing_cost(const Scene& scene) {
   return cost;
 }
 
-std::optional<TriedRun> try_run(const Scene& scene) {
+std::optional<TrialRun> run_trial(const Scene& scene) {
   constexpr double most_seconds = 2, least_share = 0.005;
   const double began = processor_seconds();
   const auto pause = [&] { return processor_seconds() - began > most_seconds; };
@@ -144,9 +145,9 @@ std::optional<TriedRun> try_run(const Scene& scene) {
     }
     const double spent = processor_seconds() - ready, share = motion.time() / motion.end_time();
     const bool over = motion.finished();
-    if (over) return TriedRun{motion.time(), over, spent};
+    if (over) return TrialRun{motion.time(), over, spent};
     if (!(share >= least_share)) return std::nullopt;
-    return TriedRun{motion.time(), over, spent / share};
+    return TrialRun{motion.time(), over, spent / share};
   } catch (const Failure&) {
   } catch (const InputError&) {
   } catch (const std::bad_alloc&) {

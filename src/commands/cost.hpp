@@ -43,7 +43,7 @@ struct PackingCost {
 std::optional<PackingCost> estimate_packing_cost(const Scene& scene);
 
 /// Result of a trial run in memory over two seconds of processor time, or until the run's end.
-struct TriedRun {
+struct TrialRun {
   double reached = 0;  ///< simulated time, s
   bool over = false;   ///< the run ended within the trial
   double seconds = 0;  ///< processor time extrapolated to the whole run
@@ -51,6 +51,6 @@ struct TriedRun {
 
 /// Runs the scene for a short time. Empty if the trial covers less than 0.5 % of the run, or fails, because no
 /// extrapolation is possible then.
-std::optional<TriedRun> try_run(const Scene& scene);
+std::optional<TrialRun> run_trial(const Scene& scene);
 
 }  // namespace lichtenberg

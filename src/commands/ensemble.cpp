@@ -101,11 +101,11 @@ void serve(const Arguments& request) {
   const std::vector<Member> members =
       ensemble::make_members(request.scene, settings_of(request.settings), variations_of(request), request.folder);
   const Version version = lichtenberg_version();
-  tell({{"version", version.number},
-        {"commit", version.commit},
-        {"mark", ensemble::member_mark},
-        {"members", members.size()}});
-  for (const Member& member : members) tell(to_json(member));
+  print_json_line({{"version", version.number},
+                   {"commit", version.commit},
+                   {"mark", ensemble::member_mark},
+                   {"members", members.size()}});
+  for (const Member& member : members) print_json_line(to_json(member));
   answer_questions([&](const Json& question) { return answer(question, members, request.folder); });
 }
 

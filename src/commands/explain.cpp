@@ -49,7 +49,7 @@ void explain_scene(const Scene& scene) {
 
 void explain_effect(const effects::EffectSummary& effect) {
   fmt::print("  {:<20} {}\n", effect.name, effect.description);
-  for (const Remark& remark : effect.remarks) fmt::print("    {:<18} {}\n", remark.label, remark.text);
+  for (const ExplanationLine& line : effect.explanation) fmt::print("    {:<18} {}\n", line.label, line.text);
 }
 
 void explain_effects(const Summaries& effects) {
@@ -154,7 +154,7 @@ void explain_accuracy(const Scene& scene) {
   if (!scene.field_accuracy()) return;
   fmt::print(
       "  accuracy             {:g}: {} should suffice; `solve` and `run` measure the error and refine if necessary\n",
-      scene.field_accuracy()->asked,
+      scene.field_accuracy()->requested,
       scene.field().method->on_grid ? fmt::format("some {} cells", scene.field().cells) : "this tolerance");
 }
 
@@ -181,7 +181,8 @@ std::string refusal_of_run(const Scene& scene) {
 
 /// Prints the number of field solves and their time. `size`: number of cells of the field's grid.
 void explain_solves(const Scene& scene, double size, const FieldCost& cost, const FieldSolves& solves) {
-  const double around = price_of(scene.field()).seconds_a_conductor * static_cast<double>(scene.conductors.size());
+  const double around =
+      field_method_cost(scene.field()).seconds_a_conductor * static_cast<double>(scene.conductors.size());
   double seconds = solves.whole * cost.moving_seconds + (solves.whole + solves.predictions) * around;
   std::string predictions;
   if (solves.predictions > 0) {
@@ -204,23 +205,23 @@ void explain_trial(const Scene& scene) {
   if (!parallel::unused_petsc_options().empty())
     return fmt::print(
         "  a run                no estimate: options after --petsc apply to the run only, so that no trial is made\n");
-  const std::optional<TriedRun> tried = try_run(scene);
-  if (!tried)
+  const std::optional<TrialRun> trial = run_trial(scene);
+  if (!trial)
     return fmt::print(
         "  a run                no estimate: a trial of two seconds reaches less than 0.5 % of it, or fails\n");
-  if (tried->over)
+  if (trial->over)
     return fmt::print(
         "  a run                {}, without recording and pictures: measured here up to its end at {:.3g} s\n",
-        duration(tried->seconds), tried->reached);
+        duration(trial->seconds), trial->reached);
   fmt::print(
       "  a run                {}{}, without recording and pictures: extrapolated from the first {:.3g} of {:.3g} s, "
       "measured here\n",
-      scene.stop.stationary ? "at most " : "", duration(tried->seconds), tried->reached, scene.stop.time);
+      scene.stop.stationary ? "at most " : "", duration(trial->seconds), trial->reached, scene.stop.time);
 }
 
 /// The number of solves is known only for conductors that are charged, dragged and discharged. Other scenes are tried
 /// if a single solve takes a small part of the trial's time.
-void explain_tried_run(const Scene& scene, const FieldCost& cost) {
+void explain_unknown_solves(const Scene& scene, const FieldCost& cost) {
   constexpr double longest_solve = 0.1;  // s
   if (cost.single_seconds <= longest_solve && !runs_on_device(scene.field()) &&
       scene.field().linear_solver != FieldLinearSolver::assembled)  // PETSc has not been started
@@ -246,7 +247,7 @@ void explain_run(const Scene& scene, double size, const FieldCost& cost, const s
   else if (const std::optional<FieldSolves> solves = estimate_field_solves(scene))
     explain_solves(scene, size, cost, *solves);
   else
-    explain_tried_run(scene, cost);
+    explain_unknown_solves(scene, cost);
 }
 
 void explain_cost(const Scene& scene, double size, const FieldCost& cost, const std::string& refusal_of_run) {
@@ -316,9 +317,9 @@ void explain_spheres(const Scene& scene, const laplace::SphereProblem& problem, 
 }
 
 /// Returns the expected choice of method: for a run if the scene contains more than a field, otherwise for `solve`.
-FieldOptions foreseen_field(const Scene& scene, const laplace::LaplaceProblem& problem) {
+FieldOptions predicted_field_options(const Scene& scene, const laplace::LaplaceProblem& problem) {
   return effects::field_chosen(*scene.field_request(),
-                               laplace::foresee(problem, effects::accuracy_request(scene, is_for_a_run(scene))));
+                               laplace::predict_choice(problem, effects::accuracy_request(scene, is_for_a_run(scene))));
 }
 
 void explain(Scene scene) {
@@ -328,7 +329,7 @@ void explain(Scene scene) {
   if (scene.effects.has(&EffectKind::field)) {
     field = make_field_problem(scene);
     scene.dimension() == 3 ? field->spheres.check() : field->problem.check();
-    if (scene.field_request()) scene.field_table = foreseen_field(scene, field->problem);
+    if (scene.field_request()) scene.field_table = predicted_field_options(scene, field->problem);
     if (scene.dimension() == 2) effects::make_field_solver(scene.field());
   }
   const Summaries effects = effects::summarize_effects(scene);

@@ -15,9 +15,9 @@
 #include "src/effects/charge_exchange.hpp"
 #include "src/granular/contacts.hpp"
 #include "src/granular/device/device.hpp"
-#include "src/granular/held_forces.hpp"
 #include "src/granular/integrator.hpp"
 #include "src/granular/pace.hpp"
+#include "src/granular/slow_force_limits.hpp"
 #include "src/granular/summary.hpp"
 #include "src/scene/contact_steps.hpp"
 #include "src/scene/effect_kind.hpp"
@@ -52,7 +52,7 @@ double smallest_mass(const Scene& scene) {
   return 4.0 / 3 * std::numbers::pi * scene.material.density * std::pow(scene.smallest_radius(), 3);
 }
 
-granular::GrainsSeen grains_seen(const Scene& scene) {
+granular::GrainProperties grain_properties(const Scene& scene) {
   return {smallest_mass(scene), scene.smallest_radius(), granular::typical_impact(scene.conductors.size())};
 }
 
@@ -80,8 +80,8 @@ std::string reason_of_steps(const Scene& scene) {
 
 void explain_contacts(const Scene& scene, const GrainContactLaw& law, double temperature) {
   const double speed = 2 * fastest_speed(scene, temperature),
-               shortest = granular::time_to_resolve(elastic(law, 1), speed, grains_seen(scene));
-  const double resolved = granular::time_to_resolve(law, speed, grains_seen(scene));
+               shortest = granular::time_to_resolve(elastic(law, 1), speed, grain_properties(scene));
+  const double resolved = granular::time_to_resolve(law, speed, grain_properties(scene));
   const std::string more =
       resolved < shortest ? fmt::format(" in each {:.3g} t0, for its strong damping", resolved) : "";
   fmt::print("  contacts             the shortest lasts {:.3g} t0 at the start: {} steps{}{}\n", shortest,
@@ -118,7 +118,7 @@ void explain_polarization(const Scene& scene, const GrainContactLaw& law) {
 
 /// Predictions of theory for a homogeneous gas without forces between charges, at equal intervals after the warm-up.
 /// The equilibration stages count at the initial temperature.
-struct Foreseen {
+struct TheoryPrediction {
   std::vector<double> time, temperature;
   std::vector<double> charge;  ///< largest charge of a grain
   double collisions = 0;       ///< per grain
@@ -138,17 +138,18 @@ double largest_charge(double square, std::size_t grains) {
   return std::sqrt(square / 2) * std::log(std::max<double>(2, static_cast<double>(grains)));
 }
 
-Foreseen foresee(const Scene& scene, const GrainContactLaw& law) {
+TheoryPrediction predict_gas(const Scene& scene, const GrainContactLaw& law) {
   const double warm = warm_up(scene);
   const double left = std::max(scene.stop.time - warm, 0.0), initial = initial_temperature(scene);
   constexpr int intervals = 200;
-  Foreseen result;
+  TheoryPrediction result;
   for (int k = 0; k <= intervals; ++k) result.time.push_back(left * k / intervals);
-  double given = 0;
-  for (const Conductor& grain : scene.conductors) given = std::max(given, std::abs(grain.charge));
+  double prescribed_charge = 0;
+  for (const Conductor& grain : scene.conductors)
+    prescribed_charge = std::max(prescribed_charge, std::abs(grain.charge));
   if (initial <= 0 || scene.dimension() == 2) {
     result.temperature.assign(result.time.size(), initial);
-    result.charge.assign(result.time.size(), given);
+    result.charge.assign(result.time.size(), prescribed_charge);
     return result;
   }
   const theory::Impacts impacts{.restitution = [&](double speed) { return restitution(law, speed); },
@@ -156,7 +157,7 @@ Foreseen foresee(const Scene& scene, const GrainContactLaw& law) {
   const auto states = theory::cool(grain_density(scene), impacts, initial, result.time);
   for (const theory::CoolingState& state : states) {
     result.temperature.push_back(state.temperature);
-    result.charge.push_back(given + largest_charge(state.charge_square, scene.conductors.size()));
+    result.charge.push_back(prescribed_charge + largest_charge(state.charge_square, scene.conductors.size()));
   }
   result.collisions = states.back().collisions + warm * theory::collision_frequency(grain_density(scene), initial);
   return result;
@@ -166,79 +167,82 @@ Foreseen foresee(const Scene& scene, const GrainContactLaw& law) {
 struct Work {
   double steps = 0, contact_steps = 0;
   double evaluations = 0;  ///< of the forces between charges
-  double way = 0;          ///< path of the fastest grain, d0
+  double path = 0;         ///< path of the fastest grain, d0
 };
 
 /// Counts the work of multirate without its acceleration techniques. Elastic contacts transfer no charge and need no
 /// new evaluation of forces.
-Work count_work(const Scene& scene, const GrainContactLaw& law, const Foreseen& foreseen) {
-  const double way =
-      std::isinf(scene.mechanics.step) ? granular::way_by_accuracy(scene) : granular::way_by_length(scene);
+Work count_work(const Scene& scene, const GrainContactLaw& law, const TheoryPrediction& prediction) {
+  const double max_path =
+      std::isinf(scene.mechanics.step) ? granular::path_by_accuracy(scene) : granular::path_by_length(scene);
   const double note = std::min(0.1 * scene.output.every, scene.stop.time);  // a run stops at these instants
-  const granular::GrainsSeen grains = grains_seen(scene);
+  const granular::GrainProperties grains = grain_properties(scene);
   const ContactAttraction attraction = granular::contact_attraction(scene);
   Work work;
-  const auto add = [&](double duration, double temperature, double charge, const GrainContactLaw& then, double again) {
+  const auto add = [&](double duration, double temperature, double charge, const GrainContactLaw& stage_law,
+                       double force_evaluations) {
     const double speed = fastest_speed(scene, std::max(temperature, 1e-12));
-    const double inner = granular::time_to_resolve(then, 2 * speed, grains) / scene.mechanics.contact_steps;
-    const double longest =
-        granular::longest_step_within({.asked = scene.mechanics.step,
-                                       .hold = granular::longest_hold(attraction, then, charge, smallest_mass(scene)),
-                                       .way = way,
-                                       .speed = speed},
-                                      [&](double) { return inner; });
+    const double inner = granular::time_to_resolve(stage_law, 2 * speed, grains) / scene.mechanics.contact_steps;
+    const double longest = granular::longest_step_within(
+        {.requested = scene.mechanics.step,
+         .stability_limit = granular::max_outer_step(attraction, stage_law, charge, smallest_mass(scene)),
+         .path = max_path,
+         .speed = speed},
+        [&](double) { return inner; });
     const double step = note / std::ceil(note / longest), steps = duration / step;
     work.steps += steps;
     work.contact_steps += steps * std::ceil(step / inner);
-    work.evaluations += steps * again;
-    work.way += speed * duration;
+    work.evaluations += steps * force_evaluations;
+    work.path += speed * duration;
   };
   for (const Stage& stage : scene.stages)
     if (stage.elastic)
-      add(stage.duration, initial_temperature(scene), foreseen.charge.front(), elastic(law, stage.stiffness), 1);
+      add(stage.duration, initial_temperature(scene), prediction.charge.front(), elastic(law, stage.stiffness), 1);
   double evaluations = 1;
   for (const Effects::Entry& effect : scene.effects)
     if (const auto number = effect.kind->cost.evaluations_a_step) evaluations = std::max(evaluations, number(scene));
-  for (std::size_t k = 1; k < foreseen.time.size(); ++k)
-    add(foreseen.time[k] - foreseen.time[k - 1], std::sqrt(foreseen.temperature[k - 1] * foreseen.temperature[k]),
-        foreseen.charge[k], law, evaluations);
+  for (std::size_t k = 1; k < prediction.time.size(); ++k)
+    add(prediction.time[k] - prediction.time[k - 1],
+        std::sqrt(prediction.temperature[k - 1] * prediction.temperature[k]), prediction.charge[k], law, evaluations);
   return work;
 }
 
 /// Returns the criterion that limits the first step.
-std::string why_so_long(const granular::Gas& gas, double step) {
+std::string step_criterion(const granular::Gas& gas, double step) {
   const Scene& scene = gas.scene();
   if (step == scene.mechanics.step) return "mechanics.step";
-  if (step == granular::longest_hold(gas)) return "longer steps would excite oscillations of grains bound by charges";
+  if (step == granular::max_outer_step(gas)) return "longer steps would excite oscillations of grains bound by charges";
   if (!std::isinf(scene.mechanics.step))
-    return fmt::format("the fastest grain flies {:.2g} d0", granular::way_by_length(scene));
-  const double way = granular::way_by_accuracy(scene);
-  if (step * gas.fastest() > 1.001 * way) return "forces are computed in each contact substep";
+    return fmt::format("the fastest grain flies {:.2g} d0", granular::path_by_length(scene));
+  const double max_path = granular::path_by_accuracy(scene);
+  if (step * gas.fastest() > 1.001 * max_path) return "forces are computed in each contact substep";
   const double accuracy = least_in(scene, &StepLimits::force_accuracy).value();
-  return fmt::format("the fastest grain flies {:.2g} d0, an error equal to that of forces to {:g}", way, accuracy);
+  return fmt::format("the fastest grain flies {:.2g} d0, an error equal to that of forces to {:g}", max_path, accuracy);
 }
 
 /// Prints the integrator's choices at the start of a run. Throws InputError for a step that a run refuses.
 void explain_integrator(granular::Gas& gas) {
   const Scene& scene = gas.scene();
-  const double asked = scene.mechanics.step;
-  granular::Instant now = gas.look();
+  const double requested_step = scene.mechanics.step;
+  granular::Instant now = gas.instant();
   const double contact = gas.time_to_resolve(gas.fastest_impact(now)) / scene.mechanics.contact_steps;
   // This avoids computing the forces at the start, which are not needed otherwise.
   const auto by_accuracy = [&] {
-    return granular::longest_step_within(
-        {.hold = granular::longest_hold(gas), .way = granular::way_by_accuracy(scene), .speed = gas.fastest()},
-        [&](double) { return contact; });
+    return granular::longest_step_within({.stability_limit = granular::max_outer_step(gas),
+                                          .path = granular::path_by_accuracy(scene),
+                                          .speed = gas.fastest()},
+                                         [&](double) { return contact; });
   };
-  const double step =
-      std::isinf(asked) ? by_accuracy() : granular::make_integrator(scene.mechanics.integrator)->longest_step(gas, now);
-  fmt::print(
-      "  integrator           {}, steps {}\n", name_of(scene.mechanics.integrator),
-      std::isinf(asked) ? std::string("chosen by the accuracy of forces") : fmt::format("of at most {:g} t0", asked));
+  const double step = std::isinf(requested_step)
+                          ? by_accuracy()
+                          : granular::make_integrator(scene.mechanics.integrator)->longest_step(gas, now);
+  fmt::print("  integrator           {}, steps {}\n", name_of(scene.mechanics.integrator),
+             std::isinf(requested_step) ? std::string("chosen by the accuracy of forces")
+                                        : fmt::format("of at most {:g} t0", requested_step));
   if (!scene.mechanics.integrator->reads("contact_substeps") || !gas.has_smooth_forces()) return;
   if (std::isinf(step)) return;  // no motion
   fmt::print("  constant forces      for {:.0f} contact substeps at the start, {:.2g} t0: {}\n",
-             std::max(1.0, std::ceil(step / contact)), step, why_so_long(gas, step));
+             std::max(1.0, std::ceil(step / contact)), step, step_criterion(gas, step));
 }
 
 void explain_stages(const Scene& scene) {
@@ -262,14 +266,14 @@ void explain_memory(const Scene& scene) {
 
 /// Times of contacts and forces on the processors that this program is compiled for, relative to the reference core
 /// with AVX-512.
-struct Slowness {
+struct Slowdown {
   double contacts, forces;
 };
 
 /// Returns the factors measured on an AMD EPYC without AVX-512 (validation/benchmarks/README.md, section on explain).
 /// Contacts: neutral gas, 3.2 s instead of 2.0 s. Forces of charges: a step of 50016 grains, factor 4. Forces of
 /// dipoles: polarized gas, 9.9 s instead of 4.2 s, contacts subtracted.
-Slowness slowness(const Scene& scene) {
+Slowdown slowdown_of(const Scene& scene) {
 #ifdef __AVX512F__
   constexpr bool wide = true;
 #else
@@ -279,14 +283,15 @@ Slowness slowness(const Scene& scene) {
   return {.contacts = 1.6, .forces = scene.effects.has("induced_dipoles") ? 2.3 : 4};
 }
 
-/// Returns the time (s) per grain for the forces of all effects on the reference core. `slow`: factors of this machine.
-double seconds_of_forces(granular::Gas& gas, const Slowness& slow) {
+/// Returns the time (s) per grain for the forces of all effects on the reference core. `slowdown`: factors of this
+/// machine.
+double seconds_of_forces(granular::Gas& gas, const Slowdown& slowdown) {
   double seconds = 0;
   for (const auto& effect : std::as_const(gas).model().effects) {
     const EffectKind& kind = effect->kind();
     if (kind.cost.seconds) seconds += kind.cost.seconds(gas.scene());
     if (!kind.cost.seconds && kind.make.overrides().add_forces)
-      seconds += gas.seconds_of_forces(*effect) / (slow.forces * gas.bodies().size());
+      seconds += gas.seconds_of_forces(*effect) / (slowdown.forces * gas.bodies().size());
   }
   return seconds;
 }
@@ -297,18 +302,18 @@ void explain_cost(granular::Gas& gas, const Work& work) {
   const Scene& scene = gas.scene();
   // Times in s per grain: a contact substep; changes of pairs and neighbour lists, per d0 of the fastest grain's path;
   // passes over all grains, per step.
-  constexpr double contact_step = 3.6e-8, way = 5e-7, step = 1.5e-8;
+  constexpr double contact_step = 3.6e-8, path_cost = 5e-7, step = 1.5e-8;
   // Time of forces in a run relative to isolated evaluations. Contacts displace cached data, the energy record needs
   // potentials, and grains in clusters have more neighbours.
-  constexpr double in_a_run = 1.5;
+  constexpr double in_run_factor = 1.5;
   const double n = static_cast<double>(scene.conductors.size());
-  const Slowness slow = slowness(scene);
-  const double contacts = slow.contacts * n * (work.contact_steps * contact_step + work.way * way);
-  const double forces = slow.forces * n * work.evaluations * in_a_run * seconds_of_forces(gas, slow);
+  const Slowdown slowdown = slowdown_of(scene);
+  const double contacts = slowdown.contacts * n * (work.contact_steps * contact_step + work.path * path_cost);
+  const double forces = slowdown.forces * n * work.evaluations * in_run_factor * seconds_of_forces(gas, slowdown);
   fmt::print("\ncost: an estimate for one core, of a gas that stays homogeneous\n");
   fmt::print("  steps                {:.2g}, {:.2g} of contacts\n", work.steps, work.contact_steps);
   fmt::print("  a run                {:.2g} s: {:.2g} s of contacts",
-             contacts + forces + slow.contacts * n * work.steps * step, contacts);
+             contacts + forces + slowdown.contacts * n * work.steps * step, contacts);
   if (forces > 0) fmt::print(", {:.2g} s of smooth forces, {:.2g} times", forces, work.evaluations);
   fmt::print("\n");
 }
@@ -319,7 +324,7 @@ void explain_grains(const Scene& scene) {
   if (is_for_cuda(scene)) granular::device::check_scene(scene);
   granular::Gas gas(scene);
   const GrainContactLaw law = granular::contact_law(scene, std::as_const(gas).model());
-  const Foreseen foreseen = foresee(scene, law);
+  const TheoryPrediction prediction = predict_gas(scene, law);
   const double initial = initial_temperature(scene);
   const auto [length, mass, velocity, charge] = *scene.reference;
   fmt::print("\nmotion\n");
@@ -335,10 +340,10 @@ void explain_grains(const Scene& scene) {
                granular::device::bytes_needed(scene) / (1 << 20));
   if (initial > 0) explain_contacts(scene, law, initial);
   explain_polarization(scene, law);
-  if (foreseen.collisions > 0)
+  if (prediction.collisions > 0)
     fmt::print("  theory               T = {:.3g} at the end, {:.3g} collisions a grain, if it stays homogeneous\n",
-               foreseen.temperature.back(), foreseen.collisions);
-  if (scene.mechanics.integrator->reads("contact_substeps")) explain_cost(gas, count_work(scene, law, foreseen));
+               prediction.temperature.back(), prediction.collisions);
+  if (scene.mechanics.integrator->reads("contact_substeps")) explain_cost(gas, count_work(scene, law, prediction));
 }
 
 }  // namespace lichtenberg

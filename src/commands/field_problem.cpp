@@ -40,7 +40,7 @@ std::string choice_in_words(const FieldOptions& field) {
   const double estimate = field.chosen_for->estimate;
   return fmt::format("{}, {}tolerance {:.2g}: an estimated error {}, where {:g} is allowed", field.method->name, grid,
                      field.tolerance, estimate > 0 ? fmt::format("of {:.1e}", estimate) : "below rounding",
-                     field.chosen_for->asked);
+                     field.chosen_for->requested);
 }
 
 FieldProblem make_field_problem(const Scene& scene) {

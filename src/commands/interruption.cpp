@@ -10,11 +10,11 @@
 namespace lichtenberg {
 namespace {
 
-volatile sig_atomic_t noted = 0, running = 0, writing = 0;
+volatile sig_atomic_t received_signal = 0, running = 0, writing = 0;
 
 /// Seconds after a signal within which the program must call requested(). Later it is ended, because its step may never
 /// end.
-constexpr unsigned patience = 20;
+constexpr unsigned grace_seconds = 20;
 
 void set_handler(void (*handler)(int));
 
@@ -24,17 +24,17 @@ void end_at_once(int) {
   constexpr std::string_view before = "\nstopping at once: the preparation of the run has not ended\n";
   const std::string_view message = running ? in_run : before;
   [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, message.data(), message.size());
-  const int signal = noted;
+  const int signal = received_signal;
   set_handler(SIG_DFL);
   raise(signal);
 }
 
 /// Starts the period within which the program must call requested() again.
-void wait_for_a_step() { alarm(patience); }
+void start_grace_period() { alarm(grace_seconds); }
 
-void note(int signal) {
-  noted = signal;
-  if (!writing) wait_for_a_step();
+void on_signal(int signal) {
+  received_signal = signal;
+  if (!writing) start_grace_period();
   constexpr std::string_view before = "\nstopping; repeat the signal to stop at once\n";
   constexpr std::string_view patient = "\nstopping at the next checkpoint; repeat the signal to stop at once\n";
   constexpr std::string_view urgent = "\nstopping after this step; repeat the signal to stop at once\n";
@@ -60,7 +60,7 @@ Interruption::Interruption(Work work) {
   struct sigaction action {};
   action.sa_handler = end_at_once;
   sigaction(SIGALRM, &action, nullptr);
-  set_handler(note);
+  set_handler(on_signal);
 }
 Interruption::~Interruption() {
   alarm(0);
@@ -70,18 +70,18 @@ Interruption::~Interruption() {
 void Interruption::begin() { running = 1; }
 bool Interruption::requested() {
   writing = 0;
-  if (noted == 0) return false;
-  wait_for_a_step();
+  if (received_signal == 0) return false;
+  start_grace_period();
   return true;
 }
-bool Interruption::urgent() { return requested() && noted != SIGINT; }
-void Interruption::take_time() {
+bool Interruption::urgent() { return requested() && received_signal != SIGINT; }
+void Interruption::suspend_time_limit() {
   writing = 1;  // set before the alarm is cleared, so that a signal between the two does not start it again
   alarm(0);
 }
 
-void Interruption::obey() {
-  const int signal = noted;
+void Interruption::end_by_signal() {
+  const int signal = received_signal;
   std::fflush(nullptr);  // raise() does not flush
   set_handler(SIG_DFL);
   raise(signal);

@@ -21,9 +21,9 @@ class Interruption {
   static bool urgent();
   /// Disables the time limit while a file is written: until the next requested(), only a second signal ends the
   /// program.
-  static void take_time();
+  static void suspend_time_limit();
   /// Ends the program by the recorded signal, so that the parent process sees it.
-  [[noreturn]] static void obey();
+  [[noreturn]] static void end_by_signal();
 };
 
 }  // namespace lichtenberg

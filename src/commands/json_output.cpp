@@ -86,13 +86,13 @@ void write_json(const std::string& path, const nlohmann::ordered_json& json) {
   write_atomically(path, std::as_bytes(std::span(text)));
 }
 
-void tell(const nlohmann::ordered_json& json) {
+void print_json_line(const nlohmann::ordered_json& json) {
   fmt::print("{}\n", json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
   std::fflush(stdout);
 }
 
 void answer_questions(const std::function<nlohmann::ordered_json(const nlohmann::ordered_json& question)>& answer) {
-  for (std::string line; std::getline(std::cin, line);) tell(answer(nlohmann::ordered_json::parse(line)));
+  for (std::string line; std::getline(std::cin, line);) print_json_line(answer(nlohmann::ordered_json::parse(line)));
 }
 
 void draw_json(const std::string& function, const nlohmann::ordered_json& json, const std::string& picture,

@@ -42,7 +42,7 @@ Argument json_argument(JsonTarget& target, const std::string& what, bool file_fo
 void write_json(const std::string& path, const nlohmann::ordered_json& json);
 
 /// Writes one line of JSON for the Python package (questions.py).
-void tell(const nlohmann::ordered_json& json);
+void print_json_line(const nlohmann::ordered_json& json);
 /// Reads one JSON request per line of standard input until its end and writes each answer.
 void answer_questions(const std::function<nlohmann::ordered_json(const nlohmann::ordered_json& question)>& answer);
 

@@ -80,7 +80,7 @@ std::string meaning_of(NetworkModel model, const NetworkOptions& options) {
 }
 
 /// Formats the count and the first few numbers.
-std::string some(const std::vector<int>& numbers) {
+std::string list_in_words(const std::vector<int>& numbers) {
   constexpr std::size_t most = 12;
   const std::vector<int> few(numbers.begin(), numbers.begin() + std::min(most, numbers.size()));
   if (numbers.empty()) return "none";
@@ -101,9 +101,9 @@ void print_table(const SolvedNetwork& solved) {
     fmt::print("  dissipated power      {:.12g} W, sum of i^2 r; deviation from V^2/R: {:.1g}\n", c.power,
                c.power_balance);
   }
-  fmt::print("  backbone particles    {}\n", some(solved.backbone));
-  fmt::print("  dead ends             {}\n", some(solved.dead_ends));
-  fmt::print("  isolated particles    {}\n", some(solved.isolated));
+  fmt::print("  backbone particles    {}\n", list_in_words(solved.backbone));
+  fmt::print("  dead ends             {}\n", list_in_words(solved.dead_ends));
+  fmt::print("  isolated particles    {}\n", list_in_words(solved.isolated));
 }
 
 void print_tables(const std::vector<SolvedNetwork>& networks, const std::string& why_no_contact) {
@@ -112,8 +112,8 @@ void print_tables(const std::vector<SolvedNetwork>& networks, const std::string&
 }
 
 /// Describes the model of a SolvedNetwork or ResistancesToAll. Infinity and NaN are written as null.
-template <class Found>
-nlohmann::ordered_json model_json(const Found& found) {
+template <class Solution>
+nlohmann::ordered_json model_json(const Solution& found) {
   nlohmann::ordered_json json = {{"model", name_of(found.model)},
                                  {"resistor", found.options.resistor.value_or("constant")},
                                  {"parameters", nlohmann::ordered_json::object()},
@@ -230,7 +230,7 @@ void check_one_to_all(const NetworkArguments& request) {
 }
 
 /// Computes the resistances and shows progress if that takes more than two seconds.
-std::vector<ResistancesToAll> found_with_progress(const PackingFrame& frame, const NetworkOptions& options) {
+std::vector<ResistancesToAll> resistances_with_progress(const PackingFrame& frame, const NetworkOptions& options) {
   constexpr double moment = 2;  // s
   const auto began = std::chrono::steady_clock::now();
   Progress progress(0, frame.packing.size(), false);
@@ -250,7 +250,7 @@ void measure_to_all(const NetworkArguments& request, const std::string& electrod
   warn_if_changed(*frame.file);
   NetworkOptions options = options_for(request, frame.scene);
   options.between = electrode;
-  const std::vector<ResistancesToAll> found = found_with_progress(frame, options);
+  const std::vector<ResistancesToAll> found = resistances_with_progress(frame, options);
   if (!request.json.printed()) print_table(found);
   request.json.put(json_of(request, frame, found), 2);
   print_warnings(frame.warnings);
@@ -301,7 +301,7 @@ void measure(const NetworkArguments& request) {
   const NetworkOptions options = options_for(request, frame.scene);
   std::vector<NetworkModel> models = models_of(options);
   std::string why_no_contact;
-  if (models.size() > 1) why_no_contact = why_no_contact_network(frame, options);
+  if (models.size() > 1) why_no_contact = contact_network_obstacle(frame, options);
   if (!why_no_contact.empty()) models = {NetworkModel::particle};
   std::vector<SolvedNetwork> networks;
   for (const NetworkModel model : models) networks.push_back(solve_network(frame, model, options, voltage));

@@ -73,7 +73,7 @@ std::vector<network::PackingElectrode> electrodes_of(const PackingFrame& frame, 
 }
 
 /// Sets a resistance of 1 Ohm if neither a resistor nor a resistance is given. Returns whether it did.
-bool assume(NetworkOptions& options) {
+bool assume_resistance(NetworkOptions& options) {
   if (options.resistor || options.parameters.resistance) return false;
   options.parameters.resistance = 1;
   return true;
@@ -108,7 +108,7 @@ std::vector<double> resistances_between_contacts(const PackingFrame& frame, cons
     const std::vector<network::PackingElectrode> ends{from, {.wall = false, .index = i}};
     if (ends[0] == ends[1]) {
       resistance.push_back(0);
-    } else if (!network::why_no_contact_network(frame.packing, frame.contacts, ends).empty()) {
+    } else if (!network::contact_network_obstacle(frame.packing, frame.contacts, ends).empty()) {
       resistance.push_back(NAN);
     } else {
       const network::PackingNetwork built = build(frame, NetworkModel::contact, options, ends);
@@ -220,12 +220,12 @@ PackingFrame read_packing(const std::string& path, std::optional<int> frame) {
   }
 }
 
-SolvedNetwork solve_network(const PackingFrame& frame, NetworkModel model, const NetworkOptions& asked,
+SolvedNetwork solve_network(const PackingFrame& frame, NetworkModel model, const NetworkOptions& requested,
                             double voltage) {
-  SolvedNetwork solved{.model = model, .options = asked};
-  solved.assumed = assume(solved.options);
+  SolvedNetwork solved{.model = model, .options = requested};
+  solved.assumed = assume_resistance(solved.options);
   checked_resistor(solved.options);
-  const auto electrodes = electrodes_of(frame, asked.between);
+  const auto electrodes = electrodes_of(frame, requested.between);
   solved.network = build(frame, model, solved.options, electrodes);
   solved.conduction = network::conduct(solved.network.network, solved.network.electrode[0], solved.network.electrode[1],
                                        {.voltage = voltage});
@@ -233,16 +233,16 @@ SolvedNetwork solve_network(const PackingFrame& frame, NetworkModel model, const
   return solved;
 }
 
-std::string why_no_contact_network(const PackingFrame& frame, const NetworkOptions& options) {
-  return network::why_no_contact_network(frame.packing, frame.contacts, electrodes_of(frame, options.between));
+std::string contact_network_obstacle(const PackingFrame& frame, const NetworkOptions& options) {
+  return network::contact_network_obstacle(frame.packing, frame.contacts, electrodes_of(frame, options.between));
 }
 
-ResistancesToAll resistances_to_all(const PackingFrame& frame, NetworkModel model, const NetworkOptions& asked,
+ResistancesToAll resistances_to_all(const PackingFrame& frame, NetworkModel model, const NetworkOptions& requested,
                                     const std::function<void(int)>& count) {
-  ResistancesToAll result{.model = model, .options = asked};
-  result.assumed = assume(result.options);
+  ResistancesToAll result{.model = model, .options = requested};
+  result.assumed = assume_resistance(result.options);
   checked_resistor(result.options);
-  const network::PackingElectrode from = electrodes_by(network::read_electrode, frame, asked.between);
+  const network::PackingElectrode from = electrodes_by(network::read_electrode, frame, requested.between);
   if (model == NetworkModel::contact) {
     result.resistance = resistances_between_contacts(frame, result.options, from, count);
     return result;

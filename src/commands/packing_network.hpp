@@ -46,7 +46,7 @@ SolvedNetwork solve_network(const PackingFrame& frame, NetworkModel model, const
 
 /// Returns why the electrodes of options.between have no contact-centred network; empty if they have. Throws InputError
 /// as solve_network does.
-std::string why_no_contact_network(const PackingFrame& frame, const NetworkOptions& options);
+std::string contact_network_obstacle(const PackingFrame& frame, const NetworkOptions& options);
 
 /// Effective resistances from one electrode to each particle.
 struct ResistancesToAll {

@@ -44,8 +44,8 @@ constexpr const char* table =
 std::optional<fs::path> find_package() {
   // `canonical` would fail for a program that was rebuilt while running, whose link names a deleted file.
   const fs::path program = fs::read_symlink("/proc/self/exe");
-  for (const char* place : {PACKAGE_FROM_BINARY, PACKAGE_IN_SOURCE}) {
-    const fs::path package = program.parent_path() / place;
+  for (const char* relative_path : {PACKAGE_FROM_BINARY, PACKAGE_IN_SOURCE}) {
+    const fs::path package = program.parent_path() / relative_path;
     if (fs::exists(package / "__main__.py")) return package.lexically_normal();
   }
   return {};
@@ -75,7 +75,7 @@ std::vector<char*> pointers(std::vector<std::string>& words) {
 
 /// Makes the package call this program, even if another is built meanwhile. The file stays open as long as the process
 /// lives.
-void name_this_program() {
+void export_program_path() {
   static const int program = open("/proc/self/exe", O_RDONLY);
   setenv("LICHTENBERG", fmt::format("/proc/{}/fd/{}", getpid(), program).c_str(), 1);
 }
@@ -84,7 +84,7 @@ void name_this_program() {
 /// writes to the descriptors `output` and `errors`. Throws Failure if Python does not start.
 bool run_package(std::vector<std::string> words, int output = STDOUT_FILENO, int errors = STDERR_FILENO) {
   std::vector<std::string> command = command_line(std::move(words));
-  name_this_program();
+  export_program_path();
   setenv("LICHTENBERG_WAITS", std::to_string(getpid()).c_str(), 1);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
@@ -101,9 +101,9 @@ bool run_package(std::vector<std::string> words, int output = STDOUT_FILENO, int
   return status == 0;
 }
 
-[[noreturn]] void become_package(std::vector<std::string> words) {
+[[noreturn]] void exec_package(std::vector<std::string> words) {
   std::vector<std::string> command = command_line(std::move(words));
-  name_this_program();
+  export_program_path();
   parallel::finish_petsc();  // exec runs no exit handlers
   execv(python, pointers(command).data());
   refuse_start(errno);
@@ -115,7 +115,7 @@ using Value = std::variant<bool, double, std::string, std::optional<int>, std::o
 
 struct PythonArgument {
   /// `done`: participle for messages about the result file that the argument names; empty: it names none
-  std::string name, done;
+  std::string name, use_of_result;
   Value value;
 };
 
@@ -159,15 +159,15 @@ std::vector<std::string> words_of(const PythonArgument& argument) {
 /// Throws InputError for damaged result files. Folders and tables (.json) of ensembles are skipped.
 void check_results(const std::deque<PythonArgument>& arguments) {
   for (const PythonArgument& argument : arguments) {
-    if (argument.done.empty()) continue;
+    if (argument.use_of_result.empty()) continue;
     const std::vector<std::string> files = words_of(argument);
     read_in_child(files);
     for (const std::string& file : files)
-      if (!fs::is_directory(file) && !file.ends_with(".json")) check_bytes(file, argument.done);
+      if (!fs::is_directory(file) && !file.ends_with(".json")) check_bytes(file, argument.use_of_result);
   }
 }
 
-void become_command(const std::string& name, const std::deque<PythonArgument>& arguments) {
+void exec_command(const std::string& name, const std::deque<PythonArgument>& arguments) {
   if (!parallel::unused_petsc_options().empty())
     throw InputError(fmt::format("{} passes no options to PETSc: leave out --petsc and all that follows it", name));
   if (parallel::process_count() > 1)
@@ -178,7 +178,7 @@ void become_command(const std::string& name, const std::deque<PythonArgument>& a
     std::ranges::move(words_of(argument), std::back_inserter(argument.name.starts_with('-') ? words : positional));
   if (!positional.empty()) words.push_back("--");  // after it Python does not read a negative number as an option
   std::ranges::move(positional, std::back_inserter(words));
-  become_package(std::move(words));
+  exec_package(std::move(words));
 }
 
 Argument argument_of(const json& described, Value& value) {
@@ -206,7 +206,7 @@ Command command_of(const json& described) {
     arguments->push_back({each.at("name"), each.value("result", ""), value_of(each)});
     command.arguments.push_back(argument_of(each, arguments->back().value));
   }
-  command.act = [name = command.name, arguments] { become_command(name, *arguments); };
+  command.act = [name = command.name, arguments] { exec_command(name, *arguments); };
   return command;
 }
 

@@ -26,13 +26,13 @@ volatile pid_t reader = 0;
 
 /// Signal handler: passes the signal to the child. The terminal's signals are skipped, because the child receives them
 /// as well.
-void pass_on(int signal, siginfo_t* about, void*) {
+void forward_signal(int signal, siginfo_t* about, void*) {
   if (about->si_code != SI_KERNEL) kill(reader, signal);
 }
 
-void pass_signals_on() {
+void forward_signals() {
   struct sigaction action {};
-  action.sa_sigaction = pass_on;
+  action.sa_sigaction = forward_signal;
   action.sa_flags = SA_RESTART | SA_SIGINFO;
   for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGQUIT}) {
     struct sigaction before {};
@@ -128,7 +128,7 @@ void read_in_child(const std::vector<std::string>& files) {
   if (parallel::process_count() > 1) return;
   reader = fork_reader();
   if (reader <= 0) return;
-  pass_signals_on();
+  forward_signals();
   const int status = status_of(reader);
   if (is_crash(status)) _exit(report_crash(files, status));
   if (WIFEXITED(status)) _exit(WEXITSTATUS(status));

@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "solvers/error.hpp"
-#include "solvers/parallel/backlog.hpp"
 #include "solvers/parallel/petsc.hpp"
+#include "solvers/parallel/task_queue.hpp"
 #include "solvers/stopwatch.hpp"
 #include "src/commands/commands.hpp"
 #include "src/commands/device.hpp"
@@ -60,7 +60,7 @@ Scene requested_scene(const RunArguments& request) {
 
 [[noreturn]] void stop_before_start() {
   fmt::print(stderr, "lichtenberg: stopped before the run began: nothing was written\n");
-  Interruption::obey();
+  Interruption::end_by_signal();
 }
 
 /// Reads the scene so that a signal can stop it: positions of conductors may take minutes, the choice of a method
@@ -133,30 +133,30 @@ class Run {
         recorder_(open_recorder(request, scene_)),
         frames_(recorder_.frames()),
         motion_(make_motion(scene_)),
-        backlog_(motion_->leaves_a_core() ? a_frame : 0) {
+        write_queue_(motion_->leaves_a_core() ? tasks_per_frame : 0) {
     if (!recorder_.warning().empty()) fmt::print(stderr, "lichtenberg: {}\n", printable(recorder_.warning()));
     if (recorder_.checkpoint()) motion_->restore(*recorder_.checkpoint());
   }
 
   /// Advances to the end of the run, then writes and unlocks the file.
-  void advance_to_the_end() {
+  void run_to_end() {
     if (scene_.field_accuracy() && !request_.quiet) fmt::print("field          {}\n", choice_in_words(scene_.field()));
-    warn_before();
+    warn_of_scene();
     const bool may_end_before = scene_.stop.stationary && scene_.effects.has(&EffectKind::field);
-    const Way way = motion_->way();
-    Progress progress(way.done, way.whole, request_.quiet, may_end_before);
-    look();
+    const ProgressMeasure work_range = motion_->progress_measure();
+    Progress progress(work_range.done, work_range.whole, request_.quiet, may_end_before);
+    update_frame();
     if (frames_ == 0) record(progress);
-    while (!over_) {
+    while (!finished_) {
       const double due = motion_->next_frame();
       advance(due, progress);
-      look();
-      if (over_ || motion_->time() >= due) record(progress);
-      frame_ = nullptr;  // discard a frame that will not be recorded
-      if (!over_ && progress.due()) progress.show(motion_->progress(), motion_->way().done);
-      if (Interruption::requested() && (saved_ || motion_->exact_anywhere())) stop_here(progress);
+      update_frame();
+      if (finished_ || motion_->time() >= due) record(progress);
+      make_frame_ = nullptr;  // discard a frame that will not be recorded
+      if (!finished_ && progress.due()) progress.show(motion_->progress(), motion_->progress_measure().done);
+      if (Interruption::requested() && (saved_ || motion_->exact_anywhere())) save_and_stop(progress);
     }
-    if (!end_saved_) save_the_end(progress);
+    if (!end_saved_) save_end(progress);
     unlock();
   }
 
@@ -168,15 +168,15 @@ class Run {
 
  private:
   /// Prints warnings that follow from the scene alone, before the work. The result stores them too.
-  void warn_before() const {
+  void warn_of_scene() const {
     for (const std::string& warning :
          {effects::unresolved_bodies(scene_), scene_.reference ? granular::stages_warning(scene_) : std::string()})
       if (!warning.empty()) fmt::print(stderr, "lichtenberg: {}\n", printable(warning));
   }
 
-  void look() {
-    frame_ = motion_->frame_later();
-    over_ = motion_->finished();
+  void update_frame() {
+    make_frame_ = motion_->frame_later();
+    finished_ = motion_->finished();
   }
 
   /// Advances to the next frame. If that fails, saves the state of the last frame.
@@ -184,13 +184,13 @@ class Run {
     saved_ = false;
     const auto pause = [&] {
       if (!motion_->exact_anywhere()) return Interruption::urgent();
-      if (progress.due()) progress.show(motion_->progress(), motion_->way().done);
-      return Interruption::requested() || backlog_.has_failed();
+      if (progress.due()) progress.show(motion_->progress(), motion_->progress_measure().done);
+      return Interruption::requested() || write_queue_.has_failed();
     };
     try {
       motion_->advance_to(due, pause);
     } catch (const Paused&) {
-      stop_where_saved(progress);
+      stop_at_checkpoint(progress);
     } catch (const Failure& failure) {
       // the failure may be of this process only, and saving needs all processes
       if (parallel::process_count() > 1) throw;
@@ -201,32 +201,32 @@ class Run {
                       "--from {} --out ANOTHER",
                       failure.what(), scene_.output.file, instant(*recorder_.saved_time()), scene_.output.file));
     }
-    if (backlog_.has_failed()) backlog_.finish();
+    if (write_queue_.has_failed()) write_queue_.finish();
   }
 
   /// Saves the state of the last frame. If that fails too, the message reports both failures.
   void save_last_state(const Failure& failure) {
     try {
-      backlog_.finish();
+      write_queue_.finish();
       if (last_state_) recorder_.save({.checkpoint = *last_state_, .seconds = seconds()});
-    } catch (const Failure& of_disk) {
-      throw Failure(fmt::format("{}; and {}", failure.what(), of_disk.what()));
+    } catch (const Failure& disk_failure) {
+      throw Failure(fmt::format("{}; and {}", failure.what(), disk_failure.what()));
     }
   }
 
   void record(Progress& progress) {
-    Interruption::take_time();
+    Interruption::suspend_time_limit();
     const std::int64_t index = frames_++;
     {
       const Stopwatch stopwatch(recording_seconds_);
-      backlog_.add([this, frame = std::exchange(frame_, nullptr)] {
+      write_queue_.add([this, frame = std::exchange(make_frame_, nullptr)] {
         Frame now = frame();
         check_finite(now);
         recorder_.add(std::move(now));
       });
     }
-    if (over_) return save(progress);
-    if (index % scene_.output.checkpoint_every == 0) return save_later(progress);
+    if (finished_) return save(progress);
+    if (index % scene_.output.checkpoint_every == 0) return save_in_background(progress);
     last_state_ = motion_->snapshot();
   }
 
@@ -236,10 +236,10 @@ class Run {
   }
 
   /// Saves a checkpoint in the background, with the data deferred since the last frame, while the motion continues.
-  void save_later(Progress& progress) {
+  void save_in_background(Progress& progress) {
     for (const std::string& warning : motion_->warnings()) warn(warning, progress);
     const Stopwatch stopwatch(recording_seconds_);
-    backlog_.add([this, keep = motion_->keep_later(), seconds = seconds()] {
+    write_queue_.add([this, keep = motion_->saved_state_later(), seconds = seconds()] {
       auto [checkpoint, history] = keep();
       recorder_.save({.checkpoint = std::move(checkpoint), .seconds = seconds, .history = std::move(history)});
     });
@@ -250,12 +250,12 @@ class Run {
   void save(Progress& progress) {
     for (const std::string& warning : motion_->warnings()) warn(warning, progress);
     const Stopwatch stopwatch(recording_seconds_);
-    backlog_.finish();
+    write_queue_.finish();
     Milestone milestone;
-    if (over_) {
+    if (finished_) {
       if (const std::string warning = recorder_.warning_of_columns(); !warning.empty()) warn(warning, progress);
       milestone.field = field();  // for other instants `plot` solves the field from the frame
-      conclude();
+      update_summary();
       milestone.summary = summary_.quantities;
       milestone.warnings = summary_.warnings;
       milestone.findings = motion_->findings();
@@ -266,22 +266,22 @@ class Run {
     if (const std::string warning = recorder_.save(milestone); !warning.empty()) warn(warning, progress);
     last_state_.reset();
     saved_ = true;
-    end_saved_ = over_;
+    end_saved_ = finished_;
   }
 
   std::optional<laplace::Field> field() {
     return scene_.output.field == StoredField::none ? std::nullopt : motion_->field();
   }
 
-  void conclude() { summary_ = motion_->summary(); }
+  void update_summary() { summary_ = motion_->summary(); }
 
   /// Completes the file of a run that was over when it was resumed. The last instant may have been saved but not as the
   /// end, frames may not be merged, or the present [stop] may define another end. A run past a reduced [stop] stays
   /// unchanged.
-  void save_the_end(Progress& progress) {
-    backlog_.finish();
+  void save_end(Progress& progress) {
+    write_queue_.finish();
     if (recorder_.saved_time() != motion_->time()) return record(progress);
-    conclude();
+    update_summary();
     if (motion_->time() > motion_->end_time()) return;
     const auto value = [&](const std::vector<Quantity>& all) {
       const auto found = std::ranges::find(all, summary_.goal, &Quantity::name);
@@ -290,24 +290,24 @@ class Run {
     if (value(recorder_.summary()) != value(summary_.quantities) || !recorder_.in_one_file()) save(progress);
   }
 
-  [[noreturn]] void stop_here(Progress& progress) {
-    Interruption::take_time();
+  [[noreturn]] void save_and_stop(Progress& progress) {
+    Interruption::suspend_time_limit();
     if (!saved_) save(progress);
-    stop_where_saved(progress);
+    stop_at_checkpoint(progress);
   }
 
   /// Stops at the last checkpoint. A checkpoint at another instant would change the resumed run. Frames after it remain
   /// readable.
-  [[noreturn]] void stop_where_saved(Progress& progress) {
-    Interruption::take_time();
+  [[noreturn]] void stop_at_checkpoint(Progress& progress) {
+    Interruption::suspend_time_limit();
     progress.end_line();
-    backlog_.finish();
+    write_queue_.finish();
     recorder_.save_frames_alone();
     const std::string last = instant(recorder_.last_time()), saved = instant(*recorder_.saved_time());
     fmt::print(stderr, "lichtenberg: stopped at {}; the same command with --resume continues from {}\n", last,
                last == saved ? "there" : "its checkpoint at " + saved);
     unlock();
-    Interruption::obey();
+    Interruption::end_by_signal();
   }
 
   void unlock() { const Recorder done = std::move(recorder_); }
@@ -338,15 +338,15 @@ class Run {
   Recorder recorder_;
   std::int64_t frames_;  ///< all frames of the run so far, including those still to be written
   std::unique_ptr<Motion> motion_;
-  std::function<Frame()> frame_;
-  bool over_ = false;
+  std::function<Frame()> make_frame_;
+  bool finished_ = false;
   bool saved_ = true;       ///< the file holds the state of the last frame
   bool end_saved_ = false;  ///< the file holds the end of the run
   Summary summary_;
   std::optional<Checkpoint> last_state_;  ///< state of the last frame if it is not saved
   double recording_seconds_ = 0, picture_seconds_ = 0;
-  static constexpr std::size_t a_frame = 2;  ///< tasks per frame: the frame and its checkpoint
-  parallel::Backlog backlog_;  ///< tasks that write the file; destroyed first because they use the other members
+  static constexpr std::size_t tasks_per_frame = 2;  ///< tasks per frame: the frame and its checkpoint
+  parallel::TaskQueue write_queue_;  ///< tasks that write the file; destroyed first because they use the other members
 };
 
 void run(const RunArguments& request) {
@@ -356,9 +356,10 @@ void run(const RunArguments& request) {
     Interruption interruption(Interruption::Work::preparing);
     const Scene scene = interruptible_scene(request, interruption);
     run.emplace(request, scene);
-    run->advance_to_the_end();
+    run->run_to_end();
   }
-  if (Interruption::requested()) Interruption::obey();  // the signal came after all was saved; no pictures are drawn
+  if (Interruption::requested())
+    Interruption::end_by_signal();  // the signal came after all was saved; no pictures are drawn
   run->report();
 }
 

@@ -221,7 +221,7 @@ nlohmann::ordered_json json_of(const Answer& answer) {
                    {"force", "N"},    {"energy", "J"}, {"depth", "m"},     {"capacitance", "F"}};
   json["method"] = field.method->name;
   if (field.chosen_for) {
-    json["accuracy"] = {{"asked", field.chosen_for->asked}, {"estimated_error", field.chosen_for->estimate}};
+    json["accuracy"] = {{"asked", field.chosen_for->requested}, {"estimated_error", field.chosen_for->estimate}};
     if (!answer.in_space()) json["accuracy"]["cells"] = field.cells;
     json["accuracy"]["tolerance"] = field.tolerance;
   }
@@ -237,11 +237,11 @@ nlohmann::ordered_json json_of(const Answer& answer) {
 }
 
 /// Solves the plane problem as requested and stores the solution and the choices. Returns the solver.
-std::unique_ptr<laplace::LaplaceSolver> solve_as_asked(Answer& answer) {
-  if (const FieldRequest* asked = answer.scene.field_request()) {
+std::unique_ptr<laplace::LaplaceSolver> solve_disks(Answer& answer) {
+  if (const FieldRequest* requested = answer.scene.field_request()) {
     laplace::AccurateSolution found =
         solve_to_accuracy(answer.field.problem, effects::accuracy_request(answer.scene, false));
-    answer.scene.field_table = effects::field_chosen(*asked, found.choice);
+    answer.scene.field_table = effects::field_chosen(*requested, found.choice);
     answer.solution = std::move(found.solution);
     return std::move(found.solver);
   }
@@ -251,7 +251,7 @@ std::unique_ptr<laplace::LaplaceSolver> solve_as_asked(Answer& answer) {
 }
 
 /// Solves the problem of spheres as requested and stores the choices. Returns the solver.
-laplace::SphereSolver solve_spheres_as_asked(Answer& answer, laplace::SphereSolution& solution) {
+laplace::SphereSolver solve_spheres(Answer& answer, laplace::SphereSolution& solution) {
   if (answer.scene.field_accuracy()) {
     laplace::AccurateSpheres found = effects::solve_to_accuracy(answer.scene, answer.field.spheres);
     solution = std::move(found.solution);
@@ -381,7 +381,7 @@ void solve_in_space(Answer& answer, const SolveArguments& request) {
   if (!request.field.empty())
     throw InputError("--field is for scenes in two dimensions: that of spheres in space is not on a grid");
   laplace::SphereSolution found;
-  laplace::SphereSolver solver = solve_spheres_as_asked(answer, found);
+  laplace::SphereSolver solver = solve_spheres(answer, found);
   answer.force = std::move(found.sphere_force);
   answer.side_charge = found.side_charge;
   if (std::ranges::any_of(found.side_charge, [](double charge) { return std::isnan(charge); }))
@@ -400,7 +400,7 @@ void solve_in_space(Answer& answer, const SolveArguments& request) {
 }
 
 void solve_in_plane(Answer& answer, const SolveArguments& request) {
-  const auto solver = solve_as_asked(answer);
+  const auto solver = solve_disks(answer);
   for (const Vec2 force : answer.solution.body_force) answer.force.push_back(in_space(answer.depth() * force));
   std::ranges::copy(answer.solution.side_charge, answer.side_charge.begin());
   check_finite(answer);

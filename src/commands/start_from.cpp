@@ -13,8 +13,8 @@
 namespace lichtenberg {
 namespace {
 
-int frame_of(const Result& result, std::optional<int> asked) {
-  const int last = result.frames() - 1, frame = asked.value_or(last);
+int frame_of(const Result& result, std::optional<int> requested_frame) {
+  const int last = result.frames() - 1, frame = requested_frame.value_or(last);
   if (frame < 0 || frame > last)
     throw InputError(fmt::format("--frame {} is not in {}: it has frames 0 to {}", frame, result.path(), last));
   return frame;
@@ -36,7 +36,7 @@ void check_bodies(const Result& result, const Scene& scene, const StopRequest& s
 
 /// Throws InputError for positions outside the domain and for grains that overlap by more than a radius. Contacts never
 /// reach such overlaps, but a smaller periodic domain can produce them.
-void check_places(const std::string& path, const Scene& scene) {
+void check_positions(const std::string& path, const Scene& scene) {
   const auto refuse_it = [&](const std::string& why) {
     throw InputError(
         fmt::format("--from {}: {}; the domain.size of {} must be large enough for all", path, why, scene.path));
@@ -75,15 +75,15 @@ void set_charges(const std::vector<double>& charge, Scene& scene) {
 
 }  // namespace
 
-std::vector<Conductor> bodies_in(const std::string& path, std::optional<int> asked) {
+std::vector<Conductor> bodies_in(const std::string& path, std::optional<int> requested_frame) {
   const Result result(path);
-  return result.bodies(frame_of(result, asked));
+  return result.bodies(frame_of(result, requested_frame));
 }
 
-void start_from(const std::string& path, std::optional<int> asked, Scene& scene, const StopRequest& stop) {
+void start_from(const std::string& path, std::optional<int> requested_frame, Scene& scene, const StopRequest& stop) {
   const Result result(path);
   warn_if_changed(result.file());
-  const int index = frame_of(result, asked);
+  const int index = frame_of(result, requested_frame);
   check_bodies(result, scene, stop);
   const Frame frame = result.frame(index);
   const std::vector<double> position = frame.reals("position"), velocity = frame.reals("velocity");
@@ -91,7 +91,7 @@ void start_from(const std::string& path, std::optional<int> asked, Scene& scene,
     scene.conductors[i].position = vector_at(position, i);
     if (!velocity.empty()) scene.conductors[i].velocity = vector_at(velocity, i);
   }
-  check_places(path, scene);
+  check_positions(path, scene);
   if (const std::vector<double> charge = frame.reals("charge"); !charge.empty()) set_charges(charge, scene);
   scene.started_from = fmt::format("{}, frame {}", path, index);
 }

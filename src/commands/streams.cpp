@@ -11,7 +11,7 @@ namespace lichtenberg {
 namespace {
 
 int first_error = 0;  // errno of the first failed write to standard output
-bool output_repeats_files = false, closed_pipes_end_us = false;
+bool output_repeats_files = false, closed_pipe_ends_process = false;
 
 /// Opens /dev/null for closed standard descriptors. Ascending order ensures that each open() returns the closed one.
 void open_closed_descriptors() {
@@ -57,8 +57,8 @@ void survive_closed_pipes() {
   }, before{};
   action.sa_handler = [](int) {};
   action.sa_flags = SA_RESTART;
-  closed_pipes_end_us = sigaction(SIGPIPE, nullptr, &before) == 0 && before.sa_handler == SIG_DFL;
-  if (closed_pipes_end_us) sigaction(SIGPIPE, &action, nullptr);
+  closed_pipe_ends_process = sigaction(SIGPIPE, nullptr, &before) == 0 && before.sa_handler == SIG_DFL;
+  if (closed_pipe_ends_process) sigaction(SIGPIPE, &action, nullptr);
 }
 
 }  // namespace
@@ -82,7 +82,7 @@ int output_error() {
   return first_error;
 }
 
-bool closed_pipe_ends_program() { return closed_pipes_end_us && !output_repeats_files && output_error() == EPIPE; }
+bool closed_pipe_ends_program() { return closed_pipe_ends_process && !output_repeats_files && output_error() == EPIPE; }
 
 void end_by_closed_pipe() {
   signal(SIGPIPE, SIG_DFL);

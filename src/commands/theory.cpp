@@ -46,11 +46,11 @@ std::optional<GasParameters> gas_of(const TheoryArguments& request, const Theory
 
 TheoryAnswer answer_to(const TheoryArguments& request, const TheoryKind& kind) {
   const std::optional<GasParameters> gas = gas_of(request, kind);
-  std::optional<GasCourse> course;
-  if (!request.result.empty()) course.emplace(request.result, gas->warm_up);
+  std::optional<GasTimeSeries> time_series;
+  if (!request.result.empty()) time_series.emplace(request.result, gas->warm_up);
   return kind.answer({.gas = gas,
-                      .of_scene = !request.scene.empty() || !request.result.empty(),
-                      .run = course ? &*course : nullptr,
+                      .gas_is_given = !request.scene.empty() || !request.result.empty(),
+                      .run = time_series ? &*time_series : nullptr,
                       .options = request.options});
 }
 
@@ -190,8 +190,8 @@ void write_csv(const std::string& path, const TheoryAnswer& answer) {
 
 std::string theory_picture(const TheoryArguments& request) {
   if (!request.picture.empty()) return request.picture;
-  const std::string& of = request.result.empty() ? request.scene : request.result;
-  const std::string stem = of.empty() ? "theory" : std::filesystem::path(of).stem().string();
+  const std::string& source_file = request.result.empty() ? request.scene : request.result;
+  const std::string stem = source_file.empty() ? "theory" : std::filesystem::path(source_file).stem().string();
   return fmt::format("{}-{}.png", stem, request.name);
 }
 
@@ -228,7 +228,7 @@ void check_theory(const TheoryArguments& request) {
   check_outputs(written, {request.result, request.scene}, request.overwrite);
 }
 
-void tell_theory(const TheoryArguments& request, const std::vector<TheoryKind>& kinds) {
+void print_theory(const TheoryArguments& request, const std::vector<TheoryKind>& kinds) {
   const TheoryKind& kind = *std::ranges::find(kinds, request.name, &TheoryKind::name);
   check_options(request.options, kind, kinds);
   check_theory(request);
@@ -275,7 +275,7 @@ Command theory_command(const std::vector<TheoryKind>& kinds) {
            {"--field", &request->options.field,
             "write the last fields of hydrodynamics to this file (VTKHDF, for ParaView)"},
            {"--overwrite", &request->overwrite, "replace files that exist"}},
-          [request, kinds] { tell_theory(*request, kinds); }};
+          [request, kinds] { print_theory(*request, kinds); }};
 }
 
 }  // namespace lichtenberg

@@ -11,7 +11,7 @@
 namespace lichtenberg {
 namespace {
 
-using Course = std::vector<theory::KineticState>;
+using KineticStates = std::vector<theory::KineticState>;
 
 void add_haff(TheoryTable& table, const GasParameters& gas, const std::vector<double>& times) {
   using State = theory::CoolingState;
@@ -21,58 +21,59 @@ void add_haff(TheoryTable& table, const GasParameters& gas, const std::vector<do
   add(table, 1, {"haff_square_charge", "q0^2", label, values_of(states, &State::charge_square)});
 }
 
-void add_kinetic(TheoryTable& table, const GasParameters& gas, const Course& course) {
+void add_kinetic(TheoryTable& table, const GasParameters& gas, const KineticStates& states) {
   using State = theory::KineticState;
   const std::string label = "kinetic theory";
   const auto number = [&](const State& state) { return state.density / gas.density; };
   const auto size = [&](const State& state) { return gas.density / state.density; };
-  add(table, 0, {"temperature", "m0 v0^2", label, values_of(course, &State::temperature)});
-  add(table, 1, {"square_charge", "q0^2", label, values_of(course, &State::charge_square)});
-  add(table, 2, {"number", "1", label, values_of(course, number)});
-  add(table, 3, {"size", "1", label, values_of(course, size)});
-  add(table, 4, {"bjerrum", "1", label, values_of(course, &State::bjerrum)});
+  add(table, 0, {"temperature", "m0 v0^2", label, values_of(states, &State::temperature)});
+  add(table, 1, {"square_charge", "q0^2", label, values_of(states, &State::charge_square)});
+  add(table, 2, {"number", "1", label, values_of(states, number)});
+  add(table, 3, {"size", "1", label, values_of(states, size)});
+  add(table, 4, {"bjerrum", "1", label, values_of(states, &State::bjerrum)});
 }
 
-void add_coagulation(TheoryTable& table, const GasParameters& gas, const Course& course) {
-  const PacedGrowth growth = paced_growth(2, gas, course);
+void add_coagulation(TheoryTable& table, const GasParameters& gas, const KineticStates& states) {
+  const PacedGrowth growth = paced_growth(2, gas, states);
   add(table, 2, {"number_smoluchowski", "1", "Smoluchowski", growth.number});
   add(table, 3, {"size_smoluchowski", "1", "Smoluchowski", growth.size});
 }
 
 /// Returns the gas's own time, in t_0 of each instant: dtau = dt sqrt(2T)/l_0.
-std::vector<double> own_times(const GasParameters& gas, const Course& course, const std::vector<double>& times) {
+std::vector<double> scaled_times(const GasParameters& gas, const KineticStates& states,
+                                 const std::vector<double>& times) {
   const double length = theory::hydrodynamic_length(gas.density);
-  std::vector<double> own;
+  std::vector<double> scaled_time;
   double time = 0, speed = std::sqrt(2 * gas.temperature), sum = 0;
   for (std::size_t k = 0; k < times.size(); ++k) {
-    const double now = std::sqrt(2 * course[k].temperature);
+    const double now = std::sqrt(2 * states[k].temperature);
     sum += (times[k] - time) * (speed + now) / 2 / length;
-    own.push_back(sum);
+    scaled_time.push_back(sum);
     time = times[k], speed = now;
   }
-  return own;
+  return scaled_time;
 }
 
 /// Adds S(k) of the longest waves. The initial noise of density is that of hard spheres in equilibrium (Percus-Yevick
 /// compressibility, (1 - phi)^4/(1 + 2 phi)^2); that of temperature and velocity is of independent grains.
-void add_stability(TheoryTable& table, const GasParameters& gas, const std::vector<double>& own) {
+void add_stability(TheoryTable& table, const GasParameters& gas, const std::vector<double>& scaled_time) {
   const double filled = std::numbers::pi / 6 * gas.density;
   const double k =
       2 * std::numbers::pi * theory::hydrodynamic_length(gas.density) / std::cbrt(gas.grains / gas.density);
   const theory::TransportCoefficients c = theory::transport_coefficients(mean_restitution(gas));
   const std::pair<theory::Disturbance, double> starts[] = {
       {{1, 0, 0}, std::pow(1 - filled, 4) / std::pow(1 + 2 * filled, 2)}, {{0, 1, 0}, 2.0 / 3}, {{0, 0, 1}, 0.5}};
-  TheoryColumn structure{"structure", "1", "linear stability", std::vector(own.size(), 0.0)};
+  TheoryColumn structure{"structure", "1", "linear stability", std::vector(scaled_time.size(), 0.0)};
   for (const auto& [start, variance] : starts) {
-    const auto course = theory::disturbance_course(c, 0, false, k, start, own);
-    for (std::size_t n = 0; n < own.size(); ++n) structure.values[n] += variance * std::norm(course[n].density);
+    const auto states = theory::disturbance_evolution(c, 0, false, k, start, scaled_time);
+    for (std::size_t n = 0; n < scaled_time.size(); ++n) structure.values[n] += variance * std::norm(states[n].density);
   }
   add(table, 5, std::move(structure));
 }
 
 /// Compares the coalescence rate of bound clusters by kinetic theory, for the run's own state at its frames, with that
 /// found. This excludes differences between the time series of run and theory.
-std::optional<TheoryTable> merger_table(const GasParameters& gas, const GasCourse& run) {
+std::optional<TheoryTable> merger_table(const GasParameters& gas, const GasTimeSeries& run) {
   const auto *number = run.find("analysis/bound_clusters"),
              *temperature = run.find("analysis/bound_cluster_local_temperature"),
              *charge = run.find("analysis/bound_cluster_square_charge");
@@ -109,7 +110,7 @@ std::optional<TheoryTable> merger_table(const GasParameters& gas, const GasCours
   return table;
 }
 
-void show_run(TheoryTable& table, const GasParameters& gas, const GasCourse& run) {
+void show_run(TheoryTable& table, const GasParameters& gas, const GasTimeSeries& run) {
   const std::string grains = "run: grains", clusters = "run: bound clusters";
   run.show(table, "temperature", "local_temperature", grains);
   run.show(table, "temperature", "analysis/bound_cluster_local_temperature", clusters);
@@ -122,9 +123,9 @@ void show_run(TheoryTable& table, const GasParameters& gas, const GasCourse& run
 }
 
 /// Returns Haff's law, kinetic theory, coagulation and stability of one gas together with a run, without fits.
-TheoryAnswer all_theories(const GasParameters& gas, const GasCourse* run) {
+TheoryAnswer all_theories(const GasParameters& gas, const GasTimeSeries* run) {
   const std::vector<double> times = times_until(gas.end);
-  const Course course = merging_course(gas, times);
+  const KineticStates states = merging_states(gas, times);
   TheoryTable table{.name = "course",
                     .title = "the gas over time",
                     .columns = {{"time", "t0", "time", times}},
@@ -135,9 +136,9 @@ TheoryAnswer all_theories(const GasParameters& gas, const GasCourse* run) {
                                {"B", true, {}},
                                {"S(k) of the longest waves", true, {}}}};
   add_haff(table, gas, times);
-  add_kinetic(table, gas, course);
-  add_coagulation(table, gas, course);
-  add_stability(table, gas, own_times(gas, course, times));
+  add_kinetic(table, gas, states);
+  add_coagulation(table, gas, states);
+  add_stability(table, gas, scaled_times(gas, states, times));
   if (run) show_run(table, gas, *run);
   TheoryAnswer answer{"all", "Theories of one gas, nothing fitted", common_figures(gas), {table}};
   if (run)

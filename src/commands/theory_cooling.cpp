@@ -29,7 +29,7 @@ bool is_constant(const GrainContactLaw& law) {
 }
 
 /// Returns the rms deviation of ln T from the law with this barrier.
-double off(const GasCourse::Series& found, theory::MonopolarGas law, double barrier) {
+double rms_deviation(const GasTimeSeries::Series& found, theory::MonopolarGas law, double barrier) {
   law.barrier = barrier;
   double squares = 0;
   for (std::size_t k = 0; k < found.time.size(); ++k)
@@ -38,13 +38,13 @@ double off(const GasCourse::Series& found, theory::MonopolarGas law, double barr
 }
 
 /// Fits the effective barrier. Neighbours reduce it relative to that of a pair: U_eff = U (1 - c phi^(1/3)).
-void fit_barrier(TheoryAnswer& answer, const GasParameters& gas, const GasCourse& run,
+void fit_barrier(TheoryAnswer& answer, const GasParameters& gas, const GasTimeSeries& run,
                  const theory::MonopolarGas& law) {
-  const GasCourse::Series* temperature = run.find("local_temperature");
+  const GasTimeSeries::Series* temperature = run.find("local_temperature");
   if (!temperature) return;
   const double least = std::log(1e-4 * law.barrier), most = std::log(10 * law.barrier);
   const auto [logarithm, scatter] = boost::math::tools::brent_find_minima(
-      [&](double u) { return off(*temperature, law, std::exp(u)); }, least, most, 30);
+      [&](double u) { return rms_deviation(*temperature, law, std::exp(u)); }, least, most, 30);
   constexpr double margin = 1e-3;  // a minimum this close to a limit is not valid
   if (logarithm < least + margin || logarithm > most - margin) {
     answer.figures.push_back({"fitted_barrier", unit_of_energy, NAN,
@@ -72,16 +72,16 @@ constexpr Variant variants[] = {{"", "merging", true, false},
                                 {"_bouncing", "without merging", false, false},
                                 {"_contact_speeds", "merging, speeds at contact", true, true}};
 
-std::vector<theory::KineticState> course_of(const GasParameters& gas, const Variant& variant,
-                                            const std::vector<double>& times) {
-  return theory::kinetic_course({.density = gas.density,
-                                 .temperature = gas.temperature,
-                                 .coupling = gas.coupling,
-                                 .impacts = gas.impacts(true),
-                                 .contact_value = theory::contact_value(gas.density),
-                                 .merges = variant.merges,
-                                 .speeds_at_contact = variant.speeds_at_contact},
-                                times);
+std::vector<theory::KineticState> kinetic_states(const GasParameters& gas, const Variant& variant,
+                                                 const std::vector<double>& times) {
+  return theory::kinetic_evolution({.density = gas.density,
+                                    .temperature = gas.temperature,
+                                    .coupling = gas.coupling,
+                                    .impacts = gas.impacts(true),
+                                    .contact_value = theory::contact_value(gas.density),
+                                    .merges = variant.merges,
+                                    .speeds_at_contact = variant.speeds_at_contact},
+                                   times);
 }
 
 void check_merging(const GasParameters& gas) {
@@ -97,7 +97,7 @@ TheoryTable kinetic_table(const GasParameters& gas) {
   table.panels = {
       {"temperature", true, {}}, {R"($\langle q^2 \rangle$)", true, {}}, {"density", true, {}}, {"B", true, {}}};
   for (const Variant& variant : variants) {
-    const auto states = course_of(gas, variant, table.columns[0].values);
+    const auto states = kinetic_states(gas, variant, table.columns[0].values);
     using State = theory::KineticState;
     const auto show = [&](int panel, const std::string& name, const std::string& unit, double State::*member) {
       add(table, panel, {name + variant.suffix, unit, variant.label, values_of(states, member)});
@@ -127,7 +127,7 @@ TheoryTable printed_table(double exponent) {
   return table;
 }
 
-TheoryAnswer haff_theory(const GasParameters& gas, const GasCourse* run) {
+TheoryAnswer haff_theory(const GasParameters& gas, const GasTimeSeries* run) {
   const std::vector<double> times = times_until(gas.end);
   const auto states = theory::cool(gas.density, gas.impacts(), gas.temperature, times);
   const auto lasting = theory::cool(gas.density, gas.impacts(true), gas.temperature, times);
@@ -163,7 +163,7 @@ TheoryAnswer haff_theory(const GasParameters& gas, const GasCourse* run) {
   return answer;
 }
 
-TheoryAnswer monopolar_theory(const GasParameters& gas, const GasCourse* run) {
+TheoryAnswer monopolar_theory(const GasParameters& gas, const GasTimeSeries* run) {
   if (!is_constant(gas.law))
     throw InputError(gas.source + ": theory monopolar is for a constant restitution, which effects.linear_contact has");
   constexpr double rounding = 1e-9;
@@ -237,7 +237,7 @@ TheoryAnswer restitution_theory(const GasParameters& gas) {
   return answer;
 }
 
-TheoryAnswer kinetic_theory(const GasParameters& gas, const GasCourse* run) {
+TheoryAnswer kinetic_theory(const GasParameters& gas, const GasTimeSeries* run) {
   check_merging(gas);
   TheoryAnswer answer{
       "kinetic", "Kinetic theory of a gas that charges and merges (G chapter 5, corrected)", common_figures(gas), {}};
@@ -283,9 +283,9 @@ double mean_restitution(const GasParameters& gas) {
   return std::sqrt(1 - theory::impact_mean(gas.temperature, lost));
 }
 
-std::vector<theory::KineticState> merging_course(const GasParameters& gas, const std::vector<double>& times) {
+std::vector<theory::KineticState> merging_states(const GasParameters& gas, const std::vector<double>& times) {
   check_merging(gas);
-  return course_of(gas, variants[0], times);
+  return kinetic_states(gas, variants[0], times);
 }
 
 std::vector<double> logarithmic_range(double first, double last, int count) {
@@ -295,7 +295,7 @@ std::vector<double> logarithmic_range(double first, double last, int count) {
   return range;
 }
 
-GasCourse::GasCourse(const std::string& path, double warm_up) : path_(path) {
+GasTimeSeries::GasTimeSeries(const std::string& path, double warm_up) : path_(path) {
   try {
     const ResultFile file(path, "compared with theory");
     if (!hdf5::exists(file.file(), "gas/time"))
@@ -310,21 +310,21 @@ GasCourse::GasCourse(const std::string& path, double warm_up) : path_(path) {
   if (series_["time"].time.empty()) throw InputError(path + " holds no data after the warm-up, where theory begins");
 }
 
-void GasCourse::read(const hdf5::Handle& file, const std::string& of, double warm_up) {
-  const hdf5::Handle group = hdf5::open_group(file, of);
+void GasTimeSeries::read(const hdf5::Handle& file, const std::string& group_name, double warm_up) {
+  const hdf5::Handle group = hdf5::open_group(file, group_name);
   const std::vector<double> time = hdf5::get<double>(group, "time");
   for (const std::string& name : hdf5::names(group)) {
-    const std::string known_as = of == "gas" ? name : of + "/" + name;
+    const std::string series_name = group_name == "gas" ? name : group_name + "/" + name;
     const hdf5::Shape shape = hdf5::shape(group, name);
     const bool shells = name.ends_with("_structure") && shape.size() == 2;
     if (shape.empty() || shape[0] != time.size() || (shape.size() > 1 && !shells)) {
-      of_other_shapes_.insert(known_as);
+      malformed_names_.insert(series_name);
       continue;
     }
     const std::vector<double> value = hdf5::get<double>(group, name);
     const std::size_t columns = shells ? shape[1] : 1;
     for (std::size_t column = 0; column < columns; ++column) {
-      Series& series = series_[known_as + (shells ? fmt::format("/{}", column + 1) : "")];
+      Series& series = series_[series_name + (shells ? fmt::format("/{}", column + 1) : "")];
       for (std::size_t k = 0; k < time.size(); ++k)
         if (time[k] > warm_up)
           series.time.push_back(time[k] - warm_up), series.value.push_back(value[k * columns + column]);
@@ -332,16 +332,16 @@ void GasCourse::read(const hdf5::Handle& file, const std::string& of, double war
   }
 }
 
-const GasCourse::Series* GasCourse::find(const std::string& name) const {
-  if (of_other_shapes_.contains(name))
+const GasTimeSeries::Series* GasTimeSeries::find(const std::string& name) const {
+  if (malformed_names_.contains(name))
     throw InputError(fmt::format("{} is damaged: its {} has not one number for each instant; run its scene{} again",
                                  path_, name, name.starts_with("analysis/") ? " or `lichtenberg analyse`" : ""));
   const auto found = series_.find(name);
   return found == series_.end() ? nullptr : &found->second;
 }
 
-void GasCourse::show(TheoryTable& table, const std::string& column, const std::string& name, const std::string& label,
-                     double factor) const {
+void GasTimeSeries::show(TheoryTable& table, const std::string& column, const std::string& name,
+                         const std::string& label, double factor) const {
   const Series* series = find(name);
   if (!series) return;
   table.found.push_back({column, label, series->time, series->value});

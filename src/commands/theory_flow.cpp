@@ -35,12 +35,12 @@ struct FlowRequest {
   int dimension = 2, cells = 0;
   std::uint64_t seed = 1;
   /// Called with the present and last time, in the gas's own time
-  std::function<void(double own, double end)> at = {};
+  std::function<void(double scaled_time, double end)> at = {};
 };
 
 constexpr int rows = 60;                             // of the time series
-constexpr double first_picture = 3.48e2;             // t_0, time of G A5.3 (a)
-constexpr int noisiest = 3;                          // largest wave number of the initial noise, in waves per box edge
+constexpr double first_map_time = 3.48e2;            // t_0, time of G A5.3 (a)
+constexpr int max_noise_waves = 3;                   // largest wave number of the initial noise, in waves per box edge
 constexpr std::array<int, 2> most_cells{1024, 128};  // per edge, in a plane and in space
 // Tolerance of a time step. Relative to 1e-5, it changes results by at most 1 % (32 cells per edge, separated charges)
 // up to flow at twice the thermal speed.
@@ -63,8 +63,8 @@ void check_flow(const FlowRequest& r) {
 }
 
 /// Conversion between t and the gas's own time: dtau = dt v_h(t)/l_0 with Haff's v_h, in units of the start.
-double own_time(double cooling, double t) { return 4 / cooling * std::log1p(cooling / 4 * t); }
-double time_of(double cooling, double own) { return std::expm1(cooling / 4 * own) * 4 / cooling; }
+double scaled_time_at(double cooling, double t) { return 4 / cooling * std::log1p(cooling / 4 * t); }
+double time_of(double cooling, double scaled_time) { return std::expm1(cooling / 4 * scaled_time) * 4 / cooling; }
 
 /// Returns the centre of a cell as a fraction of the edge, times 2 pi.
 std::array<double, 3> angles(const Grid& grid, std::size_t cell) {
@@ -104,8 +104,8 @@ void add_noise(std::vector<double>& field, const Grid& grid, const Wave& wave, d
 /// per component.
 Fields disturbed(const FlowRequest& request, const Grid& grid) {
   Fields fields = granular_flow::homogeneous(grid);
-  const auto key = [](int n) { return static_cast<std::uint64_t>(n + noisiest); };
-  for (const Wave& wave : waves(grid.dimension, noisiest)) {
+  const auto key = [](int n) { return static_cast<std::uint64_t>(n + max_noise_waves); };
+  for (const Wave& wave : waves(grid.dimension, max_noise_waves)) {
     Random random({.seed = request.seed,
                    .purpose = RandomPurpose::flow,
                    .i = key(wave[0]),
@@ -159,18 +159,18 @@ struct WaveGrowth {
 };
 
 WaveGrowth wave_growth(const FlowRequest& request, const Grid& grid, const theory::TransportCoefficients& c,
-                       std::span<const double> times, const std::vector<Fields>& course, int length) {
+                       std::span<const double> times, const std::vector<Fields>& states, int length) {
   WaveGrowth growth{std::vector(times.size(), 0.0), std::vector(times.size(), 0.0), std::vector(times.size(), 0.0),
                     std::vector(times.size(), 0.0)};
   const double k = 2 * pi / grid.length * std::sqrt(length);
   const double shear = c.cooling / 4 - c.viscosity * k * k;
   for (const Wave& wave : waves(grid.dimension, 2)) {
     if (square(wave) != length) continue;
-    const Mode start = mode_of(course[0], grid, wave);
-    const auto linear = theory::disturbance_course(c, request.separated ? 0 : request.charge_number,
-                                                   request.charges_last, k, start.along, times);
+    const Mode start = mode_of(states[0], grid, wave);
+    const auto linear = theory::disturbance_evolution(c, request.separated ? 0 : request.charge_number,
+                                                      request.charges_last, k, start.along, times);
     for (std::size_t n = 0; n < times.size(); ++n) {
-      const Mode now = mode_of(course[n], grid, wave);
+      const Mode now = mode_of(states[n], grid, wave);
       growth.density[n] += std::norm(now.along.density);
       growth.across[n] += now.across;
       growth.linear_density[n] += std::norm(linear[n].density);
@@ -185,9 +185,9 @@ WaveGrowth wave_growth(const FlowRequest& request, const Grid& grid, const theor
 /// Adds the growth of the longest waves and of those along the diagonal of a square.
 void add_growth(TheoryTable& table, const FlowRequest& request, const Grid& grid,
                 const theory::TransportCoefficients& c, std::span<const double> times,
-                const std::vector<Fields>& course) {
+                const std::vector<Fields>& states) {
   for (const int length : {1, 2}) {
-    const WaveGrowth growth = wave_growth(request, grid, c, times, course, length);
+    const WaveGrowth growth = wave_growth(request, grid, c, times, states, length);
     const std::string k = fmt::format("k = {:.3g}", 2 * pi / grid.length * std::sqrt(length));
     const auto show = [&](int panel, const std::string& name, const std::string& label,
                           const std::vector<double>& values) {
@@ -206,8 +206,8 @@ double square_speed(const Fields& fields, int dimension, std::size_t cell) {
   return sum;
 }
 
-TheoryTable course_table(const FlowRequest& request, const Grid& grid, const theory::TransportCoefficients& c,
-                         const std::vector<double>& times, const std::vector<Fields>& course) {
+TheoryTable time_series_table(const FlowRequest& request, const Grid& grid, const theory::TransportCoefficients& c,
+                              const std::vector<double>& times, const std::vector<Fields>& states) {
   TheoryTable table{.name = "course",
                     .title = "the gas over its own time",
                     .columns = {{"own_time", "1", R"($\tau$)", times}, {"time", "t_0", "time", {}}},
@@ -216,11 +216,11 @@ TheoryTable course_table(const FlowRequest& request, const Grid& grid, const the
                                {"rms waves of density", true, {}},
                                {"rms waves of shear", true, {}}},
                     .logarithmic = false};
-  for (const double own : times) table.columns[1].values.push_back(time_of(c.cooling, own));
+  for (const double scaled_time : times) table.columns[1].values.push_back(time_of(c.cooling, scaled_time));
   TheoryColumn temperature{"temperature", "1", "T, mean of grains", {}}, flow{"flow", "1", R"($u^2$)", {}},
       coldest{"coldest", "1", "least T", {}}, densest{"densest", "1", "most", {}},
       thinnest{"thinnest", "1", "least", {}};
-  for (const Fields& fields : course) {
+  for (const Fields& fields : states) {
     double heat = 0, motion = 0, mass = 0;
     for (std::size_t cell = 0; cell < grid.size(); ++cell) {
       mass += fields.density[cell];
@@ -235,7 +235,7 @@ TheoryTable course_table(const FlowRequest& request, const Grid& grid, const the
   }
   for (const TheoryColumn& column : {temperature, flow, coldest}) add(table, 0, column);
   for (const TheoryColumn& column : {densest, thinnest}) add(table, 1, column);
-  add_growth(table, request, grid, c, times, course);
+  add_growth(table, request, grid, c, times, states);
   return table;
 }
 
@@ -246,11 +246,11 @@ std::vector<double> plane_of(const std::vector<double>& field, const Grid& grid)
   return {field.begin() + first, field.begin() + first + plane};
 }
 
-TheoryMaps maps_of(const Fields& fields, const Grid& grid, double own, double time) {
+TheoryMaps maps_of(const Fields& fields, const Grid& grid, double scaled_time, double time) {
   std::vector<double> speed;
   for (std::size_t cell = 0; cell < grid.size(); ++cell)
     speed.push_back(std::sqrt(square_speed(fields, grid.dimension, cell)));
-  return {fmt::format("t/t_0 = {:.3g}, own time {:.3g}", time, own),
+  return {fmt::format("t/t_0 = {:.3g}, own time {:.3g}", time, scaled_time),
           grid.cells,
           grid.length,
           {{"density", "density", true, plane_of(fields.density, grid)},
@@ -276,9 +276,9 @@ Lattice lattice_of(const Fields& fields, const Grid& grid) {
 }
 
 /// Returns evenly spaced times; the nearest to the source's first picture is moved to it if that is before the end.
-std::vector<double> own_times(double cooling, double end) {
+std::vector<double> scaled_times(double cooling, double end) {
   std::vector<double> times;
-  const double last = own_time(cooling, end), first = own_time(cooling, first_picture);
+  const double last = scaled_time_at(cooling, end), first = scaled_time_at(cooling, first_map_time);
   for (int k = 0; k <= rows; ++k) times.push_back(last * k / rows);
   if (first < last) *std::ranges::min_element(times, {}, [&](double t) { return std::abs(t - first); }) = first;
   return times;
@@ -286,7 +286,7 @@ std::vector<double> own_times(double cooling, double end) {
 
 /// Returns the rows of the pictures: the source's first or a third of the time, halfway from there to the end, the end.
 std::array<std::size_t, 3> pictured(const std::vector<double>& times, double cooling) {
-  const auto exact = std::ranges::find(times, own_time(cooling, first_picture));
+  const auto exact = std::ranges::find(times, scaled_time_at(cooling, first_map_time));
   const std::size_t first = exact == times.end() ? rows / 3 : exact - times.begin();
   return {first, (first + rows) / 2, rows};
 }
@@ -326,8 +326,8 @@ std::vector<TheoryFigure> grid_changes(const FlowRequest& request, const granula
   if (request.cells < 2 * fewest) return {};
   const Grid half{request.dimension, request.cells / 2, request.length};
   try {
-    const auto course = granular_flow::evolve(gas, half, disturbed(request, half), times, {.tolerance = tolerance});
-    const TheoryTable coarse = course_table(request, half, c, times, course);
+    const auto states = granular_flow::evolve(gas, half, disturbed(request, half), times, {.tolerance = tolerance});
+    const TheoryTable coarse = time_series_table(request, half, c, times, states);
     return {grid_change(fine, coarse, "temperature", "T"), grid_change(fine, coarse, "densest", "the largest density")};
   } catch (const Failure&) {
     return {};
@@ -341,22 +341,22 @@ TheoryAnswer flow_theory(const FlowRequest& request, Lattice& last) {
   const granular_flow::Gas gas{
       c.cooling, c.viscosity, c.conduction, c.density_conduction, request.charge_number, request.charges_last};
   const Grid grid{request.dimension, request.cells, request.length};
-  const std::vector<double> times = own_times(c.cooling, request.end);
-  const auto at = [&](double own) {
-    if (request.at) request.at(own, times.back());
+  const std::vector<double> times = scaled_times(c.cooling, request.end);
+  const auto at = [&](double scaled_time) {
+    if (request.at) request.at(scaled_time, times.back());
   };
-  const auto course = granular_flow::evolve(gas, grid, disturbed(request, grid), times, {tolerance, at});
+  const auto states = granular_flow::evolve(gas, grid, disturbed(request, grid), times, {tolerance, at});
   TheoryAnswer answer{"hydrodynamics",
                       "Hydrodynamic equations of a charged gas that cools (G 6.26, corrected)",
                       flow_figures(request, c),
-                      {course_table(request, grid, c, times, course)}};
+                      {time_series_table(request, grid, c, times, states)}};
   const TheoryTable& table = answer.tables[0];
   answer.figures.push_back(
       {"end", "t_0", table.columns[1].values.back(), fmt::format("own time {:.4g}", times.back())});
   std::ranges::copy(grid_changes(request, gas, c, times, table), std::back_inserter(answer.figures));
   for (const std::size_t k : pictured(times, c.cooling))
-    answer.maps.push_back(maps_of(course[k], grid, times[k], table.columns[1].values[k]));
-  last = lattice_of(course.back(), grid);
+    answer.maps.push_back(maps_of(states[k], grid, times[k], table.columns[1].values[k]));
+  last = lattice_of(states.back(), grid);
   return answer;
 }
 
@@ -365,20 +365,20 @@ TheoryAnswer answer_to(const TheoryRequest& request) {
   const TheoryOptions& options = request.options;
   const auto [eps, charged] = stability_numbers(request);
   const double unit = theory::hydrodynamic_length(gas.density);
-  const double last_picture = 1.19e12;  // t_0, time of G A5.3 (b)
+  const double last_map_time = 1.19e12;  // t_0, time of G A5.3 (b)
   Lattice last;
   std::optional<Progress> progress;  // shown on a terminal only
-  const auto at = [&](double own, double end) {
+  const auto at = [&](double scaled_time, double end) {
     if (!progress) progress.emplace(0, end, !isatty(STDERR_FILENO));
-    if (progress->due()) progress->show(fmt::format("own time {:.1f} of {:.1f}", own, end), own);
+    if (progress->due()) progress->show(fmt::format("own time {:.1f} of {:.1f}", scaled_time, end), scaled_time);
   };
   const TheoryAnswer answer =
       flow_theory({.restitution = eps,
                    .charge_number = charged,
                    .length = std::cbrt(gas.grains / gas.density) / unit,
                    .grains = gas.grains,
-                   .end = request.of_scene ? gas.end * std::sqrt(2 * gas.temperature) / unit : last_picture,
-                   .charges_last = request.of_scene,
+                   .end = request.gas_is_given ? gas.end * std::sqrt(2 * gas.temperature) / unit : last_map_time,
+                   .charges_last = request.gas_is_given,
                    .separated = options.separated,
                    .dimension = options.space ? 3 : 2,
                    .cells = options.cells.value_or(options.space ? 24 : 32),

@@ -14,7 +14,7 @@ namespace {
 
 /// Mean aggregate size S for a kernel of the source over these times; NaN from where mass leaves the computed sizes.
 struct Growth {
-  theory::CoagulationCourse course;
+  theory::CoagulationSeries series;
   std::vector<double> size, slope;
   analysis::ShiftedPower fit;
   double fitted_from = 0, fitted_to = 0;
@@ -22,8 +22,8 @@ struct Growth {
 
 Growth growth_of(double beta, const std::vector<double>& times) {
   constexpr double first_fitted = 10;  // smaller S depends on the initial state
-  Growth growth{.course = theory::coagulation_course(theory::flight_kernel(beta), times)};
-  growth.size = growth.course.size;
+  Growth growth{.series = theory::coagulation_series(theory::flight_kernel(beta), times)};
+  growth.size = growth.series.size;
   const std::size_t found = growth.size.size();
   growth.slope = analysis::local_slopes(std::span(times).first(found), growth.size);
   const auto from = static_cast<std::size_t>(std::ranges::lower_bound(growth.size, first_fitted) - growth.size.begin());
@@ -42,15 +42,15 @@ TheoryFigure error_figure(const std::string& name, double error, double ratio) {
 }
 
 /// Adds coagulation in the time of a gas, with bound clusters of a run.
-void add_paced(TheoryAnswer& answer, const GasParameters& gas, const GasCourse* run) {
+void add_paced(TheoryAnswer& answer, const GasParameters& gas, const GasTimeSeries* run) {
   const std::vector<double> times = times_until(gas.end);
-  const auto course = merging_course(gas, times);
+  const auto states = merging_states(gas, times);
   TheoryTable table{.name = "paced",
                     .title = "the same by the gas's time, at the coalescence rate of kinetic theory",
                     .columns = {{"time", "t0", "time", times}},
                     .panels = {{"S", true, {}}, {"aggregates by initial grain", true, {}}}};
   for (const double beta : {2.0, 3.0}) {
-    const PacedGrowth growth = paced_growth(beta, gas, course);
+    const PacedGrowth growth = paced_growth(beta, gas, states);
     const std::string kind = beta == 2 ? "neutral" : "charged", label = fmt::format(R"($\beta$ = {:g})", beta);
     answer.figures.push_back(error_figure("paced_error_" + kind, growth.error, growth.ratio));
     table.columns.push_back({"paced_size_" + kind, "1", label, growth.size});
@@ -123,7 +123,7 @@ TheoryTable critical_table(const theory::TransportCoefficients& c, double eps) {
   return table;
 }
 
-TheoryAnswer smoluchowski_theory(const GasParameters* gas, const GasCourse* run) {
+TheoryAnswer smoluchowski_theory(const GasParameters* gas, const GasTimeSeries* run) {
   const std::vector<double> times = logarithmic_range(0.01, 2e3, 80);
   TheoryAnswer answer{"smoluchowski", "Coagulation of aggregates in flight (G 4.12, 4.13)", {}, {}};
   TheoryTable table{.name = "growth",
@@ -142,8 +142,8 @@ TheoryAnswer smoluchowski_theory(const GasParameters* gas, const GasCourse* run)
                               fmt::format("of S = a (t + t_0)^z from S = {:.3g} to {:.3g}, t_0 = {:.4g}",
                                           growth.fitted_from, growth.fitted_to, growth.fit.shift)});
     answer.figures.push_back(
-        {"lost_" + kind, "1", growth.course.lost, "share of the mass that grew beyond a million grains"});
-    answer.figures.push_back(error_figure("error_" + kind, growth.course.error, growth.course.ratio));
+        {"lost_" + kind, "1", growth.series.lost, "share of the mass that grew beyond a million grains"});
+    answer.figures.push_back(error_figure("error_" + kind, growth.series.error, growth.series.ratio));
   }
   answer.tables = {table};
   if (gas && gas->exchange && gas->coupling > 0) add_paced(answer, *gas, run);
@@ -183,14 +183,14 @@ void add_critical(std::vector<TheoryFigure>& figures, const theory::TransportCoe
                                        : "where the heat mode begins to grow or ceases to"});
 }
 
-PacedGrowth paced_growth(double beta, const GasParameters& gas, const std::vector<theory::KineticState>& course) {
+PacedGrowth paced_growth(double beta, const GasParameters& gas, const std::vector<theory::KineticState>& states) {
   std::vector<double> times;
-  for (const theory::KineticState& state : course) {
+  for (const theory::KineticState& state : states) {
     const double now = theory::flight_time(beta, gas.density / state.density);
     // guards against rounding before the first coalescence
     times.push_back(std::max(now, times.empty() ? 0.0 : times.back()));
   }
-  const theory::CoagulationCourse found = theory::coagulation_course(theory::flight_kernel(beta), times);
+  const theory::CoagulationSeries found = theory::coagulation_series(theory::flight_kernel(beta), times);
   PacedGrowth growth{found.number, found.size, found.error, found.ratio};
   growth.number.resize(times.size(), NAN), growth.size.resize(times.size(), NAN);
   return growth;
@@ -204,7 +204,7 @@ TheoryKind smoluchowski_kind() {
 
 std::pair<double, double> stability_numbers(const TheoryRequest& request) {
   double eps = 0.7, charged = 0.9;
-  if (request.of_scene) {
+  if (request.gas_is_given) {
     const GasParameters& gas = *request.gas;
     eps = mean_restitution(gas);
     // The mean charge is 0 if grains exchange charge.

@@ -20,9 +20,9 @@ struct TheoryOptions {
 
 /// Input of a theory.
 struct TheoryRequest {
-  std::optional<GasParameters> gas;  ///< gas of the scene or result, else TheoryKind::usual_gas; empty without either
-  bool of_scene = false;             ///< `gas` belongs to a scene or result
-  const GasCourse* run = nullptr;    ///< null without a result
+  std::optional<GasParameters> gas;    ///< gas of the scene or result, else TheoryKind::usual_gas; empty without either
+  bool gas_is_given = false;           ///< `gas` belongs to a scene or result
+  const GasTimeSeries* run = nullptr;  ///< null without a result
   TheoryOptions options;
 };
 

@@ -83,7 +83,7 @@ struct TheoryAnswer {
 };
 
 /// Time series of a run: those recorded by the run, and with the prefix `analysis/` those stored by `analyse`.
-class GasCourse {
+class GasTimeSeries {
  public:
   /// Values at times counted from the end of the warm-up; earlier ones are omitted. Each shell of a structure factor is
   /// a series of its own, with the suffix /1, /2, ...
@@ -92,7 +92,7 @@ class GasCourse {
   };
 
   /// Throws InputError if the file holds no series: it is damaged, is not of a gas, or ends with the warm-up.
-  GasCourse(const std::string& path, double warm_up);
+  GasTimeSeries(const std::string& path, double warm_up);
 
   /// Returns the series of this name; null if there is none. Throws InputError if it does not hold one number per
   /// instant.
@@ -107,7 +107,7 @@ class GasCourse {
 
   std::string path_;
   std::map<std::string, Series> series_;
-  std::set<std::string> of_other_shapes_;
+  std::set<std::string> malformed_names_;
 };
 
 /// Returns figures of a gas that most theories print first.
@@ -118,15 +118,15 @@ double mean_restitution(const GasParameters& gas);
 std::vector<double> times_until(double end);
 /// Returns the states by kinetic theory with finite contact durations. Throws InputError for grains that do not charge
 /// each other or do not attract.
-std::vector<theory::KineticState> merging_course(const GasParameters& gas, const std::vector<double>& times);
+std::vector<theory::KineticState> merging_states(const GasParameters& gas, const std::vector<double>& times);
 
 /// Coagulation in flight at the pace of kinetic theory: number of aggregates per initial grain, and S.
 struct PacedGrowth {
   std::vector<double> number, size;
-  double error = 0, ratio = 0;  ///< as in theory::CoagulationCourse
+  double error = 0, ratio = 0;  ///< as in theory::CoagulationSeries
 };
-/// `course`: result of `merging_course`.
-PacedGrowth paced_growth(double beta, const GasParameters& gas, const std::vector<theory::KineticState>& course);
+/// `states`: result of `merging_states`.
+PacedGrowth paced_growth(double beta, const GasParameters& gas, const std::vector<theory::KineticState>& states);
 
 /// Adds the wave numbers below which modes grow: shear, then heat and sound modes at this charge number R.
 void add_critical(std::vector<TheoryFigure>& figures, const theory::TransportCoefficients& c, double charge_number);

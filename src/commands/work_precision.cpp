@@ -46,7 +46,7 @@ Kind kind_of(const Scene& scene, bool time) {
 }
 
 /// Returns the names of this kind among "KIND/NAME".
-std::vector<std::string> of_kind(const std::string& kind, const std::vector<std::string>& methods) {
+std::vector<std::string> names_of_kind(const std::string& kind, const std::vector<std::string>& methods) {
   std::vector<std::string> names;
   for (const std::string& method : methods)
     if (method.starts_with(kind + "/")) names.push_back(method.substr(kind.size() + 1));
@@ -93,7 +93,7 @@ Json to_json(const Diagram& diagram, double load, const std::string& scene) {
           {"reference_errors", diagram.reference_errors}};
 }
 
-Json measured(const Candidate& candidate) {
+Json measurement_json(const Candidate& candidate) {
   try {
     const Point point = measure(candidate);
     Json json{{"errors", point.errors}, {"seconds", point.seconds}, {"cores", point.cores}, {"work", point.work}};
@@ -124,18 +124,18 @@ void serve(Arguments arguments) {
   const Scene scene = read_scene_for(arguments.scene, "", arguments.settings);
   const double load = load_average();
   const Kind kind = kind_of(scene, arguments.time);
-  arguments.request.others = of_kind(kind.name, arguments.request.others);
-  arguments.request.begin = [] { tell({{"reference", "begun"}}); };
+  arguments.request.others = names_of_kind(kind.name, arguments.request.others);
+  arguments.request.begin = [] { print_json_line({{"reference", "begun"}}); };
   arguments.request.serve = [&](const Diagram& diagram, const std::vector<Method>& methods) {
     Json json = to_json(diagram, load, scene.path);
     json["kind"] = kind.name;
     if (diagram.subject) json["subject"] = diagram.subject();
     json["methods"] = Json::array();
     for (const Method& method : methods) json["methods"].push_back(to_json(method));
-    tell(json);
+    print_json_line(json);
     answer_questions([&](const Json& question) -> Json {
       if (question.contains("errors")) return errors_of(diagram, question["errors"]);
-      return measured(methods.at(question.at("method")).candidates.at(question.at("candidate")));
+      return measurement_json(methods.at(question.at("method")).candidates.at(question.at("candidate")));
     });
   };
   kind.sweep(scene, arguments.request);

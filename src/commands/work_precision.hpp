@@ -30,9 +30,9 @@ class Trial {
   virtual double evaluations() const { return 0; }
   /// Returns the seconds of the last run if wall time is not appropriate: processor time of one thread, or time of
   /// another program or device without start and transfers.
-  virtual std::optional<double> own_seconds() const { return {}; }
+  virtual std::optional<double> measured_seconds() const { return {}; }
   /// Returns whether another program or a device does the work, whose memory is not that of this process.
-  virtual bool is_elsewhere() const { return false; }
+  virtual bool uses_other_memory() const { return false; }
 };
 
 /// One setting of a method.

@@ -56,7 +56,7 @@ class SumTrial : public Trial {
   }
   std::vector<double> errors() const override { return subject_.errors(response_.force); }
   std::int64_t work() const override { return static_cast<std::int64_t>(pairs_.size()); }
-  std::optional<double> own_seconds() const override { return seconds_; }
+  std::optional<double> measured_seconds() const override { return seconds_; }
   const std::vector<double>& forces() const { return response_.force; }
 
  protected:
@@ -101,8 +101,8 @@ class DeviceTrial final : public Trial {
   }
   std::vector<double> errors() const override { return subject_.errors(response_.force); }
   std::int64_t work() const override { return 0; }
-  std::optional<double> own_seconds() const override { return seconds_; }
-  bool is_elsewhere() const override { return true; }
+  std::optional<double> measured_seconds() const override { return seconds_; }
+  bool uses_other_memory() const override { return true; }
 
  private:
   const ChargedSubject& subject_;
@@ -136,19 +136,19 @@ std::unique_ptr<periodic::Sum> quick_mesh(const ChargedSubject& subject, double 
 }
 
 /// Differences of a mesh from that of runs.
-struct Otherwise {
+struct MeshVariant {
   bool gauss = false, splines = false, only_double = false;
 };
 
-Method mesh(const ChargedSubject& subject, std::string name, std::string description, const Otherwise& otherwise) {
+Method mesh(const ChargedSubject& subject, std::string name, std::string description, const MeshVariant& mesh_variant) {
   Method method{std::move(name), std::move(description), {}};
   for (const double accuracy : accuracies)
     method.candidates.push_back(
         candidate(subject, {{"accuracy", accuracy}}, cost_of_mesh(accuracy), accuracy, [=, &subject] {
           periodic::MeshRequest request = request_for(subject, accuracy);
-          request.gauss = otherwise.gauss;
-          request.splines = otherwise.splines;
-          request.only_double = otherwise.only_double;
+          request.gauss = mesh_variant.gauss;
+          request.splines = mesh_variant.splines;
+          request.only_double = mesh_variant.only_double;
           return periodic::make_mesh_sum(periodic::choose_quick_mesh(request));
         }));
   return method;
@@ -231,7 +231,7 @@ std::vector<Method> all_methods(const ChargedSubject& subject) {
 }
 
 /// Sets Gaussian charges with zero mean if the scene has none.
-void charge(ChargedSubject& subject, std::uint64_t seed) {
+void add_charges(ChargedSubject& subject, std::uint64_t seed) {
   std::vector<double>& q = subject.bodies.charge;
   if (std::ranges::any_of(q, [](double charge) { return charge != 0; })) return;
   for (std::size_t i = 0; i < q.size(); ++i)
@@ -244,7 +244,7 @@ ChargedSubject make_subject(const Scene& scene) {
   ChargedSubject subject{.bodies = make_bodies(scene)};
   if (const auto* dipoles = scene.effects.find<effects::InducedDipolesOptions>()) subject.dipoles = *dipoles;
   subject.bodies.charge = initial_charges(scene);
-  charge(subject, scene.seed);
+  add_charges(subject, scene.seed);
   constexpr int most = 200;  // number of compared forces; their sum takes as long as Ewald sums of thousands of grains
   const int n = subject.bodies.size(), count = std::min(n, most);
   for (int s = 0; s < count; ++s) subject.sample.push_back(static_cast<int>(static_cast<std::int64_t>(s) * n / count));
@@ -257,7 +257,7 @@ double rms(const std::vector<double>& force) {
   return std::sqrt(3 * sum / static_cast<double>(force.size()));
 }
 
-std::vector<double> of_sample(const ChargedSubject& subject, const std::vector<double>& force) {
+std::vector<double> sample_forces(const ChargedSubject& subject, const std::vector<double>& force) {
   std::vector<double> chosen;
   for (const int i : subject.sample) chosen.insert(chosen.end(), &force[3 * i], &force[3 * i] + 3);
   return chosen;
@@ -275,14 +275,14 @@ std::vector<double> exact_forces(const ChargedSubject& subject, double tolerance
 }
 
 /// Returns whether Ewald sums with dipoles take at most a minute. Dipoles need the fields at all grains.
-bool are_few(const ChargedSubject& subject) { return subject.bodies.size() <= 2000; }
+bool is_small(const ChargedSubject& subject) { return subject.bodies.size() <= 2000; }
 
 std::vector<double> exact_forces_with_dipoles(const ChargedSubject& subject, double tolerance) {
   std::unique_ptr<periodic::Sum> far = std::make_unique<periodic::Ewald>(tolerance);
-  if (!are_few(subject)) far = quick_mesh(subject, std::max(tolerance, 1e-8));
+  if (!is_small(subject)) far = quick_mesh(subject, std::max(tolerance, 1e-8));
   DipolesTrial trial(subject, std::move(far), periodic::DipoleSum::ewald, tolerance);
   trial.run();
-  return of_sample(subject, trial.forces());
+  return sample_forces(subject, trial.forces());
 }
 
 /// Computes the reference. The change at a much lower accuracy bounds its error.
@@ -291,8 +291,8 @@ void find_reference(ChargedSubject& subject, Diagram& diagram) {
   if (subject.dipoles) {
     subject.reference.force = exact_forces_with_dipoles(subject, 1e-10);
     looser = exact_forces_with_dipoles(subject, 1e-7);
-    diagram.reference = are_few(subject) ? "Ewald's sums and dipoles at tolerance 1e-10"
-                                         : "the mesh at accuracy 1e-8, dipoles at tolerance 1e-10";
+    diagram.reference = is_small(subject) ? "Ewald's sums and dipoles at tolerance 1e-10"
+                                          : "the mesh at accuracy 1e-8, dipoles at tolerance 1e-10";
   } else {
     subject.reference.force = exact_forces(subject, 1e-13);
     looser = exact_forces(subject, 1e-9);
@@ -301,9 +301,9 @@ void find_reference(ChargedSubject& subject, Diagram& diagram) {
   subject.rms_force = rms(subject.reference.force);
   double largest = 0, squares = 0;
   for (std::size_t k = 0; k < looser.size(); ++k) {
-    const double off = looser[k] - subject.reference.force[k];
-    squares += off * off;
-    largest = std::max(largest, std::abs(off));
+    const double deviation = looser[k] - subject.reference.force[k];
+    squares += deviation * deviation;
+    largest = std::max(largest, std::abs(deviation));
   }
   diagram.reference_errors = {std::sqrt(3 * squares / static_cast<double>(looser.size())) / subject.rms_force,
                               largest / subject.rms_force};

@@ -22,10 +22,10 @@ struct GasSubject {
 
 /// Returns positions unwrapped across periodic sides.
 std::vector<double> unwrapped(const Bodies& bodies) {
-  std::vector<double> places = bodies.position;
-  for (std::size_t k = 0; k < places.size(); ++k)
-    places[k] += bodies.image[k] * bodies.box.lengths[static_cast<int>(k % bodies.dimension)];
-  return places;
+  std::vector<double> positions = bodies.position;
+  for (std::size_t k = 0; k < positions.size(); ++k)
+    positions[k] += bodies.image[k] * bodies.box.lengths[static_cast<int>(k % bodies.dimension)];
+  return positions;
 }
 
 /// Runs the gas once.
@@ -38,32 +38,33 @@ class GasTrial : public Trial {
     granular::Gas gas(scene_);
     const auto integrator = granular::make_integrator(scene_.mechanics.integrator);
     const double energy = gas.energy().total(), end = scene_.stop.time;
-    granular::Instant now = gas.look();
+    granular::Instant now = gas.instant();
     while (gas.time() < end) {
       const double left = end - gas.time(), count = std::ceil(left / integrator->longest_step(gas, now));
       now = integrator->step(gas, std::move(now), count <= 1 ? end : gas.time() + left / count, granular::Want::forces);
     }
-    look(gas, energy);
+    record_end(gas, energy);
     seconds_ = seconds_of_thread() - start;
   }
   std::vector<double> errors() const override {
     double squares = 0;
-    for (std::size_t k = 0; k < places_.size(); ++k)
-      squares += (places_[k] - subject_.reference[k]) * (places_[k] - subject_.reference[k]);
+    for (std::size_t k = 0; k < positions_.size(); ++k)
+      squares += (positions_[k] - subject_.reference[k]) * (positions_[k] - subject_.reference[k]);
     const double grains = static_cast<double>(subject_.scene.conductors.size());
-    return {std::sqrt(squares / grains), left_over_};
+    return {std::sqrt(squares / grains), energy_defect_};
   }
   std::int64_t work() const override { return steps_; }
-  std::optional<double> own_seconds() const override { return seconds_; }
-  const std::vector<double>& places() const { return places_; }
+  std::optional<double> measured_seconds() const override { return seconds_; }
+  const std::vector<double>& positions() const { return positions_; }
 
  protected:
   /// Stores positions and energy error at the end. `energy`: total energy at the start.
-  void look(granular::Gas& gas, double energy) {
-    places_ = unwrapped(gas.bodies());
-    const granular::GasEnergy book = gas.energy();
-    const double turned_over = book.kinetic + book.dissipated;  // 0: grains at rest, whose energy balance is exact
-    left_over_ = turned_over > 0 ? std::abs(book.total() - energy) / turned_over : 0;
+  void record_end(granular::Gas& gas, double energy) {
+    positions_ = unwrapped(gas.bodies());
+    const granular::GasEnergy final_energy = gas.energy();
+    const double turned_over =
+        final_energy.kinetic + final_energy.dissipated;  // 0: grains at rest, whose energy balance is exact
+    energy_defect_ = turned_over > 0 ? std::abs(final_energy.total() - energy) / turned_over : 0;
     steps_ = gas.contact_steps;
   }
 
@@ -72,8 +73,8 @@ class GasTrial : public Trial {
   double seconds_ = 0;
 
  private:
-  std::vector<double> places_;
-  double left_over_ = 0;
+  std::vector<double> positions_;
+  double energy_defect_ = 0;
   std::int64_t steps_ = 0;
 };
 
@@ -91,10 +92,10 @@ class GasOnDevice final : public GasTrial {
     while (device->time() < scene_.stop.time) device->step(scene_.stop.time, 100);
     device->store(checkpoint);
     gas.restore(checkpoint);
-    look(gas, energy);
+    record_end(gas, energy);
     seconds_ = device->counts().seconds;
   }
-  bool is_elsewhere() const override { return true; }
+  bool uses_other_memory() const override { return true; }
 };
 
 Scene with(const GasSubject& subject, Integrator integrator, double step, int contact_steps = 30) {
@@ -224,7 +225,7 @@ void find_reference(GasSubject& subject, Diagram& diagram) {
   GasTrial best(subject, with(subject, Integrator::multirate, 0.08 / 128, 1280));
   GasTrial second(subject, with(subject, Integrator::multirate, 0.08 / 64, 640));
   best.run();
-  subject.reference = best.places();
+  subject.reference = best.positions();
   second.run();
   diagram.reference_errors = second.errors();
   diagram.reference = "multirate with 1280 steps in the shortest contact";

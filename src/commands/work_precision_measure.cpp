@@ -76,7 +76,7 @@ Point measure(const Candidate& candidate) {
   const auto run = [&] {
     const double wall_start = wall_seconds(), processor_start = processor_seconds();
     trial->run();
-    const std::optional<double> own = trial->own_seconds();
+    const std::optional<double> own = trial->measured_seconds();
     wall.push_back(own.value_or(wall_seconds() - wall_start));
     processor.push_back(own.value_or(processor_seconds() - processor_start));
   };
@@ -92,7 +92,7 @@ Point measure(const Candidate& candidate) {
   point.errors = trial->errors();
   point.work = trial->work();
   point.evaluations = trial->evaluations();
-  if (!trial->is_elsewhere()) point.mebibytes = memory.mebibytes();
+  if (!trial->uses_other_memory()) point.mebibytes = memory.mebibytes();
   return point;
 }
 

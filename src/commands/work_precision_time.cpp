@@ -38,7 +38,8 @@ std::unique_ptr<laplace::LaplaceSolver> make_solver(const MovingSubject& subject
 double distance(const MovingSubject& subject, const std::vector<Vec3>& one, const std::vector<Vec3>& other) {
   double largest = 0;
   for (std::size_t i = 0; i < one.size(); ++i)
-    if (const double apart = norm(one[i] - other[i]); !(apart <= largest)) largest = apart;  // NaN is kept
+    if (const double separation = norm(one[i] - other[i]); !(separation <= largest))
+      largest = separation;  // NaN is kept
   return largest / subject.radius;
 }
 

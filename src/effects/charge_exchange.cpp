@@ -66,38 +66,38 @@ const EffectKind& ChargeExchangeOptions::kind() {
       .options = ChargeExchangeOptions{},
       .keys =
           {{.name = "model",
-            .place = place<&ChargeExchangeOptions::model>,
+            .target = target<&ChargeExchangeOptions::model>,
             .help = "impact: once per collision, Q (energy of the impact)^eta with random factors; random-walk: white "
                     "noise during contact; contact-area: that times the contact area; none: no transfer"},
            {.name = "transfer_prefactor",
-            .place = place<&ChargeExchangeOptions::strength>,
+            .target = target<&ChargeExchangeOptions::strength>,
             .unit = "q0",
             // Fourth powers of charges must not overflow.
             .range = {.low = 0, .high = 1e50, .low_itself = false},
             .help = "Q, prefactor of the transferred charge",
             .old_name = "strength"},
            {.name = "exponent",
-            .place = place<&ChargeExchangeOptions::exponent>,
+            .target = target<&ChargeExchangeOptions::exponent>,
             // Exponent of energies, bounded to avoid overflow.
             .range = {.low = 0, .high = 10, .low_itself = false},
             .help = "eta, of impact"},
            {.name = "rate",
-            .place = place<&ChargeExchangeOptions::rate>,
+            .target = target<&ChargeExchangeOptions::rate>,
             .unit = "1/t0",
             .range = ranges::positive,
             .help = "lambda, of random-walk and contact-area: the variance per unit of time is Q^2 lambda"},
            {.name = "each_step",
-            .place = place<&ChargeExchangeOptions::each_step>,
+            .target = target<&ChargeExchangeOptions::each_step>,
             .help =
                 "impact: transfer in each step of a contact, as in G table 3.1; the result then depends on the step"},
            {.name = "capacity",
-            .place = place<&ChargeExchangeOptions::capacity>,
+            .target = target<&ChargeExchangeOptions::capacity>,
             .unit = "q0",
             .range = ranges::positive,
             .computed_default = "none",
             .help = "C, the largest charge of a grain (G 3.47)"},
            {.name = "over_capacity",
-            .place = place<&ChargeExchangeOptions::over_capacity>,
+            .target = target<&ChargeExchangeOptions::over_capacity>,
             .help = "treatment of a transfer beyond the capacity: it does not take place, or it empties the grain as "
                     "printed in G, which loses charge"}},
       .dimensions = {2, 3},
@@ -149,7 +149,7 @@ double ChargeExchange::transfer(const GrainContact& contact, double dt, const Bo
       break;
   }
   const double distance =
-      visit_spheres(bodies, [&](const auto& s) { return norm(s.box.difference(s.place(i), s.place(j))); });
+      visit_spheres(bodies, [&](const auto& s) { return norm(s.box.difference(s.centre(i), s.centre(j))); });
   const double overlap = std::max(bodies.radius[i] + bodies.radius[j] - distance, 0.0);
   return ContactAreaExchange{options_.strength, options_.rate}(
       contact_area(bodies.radius[i], bodies.radius[j], overlap), dt, random);

@@ -49,9 +49,9 @@ struct ContactAreaExchange {
 /// xi for xi/2). It uses Heron's formula, whose factors have no cancellation. Requires overlap >= 0 and neither sphere
 /// inside the other.
 LICHTENBERG_HOST_DEVICE inline double contact_area(double radius_i, double radius_j, double overlap) {
-  const double distance = radius_i + radius_j - overlap, apart = radius_i - radius_j;
-  return std::numbers::pi * (radius_i + radius_j + distance) * overlap * (distance + apart) * (distance - apart) /
-         (4 * distance * distance);
+  const double distance = radius_i + radius_j - overlap, radius_difference = radius_i - radius_j;
+  return std::numbers::pi * (radius_i + radius_j + distance) * overlap * (distance + radius_difference) *
+         (distance - radius_difference) / (4 * distance * distance);
 }
 
 /// Returns the quantum of transfers of strength Q, 2^(floor(log2 Q) - 30). Sums of charges up to 2^22 Q are then exact

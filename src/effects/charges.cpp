@@ -48,10 +48,10 @@ SharedGroups shared_groups(const ElectricalGroups& groups, int nodes) {
   joined.resize(others);
   for (const int i : joined) ++members_of[groups.id[i]];
   SharedGroups shared;
-  std::vector<int>& place = members_of;
+  std::vector<int>& slot = members_of;
   int all = 0;
   for (const int i : joined) {
-    int& next = place[groups.id[i]];
+    int& next = slot[groups.id[i]];
     if (next > 0) {  // first occurrence of the group
       shared.begin.push_back(all);
       shared.members.resize(all + next + 1);
@@ -91,24 +91,24 @@ void Charges::inject(std::span<const double> current, double dt, double relaxati
   for (const double charge : injected) injected_ += charge;
   if (step_ == 0) return;
   for (std::size_t i = 0; i < charge_.size(); ++i) {
-    const double still_there = i < injected.size() && injected[i] != 0 ? current[i] * step.fed : 0;
+    const double still_there = i < injected.size() && injected[i] != 0 ? current[i] * step.injection_time : 0;
     const double leaked = charge_[i].total() - step.decay * before_[i] - still_there;
     charge_[i] += -leaked;
     leak(static_cast<int>(i), leaked);
   }
 }
 
-void Charges::transfer(const Resistor& resistor, double remaining, double plain) {
+void Charges::transfer(const Resistor& resistor, double remaining, double total) {
   charge_[resistor.a] += -remaining;
   if (resistor.b >= 0) {
     charge_[resistor.b] += remaining;
-    leaked_in_step_[resistor.a] -= plain - remaining;
-    leaked_in_step_[resistor.b] += plain - remaining;
+    leaked_in_step_[resistor.a] -= total - remaining;
+    leaked_in_step_[resistor.b] += total - remaining;
   } else {
     // Both the loss of a and its leaked part are exact to the last digit.
-    CompensatedSum missing(plain);
+    CompensatedSum missing(total);
     missing += -remaining;
-    collected_[resistor.supply] += plain;
+    collected_[resistor.supply] += total;
     leaked_ -= missing;
     leaked_in_step_[resistor.a] -= missing.total();
   }
@@ -159,7 +159,7 @@ void Charges::redistribute(const ElectricalGroups& groups, std::span<const doubl
 std::vector<double> Charges::after(const ChargeStep& step, std::span<const double> current,
                                    parallel::Team& team) const {
   std::vector<double> charge(current.begin(), current.begin() + std::min(current.size(), charge_.size()));
-  for (double& injected : charge) injected *= step.fed;
+  for (double& injected : charge) injected *= step.injection_time;
   charge.resize(charge_.size());
   for_ranges(team, size(), [&](int first, int end) {
     for (int i = first; i < end; ++i) charge[i] += step.decay * charge_[i].total();

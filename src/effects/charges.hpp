@@ -16,15 +16,15 @@ namespace lichtenberg::effects {
 class Charges {
  public:
   /// `initial`: C, for each node of ElectricalGroups. `supplies`: number of potential sources that collect charge
-  /// (supplies_of).
+  /// (potential_sources_of).
   Charges(std::span<const double> initial, std::size_t supplies);
 
   /// Adds current * dt to each conductor (A, s; D 5.5) and subtracts the charge that leaks through the fluid in this
   /// time (`relaxation_time`: s).
   void inject(std::span<const double> current, double dt, double relaxation_time = INFINITY);
-  /// Moves the charge (C) of a current from the resistor's a to its b or its potential source. `plain` is the total
+  /// Moves the charge (C) of a current from the resistor's a to its b or its potential source. `total` is the total
   /// charge, `remaining` the part that has not leaked (charge_step).
-  void transfer(const Resistor& resistor, double remaining, double plain);
+  void transfer(const Resistor& resistor, double remaining, double total);
   /// Divides each group's charge as the field does (`by_field`: C, for each conductor, D 5.4). A floating group keeps
   /// its sum exactly: its difference from the field's charges is divided equally. Conductors at a prescribed potential
   /// take the field's charges, and their potential source collects the difference. The team works on the groups in

@@ -67,9 +67,9 @@ bool has_resistors(const Scene& scene) {
 }
 
 bool has_circuit(const Scene& scene) {
-  const std::vector<Supply> supplies = supplies_of(scene);
+  const std::vector<PotentialSource> supplies = potential_sources_of(scene);
   const bool difference = std::ranges::any_of(
-      supplies, [&](const Supply& supply) { return supply.potential != supplies.front().potential; });
+      supplies, [&](const PotentialSource& supply) { return supply.potential != supplies.front().potential; });
   return scene.effects.has(&EffectKind::field) &&
          (difference || scene.effects.has<LeakageOptions>() || has_resistors(scene));
 }
@@ -89,8 +89,10 @@ std::vector<Resistor> resistors_of(const Scene& scene, std::span<const Contact> 
   for (const Contact& contact : contacts) {
     const SharingLaw law = sharing_law(scene, contact);
     if (law.joins()) continue;
-    Resistor resistor{.a = contact.conductor, .conductance = law.conductance, .of_state = law.of_state != nullptr};
-    if (resistor.of_state) resistor.conductance = 0;
+    Resistor resistor{.a = contact.conductor,
+                      .conductance = law.conductance,
+                      .depends_on_state = law.conductance_in_state != nullptr};
+    if (resistor.depends_on_state) resistor.conductance = 0;
     if (contact.partner < n)
       resistor.b = contact.partner;
     else if (const int node = terminals[contact.partner - n].node; node >= 0)
@@ -113,7 +115,7 @@ double contact_conductance(const Scene& scene, Contact contact, ContactState sta
                                  scene.path, sharing_effect(scene)->name, law.gap_scale));
   const std::optional<double> gap = std::exchange(state.known_gap, {});
   if (std::isfinite(law.gap_scale)) state.known_gap = gap;
-  const double conductance = law.of_state(state);
+  const double conductance = law.conductance_in_state(state);
   if (conductance >= 0 && std::isfinite(conductance)) return conductance;
   throw InputError(
       fmt::format("{}: effects.{} gives a contact a conductance of {:g} S at a gap of {:g} m and {:g} V: at "
@@ -150,11 +152,11 @@ ChargeStep charge_step(double dt, double before, double relaxation_time) {
   };
   const double decay = std::exp(-dt / relaxation_time);
   return {.decay = decay,
-          .fed = filled(dt),
+          .injection_time = filled(dt),
           .weight = filled(dt) - inherited * decay * filled(before),
           .inherited = inherited * decay,
-          .plain_weight = dt - inherited * before,
-          .plain_inherited = inherited};
+          .total_weight = dt - inherited * before,
+          .total_inherited = inherited};
 }
 
 double charge_error(double carried, double dt, double at_start, double at_end, double noise) {

@@ -14,13 +14,13 @@ namespace lichtenberg::effects {
 struct Resistor {
   int a = 0;               ///< node
   int b = -1;              ///< node; -1: the other end is `supply`
-  int supply = -1;         ///< index in supplies_of
+  int supply = -1;         ///< index in potential_sources_of
   double potential = 0;    ///< V, of the potential source
   double conductance = 0;  ///< S
   double source = 0;       ///< A; 0 for ohmic resistors
   bool series = false;     ///< true: a series resistor; false: a contact
   /// True for a contact whose law depends on its state; its current is linearized about a state.
-  bool of_state = false;
+  bool depends_on_state = false;
   friend bool operator==(const Resistor&, const Resistor&) = default;
 };
 
@@ -54,7 +54,7 @@ void linearize(const Scene& scene, Contact contact, const ContactState& state, R
 /// Coefficients of a step dt of dQ/dt = J - Q/tau + I, implicit in the current I of resistors to a node:
 ///
 /// ```
-///   Q(t + dt) = decay Q(t) + fed J + F,        F = weight I(t + dt) + inherited F_before.
+///   Q(t + dt) = decay Q(t) + injection_time J + F,        F = weight I(t + dt) + inherited F_before.
 /// ```
 ///
 /// F is the remainder, after leakage, of the charge that came through resistors in the step. F_before is that of the
@@ -66,13 +66,13 @@ void linearize(const Scene& scene, Contact contact, const ContactState& state, R
 /// conductance joins its ends. Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section
 /// III.5 (the formula with variable steps; there in the values Q, here in their increments).
 struct ChargeStep {
-  double decay = 1;      ///< 1
-  double fed = 0;        ///< s
-  double weight = 0;     ///< s
-  double inherited = 0;  ///< 1
+  double decay = 1;           ///< 1
+  double injection_time = 0;  ///< s
+  double weight = 0;          ///< s
+  double inherited = 0;       ///< 1
   /// Weight (s) and inherited factor (1) for the total charge through a resistor in the step, including the leaked
   /// part.
-  double plain_weight = 0, plain_inherited = 0;
+  double total_weight = 0, total_inherited = 0;
 };
 
 /// Returns the coefficients of a step. `dt`: length (s) of the step. `relaxation_time`: s, INFINITY without leakage.

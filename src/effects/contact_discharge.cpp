@@ -7,9 +7,9 @@ namespace lichtenberg::effects {
 namespace {
 
 /// Tests if contacts, requested in ascending order, are in a sorted list.
-class Among {
+class SortedLookup {
  public:
-  explicit Among(std::span<const Contact> sorted) : next_(sorted.begin()), end_(sorted.end()) {}
+  explicit SortedLookup(std::span<const Contact> sorted) : next_(sorted.begin()), end_(sorted.end()) {}
   bool has(Contact contact) {
     while (next_ != end_ && *next_ < contact) ++next_;
     return next_ != end_ && *next_ == contact;
@@ -32,14 +32,14 @@ class PairScreen {
   /// Returns false only if the gap is certainly not less than `gap` (m).
   bool may_be_below(Contact contact, double gap) const {
     if (contact.partner >= bodies_.size()) return true;
-    const double apart = apart_with(contact, gap);
-    return apart <= 0 || distance2(contact) <= (1 + margin) * apart * apart;
+    const double separation = distance_at_gap(contact, gap);
+    return separation <= 0 || distance2(contact) <= (1 + margin) * separation * separation;
   }
   /// Returns false only if the gap is certainly less than `gap` (m).
   bool may_reach(Contact contact, double gap) const {
     if (contact.partner >= bodies_.size()) return true;
-    const double apart = apart_with(contact, gap);
-    return apart <= 0 || distance2(contact) >= (1 - margin) * apart * apart;
+    const double separation = distance_at_gap(contact, gap);
+    return separation <= 0 || distance2(contact) >= (1 - margin) * separation * separation;
   }
 
  private:
@@ -47,7 +47,7 @@ class PairScreen {
   static constexpr double margin = 1e-9;
 
   /// Returns the centre distance (m) with this gap.
-  double apart_with(Contact contact, double gap) const {
+  double distance_at_gap(Contact contact, double gap) const {
     return bodies_.radius[contact.conductor] + bodies_.radius[contact.partner] + gap;
   }
   double distance2(Contact contact) const {
@@ -55,8 +55,8 @@ class PairScreen {
     const double *a = &bodies_.position[contact.conductor * d], *b = &bodies_.position[contact.partner * d];
     double sum = 0;
     for (std::size_t k = 0; k < d; ++k) {
-      const double apart = nearest_(a[k] - b[k], static_cast<int>(k));
-      sum += apart * apart;
+      const double separation = nearest_(a[k] - b[k], static_cast<int>(k));
+      sum += separation * separation;
     }
     return sum;
   }
@@ -76,14 +76,14 @@ const EffectKind& ContactDischargeOptions::kind() {
           "floating_conductors.",
       .options = ContactDischargeOptions{},
       .keys = {{.name = "contact_distance",
-                .place = place<&ContactDischargeOptions::gap>,
+                .target = target<&ContactDischargeOptions::gap>,
                 .unit = "m",
                 .range = ranges::positive,
                 .computed_default = "the smallest radius",
                 .help = "gap of two surfaces below which contact is made",
                 .old_name = "gap"},
                {.name = "hysteresis",
-                .place = place<&ContactDischargeOptions::hysteresis>,
+                .target = target<&ContactDischargeOptions::hysteresis>,
                 .range = {.low = 0, .high = 1},
                 .help = "contact is lost above gap * (1 + hysteresis), so that contacts of conductors at rest do not "
                         "alternate"}},
@@ -105,7 +105,7 @@ ContactDischarge::ContactDischarge(const Scene& scene)
       make_gap_(scene.effects.find<ContactDischargeOptions>()->gap),
       release_gap_(make_gap_ +
                    std::max(scene.effects.find<ContactDischargeOptions>()->hysteresis * make_gap_, tolerance_)),
-      together_(std::min(tolerance_, 0.25 * (release_gap_ - make_gap_))),
+      simultaneity_margin_(std::min(tolerance_, 0.25 * (release_gap_ - make_gap_))),
       terminals_(terminals_of(scene)),
       least_skin_(scene.smallest_radius() / 16) {}
 
@@ -124,11 +124,12 @@ double ContactDischarge::gap_rate(const Bodies& bodies, Contact contact) const {
   return dot(velocity_in_space(bodies, i) - velocity_in_space(bodies, j), r) / norm(r);
 }
 
-std::vector<Contact> ContactDischarge::near(const Bodies& bodies, double range, std::span<const double> travel) const {
+std::vector<Contact> ContactDischarge::pairs_within(const Bodies& bodies, double range,
+                                                    std::span<const double> travel) const {
   std::vector<Contact> found;
   for (const Pair pair : pairs_within_reach(near_, bodies, range, travel)) found.push_back({pair.i, pair.j});
   const auto conductors = static_cast<std::ptrdiff_t>(found.size());
-  look_at_terminals(bodies);
+  update_terminal_gaps(bodies);
   const int n = bodies.size(), terminals = static_cast<int>(terminals_.size());
   for (int i = 0; i < n; ++i)
     for (int t = 0; t < terminals; ++t)
@@ -141,7 +142,7 @@ std::vector<Contact> ContactDischarge::near(const Bodies& bodies, double range, 
 
 /// Computes the terminals' gaps at the bodies' positions of the last search. If they are missing, the search was for
 /// the current positions.
-void ContactDischarge::look_at_terminals(const Bodies& bodies) const {
+void ContactDischarge::update_terminal_gaps(const Bodies& bodies) const {
   if (searches_ == near_.searches()) return;
   searches_ = near_.searches();
   terminal_gap_.clear();
@@ -152,35 +153,35 @@ void ContactDischarge::look_at_terminals(const Bodies& bodies) const {
 
 /// Updates close_ to contain all contacts that may change while body i moves by at most travel[i] (m; empty: no
 /// motion).
-void ContactDischarge::look(const Bodies& bodies, std::span<const Contact> contacts,
-                            std::span<const double> travel) const {
-  if (covers(bodies, travel) && std::ranges::equal(contacts, made_then_)) return;
+void ContactDischarge::update_close_pairs(const Bodies& bodies, std::span<const Contact> contacts,
+                                          std::span<const double> travel) const {
+  if (is_valid_for(bodies, travel) && std::ranges::equal(contacts, search_contacts_)) return;
   skin_.resize(bodies.size(), least_skin_);
   // The skin exceeds `travel`, so that several calls can use one search.
   for (std::size_t i = 0; i < travel.size(); ++i) skin_[i] = std::max(least_skin_, 4 * travel[i]);
   find_close(bodies, contacts);
 }
 
-bool ContactDischarge::covers(const Bodies& bodies, std::span<const double> travel) const {
-  if (found_at_.size() != bodies.position.size()) return false;
-  return bodies.dimension == 3 ? covers<3>(bodies, travel) : covers<2>(bodies, travel);
+bool ContactDischarge::is_valid_for(const Bodies& bodies, std::span<const double> travel) const {
+  if (search_positions_.size() != bodies.position.size()) return false;
+  return bodies.dimension == 3 ? is_valid_for<3>(bodies, travel) : is_valid_for<2>(bodies, travel);
 }
 
 /// Tests blocks without branches, so that the compiler vectorizes the loop.
 template <int d>
-bool ContactDischarge::covers(const Bodies& bodies, std::span<const double> travel) const {
-  const double *now = bodies.position.data(), *then = found_at_.data();
+bool ContactDischarge::is_valid_for(const Bodies& bodies, std::span<const double> travel) const {
+  const double *now = bodies.position.data(), *then = search_positions_.data();
   constexpr int block = 512;
   for (int first = 0; first < bodies.size(); first += block) {
     const int end = std::min(bodies.size(), first + block);
-    bool covered = true;
+    bool valid = true;
     for (int i = first; i < end; ++i) {
-      double way2 = 0;
-      for (int k = i * d; k < (i + 1) * d; ++k) way2 += (now[k] - then[k]) * (now[k] - then[k]);
-      const double room = travel.empty() ? skin_[i] : skin_[i] - travel[i];
-      covered &= (room >= 0) & (way2 <= room * room);
+      double moved2 = 0;
+      for (int k = i * d; k < (i + 1) * d; ++k) moved2 += (now[k] - then[k]) * (now[k] - then[k]);
+      const double allowed = travel.empty() ? skin_[i] : skin_[i] - travel[i];
+      valid &= (allowed >= 0) & (moved2 <= allowed * allowed);
     }
-    if (!covered) return false;
+    if (!valid) return false;
   }
   return true;
 }
@@ -188,39 +189,39 @@ bool ContactDischarge::covers(const Bodies& bodies, std::span<const double> trav
 /// Searches pairs whose gap can reach its threshold if each body moves by its skin. Pairs within the tolerance are
 /// included.
 void ContactDischarge::find_close(const Bodies& bodies, std::span<const Contact> contacts) const {
-  found_at_.clear();  // invalidated first, because a search may throw
+  search_positions_.clear();  // invalidated first, because a search may throw
   close_.clear();
-  Among made(contacts);
+  SortedLookup made(contacts);
   const PairScreen screen(bodies);
   const int n = bodies.size();
   // The range extends to the release gap, up to which contacts stay closed. A periodic box too short for it is refused.
-  for (const Contact contact : near(bodies, release_gap_ + together_, skin_))
-    if (const double within = make_gap_ + together_ + approach(contact, n, skin_);
+  for (const Contact contact : pairs_within(bodies, release_gap_ + simultaneity_margin_, skin_))
+    if (const double within = make_gap_ + simultaneity_margin_ + approach(contact, n, skin_);
         screen.may_be_below(contact, within) && !made.has(contact) && gap(bodies, contact) < within)
       close_.push_back({contact, false});
-  const auto apart = static_cast<std::ptrdiff_t>(close_.size());
+  const auto open_count = static_cast<std::ptrdiff_t>(close_.size());
   for (const Contact contact : contacts)
-    if (const double beyond = release_gap_ - together_ - approach(contact, n, skin_);
+    if (const double beyond = release_gap_ - simultaneity_margin_ - approach(contact, n, skin_);
         screen.may_reach(contact, beyond) && gap(bodies, contact) >= beyond)
       close_.push_back({contact, true});
-  std::ranges::inplace_merge(close_, close_.begin() + apart, {}, &Close::contact);
-  made_then_.assign(contacts.begin(), contacts.end());
-  found_at_ = bodies.position;
+  std::ranges::inplace_merge(close_, close_.begin() + open_count, {}, &Close::contact);
+  search_contacts_.assign(contacts.begin(), contacts.end());
+  search_positions_ = bodies.position;
 }
 
 ContactDischarge::Changes ContactDischarge::update(const Bodies& bodies, std::vector<Contact>& contacts) const {
   const PairScreen screen(bodies);
   const auto made_now = [&](Contact contact) {
-    if (!screen.may_be_below(contact, make_gap_ + together_)) return false;
+    if (!screen.may_be_below(contact, make_gap_ + simultaneity_margin_)) return false;
     const double g = gap(bodies, contact);
-    return g <= make_gap_ || (g <= make_gap_ + together_ && gap_rate(bodies, contact) < 0);
+    return g <= make_gap_ || (g <= make_gap_ + simultaneity_margin_ && gap_rate(bodies, contact) < 0);
   };
   const auto lost_now = [&](Contact contact) {
-    if (!screen.may_reach(contact, release_gap_ - together_)) return false;
+    if (!screen.may_reach(contact, release_gap_ - simultaneity_margin_)) return false;
     const double g = gap(bodies, contact);
-    return g >= release_gap_ || (g >= release_gap_ - together_ && gap_rate(bodies, contact) > 0);
+    return g >= release_gap_ || (g >= release_gap_ - simultaneity_margin_ && gap_rate(bodies, contact) > 0);
   };
-  look(bodies, contacts, {});
+  update_close_pairs(bodies, contacts, {});
   std::vector<Contact> made, lost;
   for (Close& pair : close_) {
     if (pair.made ? !lost_now(pair.contact) : !made_now(pair.contact)) continue;
@@ -233,29 +234,30 @@ ContactDischarge::Changes ContactDischarge::update(const Bodies& bodies, std::ve
   std::ranges::set_difference(contacts, lost, std::back_inserter(stay));
   contacts.clear();
   std::ranges::merge(stay, made, std::back_inserter(contacts));
-  made_then_ = contacts;
+  search_contacts_ = contacts;
   return {std::move(made), std::move(lost)};
 }
 
-bool ContactDischarge::one_already(const ElectricalGroups& groups, int bodies, Contact contact) const {
+bool ContactDischarge::are_joined(const ElectricalGroups& groups, int bodies, Contact contact) const {
   return contact.partner < bodies ? groups.id[contact.conductor] == groups.id[contact.partner]
-                                  : is_one(groups, contact.conductor, terminals_[contact.partner - bodies]);
+                                  : shares_group(groups, contact.conductor, terminals_[contact.partner - bodies]);
 }
 
 std::vector<ContactDischarge::Watch> ContactDischarge::watch(const Bodies& bodies, std::span<const Contact> contacts,
                                                              const ElectricalGroups& groups,
                                                              std::span<const double> travel) const {
-  look(bodies, contacts, travel);
+  update_close_pairs(bodies, contacts, travel);
   const int n = bodies.size();
   const PairScreen screen(bodies);
   std::vector<Watch> watched, lost;
   for (const auto& [contact, made] : close_) {
-    const double way = approach(contact, n, travel);
+    const double approach_distance = approach(contact, n, travel);
     if (made) {
-      if (screen.may_reach(contact, release_gap_ - way) && release_gap_ - gap(bodies, contact) <= way)
+      if (screen.may_reach(contact, release_gap_ - approach_distance) &&
+          release_gap_ - gap(bodies, contact) <= approach_distance)
         lost.push_back({contact, true});
-    } else if (screen.may_be_below(contact, make_gap_ + way) && !one_already(groups, n, contact) &&
-               gap(bodies, contact) < make_gap_ + way) {
+    } else if (screen.may_be_below(contact, make_gap_ + approach_distance) && !are_joined(groups, n, contact) &&
+               gap(bodies, contact) < make_gap_ + approach_distance) {
       watched.push_back({contact, false});
     }
   }
@@ -263,14 +265,14 @@ std::vector<ContactDischarge::Watch> ContactDischarge::watch(const Bodies& bodie
   return watched;
 }
 
-double ContactDischarge::excess_of_waiting(const Bodies& bodies, const Watch& watch) const {
+double ContactDischarge::excess_of_deferred(const Bodies& bodies, const Watch& watch) const {
   const double g = gap(bodies, watch.contact);
   constexpr double second = 1;  // s; only the sign of the product matters
   const double no_longer = std::min(g - (1 - 1.0 / 16) * make_gap_, -second * gap_rate(bodies, watch.contact));
   return std::max(g - make_gap_, no_longer);
 }
 
-double ContactDischarge::blind_way(const Bodies& bodies, const Watch& watch) const {
+double ContactDischarge::undetected_travel(const Bodies& bodies, const Watch& watch) const {
   const int i = watch.contact.conductor, j = watch.contact.partner;
   // At the threshold, the centre of one body lies on a circle around the other, or on a curve around the electrode. The
   // curvature of this curve is at most that at a corner. A chord below an arc of height s is sqrt(8 r s) long.

@@ -52,20 +52,20 @@ class ContactDischarge : public Effect {
   std::vector<Watch> watch(const Bodies& bodies, std::span<const Contact> contacts, const ElectricalGroups& groups,
                            std::span<const double> travel) const;
   /// Returns true if the contact's bodies are already in one of these groups. `bodies`: number of the scene's bodies.
-  bool one_already(const ElectricalGroups& groups, int bodies, Contact contact) const;
+  bool are_joined(const ElectricalGroups& groups, int bodies, Contact contact) const;
   /// Returns the distance of the gap from the threshold (m), whose sign changes at the event. An opening contact may
   /// wait for a position tolerance, because forces do not jump then.
   double excess(const Bodies& bodies, const Watch& watch) const {
-    return gap(bodies, watch.contact) - (watch.made ? release_gap_ + together_ : make_gap_);
+    return gap(bodies, watch.contact) - (watch.made ? release_gap_ + simultaneity_margin_ : make_gap_);
   }
   /// Event function of a closing contact that may be deferred. Its sign changes where deferral must end, because the
   /// gap increases again or has fallen by 1/16 of `gap`. The value is not always a distance (m): near the minimum of
   /// the gap it is the closing speed.
-  double excess_of_waiting(const Bodies& bodies, const Watch& watch) const;
+  double excess_of_deferred(const Bodies& bodies, const Watch& watch) const;
   /// Returns the largest relative displacement (m) between two tests of the gap. If a gap passes its threshold by one
   /// position tolerance on a straight path, it is beyond the threshold for at least this path length. Therefore grazing
   /// contacts are detected.
-  double blind_way(const Bodies& bodies, const Watch& watch) const;
+  double undetected_travel(const Bodies& bodies, const Watch& watch) const;
 
  private:
   /// A pair whose contact may close or open soon.
@@ -73,29 +73,30 @@ class ContactDischarge : public Effect {
     Contact contact;
     bool made = false;
   };
-  std::vector<Contact> near(const Bodies& bodies, double range, std::span<const double> travel) const;
-  void look_at_terminals(const Bodies& bodies) const;
-  void look(const Bodies& bodies, std::span<const Contact> contacts, std::span<const double> travel) const;
-  bool covers(const Bodies& bodies, std::span<const double> travel) const;
+  std::vector<Contact> pairs_within(const Bodies& bodies, double range, std::span<const double> travel) const;
+  void update_terminal_gaps(const Bodies& bodies) const;
+  void update_close_pairs(const Bodies& bodies, std::span<const Contact> contacts,
+                          std::span<const double> travel) const;
+  bool is_valid_for(const Bodies& bodies, std::span<const double> travel) const;
   template <int d>
-  bool covers(const Bodies& bodies, std::span<const double> travel) const;
+  bool is_valid_for(const Bodies& bodies, std::span<const double> travel) const;
   void find_close(const Bodies& bodies, std::span<const Contact> contacts) const;
 
   double tolerance_;  ///< m, of positions
   /// m; together_: distance from the threshold within which contacts change together
-  double make_gap_, release_gap_, together_;
+  double make_gap_, release_gap_, simultaneity_margin_;
   std::vector<Terminal> terminals_;
   // Cache of nearby pairs of the last search; does not affect results.
   mutable ReachList near_;
   mutable int searches_ = 0;                  ///< rebuild number of near_ for which terminal_gap_ is valid
   mutable std::vector<double> terminal_gap_;  ///< m, by conductor and terminal
   // Only pairs in close_ can close or open their contact while every body is within its skin of its position in
-  // found_at_.
-  double least_skin_;                       ///< m
-  mutable std::vector<double> skin_;        ///< m, by body
-  mutable std::vector<Close> close_;        ///< in ascending order
-  mutable std::vector<double> found_at_;    ///< positions
-  mutable std::vector<Contact> made_then_;  ///< closed contacts for which close_ is valid
+  // search_positions_.
+  double least_skin_;                             ///< m
+  mutable std::vector<double> skin_;              ///< m, by body
+  mutable std::vector<Close> close_;              ///< in ascending order
+  mutable std::vector<double> search_positions_;  ///< positions
+  mutable std::vector<Contact> search_contacts_;  ///< closed contacts for which close_ is valid
 };
 
 }  // namespace lichtenberg::effects

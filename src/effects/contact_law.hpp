@@ -43,21 +43,21 @@ struct ContactPotentialLaw {
 
   LICHTENBERG_HOST_DEVICE double reach(double radius_i, double radius_j) const { return radius_i + radius_j; }
   LICHTENBERG_HOST_DEVICE double energy_unit() const { return stiffness; }
-  LICHTENBERG_HOST_DEVICE PairForce operator()(const PairSeen& seen) const {
-    return force(seen, contact_law(seen.distance / seen.reach));
+  LICHTENBERG_HOST_DEVICE PairForce operator()(const PairGeometry& pair) const {
+    return force(pair, contact_law(pair.distance / pair.reach));
   }
-  LICHTENBERG_HOST_DEVICE PairForce quick(const PairSeen& seen) const {
-    const double q = seen.distance / seen.reach;
-    return force(seen, contact_law(q, logarithm_near_one(q)));
+  LICHTENBERG_HOST_DEVICE PairForce quick(const PairGeometry& pair) const {
+    const double q = pair.distance / pair.reach;
+    return force(pair, contact_law(q, logarithm_near_one(q)));
   }
-  LICHTENBERG_HOST_DEVICE bool quick_holds(const PairSeen& seen) const {
-    return seen.distance / seen.reach >= near_one;
+  LICHTENBERG_HOST_DEVICE bool quick_holds(const PairGeometry& pair) const {
+    return pair.distance / pair.reach >= near_one;
   }
 
  private:
-  LICHTENBERG_HOST_DEVICE PairForce force(const PairSeen& seen, const ContactLaw& w) const {
-    return {w.energy, -stiffness * w.slope / (seen.reach * seen.distance),
-            stiffness * w.curvature / (seen.reach * seen.reach)};
+  LICHTENBERG_HOST_DEVICE PairForce force(const PairGeometry& pair, const ContactLaw& w) const {
+    return {w.energy, -stiffness * w.slope / (pair.reach * pair.distance),
+            stiffness * w.curvature / (pair.reach * pair.reach)};
   }
 };
 

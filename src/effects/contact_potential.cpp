@@ -14,19 +14,19 @@ template <class Visit>
 bool visit_pairs(const State& state, std::span<const Pair> pairs, Visit visit) {
   return visit_spheres(state.bodies, [&]<int d>(const Spheres<d>& spheres) {
     return for_each_in_reach(ContactPotentialLaw{}, spheres, pairs, [&](const PairInReach<d>& found) {
-      Overlap o{.particle = found.pair.i, .partner = found.pair.j, .distance = found.seen.distance};
-      o.reach = found.seen.reach;
+      Overlap o{.particle = found.pair.i, .partner = found.pair.j, .distance = found.geometry.distance};
+      o.reach = found.geometry.reach;
       o.q = o.distance / o.reach;
-      for (int k = 0; k < d; ++k) o.normal[k] = found.apart[k] / o.distance;
+      for (int k = 0; k < d; ++k) o.normal[k] = found.separation[k] / o.distance;
       if (o.q < 1) visit(o);
     });
   });
 }
 
 template <int dimension>
-double distance_from(const Wall& wall, const double* place) {
+double distance_from(const Wall& wall, const double* position) {
   double distance = 0;
-  for (int k = 0; k < dimension; ++k) distance += (place[k] - wall.point[k]) * wall.normal[k];
+  for (int k = 0; k < dimension; ++k) distance += (position[k] - wall.point[k]) * wall.normal[k];
   return distance;
 }
 
@@ -82,12 +82,12 @@ const EffectKind& ContactPotentialOptions::kind() {
           "finds this minimum instead of a motion in time, so no other effect is allowed.",
       .options = ContactPotentialOptions{},
       .keys = {{.name = "stiffness",
-                .place = place<&ContactPotentialOptions::stiffness>,
+                .target = target<&ContactPotentialOptions::stiffness>,
                 .unit = "J",
                 .range = ranges::positive,
                 .help = "k: scales energies and forces without effect on the final positions"},
                {.name = "box",
-                .place = [](Draft& draft) { return &draft.scene.domain.walled; },
+                .target = [](Draft& draft) { return &draft.scene.domain.walled; },
                 .help = "the sides of the domain are walls; otherwise every [[wall]] must be given"}},
       .alone = "which permits no other effect",
       .dimensions = {2, 3},
@@ -104,23 +104,23 @@ double ContactPotential::energy(const State& state) const {
 }
 
 double ContactPotential::energy_and_forces(const State& state, std::span<double> force) const {
-  std::vector<Push> none;
+  std::vector<ParticleForce> none;
   return energy_and_forces(state, 0, state.bodies.size(), force, none);
 }
 
 double ContactPotential::energy_and_forces(const State& state, int first, int end, std::span<double> force,
-                                           std::vector<Push>& beyond) const {
-  return state.bodies.dimension == 3 ? range_energy_and_forces<3>(state, first, end, force, beyond)
-                                     : range_energy_and_forces<2>(state, first, end, force, beyond);
+                                           std::vector<ParticleForce>& outside_forces) const {
+  return state.bodies.dimension == 3 ? range_energy_and_forces<3>(state, first, end, force, outside_forces)
+                                     : range_energy_and_forces<2>(state, first, end, force, outside_forces);
 }
 
 template <int dimension>
 double ContactPotential::range_energy_and_forces(const State& state, int first, int end, std::span<double> force,
-                                                 std::vector<Push>& beyond) const {
+                                                 std::vector<ParticleForce>& outside_forces) const {
   PairSum sum;
   if (!add_walls<dimension>(state, first, end, force, sum.energy)) return INFINITY;
   add_pair_forces(law(), spheres<dimension>(state.bodies), state.neighbours, ParticleRange{first, end},
-                  PairOutput{force, beyond, sum});
+                  PairOutput{force, outside_forces, sum});
   return stiffness_ * sum.energy;
 }
 

@@ -48,9 +48,9 @@ class ContactPotential : public Effect {
   double energy_and_forces(const State& state, std::span<double> force) const;
   /// Returns the part of U, and adds its forces, of pairs whose first particle is from `first` to before `end`, and of
   /// these particles and the walls. Callers can divide the particles among threads. The function changes `force` of
-  /// these particles only and appends the forces on other particles to `beyond`.
+  /// these particles only and appends the forces on other particles to `outside_forces`.
   double energy_and_forces(const State& state, int first, int end, std::span<double> force,
-                           std::vector<Push>& beyond) const;
+                           std::vector<ParticleForce>& outside_forces) const;
   /// Throws Failure if the energy is infinite.
   void add_forces(const State& state, std::span<double> force) const override;
   void add_jacobian(const State& state, ForceJacobian& jacobian) const override;
@@ -68,7 +68,7 @@ class ContactPotential : public Effect {
  private:
   template <int dimension>
   double range_energy_and_forces(const State& state, int first, int end, std::span<double> force,
-                                 std::vector<Push>& beyond) const;
+                                 std::vector<ParticleForce>& outside_forces) const;
   template <int dimension>
   bool add_walls(const State& state, int first, int end, std::span<double> force, double& sum) const;
 

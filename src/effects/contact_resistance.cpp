@@ -8,7 +8,7 @@ namespace {
 void check(const Draft& draft) {
   const ContactResistanceOptions& options = *draft.scene.effects.find<ContactResistanceOptions>();
   const std::string name = options.kind().name;
-  if (options.resistivity > 0 && options.spot == 0)
+  if (options.resistivity > 0 && options.contact_radius == 0)
     refuse_effect(draft, name, "a contact_radius in m, greater than 0, in addition to its resistivity");
   if (options.resistivity == 0)
     refuse_if_given(
@@ -29,17 +29,17 @@ const EffectKind& ContactResistanceOptions::kind() {
           "contact_discharge, which defines contacts.",
       .options = ContactResistanceOptions{},
       .keys = {{.name = "resistance",
-                .place = place<&ContactResistanceOptions::resistance>,
+                .target = target<&ContactResistanceOptions::resistance>,
                 .unit = "ohm",
                 .range = ranges::not_negative,
                 .help = "of one contact"},
                {.name = "resistivity",
-                .place = place<&ContactResistanceOptions::resistivity>,
+                .target = target<&ContactResistanceOptions::resistivity>,
                 .unit = "ohm m",
                 .range = ranges::not_negative,
                 .help = "of the conductors; needs contact_radius"},
                {.name = "contact_radius",
-                .place = place<&ContactResistanceOptions::spot>,
+                .target = target<&ContactResistanceOptions::contact_radius>,
                 .unit = "m",
                 .range = ranges::not_negative,
                 .help = "radius of the contact area",
@@ -49,7 +49,7 @@ const EffectKind& ContactResistanceOptions::kind() {
       .periodic = true,
       .check = check,
       .make = [](const Scene&) { return std::make_unique<ContactResistance>(); },
-      .explain = [](const Scene& scene) -> std::vector<Remark> {
+      .explain = [](const Scene& scene) -> std::vector<ExplanationLine> {
         return {{"a contact", fmt::format("{:.4g} ohm", scene.effects.find<ContactResistanceOptions>()->ohms())}};
       },
       .sharing = [](const Scene& scene, Contact) -> SharingLaw {

@@ -6,12 +6,12 @@
 namespace lichtenberg::effects {
 
 struct ContactResistanceOptions {
-  double resistance = 0;   ///< ohm, for each contact
-  double resistivity = 0;  ///< ohm m, of the conductors
-  double spot = 0;         ///< m, radius of the contact area of two surfaces
+  double resistance = 0;      ///< ohm, for each contact
+  double resistivity = 0;     ///< ohm m, of the conductors
+  double contact_radius = 0;  ///< m, radius of the contact area of two surfaces
   /// Returns the resistance (ohm) of one contact: `resistance` plus the constriction resistance of the contact area,
   /// resistivity / (2 spot) (R. Holm, Electric Contacts, 1967, eq. 4.15: each side has half of it).
-  double ohms() const { return resistance + (resistivity > 0 ? resistivity / (2 * spot) : 0); }
+  double ohms() const { return resistance + (resistivity > 0 ? resistivity / (2 * contact_radius) : 0); }
   static const EffectKind& kind();
 };
 

@@ -28,13 +28,13 @@ std::vector<double> scaled(std::vector<double> values, double factor) {
 /// Returns the accuracy of forces. Sums over pairs alone have no error bound; 1e-2 is the best that they reach.
 double force_accuracy(const Scene& scene) {
   const auto& options = *scene.effects.find<CoulombOptions>();
-  constexpr double of_pairs = 1e-2;
-  return options.sum == CoulombSum::mesh || options.sum == CoulombSum::ewald ? options.accuracy : of_pairs;
+  constexpr double pair_accuracy = 1e-2;
+  return options.sum == CoulombSum::mesh || options.sum == CoulombSum::ewald ? options.accuracy : pair_accuracy;
 }
 
 periodic::MeshChoice mesh_on_device(const Scene& scene) {
   periodic::MeshRequest request = mesh_request(scene);
-  request.by_hand = {}, request.on_device = true;
+  request.fixed = {}, request.on_device = true;
   return periodic::choose_quick_mesh(request);
 }
 
@@ -74,9 +74,9 @@ std::string precision_in_words(const periodic::MeshChoice& choice, const periodi
 }
 
 /// Describes the truncation error of the multipoles' degree.
-std::vector<Remark> explain_degree(const Scene& scene) {
+std::vector<ExplanationLine> explain_degree(const Scene& scene) {
   const auto truncation =
-      naming_the_table(scene, "effects.induced_dipoles", [&] { return multipole_truncation(scene); });
+      with_table_name(scene, "effects.induced_dipoles", [&] { return multipole_truncation(scene); });
   if (!truncation) return {};
   return {{"multipoles",
            fmt::format("effects.induced_dipoles.degree = {} leaves {}the attraction of two opposite charges in contact "
@@ -89,22 +89,23 @@ std::vector<Remark> explain_degree(const Scene& scene) {
 }
 
 /// Describes the mesh and the cutoff for the required accuracy; empty for other sums.
-std::vector<Remark> explain_mesh(const Scene& scene) {
+std::vector<ExplanationLine> explain_mesh(const Scene& scene) {
   const auto& options = *scene.effects.find<CoulombOptions>();
   if (options.sum != CoulombSum::mesh) return {};
-  const periodic::MeshChoice choice = naming_the_table(scene, "effects.coulomb", [&] { return mesh_for(scene); });
-  const bool by_hand = mesh_request(scene).by_hand.complete();
-  std::vector<Remark> remarks = {
+  const periodic::MeshChoice choice = with_table_name(scene, "effects.coulomb", [&] { return mesh_for(scene); });
+  const bool is_fixed = mesh_request(scene).fixed.complete();
+  std::vector<ExplanationLine> explanation = {
       {"charges",
        fmt::format("forces {}: pairs up to {:.3g} d0, the rest on {} x {} x {} points with {} of order {}, in "
                    "{}; error {:.1e} of the rms force {}",
-                   by_hand ? "with the given parameters" : fmt::format("to {:g} of the rms force", options.accuracy),
+                   is_fixed ? "with the given parameters" : fmt::format("to {:g} of the rms force", options.accuracy),
                    choice.cutoff, choice.mesh.points[0], choice.mesh.points[1], choice.mesh.points[2],
                    choice.mesh.window == periodic::Window::prolate ? "prolate windows" : "splines", choice.mesh.order,
                    precision_in_words(choice, mesh_request(scene)), choice.error,
-                   by_hand ? "at random positions" : "where the grains are")}};
-  if (const std::string doubt = doubt_about(scene, choice); !doubt.empty()) remarks.push_back({"warning", doubt});
-  return remarks;
+                   is_fixed ? "at random positions" : "where the grains are")}};
+  if (const std::string warning = accuracy_warning(scene, choice); !warning.empty())
+    explanation.push_back({"warning", warning});
+  return explanation;
 }
 
 /// Throws InputError if dipoles diverge at the start of a run.
@@ -118,22 +119,22 @@ void check_polarization(const Scene& scene) {
   coulomb.stored_energy({.bodies = bodies, .neighbours = pairs});
 }
 
-std::vector<Remark> explain(const Scene& scene) {
+std::vector<ExplanationLine> explain(const Scene& scene) {
   const auto* dipoles = scene.effects.find<InducedDipolesOptions>();
   if (!dipoles) return explain_mesh(scene);
-  std::vector<Remark> remarks;
+  std::vector<ExplanationLine> explanation;
   if (dipoles->degree > 1)
-    remarks.push_back(
+    explanation.push_back(
         {"charges",
          fmt::format(
              "forces of dielectric spheres of relative permittivity {:.3g}, multipoles to degree {}, to {:g}, instead "
              "of effects.coulomb.sum; a run takes longer than the estimate below, which is for pairs and a mesh",
              dipoles->relative_permittivity(scene.smallest_radius()), dipoles->degree, dipoles->tolerance)});
   else
-    remarks = explain_mesh(scene);
+    explanation = explain_mesh(scene);
   check_polarization(scene);
-  std::ranges::move(explain_degree(scene), std::back_inserter(remarks));
-  return remarks;
+  std::ranges::move(explain_degree(scene), std::back_inserter(explanation));
+  return explanation;
 }
 
 void check_cutoff(const Draft& draft, Scene& scene) {
@@ -178,43 +179,43 @@ double strength_in(const Scene& scene) { return scene.effects.find<CoulombOption
 std::vector<Key> keys() {
   return {
       {.name = "coupling_constant",
-       .place = place<&CoulombOptions::strength>,
+       .target = target<&CoulombOptions::strength>,
        .range = {.low = 0, .high = 1e100},
        .help = "K = k_e q0^2 / (m0 v0^2 d0)",
        .old_name = "strength"},
       {.name = "sum",
-       .place = place<&CoulombOptions::sum>,
+       .target = target<&CoulombOptions::sum>,
        .help = "mesh: near pairs, the rest on a mesh; ewald: direct Ewald sum, the reference; minimum-image, "
                "shifted-force: pairs only, without an error bound"},
       {.name = "accuracy",
-       .place = place<&CoulombOptions::accuracy>,
+       .target = target<&CoulombOptions::accuracy>,
        .range = {.low = 1e-12, .high = 0.1},
        .help =
            "of mesh and ewald: rms error of forces over the rms force; determines the parameters that are not given"},
       {.name = "cutoff",
-       .place = place<&CoulombOptions::cutoff>,
+       .target = target<&CoulombOptions::cutoff>,
        .unit = "d0",
        .range = ranges::positive,
        .computed_default = "from the accuracy; of shifted-force 7, or .45 of the box",
        .help = "largest distance of near pairs; of mesh and shifted-force"},
       {.name = "alpha",
-       .place = place<&CoulombOptions::alpha>,
+       .target = target<&CoulombOptions::alpha>,
        .unit = "1/d0",
        .range = ranges::positive,
        .computed_default = "none: a prolate splitting",
        .help = "of mesh: Ewald's splitting, near part erfc(alpha r) / r, instead of the prolate splitting"},
       {.name = "mesh",
-       .place = place<&CoulombOptions::mesh>,
+       .target = target<&CoulombOptions::mesh>,
        .range = {.low = 8, .high = 1024},
        .computed_default = "from the accuracy",
        .help = "of mesh: points along the longest side"},
       {.name = "order",
-       .place = place<&CoulombOptions::order>,
+       .target = target<&CoulombOptions::order>,
        .range = {.low = 4, .high = 8},
        .computed_default = "from the accuracy",
        .help = "of mesh: order of its windows; with cutoff, mesh and order the accuracy has no effect"},
       {.name = "damping",
-       .place = place<&CoulombOptions::damping>,
+       .target = target<&CoulombOptions::damping>,
        .unit = "1/d0",
        .range = ranges::not_negative,
        .help = "of shifted-force: alpha of erfc(alpha r) / r; 0: none"}};
@@ -255,7 +256,7 @@ const EffectKind& CoulombOptions::kind() {
 struct Coulomb::Implementation {
   explicit Implementation(const Scene& scene)
       : options(*scene.effects.find<CoulombOptions>()),
-        sum(make_sum(scene, doubt)),
+        sum(make_sum(scene, warning)),
         range(std::min(sum->cutoff(), longest_cutoff(scene)) - 2 * scene.smallest_radius()),
         wants_potentials(scene.effects.has("induced_dipoles") || scene.effects.has("charge_exchange")) {
     const auto* found = scene.effects.find<InducedDipolesOptions>();
@@ -269,13 +270,13 @@ struct Coulomb::Implementation {
 
   bool polarizes() const { return induced || spheres; }
 
-  auto naming_what_helps(const auto& work) {
+  auto with_remedy(const auto& work) {
     try {
       return work();
     } catch (const InputError& error) {
-      const std::string sentence = std::string("effects.induced_dipoles: ") + error.what();
-      if (evaluations == 0) throw InputError(sentence);
-      throw Failure(sentence + "; a lower temperature or a stiffer contact keeps grains from overlapping so deeply");
+      const std::string message = std::string("effects.induced_dipoles: ") + error.what();
+      if (evaluations == 0) throw InputError(message);
+      throw Failure(message + "; a lower temperature or a stiffer contact keeps grains from overlapping so deeply");
     }
   }
 
@@ -285,7 +286,7 @@ struct Coulomb::Implementation {
     if (bodies.position == position && bodies.charge == charge) return response;
     const periodic::Sources sources{bodies.box.lengths, bodies.position, bodies.charge};
     if (spheres) {
-      iterations += naming_what_helps([&] { return polarize_spheres(bodies); });
+      iterations += with_remedy([&] { return polarize_spheres(bodies); });
     } else if (induced) {
       // Charges may change at constant positions, which is no step for the predictor.
       const bool moved = bodies.position != position;
@@ -316,13 +317,12 @@ struct Coulomb::Implementation {
 
   /// Checks for growing dipole modes. Symmetry can hide them from the charges, so that `polarize` does not detect them.
   void check_stability(const periodic::Sources& sources, const State& state) {
-    naming_what_helps([&] { induced->check_stability(sources, state.neighbours, state.team); });
+    with_remedy([&] { induced->check_stability(sources, state.neighbours, state.team); });
   }
 
   /// Computes the dipoles and the response; returns the number of evaluations of the dipoles' field.
   int polarize(const periodic::Sources& sources, const State& state) {
-    return naming_what_helps(
-        [&] { return induced->evaluate(sources, state.neighbours, state.team, dipole, response); });
+    return with_remedy([&] { return induced->evaluate(sources, state.neighbours, state.team, dipole, response); });
   }
 
   /// Solves the grains as dielectric spheres, in units with 4 pi eps = 1, and returns the number of iterations. The
@@ -349,7 +349,7 @@ struct Coulomb::Implementation {
   static constexpr std::int64_t evaluations_a_check = 1000;
 
   CoulombOptions options;
-  std::string doubt;  ///< warning about the accuracy; empty: none
+  std::string warning;  ///< warning about the accuracy; empty: none
   std::unique_ptr<periodic::Sum> sum;
   double range;           ///< range between surfaces (d0)
   bool wants_potentials;  ///< true: potentials are needed in each step, because charges move
@@ -437,8 +437,8 @@ std::map<std::string, double> Coulomb::seconds() const {
 }
 
 std::vector<std::string> Coulomb::warnings() const {
-  if (implementation_->doubt.empty()) return {};
-  return {implementation_->doubt};
+  if (implementation_->warning.empty()) return {};
+  return {implementation_->warning};
 }
 
 void Coulomb::add_columns(const State& state, Frame& frame) const {

@@ -35,7 +35,7 @@ periodic::MeshRequest mesh_request(const Scene& scene) {
           .lengths = lengths_of(scene),
           .contact = 2 * scene.smallest_radius(),
           .polarizability = dipoles ? std::optional(dipoles->polarizability) : std::nullopt,
-          .by_hand = {options.cutoff, options.alpha, options.mesh, options.order}};
+          .fixed = {options.cutoff, options.alpha, options.mesh, options.order}};
 }
 
 periodic::MeshChoice mesh_for(const Scene& scene) {
@@ -47,29 +47,29 @@ periodic::MeshChoice mesh_for(const Scene& scene) {
   return periodic::choose_measured_mesh(request, {request.lengths, position, charge});
 }
 
-std::string doubt_about(const Scene& scene, const periodic::MeshChoice& choice) {
+std::string accuracy_warning(const Scene& scene, const periodic::MeshChoice& choice) {
   constexpr double most = 0.1;  // largest allowed effects.coulomb.accuracy
-  const double asked = scene.effects.find<CoulombOptions>()->accuracy;
-  if (mesh_request(scene).by_hand.complete()) {
+  const double requested = scene.effects.find<CoulombOptions>()->accuracy;
+  if (mesh_request(scene).fixed.complete()) {
     if (choice.error <= most) return "";
     return fmt::format(
         "effects.coulomb: the estimated force error is {:.2g} of the rms force at random positions with the given "
         "cutoff, mesh and order: at most {:g} is allowed",
         choice.error, most);
   }
-  if (choice.error <= asked) return "";
+  if (choice.error <= requested) return "";
   return fmt::format(
       "effects.coulomb.accuracy = {:g} is not reached: forces are off by {:.2g} of the rms force where the grains are",
-      asked, choice.error);
+      requested, choice.error);
 }
 
-std::unique_ptr<periodic::Sum> make_sum(const Scene& scene, std::string& doubt) {
+std::unique_ptr<periodic::Sum> make_sum(const Scene& scene, std::string& warning) {
   const auto& options = *scene.effects.find<CoulombOptions>();
   switch (options.sum) {
     case CoulombSum::mesh:
-      return naming_the_table(scene, "effects.coulomb", [&] {
+      return with_table_name(scene, "effects.coulomb", [&] {
         const periodic::MeshChoice choice = mesh_for(scene);
-        doubt = doubt_about(scene, choice);
+        warning = accuracy_warning(scene, choice);
         return periodic::make_mesh_sum(choice);
       });
     case CoulombSum::ewald:

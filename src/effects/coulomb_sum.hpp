@@ -20,13 +20,13 @@ double longest_cutoff(const Scene& scene);
 periodic::MeshRequest mesh_request(const Scene& scene);
 periodic::MeshChoice mesh_for(const Scene& scene);
 /// Returns a warning about a mesh whose force error exceeds the required accuracy; empty if it does not.
-std::string doubt_about(const Scene& scene, const periodic::MeshChoice& choice);
-/// Makes the sum of the scene's charges; `doubt` gets the warning of a mesh.
-std::unique_ptr<periodic::Sum> make_sum(const Scene& scene, std::string& doubt);
+std::string accuracy_warning(const Scene& scene, const periodic::MeshChoice& choice);
+/// Makes the sum of the scene's charges; `warning` gets the warning of a mesh.
+std::unique_ptr<periodic::Sum> make_sum(const Scene& scene, std::string& warning);
 
 /// Returns the result of work(), and prefixes the message of an InputError with the scene's path and the table's name.
 template <class Work>
-auto naming_the_table(const Scene& scene, const std::string& table, const Work& work) {
+auto with_table_name(const Scene& scene, const std::string& table, const Work& work) {
   try {
     return work();
   } catch (const InputError& error) {

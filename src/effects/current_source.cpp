@@ -9,7 +9,7 @@ const EffectKind& CurrentSourceOptions::kind() {
       .help = "The same current is injected into every conductor, dQ/dt = current (D 5.5). Needs floating_conductors.",
       .options = CurrentSourceOptions{},
       .keys = {{.name = "current",
-                .place = place<&CurrentSourceOptions::current>,
+                .target = target<&CurrentSourceOptions::current>,
                 .unit = "A",
                 .required = true,
                 .help = "current into each conductor"}},

@@ -19,7 +19,7 @@ double grains_within(const Scene& scene, double range) {
          range;
 }
 
-PairSeen strongest_pair(const Scene& scene, double reach) {
+PairGeometry strongest_pair(const Scene& scene, double reach) {
   double charge = 1;
   for (const Conductor& grain : scene.conductors) charge = std::max(charge, std::abs(grain.charge));
   const double radius = scene.smallest_radius();

@@ -14,7 +14,7 @@ namespace lichtenberg::effects {
 
 /// Returns the pair with about the largest force of the scene's grains. Its grains have the smallest radius and are in
 /// contact. Their charge is the largest of the scene, but at least 1 (q0).
-PairSeen strongest_pair(const Scene& scene, double reach_of_smallest);
+PairGeometry strongest_pair(const Scene& scene, double reach_of_smallest);
 /// Adds the memory of the lists, and throws InputError for a cutoff (d0) beyond half of the box.
 void add_pair_lists(const Scene& scene, double reach, DeviceForces& forces);
 
@@ -27,7 +27,7 @@ DevicePartForm& add_pair_law(const Scene& scene, const Law& law, DeviceForces& f
                 law.reach(largest.radius, largest.radius)});
   add_pair_lists(scene, reach, forces);
   if (NeedsCharges<Law>) forces.charged = true;
-  const PairSeen strongest = strongest_pair(scene, law.reach(smallest.radius, smallest.radius));
+  const PairGeometry strongest = strongest_pair(scene, law.reach(smallest.radius, smallest.radius));
   DevicePartForm& form = forces.parts.emplace_back();
   form.reach = reach;
   form.make_on_host = [=](const parallel::HostExecutor& run) {
@@ -42,7 +42,7 @@ template <class Law>
 DevicePartForm& add_pair_law_with_kernels(const Scene& scene, const Law& law, DeviceForces& forces) {
   DevicePartForm& form = add_pair_law(scene, law, forces);
   form.on_cuda = true;
-  const PairSeen strongest = strongest_pair(scene, 0);
+  const PairGeometry strongest = strongest_pair(scene, 0);
   form.make_on_cuda = [=](const parallel::CudaExecutor& run) { return make_cuda_part<Law>(run, law, strongest); };
   return form;
 }

@@ -84,20 +84,20 @@ struct OverriddenFunction {
 /// would be missing from the result.
 void check_functions(const Scene& scene, const EffectKind& kind) {
   using O = Overrides;
-  static constexpr OverriddenFunction of_conductors[] = {{"drag", &O::drag},
-                                                         {"add_currents", &O::add_currents},
-                                                         {"charge_relaxation_time", &O::charge_relaxation_time},
-                                                         {"accept", &O::accept}};
-  static constexpr OverriddenFunction of_grains[] = {
+  static constexpr OverriddenFunction conductor_functions[] = {{"drag", &O::drag},
+                                                               {"add_currents", &O::add_currents},
+                                                               {"charge_relaxation_time", &O::charge_relaxation_time},
+                                                               {"accept", &O::accept}};
+  static constexpr OverriddenFunction grain_functions[] = {
       {"grain_contact", &O::grain_contact}, {"exchange_charges", &O::exchange_charges}, {"drive", &O::drive}};
   const Overrides& own = kind.make.overrides();
   if (!kind.grains) {
-    for (const OverriddenFunction& one : of_grains)
+    for (const OverriddenFunction& one : grain_functions)
       if (own.*one.overridden)
         refuse_function(scene, kind, fmt::format("{}, which is called for grains alone", one.name));
     return;
   }
-  for (const OverriddenFunction& one : of_conductors)
+  for (const OverriddenFunction& one : conductor_functions)
     if (own.*one.overridden)
       refuse_function(scene, kind,
                       fmt::format("{}, which is never called for grains: add_forces with stored_energy, "
@@ -160,7 +160,7 @@ std::vector<EffectSummary> summarize_effects(const Scene& scene) {
   for (const EffectKind* kind : kinds) {
     EffectSummary summary{kind->name, kind->description, scene.effects.has(kind->name), {}};
     if (summary.in_scene) summary.needs = kind->make(scene)->needs();
-    if (summary.in_scene && kind->explain) summary.remarks = kind->explain(scene);
+    if (summary.in_scene && kind->explain) summary.explanation = kind->explain(scene);
     summaries.push_back(std::move(summary));
   }
   return summaries;

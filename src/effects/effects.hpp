@@ -36,8 +36,8 @@ struct EffectSummary {
   std::string_view name;         ///< name of its table in the scene
   std::string_view description;  ///< one line
   bool in_scene = false;
-  Needs needs;                    ///< needs, if it is in the scene
-  std::vector<Remark> remarks{};  ///< lines of `explain`, if it is in the scene
+  Needs needs;                                 ///< needs, if it is in the scene
+  std::vector<ExplanationLine> explanation{};  ///< lines of `explain`, if it is in the scene
 };
 
 /// Returns a summary of every effect, in the order of make_model.

@@ -13,12 +13,12 @@ template <class Options>
 std::vector<Key> elastic_constants() {
   return {
       {.name = "young",
-       .place = place<&Options::young>,
+       .target = target<&Options::young>,
        .unit = "Pa",
        .range = ranges::positive,
        .help = "Young's modulus; the default is steel"},
       {.name = "poisson",
-       .place = place<&Options::poisson>,
+       .target = target<&Options::poisson>,
        .range = {.low = -1, .high = 0.5, .low_itself = false},
        .help = "Poisson's ratio"},
   };

@@ -22,37 +22,37 @@ NodeGroups groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& ch
 /// Avoids branches on group membership, because branch prediction fails for many small groups.
 void find_groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& charges, double depth, NodeGroups& nodes) {
   const std::size_t n = groups.id.size();
-  nodes.of_node.resize(n);
+  nodes.group_of_node.resize(n);
   nodes.groups.resize(n + 1);  // one extra element, because the next group is written before it is known to exist
   int found = 0;
   for (std::size_t i = 0; i < n; ++i) {
     const bool is_first = groups.id[i] == static_cast<int>(i);
     nodes.groups[found] = {.floating = !groups.potential[i], .potential = groups.potential[i].value_or(0)};
-    nodes.of_node[i] = found;
-    nodes.of_node[i] = nodes.of_node[groups.id[i]];
+    nodes.group_of_node[i] = found;
+    nodes.group_of_node[i] = nodes.group_of_node[groups.id[i]];
     found += is_first;
   }
   nodes.groups.resize(found);
   for (std::size_t i = 0; i < std::min(n, charges.charge.size()); ++i) {
-    laplace::Group& group = nodes.groups[nodes.of_node[i]];
+    laplace::Group& group = nodes.groups[nodes.group_of_node[i]];
     group.charge += group.floating ? charges.charge[i] / depth : 0;
   }
 }
 
-void add_couplings(const ElectricalGroups& groups, const NodeCharges& charges, const std::vector<int>& of_node,
+void add_couplings(const ElectricalGroups& groups, const NodeCharges& charges, const std::vector<int>& group_of_node,
                    double depth, std::vector<laplace::Group>& to, std::vector<laplace::Coupling>& couplings) {
   std::map<int, int> group_of_supply;
   for (const Resistor& resistor : charges.resistors) {
     if (is_within_group(resistor, groups)) continue;
     int b = 0;
     if (resistor.b >= 0) {
-      b = of_node[resistor.b];
+      b = group_of_node[resistor.b];
     } else {
       const auto [known, is_new] = group_of_supply.try_emplace(resistor.supply, static_cast<int>(to.size()));
       if (is_new) to.push_back({.floating = false, .potential = resistor.potential});
       b = known->second;
     }
-    couplings.push_back({of_node[resistor.a], b, charges.weight * resistor.conductance / depth});
+    couplings.push_back({group_of_node[resistor.a], b, charges.weight * resistor.conductance / depth});
   }
 }
 
@@ -76,7 +76,7 @@ void neutralize(std::vector<laplace::Group>& groups) {
 
 void set_level(Electrostatics& field, const NodeCharges& charges) {
   const int conductors = static_cast<int>(field.potential.size());
-  double missing = charges.fed, conductance = 0;
+  double missing = charges.injected_current, conductance = 0;
   for (const Resistor& resistor : charges.resistors) {
     if (resistor.b >= 0) continue;
     const double potential =

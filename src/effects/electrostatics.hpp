@@ -17,7 +17,7 @@ struct NodeCharges {
   /// s: a resistor transports weight * conductance * potential difference; `charge` includes the charge of its
   /// `source`.
   double weight = 0;
-  double fed = 0;  ///< A, injected into all conductors together
+  double injected_current = 0;  ///< A, injected into all conductors together
 };
 
 /// Result of a field solve for the scene's depth, in SI.
@@ -36,7 +36,7 @@ struct Electrostatics {
 /// Electrical groups in the form of a field problem.
 struct NodeGroups {
   std::vector<laplace::Group> groups;  ///< in ascending order of id
-  std::vector<int> of_node;            ///< index of each node's group
+  std::vector<int> group_of_node;      ///< index of each node's group
 };
 
 /// Returns the groups of a field problem; charges are divided by `depth` (m).
@@ -45,8 +45,8 @@ NodeGroups groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& ch
 void find_groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& charges, double depth, NodeGroups& nodes);
 
 /// Appends the lumped conductances of resistors between groups, and a group for each potential source at the end of
-/// such a resistor. `of_node`: groups of the nodes.
-void add_couplings(const ElectricalGroups& groups, const NodeCharges& charges, const std::vector<int>& of_node,
+/// such a resistor. `group_of_node`: groups of the nodes.
+void add_couplings(const ElectricalGroups& groups, const NodeCharges& charges, const std::vector<int>& group_of_node,
                    double depth, std::vector<laplace::Group>& to, std::vector<laplace::Coupling>& couplings);
 
 /// Returns the charge (C) through each resistor. `flowed` (C per metre of depth) are the charges through the lumped

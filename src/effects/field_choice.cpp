@@ -7,7 +7,7 @@
 #include <cmath>
 
 #include "solvers/error.hpp"
-#include "solvers/laplace/accuracy/price.hpp"
+#include "solvers/laplace/accuracy/cost_model.hpp"
 #include "src/effects/circuit.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/current_source.hpp"
@@ -23,7 +23,7 @@ namespace {
 int cells_in_memory(Vec2 size) {
   const double bytes = 0.5 * static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
   const double aspect = std::max(size.x, size.y) / std::min(size.x, size.y);
-  return static_cast<int>(std::min<double>(most_cells, std::sqrt(aspect * bytes / laplace::cut_cell_price.bytes)));
+  return static_cast<int>(std::min<double>(most_cells, std::sqrt(aspect * bytes / laplace::cut_cell_cost.bytes)));
 }
 
 bool can_follow(Scene scene, const FieldMethodKind& method) {
@@ -38,11 +38,11 @@ bool can_follow(Scene scene, const FieldMethodKind& method) {
 
 /// Returns the only possible method for an accuracy; empty: the cheapest of several is chosen.
 std::optional<laplace::Method> only_choice(const Scene& scene, bool for_a_run) {
-  const FieldRequest& asked = *scene.field_request();
-  if (asked.method) return asked.method->accuracy;
+  const FieldRequest& field_request = *scene.field_request();
+  if (field_request.method) return field_request.method->accuracy;
   std::vector<laplace::Method> possible;
   for (const FieldMethodKind* method : field_methods())
-    if (method->accuracy && method->solves(2) && (asked.device == FieldDevice::cpu || method->on_device) &&
+    if (method->accuracy && method->solves(2) && (field_request.device == FieldDevice::cpu || method->on_device) &&
         (!has_resistors(scene) || method->couplings) && (!for_a_run || can_follow(scene, *method)))
       possible.push_back(*method->accuracy);
   return possible.size() == 1 ? std::optional(possible.front()) : std::nullopt;
@@ -95,19 +95,19 @@ ElectricalGroups groups_at_start(const Scene& scene, const Bodies& bodies) {
 }
 
 laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run) {
-  const FieldRequest& asked = *scene.field_request();
+  const FieldRequest& field_request = *scene.field_request();
   if (for_a_run)
     check_device(scene);
   else
-    check_device(asked.device, asked.method);
+    check_device(field_request.device, field_request.method);
   // Errors relative to the largest current values vary while a scene moves, up to three times those at the start.
   const double reserve = for_a_run ? 3 : 1;
-  laplace::AccuracyRequest request{
-      .accuracy = asked.accuracy / reserve,
-      .reserve = reserve,
-      .most_cells = cells_in_memory(plane(scene.domain.size)),
-      .cut_cell =
-          cut_cell_options({.device = asked.device, .threads = asked.threads, .linear_solver = asked.linear_solver})};
+  laplace::AccuracyRequest request{.accuracy = field_request.accuracy / reserve,
+                                   .reserve = reserve,
+                                   .most_cells = cells_in_memory(plane(scene.domain.size)),
+                                   .cut_cell = cut_cell_options({.device = field_request.device,
+                                                                 .threads = field_request.threads,
+                                                                 .linear_solver = field_request.linear_solver})};
   request.method = only_choice(scene, for_a_run);
   if (const auto* discharge = scene.effects.find<ContactDischargeOptions>(); for_a_run && discharge)
     request.least_gap = discharge->gap;
@@ -121,28 +121,29 @@ double usual_moving_tolerance(const Scene& scene) {
   const bool has_tolerance = mechanics.kind().reads("position_tolerance");
   if (!has_tolerance || scene.conductors.empty() || has_circuit(scene)) return least;
   const double radius = scene.smallest_radius();
-  const double asked = mechanics.position_tolerance / radius / measured;
-  return std::clamp(most * asked * asked, least, most);
+  const double relative_tolerance = mechanics.position_tolerance / radius / measured;
+  return std::clamp(most * relative_tolerance * relative_tolerance, least, most);
 }
 
-FieldOptions field_chosen(const FieldRequest& asked, const laplace::Choice& choice) {
+FieldOptions field_chosen(const FieldRequest& field_request, const laplace::Choice& choice) {
   return {.method = &method_of(choice.method),
           .cells = choice.cells,
           .tolerance = choice.tolerance,
           .moving_tolerance = choice.tolerance,
-          .device = asked.device,
-          .threads = asked.threads,
-          .linear_solver = asked.linear_solver,
-          .chosen_for = FieldAccuracy{asked.accuracy, choice.estimate}};
+          .device = field_request.device,
+          .threads = field_request.threads,
+          .linear_solver = field_request.linear_solver,
+          .chosen_for = FieldAccuracy{field_request.accuracy, choice.estimate}};
 }
 
 laplace::AccurateSpheres solve_to_accuracy(Scene& scene, const laplace::SphereProblem& problem) {
   FieldOptions& field = scene.field();
-  laplace::AccurateSpheres found = laplace::solve_to_accuracy(problem, field.chosen_for->asked, [&](double tolerance) {
-    FieldOptions options = field;
-    options.tolerance = tolerance;
-    return make_sphere_solver(options, problem.spheres.size());
-  });
+  laplace::AccurateSpheres found =
+      laplace::solve_to_accuracy(problem, field.chosen_for->requested, [&](double tolerance) {
+        FieldOptions options = field;
+        options.tolerance = tolerance;
+        return make_sphere_solver(options, problem.spheres.size());
+      });
   field.tolerance = field.moving_tolerance = found.tolerance;
   field.chosen_for->estimate = found.estimate;
   return found;
@@ -154,10 +155,10 @@ Scene with_field_chosen(Scene scene) {
     if (can_be_solved(problem)) solve_to_accuracy(scene, problem);
     return scene;
   }
-  const FieldRequest* asked = scene.field_request();
-  if (!asked || !scene.effects.has<FloatingConductorsOptions>()) return scene;
+  const FieldRequest* field_request = scene.field_request();
+  if (!field_request || !scene.effects.has<FloatingConductorsOptions>()) return scene;
   const laplace::LaplaceProblem problem = typical_problem(scene);
-  scene.field_table = field_chosen(*asked, solve_to_accuracy(problem, accuracy_request(scene, true)).choice);
+  scene.field_table = field_chosen(*field_request, solve_to_accuracy(problem, accuracy_request(scene, true)).choice);
   return scene;
 }
 

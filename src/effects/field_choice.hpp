@@ -29,7 +29,7 @@ double usual_moving_tolerance(const Scene& scene);
 laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run);
 
 /// Returns the field options that were chosen for a request.
-FieldOptions field_chosen(const FieldRequest& asked, const laplace::Choice& choice);
+FieldOptions field_chosen(const FieldRequest& field_request, const laplace::Choice& choice);
 
 /// Solves the field of the scene's spheres to the requested accuracy, and stores the required tolerance in the scene.
 /// Throws the exceptions of the solver.

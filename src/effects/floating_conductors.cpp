@@ -67,21 +67,21 @@ void check_inside(const Scene& scene, const Bodies& bodies) {
 }
 
 /// Describes an overlap that the field of spheres cannot solve and that contact forces should prevent; empty: none.
-std::string too_deep(const Scene& scene, const Bodies& bodies) {
+std::string overlap_message(const Scene& scene, const Bodies& bodies) {
   using laplace::deepest_contact;
-  const auto sentence = [&](const std::string& who, double depth, const std::string& effect, bool there) {
+  const auto message = [&](const std::string& subject, double depth, const std::string& effect, bool there) {
     return fmt::format(
-        "{} by {:.3g} m, more than 1 % of the radius, which the field of spheres cannot solve: {}", who, depth,
+        "{} by {:.3g} m, more than 1 % of the radius, which the field of spheres cannot solve: {}", subject, depth,
         there ? fmt::format("a larger effects.{}.young or a slower approach would keep them apart", effect)
               : fmt::format("[effects.{}] in the scene would keep them apart", effect));
   };
   for (const Pair pair : pairs_closer_than(bodies, 0)) {
     const double radius = std::min(bodies.radius[pair.i], bodies.radius[pair.j]);
-    const Vec3 apart = bodies.box.difference(position_in_space(bodies, pair.i), position_in_space(bodies, pair.j));
-    const double depth = bodies.radius[pair.i] + bodies.radius[pair.j] - norm(apart);
+    const Vec3 separation = bodies.box.difference(position_in_space(bodies, pair.i), position_in_space(bodies, pair.j));
+    const double depth = bodies.radius[pair.i] + bodies.radius[pair.j] - norm(separation);
     if (depth > deepest_contact * radius)
-      return sentence(fmt::format("conductors {} and {} overlap", pair.i, pair.j), depth, "hertz_contact",
-                      scene.effects.has<HertzContactOptions>());
+      return message(fmt::format("conductors {} and {} overlap", pair.i, pair.j), depth, "hertz_contact",
+                     scene.effects.has<HertzContactOptions>());
   }
   const bool walls = scene.effects.has<WallContactOptions>();
   const std::vector<Surface> sides = sides_of(scene.domain);
@@ -92,26 +92,26 @@ std::string too_deep(const Scene& scene, const Bodies& bodies) {
     for (std::size_t s = 0; s < sides.size() && !scene.domain.open; ++s)
       if (const double depth = depth_in(sides[s]);
           !scene.domain.sides[s].periodic && depth > deepest_contact * bodies.radius[i])
-        return sentence(fmt::format("conductor {} is pressed into the {} side of the domain", i, side_names[s]), depth,
-                        "wall_contact", walls);
+        return message(fmt::format("conductor {} is pressed into the {} side of the domain", i, side_names[s]), depth,
+                       "wall_contact", walls);
     for (const Electrode& electrode : scene.electrodes)
       if (const double depth = depth_in(surface_of(electrode, scene.domain));
           depth > deepest_contact * bodies.radius[i])
-        return sentence(fmt::format("conductor {} is pressed into the electrode \"{}\"", i, electrode.name), depth,
-                        "wall_contact", walls);
+        return message(fmt::format("conductor {} is pressed into the electrode \"{}\"", i, electrode.name), depth,
+                       "wall_contact", walls);
   }
   return "";
 }
 
 /// Describes two touching surfaces at different potentials, between which the force is unbounded; empty: none.
 /// contact_discharge prevents such contacts.
-std::string touch_of_potentials(const Bodies& bodies, const ElectricalGroups& groups,
-                                const std::vector<Terminal>& terminals) {
+std::string contact_at_different_potentials(const Bodies& bodies, const ElectricalGroups& groups,
+                                            const std::vector<Terminal>& terminals) {
   for (const Pair pair : pairs_closer_than(bodies, 0))
     if (groups.id[pair.i] != groups.id[pair.j]) return fmt::format("conductors {} and {}", pair.i, pair.j);
   for (int i = 0; i < bodies.size(); ++i)
     for (const Terminal& terminal : terminals)
-      if (!is_one(groups, i, terminal) &&
+      if (!shares_group(groups, i, terminal) &&
           view(terminal.surface, position_in_space(bodies, i)).distance <= bodies.radius[i])
         return fmt::format("conductor {} and {}", i, terminal.name);
   return "";
@@ -123,7 +123,7 @@ bool is_only_behind_resistors(const auto& problem) { return !problem.couplings.e
 
 /// Scales a correction of the predictor by the ratio of the force `now` to the force `then` (N) at the correction, at
 /// most by 1. After a group merge forces differ, and a correction of the old force's size would be wrong.
-Vec3 fading(Vec3 correction, double then, Vec3 now) {
+Vec3 scaled_correction(Vec3 correction, double then, Vec3 now) {
   return then > 0 ? std::min(1.0, norm(now) / then) * correction : correction;
 }
 
@@ -164,14 +164,14 @@ void complete(const Draft& draft, Scene& scene) {
 
 laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
                                              const NodeCharges& charges) {
-  AskedField asked;
-  ask_for_field(scene, bodies, groups, charges, asked);
-  return std::move(asked.problem);
+  ProblemBuffer buffer;
+  fill_laplace_problem(scene, bodies, groups, charges, buffer);
+  return std::move(buffer.problem);
 }
 
-void ask_for_field(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges,
-                   AskedField& asked) {
-  auto& [problem, nodes] = asked;
+void fill_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
+                          const NodeCharges& charges, ProblemBuffer& buffer) {
+  auto& [problem, nodes] = buffer;
   check_dimension(bodies, 2);
   problem.size = plane(scene.domain.size);
   problem.permittivity = scene.medium.permittivity;
@@ -186,12 +186,12 @@ void ask_for_field(const Scene& scene, const Bodies& bodies, const ElectricalGro
     Disk& disk = body->shape.emplace<Disk>();
     disk.centre = {bodies.position[2 * i], bodies.position[2 * i + 1]};
     disk.radius = bodies.radius[i];
-    body->group = nodes.of_node[i];
+    body->group = nodes.group_of_node[i];
   }
   int node = bodies.size();
   for (const Electrode& electrode : scene.electrodes) {
     if (electrode.series_resistance > 0) {
-      *body++ = {electrode.shape, nodes.of_node[node++]};
+      *body++ = {electrode.shape, nodes.group_of_node[node++]};
       continue;
     }
     *body++ = {electrode.shape, static_cast<int>(problem.groups.size())};
@@ -199,7 +199,7 @@ void ask_for_field(const Scene& scene, const Bodies& bodies, const ElectricalGro
   }
   problem.movable = bodies.size();
   problem.couplings.clear();
-  add_couplings(groups, charges, nodes.of_node, scene.medium.depth, problem.groups, problem.couplings);
+  add_couplings(groups, charges, nodes.group_of_node, scene.medium.depth, problem.groups, problem.couplings);
 }
 
 const FieldMethodKind* method_of(const FieldTable& table) {
@@ -311,52 +311,52 @@ FloatingConductors::FloatingConductors(const Scene& scene, laplace::SphereSolver
     : scene_(scene), spheres_(std::move(solver)), terminals_(terminals_of(scene)) {}
 
 void FloatingConductors::add_forces(const State& state, std::span<double> force) const {
-  if (!held_) return;
-  for_each_asked(state, [&](int i) {
-    const Vec3 held = held_->force_at(i, state.time);
-    for (int k = 0; k < state.bodies.dimension; ++k) force[i * state.bodies.dimension + k] += held[k];
+  if (!extrapolated_) return;
+  for_each_requested(state, [&](int i) {
+    const Vec3 extrapolated = extrapolated_->force_at(i, state.time);
+    for (int k = 0; k < state.bodies.dimension; ++k) force[i * state.bodies.dimension + k] += extrapolated[k];
   });
 }
 
 Electrostatics FloatingConductors::solve(const Bodies& bodies, const ElectricalGroups& groups,
                                          const NodeCharges& charges) {
   if (spheres_) return solve_in_space(bodies, groups, charges);
-  ask(bodies, groups, charges, asked_);
-  const laplace::LaplaceSolution solution = solver_->solve(asked_.problem);
-  if (scene_.field_accuracy()) last_problem_ = asked_.problem;
+  fill_problem(bodies, groups, charges, problem_);
+  const laplace::LaplaceSolution solution = solver_->solve(problem_.problem);
+  if (scene_.field_accuracy()) last_problem_ = problem_.problem;
   ++solves_;
   iterations_ += solution.iterations;
-  return in_si(asked_, solution, groups, charges);
+  return in_si(problem_, solution, groups, charges);
 }
 
 Electrostatics FloatingConductors::solve_in_space(const Bodies& bodies, const ElectricalGroups& groups,
                                                   const NodeCharges& charges) {
   check(bodies, groups);
-  if (const std::string sentence = too_deep(scene_, bodies); !sentence.empty()) {
-    if (solves_ == 0) throw InputError(sentence);
-    throw Failure(sentence);
+  if (const std::string message = overlap_message(scene_, bodies); !message.empty()) {
+    if (solves_ == 0) throw InputError(message);
+    throw Failure(message);
   }
-  laplace::SphereProblem asked = make_sphere_problem(scene_, bodies, groups, charges);
-  if (is_only_behind_resistors(asked)) neutralize(asked.groups);
-  const laplace::SphereSolution solution = spheres_->solve(asked);
+  laplace::SphereProblem problem = make_sphere_problem(scene_, bodies, groups, charges);
+  if (is_only_behind_resistors(problem)) neutralize(problem.groups);
+  const laplace::SphereSolution solution = spheres_->solve(problem);
   ++solves_;
   iterations_ += solution.iterations;
-  Electrostatics result = electrostatics_of(scene_, asked, solution);
+  Electrostatics result = electrostatics_of(scene_, problem, solution);
   result.carried = carried_by_resistors(groups, charges, solution.coupling_charge, 1);
-  if (is_only_behind_resistors(asked)) set_level(result, charges);
+  if (is_only_behind_resistors(problem)) set_level(result, charges);
   return result;
 }
 
 Electrostatics FloatingConductors::predict(const Bodies& bodies, const ElectricalGroups& groups,
                                            const NodeCharges& charges) {
-  ask(bodies, groups, charges, predicted_);
-  coarse_ = predictor_->solve(predicted_.problem);
+  fill_problem(bodies, groups, charges, predicted_problem_);
+  coarse_ = predictor_->solve(predicted_problem_.problem);
   ++predictions_;
-  Electrostatics predicted = in_si(predicted_, coarse_, groups, charges);
+  Electrostatics predicted = in_si(predicted_problem_, coarse_, groups, charges);
   predicted.energy += correction_.energy;
   const std::size_t n = corrected_norm_.size();
   for (std::size_t i = 0; i < n; ++i)
-    predicted.force[i] += fading(correction_.force[i], corrected_norm_[i], predicted.force[i]);
+    predicted.force[i] += scaled_correction(correction_.force[i], corrected_norm_[i], predicted.force[i]);
   for (std::size_t i = 0; i < n; ++i) predicted.charge[i] += correction_.charge[i];
   for (std::size_t i = 0; i < n; ++i) predicted.potential[i] += correction_.potential[i];
   return predicted;
@@ -369,7 +369,7 @@ void FloatingConductors::forget() {
 }
 
 void FloatingConductors::correct(const Electrostatics& solved) {
-  const Electrostatics coarse = of_conductors(predicted_, coarse_);
+  const Electrostatics coarse = conductor_results(predicted_problem_, coarse_);
   correction_ = difference(solved, coarse);
   corrected_norm_.clear();
   for (const Vec3 force : coarse.force) corrected_norm_.push_back(norm(force));
@@ -380,16 +380,16 @@ void FloatingConductors::check(const Bodies& bodies, const ElectricalGroups& gro
   check_contacts(bodies, groups);
 }
 
-void FloatingConductors::ask(const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges,
-                             AskedField& asked) const {
+void FloatingConductors::fill_problem(const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges,
+                                      ProblemBuffer& buffer) const {
   check(bodies, groups);
-  ask_for_field(scene_, bodies, groups, charges, asked);
-  if (is_only_behind_resistors(asked.problem)) neutralize(asked.problem.groups);
+  fill_laplace_problem(scene_, bodies, groups, charges, buffer);
+  if (is_only_behind_resistors(buffer.problem)) neutralize(buffer.problem.groups);
 }
 
 /// Converts a solution to SI, for conductors only, without terminals and resistors.
-Electrostatics FloatingConductors::of_conductors(const AskedField& asked,
-                                                 const laplace::LaplaceSolution& solution) const {
+Electrostatics FloatingConductors::conductor_results(const ProblemBuffer& buffer,
+                                                     const laplace::LaplaceSolution& solution) const {
   const double depth = scene_.medium.depth;
   const std::size_t n = scene_.conductors.size();
   Electrostatics result{.force = std::vector<Vec3>(n),
@@ -398,16 +398,16 @@ Electrostatics FloatingConductors::of_conductors(const AskedField& asked,
                         .energy = depth * solution.energy};
   for (std::size_t i = 0; i < n; ++i) result.force[i] = in_space(depth * solution.body_force[i]);
   for (std::size_t i = 0; i < n; ++i) result.charge[i] = depth * solution.body_charge[i];
-  for (std::size_t i = 0; i < n; ++i) result.potential[i] = solution.group_potential[asked.nodes.of_node[i]];
+  for (std::size_t i = 0; i < n; ++i) result.potential[i] = solution.group_potential[buffer.nodes.group_of_node[i]];
   return result;
 }
 
-Electrostatics FloatingConductors::in_si(const AskedField& asked, const laplace::LaplaceSolution& solution,
+Electrostatics FloatingConductors::in_si(const ProblemBuffer& buffer, const laplace::LaplaceSolution& solution,
                                          const ElectricalGroups& groups, const NodeCharges& charges) const {
   const double depth = scene_.medium.depth;
-  const laplace::LaplaceProblem& problem = asked.problem;
+  const laplace::LaplaceProblem& problem = buffer.problem;
   const std::size_t n = scene_.conductors.size();
-  Electrostatics result = of_conductors(asked, solution);
+  Electrostatics result = conductor_results(buffer, solution);
   result.carried = carried_by_resistors(groups, charges, laplace::coupling_charges(problem, solution), depth);
   for (std::size_t b = n; b < problem.bodies.size(); ++b) {
     result.terminal_charge.push_back(depth * solution.body_charge[b]);
@@ -424,13 +424,13 @@ Electrostatics FloatingConductors::in_si(const AskedField& asked, const laplace:
 
 void FloatingConductors::check_contacts(const Bodies& bodies, const ElectricalGroups& groups) const {
   if (scene_.effects.has<ContactDischargeOptions>()) return;
-  const std::string touching = touch_of_potentials(bodies, groups, terminals_);
+  const std::string touching = contact_at_different_potentials(bodies, groups, terminals_);
   if (touching.empty()) return;
-  const std::string sentence = touching +
-                               " touch at different potentials, and the force between them has no limit: "
-                               "[effects.contact_discharge] in the scene would make them one";
-  if (solves_ == 0) throw InputError(sentence);
-  throw Failure(sentence);
+  const std::string message = touching +
+                              " touch at different potentials, and the force between them has no limit: "
+                              "[effects.contact_discharge] in the scene would make them one";
+  if (solves_ == 0) throw InputError(message);
+  throw Failure(message);
 }
 
 }  // namespace lichtenberg::effects

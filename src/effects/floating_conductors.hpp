@@ -8,9 +8,9 @@
 #include "solvers/laplace/problem.hpp"
 #include "src/effects/circuit.hpp"
 #include "src/effects/electrostatics.hpp"
+#include "src/effects/extrapolated_field.hpp"
 #include "src/effects/floating_spheres.hpp"
 #include "src/effects/groups.hpp"
-#include "src/effects/held_field.hpp"
 #include "src/model/effect.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/scene/scene.hpp"
@@ -29,14 +29,14 @@ laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& b
                                              const NodeCharges& charges = {});
 
 /// A field problem whose memory is reused for the next problem.
-struct AskedField {
+struct ProblemBuffer {
   laplace::LaplaceProblem problem;
-  NodeGroups nodes;  ///< only `of_node` is valid: the groups are in `problem`
+  NodeGroups nodes;  ///< only `group_of_node` is valid: the groups are in `problem`
 };
 
-/// Writes the problem of make_laplace_problem to `asked`.
-void ask_for_field(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges,
-                   AskedField& asked);
+/// Writes the problem of make_laplace_problem to `buffer`.
+void fill_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
+                          const NodeCharges& charges, ProblemBuffer& buffer);
 
 /// Returns the method of a field; null if it is still to be chosen.
 const FieldMethodKind* method_of(const FieldTable& table);
@@ -69,8 +69,8 @@ void check_can_move(const Scene& scene);
 void check_processes(const FieldTable* field);
 
 /// Electrostatics of conductors with given charges (D 5.3). Owns the field solver. Because a field solve dominates the
-/// cost of a step, forces are extrapolated between solves: add_forces adds the forces of a HeldField, which the caller
-/// updates.
+/// cost of a step, forces are extrapolated between solves: add_forces adds the forces of an ExtrapolatedField, which
+/// the caller updates.
 class FloatingConductors : public Effect {
  public:
   FloatingConductors(const Scene& scene, std::unique_ptr<laplace::LaplaceSolver> solver);  ///< two dimensions
@@ -80,7 +80,7 @@ class FloatingConductors : public Effect {
   Needs needs() const override { return {.charges = true, .field = true}; }
   void add_forces(const State& state, std::span<double> force) const override;
   /// Extrapolated forces are linear in time, so free flight has a closed form and no body is marked.
-  void mark_pushed(const Bodies&, std::span<const double>, std::vector<bool>&) const override {}
+  void mark_interacting(const Bodies&, std::span<const double>, std::vector<bool>&) const override {}
 
   /// Solves the field. Throws the exceptions of the solver. Throws Failure (InputError before the first solve) for a
   /// conductor outside the domain, or for one that touches another potential in a scene without contact_discharge.
@@ -100,8 +100,8 @@ class FloatingConductors : public Effect {
 
   /// Returns the last solved problem, for error checks, if the scene specifies an accuracy.
   const std::optional<laplace::LaplaceProblem>& last_problem() const { return last_problem_; }
-  /// Sets the forces that add_forces() adds, at any time. `held` must outlive this object.
-  void follow(const HeldField& held) { held_ = &held; }
+  /// Sets the forces that add_forces() adds, at any time. `extrapolated` must outlive this object.
+  void follow(const ExtrapolatedField& extrapolated) { extrapolated_ = &extrapolated; }
 
   laplace::LaplaceSolver* solver() { return solver_.get(); }  ///< null in three dimensions
   std::int64_t solves() const { return solves_; }
@@ -114,23 +114,24 @@ class FloatingConductors : public Effect {
  private:
   void check(const Bodies& bodies, const ElectricalGroups& groups) const;
   Electrostatics solve_in_space(const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges);
-  void ask(const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges, AskedField& asked) const;
-  Electrostatics in_si(const AskedField& asked, const laplace::LaplaceSolution& solution,
+  void fill_problem(const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges,
+                    ProblemBuffer& buffer) const;
+  Electrostatics in_si(const ProblemBuffer& buffer, const laplace::LaplaceSolution& solution,
                        const ElectricalGroups& groups, const NodeCharges& charges) const;
-  Electrostatics of_conductors(const AskedField& asked, const laplace::LaplaceSolution& solution) const;
+  Electrostatics conductor_results(const ProblemBuffer& buffer, const laplace::LaplaceSolution& solution) const;
   void check_contacts(const Bodies& bodies, const ElectricalGroups& groups) const;
 
   Scene scene_;
   std::unique_ptr<laplace::LaplaceSolver> solver_, predictor_;  ///< null: none
   std::optional<laplace::SphereSolver> spheres_;                ///< used instead of solver_ in three dimensions
   std::vector<Terminal> terminals_;
-  AskedField asked_, predicted_;     ///< problems of the last solve and prediction
-  laplace::LaplaceSolution coarse_;  ///< predictor's last solution
-  Electrostatics correction_;        ///< correction of coarse_
+  ProblemBuffer problem_, predicted_problem_;  ///< problems of the last solve and prediction
+  laplace::LaplaceSolution coarse_;            ///< predictor's last solution
+  Electrostatics correction_;                  ///< correction of coarse_
   /// N, magnitudes of the predictor's forces at the last correction
   std::vector<double> corrected_norm_;
   std::optional<laplace::LaplaceProblem> last_problem_;
-  const HeldField* held_ = nullptr;  ///< null: no forces
+  const ExtrapolatedField* extrapolated_ = nullptr;  ///< null: no forces
   std::int64_t solves_ = 0, iterations_ = 0, predictions_ = 0;
 };
 

@@ -85,17 +85,17 @@ laplace::SphereProblem make_sphere_problem(const Scene& scene, const Bodies& bod
   for (int i = 0; i < bodies.size(); ++i)
     problem.spheres.push_back({clear_of_sides(position_in_space(bodies, i), bodies.radius[i], groups.potential[i],
                                               at_side[i] != 0, scene.domain),
-                               bodies.radius[i], nodes.of_node[i]});
+                               bodies.radius[i], nodes.group_of_node[i]});
   problem.movable = bodies.size();
   int node = bodies.size();
   for (const Electrode& electrode : scene.electrodes)
-    problem.spheres.push_back(
-        {electrode.centre(), std::get<Disk>(electrode.shape).radius,
-         electrode.series_resistance > 0 ? nodes.of_node[node++] : group_at(electrode.potential, problem.groups)});
+    problem.spheres.push_back({electrode.centre(), std::get<Disk>(electrode.shape).radius,
+                               electrode.series_resistance > 0 ? nodes.group_of_node[node++]
+                                                               : group_at(electrode.potential, problem.groups)});
   const FieldAccuracy* accuracy = scene.field_accuracy();
-  keep_contacts_apart(scene, charges.resistors, accuracy ? accuracy->asked : scene.field().moving_tolerance,
+  keep_contacts_apart(scene, charges.resistors, accuracy ? accuracy->requested : scene.field().moving_tolerance,
                       problem.spheres);
-  add_couplings(groups, charges, nodes.of_node, 1, problem.groups, problem.couplings);
+  add_couplings(groups, charges, nodes.group_of_node, 1, problem.groups, problem.couplings);
   return problem;
 }
 
@@ -118,8 +118,8 @@ Electrostatics electrostatics_of(const Scene& scene, const laplace::SphereProble
 }
 
 void check_spheres(const Draft& draft) {
-  const auto refuse_it = [&](const std::string& key, const std::string& sentence) {
-    refuse(draft.scene.path, draft.line(key), sentence);
+  const auto refuse_it = [&](const std::string& key, const std::string& message) {
+    refuse(draft.scene.path, draft.line(key), message);
   };
   for (const std::string key : {"medium.depth", "field.cells", "field.boundary_stencil", "field.linear_solver"})
     if (draft.line(key) > 0)

@@ -19,16 +19,16 @@ const EffectKind& GasDragOptions::kind() {
           "speed^2 S / l (1 - (1 - exp(-l h)) / (l h)), l = S + 2 omega / 3; inelastic ones less.",
       .options = GasDragOptions{},
       .keys = {{.name = "stokes",
-                .place = place<&GasDragOptions::stokes>,
+                .target = target<&GasDragOptions::stokes>,
                 .range = ranges::positive,
                 .help = "S = d0 / (v0 tau), tau the time in which drag stops a grain"},
                {.name = "speed",
-                .place = place<&GasDragOptions::speed>,
+                .target = target<&GasDragOptions::speed>,
                 .unit = "v0",
                 .range = ranges::not_negative,
                 .help = "standard deviation of each component of v_gas; 0: a gas at rest"},
                {.name = "correlation_time",
-                .place = place<&GasDragOptions::hold>,
+                .target = target<&GasDragOptions::correlation_time>,
                 .unit = "t0",
                 .range = ranges::positive,
                 .help = "time after which v_gas is redrawn",
@@ -43,7 +43,8 @@ const EffectKind& GasDragOptions::kind() {
       .device =
           [](const Scene& scene, DeviceForces& forces) {
             const auto& drag = *scene.effects.find<GasDragOptions>();
-            forces.drives.push_back(drive_form_with_kernels(Wind{drag.stokes, drag.speed, drag.hold, scene.seed}));
+            forces.drives.push_back(
+                drive_form_with_kernels(Wind{drag.stokes, drag.speed, drag.correlation_time, scene.seed}));
           }};
   return kind;
 }

@@ -50,17 +50,17 @@ const EffectKind& GravityOptions::kind() {
           "periodic axis the potential energy is that of the unwrapped position.",
       .options = GravityOptions{},
       .keys = {{.name = "acceleration",
-                .place = place<&GravityOptions::acceleration>,
+                .target = target<&GravityOptions::acceleration>,
                 .unit = "m/s^2",
                 .range = ranges::not_negative,
                 .help = "of free fall"},
                {.name = "direction",
-                .place = place<&GravityOptions::direction>,
+                .target = target<&GravityOptions::direction>,
                 .range = {.low = -1e100, .high = 1e100},  // squares must not overflow
                 .computed_default = "[0, 0, -1] in three dimensions, to the front; [0, -1] in two, to the bottom",
                 .help = "of the fall, a vector of any length but 0; pictures in perspective put its opposite up"},
                {.name = "fluid_density",
-                .place = place<&GravityOptions::fluid_density>,
+                .target = target<&GravityOptions::fluid_density>,
                 .unit = "kg/m^3",
                 .range = ranges::not_negative,
                 .help = "of the fluid, for the buoyancy of the spheres"}},
@@ -73,15 +73,15 @@ const EffectKind& GravityOptions::kind() {
 
 Gravity::Gravity(const Scene& scene) {
   const GravityOptions& options = *scene.effects.find<GravityOptions>();
-  pull_ = (scene.material.density - options.fluid_density) * options.acceleration;
+  weight_density_ = (scene.material.density - options.fluid_density) * options.acceleration;
   down_ = down(options, scene.domain);
 }
 
 void Gravity::add_forces(const State& state, std::span<double> force) const {
   const Bodies& bodies = state.bodies;
   const int d = bodies.dimension;
-  for_each_asked(state, [&](int i) {
-    for_each_axis(down_, d, [&](int k, double part) { force[i * d + k] += pull(bodies.radius[i]) * part; });
+  for_each_requested(state, [&](int i) {
+    for_each_axis(down_, d, [&](int k, double part) { force[i * d + k] += weight(bodies.radius[i]) * part; });
   });
 }
 
@@ -91,13 +91,15 @@ double Gravity::stored_energy(const State& state) const {
   double energy = 0;
   for (int i = 0; i < bodies.size(); ++i)
     for_each_axis(down_, d, [&](int k, double part) {
-      double place = bodies.position[i * d + k];
-      if (!bodies.image.empty()) place += bodies.image[i * d + k] * bodies.box.lengths[k];
-      energy -= pull(bodies.radius[i]) * part * place;
+      double coordinate = bodies.position[i * d + k];
+      if (!bodies.image.empty()) coordinate += bodies.image[i * d + k] * bodies.box.lengths[k];
+      energy -= weight(bodies.radius[i]) * part * coordinate;
     });
   return energy;
 }
 
-double Gravity::pull(double radius) const { return pull_ * 4.0 / 3.0 * std::numbers::pi * std::pow(radius, 3); }
+double Gravity::weight(double radius) const {
+  return weight_density_ * 4.0 / 3.0 * std::numbers::pi * std::pow(radius, 3);
+}
 
 }  // namespace lichtenberg::effects

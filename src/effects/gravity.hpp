@@ -33,9 +33,9 @@ class Gravity : public Effect {
   double stored_energy(const State& state) const override;
 
  private:
-  double pull(double radius) const;  ///< N
-  double pull_;                      ///< N/m^3, per volume
-  Vec3 down_;                        ///< unit vector
+  double weight(double radius) const;  ///< N
+  double weight_density_;              ///< N/m^3, per volume
+  Vec3 down_;                          ///< unit vector
 };
 
 }  // namespace lichtenberg::effects

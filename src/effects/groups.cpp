@@ -15,31 +15,31 @@ namespace lichtenberg::effects {
 namespace {
 
 /// Potential sources of the components, indexed by the component's first conductor.
-class Holders {
+class SourceAssignment {
  public:
-  Holders(const Scene& scene, std::size_t nodes)
-      : path_(scene.path), supplies_(supplies_of(scene)), holders_(nodes, -1) {}
+  SourceAssignment(const Scene& scene, std::size_t nodes)
+      : path_(scene.path), supplies_(potential_sources_of(scene)), source_(nodes, -1) {}
   void add(int component, int supply) {
-    int& held = holders_[component];
-    if (held < 0) held = supply;
-    const Supply &first = supplies_[held], &other = supplies_[supply];
+    int& assigned = source_[component];
+    if (assigned < 0) assigned = supply;
+    const PotentialSource &first = supplies_[assigned], &other = supplies_[supply];
     if (first.potential != other.potential)
       throw InputError(
           fmt::format("the group of conductor {} connects {} at {:g} V with {} at {:g} V: a short circuit of perfect "
                       "conductors, whose current has no limit, is not allowed: {} gives them these potentials, in "
                       "electrode.potential, side's potential in [domain] or group.potential",
                       component, first.name, first.potential, other.name, other.potential, path_));
-    held = std::min(held, supply);
+    assigned = std::min(assigned, supply);
   }
   /// Index of the component's source; -1: none.
-  int supply(int component) const { return holders_[component]; }
+  int supply(int component) const { return source_[component]; }
   /// Potential (V) of a component with a source.
   double potential(int component) const { return supplies_[supply(component)].potential; }
 
  private:
   std::string path_;
-  std::vector<Supply> supplies_;
-  std::vector<int> holders_;
+  std::vector<PotentialSource> supplies_;
+  std::vector<int> source_;
 };
 
 /// Returns the components of the nodes that wires and contacts connect.
@@ -61,7 +61,7 @@ DisjointSets connect(const Scene& scene, std::span<const Contact> contacts, cons
 }
 
 /// Returns the index of each wire's potential source, -1: none.
-std::vector<int> supplies_of_wires(const Scene& scene, const std::vector<Terminal>& terminals) {
+std::vector<int> wire_sources(const Scene& scene, const std::vector<Terminal>& terminals) {
   std::vector<int> supply;
   int next = static_cast<int>(terminals.size());
   for (const PrescribedGroup& wire : scene.groups) supply.push_back(wire.potential ? next++ : -1);
@@ -69,10 +69,10 @@ std::vector<int> supplies_of_wires(const Scene& scene, const std::vector<Termina
 }
 
 /// Calls add(conductor, supply) for each conductor that a wire or a contact joins to a potential source.
-void for_each_held(const Scene& scene, std::span<const Contact> contacts, const std::vector<Terminal>& terminals,
-                   const auto& add) {
+void for_each_source_connection(const Scene& scene, std::span<const Contact> contacts,
+                                const std::vector<Terminal>& terminals, const auto& add) {
   const int n = static_cast<int>(scene.conductors.size());
-  const std::vector<int> supply_of_wire = supplies_of_wires(scene, terminals);
+  const std::vector<int> supply_of_wire = wire_sources(scene, terminals);
   for (int i = 0; i < n && !scene.groups.empty(); ++i)
     if (const int wire = scene.conductors[i].group; wire >= 0 && supply_of_wire[wire] >= 0)
       add(i, supply_of_wire[wire]);
@@ -87,7 +87,7 @@ std::vector<int> connections(const Scene& scene, std::span<const Contact> contac
   std::vector<char> grounded(n + terminals.size());
   for (const Terminal& terminal : terminals)
     if (terminal.node >= 0) grounded[sets.find(terminal.node)] = true;
-  for_each_held(scene, contacts, terminals, [&](int i, int) { grounded[sets.find(i)] = true; });
+  for_each_source_connection(scene, contacts, terminals, [&](int i, int) { grounded[sets.find(i)] = true; });
   std::vector<int> connected(n);
   for (int i = 0; i < n; ++i) {
     const int component = sets.find(i);
@@ -118,8 +118,8 @@ int node_count(const Scene& scene) {
   return static_cast<int>(scene.conductors.size()) + static_cast<int>(resistors);
 }
 
-std::vector<Supply> supplies_of(const Scene& scene) {
-  std::vector<Supply> supplies;
+std::vector<PotentialSource> potential_sources_of(const Scene& scene) {
+  std::vector<PotentialSource> supplies;
   for (const Terminal& terminal : terminals_of(scene)) supplies.push_back({terminal.name, terminal.potential});
   for (const PrescribedGroup& wire : scene.groups)
     if (wire.potential) supplies.push_back({fmt::format("the group \"{}\"", wire.name), *wire.potential});
@@ -151,35 +151,36 @@ ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> 
   }
   const std::span<const Contact> joined = all_join ? contacts : joining;
   DisjointSets sets = connect(scene, joined, terminals);
-  Holders holders(scene, scene.conductors.size() + terminals.size());
-  for_each_held(scene, joined, terminals, [&](int i, int supply) { holders.add(sets.find(i), supply); });
+  SourceAssignment assignment(scene, scene.conductors.size() + terminals.size());
+  for_each_source_connection(scene, joined, terminals,
+                             [&](int i, int supply) { assignment.add(sets.find(i), supply); });
 
   const int nodes = node_count(scene);
   ElectricalGroups groups{.id = std::vector<int>(nodes),
                           .potential = std::vector<std::optional<double>>(nodes),
                           .supply = std::vector<int>(nodes),
                           .connected = {}};
-  std::map<double, int> first_held_at;
+  std::map<double, int> first_at_potential;
   for (int i = 0; i < nodes; ++i) {
     const int group = sets.find(i);  // first node of the component, which has been processed before the others
-    groups.supply[i] = holders.supply(group);
+    groups.supply[i] = assignment.supply(group);
     groups.id[i] = group;
     if (groups.supply[i] < 0) continue;
-    const double potential = holders.potential(group);
+    const double potential = assignment.potential(group);
     groups.potential[i] = potential;
-    groups.id[i] = first_held_at.try_emplace(potential, i).first->second;
+    groups.id[i] = first_at_potential.try_emplace(potential, i).first->second;
   }
   groups.connected = all_join ? connections(scene, contacts, terminals, std::move(sets))
                               : connections(scene, conducting, terminals, connect(scene, conducting, terminals));
   return groups;
 }
 
-bool is_one(const ElectricalGroups& groups, int conductor, const Terminal& terminal) {
+bool shares_group(const ElectricalGroups& groups, int conductor, const Terminal& terminal) {
   return terminal.node < 0 ? groups.potential[conductor] == terminal.potential
                            : groups.id[conductor] == groups.id[terminal.node];
 }
 
-bool parts(const ElectricalGroups& before, const ElectricalGroups& after) {
+bool splits_group(const ElectricalGroups& before, const ElectricalGroups& after) {
   // A group's id is its first conductor, so every other member must still be grouped with it.
   for (std::size_t i = 0; i < before.id.size(); ++i)
     if (after.id[i] != after.id[before.id[i]] || (before.potential[i] && after.potential[i] != before.potential[i]))

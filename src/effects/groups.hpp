@@ -31,13 +31,13 @@ std::vector<Terminal> terminals_of(const Scene& scene);
 int node_count(const Scene& scene);
 
 /// A potential source, which fixes the potential of conductors and supplies or collects their charge.
-struct Supply {
+struct PotentialSource {
   std::string name;
   double potential = 0;  ///< V
 };
 
 /// Returns the terminals, in their order, then the wires (the scene's [[group]]s) at a prescribed potential.
-std::vector<Supply> supplies_of(const Scene& scene);
+std::vector<PotentialSource> potential_sources_of(const Scene& scene);
 
 /// Equipotential groups of nodes. Nodes are the conductors, then the terminals behind a resistor. All nodes at the same
 /// prescribed potential are one group, whether they touch or not.
@@ -45,9 +45,10 @@ struct ElectricalGroups {
   std::vector<int> id;  ///< by node: smallest index in its group (D 6.41)
   /// V, by node: prescribed potential of its group; empty: the group floats
   std::vector<std::optional<double>> potential;
-  /// By node: first of supplies_of that is connected with its component, -1 if it floats. Components at one prescribed
-  /// potential are one group, but each of them has its own source that collects its charge. If several sources are
-  /// connected with one component, the division of charge among them is undetermined, and the first takes it all.
+  /// By node: first of potential_sources_of that is connected with its component, -1 if it floats. Components at one
+  /// prescribed potential are one group, but each of them has its own source that collects its charge. If several
+  /// sources are connected with one component, the division of charge among them is undetermined, and the first takes
+  /// it all.
   std::vector<int> supply;
   /// By conductor: smallest index of the conductors that contacts and wires connect with it. -1 if they connect it with
   /// a terminal or the source of a wire. Connected conductors are in different equipotential groups if a contact does
@@ -58,7 +59,7 @@ struct ElectricalGroups {
 
 /// Returns true if a conductor is in one equipotential group with a terminal. A terminal behind a resistor does not
 /// have the potential of its source.
-bool is_one(const ElectricalGroups& groups, int conductor, const Terminal& terminal);
+bool shares_group(const ElectricalGroups& groups, int conductor, const Terminal& terminal);
 
 /// Returns the effect whose law contacts obey (EffectKind::sharing). Null: all contacts join their bodies.
 const EffectKind* sharing_effect(const Scene& scene);
@@ -73,6 +74,6 @@ ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> 
 
 /// Returns true if `after` splits a group of `before`: conductors of one group, or a group and its prescribed
 /// potential.
-bool parts(const ElectricalGroups& before, const ElectricalGroups& after);
+bool splits_group(const ElectricalGroups& before, const ElectricalGroups& after);
 
 }  // namespace lichtenberg::effects

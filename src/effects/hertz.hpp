@@ -40,16 +40,16 @@ struct HertzLaw {
 
   LICHTENBERG_HOST_DEVICE double reach(double radius_i, double radius_j) const { return radius_i + radius_j; }
   LICHTENBERG_HOST_DEVICE double energy_unit() const { return 1; }
-  LICHTENBERG_HOST_DEVICE double overlap(const PairSeen& seen) const {
-    return seen.distance < seen.reach ? seen.reach - seen.distance : 0;  // rounding can give a distance beyond reach
+  LICHTENBERG_HOST_DEVICE double overlap(const PairGeometry& pair) const {
+    return pair.distance < pair.reach ? pair.reach - pair.distance : 0;  // rounding can give a distance beyond reach
   }
-  LICHTENBERG_HOST_DEVICE PairForce operator()(const PairSeen& seen) const {
-    const HertzForce law = hertz(modulus, 1 / (1 / seen.radius_i + 1 / seen.radius_j), overlap(seen));
+  LICHTENBERG_HOST_DEVICE PairForce operator()(const PairGeometry& pair) const {
+    const HertzForce law = hertz(modulus, 1 / (1 / pair.radius_i + 1 / pair.radius_j), overlap(pair));
     return {law.energy, law.force, law.stiffness};
   }
   /// Returns true if the overlap exceeds the smaller radius. The law holds for overlaps much smaller than the spheres.
-  LICHTENBERG_HOST_DEVICE bool refuses(const PairSeen& seen) const {
-    return overlap(seen) > (seen.radius_i < seen.radius_j ? seen.radius_i : seen.radius_j);
+  LICHTENBERG_HOST_DEVICE bool refuses(const PairGeometry& pair) const {
+    return overlap(pair) > (pair.radius_i < pair.radius_j ? pair.radius_i : pair.radius_j);
   }
 };
 

@@ -42,7 +42,7 @@ HertzContact::HertzContact(const HertzContactOptions& options)
 
 void HertzContact::refuse(const Bodies& bodies, Pair pair) const {
   const double depth = visit_spheres(bodies, [&](const auto& s) {
-    return s.radius[pair.i] + s.radius[pair.j] - norm(s.box.difference(s.place(pair.i), s.place(pair.j)));
+    return s.radius[pair.i] + s.radius[pair.j] - norm(s.box.difference(s.centre(pair.i), s.centre(pair.j)));
   });
   throw Failure(
       fmt::format("conductors {} and {} overlap by {:.3g} m, more than a radius: their Young's modulus "
@@ -62,18 +62,18 @@ std::optional<Pair> HertzContact::add_forces_of_unlike(const State& state, std::
   const int d = state.bodies.dimension;
   visit_spheres(state.bodies, [&](const auto& spheres) {
     const HertzLaw& common = law();
-    const bool apart = for_each_in_reach(common, spheres, state.neighbours, [&](const auto& found) {
+    const bool separate = for_each_in_reach(common, spheres, state.neighbours, [&](const auto& found) {
       const auto [i, j] = found.pair;
       const HertzLaw one = law_of(found.pair);
-      if (one.refuses(found.seen) && !refused) refused = found.pair;
-      const double over_distance = one(found.seen).force / found.seen.distance;
+      if (one.refuses(found.geometry) && !refused) refused = found.pair;
+      const double over_distance = one(found.geometry).force / found.geometry.distance;
       for (int k = 0; k < d; ++k) {
-        force[i * d + k] += over_distance * found.apart[k];
-        force[j * d + k] -= over_distance * found.apart[k];
+        force[i * d + k] += over_distance * found.separation[k];
+        force[j * d + k] -= over_distance * found.separation[k];
       }
     });
     // The loop ends where two centres coincide, which the law refuses whatever the material.
-    if (!apart) refused = add_pair_forces(common, spheres, state.neighbours, force, state.team).refused;
+    if (!separate) refused = add_pair_forces(common, spheres, state.neighbours, force, state.team).refused;
   });
   return refused;
 }

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "solvers/laplace/accuracy/price.hpp"
+#include "solvers/laplace/accuracy/cost_model.hpp"
 #include "src/effects/device_forces.hpp"
 #include "src/model/effect.hpp"
 
@@ -69,7 +69,7 @@ double seconds_a_grain(const Scene& scene) {
   if (options.degree == 1) return 2.1e-6;
   const double grains = static_cast<double>(scene.conductors.size());
   const double unknowns = grains * (options.degree + 1) * (options.degree + 1);
-  return laplace::spheres_price.seconds(unknowns, options.tolerance) / grains;
+  return laplace::spheres_cost.seconds(unknowns, options.tolerance) / grains;
 }
 
 }  // namespace
@@ -88,20 +88,20 @@ const EffectKind& InducedDipolesOptions::kind() {
           "with corrected signs).",
       .options = InducedDipolesOptions{},
       .keys = {{.name = "polarizability",
-                .place = place<&InducedDipolesOptions::polarizability>,
+                .target = target<&InducedDipolesOptions::polarizability>,
                 .range = ranges::positive,
                 .help = "A, in d0^3: (eps_r - 1) / (eps_r + 2) / 8 of a dielectric sphere, 1/8 of a conductor"},
                {.name = "sum",
-                .place = place<&InducedDipolesOptions::sum>,
+                .target = target<&InducedDipolesOptions::sum>,
                 .help = "ewald: all images for all interactions; mixed-consistent: nearest images between dipoles; "
                         "minimum-image: nearest images except between charges; source: as in G, with forces that have "
                         "no energy"},
                {.name = "tolerance",
-                .place = place<&InducedDipolesOptions::tolerance>,
+                .target = target<&InducedDipolesOptions::tolerance>,
                 .range = ranges::accuracy,
                 .help = "relative residual of the polarizing field, over the field of the charges"},
                {.name = "degree",
-                .place = place<&InducedDipolesOptions::degree>,
+                .target = target<&InducedDipolesOptions::degree>,
                 .range = {.low = 1, .high = InducedDipolesOptions::most},
                 .help = "degree of the multipoles. Above 1 grains are uniformly charged dielectric spheres, valid up "
                         "to contact; sum and coulomb.sum then have no effect, and charges must add up to 0; explain "

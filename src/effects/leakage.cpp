@@ -20,7 +20,7 @@ const EffectKind& LeakageOptions::kind() {
           "floating_conductors.",
       .options = LeakageOptions{},
       .keys = {{.name = "conductivity",
-                .place = place<&LeakageOptions::conductivity>,
+                .target = target<&LeakageOptions::conductivity>,
                 .unit = "S/m",
                 .range = ranges::positive,
                 .required = true,
@@ -29,7 +29,7 @@ const EffectKind& LeakageOptions::kind() {
       .dimensions = {2, 3},
       .periodic = true,
       .make = [](const Scene& scene) { return std::make_unique<Leakage>(leakage_of(scene)); },
-      .explain = [](const Scene& scene) -> std::vector<Remark> {
+      .explain = [](const Scene& scene) -> std::vector<ExplanationLine> {
         return {
             {"leakage", fmt::format("every charge decays in {:.4g} s", leakage_of(scene).charge_relaxation_time())}};
       }};

@@ -12,7 +12,7 @@ const EffectKind& UniformForceOptions::kind() {
       .help = "Accelerates all grains equally. Only contacts and gas_drag limit their speed in a periodic box.",
       .options = UniformForceOptions{},
       .keys = {{.name = "acceleration",
-                .place = place<&UniformForceOptions::acceleration>,
+                .target = target<&UniformForceOptions::acceleration>,
                 .unit = "d0/t0^2",
                 .required = true,
                 .help = "one component per dimension of the domain"}},
@@ -31,7 +31,7 @@ const EffectKind& UniformForceOptions::kind() {
       .device =
           [](const Scene& scene, DeviceForces& forces) {
             const Vec3 acceleration = scene.effects.find<UniformForceOptions>()->acceleration.value;
-            forces.drives.push_back(drive_form_with_kernels(UniformPush{acceleration}));
+            forces.drives.push_back(drive_form_with_kernels(UniformImpulse{acceleration}));
           }};
   return kind;
 }
@@ -42,9 +42,9 @@ std::optional<double> UniformForce::drive(double, double dt, Bodies& bodies) {
   for (int i = 0; i < bodies.size(); ++i)
     for (int k = 0; k < d; ++k) {
       double& momentum = bodies.momentum[i * d + k];
-      const double push = push_.impulse(dt, bodies.mass[i], k);
-      work += push * (momentum + 0.5 * push) / bodies.mass[i];
-      momentum += push;
+      const double impulse = impulse_.impulse(dt, bodies.mass[i], k);
+      work += impulse * (momentum + 0.5 * impulse) / bodies.mass[i];
+      momentum += impulse;
     }
   return work;
 }

@@ -12,7 +12,7 @@ struct UniformForceOptions {
 };
 
 /// Impulse of UniformForce on a grain, on the CPU and on a device.
-struct UniformPush {
+struct UniformImpulse {
   Vec3 acceleration;
 
   LICHTENBERG_HOST_DEVICE double impulse(double dt, double mass, int k) const { return dt * mass * acceleration[k]; }
@@ -25,13 +25,13 @@ struct UniformPush {
 /// in a periodic box.
 class UniformForce : public Effect {
  public:
-  explicit UniformForce(const UniformForceOptions& options) : push_{options.acceleration.value} {}
+  explicit UniformForce(const UniformForceOptions& options) : impulse_{options.acceleration.value} {}
 
   const EffectKind& kind() const override { return UniformForceOptions::kind(); }
   std::optional<double> drive(double time, double dt, Bodies& bodies) override;
 
  private:
-  UniformPush push_;
+  UniformImpulse impulse_;
 };
 
 }  // namespace lichtenberg::effects

@@ -27,7 +27,7 @@ void check(const Draft& draft) {
 }
 
 /// Computes E and D from the SI parameters and the scene's scales (G 3.11, 3.12, 3.36).
-void take_from_SI(const Draft& draft, Scene& scene) {
+void set_reduced_constants(const Draft& draft, Scene& scene) {
   auto& options = *scene.effects.find<ViscoelasticContactOptions>();
   if (!options.young || !draft.scene.reference) return;
   const auto [d0, m0, v0, q0] = *draft.scene.reference;
@@ -48,29 +48,29 @@ const EffectKind& ViscoelasticContactOptions::kind() {
           "ones.",
       .options = ViscoelasticContactOptions{},
       .keys = {{.name = "stiffness",
-                .place = place<&ViscoelasticContactOptions::elastic>,
+                .target = target<&ViscoelasticContactOptions::elastic>,
                 .range = {.low = 1e-100, .high = 1e100},  // squares must not overflow
                 .help = "E = alpha d0^(5/2) / (m0 v0^2), alpha = 2 Y sqrt(d0/4) / (3 (1 - nu^2)) (G 3.11, 3.36)",
                 .old_name = "elastic"},
                {.name = "damping",
-                .place = place<&ViscoelasticContactOptions::dissipative>,
+                .target = target<&ViscoelasticContactOptions::dissipative>,
                 .range = ranges::not_negative,
                 .help = "D = gamma alpha d0^(3/2) / (m0 v0) (G 3.12)",
                 .old_name = "dissipative"},
                {.name = "young",
-                .place = place<&ViscoelasticContactOptions::young>,
+                .target = target<&ViscoelasticContactOptions::young>,
                 .unit = "Pa",
                 .range = ranges::positive,
                 .computed_default = "none",
                 .help = "Y, Young's modulus in SI; give it with poisson and viscosity instead of stiffness and "
                         "damping, which follow by the scales of [units]"},
                {.name = "poisson",
-                .place = place<&ViscoelasticContactOptions::poisson>,
+                .target = target<&ViscoelasticContactOptions::poisson>,
                 .range = {.low = -1, .high = 0.5, .low_itself = false},
                 .computed_default = "none",
                 .help = "nu, Poisson's ratio"},
                {.name = "viscosity",
-                .place = place<&ViscoelasticContactOptions::viscosity>,
+                .target = target<&ViscoelasticContactOptions::viscosity>,
                 .unit = "s",
                 .range = ranges::not_negative,
                 .computed_default = "none",
@@ -79,14 +79,14 @@ const EffectKind& ViscoelasticContactOptions::kind() {
       .periodic = true,
       .grains = true,
       .check = check,
-      .complete = take_from_SI,
+      .complete = set_reduced_constants,
       .make =
           [](const Scene& scene) {
             const auto& options = *scene.effects.find<ViscoelasticContactOptions>();
             return std::make_unique<GrainContactEffect>(ViscoelasticContactOptions::kind(),
                                                         ViscoelasticLaw{options.elastic, options.dissipative});
           },
-      .explain = [](const Scene& scene) -> std::vector<Remark> {
+      .explain = [](const Scene& scene) -> std::vector<ExplanationLine> {
         const auto& options = *scene.effects.find<ViscoelasticContactOptions>();
         return {{"contact", fmt::format("E = {:.6g}, D = {:.6g}", options.elastic, options.dissipative)}};
       },

@@ -25,13 +25,13 @@ void complete(const Draft& draft, Scene& scene) {
 }
 
 /// Returns true if a body cannot touch a wall while it moves by at most `travel` (m). `gap` (m) was its gap at the
-/// position `looked_at`.
-bool is_away(const Bodies& bodies, int i, std::span<const double> looked_at, double gap, double travel) {
-  double way2 = 0;
+/// position `cached_position`.
+bool is_away(const Bodies& bodies, int i, std::span<const double> cached_position, double gap, double travel) {
+  double moved2 = 0;
   for (int k = i * bodies.dimension; k < (i + 1) * bodies.dimension; ++k)
-    way2 += (bodies.position[k] - looked_at[k]) * (bodies.position[k] - looked_at[k]);
-  const double room = gap - travel;
-  return room > 0 && way2 < room * room;
+    moved2 += (bodies.position[k] - cached_position[k]) * (bodies.position[k] - cached_position[k]);
+  const double clearance = gap - travel;
+  return clearance > 0 && moved2 < clearance * clearance;
 }
 
 }  // namespace
@@ -68,7 +68,7 @@ WallContact::WallContact(const Scene& scene) {
 template <class Visit>
 void WallContact::for_each_contact(const State& state, Visit visit) const {
   const Bodies& bodies = state.bodies;
-  for_each_asked(state, [&](int i) {
+  for_each_requested(state, [&](int i) {
     if (!reaches(bodies, i, 0)) return;
     for (const Surface& wall : walls_) {
       const View seen = view(wall, position_in_space(bodies, i));
@@ -110,21 +110,22 @@ bool WallContact::reaches(const Bodies& bodies, int i, double travel) const {
   const int d = bodies.dimension;
   if (gap_.size() != bodies.radius.size()) {
     gap_.assign(bodies.radius.size(), -INFINITY);
-    looked_at_ = bodies.position;
+    cached_position_ = bodies.position;
   }
-  if (is_away(bodies, i, looked_at_, gap_[i], travel)) return false;
+  if (is_away(bodies, i, cached_position_, gap_[i], travel)) return false;
   gap_[i] = INFINITY;
   for (const Surface& wall : walls_)
     gap_[i] = std::min(gap_[i], view(wall, position_in_space(bodies, i)).distance - bodies.radius[i]);
-  std::copy_n(&bodies.position[i * d], d, &looked_at_[i * d]);
+  std::copy_n(&bodies.position[i * d], d, &cached_position_[i * d]);
   return gap_[i] <= travel;
 }
 
-void WallContact::mark_pushed(const Bodies& bodies, std::span<const double> travel, std::vector<bool>& pushed) const {
-  const bool looked = gap_.size() == bodies.radius.size();
+void WallContact::mark_interacting(const Bodies& bodies, std::span<const double> travel,
+                                   std::vector<bool>& interacting) const {
+  const bool cached = gap_.size() == bodies.radius.size();
   for (int i = 0; i < bodies.size(); ++i)
-    if (!(looked && is_away(bodies, i, looked_at_, gap_[i], travel[i])) && reaches(bodies, i, travel[i]))
-      pushed[i] = true;
+    if (!(cached && is_away(bodies, i, cached_position_, gap_[i], travel[i])) && reaches(bodies, i, travel[i]))
+      interacting[i] = true;
 }
 
 }  // namespace lichtenberg::effects

@@ -28,7 +28,8 @@ class WallContact : public Effect {
   void add_forces(const State& state, std::span<double> force) const override;
   double stored_energy(const State& state) const override;
   void add_jacobian(const State& state, ForceJacobian& jacobian) const override;
-  void mark_pushed(const Bodies& bodies, std::span<const double> travel, std::vector<bool>& pushed) const override;
+  void mark_interacting(const Bodies& bodies, std::span<const double> travel,
+                        std::vector<bool>& interacting) const override;
 
  private:
   double modulus(int i) const { return modulus_.size() == 1 ? modulus_.front() : modulus_[i]; }
@@ -41,7 +42,7 @@ class WallContact : public Effect {
   std::vector<Surface> walls_;
   // Cache that does not affect results: by body, the gap (m) to the nearest wall and the position at its last
   // computation. The gap has decreased since by at most the body's displacement.
-  mutable std::vector<double> gap_, looked_at_;
+  mutable std::vector<double> gap_, cached_position_;
 };
 
 }  // namespace lichtenberg::effects

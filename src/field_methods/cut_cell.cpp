@@ -21,12 +21,12 @@ std::string describe(const FieldOptions& options) {
                      options.device == FieldDevice::cuda ? ", on a CUDA device" : "");
 }
 
-FieldMethodPrice price(const FieldOptions& options) {
-  if (runs_on_device(options)) return {laplace::cut_cell_price_on_device};
+FieldMethodCost cost(const FieldOptions& options) {
+  if (runs_on_device(options)) return {laplace::cut_cell_cost_on_device};
   // On a processor, the cost includes cell owners and links on all grids.
   constexpr double seconds_a_conductor = 5e-6;
   const bool assembled = options.linear_solver == FieldLinearSolver::assembled;
-  return {assembled ? laplace::assembled_price : laplace::cut_cell_price, seconds_a_conductor};
+  return {assembled ? laplace::assembled_cost : laplace::cut_cell_cost, seconds_a_conductor};
 }
 
 void follow(laplace::LaplaceSolver& fine, laplace::LaplaceSolver& coarse) {
@@ -55,7 +55,7 @@ const FieldMethodKind& cut_cell_method() {
         return std::make_unique<laplace::CutCellSolver>(cut_cell_options(options));
       },
       .follow = follow,
-      .price = price,
+      .cost = cost,
       .accuracy = laplace::Method::cut_cell,
       .on_device = true,
       .couplings = true,

@@ -45,8 +45,8 @@ std::string field_methods_that(int dimension, const std::function<bool(const Fie
   return quoted(names);
 }
 
-FieldMethodPrice price_of(const FieldOptions& options) {
-  return options.method->price ? options.method->price(options) : FieldMethodPrice{};
+FieldMethodCost field_method_cost(const FieldOptions& options) {
+  return options.method->cost ? options.method->cost(options) : FieldMethodCost{};
 }
 
 bool runs_on_device(const FieldOptions& options) {

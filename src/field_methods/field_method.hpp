@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "solvers/laplace/accuracy/price.hpp"
+#include "solvers/laplace/accuracy/cost_model.hpp"
 #include "src/field_methods/field_options.hpp"
 
 namespace lichtenberg {
@@ -27,8 +27,8 @@ struct FieldTolerances {
 };
 
 /// Cost of a method, for estimates.
-struct FieldMethodPrice {
-  laplace::Price of_a_solve;
+struct FieldMethodCost {
+  laplace::CostModel solve;
   double seconds_a_conductor = 3e-7;  ///< s, in each solve of a run, for groups, charges and motion
   /// Fraction of the iterations that remains where earlier solutions give the initial guess
   double share_in_motion = 0.8;
@@ -53,7 +53,7 @@ struct FieldMethodKind {
   /// number of bodies.
   long (*unknowns)(const laplace::LaplaceProblem&, const FieldOptions&) = nullptr;
   /// Returns the cost model of the method. Null: the default.
-  FieldMethodPrice (*price)(const FieldOptions&) = nullptr;
+  FieldMethodCost (*cost)(const FieldOptions&) = nullptr;
 
   /// Keys of [field] that a scene may give in addition to method, tolerance, moving_tolerance and device. The default
   /// has the keys of the built-in methods, so that --set field.method compares methods on one scene. Other keys are
@@ -99,7 +99,7 @@ const FieldMethodKind& usual_field_method(int dimension);
 std::string field_methods_that(int dimension, const std::function<bool(const FieldMethodKind&)>& have);
 
 /// Returns the cost of a solve with these options.
-FieldMethodPrice price_of(const FieldOptions& options);
+FieldMethodCost field_method_cost(const FieldOptions& options);
 
 /// Returns true if solves with these options run on a CUDA device.
 bool runs_on_device(const FieldOptions& options);

@@ -38,7 +38,7 @@ inline constexpr Named<FieldLinearSolver> values_named<FieldLinearSolver>[] = {
 /// Accuracy for which field options were chosen: largest relative error of potentials, charges and forces
 /// (solvers/laplace/measure.hpp).
 struct FieldAccuracy {
-  double asked = 0;
+  double requested = 0;
   double estimate = 0;  ///< estimated error
 };
 

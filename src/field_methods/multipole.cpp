@@ -28,7 +28,7 @@ const FieldMethodKind& multipole_method() {
           [](const laplace::LaplaceProblem& problem, const FieldOptions& options) {
             return laplace::multipole_unknowns(problem, multipole_options(options));
           },
-      .price = [](const FieldOptions&) { return FieldMethodPrice{laplace::multipole_price}; },
+      .cost = [](const FieldOptions&) { return FieldMethodCost{laplace::multipole_cost}; },
       .tolerance = {.single = 1e-10, .moving = 1e-6, .least = 1e-13},
       .accuracy = laplace::Method::multipole,
       .only_disks = true,

@@ -20,9 +20,9 @@ const FieldMethodKind& relaxation_method() {
       },
       // The number of sweeps of over-relaxation is proportional to the lattice side (D 6.9), and so is the time of an
       // iteration.
-      .price =
+      .cost =
           [](const FieldOptions& options) {
-            return FieldMethodPrice{laplace::Price{16, 0, 3.5e-10 * options.cells, 60}};
+            return FieldMethodCost{laplace::CostModel{16, 0, 3.5e-10 * options.cells, 60}};
           },
       // The integrals around the bodies have errors of this size. The discretization error is a hundred times the
       // default tolerance.

@@ -25,10 +25,8 @@ const FieldMethodKind& spheres_method() {
       .describe =
           [](const FieldOptions&) { return std::string("spheres: real solid harmonics on each, walls as mirrors"); },
       .make_in_space = make_in_space,
-      .price =
-          [](const FieldOptions&) {
-            return FieldMethodPrice{.of_a_solve = laplace::spheres_price, .share_in_motion = 0.5};
-          },
+      .cost =
+          [](const FieldOptions&) { return FieldMethodCost{.solve = laplace::spheres_cost, .share_in_motion = 0.5}; },
       .tolerance = {.single = 1e-6, .moving = 1e-3, .least = 1e-12},
       .couplings = true};
   return kind;

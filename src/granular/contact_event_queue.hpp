@@ -15,12 +15,12 @@ struct Bounds {
   double fastest = 0;                ///< v0, without contacts; collisions make no grain faster than twice this
   double velocity_kick = 0;          ///< v0, sum of velocity kicks by all forces except contacts
   double external_acceleration = 0;  ///< acceleration by slow forces
-  double acceleration = 0;           ///< relative acceleration by contacts
+  double contact_acceleration = 0;   ///< relative acceleration by contacts
   double excess = 0;                 ///< d0, margin for contacts that begin in the second half of a step
 
   double speed() const { return 2 * fastest; }
   /// Bound on the approach (d0) within t by contacts, beyond that of straight flight.
-  double contact_deviation(double t) const { return std::min(0.5 * acceleration * t * t, 3 * speed() * t); }
+  double contact_deviation(double t) const { return std::min(0.5 * contact_acceleration * t * t, 3 * speed() * t); }
   /// Bound on the approach by contacts, slow forces and kicks, beyond that of straight flight.
   double closed_by(double t) const {
     return 2 * velocity_kick * t + contact_deviation(t) + external_acceleration * t * t;
@@ -37,20 +37,20 @@ inline constexpr double rounding = 1e-9;
 /// Kicks increase c. Slow forces add an approach of e t^2 with their largest acceleration e, and contacts one of a t^2
 /// / 2 or of 3 speed t. The bound is the later of the times at which these two estimates close the gap.
 template <int d>
-Several min_time_to_contact(const PairState<d, Several>& pairs, const Several& reach, const Bounds& bounds) {
-  const Several distance = sqrt(norm2(pairs.apart));
-  const Several gap = not_below<Several>(distance - ((1 + rounding) * reach + bounds.excess), 0);
+SimdPack min_time_to_contact(const PairState<d, SimdPack>& pairs, const SimdPack& reach, const Bounds& bounds) {
+  const SimdPack distance = sqrt(norm2(pairs.separation));
+  const SimdPack gap = not_below<SimdPack>(distance - ((1 + rounding) * reach + bounds.excess), 0);
   // The root of speed t + acceleration t^2 / 2 = gap, without cancellation.
-  const auto closed_after = [&](const Several& speed, double acceleration) {
-    const Several root = sqrt(speed * speed + 2 * acceleration * gap);
+  const auto closed_after = [&](const SimdPack& speed, double acceleration) {
+    const SimdPack root = sqrt(speed * speed + 2 * acceleration * gap);
     const auto parting = speed < 0;
-    return chosen<Several>(parting, root - speed, 2.0 * gap) / chosen<Several>(parting, acceleration, speed + root);
+    return chosen<SimdPack>(parting, root - speed, 2.0 * gap) / chosen<SimdPack>(parting, acceleration, speed + root);
   };
-  const Several closing = 2 * bounds.velocity_kick - dot(pairs.apart, pairs.velocity) / distance;
-  const Several bent = closed_after(closing, bounds.acceleration + 2 * bounds.external_acceleration);
-  const Several time =
-      not_below<Several>(bent, closed_after(closing + 3 * bounds.speed(), 2 * bounds.external_acceleration));
-  return chosen<Several>(gap > 0, time, 0);
+  const SimdPack closing = 2 * bounds.velocity_kick - dot(pairs.separation, pairs.velocity) / distance;
+  const SimdPack with_contact = closed_after(closing, bounds.contact_acceleration + 2 * bounds.external_acceleration);
+  const SimdPack time =
+      not_below<SimdPack>(with_contact, closed_after(closing + 3 * bounds.speed(), 2 * bounds.external_acceleration));
+  return chosen<SimdPack>(gap > 0, time, 0);
 }
 
 /// Queue of candidate pairs without contact, each with a time before which it cannot touch, filled by a search. Its
@@ -69,7 +69,7 @@ class ContactEventQueue {
   bool update_contact_acceleration(double acceleration) {
     constexpr double margin = 1.2;  // bound on the growth of accelerations from the middle to the end
     max_contact_acceleration_ = std::max(max_contact_acceleration_, acceleration);
-    return 2 * margin * max_contact_acceleration_ <= bounds_.acceleration;
+    return 2 * margin * max_contact_acceleration_ <= bounds_.contact_acceleration;
   }
   /// Returns the largest acceleration since the search.
   double max_contact_acceleration() const { return max_contact_acceleration_; }
@@ -97,7 +97,7 @@ class ContactEventQueue {
   static constexpr double slack = 1e-6;  ///< relative to a bucket's duration: above the rounding of sums of steps
   static constexpr int ahead = 16;
   struct alignas(64) SortedParticle {
-    std::array<double, d> place, velocity;
+    std::array<double, d> position, velocity;
     double radius = 0;
   };
 
@@ -127,7 +127,7 @@ void ContactEventQueue<d>::copy_sorted(const Bodies& bodies, parallel::Team& tea
     SortedParticle& particle = sorted_[s];
     const double per_mass = 1 / bodies.mass[i];
     for (int k = 0; k < d; ++k) {
-      particle.place[k] = bodies.position[i * d + k];
+      particle.position[k] = bodies.position[i * d + k];
       particle.velocity[k] = per_mass * bodies.momentum[i * d + k];
     }
     particle.radius = bodies.radius[i];
@@ -149,19 +149,20 @@ void ContactEventQueue<d>::estimate(const std::vector<Pair>& pairs, parallel::Te
     const int end = std::min(count, (task + 1) * pairs_a_task);
     for (int first = task * pairs_a_task; first < end; first += width) {
       const auto of = [&](const auto& value) {
-        return Several([&](int lane) {
+        return SimdPack([&](int lane) {
           const Pair pair = pairs[std::min(first + lane, count - 1)];
           return value(sorted_[pair.i], sorted_[pair.j]);
         });
       };
-      PairState<d, Several> state;
+      PairState<d, SimdPack> state;
       for (int k = 0; k < d; ++k) {
-        const Several x = of([k](const SortedParticle& i, const SortedParticle& j) { return j.place[k] - i.place[k]; });
-        state.apart[k] = x - nearest_.length[k] * nearbyint(x * nearest_.turns_a_metre[k]);
+        const SimdPack x =
+            of([k](const SortedParticle& i, const SortedParticle& j) { return j.position[k] - i.position[k]; });
+        state.separation[k] = x - nearest_.length[k] * nearbyint(x * nearest_.inverse_length[k]);
         state.velocity[k] =
             of([k](const SortedParticle& i, const SortedParticle& j) { return j.velocity[k] - i.velocity[k]; });
       }
-      const Several reach = of([](const SortedParticle& i, const SortedParticle& j) { return i.radius + j.radius; });
+      const SimdPack reach = of([](const SortedParticle& i, const SortedParticle& j) { return i.radius + j.radius; });
       min_time_to_contact<d>(state, reach, bounds_).copy_to(&min_time_to_contact_[first], anywhere);
     }
   });

@@ -16,28 +16,28 @@ class Motion final : public ContactMotion {
  public:
   explicit Motion(const Law& law) : law_(law) {}
 
-  ContactsFollowed advance(Bodies& bodies, std::vector<GrainContact>& contacts, std::span<const double> held,
-                           const ContactSteps& of, parallel::Team& team) override {
-    const double time = of.begin, dt = of.time;
+  ContactsFollowed advance(Bodies& bodies, std::vector<GrainContact>& contacts, std::span<const double> slow_force,
+                           const ContactSteps& substeps, parallel::Team& team) override {
+    const double time = substeps.begin, dt = substeps.time;
     ContactsFollowed followed{.record = {.time = time + dt, .dt = dt}};
-    begin(bodies, held, contacts, of, team);
-    for (int n = 0; n < of.steps; ++n) {
-      look(time + n * dt_, n == 0, team);
+    begin(bodies, slow_force, contacts, substeps, team);
+    for (int n = 0; n < substeps.steps; ++n) {
+      update_contacts(time + n * dt_, n == 0, team);
       if (n == 0)
-        followed.stored_at_start = total(rows_.of().stored, rows_.touching());
+        followed.stored_at_start = total(rows_.columns().stored, rows_.touching());
       else
         note(time + n * dt_, followed.record);
-      if (!queue_.is_valid_for(dt_, of.fastest)) search(bodies, of, n, team), ++followed.searches;
+      if (!queue_.is_valid_for(dt_, substeps.fastest)) search(bodies, substeps, n, team), ++followed.searches;
       for (follow(n, team); !queue_.update_contact_acceleration(rows_.max_contact_acceleration()); follow(n, team))
-        search(bodies, of, n, team), ++followed.searches;
+        search(bodies, substeps, n, team), ++followed.searches;
       step(n, time + n * dt_, followed.record);
     }
-    look(time + dt, false, team);
-    followed.stored_at_end = total(rows_.of().stored, rows_.touching());
+    update_contacts(time + dt, false, team);
+    followed.stored_at_end = total(rows_.columns().stored, rows_.touching());
     followed.fastest_release = fastest_release();
     note(time + dt, followed.record);
     close();
-    followed.work = grains_.fly(bodies, of.steps, team);
+    followed.work = grains_.fly(bodies, substeps.steps, team);
     contacts.clear();
     for (const Open& one : open_) contacts.push_back(one.contact);
     followed.record.open = contacts;
@@ -54,35 +54,38 @@ class Motion final : public ContactMotion {
     Pair pair, slots;
   };
 
-  void begin(const Bodies& bodies, std::span<const double> held, std::span<const GrainContact> contacts,
-             const ContactSteps& of, parallel::Team& team) {
-    dt_ = of.time / of.steps;
+  void begin(const Bodies& bodies, std::span<const double> slow_force, std::span<const GrainContact> contacts,
+             const ContactSteps& substeps, parallel::Team& team) {
+    dt_ = substeps.time / substeps.steps;
     nearest_ = NearestImage<d>(spheres<d>(bodies).box);
     rows_.begin(spheres<d>(bodies).box, dt_);
     grains_.begin(
-        bodies, held, dt_, static_cast<int>(contacts.size()), [&](int p) { return contacts[p].pair; }, team);
+        bodies, slow_force, dt_, static_cast<int>(contacts.size()), [&](int p) { return contacts[p].pair; }, team);
     open_.clear();
     for (const GrainContact& contact : contacts)
       open_.push_back({contact, {grains_.slot_of(contact.pair.i), grains_.slot_of(contact.pair.j)}});
-    queue_.add_velocity_kick(of.kicked);
-    queue_.set_external_acceleration(of.gain / of.time);
+    queue_.add_velocity_kick(substeps.velocity_change);
+    queue_.set_external_acceleration(substeps.gain / substeps.time);
   }
 
-  /// Finds the pairs that may touch from step n on until the fastest grain has flown `way`.
-  void search(const Bodies& bodies, const ContactSteps& of, int n, parallel::Team& team) {
+  /// Finds the pairs that may touch from step n on until the fastest grain has flown `search_path`.
+  void search(const Bodies& bodies, const ContactSteps& substeps, int n, parallel::Team& team) {
     constexpr int most_steps = 64;
     constexpr double least = 0.1, more = 1.5;  // factors of the largest possible and of the observed acceleration
     constexpr double grows = 1.5;              // bound on the growth of slow forces until the next search
-    const double external_acceleration = grows * of.gain / of.time,
-                 kicked = std::isfinite(of.kicked) ? grows * of.kicked : 0;
-    const auto horizon = [&](double speed) { return std::max(dt_, std::min(of.way / speed, most_steps * dt_)); };
-    const double longest = horizon(of.fastest), velocity_kick = kicked * (std::ceil(longest / of.time) + 1);
-    const double fastest = of.fastest + velocity_kick + external_acceleration * std::max(longest, of.time);
+    const double external_acceleration = grows * substeps.gain / substeps.time,
+                 velocity_change = std::isfinite(substeps.velocity_change) ? grows * substeps.velocity_change : 0;
+    const auto horizon = [&](double speed) {
+      return std::max(dt_, std::min(substeps.search_path / speed, most_steps * dt_));
+    };
+    const double longest = horizon(substeps.fastest),
+                 velocity_kick = velocity_change * (std::ceil(longest / substeps.time) + 1);
+    const double fastest = substeps.fastest + velocity_kick + external_acceleration * std::max(longest, substeps.time);
     const double largest = largest_acceleration(2 * fastest);
     Bounds bounds{.fastest = fastest,
                   .velocity_kick = velocity_kick,
                   .external_acceleration = external_acceleration,
-                  .acceleration = 2 * std::max(least * largest, more * queue_.max_contact_acceleration())};
+                  .contact_acceleration = 2 * std::max(least * largest, more * queue_.max_contact_acceleration())};
     const double step = ContactEventQueue<d>::longer * dt_;  // the longest until the next search
     bounds.excess = std::min(largest, unseen_acceleration(step, 2 * bounds.speed())) * step * step / 4;
     pairs_.clear();
@@ -123,14 +126,15 @@ class Motion final : public ContactMotion {
   void close() {
     int p = 0;
     std::erase_if(open_, [&](const Open& one) {
-      const bool parted = !(rows_.of().age[p++] >= 0);
+      const bool parted = !(rows_.columns().age[p++] >= 0);
       if (parted) queue_.wait(one.contact.pair, 0);
       return parted;
     });
   }
   double fastest_release() const {
     double square = 0;
-    for (int p = 0; p < rows_.touching(); ++p) square = std::max(square, 2 * rows_.of().stored[p] / rows_.of().mass[p]);
+    for (int p = 0; p < rows_.touching(); ++p)
+      square = std::max(square, 2 * rows_.columns().stored[p] / rows_.columns().mass[p]);
     return std::sqrt(square);
   }
 
@@ -165,38 +169,38 @@ class Motion final : public ContactMotion {
       const Pair pair = due_[std::min(first + lane, count - 1)];
       const auto lower = grains_.at(pair.i, n), higher = grains_.at(pair.j, n);
       for (int k = 0; k < d; ++k) {
-        found[k][lane] = nearest_(higher.place[k] - lower.place[k], k);
+        found[k][lane] = nearest_(higher.position[k] - lower.position[k], k);
         found[d + k][lane] = higher.per_mass * higher.momentum[k] - lower.per_mass * lower.momentum[k];
       }
       found[2 * d][lane] = grains_.radius_of(pair.i) + grains_.radius_of(pair.j);
     }
-    const auto of = [&](int which) { return Several(found[which].data(), anywhere); };
-    const PairState<d, Several> state{Vectors<d>::each([&](int k) { return of(k); }),
-                                      Vectors<d>::each([&](int k) { return of(d + k); })};
+    const auto of = [&](int which) { return SimdPack(found[which].data(), anywhere); };
+    const PairState<d, SimdPack> state{Vectors<d>::each([&](int k) { return of(k); }),
+                                       Vectors<d>::each([&](int k) { return of(d + k); })};
     min_time_to_contact<d>(state, of(2 * d), queue_.bounds()).copy_to(&min_time_to_contact_[first], anywhere);
   }
 
-  void look(double time, bool all_touch, parallel::Team& team) {
-    rows_.look(
+  void update_contacts(double time, bool all_touch, parallel::Team& team) {
+    rows_.update_touching(
         static_cast<int>(open_.size()), [&](int p) { return open_[p].slots; },
         [&](int p) { return open_[p].contact.since; }, time, all_touch, team);
   }
 
   /// Records overlaps, and the contacts that have ended by `time`.
   void note(double time, ContactRecord& record) {
-    const PairColumns<d>& of = rows_.of();
+    const PairColumns<d>& columns = rows_.columns();
     for (int p = 0; p < rows_.touching(); ++p) {
       const auto& [contact, slots] = open_[p];
-      const double overlap = of.overlap[p], sum = of.reach[p];
+      const double overlap = columns.overlap[p], sum = columns.reach[p];
       record.largest_overlap = std::max(record.largest_overlap, overlap / sum);
       // The factor of the stiffness: the energy that must be stored for a stop here, over the stored energy.
       if (sum - overlap < too_close * sum) {
-        const double speed = closing(of.state(p));
-        refuse_flight_through(contact, 1 + of.mass[p] * speed * speed / 2 / of.stored[p]);
+        const double speed = closing(columns.state(p));
+        refuse_flight_through(contact, 1 + columns.mass[p] * speed * speed / 2 / columns.stored[p]);
       }
-      if (of.age[p] >= 0) continue;
-      record.ended.push_back({contact, -closing(of.state(p)), time, speed_across(of.state(p))});
-      --grains_.felt(slots.i).touches, --grains_.felt(slots.j).touches;
+      if (columns.age[p] >= 0) continue;
+      record.ended.push_back({contact, -closing(columns.state(p)), time, speed_across(columns.state(p))});
+      --grains_.forces(slots.i).touches, --grains_.forces(slots.j).touches;
     }
   }
 
@@ -211,29 +215,29 @@ class Motion final : public ContactMotion {
   /// Commits the computed pair motion.
   void step(int n, double time, ContactRecord& record) {
     rows_.move(n);
-    const PairColumns<d>& of = rows_.of();
-    record.dissipated += total(of.dissipated, rows_.touching());
+    const PairColumns<d>& columns = rows_.columns();
+    record.dissipated += total(columns.dissipated, rows_.touching());
     for (int p = rows_.touching(); p < rows_.count(); ++p)
-      if (of.touched[p] >= 0) record.dissipated += of.dissipated[p];
+      if (columns.onset[p] >= 0) record.dissipated += columns.dissipated[p];
     queue_.pass(dt_);
     begin_contacts(time, record);
   }
 
   /// Updates the open contacts after a step that began at `time`.
   void begin_contacts(double time, ContactRecord& record) {
-    const PairColumns<d>& of = rows_.of();
+    const PairColumns<d>& columns = rows_.columns();
     const int touching = rows_.touching();
     begun_.clear();
     for (int p = 0; p < rows_.count(); ++p) {
-      if (of.age[p] >= 0) continue;
+      if (columns.age[p] >= 0) continue;
       const Pair pair = p < touching ? open_[p].contact.pair : candidates_[p - touching].pair;
-      if (of.touched[p] >= 0)
-        begun_.push_back({{pair, time + of.touched[p], of.impact_speed[p]}, rows_.slots(p)});
+      if (columns.onset[p] >= 0)
+        begun_.push_back({{pair, time + columns.onset[p], columns.impact_speed[p]}, rows_.slots(p)});
       else
         queue_.wait(pair, 0);
     }
     int p = 0;
-    std::erase_if(open_, [&](const Open&) { return !(of.age[p++] >= 0); });
+    std::erase_if(open_, [&](const Open&) { return !(columns.age[p++] >= 0); });
     if (begun_.empty()) return;
     mark_shared_contacts();
     const auto pair = [](const Open& one) { return one.contact.pair; };
@@ -245,9 +249,9 @@ class Motion final : public ContactMotion {
   }
   /// Marks contacts that a third grain has joined because of new contacts.
   void mark_shared_contacts() {
-    for (const Open& one : begun_) ++grains_.felt(one.slots.i).touches, ++grains_.felt(one.slots.j).touches;
+    for (const Open& one : begun_) ++grains_.forces(one.slots.i).touches, ++grains_.forces(one.slots.j).touches;
     const auto alone = [&](Pair slots) {
-      return grains_.felt(slots.i).touches == 1 && grains_.felt(slots.j).touches == 1;
+      return grains_.forces(slots.i).touches == 1 && grains_.forces(slots.j).touches == 1;
     };
     for (Open& one : begun_) one.contact.alone = alone(one.slots);
     for (Open& one : open_) one.contact.alone = one.contact.alone && alone(one.slots);

@@ -26,9 +26,9 @@ struct ContactSteps {
   int steps = 1;
   double fastest = 0;  ///< v0, largest speed at the start
   /// v0, bound on velocity changes since the last call; infinite: positions may have changed
-  double kicked = INFINITY;
-  double gain = 0;   ///< v0, bound on the velocity change by slow forces
-  double way = 0.3;  ///< d0, path of the fastest grain between two searches
+  double velocity_change = INFINITY;
+  double gain = 0;           ///< v0, bound on the velocity change by slow forces
+  double search_path = 0.3;  ///< d0, path of the fastest grain between two searches
 };
 
 /// Motion of grains under contact forces and slow forces, which are constant over the steps of a call. Each contact is
@@ -40,12 +40,13 @@ class ContactMotion {
  public:
   virtual ~ContactMotion() = default;
 
-  /// Advances positions and momenta under the slow forces `held` ([N * d]; empty: none). `contacts`, in ascending order
-  /// of pairs, are the open contacts at the start and are replaced by those at the end. Results are bitwise identical
-  /// for any number of threads, any vector width and any earlier calls. Throws Failure if the centres of two grains
-  /// come closer than `too_close`.
-  virtual ContactsFollowed advance(Bodies& bodies, std::vector<GrainContact>& contacts, std::span<const double> held,
-                                   const ContactSteps& of, parallel::Team& team) = 0;
+  /// Advances positions and momenta under the slow forces `slow_force` ([N * d]; empty: none). `contacts`, in ascending
+  /// order of pairs, are the open contacts at the start and are replaced by those at the end. Results are bitwise
+  /// identical for any number of threads, any vector width and any earlier calls. Throws Failure if the centres of two
+  /// grains come closer than `too_close`.
+  virtual ContactsFollowed advance(Bodies& bodies, std::vector<GrainContact>& contacts,
+                                   std::span<const double> slow_force, const ContactSteps& substeps,
+                                   parallel::Team& team) = 0;
 };
 
 /// Makes the motion for bodies of `dimension` 2 or 3.

@@ -23,13 +23,13 @@ class ContactingGrains {
  public:
   /// State of a grain at its last contact, or at the start; it fills one cache line.
   struct alignas(64) Grain {
-    std::array<double, d> place, momentum;
+    std::array<double, d> position, momentum;
     double per_mass = 0;
     std::int32_t followed_to = 0;  ///< step at whose start this state holds
     std::int32_t particle = 0;
   };
   /// Forces on a grain at the start and in the middle of a step, in one cache line.
-  struct alignas(64) Felt {
+  struct alignas(64) GrainForces {
     std::array<double, d> start, halfway;
     double radius = 0;
     std::int32_t touches = 0;
@@ -38,27 +38,27 @@ class ContactingGrains {
   /// Starts from the bodies, which do not change before `fly`. The grains of the contacts get the first slots, in their
   /// order. Masses and radii are those of the first call.
   template <class PairOf>
-  void begin(const Bodies& bodies, std::span<const double> held, double dt, int contacts, const PairOf& pair_of,
+  void begin(const Bodies& bodies, std::span<const double> slow_force, double dt, int contacts, const PairOf& pair_of,
              parallel::Team& team);
   /// Returns the slot of a particle, and assigns one if needed.
   int slot_of(int particle);
   bool has_slot(int particle) const { return slot_[particle] >= 0; }
-  double radius_of(int particle) const { return made_[particle].radius; }
+  double radius_of(int particle) const { return properties_[particle].radius; }
   double widest() const { return widest_; }  ///< d0, the largest radius
   double lightest() const { return lightest_; }
 
   int slots() const { return static_cast<int>(grains_.size()); }
   const Grain& grain(int slot) const { return grains_[slot]; }
-  const Felt& felt(int slot) const { return felt_[slot]; }
-  Felt& felt(int slot) { return felt_[slot]; }
-  bool are_held() const { return !held_.empty(); }
-  const std::array<double, d>& held(int slot) const { return held_[slot]; }
+  const GrainForces& forces(int slot) const { return forces_[slot]; }
+  GrainForces& forces(int slot) { return forces_[slot]; }
+  bool has_slow_forces() const { return !slot_slow_forces_.empty(); }
+  const std::array<double, d>& slow_force(int slot) const { return slot_slow_forces_[slot]; }
 
   /// Returns a grain at the start of step n, if no contact acts before. Assigns no slots.
   Grain flown(int slot, int n) const;
   Grain at(int particle, int n) const;
   /// Adds the effect of a contact on a grain within the step before step n.
-  void push(int slot, int n, double by, const Vec<d>& shift, double sign, const Vec<d>& impulse);
+  void apply_contact(int slot, int n, double by, const Vec<d>& shift, double sign, const Vec<d>& impulse);
   /// Moves the bodies from the start to step n. Returns the work of the slow forces.
   double fly(Bodies& bodies, int n, parallel::Team& team) const;
   /// Prefetches the memory of these grains.
@@ -69,7 +69,7 @@ class ContactingGrains {
 
  private:
   static constexpr int grains_a_task = 4096;
-  struct Made {
+  struct Properties {
     double per_mass = 0, radius = 0;
   };
 
@@ -78,25 +78,25 @@ class ContactingGrains {
   int new_slot(int particle);
   void fill(int slot);
   double fly_all(Bodies& bodies, double t, int first, int last) const;
-  double put_back(Bodies& bodies, int n, int first, int last) const;
+  double write_back(Bodies& bodies, int n, int first, int last) const;
   /// Sums visit(first, last) over ranges of grains, in ascending order.
   template <class Visit>
   static double sum_over_ranges(int count, parallel::Team& team, const Visit& visit);
 
   const Bodies* bodies_ = nullptr;       ///< at the start
-  std::span<const double> held_forces_;  ///< [N * d]; empty: none
+  std::span<const double> slow_forces_;  ///< [N * d]; empty: none
   double dt_ = 0, widest_ = 0, lightest_ = INFINITY;
-  std::vector<Made> made_;          ///< by particle
-  std::vector<std::int32_t> slot_;  ///< by particle; -1: none
+  std::vector<Properties> properties_;  ///< by particle
+  std::vector<std::int32_t> slot_;      ///< by particle; -1: none
   // By slot.
   std::vector<Grain> grains_;
-  std::vector<Felt> felt_;
-  std::vector<std::array<double, d>> held_;  ///< empty: none
+  std::vector<GrainForces> forces_;
+  std::vector<std::array<double, d>> slot_slow_forces_;  ///< empty: none
 };
 
 template <int d>
 void ContactingGrains<d>::make(const Bodies& bodies) {
-  for (int i = 0; i < bodies.size(); ++i) made_.push_back({1 / bodies.mass[i], bodies.radius[i]});
+  for (int i = 0; i < bodies.size(); ++i) properties_.push_back({1 / bodies.mass[i], bodies.radius[i]});
   slot_.assign(bodies.size(), -1);
   widest_ = *std::ranges::max_element(bodies.radius);
   lightest_ = *std::ranges::min_element(bodies.mass);
@@ -104,21 +104,21 @@ void ContactingGrains<d>::make(const Bodies& bodies) {
 
 template <int d>
 template <class PairOf>
-void ContactingGrains<d>::begin(const Bodies& bodies, std::span<const double> held, double dt, int contacts,
+void ContactingGrains<d>::begin(const Bodies& bodies, std::span<const double> slow_force, double dt, int contacts,
                                 const PairOf& pair_of, parallel::Team& team) {
   bodies_ = &bodies;
-  held_forces_ = held;
+  slow_forces_ = slow_force;
   dt_ = dt;
-  if (made_.empty()) make(bodies);
+  if (properties_.empty()) make(bodies);
   for (const Grain& grain : grains_) slot_[grain.particle] = -1;
   grains_.clear();
-  felt_.clear();
-  held_.clear();
+  forces_.clear();
+  slot_slow_forces_.clear();
   for (int p = 0; p < contacts; ++p) {
     const Pair pair = pair_of(p);
     for (const int i : {pair.i, pair.j}) {
       if (!has_slot(i)) new_slot(i);
-      ++felt_[slot_[i]].touches;
+      ++forces_[slot_[i]].touches;
     }
   }
   const int count = slots();
@@ -135,8 +135,8 @@ template <int d>
 int ContactingGrains<d>::new_slot(int particle) {
   const int slot = slot_[particle] = slots();
   grains_.emplace_back().particle = particle;
-  felt_.emplace_back();
-  if (!held_forces_.empty()) held_.emplace_back();
+  forces_.emplace_back();
+  if (!slow_forces_.empty()) slot_slow_forces_.emplace_back();
   return slot;
 }
 
@@ -145,12 +145,12 @@ template <int d>
   Grain& grain = grains_[slot];
   const int particle = grain.particle;
   for (int k = 0; k < d; ++k) {
-    grain.place[k] = bodies_->position[particle * d + k];
+    grain.position[k] = bodies_->position[particle * d + k];
     grain.momentum[k] = bodies_->momentum[particle * d + k];
-    if (are_held()) held_[slot][k] = held_forces_[particle * d + k];
+    if (has_slow_forces()) slot_slow_forces_[slot][k] = slow_forces_[particle * d + k];
   }
-  grain.per_mass = made_[particle].per_mass;
-  felt_[slot].radius = made_[particle].radius;
+  grain.per_mass = properties_[particle].per_mass;
+  forces_[slot].radius = properties_[particle].radius;
 }
 
 template <int d>
@@ -171,10 +171,10 @@ void ContactingGrains<d>::prefetch(Pair pair) const {
 
 template <int d>
 void ContactingGrains<d>::prefetch_particle(int particle) const {
-  __builtin_prefetch(&made_[particle]);
+  __builtin_prefetch(&properties_[particle]);
   __builtin_prefetch(&bodies_->position[particle * d]);
   __builtin_prefetch(&bodies_->momentum[particle * d]);
-  if (!held_forces_.empty()) __builtin_prefetch(&held_forces_[particle * d]);
+  if (!slow_forces_.empty()) __builtin_prefetch(&slow_forces_[particle * d]);
 }
 
 template <int d>
@@ -183,33 +183,33 @@ template <int d>
   const double t = (n - grain.followed_to) * dt_, path = t * grain.per_mass;
   grain.followed_to = n;
   for (int k = 0; k < d; ++k)
-    if (held_.empty())
-      grain.place[k] += path * grain.momentum[k];
+    if (slot_slow_forces_.empty())
+      grain.position[k] += path * grain.momentum[k];
     else
-      granular::fly(grain.place[k], grain.momentum[k], held_[slot][k], grain.per_mass, t);
+      granular::fly(grain.position[k], grain.momentum[k], slot_slow_forces_[slot][k], grain.per_mass, t);
   return grain;
 }
 
 template <int d>
 [[gnu::always_inline]] inline auto ContactingGrains<d>::at(int particle, int n) const -> Grain {
   if (const int slot = slot_[particle]; slot >= 0) return flown(slot, n);
-  Grain grain{.per_mass = made_[particle].per_mass};
+  Grain grain{.per_mass = properties_[particle].per_mass};
   const double t = n * dt_;
   for (int k = 0; k < d; ++k) {
-    const double held = held_forces_.empty() ? 0 : held_forces_[particle * d + k];
-    grain.place[k] = bodies_->position[particle * d + k], grain.momentum[k] = bodies_->momentum[particle * d + k];
-    granular::fly(grain.place[k], grain.momentum[k], held, grain.per_mass, t);
+    const double slow_force = slow_forces_.empty() ? 0 : slow_forces_[particle * d + k];
+    grain.position[k] = bodies_->position[particle * d + k], grain.momentum[k] = bodies_->momentum[particle * d + k];
+    granular::fly(grain.position[k], grain.momentum[k], slow_force, grain.per_mass, t);
   }
   return grain;
 }
 
 template <int d>
-[[gnu::always_inline]] inline void ContactingGrains<d>::push(int slot, int n, double by, const Vec<d>& shift,
-                                                             double sign, const Vec<d>& impulse) {
+[[gnu::always_inline]] inline void ContactingGrains<d>::apply_contact(int slot, int n, double by, const Vec<d>& shift,
+                                                                      double sign, const Vec<d>& impulse) {
   Grain& grain = grains_[slot];
   if (grain.followed_to != n) grain = flown(slot, n);
   for (int k = 0; k < d; ++k) {
-    grain.place[k] += by * shift[k];
+    grain.position[k] += by * shift[k];
     grain.momentum[k] += sign * impulse[k];
   }
 }
@@ -231,16 +231,16 @@ template <int d>
 double ContactingGrains<d>::fly_all(Bodies& bodies, double t, int first, int last) const {
   std::array<double, d> work{};
   for (int i = first; i < last; ++i) {
-    const double path = t * made_[i].per_mass;
+    const double path = t * properties_[i].per_mass;
     for (int k = 0; k < d; ++k) {
       double& momentum = bodies.momentum[i * d + k];
-      if (held_forces_.empty()) {
+      if (slow_forces_.empty()) {
         bodies.position[i * d + k] += path * momentum;
       } else {
-        const double held = held_forces_[i * d + k], way = path * (momentum + 0.5 * t * held);
-        work[k] += held * way;
-        bodies.position[i * d + k] += way;
-        momentum += t * held;
+        const double slow_force = slow_forces_[i * d + k], displacement = path * (momentum + 0.5 * t * slow_force);
+        work[k] += slow_force * displacement;
+        bodies.position[i * d + k] += displacement;
+        momentum += t * slow_force;
       }
     }
   }
@@ -252,7 +252,7 @@ double ContactingGrains<d>::fly_all(Bodies& bodies, double t, int first, int las
 /// Writes the grains in slots from `first` to `last`, which fly_all has moved without contacts, back to the bodies.
 /// Returns the additional work of the slow forces.
 template <int d>
-double ContactingGrains<d>::put_back(Bodies& bodies, int n, int first, int last) const {
+double ContactingGrains<d>::write_back(Bodies& bodies, int n, int first, int last) const {
   double work = 0;
   for (int s = first; s < last; ++s) {
     const int later = grains_[std::min(s + ahead, last - 1)].particle;
@@ -260,9 +260,9 @@ double ContactingGrains<d>::put_back(Bodies& bodies, int n, int first, int last)
     __builtin_prefetch(&bodies.momentum[later * d], 1);
     const Grain grain = flown(s, n);
     for (int k = 0; k < d; ++k) {
-      double& place = bodies.position[grain.particle * d + k];
-      if (are_held()) work += held_[s][k] * (grain.place[k] - place);
-      place = grain.place[k];
+      double& position = bodies.position[grain.particle * d + k];
+      if (has_slow_forces()) work += slot_slow_forces_[s][k] * (grain.position[k] - position);
+      position = grain.position[k];
       bodies.momentum[grain.particle * d + k] = grain.momentum[k];
     }
   }
@@ -273,7 +273,7 @@ template <int d>
 double ContactingGrains<d>::fly(Bodies& bodies, int n, parallel::Team& team) const {
   const double free =
       sum_over_ranges(bodies.size(), team, [&](int first, int last) { return fly_all(bodies, n * dt_, first, last); });
-  return free + sum_over_ranges(slots(), team, [&](int first, int last) { return put_back(bodies, n, first, last); });
+  return free + sum_over_ranges(slots(), team, [&](int first, int last) { return write_back(bodies, n, first, last); });
 }
 
 }  // namespace lichtenberg::granular

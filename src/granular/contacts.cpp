@@ -13,21 +13,21 @@ namespace lichtenberg::granular {
 namespace {
 
 /// Marks contacts of grains that are in more than one contact.
-void mark_shared_contacts(std::vector<Touch>& touches, int grains) {
+void mark_shared_contacts(std::vector<StepContact>& step_contacts, int grains) {
   std::vector<int> touching(grains);
-  for (const Touch& touch : touches) ++touching[touch.contact.pair.i], ++touching[touch.contact.pair.j];
-  for (Touch& touch : touches)
-    if (touching[touch.contact.pair.i] > 1 || touching[touch.contact.pair.j] > 1) touch.contact.alone = false;
+  for (const StepContact& entry : step_contacts) ++touching[entry.contact.pair.i], ++touching[entry.contact.pair.j];
+  for (StepContact& entry : step_contacts)
+    if (touching[entry.contact.pair.i] > 1 || touching[entry.contact.pair.j] > 1) entry.contact.alone = false;
 }
 
 /// Returns the contact of a pair that moved from the separation `before` to `now` within dt: its onset is where the
 /// distance on the straight path between them is `reach`.
 template <int d>
-GrainContact touched(Pair pair, Vec<d> before, Vec<d> now, double reach, double begin, double dt) {
-  const Vec<d> way = now - before;
-  const double b = dot(before, way), c = norm2(before) - reach * reach;
-  const double part = c > 0 ? std::min(straight_onset(b, c, norm2(way)), 1.0) : 0;
-  return {pair, begin + part * dt, closing(PairState<d>{before + part * way, way / dt})};
+GrainContact new_contact(Pair pair, Vec<d> before, Vec<d> now, double reach, double begin, double dt) {
+  const Vec<d> displacement = now - before;
+  const double b = dot(before, displacement), c = norm2(before) - reach * reach;
+  const double part = c > 0 ? std::min(straight_onset(b, c, norm2(displacement)), 1.0) : 0;
+  return {pair, begin + part * dt, closing(PairState<d>{before + part * displacement, displacement / dt})};
 }
 
 /// Throws InputError for damping beyond the range of the restitution curve, which contact substeps do not resolve.
@@ -74,14 +74,14 @@ ContactLoad contact_load(const GrainContactLaw& law, const Bodies& bodies, std::
   ContactLoad load{.force = std::vector<double>(bodies.momentum.size())};
   const auto add = [&]<int d>(const auto& one, const Spheres<d>& grains, Pair pair) {
     const auto [i, j] = pair;
-    const PairState<d> state = seen(bodies, grains, pair);
-    const double distance = norm(state.apart), overlap = reach(bodies, pair) - distance;
+    const PairState<d> state = pair_state(bodies, grains, pair);
+    const double distance = norm(state.separation), overlap = reach(bodies, pair) - distance;
     if (overlap <= 0) return;
     const ContactForce contact =
         contact_at(one, overlap, closing(state), one.scale(bodies.radius[i], bodies.radius[j]));
     load.dissipation += contact.dissipated;
-    const Vec<d> push = (contact.force / distance) * state.apart;
-    for (int k = 0; k < d; ++k) load.force[i * d + k] -= push[k], load.force[j * d + k] += push[k];
+    const Vec<d> force = (contact.force / distance) * state.separation;
+    for (int k = 0; k < d; ++k) load.force[i * d + k] -= force[k], load.force[j * d + k] += force[k];
   };
   std::visit(
       [&](const auto& one) {
@@ -102,7 +102,7 @@ void visit_stored(const GrainContactLaw& law, const Bodies& bodies, std::span<co
   const auto visit = [&](const auto& one, const auto& grains) {
     for (const GrainContact& contact : contacts) {
       const auto [i, j] = contact.pair;
-      const double overlap = reach(bodies, contact.pair) - norm(apart(grains, contact.pair));
+      const double overlap = reach(bodies, contact.pair) - norm(separation(grains, contact.pair));
       if (overlap > 0) use(contact.pair, one.parts(overlap, one.scale(bodies.radius[i], bodies.radius[j])).stored);
     }
   };
@@ -124,36 +124,37 @@ double fastest_release(const GrainContactLaw& law, const Bodies& bodies, std::sp
   return std::sqrt(square);
 }
 
-std::vector<Touch> touches_between(std::span<const double> from, const Bodies& bodies,
-                                   std::span<const GrainContact> contacts, std::span<const Pair> pairs, double begin,
-                                   double dt) {
-  std::vector<Touch> touches;
+std::vector<StepContact> contacts_in_step(std::span<const double> from, const Bodies& bodies,
+                                          std::span<const GrainContact> contacts, std::span<const Pair> pairs,
+                                          double begin, double dt) {
+  std::vector<StepContact> step_contacts;
   auto contact = contacts.begin();
   visit_spheres(bodies, [&]<int d>(const Spheres<d>& grains) {
     const Spheres<d> then{from, bodies.radius, grains.box};
     for (const Pair pair : pairs) {
       while (contact != contacts.end() && contact->pair < pair) ++contact;
       const bool old = contact != contacts.end() && contact->pair == pair;
-      const Vec<d> now = apart(grains, pair);
+      const Vec<d> now = separation(grains, pair);
       const bool open = norm(now) < reach(bodies, pair);
       if (old)
-        touches.push_back({*contact, false, open});
+        step_contacts.push_back({*contact, false, open});
       else if (open)
-        touches.push_back({touched(pair, apart(then, pair), now, reach(bodies, pair), begin, dt), true, true});
+        step_contacts.push_back(
+            {new_contact(pair, separation(then, pair), now, reach(bodies, pair), begin, dt), true, true});
     }
   });
-  return touches;
+  return step_contacts;
 }
 
-void note(std::vector<Touch> touches, const Bodies& bodies, double end, std::vector<GrainContact>& contacts,
+void note(std::vector<StepContact> step_contacts, const Bodies& bodies, double end, std::vector<GrainContact>& contacts,
           ContactRecord& record) {
-  mark_shared_contacts(touches, bodies.size());
+  mark_shared_contacts(step_contacts, bodies.size());
   contacts.clear();
   visit_spheres(bodies, [&]<int d>(const Spheres<d>& grains) {
-    for (const auto& [contact, begun, open] : touches) {
+    for (const auto& [contact, begun, open] : step_contacts) {
       if (begun) record.begun.push_back(contact);
-      const PairState<d> state = seen(bodies, grains, contact.pair);
-      const double distance = norm(state.apart), sum = reach(bodies, contact.pair);
+      const PairState<d> state = pair_state(bodies, grains, contact.pair);
+      const double distance = norm(state.separation), sum = reach(bodies, contact.pair);
       record.largest_overlap = std::max(record.largest_overlap, (sum - distance) / sum);
       if (distance < too_close * sum) refuse_flight_through(contact);
       if (open)

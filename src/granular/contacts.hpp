@@ -30,7 +30,7 @@ double stored_energy(const GrainContactLaw& law, const Bodies& bodies, std::span
 double fastest_release(const GrainContactLaw& law, const Bodies& bodies, std::span<const GrainContact> contacts);
 
 /// A pair that was in contact at the start of a step, or came into contact within it.
-struct Touch {
+struct StepContact {
   GrainContact contact;
   bool begun = false;  ///< within the step
   bool open = true;    ///< at its end
@@ -39,9 +39,9 @@ struct Touch {
 /// Returns the contacts of a step of an integrator that computes forces at its ends only. A pair is in contact where it
 /// overlaps. The onset of a new contact is the zero of the gap on the straight path from `from`, the positions at the
 /// start ([N * d]). `pairs`: all candidate pairs, in ascending order.
-std::vector<Touch> touches_between(std::span<const double> from, const Bodies& bodies,
-                                   std::span<const GrainContact> contacts, std::span<const Pair> pairs, double begin,
-                                   double dt);
+std::vector<StepContact> contacts_in_step(std::span<const double> from, const Bodies& bodies,
+                                          std::span<const GrainContact> contacts, std::span<const Pair> pairs,
+                                          double begin, double dt);
 
 /// Throws Failure: the centres of two grains have come closer than `too_close` (pair_state.hpp). `stiffer`: the factor
 /// of the contact's stiffness with which they would stop there, all forces counted; 0: not known.
@@ -49,7 +49,7 @@ std::vector<Touch> touches_between(std::span<const double> from, const Bodies& b
 
 /// Records the contacts of a step that ends at the time `end`, in ascending order of pairs. `contacts` become the open
 /// ones. Throws Failure if the centres of two grains come closer than `too_close`.
-void note(std::vector<Touch> touches, const Bodies& bodies, double end, std::vector<GrainContact>& contacts,
+void note(std::vector<StepContact> step_contacts, const Bodies& bodies, double end, std::vector<GrainContact>& contacts,
           ContactRecord& record);
 
 }  // namespace lichtenberg::granular

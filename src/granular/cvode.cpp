@@ -26,9 +26,9 @@ class Cvode final : public GasIntegrator {
       progress.check(gas, end - begin);
       visit_spheres(gas.bodies(), [&]<int d>(const Spheres<d>&) { Segment<d>(gas).advance(end); });
       now = {};
-      gas.settle_contacts(now);
+      gas.exchange_charges(now);
     }
-    now = gas.look();
+    now = gas.instant();
     gas.drive(now, begin + half, half);
     return now;
   }
@@ -59,12 +59,13 @@ class Cvode final : public GasIntegrator {
    public:
     explicit Segment(Gas& gas) : gas_(gas), start_(gas.bodies()), begin_(gas.time()), origin_(begin_) {
       const Vec3 lengths = start_.box.lengths;
-      parted_ = 8 * std::numeric_limits<double>::epsilon() * std::max({lengths.x, lengths.y, d == 3 ? lengths.z : 0});
+      opening_gap_ =
+          8 * std::numeric_limits<double>::epsilon() * std::max({lengths.x, lengths.y, d == 3 ? lengths.z : 0});
       for (const GrainContact& contact : gas.contacts()) touching_.push_back(contact.pair);
       if (!gas.contacts().empty()) origin_ = std::ranges::max(gas.contacts(), {}, &GrainContact::since).since;
       for (int i = 0; i < start_.size(); ++i)
         for (int j = i + 1; j < start_.size(); ++j)
-          if (!std::ranges::binary_search(touching_, Pair{i, j})) apart_.push_back({i, j});
+          if (!std::ranges::binary_search(touching_, Pair{i, j})) separate_.push_back({i, j});
     }
 
     void advance(double end) {
@@ -73,7 +74,7 @@ class Cvode final : public GasIntegrator {
       constexpr double nothing = 1e-12;  // t0, too short for CVODE
       if (end - begin_ < nothing) {
         gas_.move(y, end);
-        return gas_.note(touches(-1), begin_, 0);
+        return gas_.note(step_contacts(-1), begin_, 0);
       }
       y.insert(y.end(), start_.momentum.begin(), start_.momentum.end());
       y.push_back(0);
@@ -85,7 +86,7 @@ class Cvode final : public GasIntegrator {
       const OdeEnd found = integrate(ode, std::sqrt(begin_ - origin_), std::sqrt(end - origin_), y);
       const double time = found.event < 0 ? end : origin_ + found.time * found.time;
       put(y, time);
-      gas_.note(touches(found.event), begin_, y.back());
+      gas_.note(step_contacts(found.event), begin_, y.back());
     }
 
    private:
@@ -116,18 +117,18 @@ class Cvode final : public GasIntegrator {
     /// rounding gets no clamp event, which would repeat without end.
     std::vector<Ode::Value> events() const {
       std::vector<Ode::Value> falls;
-      for (const Pair pair : apart_)
+      for (const Pair pair : separate_)
         falls.push_back([this, pair](double, auto y) { return -overlap(pair, at(pair, y)); });
       for (const Pair pair : touching_)
-        falls.push_back([this, pair](double, auto y) { return overlap(pair, at(pair, y)) + parted_; });
+        falls.push_back([this, pair](double, auto y) { return overlap(pair, at(pair, y)) + opening_gap_; });
       constexpr double rounding = 1e-9;
       const Spheres<d> grains = spheres<d>(start_);
       for (const Pair pair : touching_)
-        if (const auto [elastic, slope, force] = push(pair, seen(start_, grains, pair));
-            force >= rounding * elastic + 4 * parted_ * slope)
+        if (const auto [elastic, slope, force] = normal_force(pair, pair_state(start_, grains, pair));
+            force >= rounding * elastic + 4 * opening_gap_ * slope)
           falls.push_back([this, pair](double, auto y) {
             // Just after onset rounding may put the overlap below 0, where the force is exactly 0.
-            return push(pair, at(pair, y)).unclamped + std::numeric_limits<double>::min();
+            return normal_force(pair, at(pair, y)).unclamped + std::numeric_limits<double>::min();
           });
       return falls;
     }
@@ -135,16 +136,16 @@ class Cvode final : public GasIntegrator {
     PairState<d> at(Pair pair, std::span<const double> y) const {
       const auto [i, j] = pair;
       const auto momentum = y.subspan(y.size() / 2);
-      return {apart(spheres<d>(start_), pair) + vector_of<d>(y, j) - vector_of<d>(y, i),
+      return {separation(spheres<d>(start_), pair) + vector_of<d>(y, j) - vector_of<d>(y, i),
               vector_of<d>(momentum, j) / start_.mass[j] - vector_of<d>(momentum, i) / start_.mass[i]};
     }
-    double overlap(Pair pair, const PairState<d>& state) const { return reach(start_, pair) - norm(state.apart); }
-    struct Push {
+    double overlap(Pair pair, const PairState<d>& state) const { return reach(start_, pair) - norm(state.separation); }
+    struct NormalForce {
       double elastic = 0, slope = 0, unclamped = 0;
     };
-    Push push(Pair pair, const PairState<d>& state) const {
+    NormalForce normal_force(Pair pair, const PairState<d>& state) const {
       return std::visit(
-          [&](const auto& law) -> Push {
+          [&](const auto& law) -> NormalForce {
             const ContactParts parts =
                 law.parts(overlap(pair, state), law.scale(start_.radius[pair.i], start_.radius[pair.j]));
             return {parts.elastic, parts.elastic_slope, parts.elastic + parts.damping * closing(state)};
@@ -154,29 +155,30 @@ class Cvode final : public GasIntegrator {
 
     /// Returns the contacts at the end of the segment, which `event` ended. CVODE reports one of several simultaneous
     /// events.
-    std::vector<Touch> touches(int event) const {
+    std::vector<StepContact> step_contacts(int event) const {
       const Spheres<d> grains = spheres<d>(gas_.bodies());
-      std::vector<Touch> found;
+      std::vector<StepContact> found;
       for (std::size_t k = 0; k < touching_.size(); ++k) {
-        const PairState<d> state = seen(gas_.bodies(), grains, touching_[k]);
-        const bool released = event == static_cast<int>(apart_.size() + k) || overlap(touching_[k], state) < -parted_;
+        const PairState<d> state = pair_state(gas_.bodies(), grains, touching_[k]);
+        const bool released =
+            event == static_cast<int>(separate_.size() + k) || overlap(touching_[k], state) < -opening_gap_;
         found.push_back({gas_.contacts()[k], false, !released});
       }
-      for (std::size_t k = 0; k < apart_.size(); ++k) {
-        const PairState<d> state = seen(gas_.bodies(), grains, apart_[k]);
-        if (event == static_cast<int>(k) || (overlap(apart_[k], state) > 0 && closing(state) > 0))
-          found.push_back({{apart_[k], gas_.time(), closing(state)}, true, true});
+      for (std::size_t k = 0; k < separate_.size(); ++k) {
+        const PairState<d> state = pair_state(gas_.bodies(), grains, separate_[k]);
+        if (event == static_cast<int>(k) || (overlap(separate_[k], state) > 0 && closing(state) > 0))
+          found.push_back({{separate_[k], gas_.time(), closing(state)}, true, true});
       }
-      std::ranges::sort(found, {}, [](const Touch& touch) { return touch.contact.pair; });
+      std::ranges::sort(found, {}, [](const StepContact& contact) { return contact.contact.pair; });
       return found;
     }
 
     Gas& gas_;
     Bodies start_;
     double begin_, origin_;
-    double parted_ = 0;  ///< d0, gap at which a contact ends: above the rounding of positions, which would make slow
-                         ///< grains touch and part without end
-    std::vector<Pair> touching_, apart_;
+    double opening_gap_ = 0;  ///< d0, gap at which a contact ends: above the rounding of positions, which would make
+                              ///< slow grains touch and part without end
+    std::vector<Pair> touching_, separate_;
   };
 };
 

@@ -23,7 +23,7 @@ int threads_for(const Scene& scene) {
 }
 
 /// Path (d0) of the fastest grain between two searches for candidate pairs. A longer path makes the lists longer.
-constexpr double way_a_search = 0.3;
+constexpr double path_per_search = 0.3;
 
 /// Returns the largest path (d0) for which no grain comes near two images of another.
 double longest_travel(const Bodies& bodies) {
@@ -41,7 +41,7 @@ std::vector<GrainContact> contacts_at_start(const Bodies& bodies, parallel::Team
   const std::span<const Pair> near = list.pairs(bodies, 0, team);
   visit_spheres(bodies, [&](const auto& grains) {
     for (const Pair pair : near)
-      if (const auto state = seen(bodies, grains, pair); norm(state.apart) < reach(bodies, pair))
+      if (const auto state = pair_state(bodies, grains, pair); norm(state.separation) < reach(bodies, pair))
         contacts.push_back({.pair = pair, .impact_speed = std::max(0.0, closing(state)), .alone = false});
   });
   return contacts;
@@ -55,8 +55,8 @@ Gas::Gas(const Scene& scene)
       model_(effects::make_model(scene)),
       law_(contact_law(scene, model_)),
       list_(0, 0.5),
-      grains_seen_{std::ranges::min(model_.bodies.mass), std::ranges::min(model_.bodies.radius),
-                   typical_impact(scene.conductors.size())} {
+      grain_properties_{std::ranges::min(model_.bodies.mass), std::ranges::min(model_.bodies.radius),
+                        typical_impact(scene.conductors.size())} {
   std::optional<double> range;
   for (const auto& effect : model_.effects)
     if (const std::optional<double> needed = effect->needs().neighbour_range)
@@ -67,18 +67,18 @@ Gas::Gas(const Scene& scene)
   set_law();
 }
 
-Instant Gas::look(Want want) {
-  Instant now = look();
+Instant Gas::instant(Want want) {
+  Instant now = instant();
   find_forces(now, want);
   return now;
 }
 
 GasEnergy Gas::energy(std::optional<double> potential) {
-  GasEnergy book = book_;
-  book.kinetic = kinetic_energy();
-  book.contact = stored_energy(law_, model_.bodies, contacts_);
-  book.potential = potential_energy(potential);
-  return book;
+  GasEnergy budget = budget_;
+  budget.kinetic = kinetic_energy();
+  budget.contact = stored_energy(law_, model_.bodies, contacts_);
+  budget.potential = potential_energy(potential);
+  return budget;
 }
 
 double Gas::mechanical_energy() const { return kinetic_energy() + stored_energy(law_, model_.bodies, contacts_); }
@@ -127,7 +127,7 @@ double Gas::seconds_of_forces(const Effect& effect) {
   return seconds;
 }
 
-void Gas::push(double dt, std::span<const double> force) {
+void Gas::add_impulse(double dt, std::span<const double> force) {
   for (std::size_t k = 0; k < force.size(); ++k) model_.bodies.momentum[k] += dt * force[k];
 }
 
@@ -140,19 +140,20 @@ void Gas::drive(Instant& now, double begin, double dt) {
   if (in_elastic_stage()) return;
   bool driven = false;
   for (const auto& effect : model_.effects) {
-    std::vector<double> push;
-    if (effect->kind().make.overrides().drive) push = model_.bodies.momentum;
+    std::vector<double> momentum_change;
+    if (effect->kind().make.overrides().drive) momentum_change = model_.bodies.momentum;
     const std::optional<double> given = effect->drive(begin, dt, model_.bodies);
     if (!given) continue;
-    book_.driven += *given;
-    for (std::size_t k = 0; k < push.size(); ++k) push[k] -= model_.bodies.momentum[k];
-    now.kicked += push.empty() ? INFINITY : largest_acceleration(model_.bodies, push, *team_);
+    budget_.driven += *given;
+    for (std::size_t k = 0; k < momentum_change.size(); ++k) momentum_change[k] -= model_.bodies.momentum[k];
+    now.velocity_change +=
+        momentum_change.empty() ? INFINITY : largest_acceleration(model_.bodies, momentum_change, *team_);
     driven = true;
   }
-  if (driven) now.survey = survey(model_.bodies, *team_);
+  if (driven) now.statistics = grain_statistics(model_.bodies, *team_);
 }
 
-std::span<const Pair> Gas::near(double dt) {
+std::span<const Pair> Gas::candidate_pairs(double dt) {
   const Stopwatch stopwatch(seconds_.lists);
   const double speed = fastest();
   try {
@@ -177,32 +178,32 @@ ContactLoad Gas::contact_load(std::span<const Pair> pairs) {
 }
 
 double Gas::fastest_impact(const Instant& now) const {
-  const double impact = 2 * now.survey.fastest;
+  const double impact = 2 * now.statistics.fastest;
   constexpr double rounding = 1e-6;
   if (now.release && (1 + rounding) * *now.release < impact) return impact;
   return std::max(impact, fastest_release(law_, model_.bodies, contacts_));
 }
 
 ContactsFollowed Gas::advance_contacts(const Instant& now, double dt, int times, double gain) {
-  const double fastest = now.survey.fastest;
-  const double path = (fastest + gain) * dt / times, room = 0.5 * longest_travel(model_.bodies);
+  const double fastest = now.statistics.fastest;
+  const double path = (fastest + gain) * dt / times, allowed_path = 0.5 * longest_travel(model_.bodies);
   // Twice the largest speed is a bound on speeds after a collision.
-  if (path > room) refuse_travel(dt / times, fastest, gain);
+  if (path > allowed_path) refuse_travel(dt / times, fastest, gain);
   const ContactSteps all{.begin = time_,
                          .time = dt,
                          .steps = times,
                          .fastest = fastest,
-                         .kicked = now.kicked,
+                         .velocity_change = now.velocity_change,
                          .gain = gain,
-                         .way = std::min(way_a_search, room)};
+                         .search_path = std::min(path_per_search, allowed_path)};
   const Stopwatch stopwatch(seconds_.contacts);
   ContactsFollowed followed = contact_motion_->advance(model_.bodies, contacts_, now.force, all, *team_);
   searches_ += followed.searches;
-  book_.contact_error += followed.stored_at_end - followed.stored_at_start;
+  budget_.contact_error += followed.stored_at_end - followed.stored_at_start;
   return followed;
 }
 
-double Gas::time_to_resolve(double impact) const { return granular::time_to_resolve(law_, impact, grains_seen_); }
+double Gas::time_to_resolve(double impact) const { return granular::time_to_resolve(law_, impact, grain_properties_); }
 
 int Gas::contact_steps_within(const Instant& now, double dt, double gain) const {
   const double step = time_to_resolve(fastest_impact(now) + 2 * gain) / scene_.mechanics.contact_steps;
@@ -219,21 +220,21 @@ int Gas::contact_steps_within(const Instant& now, double dt, double gain) const 
 Instant Gas::follow_contacts(const Instant& now, double end, Want want) {
   const double dt = end - time_, gain = now.acceleration * dt;
   const int count = contact_steps_within(now, dt, gain);
-  book_.contact_error -= now.survey.kinetic;
+  budget_.contact_error -= now.statistics.kinetic;
   ContactsFollowed followed = advance_contacts(now, dt, count, gain);
-  Instant then = look();
-  then.release = followed.fastest_release, then.kicked = 0;
-  book_.contact_error += then.survey.kinetic + followed.record.dissipated - followed.work;
-  if (!std::isfinite(book_.contact_error))
+  Instant then = instant();
+  then.release = followed.fastest_release, then.velocity_change = 0;
+  budget_.contact_error += then.statistics.kinetic + followed.record.dissipated - followed.work;
+  if (!std::isfinite(budget_.contact_error))
     throw Failure(fmt::format("{}: from t = {:.6g} t0 on the grains' positions are not finite", scene_.path, time_));
   wrap(model_.bodies);
   time_ = end;
   contact_steps += count;
-  book(std::move(followed.record));
+  record_step(std::move(followed.record));
   if (now.force.empty()) return then;
   find_forces(then, want);
-  const Kicked kicked = granular::kick(model_.bodies, 0.5 * dt, now.force, then.force, *team_);
-  then.kicked = kicked.most, then.survey = kicked.after;
+  const KickResult result = granular::kick(model_.bodies, 0.5 * dt, now.force, then.force, *team_);
+  then.velocity_change = result.most, then.statistics = result.after;
   return then;
 }
 
@@ -243,24 +244,24 @@ void Gas::move(std::span<const double> path, double time) {
   time_ = time;
 }
 
-void Gas::note(std::vector<Touch> touches, double begin, double dissipated) {
+void Gas::note(std::vector<StepContact> step_contacts, double begin, double dissipated) {
   ContactRecord record{.time = time_, .dt = time_ - begin, .dissipated = dissipated};
-  granular::note(std::move(touches), model_.bodies, time_, contacts_, record);
+  granular::note(std::move(step_contacts), model_.bodies, time_, contacts_, record);
   record.open = contacts_;
   ++contact_steps;
-  book(std::move(record));
+  record_step(std::move(record));
 }
 
-void Gas::book(ContactRecord record) {
+void Gas::record_step(ContactRecord record) {
   record_ = std::move(record);
   ++steps;
   collisions += static_cast<std::int64_t>(record_.begun.size());
   largest_overlap = std::max(largest_overlap, record_.largest_overlap);
   restitution.count(record_.ended, model_.bodies, law_, stage_begin());
-  book_.dissipated += record_.dissipated;
+  budget_.dissipated += record_.dissipated;
 }
 
-void Gas::settle_contacts(Instant& now) {
+void Gas::exchange_charges(Instant& now) {
   if (in_elastic_stage()) return;
   std::vector<double> charge = model_.bodies.charge;
   {
@@ -272,7 +273,7 @@ void Gas::settle_contacts(Instant& now) {
   model_.bodies.charge = std::move(charge);
   now.force.clear(), now.potential.reset();
   find_forces(now, Want::energy);
-  book_.exchanged += potential_energy(now.potential) - before;
+  budget_.exchanged += potential_energy(now.potential) - before;
 }
 
 bool Gas::in_elastic_stage() const { return stage_ < scene_.stages.size() && scene_.stages[stage_].elastic; }
@@ -308,8 +309,8 @@ Instant Gas::leave_stage(Instant now) {
   if (const std::optional<double> temperature = scene_.stages[stage_].temperature) rescale(*temperature);
   ++stage_;
   set_law();
-  book_.driven += mechanical_energy() - before;
-  now.survey = survey(model_.bodies, *team_), now.release.reset(), now.kicked = INFINITY;
+  budget_.driven += mechanical_energy() - before;
+  now.statistics = grain_statistics(model_.bodies, *team_), now.release.reset(), now.velocity_change = INFINITY;
   return now;
 }
 
@@ -334,7 +335,8 @@ Checkpoint Gas::save() const {
   checkpoint.integers["image"].assign(b.image.begin(), b.image.end());
   checkpoint.integers["stage"] = {static_cast<std::int64_t>(stage_)};
   checkpoint.integers["counters"] = {steps, contact_steps, collisions};
-  checkpoint.reals["book"] = {book_.dissipated, book_.exchanged, book_.driven, book_.contact_error, largest_overlap};
+  checkpoint.reals["book"] = {budget_.dissipated, budget_.exchanged, budget_.driven, budget_.contact_error,
+                              largest_overlap};
   std::vector<std::int64_t>& pairs = checkpoint.integers["contact_pairs"];
   std::vector<double>& touches = checkpoint.reals["contact_touches"];
   for (const GrainContact& c : contacts()) {
@@ -364,9 +366,9 @@ void Gas::restore(const Checkpoint& checkpoint) {
   stage_ = static_cast<std::size_t>(whole("stage", 1)[0]);
   const auto& counters = whole("counters", 3);
   steps = counters[0], contact_steps = counters[1], collisions = counters[2];
-  const std::vector<double>& book = reals(checkpoint, "book", 5);
-  book_ = {.dissipated = book[0], .exchanged = book[1], .driven = book[2], .contact_error = book[3]};
-  largest_overlap = book[4];
+  const std::vector<double>& budget = reals(checkpoint, "book", 5);
+  budget_ = {.dissipated = budget[0], .exchanged = budget[1], .driven = budget[2], .contact_error = budget[3]};
+  largest_overlap = budget[4];
   restitution.restore(checkpoint);
   const std::vector<std::int64_t>& pairs = integers(checkpoint, "contact_pairs");
   const std::vector<double>& touches = reals(checkpoint, "contact_touches", pairs.size() / 3 * 2);

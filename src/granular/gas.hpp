@@ -7,10 +7,10 @@
 
 #include "src/granular/contact_motion.hpp"
 #include "src/granular/contacts.hpp"
+#include "src/granular/grain_statistics.hpp"
 #include "src/granular/pace.hpp"
 #include "src/granular/pair_list.hpp"
 #include "src/granular/restitution_check.hpp"
-#include "src/granular/survey.hpp"
 #include "src/model/checkpoint.hpp"
 #include "src/model/model.hpp"
 #include "src/scene/scene.hpp"
@@ -45,14 +45,14 @@ enum class Want { forces, energy };
 /// Values that follow from the grains at one instant. Functions of Gas that change the grains and take an Instant keep
 /// it true; after any other change a new one is needed.
 struct Instant {
-  Survey survey;
+  GrainStatistics statistics;
   std::vector<double> force{};        ///< smooth forces on the grains, [N * d]; empty: not found, or there are none
   double acceleration = 0;            ///< the largest that these forces make
   std::optional<double> potential{};  ///< the energy of these forces; empty: not found
   /// Estimate of the largest speed (v0) at which a contact releases two grains; empty: not found.
   std::optional<double> release{};
   /// Bound on the change of a velocity (v0) since contacts were followed; infinite: positions may have changed, too.
-  double kicked = INFINITY;
+  double velocity_change = INFINITY;
 };
 
 /// State of a gas: grains in a periodic box with the effects that act on them, at one instant. Integrators advance it.
@@ -72,32 +72,32 @@ class Gas {
 
   /// Returns the energy budget. `potential`: the potential energy, if it is known.
   GasEnergy energy(std::optional<double> potential = {});
-  double fastest() const { return look().survey.fastest; }  ///< v0, largest speed
-  double kinetic_energy() const { return look().survey.kinetic; }
+  double fastest() const { return instant().statistics.fastest; }  ///< v0, largest speed
+  double kinetic_energy() const { return instant().statistics.kinetic; }
   /// Returns the present instant, without forces; the second function includes them.
-  Instant look() const { return {.survey = survey(model_.bodies, *team_)}; }
-  Instant look(Want want);
+  Instant instant() const { return {.statistics = grain_statistics(model_.bodies, *team_)}; }
+  Instant instant(Want want);
   /// Adds forces to an instant that lacks them.
   void find_forces(Instant& now, Want want = Want::forces);
   /// Returns the smooth forces on the grains, [N * d]; empty if there are none.
-  std::vector<double> smooth_forces() { return look(Want::forces).force; }
+  std::vector<double> smooth_forces() { return instant(Want::forces).force; }
   /// Returns a bound on impact speeds (v0): the largest relative speed that grains have or a contact may give them.
   double fastest_impact(const Instant& now) const;
   /// Returns the time (t0) that contact substeps must resolve for impact speeds up to `impact` (pace.hpp).
   double time_to_resolve(double impact) const;
-  const GrainsSeen& grains_seen() const { return grains_seen_; }
+  const GrainProperties& grain_properties() const { return grain_properties_; }
 
   /// Returns the pairs that may touch within dt.
-  std::span<const Pair> near(double dt);
+  std::span<const Pair> candidate_pairs(double dt);
   /// Returns the contact forces; `pairs`: all candidate pairs.
   ContactLoad contact_load(std::span<const Pair> pairs);
   /// Moves each grain by `path` (d0, [N * d]) and sets the time.
   void move(std::span<const double> path, double time);
   /// Records the contacts since the time `begin` and the energy that they dissipated. Called once per step.
-  void note(std::vector<Touch> touches, double begin, double dissipated);
+  void note(std::vector<StepContact> step_contacts, double begin, double dissipated);
 
   /// Changes momenta by dt times these forces ([N * d] or empty).
-  void push(double dt, std::span<const double> force);
+  void add_impulse(double dt, std::span<const double> force);
   bool has_smooth_forces() const;
   /// Returns the wall time (s) of one evaluation of an effect's forces, with this gas's threads.
   double seconds_of_forces(const Effect& effect);
@@ -107,7 +107,7 @@ class Gas {
   /// shortest contact. Momenta are then corrected for a linear change of the smooth forces. Returns that instant.
   Instant follow_contacts(const Instant& now, double end, Want want = Want::forces);
   /// Exchanges charges between grains in contact, once per step.
-  void settle_contacts(Instant& now);
+  void exchange_charges(Instant& now);
 
   /// Time (t0) at which the present stage began.
   double stage_begin() const;
@@ -135,7 +135,7 @@ class Gas {
   ContactsFollowed advance_contacts(const Instant& now, double dt, int times, double gain);
   int contact_steps_within(const Instant& now, double dt, double gain) const;
   [[noreturn]] void refuse_travel(double dt, double fastest, double gain) const;
-  void book(ContactRecord record);
+  void record_step(ContactRecord record);
   double potential_energy(std::optional<double> known);
   /// Returns kinetic and elastic energy.
   double mechanical_energy() const;
@@ -152,10 +152,10 @@ class Gas {
   std::optional<PairList> smooth_list_;  ///< pairs for smooth forces; empty: not needed
   std::vector<GrainContact> contacts_;   ///< in ascending order of pairs
   ContactRecord record_;
-  GasEnergy book_;  ///< dissipated, exchanged and driven energy
+  GasEnergy budget_;  ///< dissipated, exchanged and driven energy
   GasSeconds seconds_;
   std::int64_t searches_ = 0;  ///< by contact_motion_
-  GrainsSeen grains_seen_;
+  GrainProperties grain_properties_;
   double time_ = 0;
   std::size_t stage_ = 0;
 };

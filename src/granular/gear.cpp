@@ -30,21 +30,21 @@ class Gear final : public GasIntegrator {
     gas.drive(now, begin, half);
     if (derivative_[0].empty()) start(gas, dt);
     const std::vector<double> from = gas.bodies().position;
-    const std::span<const Pair> near = gas.near(dt);
+    const std::span<const Pair> near = gas.candidate_pairs(dt);
     predict(gas, end);
     const std::vector<double> smooth = smooth_forces(gas);
     const ContactLoad load = gas.contact_load(near);
     correct(gas, dt, smooth, load.force);
-    gas.note(touches_between(from, gas.bodies(), gas.contacts(), near, begin, dt), begin,
+    gas.note(contacts_in_step(from, gas.bodies(), gas.contacts(), near, begin, dt), begin,
              half * (dissipation_ + load.dissipation));
     dissipation_ = load.dissipation;
-    now = gas.look();
+    now = gas.instant();
     gas.drive(now, begin + half, half);
-    settle(gas, now, smooth);
+    add_exchange_jump(gas, now, smooth);
     return now;
   }
 
-  void begin_anew() override { derivative_ = {}; }
+  void reset_history() override { derivative_ = {}; }
   void save(Checkpoint& checkpoint) const override {
     for (std::size_t n = 0; n < derivative_.size(); ++n) checkpoint.reals[names[n]] = derivative_[n];
     checkpoint.reals["gear_dissipation"] = {dissipation_};
@@ -66,7 +66,7 @@ class Gear final : public GasIntegrator {
   }
 
   void start(Gas& gas, double dt) {
-    const ContactLoad load = gas.contact_load(gas.near(dt));
+    const ContactLoad load = gas.contact_load(gas.candidate_pairs(dt));
     const std::vector<double> smooth = smooth_forces(gas);
     const Bodies& b = gas.bodies();
     for (auto& values : derivative_) values.assign(smooth.size(), 0);
@@ -106,8 +106,8 @@ class Gear final : public GasIntegrator {
   }
 
   /// Adds the jump of accelerations by an exchange of charges.
-  void settle(Gas& gas, Instant& now, std::span<const double> smooth_before) {
-    gas.settle_contacts(now);  // computes new forces if charges move
+  void add_exchange_jump(Gas& gas, Instant& now, std::span<const double> smooth_before) {
+    gas.exchange_charges(now);  // computes new forces if charges move
     for (std::size_t k = 0; k < now.force.size(); ++k)
       derivative_[0][k] += (now.force[k] - smooth_before[k]) / gas.bodies().mass[k / gas.bodies().dimension];
   }

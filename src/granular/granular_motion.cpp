@@ -47,35 +47,35 @@ void check_pace(const Gas& gas, double end, double step) {
 
 struct GranularMotion::Implementation {
   Implementation(const Scene& scene, std::unique_ptr<GasIntegrator> by, std::unique_ptr<granular::device::DeviceGas> on)
-      : here(scene),
+      : host_gas(scene),
         integrator(std::move(by)),
-        theory(HomogeneousGas::of(here)),
+        theory(HomogeneousGas::of(host_gas)),
         device(std::move(on)),
-        stage_end(here.stage_end()) {
+        stage_end(host_gas.stage_end()) {
     check_shortest(scene);
-    instant = here.look();
+    instant = host_gas.instant();
     if (std::isfinite(scene.mechanics.step))
-      integrator->longest_step(here, instant);  // refuses a step that is too long before output begins
+      integrator->longest_step(host_gas, instant);  // refuses a step that is too long before output begins
     load();
-    energy_at_start = here.energy(potential()).total();
+    energy_at_start = host_gas.energy(potential()).total();
   }
 
   /// Returns the gas, copied back from the device if needed.
   Gas& gas() {
-    catch_up();
-    if (is_there) {
-      bring(device->snapshot());
-      is_there = false;
+    wait_for_background_tasks();
+    if (is_on_device) {
+      copy_back(device->snapshot());
+      is_on_device = false;
     }
-    return here;
+    return host_gas;
   }
-  void bring(const granular::device::Snapshot& snapshot) {
-    Checkpoint checkpoint = here.save();
+  void copy_back(const granular::device::Snapshot& snapshot) {
+    Checkpoint checkpoint = host_gas.save();
     store(snapshot, checkpoint);
-    here.restore(checkpoint);
-    instant = here.look();
+    host_gas.restore(checkpoint);
+    instant = host_gas.instant();
   }
-  double time() const { return is_there ? device->time() : here.time(); }
+  double time() const { return is_on_device ? device->time() : host_gas.time(); }
 
   /// Returns the snapshot of the gas on the device, one per instant.
   std::shared_ptr<const granular::device::Snapshot> snapshot() {
@@ -87,34 +87,34 @@ struct GranularMotion::Implementation {
     }
     return now;
   }
-  /// Waits for background tasks that use `here`, `theory` and the notes, for frames and checkpoints of a gas on a
+  /// Waits for background tasks that use `host_gas`, `theory` and the notes, for frames and checkpoints of a gas on a
   /// device.
-  void catch_up() {
+  void wait_for_background_tasks() {
     const Stopwatch stopwatch(analysis_seconds);
-    for (const std::future<void>& task : std::exchange(behind, {})) task.wait();
+    for (const std::future<void>& task : std::exchange(background_tasks, {})) task.wait();
   }
   /// Registers a background task. It completes when its std::promise is fulfilled or destroyed.
-  std::shared_ptr<std::promise<void>> leave_behind() {
-    std::erase_if(behind, [](const std::future<void>& earlier) {
+  std::shared_ptr<std::promise<void>> register_background_task() {
+    std::erase_if(background_tasks, [](const std::future<void>& earlier) {
       return earlier.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
     });
     auto task = std::make_shared<std::promise<void>>();
-    behind.push_back(task->get_future());
+    background_tasks.push_back(task->get_future());
     return task;
   }
 
   /// Takes a note. For a gas on a device another thread does so while the device continues.
   void note() {
-    if (!is_there) {
-      settle();
-      keep(take_note(here, theory, analysis_seconds, potential()));
+    if (!is_on_device) {
+      collect_notes();
+      keep(take_note(host_gas, theory, analysis_seconds, potential()));
       return;
     }
     wait_for_a_core();
-    pending.push_back(
-        std::async(std::launch::async, [snapshot = snapshot(), of = like, with = law, book = flows]() mutable {
+    pending.push_back(std::async(
+        std::launch::async, [snapshot = snapshot(), of = grain_data, with = law, budget = budget_at_load]() mutable {
           const auto taken = std::move(snapshot);  // releases its memory at the end of this task
-          return note_of(*taken, *of, with, book);
+          return note_of(*taken, *of, with, budget);
         }));
   }
   void wait_for_a_core() {
@@ -123,15 +123,15 @@ struct GranularMotion::Implementation {
     if (pending.size() >= most) pending[pending.size() - most].wait();
   }
   /// Waits for notes of other threads, and appends them.
-  void settle() {
-    catch_up();
+  void collect_notes() {
+    wait_for_background_tasks();
     const Stopwatch stopwatch(analysis_seconds);
-    settle(std::exchange(pending, {}));
+    collect_notes(std::exchange(pending, {}));
   }
-  void settle(std::vector<std::future<Note>> taken) {
+  void collect_notes(std::vector<std::future<Note>> taken) {
     for (std::future<Note>& future : taken) {
       Note one = future.get();
-      if (theory) expect(one, here, *theory);
+      if (theory) expect(one, host_gas, *theory);
       keep(std::move(one));
     }
   }
@@ -140,17 +140,17 @@ struct GranularMotion::Implementation {
     last = std::move(note);
   }
   /// Returns the note of this instant. It does not advance `theory`, so that later results do not depend on this call.
-  Note look(std::optional<HomogeneousGas> with = {}) {
-    settle();
+  Note current_note(std::optional<HomogeneousGas> with = {}) {
+    collect_notes();
     if (last && last->time == time()) return *last;
     return take_note(gas(), with, analysis_seconds, potential());
   }
   /// Returns the note for a progress line, without waiting for other threads.
-  Note peek() { return is_there ? note_of(*snapshot(), *like, law, flows) : look(); }
+  Note peek() { return is_on_device ? note_of(*snapshot(), *grain_data, law, budget_at_load) : current_note(); }
   /// Returns the energy of smooth forces, if the device or the last step has computed it.
   std::optional<double> potential() { return loaded ? std::optional(device->potential_energy()) : instant.potential; }
 
-  /// Makes the frame of `here`.
+  /// Makes the frame of `host_gas`.
   Frame frame(std::optional<double> potential);
   Checkpoint checkpoint();
   std::map<std::string, double> all_seconds() const, seconds_here() const;
@@ -159,76 +159,77 @@ struct GranularMotion::Implementation {
   /// Makes one step towards `time`, at most to the end of the stage.
   void step(double time) {
     const double end = std::min(time, stage_end), before = this->time();
-    if (before < end) device ? step_there(end) : step_here(end, time);
+    if (before < end) device ? step_on_device(end) : step_on_host(end, time);
     if (!(this->time() > before) && before < end)
       throw Failure(
           fmt::format("{}: time does not go on from t = {:.9g} t0: a step there is shorter than rounding of "
                       "the time; softer contacts or lower speeds are needed",
-                      here.scene().path, before));
+                      host_gas.scene().path, before));
     if (this->time() >= stage_end) leave_stage();
   }
   /// `wanted`: time (t0) at which the caller needs the energy.
-  void step_here(double end, double wanted) {
-    const double left = end - here.time(), longest = integrator->longest_step(here, instant);
-    check_pace(here, end, longest);
+  void step_on_host(double end, double wanted) {
+    const double left = end - host_gas.time(), longest = integrator->longest_step(host_gas, instant);
+    check_pace(host_gas, end, longest);
     const double count = std::ceil(left / longest);
     const bool ends = count <= 1;  // notes and frames at the end of a step need the energy
-    instant = integrator->step(here, std::move(instant), ends ? end : here.time() + left / count,
+    instant = integrator->step(host_gas, std::move(instant), ends ? end : host_gas.time() + left / count,
                                ends && end >= wanted ? Want::energy : Want::forces);
   }
-  void step_there(double end) {
+  void step_on_device(double end) {
     load();
-    is_there = true;
+    is_on_device = true;
     device->step(end, steps_at_once);
   }
   /// Copies the gas to the device, if there is one.
   void load() {
     if (!device || loaded) return;
-    device->load(here.save(), here.law(), here.in_elastic_stage(), here.stage_begin());
+    device->load(host_gas.save(), host_gas.law(), host_gas.in_elastic_stage(), host_gas.stage_begin());
     loaded = true;
     now.reset();
-    law = here.law();
-    flows = here.energy(0);
-    const Bodies& b = here.bodies();
-    like = std::make_shared<Bodies>(Bodies{.dimension = b.dimension, .mass = b.mass, .radius = b.radius, .box = b.box});
+    law = host_gas.law();
+    budget_at_load = host_gas.energy(0);
+    const Bodies& b = host_gas.bodies();
+    grain_data =
+        std::make_shared<Bodies>(Bodies{.dimension = b.dimension, .mass = b.mass, .radius = b.radius, .box = b.box});
   }
 
   void leave_stage() {
-    settle();
-    if (theory) theory->follow(gas(), time(), look().temperature());
+    collect_notes();
+    if (theory) theory->follow(gas(), time(), current_note().temperature());
     const bool cools_on = gas().cools_on_after_stage();
-    instant = here.leave_stage(std::move(instant));
-    stage_end = here.stage_end();
+    instant = host_gas.leave_stage(std::move(instant));
+    stage_end = host_gas.stage_end();
     loaded = false;
     last.reset();
-    integrator->begin_anew();
-    if (theory && !cools_on) theory->begin(here);
+    integrator->reset_history();
+    if (theory && !cools_on) theory->begin(host_gas);
   }
 
   double next_note() const {
-    const double every = here.scene().output.every / notes_a_frame;
+    const double every = host_gas.scene().output.every / notes_a_frame;
     return every * (std::floor(time() / every + 1e-9) + 1);
   }
 
   static constexpr int steps_at_once = 100;  ///< on a device, between two checks for a pause
   static constexpr int notes_a_frame = 10;
-  Gas here;
-  Instant instant;  ///< values of `here`
+  Gas host_gas;
+  Instant instant;  ///< values of `host_gas`
   std::unique_ptr<granular::GasIntegrator> integrator;
   double energy_at_start = 0;
   std::optional<HomogeneousGas> theory;
   std::unique_ptr<granular::device::DeviceGas> device;  ///< null: CPU
   bool loaded = false;                                  ///< the device has a copy of the gas
-  bool is_there = false;                                ///< the device's copy is newer
+  bool is_on_device = false;                            ///< the device's copy is newer
   double stage_end;                                     ///< t0, end of the present stage
   std::vector<Note> notes;
   std::optional<Note> last;                               ///< last note of this stage
-  std::shared_ptr<const Bodies> like;                     ///< masses, radii and box of the grains
+  std::shared_ptr<const Bodies> grain_data;               ///< masses, radii and box of the grains
   GrainContactLaw law;                                    ///< of contacts on the device
-  GasEnergy flows;                                        ///< energy budget before the gas was copied to the device
+  GasEnergy budget_at_load;                               ///< energy budget before the gas was copied to the device
   std::shared_ptr<const granular::device::Snapshot> now;  ///< last snapshot
   std::vector<std::future<Note>> pending;                 ///< in order of time
-  std::vector<std::future<void>> behind;                  ///< background tasks
+  std::vector<std::future<void>> background_tasks;        ///< background tasks
   double seconds = 0, analysis_seconds = 0;
   bool warned = false;  ///< warnings of effects have been printed
 };
@@ -244,12 +245,12 @@ GranularMotion::GranularMotion(const Scene& scene, std::unique_ptr<granular::dev
 GranularMotion::~GranularMotion() = default;
 
 double GranularMotion::time() const { return implementation_->time(); }
-double GranularMotion::end_time() const { return implementation_->here.scene().stop.time; }
+double GranularMotion::end_time() const { return implementation_->host_gas.scene().stop.time; }
 bool GranularMotion::finished() { return time() >= end_time(); }
 
 double GranularMotion::next_frame() const {
   constexpr double rounding = 1e-9;
-  const double every = implementation_->here.scene().output.every, stop = end_time();
+  const double every = implementation_->host_gas.scene().output.every, stop = end_time();
   const double next = every * (std::floor(time() / every + rounding) + 1);
   return next < stop - rounding * every ? next : stop;
 }
@@ -264,7 +265,7 @@ void GranularMotion::advance_to(double time, const std::function<bool()>& pause)
   };
   while (self.time() < time) {
     const double due = self.next_note();
-    const bool noted = due < time - 1e-9 * self.here.scene().output.every;
+    const bool noted = due < time - 1e-9 * self.host_gas.scene().output.every;
     const double end = noted ? due : time;
     while (self.time() < end) {
       self.step(end);
@@ -275,15 +276,16 @@ void GranularMotion::advance_to(double time, const std::function<bool()>& pause)
   }
 }
 
-std::int64_t GranularMotion::searches() const { return implementation_->here.searches(); }
+std::int64_t GranularMotion::searches() const { return implementation_->host_gas.searches(); }
 
 bool GranularMotion::exact_anywhere() const {
-  return std::ranges::all_of(implementation_->here.model().effects, [](const auto& e) { return e->saves_exactly(); });
+  return std::ranges::all_of(implementation_->host_gas.model().effects,
+                             [](const auto& e) { return e->saves_exactly(); });
 }
 
 Frame GranularMotion::Implementation::frame(std::optional<double> potential) {
-  const Bodies& b = here.bodies();
-  Frame frame{.time = here.time(), .time_unit = "t0"};
+  const Bodies& b = host_gas.bodies();
+  Frame frame{.time = host_gas.time(), .time_unit = "t0"};
   std::vector<double> velocity;
   for (std::size_t k = 0; k < b.momentum.size(); ++k) velocity.push_back(b.momentum[k] / b.mass[k / b.dimension]);
   frame.add_vectors("position", "d0", b.position, b.dimension);
@@ -293,12 +295,12 @@ Frame GranularMotion::Implementation::frame(std::optional<double> potential) {
     for (int k = 0; k < 3; ++k) image.push_back(k < b.dimension ? b.image[i * b.dimension + k] : 0);
   frame.add_particles("image", "1", std::move(image), 3);
   if (!b.charge.empty()) frame.add_particles("charge", "q0", b.charge);
-  const std::vector<Pair> contacts = pairs_in_contact(here);
+  const std::vector<Pair> contacts = pairs_in_contact(host_gas);
   frame.add_particles("cluster", "1", analysis::cluster_numbers(b.size(), contacts));
   std::vector<std::int32_t> pairs;
   for (const auto& [i, j] : contacts) pairs.insert(pairs.end(), {i, j});
   frame.add_list("contacts", "1", std::move(pairs), 2);
-  const GasEnergy energy = here.energy(potential);
+  const GasEnergy energy = host_gas.energy(potential);
   for (const auto& [name, value] : {std::pair{"kinetic_energy", energy.kinetic},
                                     {"contact_energy", energy.contact},
                                     {"potential_energy", energy.potential},
@@ -306,13 +308,13 @@ Frame GranularMotion::Implementation::frame(std::optional<double> potential) {
                                     {"exchanged_energy", energy.exchanged},
                                     {"driven_energy", energy.driven}})
     frame.add_system(name, "m0 v0^2", value);
-  frame.add_system("collisions", "1", here.collisions);
-  here.model().add_columns(here.time(), frame);
+  frame.add_system("collisions", "1", host_gas.collisions);
+  host_gas.model().add_columns(host_gas.time(), frame);
   return frame;
 }
 
 Checkpoint GranularMotion::Implementation::checkpoint() {
-  Checkpoint checkpoint = here.save();
+  Checkpoint checkpoint = host_gas.save();
   checkpoint.reals["energy_at_start"] = {energy_at_start};
   integrator->save(checkpoint);
   if (theory) theory->save(checkpoint);
@@ -327,9 +329,9 @@ Frame GranularMotion::frame() {
 
 std::function<Frame()> GranularMotion::frame_later() {
   Implementation& self = *implementation_;
-  if (!self.is_there) return Motion::frame_later();
-  return [&self, now = self.snapshot(), task = self.leave_behind()] {
-    self.bring(*now);
+  if (!self.is_on_device) return Motion::frame_later();
+  return [&self, now = self.snapshot(), task = self.register_background_task()] {
+    self.copy_back(*now);
     Frame frame = self.frame(now->potential);
     task->set_value();
     return frame;
@@ -344,44 +346,44 @@ std::string GranularMotion::progress() {
 }
 
 ColumnGroup GranularMotion::take_history() {
-  implementation_->settle();
+  implementation_->collect_notes();
   return implementation_->take_history();
 }
 
-std::function<Kept()> GranularMotion::keep_later() {
+std::function<SavedState()> GranularMotion::saved_state_later() {
   Implementation& self = *implementation_;
-  if (!self.is_there) return Motion::keep_later();
+  if (!self.is_on_device) return Motion::saved_state_later();
   auto taken = std::make_shared<std::vector<std::future<Note>>>(std::exchange(self.pending, {}));
-  return [&self, taken, now = self.snapshot(), task = self.leave_behind()] {
-    self.settle(std::move(*taken));
-    if (self.here.time() != now->time) self.bring(*now);
-    Kept kept{self.checkpoint(), self.take_history()};
+  return [&self, taken, now = self.snapshot(), task = self.register_background_task()] {
+    self.collect_notes(std::move(*taken));
+    if (self.host_gas.time() != now->time) self.copy_back(*now);
+    SavedState saved{self.checkpoint(), self.take_history()};
     task->set_value();
-    return kept;
+    return saved;
   };
 }
 
 bool GranularMotion::leaves_a_core() const {
-  const int busy = implementation_->device ? 1 : implementation_->here.team().size();
+  const int busy = implementation_->device ? 1 : implementation_->host_gas.team().size();
   return busy < static_cast<int>(std::thread::hardware_concurrency());
 }
 
 Summary GranularMotion::summary() {
   Implementation& self = *implementation_;
-  self.settle();
-  return summarize(self.gas(), self.look(self.theory), self.energy_at_start);
+  self.collect_notes();
+  return summarize(self.gas(), self.current_note(self.theory), self.energy_at_start);
 }
 
 std::vector<std::string> GranularMotion::warnings() {
   std::vector<std::string> all;
   if (std::exchange(implementation_->warned, true)) return all;
-  for (const auto& effect : implementation_->here.model().effects)
+  for (const auto& effect : implementation_->host_gas.model().effects)
     for (std::string& warning : effect->warnings()) all.push_back(std::move(warning));
   return all;
 }
 
 std::map<std::string, double> GranularMotion::Implementation::all_seconds() const {
-  // With a device, background tasks use `here` for frames.
+  // With a device, background tasks use `host_gas` for frames.
   std::map<std::string, double> all = device ? std::map<std::string, double>{} : seconds_here();
   all["analysis"] = analysis_seconds;
   if (device) all["device"] = device->counts().seconds;
@@ -392,11 +394,11 @@ std::map<std::string, double> GranularMotion::Implementation::all_seconds() cons
 }
 
 std::map<std::string, double> GranularMotion::Implementation::seconds_here() const {
-  const auto& [contacts, forces, lists, exchange] = here.seconds();
+  const auto& [contacts, forces, lists, exchange] = host_gas.seconds();
   std::map<std::string, double> all{{"contacts", contacts}, {"lists", lists}};
-  if (here.bodies().charge.empty()) return all;
+  if (host_gas.bodies().charge.empty()) return all;
   double rest = forces;
-  for (const auto& effect : here.model().effects)
+  for (const auto& effect : host_gas.model().effects)
     for (const auto& [part, value] : effect->seconds()) all[part] += value, rest -= value;
   all.insert({{"forces", std::max(rest, 0.0)}, {"exchange", exchange}});
   return all;
@@ -405,17 +407,17 @@ std::map<std::string, double> GranularMotion::Implementation::seconds_here() con
 std::map<std::string, double> GranularMotion::seconds() const { return implementation_->all_seconds(); }
 
 Checkpoint GranularMotion::checkpoint() {
-  implementation_->settle();
+  implementation_->collect_notes();
   implementation_->gas();
   return implementation_->checkpoint();
 }
 
 void GranularMotion::restore(const Checkpoint& checkpoint) {
-  implementation_->settle();
-  implementation_->here.restore(checkpoint);
-  implementation_->instant = implementation_->here.look();
-  implementation_->loaded = implementation_->is_there = false;
-  implementation_->stage_end = implementation_->here.stage_end();
+  implementation_->collect_notes();
+  implementation_->host_gas.restore(checkpoint);
+  implementation_->instant = implementation_->host_gas.instant();
+  implementation_->loaded = implementation_->is_on_device = false;
+  implementation_->stage_end = implementation_->host_gas.stage_end();
   implementation_->energy_at_start = reals(checkpoint, "energy_at_start", 1).front();
   implementation_->integrator->restore(checkpoint);
   if (implementation_->theory) implementation_->theory->restore(checkpoint);

@@ -40,7 +40,7 @@ class GranularMotion : public Motion {
 
   std::vector<std::string> warnings() override;
   ColumnGroup take_history() override;
-  std::function<Kept()> keep_later() override;
+  std::function<SavedState()> saved_state_later() override;
   bool leaves_a_core() const override;
   Summary summary() override;
   std::map<std::string, double> seconds() const override;

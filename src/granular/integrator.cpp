@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "solvers/error.hpp"
-#include "src/granular/held_forces.hpp"
+#include "src/granular/slow_force_limits.hpp"
 
 namespace lichtenberg::granular {
 
@@ -53,7 +53,7 @@ double step_that_resolves_contacts(const Gas& gas, const Instant& now, double st
   // Ratio to the substeps of multirate: restitutions tolerate larger errors than the energy budget.
   constexpr double fewer = 1.5;
   const double impact = gas.fastest_impact(now), damping = fewer * gas.time_to_resolve(impact);
-  const double contact = granular::time_to_resolve(elastic(gas.law(), 1), impact, gas.grains_seen());
+  const double contact = granular::time_to_resolve(elastic(gas.law(), 1), impact, gas.grain_properties());
   const double resolved = std::min(contact, damping);
   if (mechanics.step * steps_a_contact > resolved)
     throw InputError(fmt::format(
@@ -65,12 +65,12 @@ double step_that_resolves_contacts(const Gas& gas, const Instant& now, double st
   return mechanics.step;
 }
 
-double longest_hold(const Gas& gas) {
+double max_outer_step(const Gas& gas) {
   const ContactAttraction attraction = contact_attraction(gas.scene());
   const Bodies& bodies = gas.bodies();
   double charge = 0;
   for (const double q : bodies.charge) charge = std::max(charge, std::abs(q));
-  return longest_hold(attraction, gas.law(), charge, *std::ranges::min_element(bodies.mass));
+  return max_outer_step(attraction, gas.law(), charge, *std::ranges::min_element(bodies.mass));
 }
 
 }  // namespace lichtenberg::granular

@@ -20,7 +20,7 @@ class GasIntegrator {
   // For integrators with a memory of earlier steps.
 
   /// Resets the memory after a jump of forces or velocities.
-  virtual void begin_anew() {}
+  virtual void reset_history() {}
   /// Saves it to a checkpoint, and restores it.
   virtual void save(Checkpoint& checkpoint) const { (void)checkpoint; }
   virtual void restore(const Checkpoint& checkpoint) { (void)checkpoint; }
@@ -46,6 +46,6 @@ double step_that_resolves_contacts(const Gas& gas, const Instant& now, double st
 /// Returns the longest step (t0) of constant forces by charges. This is a quarter of the oscillation period of a bound
 /// pair with the largest charges, 2 pi sqrt(m_eff / slope of the contact force) at equilibrium. Infinite without an
 /// attraction. Steps above a period excite this oscillation. Shorter steps damp it, up to a quarter hardly (README.md).
-double longest_hold(const Gas& gas);
+double max_outer_step(const Gas& gas);
 
 }  // namespace lichtenberg::granular

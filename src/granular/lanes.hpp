@@ -13,7 +13,7 @@ namespace lichtenberg::granular {
 
 /// A condition: a bool, or one for each lane.
 template <class Real>
-using Which = std::decay_t<decltype(Real() < Real())>;
+using MaskOf = std::decay_t<decltype(Real() < Real())>;
 
 template <class Mask>
 LICHTENBERG_HOST_DEVICE bool any(const Mask& which) {
@@ -24,7 +24,7 @@ LICHTENBERG_HOST_DEVICE bool any(const Mask& which) {
 }
 
 template <class Real>
-LICHTENBERG_HOST_DEVICE Real chosen(const Which<Real>& which, const Real& yes, const Real& no) {
+LICHTENBERG_HOST_DEVICE Real chosen(const MaskOf<Real>& which, const Real& yes, const Real& no) {
   if constexpr (std::is_same_v<Real, double>) {
     return which ? yes : no;
   } else {
@@ -113,7 +113,7 @@ struct VecOf<d, double> {
 };
 
 template <int d, class Real>
-LICHTENBERG_HOST_DEVICE typename VecOf<d, Real>::type chosen(const Which<Real>& which,
+LICHTENBERG_HOST_DEVICE typename VecOf<d, Real>::type chosen(const MaskOf<Real>& which,
                                                              const typename VecOf<d, Real>::type& yes,
                                                              const typename VecOf<d, Real>::type& no) {
   typename VecOf<d, Real>::type result;

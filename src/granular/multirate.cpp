@@ -3,9 +3,9 @@
 #include <cmath>
 
 #include "solvers/error.hpp"
-#include "src/granular/held_forces.hpp"
 #include "src/granular/integrator.hpp"
 #include "src/granular/pace.hpp"
+#include "src/granular/slow_force_limits.hpp"
 
 namespace lichtenberg::granular {
 namespace {
@@ -18,15 +18,17 @@ namespace {
 class Multirate final : public GasIntegrator {
  public:
   double longest_step(Gas& gas, Instant& now) const override {
-    const double asked = gas.scene().mechanics.step, hold = longest_hold(gas);
-    if (!std::isinf(asked) && asked > hold && gas.steps == 0)  // later, as charges grow, steps become shorter
+    const double requested = gas.scene().mechanics.step, stability_limit = max_outer_step(gas);
+    if (!std::isinf(requested) && requested > stability_limit &&
+        gas.steps == 0)  // later, as charges grow, steps become shorter
       throw InputError(
           fmt::format("{}: mechanics.step = {:g} is too long: forces that are constant over it would excite "
                       "oscillations of grains bound by their charges; at most {:.2g} is allowed",
-                      gas.scene().path, asked, 0.99 * hold));
-    const double way = std::isinf(asked) ? way_by_accuracy(gas.scene()) : way_by_length(gas.scene());
-    StepBounds bounds{.asked = asked, .hold = hold, .way = way, .speed = now.survey.fastest};
-    if (std::isinf(asked)) gas.find_forces(now), bounds.acceleration = now.acceleration;
+                      gas.scene().path, requested, 0.99 * stability_limit));
+    const double path = std::isinf(requested) ? path_by_accuracy(gas.scene()) : path_by_length(gas.scene());
+    StepBounds bounds{
+        .requested = requested, .stability_limit = stability_limit, .path = path, .speed = now.statistics.fastest};
+    if (std::isinf(requested)) gas.find_forces(now), bounds.acceleration = now.acceleration;
     return longest_step_within(bounds, [&](double gain) {
       return gas.time_to_resolve(gas.fastest_impact(now) + gain) / gas.scene().mechanics.contact_steps;
     });
@@ -38,7 +40,7 @@ class Multirate final : public GasIntegrator {
     gas.drive(now, begin, half);
     now = gas.follow_contacts(now, end, want);
     gas.drive(now, begin + half, half);
-    gas.settle_contacts(now);
+    gas.exchange_charges(now);
     return now;
   }
 };

@@ -93,7 +93,7 @@ Bodies bodies_of(const device::Snapshot& snapshot, const Bodies& like) {
   for (std::size_t i = 0; i < n; ++i) {
     const device::GrainRecord& grain = snapshot.grains[i];
     for (int k = 0; k < 3; ++k) {
-      bodies.position[3 * i + k] = grain.place[k];
+      bodies.position[3 * i + k] = grain.position[k];
       bodies.momentum[3 * i + k] = grain.momentum[k];
     }
     if (snapshot.charged) bodies.charge[i] = grain.charge;

@@ -8,11 +8,11 @@
 namespace lichtenberg::granular {
 
 std::span<const Pair> PairList::pairs(const Bodies& bodies, double travel, parallel::Team& team) {
-  if (!holds(bodies, travel)) search(bodies, travel, team);
+  if (!is_valid_for(bodies, travel)) search(bodies, travel, team);
   return pairs_;
 }
 
-bool PairList::holds(const Bodies& bodies, double travel) const {
+bool PairList::is_valid_for(const Bodies& bodies, double travel) const {
   if (searched_at_.size() != bodies.position.size()) return false;
   return visit_spheres(bodies, [&]<int d>(const Spheres<d>& grains) {
     const NearestImage<d> nearest(grains.box);
@@ -40,14 +40,14 @@ struct Speeds {
       double sum = 0;
       for (int k = i * bodies.dimension; k < (i + 1) * bodies.dimension; ++k)
         sum += bodies.momentum[k] * bodies.momentum[k];
-      of.push_back(std::sqrt(sum) / bodies.mass[i]);
-      squares += of.back() * of.back();
-      fastest = std::max(fastest, of.back());
+      speed.push_back(std::sqrt(sum) / bodies.mass[i]);
+      squares += speed.back() * speed.back();
+      fastest = std::max(fastest, speed.back());
     }
     usual = 4 * std::sqrt(squares / std::max(1, bodies.size()));
   }
 
-  std::vector<double> of;
+  std::vector<double> speed;
   double fastest = 0, usual = 0;
 };
 
@@ -71,7 +71,7 @@ void PairList::search(const Bodies& bodies, double travel, parallel::Team& team)
   reach_.assign(bodies.size(), reach);
   if (speeds.fastest > speeds.usual) {
     for (int i = 0; i < bodies.size(); ++i)
-      reach_[i] = std::min(reach * std::max(1.0, speeds.of[i] / speeds.usual), most);
+      reach_[i] = std::min(reach * std::max(1.0, speeds.speed[i] / speeds.usual), most);
     pairs_ = pairs_within_reach(bodies, range_, reach_, team);
   } else {
     pairs_ = pairs_closer_than(bodies, range_ + 2 * reach, team);

@@ -20,7 +20,7 @@ class PairList {
   std::int64_t searches() const { return searches_; }
 
  private:
-  bool holds(const Bodies& bodies, double travel) const;
+  bool is_valid_for(const Bodies& bodies, double travel) const;
   void search(const Bodies& bodies, double travel, parallel::Team& team);
 
   double range_, move_;

@@ -14,7 +14,7 @@ namespace lichtenberg::granular {
 
 /// Relative acceleration of a pair by all other forces during a step, linear in time.
 template <int d, class Real = double>
-struct Outside {
+struct ExternalAcceleration {
   typename VecOf<d, Real>::type start, slope;
 
   /// Change of the relative velocity, and displacement, by this acceleration alone from 0 to t.
@@ -26,16 +26,17 @@ struct Outside {
 
 /// Acceleration that is linear in time, from its values at the start and in the middle of a step of length dt.
 template <int d, class Real, class Vector>
-LICHTENBERG_HOST_DEVICE Outside<d, Real> outside_through(const Vector& start, const Vector& middle, double dt) {
+LICHTENBERG_HOST_DEVICE ExternalAcceleration<d, Real> external_from_values(const Vector& start, const Vector& middle,
+                                                                           double dt) {
   return {start, Real(2 / dt) * (middle - start)};
 }
 
 /// State of a pair after a time t of constant relative acceleration.
 template <int d, class Real, class Vector>
-LICHTENBERG_HOST_DEVICE PairState<d, Real> carried(const PairState<d, Real>& s, const Vector& acceleration,
-                                                   const Real& t) {
+LICHTENBERG_HOST_DEVICE PairState<d, Real> accelerated(const PairState<d, Real>& s, const Vector& acceleration,
+                                                       const Real& t) {
   const Real half_square = 0.5 * t * t;
-  return {s.apart + t * s.velocity + half_square * acceleration, s.velocity + t * acceleration};
+  return {s.separation + t * s.velocity + half_square * acceleration, s.velocity + t * acceleration};
 }
 
 /// Motion of a pair within a step.
@@ -43,15 +44,15 @@ template <int d, class Real = double>
 struct PairStep {
   PairState<d, Real> end;
   Real dissipated = 0;
-  Real touched = -1;      ///< instant of the onset within the step; negative: there was none
+  Real onset = -1;        ///< instant of the onset within the step; negative: there was none
   Real impact_speed = 0;  ///< closing speed at that instant
 };
 
 /// Selects end state and dissipated energy; onset and impact speed are those of `no`.
 template <int d, class Real>
-LICHTENBERG_HOST_DEVICE PairStep<d, Real> chosen(const Which<Real>& which, const PairStep<d, Real>& yes,
+LICHTENBERG_HOST_DEVICE PairStep<d, Real> chosen(const MaskOf<Real>& which, const PairStep<d, Real>& yes,
                                                  const PairStep<d, Real>& no) {
-  return {chosen(which, yes.end, no.end), chosen<Real>(which, yes.dissipated, no.dissipated), no.touched,
+  return {chosen(which, yes.end, no.end), chosen<Real>(which, yes.dissipated, no.dissipated), no.onset,
           no.impact_speed};
 }
 
@@ -61,14 +62,13 @@ struct ContactTransfer {
   Vector impulse;
   Vector shift;  ///< displacement times mass
 };
-/// The part of a step's motion that `outside` and the velocity at the start do not explain. `mass`: the reduced mass.
+/// The part of a step's motion that `external` and the velocity at the start do not explain. `mass`: the reduced mass.
 template <int d, class Real>
-LICHTENBERG_HOST_DEVICE ContactTransfer<typename VecOf<d, Real>::type> transfer(const PairState<d, Real>& start,
-                                                                                const PairState<d, Real>& end,
-                                                                                const Outside<d, Real>& outside,
-                                                                                const Real& mass, const Real& dt) {
-  return {mass * (end.velocity - start.velocity - outside.velocity(dt)),
-          mass * (end.apart - start.apart - dt * start.velocity - outside.path(dt))};
+LICHTENBERG_HOST_DEVICE ContactTransfer<typename VecOf<d, Real>::type> transfer(
+    const PairState<d, Real>& start, const PairState<d, Real>& end, const ExternalAcceleration<d, Real>& external,
+    const Real& mass, const Real& dt) {
+  return {mass * (end.velocity - start.velocity - external.velocity(dt)),
+          mass * (end.separation - start.separation - dt * start.velocity - external.path(dt))};
 }
 
 /// Relative motion of two grains that are in contact or come into contact within a step, r'' = outside(t) + force /
@@ -76,31 +76,31 @@ LICHTENBERG_HOST_DEVICE ContactTransfer<typename VecOf<d, Real>::type> transfer(
 /// viscoelastic contact begins like sqrt(overlap) ~ sqrt(t), so a fixed step in t has order 3/2 at most. In sigma the
 /// force is smooth, and four evaluations a step leave an error hundreds of times smaller (src/granular/README.md).
 ///
-/// `Real` is double, or a vector of several pairs with the same arithmetic in each lane. `Law` returns the ContactPush
-/// of this pair for an overlap.
+/// `Real` is double, or a vector of several pairs with the same arithmetic in each lane. `Law` returns the
+/// ContactForceTerms of this pair for an overlap.
 template <int d, class Law, class Real = double>
 class PairMotion {
  public:
   using V = typename VecOf<d, Real>::type;
   using State = PairState<d, Real>;
   using Step = PairStep<d, Real>;
-  using Mask = Which<Real>;
+  using Mask = MaskOf<Real>;
 
-  LICHTENBERG_HOST_DEVICE PairMotion(const Law& law, const Real& reach, const Real& over_mass,
-                                     const Outside<d, Real>& outside)
-      : law_(law), reach_(reach), over_mass_(over_mass), outside_(outside) {}
+  LICHTENBERG_HOST_DEVICE PairMotion(const Law& law, const Real& reach, const Real& inverse_mass,
+                                     const ExternalAcceleration<d, Real>& external)
+      : law_(law), reach_(reach), inverse_mass_(inverse_mass), external_(external) {}
 
   /// A step of length dt of one pair, whose contact has lasted for `age`, or which is apart and may touch. The code
   /// integrates at a single place, in a loop: the threads of a device's warp run through all code together.
-  LICHTENBERG_HOST_DEVICE Step over(const State& start, bool touching, const Real& age, double dt) const {
+  LICHTENBERG_HOST_DEVICE Step integrate(const State& start, bool touching, const Real& age, double dt) const {
     PartialStep begun = begin(start, touching, age, dt);
     if (!begun.moves) return begun.step;
     const Load first = load(begun.step.end);
     if (first.unclamped < 0 && release_contact(begun.step, true, begun.from, dt)) return begun.step;
-    return press_until_end(begun, first, dt);
+    return integrate_to_end(begun, first, dt);
   }
 
-  // The parts of `over` for several pairs. The caller collects the few pairs whose force ends within the step.
+  // The parts of `integrate` for several pairs. The caller collects the few pairs whose force ends within the step.
 
   struct PartialStep {
     Step step;   ///< up to `from`
@@ -113,13 +113,13 @@ class PairMotion {
                                             double dt) const {
     PartialStep begun{{start}, 0, age, touching};
     if (!any(!touching)) return begun;
-    const Real t = time_of_touch(start, dt);
+    const Real t = onset_time(start, dt);
     const Mask meets = !touching && t <= dt;
     begun.moves = begun.moves || meets;
     begun.from = chosen<Real>(meets, t, 0);
     begun.age = chosen<Real>(meets, 0, age);
     begun.step.end = flown(start, 0, chosen<Real>(touching, 0, not_above<Real>(t, dt)));
-    begun.step.touched = chosen<Real>(meets, t, -1);
+    begun.step.onset = chosen<Real>(meets, t, -1);
     begun.step.impact_speed = chosen<Real>(meets, closing(begun.step.end), 0);
     return begun;
   }
@@ -130,11 +130,11 @@ class PairMotion {
     Mask rest = begun.moves;
     if (!any(rest)) return rest;
     const Load first = load(begun.step.end);
-    const Mask pulls = rest && first.unclamped < 0;
-    if (any(pulls)) rest = rest && !release_contact(begun.step, pulls, begun.from, dt);
+    const Mask is_attractive = rest && first.unclamped < 0;
+    if (any(is_attractive)) rest = rest && !release_contact(begun.step, is_attractive, begun.from, dt);
     if (!any(rest)) return rest;
     Step whole = begun.step;
-    press(whole, first, begun.age, begun.from, dt);
+    integrate_contact(whole, first, begun.age, begun.from, dt);
     const Mask releases = rest && first.unclamped >= 0 && unclamped(whole.end) < 0;
     begun.step = chosen(rest && !releases, whole, begun.step);
     return releases;
@@ -142,14 +142,15 @@ class PairMotion {
 
   /// The motion to the end of the step of pairs whose force ends within it.
   Step release_within(const PartialStep& begun, double dt) const {
-    return press_until_end(begun, load(begun.step.end), dt);
+    return integrate_to_end(begun, load(begun.step.end), dt);
   }
 
   /// Force on the second grain; zero without overlap.
   LICHTENBERG_HOST_DEVICE V force(const State& s) const {
-    const Now now = at(s);
-    return chosen<Real>(now.distance.value < reach_, not_below<Real>(now.unclamped, 0) * now.distance.inverse, 0) *
-           s.apart;
+    const Contact contact = at(s);
+    return chosen<Real>(contact.distance.value < reach_,
+                        not_below<Real>(contact.unclamped, 0) * contact.distance.inverse, 0) *
+           s.separation;
   }
 
  private:
@@ -158,29 +159,29 @@ class PairMotion {
   /// Motion from `begin` to `end` within the step, without contact.
   LICHTENBERG_HOST_DEVICE State flown(const State& s, const Real& begin, const Real& end) const {
     const Real t = end - begin;
-    const V then = outside_.velocity(begin);
-    return {s.apart + t * (s.velocity - then) + (outside_.path(end) - outside_.path(begin)),
-            s.velocity + (outside_.velocity(end) - then)};
+    const V then = external_.velocity(begin);
+    return {s.separation + t * (s.velocity - then) + (external_.path(end) - external_.path(begin)),
+            s.velocity + (external_.velocity(end) - then)};
   }
 
   /// The first instant at which the distance is `reach_`; infinite if there is none up to dt. Straight flight gives it
   /// in closed form; Newton's steps then account for the acceleration.
-  LICHTENBERG_HOST_DEVICE Real time_of_touch(const State& s, double dt) const {
-    const Real b = dot(s.apart, s.velocity), c = norm2(s.apart) - reach_ * reach_, v2 = norm2(s.velocity);
-    const auto beyond = [&](const State& then) { return norm2(then.apart) - reach_ * reach_; };
+  LICHTENBERG_HOST_DEVICE Real onset_time(const State& s, double dt) const {
+    const Real b = dot(s.separation, s.velocity), c = norm2(s.separation) - reach_ * reach_, v2 = norm2(s.velocity);
+    const auto excess2 = [&](const State& then) { return norm2(then.separation) - reach_ * reach_; };
     Real t = straight_onset(b, c, v2);
     const Mask late = t > dt;
     Mask none = late;
-    if (any(late)) none = late && beyond(flown(s, 0, dt)) >= 0;
+    if (any(late)) none = late && excess2(flown(s, 0, dt)) >= 0;
     t = not_above<Real>(t, dt);
-    Mask bends = !none;
+    Mask iterating = !none;
     LICHTENBERG_UNROLL(1)
     for (int k = 0; k < 4; ++k) {
-      if (!any(bends)) break;
+      if (!any(iterating)) break;
       const State then = flown(s, 0, t);
-      const Real slope = 2 * dot(then.apart, then.velocity);
-      bends = bends && slope < 0;  // a slope of 0: the two graze each other
-      t = chosen<Real>(bends, not_below<Real>(t - beyond(then) / slope, 0), t);
+      const Real slope = 2 * dot(then.separation, then.velocity);
+      iterating = iterating && slope < 0;  // a slope of 0: the two graze each other
+      t = chosen<Real>(iterating, not_below<Real>(t - excess2(then) / slope, 0), t);
     }
     return chosen<Real>(c <= 0, 0, chosen<Real>(none, INFINITY, t));
   }
@@ -198,7 +199,7 @@ class PairMotion {
 
   /// Integrates to the end of the step. If the force ends within it, regula falsi finds that instant, and the pair
   /// flies on from there. Several pairs: the force of all that move ends within the step.
-  LICHTENBERG_HOST_DEVICE Step press_until_end(const PartialStep& begun, const Load& first, double dt) const {
+  LICHTENBERG_HOST_DEVICE Step integrate_to_end(const PartialStep& begun, const Load& first, double dt) const {
     Step step;
     Real low = begun.from, high = dt, f_low = first.unclamped, f_high = 0, end = dt;
     constexpr int regula_falsi = 3;
@@ -209,31 +210,31 @@ class PairMotion {
         end = low + (high - low) * not_above<Real>(not_below<Real>(part, 0.01), 0.99);
       }
       step = begun.step;
-      press(step, first, begun.age, begun.from, end);
+      integrate_contact(step, first, begun.age, begun.from, end);
       const Real f = unclamped(step.end);
       if (k == 0 && !any(first.unclamped >= 0 && f < 0)) return step;
-      const Mask pushes = f > 0;
-      low = chosen<Real>(pushes, end, low);
-      f_low = chosen<Real>(pushes, f, f_low);
-      high = chosen<Real>(pushes, high, end);
-      f_high = chosen<Real>(pushes, f_high, f);
+      const Mask is_repulsive = f > 0;
+      low = chosen<Real>(is_repulsive, end, low);
+      f_low = chosen<Real>(is_repulsive, f, f_low);
+      high = chosen<Real>(is_repulsive, high, end);
+      f_high = chosen<Real>(is_repulsive, f_high, f);
     }
     release_contact(step, begun.moves, end, dt);
     return step;
   }
 
   /// The contact at one instant.
-  struct Now {
+  struct Contact {
     WithInverse<Real> distance;
     Real closing, elastic, stored;
     Real unclamped;  ///< the repulsive force; below 0 where the damping would make it attractive, and the contact ends
   };
-  LICHTENBERG_HOST_DEVICE Now at(const State& s) const {
-    const WithInverse<Real> distance = root_and_inverse(norm2(s.apart));
-    const Real closing = -distance.inverse * dot(s.apart, s.velocity);
+  LICHTENBERG_HOST_DEVICE Contact at(const State& s) const {
+    const WithInverse<Real> distance = root_and_inverse(norm2(s.separation));
+    const Real closing = -distance.inverse * dot(s.separation, s.velocity);
     // Rounding may put a pair whose surfaces just touch on either side of an overlap of 0.
-    const ContactPush<Real> push = law_(not_below<Real>(reach_ - distance.value, 0));
-    return {distance, closing, push.elastic, push.stored, push.elastic + push.damping * closing};
+    const ContactForceTerms<Real> terms = law_(not_below<Real>(reach_ - distance.value, 0));
+    return {distance, closing, terms.elastic, terms.stored, terms.elastic + terms.damping * closing};
   }
   LICHTENBERG_HOST_DEVICE Real unclamped(const State& s) const { return at(s).unclamped; }
 
@@ -243,35 +244,36 @@ class PairMotion {
     Real dissipation, unclamped;
   };
   LICHTENBERG_HOST_DEVICE Load load(const State& s) const {
-    const Now now = at(s);
-    const Real repulsion = not_below<Real>(now.unclamped, 0);
-    return {(repulsion * over_mass_ * now.distance.inverse) * s.apart, (repulsion - now.elastic) * now.closing,
-            now.unclamped};
+    const Contact contact = at(s);
+    const Real repulsion = not_below<Real>(contact.unclamped, 0);
+    return {(repulsion * inverse_mass_ * contact.distance.inverse) * s.separation,
+            (repulsion - contact.elastic) * contact.closing, contact.unclamped};
   }
 
   // Polynomials: coefficients by powers of s = sigma - sigma(begin).
   template <class Value>
-  LICHTENBERG_HOST_DEVICE static std::array<Value, 2> line(const Value& at_0, const Value& at_h, const Real& over_h) {
-    return {at_0, over_h * (at_h - at_0)};
+  LICHTENBERG_HOST_DEVICE static std::array<Value, 2> line(const Value& at_0, const Value& at_h,
+                                                           const Real& inverse_h) {
+    return {at_0, inverse_h * (at_h - at_0)};
   }
   template <class Value>
   LICHTENBERG_HOST_DEVICE static std::array<Value, 3> parabola(const Value& at_0, const Value& middle,
-                                                               const Value& at_h, const Real& over_h) {
+                                                               const Value& at_h, const Real& inverse_h) {
     const Real four = 4, three = 3, two = 2;
-    return {at_0, over_h * (four * middle - three * at_0 - at_h),
-            (two * over_h * over_h) * (at_0 - two * middle + at_h)};
+    return {at_0, inverse_h * (four * middle - three * at_0 - at_h),
+            (two * inverse_h * inverse_h) * (at_0 - two * middle + at_h)};
   }
 
   /// The integral over time of a polynomial from 0 to s, dt = 2 (from + s) ds, and the integral of that integral.
   template <class Value, std::size_t n>
-  LICHTENBERG_HOST_DEVICE static Value once(const std::array<Value, n>& c, const Real& from, const Real& s) {
+  LICHTENBERG_HOST_DEVICE static Value integral(const std::array<Value, n>& c, const Real& from, const Real& s) {
     Value sum = (s * (2.0 * from + s)) * c[0];
     if constexpr (n > 1) sum += (s * s * (from + (2.0 / 3) * s)) * c[1];
     if constexpr (n > 2) sum += (s * s * s * ((2.0 / 3) * from + 0.5 * s)) * c[2];
     return sum;
   }
   template <class Value, std::size_t n>
-  LICHTENBERG_HOST_DEVICE static Value twice(const std::array<Value, n>& c, const Real& from, const Real& s) {
+  LICHTENBERG_HOST_DEVICE static Value double_integral(const std::array<Value, n>& c, const Real& from, const Real& s) {
     const Real s2 = s * s, f2 = from * from, fs = from * s;
     Value sum = (s2 * (2.0 * f2 + 2.0 * fs + 0.5 * s2)) * c[0];
     if constexpr (n > 1) sum += (s2 * s * ((2.0 / 3) * f2 + (5.0 / 6) * fs + (4.0 / 15) * s2)) * c[1];
@@ -284,34 +286,34 @@ class PairMotion {
   LICHTENBERG_HOST_DEVICE State after(const State& start, const Real& begin, const std::array<V, n>& acceleration,
                                       const Real& from, const Real& s) const {
     State then = flown(start, begin, begin + s * (2.0 * from + s));
-    then.velocity += once(acceleration, from, s);
-    then.apart += twice(acceleration, from, s);
+    then.velocity += integral(acceleration, from, s);
+    then.separation += double_integral(acceleration, from, s);
     return then;
   }
 
   /// One step in sigma from `begin` to `end`, with the load at `begin`: four evaluations, as in the classical
   /// Runge-Kutta method, but the path follows from the accelerations by integrating polynomials in sigma. Just after
   /// the onset, where the overlap is of second order in sigma, each stage then has a small relative error.
-  LICHTENBERG_HOST_DEVICE void press(Step& step, const Load& first, const Real& age, const Real& begin,
-                                     const Real& end) const {
+  LICHTENBERG_HOST_DEVICE void integrate_contact(Step& step, const Load& first, const Real& age, const Real& begin,
+                                                 const Real& end) const {
     const Mask longer = end > begin;
     if (!any(longer)) return;
     const Real from = root_of(age), whole = root_of(age + (end - begin)) - from, half = 0.5 * whole;
-    const Real over_whole = 1.0 / whole, over_half = 2.0 * over_whole;
+    const Real inverse_whole = 1.0 / whole, inverse_half = 2.0 * inverse_whole;
     const State start = step.end;
     const V a = first.acceleration;
     const Load guess = load(after(start, begin, std::array<V, 1>{a}, from, half));
-    const Load middle = load(after(start, begin, line(a, guess.acceleration, over_half), from, half));
-    const Load last = load(after(start, begin, line(a, middle.acceleration, over_half), from, whole));
-    const auto power = parabola(first.dissipation, middle.dissipation, last.dissipation, over_whole);
-    const auto path = parabola(a, middle.acceleration, last.acceleration, over_whole);
+    const Load middle = load(after(start, begin, line(a, guess.acceleration, inverse_half), from, half));
+    const Load last = load(after(start, begin, line(a, middle.acceleration, inverse_half), from, whole));
+    const auto power = parabola(first.dissipation, middle.dissipation, last.dissipation, inverse_whole);
+    const auto path = parabola(a, middle.acceleration, last.acceleration, inverse_whole);
     step.end = chosen(longer, after(start, begin, path, from, whole), start);
-    step.dissipated += chosen<Real>(longer, once(power, from, whole), 0);
+    step.dissipated += chosen<Real>(longer, integral(power, from, whole), 0);
   }
 
   Law law_;
-  Real reach_, over_mass_;  ///< over_mass: 1 / reduced mass
-  Outside<d, Real> outside_;
+  Real reach_, inverse_mass_;  ///< inverse_mass: 1 / reduced mass
+  ExternalAcceleration<d, Real> external_;
 };
 
 }  // namespace lichtenberg::granular

@@ -13,21 +13,21 @@ namespace lichtenberg::granular {
 /// Relative state of two grains, of j with respect to i.
 template <int d, class Real = double>
 struct PairState {
-  typename VecOf<d, Real>::type apart;     ///< r, from i to j (d0)
-  typename VecOf<d, Real>::type velocity;  ///< r' (v0)
+  typename VecOf<d, Real>::type separation;  ///< r, from i to j (d0)
+  typename VecOf<d, Real>::type velocity;    ///< r' (v0)
 };
 
 template <int d, class Real>
-LICHTENBERG_HOST_DEVICE PairState<d, Real> chosen(const Which<Real>& which, const PairState<d, Real>& yes,
+LICHTENBERG_HOST_DEVICE PairState<d, Real> chosen(const MaskOf<Real>& which, const PairState<d, Real>& yes,
                                                   const PairState<d, Real>& no) {
-  return {chosen<d, Real>(which, yes.apart, no.apart), chosen<d, Real>(which, yes.velocity, no.velocity)};
+  return {chosen<d, Real>(which, yes.separation, no.separation), chosen<d, Real>(which, yes.velocity, no.velocity)};
 }
 
 /// Moves a grain through a time t under a constant force: vectors, or one component of each.
 template <class Vector, class Real>
-LICHTENBERG_HOST_DEVICE void fly(Vector& place, Vector& momentum, const Vector& force, const Real& per_mass,
+LICHTENBERG_HOST_DEVICE void fly(Vector& position, Vector& momentum, const Vector& force, const Real& per_mass,
                                  const Real& t) {
-  place += t * per_mass * (momentum + 0.5 * t * force);
+  position += t * per_mass * (momentum + 0.5 * t * force);
   momentum += t * force;
 }
 
@@ -47,13 +47,13 @@ LICHTENBERG_HOST_DEVICE Real straight_onset(const Real& b, const Real& c, const 
 template <int d, class Real>
 LICHTENBERG_HOST_DEVICE Real closing(const PairState<d, Real>& s) {
   using std::sqrt;
-  return -dot(s.apart, s.velocity) / sqrt(norm2(s.apart));
+  return -dot(s.separation, s.velocity) / sqrt(norm2(s.separation));
 }
 
 /// Returns the relative speed normal to the line of centres.
 template <int d>
 LICHTENBERG_HOST_DEVICE double speed_across(const PairState<d>& s) {
-  return norm(s.velocity + (closing(s) / norm(s.apart)) * s.apart);
+  return norm(s.velocity + (closing(s) / norm(s.separation)) * s.separation);
 }
 
 inline double reach(const Bodies& b, Pair p) { return b.radius[p.i] + b.radius[p.j]; }
@@ -68,15 +68,15 @@ Vec<d> vector_of(std::span<const double> values, int i) {
 
 /// Returns the vector from i to the nearest image of j.
 template <int d>
-Vec<d> apart(const Spheres<d>& grains, Pair p) {
-  return grains.box.difference(grains.place(p.j), grains.place(p.i));
+Vec<d> separation(const Spheres<d>& grains, Pair p) {
+  return grains.box.difference(grains.centre(p.j), grains.centre(p.i));
 }
 
 /// Returns the state of a pair; `grains` are the positions of the bodies.
 template <int d>
-PairState<d> seen(const Bodies& bodies, const Spheres<d>& grains, Pair p) {
-  return {apart(grains, p), vector_of<d>(bodies.momentum, p.j) / bodies.mass[p.j] -
-                                vector_of<d>(bodies.momentum, p.i) / bodies.mass[p.i]};
+PairState<d> pair_state(const Bodies& bodies, const Spheres<d>& grains, Pair p) {
+  return {separation(grains, p), vector_of<d>(bodies.momentum, p.j) / bodies.mass[p.j] -
+                                     vector_of<d>(bodies.momentum, p.i) / bodies.mass[p.i]};
 }
 
 }  // namespace lichtenberg::granular

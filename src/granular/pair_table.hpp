@@ -12,8 +12,8 @@ namespace lichtenberg::granular {
 
 /// A vector register of numbers. Files that include this header are compiled without contraction of products and sums,
 /// so a pair has bitwise identical results in any lane and with any vector width.
-using Several = std::experimental::native_simd<double>;
-inline constexpr int width = Several::size();
+using SimdPack = std::experimental::native_simd<double>;
+inline constexpr int width = SimdPack::size();
 inline constexpr auto anywhere = std::experimental::element_aligned;
 
 /// Indices of pairs that are computed together: consecutive ones, or selected ones.
@@ -21,7 +21,7 @@ struct Row {
   int first;
   int operator[](int lane) const { return first + lane; }
 };
-struct Picked {
+struct SelectedPairs {
   std::array<int, width> pairs;
   int operator[](int lane) const { return pairs[lane]; }
 };
@@ -31,11 +31,11 @@ class Table {
  public:
   void resize(std::size_t pairs) { values_.resize(pairs * columns_); }
   int add_column() { return columns_++; }
-  std::size_t place(int column, int pair) const {
+  std::size_t index(int column, int pair) const {
     return (static_cast<std::size_t>(pair / width) * columns_ + column) * width + pair % width;
   }
-  double* at(std::size_t place) { return &values_[place]; }
-  const double* at(std::size_t place) const { return &values_[place]; }
+  double* at(std::size_t index) { return &values_[index]; }
+  const double* at(std::size_t index) const { return &values_[index]; }
 
  private:
   int columns_ = 0;
@@ -46,15 +46,17 @@ class Table {
 class Column {
  public:
   explicit Column(Table& table) : table_(&table), number_(table.add_column()) {}
-  double& operator[](int pair) { return *table_->at(table_->place(number_, pair)); }
-  double operator[](int pair) const { return *std::as_const(*table_).at(table_->place(number_, pair)); }
+  double& operator[](int pair) { return *table_->at(table_->index(number_, pair)); }
+  double operator[](int pair) const { return *std::as_const(*table_).at(table_->index(number_, pair)); }
 
-  Several at(Row row) const { return Several(std::as_const(*table_).at(table_->place(number_, row.first)), anywhere); }
-  Several at(const Picked& of) const {
-    return Several([&](int lane) { return (*this)[of[lane]]; });
+  SimdPack at(Row row) const {
+    return SimdPack(std::as_const(*table_).at(table_->index(number_, row.first)), anywhere);
   }
-  void put(Row row, const Several& x) { x.copy_to(&(*this)[row.first], anywhere); }
-  void put(const Picked& of, const Several& x) {
+  SimdPack at(const SelectedPairs& of) const {
+    return SimdPack([&](int lane) { return (*this)[of[lane]]; });
+  }
+  void put(Row row, const SimdPack& x) { x.copy_to(&(*this)[row.first], anywhere); }
+  void put(const SelectedPairs& of, const SimdPack& x) {
     for (int lane = 0; lane < width; ++lane) (*this)[of[lane]] = x[lane];
   }
 
@@ -64,30 +66,30 @@ class Column {
 };
 
 template <int d>
-using Vectors = LaneVec<d, Several>;
+using Vectors = LaneVec<d, SimdPack>;
 
 template <int d>
 class VectorColumn {
  public:
   explicit VectorColumn(Table& table) {
-    for (int k = 0; k < d; ++k) of_.emplace_back(table);
+    for (int k = 0; k < d; ++k) components_.emplace_back(table);
   }
   Vec<d> operator[](int pair) const {
     Vec<d> v;
-    for (int k = 0; k < d; ++k) v[k] = of_[k][pair];
+    for (int k = 0; k < d; ++k) v[k] = components_[k][pair];
     return v;
   }
-  template <class Those>
-  Vectors<d> at(const Those& of) const {
-    return Vectors<d>::each([&](int k) { return of_[k].at(of); });
+  template <class Indices>
+  Vectors<d> at(const Indices& of) const {
+    return Vectors<d>::each([&](int k) { return components_[k].at(of); });
   }
-  template <class Those>
-  void put(const Those& of, const Vectors<d>& x) {
-    for (int k = 0; k < d; ++k) of_[k].put(of, x[k]);
+  template <class Indices>
+  void put(const Indices& of, const Vectors<d>& x) {
+    for (int k = 0; k < d; ++k) components_[k].put(of, x[k]);
   }
 
  private:
-  std::vector<Column> of_;
+  std::vector<Column> components_;
 };
 
 /// Returns the sum, in an order that does not depend on the vector width.

@@ -26,15 +26,15 @@ void RestitutionCheck::count(std::span<const Collision> ended, const Bodies& bod
                              double since) {
   for (const Collision& collision : ended) {
     const GrainContact& contact = collision.contact;
-    const Seen seen{contact.since, collision.end - contact.since, contact.impact_speed, collision.release_speed,
-                    collision.tangential_speed};
-    if (!contact.alone || !counts(seen, since, reach(bodies, contact.pair))) continue;
+    const IsolatedCollision isolated{contact.since, collision.end - contact.since, contact.impact_speed,
+                                     collision.release_speed, collision.tangential_speed};
+    if (!contact.alone || !counts(isolated, since, reach(bodies, contact.pair))) continue;
     const auto [i, j] = contact.pair;
     const double scale =
         std::visit([&](const auto& one) { return one.scale(bodies.radius[i], bodies.radius[j]); }, law);
-    const double error =
-        seen.error(expected_collision(law, reduced_mass(bodies, contact.pair), scale, seen.impact_speed).restitution);
-    Decade& decade = decade_[decade_of(seen.impact_speed)];
+    const double error = isolated.error(
+        expected_collision(law, reduced_mass(bodies, contact.pair), scale, isolated.impact_speed).restitution);
+    Decade& decade = decade_[decade_of(isolated.impact_speed)];
     ++decade.collisions;
     decade.sum += error;
     decade.worst = std::max(decade.worst, error);

@@ -30,7 +30,7 @@ class RestitutionCheck {
   };
 
   /// A collision of an isolated pair.
-  struct Seen {
+  struct IsolatedCollision {
     double began = 0, lasted = 0;                                      ///< t0
     double impact_speed = 0, parting_speed = 0, tangential_speed = 0;  ///< v0; tangential_speed: at the end
 
@@ -41,13 +41,13 @@ class RestitutionCheck {
 
   /// Index of the decade of a speed.
   LICHTENBERG_HOST_DEVICE static int decade_of(double speed) {
-    const int place = static_cast<int>(std::floor(std::log10(speed))) - first_decade;
-    return place < 0 ? 0 : place < decades ? place : decades - 1;
+    const int index = static_cast<int>(std::floor(std::log10(speed))) - first_decade;
+    return index < 0 ? 0 : index < decades ? index : decades - 1;
   }
   /// Whether a collision counts: it began at `since` or later, under the present law, and it is central. A pair with
   /// tangential speed u gains about u^2 t / reach along its line of centres within t, which must be less than a part
   /// `share` of the impact speed. `reach`: the sum of the radii.
-  LICHTENBERG_HOST_DEVICE static bool counts(const Seen& c, double since, double reach) {
+  LICHTENBERG_HOST_DEVICE static bool counts(const IsolatedCollision& c, double since, double reach) {
     constexpr double share = 1e-3;
     return c.impact_speed > 0 && c.began >= since &&
            c.tangential_speed * c.tangential_speed * c.lasted < share * c.impact_speed * reach;

@@ -19,26 +19,26 @@ class Verlet final : public GasIntegrator {
     gas.find_forces(now);
     gas.drive(now, begin, half);
     const std::vector<double> from = gas.bodies().position;
-    if (load_.force.empty()) load_ = gas.contact_load(gas.near(dt));
-    gas.push(half, now.force);
-    gas.push(half, load_.force);
-    const std::span<const Pair> near = gas.near(dt);
+    if (load_.force.empty()) load_ = gas.contact_load(gas.candidate_pairs(dt));
+    gas.add_impulse(half, now.force);
+    gas.add_impulse(half, load_.force);
+    const std::span<const Pair> near = gas.candidate_pairs(dt);
     fly(gas, end);
     Instant there;
     gas.find_forces(there, want);
-    gas.push(half, there.force);
+    gas.add_impulse(half, there.force);
     ContactLoad then = predicted(gas, half, near);
-    gas.push(half, then.force);
-    gas.note(touches_between(from, gas.bodies(), gas.contacts(), near, begin, dt), begin,
+    gas.add_impulse(half, then.force);
+    gas.note(contacts_in_step(from, gas.bodies(), gas.contacts(), near, begin, dt), begin,
              half * (load_.dissipation + then.dissipation));
     load_ = std::move(then);
-    there.survey = gas.look().survey;
+    there.statistics = gas.instant().statistics;
     gas.drive(there, begin + half, half);
-    gas.settle_contacts(there);
+    gas.exchange_charges(there);
     return there;
   }
 
-  void begin_anew() override { load_ = {}; }
+  void reset_history() override { load_ = {}; }
   void save(Checkpoint& checkpoint) const override {
     checkpoint.reals["verlet_force"] = load_.force;
     checkpoint.reals["verlet_dissipation"] = {load_.dissipation};
@@ -62,7 +62,7 @@ class Verlet final : public GasIntegrator {
   /// Returns the contact forces at the end of a step for velocities predicted with those at its start.
   ContactLoad predicted(Gas& gas, double half, std::span<const Pair> near) const {
     const std::vector<double> momentum = gas.bodies().momentum;
-    gas.push(half, load_.force);
+    gas.add_impulse(half, load_.force);
     ContactLoad load = gas.contact_load(near);
     gas.model().bodies.momentum = momentum;
     return load;

@@ -13,39 +13,39 @@ double ContactEvents::contact_gap() const {
   return discharge_ && discharge_->make_gap() > 0 ? discharge_->make_gap() : INFINITY;
 }
 
-void ContactEvents::widen(std::span<double> ways) const {
-  for (double& way : ways) way = 1.01 * way + tolerance_;
+void ContactEvents::widen(std::span<double> distances) const {
+  for (double& distance : distances) distance = 1.01 * distance + tolerance_;
 }
 
-Lookahead ContactEvents::look_ahead(const Charging& now, std::span<const double> reach,
-                                    const std::optional<std::vector<int>>& thrown) const {
+ContactPrediction ContactEvents::predict_contacts(const ElectricalState& now, std::span<const double> reach,
+                                                  const std::optional<std::vector<int>>& colliding) const {
   if (!discharge_) return {};
   const Stopwatch watch(counters_.contact_seconds);
-  Lookahead ahead{.watched = discharge_->watch(model_.bodies, now.contacts, now.groups, reach),
-                  .least_reach = std::ranges::min(reach)};
+  ContactPrediction prediction{.watched = discharge_->watch(model_.bodies, now.contacts, now.groups, reach),
+                               .least_reach = std::ranges::min(reach)};
   const int d = model_.bodies.dimension;
-  const auto foresee = [&](int body) {
-    ahead.foreseen.push_back({.body = body, .reach = reach[body]});
-    std::copy_n(&model_.bodies.position[body * d], d, ahead.foreseen.back().start.begin());
+  const auto add_path = [&](int body) {
+    prediction.paths.push_back({.body = body, .reach = reach[body]});
+    std::copy_n(&model_.bodies.position[body * d], d, prediction.paths.back().start.begin());
   };
   // Other bodies have not moved.
-  if (thrown)
-    for (const int body : *thrown) foresee(body);
+  if (colliding)
+    for (const int body : *colliding) add_path(body);
   else
-    for (int body = 0; body < model_.bodies.size(); ++body) foresee(body);
-  for (const Watch& w : ahead.watched)
+    for (int body = 0; body < model_.bodies.size(); ++body) add_path(body);
+  for (const Watch& w : prediction.watched)
     for (const int body : {w.contact.conductor, w.contact.partner})
-      if (body < model_.bodies.size()) foresee(body);
-  return ahead;
+      if (body < model_.bodies.size()) add_path(body);
+  return prediction;
 }
 
 /// Returns the events of the contacts in `watched`, which must outlive them.
-Events ContactEvents::foreseen_events(std::span<const Watch> watched, bool mergers_wait) const {
+Events ContactEvents::predicted_events(std::span<const Watch> watched, bool mergers_wait) const {
   Events events;
   for (const Watch& w : watched) events.direction.push_back(w.made ? +1 : -1);
-  events.foreseen_values = [this, watched, mergers_wait](std::span<double> value) {
+  events.predicted_values = [this, watched, mergers_wait](std::span<double> value) {
     for (std::size_t k = 0; k < watched.size(); ++k)
-      value[k] = mergers_wait && !watched[k].made ? discharge_->excess_of_waiting(model_.bodies, watched[k])
+      value[k] = mergers_wait && !watched[k].made ? discharge_->excess_of_deferred(model_.bodies, watched[k])
                                                   : discharge_->excess(model_.bodies, watched[k]);
   };
   for (const Watch& w : watched)
@@ -54,28 +54,30 @@ Events ContactEvents::foreseen_events(std::span<const Watch> watched, bool merge
   return events;
 }
 
-Events ContactEvents::events(const Lookahead& ahead, bool mergers_wait) const {
+Events ContactEvents::events(const ContactPrediction& prediction, bool mergers_wait) const {
   if (!discharge_) return {};
-  Events events = foreseen_events(ahead.watched, mergers_wait);
+  Events events = predicted_events(prediction.watched, mergers_wait);
   events.direction.push_back(+1);
-  events.values = [this, &ahead, foreseen = events.foreseen_values](std::span<double> value) {
-    foreseen(value);
-    value.back() = farthest_beyond(ahead.foreseen, -ahead.least_reach);
+  events.values = [this, &prediction, predicted_values = events.predicted_values](std::span<double> value) {
+    predicted_values(value);
+    value.back() = largest_overshoot(prediction.paths, -prediction.least_reach);
   };
-  events.longest_step = [this, &ahead](std::span<const double> force) { return longest_step(ahead.watched, force); };
-  events.only = [this, &ahead, mergers_wait](std::span<const int> numbers) {
+  events.longest_step = [this, &prediction](std::span<const double> force) {
+    return longest_step(prediction.watched, force);
+  };
+  events.subset = [this, &prediction, mergers_wait](std::span<const int> numbers) {
     auto some = std::make_shared<std::vector<Watch>>();
-    for (const int k : numbers) some->push_back(ahead.watched[k]);
-    Events only = foreseen_events(*some, mergers_wait);
-    only.values = [some, values = std::exchange(only.foreseen_values, {})](std::span<double> value) { values(value); };
+    for (const int k : numbers) some->push_back(prediction.watched[k]);
+    Events only = predicted_events(*some, mergers_wait);
+    only.values = [some, values = std::exchange(only.predicted_values, {})](std::span<double> value) { values(value); };
     return only;
   };
   return events;
 }
 
-ContactEvents::Due ContactEvents::due(const Lookahead& ahead) const {
+ContactEvents::Due ContactEvents::due(const ContactPrediction& prediction) const {
   Due due;
-  for (const Watch& w : ahead.watched) {
+  for (const Watch& w : prediction.watched) {
     const double excess = discharge_->excess(model_.bodies, w);
     (w.made ? due.lost : due.made) |= w.made ? excess >= 0 : excess <= 0;
   }
@@ -84,9 +86,10 @@ ContactEvents::Due ContactEvents::due(const Lookahead& ahead) const {
 
 /// Returns the largest distance (m) by which a body has moved beyond its reach, at least `farthest`. Square roots are
 /// taken only for bodies that may exceed this value.
-double ContactEvents::farthest_beyond(std::span<const Lookahead::Foreseen> foreseen, double farthest) const {
+double ContactEvents::largest_overshoot(std::span<const ContactPrediction::PredictedPath> paths,
+                                        double farthest) const {
   const int d = model_.bodies.dimension;
-  for (const auto& [body, start, reach] : foreseen) {
+  for (const auto& [body, start, reach] : paths) {
     const double* position = &model_.bodies.position[body * d];
     double moved2 = 0;
     for (int k = 0; k < d; ++k) moved2 += (position[k] - start[k]) * (position[k] - start[k]);
@@ -100,8 +103,8 @@ double ContactEvents::farthest_beyond(std::span<const Lookahead::Foreseen> fores
 double ContactEvents::longest_step(const std::vector<Watch>& watched, std::span<const double> force) const {
   double longest = INFINITY;
   for (const Watch& w : watched)
-    longest =
-        std::min(longest, time_to_change_gap(model_.bodies, w.contact, force, discharge_->blind_way(model_.bodies, w)));
+    longest = std::min(
+        longest, time_to_change_gap(model_.bodies, w.contact, force, discharge_->undetected_travel(model_.bodies, w)));
   return longest;
 }
 

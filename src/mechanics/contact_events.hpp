@@ -6,23 +6,23 @@
 #include <vector>
 
 #include "src/effects/contact_discharge.hpp"
-#include "src/mechanics/charging.hpp"
 #include "src/mechanics/counters.hpp"
 #include "src/mechanics/cvode.hpp"
+#include "src/mechanics/electrical_state.hpp"
 #include "src/model/model.hpp"
 
 namespace lichtenberg::mechanics {
 
 /// Contacts that may be made or lost along predicted paths.
-struct Lookahead {
+struct ContactPrediction {
   /// Position of a body at the start of its path, and the distance (m) that the prediction covers.
-  struct Foreseen {
+  struct PredictedPath {
     int body = 0;
     std::array<double, 3> start{};  ///< m
     double reach = 0;               ///< m
   };
   std::vector<effects::ContactDischarge::Watch> watched;  ///< contacts that may change
-  std::vector<Foreseen> foreseen;                         ///< bodies that may move beyond their reach
+  std::vector<PredictedPath> paths;                       ///< bodies that may move beyond their reach
   double least_reach = 0;                                 ///< m, smallest of all bodies
 };
 
@@ -38,30 +38,30 @@ class ContactEvents {
   ContactEvents(const Model& model, const effects::ContactDischarge* discharge, double tolerance, Counters& counters)
       : model_(model), discharge_(discharge), tolerance_(tolerance), counters_(counters) {}
 
-  /// Returns the contacts that may change while body i moves by less than reach[i] (m). `thrown`: bodies that may move
-  /// farther, because elastic collisions are not predicted; empty: all.
-  Lookahead look_ahead(const Charging& now, std::span<const double> reach,
-                       const std::optional<std::vector<int>>& thrown = {}) const;
+  /// Returns the contacts that may change while body i moves by less than reach[i] (m). `colliding`: bodies that may
+  /// move farther, because elastic collisions are not predicted; empty: all.
+  ContactPrediction predict_contacts(const ElectricalState& now, std::span<const double> reach,
+                                     const std::optional<std::vector<int>>& colliding = {}) const;
   /// Returns an event for each of these contacts, and as the last event a body that moves beyond its reach. If group
-  /// merges wait, a contact that is made is an event only if it cannot wait longer. `ahead` must outlive the events.
-  /// Without contact_discharge there are no events.
-  Events events(const Lookahead& ahead, bool mergers_wait = false) const;
+  /// merges wait, a contact that is made is an event only if it cannot wait longer. `prediction` must outlive the
+  /// events. Without contact_discharge there are no events.
+  Events events(const ContactPrediction& prediction, bool mergers_wait = false) const;
   /// Adds 1 % and a position tolerance to distances (m), so that a body that moves exactly as far as it can is no
   /// event.
-  void widen(std::span<double> ways) const;
+  void widen(std::span<double> distances) const;
   /// Returns the gap (m) below which a contact is made; infinite without contacts.
   double contact_gap() const;
   /// Whether any candidate contact must be made, or lost, at the present positions.
   struct Due {
     bool made = false, lost = false;
   };
-  Due due(const Lookahead& ahead) const;
+  Due due(const ContactPrediction& prediction) const;
 
  private:
   using Watch = effects::ContactDischarge::Watch;
-  Events foreseen_events(std::span<const Watch> watched, bool mergers_wait) const;
+  Events predicted_events(std::span<const Watch> watched, bool mergers_wait) const;
   double longest_step(const std::vector<Watch>& watched, std::span<const double> force) const;
-  double farthest_beyond(std::span<const Lookahead::Foreseen> foreseen, double farthest) const;
+  double largest_overshoot(std::span<const ContactPrediction::PredictedPath> paths, double farthest) const;
 
   const Model& model_;
   const effects::ContactDischarge* discharge_;

@@ -28,8 +28,8 @@ struct Cvode::Shared {
   Model& model;
   Accuracy accuracy;
   double largest_move;
-  std::vector<double> force;               ///< N, on all bodies; only the last requested values are valid
-  std::unique_ptr<Implementation> of_all;  ///< null before its first use
+  std::vector<double> force;                    ///< N, on all bodies; only the last requested values are valid
+  std::unique_ptr<Implementation> full_system;  ///< null before its first use
   std::int64_t steps = 0, rejected = 0;
 };
 
@@ -45,11 +45,11 @@ struct Cvode::Implementation {
   bool load(N_Vector y);
   void start(double time, int order);
   void count();
-  int place(int component) const;
+  int moved_index(int component) const;
   double advance(double start, double end);
   double longest_step(double time);
-  void place_others(double time) const;
-  bool presses(double time);
+  void set_passive_bodies(double time) const;
+  bool forces_depend_on_position(double time);
   void assemble();
   void copy_to(SUNMatrix matrix);
   [[noreturn]] void fail(double time, int flag) const;
@@ -58,7 +58,7 @@ struct Cvode::Implementation {
   Cvode& owner;
   Model& model;
   const Accuracy& accuracy;
-  AskedBodies asked;
+  RequestedBodies requested;
   std::vector<int> moving;             ///< bodies
   std::vector<std::size_t> component;  ///< moved components, among those of all bodies
   std::size_t n;                       ///< size of `component`
@@ -67,7 +67,7 @@ struct Cvode::Implementation {
   std::vector<Eigen::Triplet<double>> triplets;
   Eigen::SparseMatrix<double, Eigen::ColMajor, sunindextype> jacobian;
   const Events* events = nullptr;
-  const Others* others = nullptr;
+  const PassiveBodies* passive = nullptr;
   std::exception_ptr thrown;  ///< exception of the last callback, because exceptions cannot cross C code
   int failed_trials = 0;      ///< states of this integration at which forces threw
   std::string message;        ///< last message of CVODE
@@ -108,7 +108,7 @@ int rates(double time, N_Vector y, N_Vector rate, void* data) {
     if (self.owner.before_forces) self.owner.before_forces(time);
     const std::span<double> out = values(rate);
     const Bodies& bodies = self.model.bodies;
-    self.model.forces(time, self.asked, self.force);
+    self.model.forces(time, self.requested, self.force);
     for (std::size_t k = 0; k < self.n; ++k) {
       const std::size_t c = self.component[k];
       out[k] = bodies.momentum[c] / bodies.mass[c / bodies.dimension];
@@ -116,15 +116,15 @@ int rates(double time, N_Vector y, N_Vector rate, void* data) {
     }
     return 0;
   });
-  constexpr int patience = 1000;
-  return done < 0 && ++self.failed_trials < patience ? 1 : done;
+  constexpr int max_failed_trials = 1000;
+  return done < 0 && ++self.failed_trials < max_failed_trials ? 1 : done;
 }
 
 int jacobian(double time, N_Vector y, N_Vector, SUNMatrix matrix, void* data, N_Vector, N_Vector, N_Vector) {
   auto& self = *static_cast<Implementation*>(data);
   return guarded(self, [&] {
     if (!self.load(y)) return 1;
-    self.model.jacobian(time, self.asked, self.force_jacobian);
+    self.model.jacobian(time, self.requested, self.force_jacobian);
     self.assemble();
     self.copy_to(matrix);
     return 0;
@@ -146,7 +146,7 @@ int event_values(double time, N_Vector y, double* value, void* data) {
   auto& self = *static_cast<Implementation*>(data);
   return guarded(self, [&] {
     if (!self.load(y)) return 1;
-    self.place_others(time);
+    self.set_passive_bodies(time);
     self.events->values({value, self.events->direction.size()});
     return 0;
   });
@@ -185,7 +185,7 @@ Cvode::Implementation::Implementation(Shared& s, std::vector<int> which)
       owner(s.owner),
       model(s.model),
       accuracy(s.accuracy),
-      asked(which),
+      requested(which),
       moving(which.empty() ? all_of(model.bodies) : std::move(which)),
       n(moving.size() * model.bodies.dimension),
       force(s.force),
@@ -257,25 +257,26 @@ void Cvode::Implementation::count() {
 }
 
 /// Returns the index of a component of all bodies among the moved ones; -1: not moved.
-int Cvode::Implementation::place(int of) const {
-  if (asked.bodies().empty()) return of;
+int Cvode::Implementation::moved_index(int of) const {
+  if (requested.bodies().empty()) return of;
   const auto found = std::ranges::lower_bound(component, static_cast<std::size_t>(of));
   return found != component.end() && *found == static_cast<std::size_t>(of)
              ? static_cast<int>(found - component.begin())
              : -1;
 }
 
-void Cvode::Implementation::place_others(double time) const {
-  if (others) others->place(time);
+void Cvode::Implementation::set_passive_bodies(double time) const {
+  if (passive) passive->set_state(time);
 }
 
 /// Returns the time (s) in which no body moves farther than the effects allow, and no event is missed.
 double Cvode::Implementation::longest_step(double time) {
   const Bodies& bodies = model.bodies;
-  if (others) {
-    const std::span<const double> on_others = others->forces(time);
-    for (const int i : others->watched)
-      std::copy_n(on_others.begin() + i * bodies.dimension, bodies.dimension, force.begin() + i * bodies.dimension);
+  if (passive) {
+    const std::span<const double> force_on_passive = passive->forces(time);
+    for (const int i : passive->watched)
+      std::copy_n(force_on_passive.begin() + i * bodies.dimension, bodies.dimension,
+                  force.begin() + i * bodies.dimension);
   }
   for (std::size_t k = 0; k < n; ++k) force[component[k]] = values(rate)[n + k];
   double longest = INFINITY;
@@ -292,8 +293,8 @@ double Cvode::Implementation::longest_step(double time) {
 }
 
 /// Returns true if forces depend on positions, as in elastic contacts.
-bool Cvode::Implementation::presses(double time) {
-  model.jacobian(time, asked, force_jacobian);
+bool Cvode::Implementation::forces_depend_on_position(double time) {
+  model.jacobian(time, requested, force_jacobian);
   return !force_jacobian.by_position.empty();
 }
 
@@ -310,7 +311,7 @@ void Cvode::Implementation::assemble() {
     add(k, n + k, 1 / bodies.mass[component[k] / bodies.dimension]);
   }
   const auto add_force = [&](const ForceJacobian::Entry& entry, std::size_t first_column) {
-    const int row = place(entry.row), column = place(entry.column);
+    const int row = moved_index(entry.row), column = moved_index(entry.column);
     if (row >= 0 && column >= 0) add(n + row, first_column + column, entry.value);
   };
   for (const ForceJacobian::Entry& entry : force_jacobian.by_position) add_force(entry, 0);
@@ -347,15 +348,16 @@ Cvode::Cvode(Model& model, Accuracy accuracy) : shared_(std::make_unique<Shared>
 Cvode::~Cvode() = default;
 
 double Cvode::advance(double start, double end, const Events& events) {
-  if (!shared_->of_all) shared_->of_all = std::make_unique<Implementation>(*shared_, std::vector<int>());
-  shared_->of_all->events = &events;
-  return shared_->of_all->advance(start, end);
+  if (!shared_->full_system) shared_->full_system = std::make_unique<Implementation>(*shared_, std::vector<int>());
+  shared_->full_system->events = &events;
+  return shared_->full_system->advance(start, end);
 }
 
-double Cvode::advance(double start, double end, const Events& events, std::vector<int> moving, const Others& others) {
+double Cvode::advance(double start, double end, const Events& events, std::vector<int> moving,
+                      const PassiveBodies& passive) {
   Implementation some(*shared_, std::move(moving));
   some.events = &events;
-  some.others = &others;
+  some.passive = &passive;
   return some.advance(start, end);
 }
 
@@ -368,8 +370,8 @@ double Cvode::Implementation::advance(double from, double end) {
   check(CVodeSetMinStep(memory, std::pow(std::numeric_limits<double>::epsilon(), 2) * (end - from)));
   thrown = nullptr;
   failed_trials = 0;
-  const int high = 5, low = 2, patience = 300;
-  int order = presses(from) ? low : high;
+  const int high = 5, low = 2, high_order_steps = 300;
+  int order = forces_depend_on_position(from) ? low : high;
   start(from, order);
   check(CVodeRootInit(memory, static_cast<int>(events->direction.size()), event_values));
   if (!events->direction.empty()) check(CVodeSetRootDirection(memory, const_cast<int*>(events->direction.data())));
@@ -377,7 +379,7 @@ double Cvode::Implementation::advance(double from, double end) {
   double time = from;
   for (int flag = CV_SUCCESS, tried = 0; flag != CV_ROOT_RETURN && end - time > rounding; ++tried) {
     if (owner.between_steps) owner.between_steps();
-    if (order == high && tried >= patience) {
+    if (order == high && tried >= high_order_steps) {
       count();
       start(time, order = low);
     }

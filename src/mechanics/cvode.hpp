@@ -19,17 +19,17 @@ struct Events {
   std::function<double(std::span<const double>)> longest_step;
   /// Values of all events except the last, which is for bodies that collisions move beyond their reach; may be empty.
   /// These values and longest_step depend on the positions of, and the forces on, the bodies in `watched`.
-  std::function<void(std::span<double>)> foreseen_values;
+  std::function<void(std::span<double>)> predicted_values;
   std::vector<int> watched;
-  /// Returns the events of foreseen_values with these numbers only, as `values`; may be empty.
-  std::function<Events(std::span<const int>)> only;
+  /// Returns the events of predicted_values with these numbers only, as `values`; may be empty.
+  std::function<Events(std::span<const int>)> subset;
 };
 
 /// Bodies that an integration does not move and that do not interact with those that it moves. Both functions take the
 /// time (s).
-struct Others {
+struct PassiveBodies {
   std::span<const int> watched;                           ///< bodies that events depend on
-  std::function<void(double)> place;                      ///< sets their positions and momenta
+  std::function<void(double)> set_state;                  ///< sets their positions and momenta
   std::function<std::span<const double>(double)> forces;  ///< N, [N * dimension], forces on them
 };
 
@@ -60,7 +60,7 @@ class Cvode {
   /// Throws Failure if the accuracy cannot be reached, and exceptions of the callbacks.
   double advance(double start, double end, const Events& events = {});
   /// Moves only the bodies `moving`, in ascending order.
-  double advance(double start, double end, const Events& events, std::vector<int> moving, const Others& others);
+  double advance(double start, double end, const Events& events, std::vector<int> moving, const PassiveBodies& passive);
 
   /// Called with the time (s) before forces are evaluated; may be empty.
   std::function<void(double)> before_forces;

@@ -18,9 +18,9 @@ class DefectCorrection {
   void apply(double dt, const std::vector<Vec3>& assumed, const std::vector<Vec3>& now, std::span<const int> fixed);
   /// Corrects a body for a force (N) and its rate (N/s) that were missing for dt (s). For dt < 0 the force acted too
   /// early, and its impulse is removed: drag then brings the body to the right position.
-  void apply(LastFall& last, int body, double dt, Vec3 force, Vec3 rate);
+  void apply(FreeFallCache& last, int body, double dt, Vec3 force, Vec3 rate);
   /// Returns the displacement (m) of that correction for dt > 0 and a force of this magnitude (N).
-  double way(LastFall& last, int body, double dt, double force) const;
+  double displacement(FreeFallCache& last, int body, double dt, double force) const;
 
  private:
   Model& model_;

@@ -30,17 +30,17 @@ Electrics::Electrics(const Scene& scene, Model& model, effects::FloatingConducto
       discharge_(discharge),
       contact_events_(model, discharge, scene.mechanics.position_tolerance, counters),
       terminals_(effects::terminals_of(scene)),
-      supplies_(effects::supplies_of(scene)),
+      supplies_(effects::potential_sources_of(scene)),
       relaxation_time_(model.charge_relaxation_time()),
       resistors_(scene, model, discharge, terminals_, supplies_, now_),
       now_{.charges = {with_terminals(initial_charges(scene), scene), supplies_.size()}} {
   const std::size_t n = model.bodies.size();
-  now_.held = {.force = std::vector<Vec3>(n),
-               .force_rate = std::vector<Vec3>(n),
-               .charge = std::vector<double>(n),
-               .charge_rate = std::vector<double>(n)};
+  now_.extrapolated = {.force = std::vector<Vec3>(n),
+                       .force_rate = std::vector<Vec3>(n),
+                       .charge = std::vector<double>(n),
+                       .charge_rate = std::vector<double>(n)};
   if (effects::has_circuit(scene)) now_.energy.emplace(scene, relaxation_time_);
-  field_.follow(now_.held);
+  field_.follow(now_.extrapolated);
 }
 
 void Electrics::connect() {
@@ -57,20 +57,21 @@ std::vector<double> Electrics::currents(double time) const {
 }
 
 Trial Electrics::solve(double time, FieldGrid grid) {
-  resistors_.check_held_contacts();
+  resistors_.check_fixed_contacts();
   Trial trial{.time = time,
               .field = {},
               .step = effects::charge_step(time - now_.time, now_.carried.last_step, relaxation_time_),
-              .fed = currents(time)};
-  effects::NodeCharges charges{.charge = now_.charges.after(trial.step, trial.fed, *model_.team),
-                               .resistors = now_.carried.resistors,
-                               .weight = trial.step.weight,
-                               .fed = std::accumulate(trial.fed.begin(), trial.fed.end(), 0.0)};
+              .injected_current = currents(time)};
+  effects::NodeCharges charges{
+      .charge = now_.charges.after(trial.step, trial.injected_current, *model_.team),
+      .resistors = now_.carried.resistors,
+      .weight = trial.step.weight,
+      .injected_current = std::accumulate(trial.injected_current.begin(), trial.injected_current.end(), 0.0)};
   resistors_.add_charges(trial.step, charges.charge);
   const Stopwatch watch(counters_.field_seconds);
   trial.field = grid == FieldGrid::predictor ? field_.predict(model_.bodies, now_.groups, charges)
                                              : field_.solve(model_.bodies, now_.groups, charges);
-  if (model_.bodies.keep_height)
+  if (model_.bodies.fix_z)
     for (Vec3& force : trial.field.force) force.z = 0;  // the support of the bodies balances it
   counters_.field_solves = field_.solves();
   counters_.predictions = field_.predictions();
@@ -78,19 +79,20 @@ Trial Electrics::solve(double time, FieldGrid grid) {
   return trial;
 }
 
-void Electrics::share(double time, std::span<const double> by_field) {
+void Electrics::accept_extrapolated(double time, std::span<const double> by_field) {
   const double dt = time - now_.time;
-  const std::vector<double> fed = currents(time);
-  now_.charges.inject(fed, dt, relaxation_time_);
-  distribute(fed, dt, by_field);
+  const std::vector<double> injected_current = currents(time);
+  now_.charges.inject(injected_current, dt, relaxation_time_);
+  distribute(injected_current, dt, by_field);
   now_.time = time;
 }
 
-/// Ends a step of the charges (`fed`: A, for dt in s): divides each group's charge among its members as the field does
+/// Ends a step of the charges (`injected_current`: A, for dt in s): divides each group's charge among its members as
+/// the field does
 /// (`by_node`: C), and sets the bodies' charges, which laws of pairs read.
-void Electrics::distribute(std::span<const double> fed, double dt, std::span<const double> by_node) {
+void Electrics::distribute(std::span<const double> injected_current, double dt, std::span<const double> by_node) {
   now_.charges.distribute(now_.groups, by_node, *model_.team);
-  if (now_.energy) now_.energy->note(fed, dt, now_.charges.leaked_in_step());
+  if (now_.energy) now_.energy->add_step_charges(injected_current, dt, now_.charges.leaked_in_step());
   for_ranges(*model_.team, model_.bodies.size(), [&](int first, int end) {
     for (int i = first; i < end; ++i) model_.bodies.charge[i] = now_.charges.charge(i);
   });
@@ -99,20 +101,20 @@ void Electrics::distribute(std::span<const double> fed, double dt, std::span<con
 void Electrics::accept(Trial trial, bool merged) {
   const double dt = trial.time - now_.time;
   now_.field = std::move(trial.field);
-  now_.charges.inject(trial.fed, dt, relaxation_time_);
-  if (dt > 0) resistors_.carry(trial);
+  now_.charges.inject(trial.injected_current, dt, relaxation_time_);
+  if (dt > 0) resistors_.commit_charges(trial);
   resistors_.linearize();
-  if (dt == 0 && now_.carried.noise > 0) resistors_.guess();
-  distribute(trial.fed, dt, resistors_.by_node(now_.field.charge, now_.field.terminal_charge));
-  if (now_.energy) book_energy(trial, merged);
+  if (dt == 0 && now_.carried.noise > 0) resistors_.estimate_currents();
+  distribute(trial.injected_current, dt, resistors_.by_node(now_.field.charge, now_.field.terminal_charge));
+  if (now_.energy) record_energy(trial, merged);
   now_.time = trial.time;
-  note_largest();
+  update_largest();
   // The attraction of the bodies grows without limit, faster than any grid resolves, and they would bounce forever.
-  if (const std::string touching = resistors_.pressed_apart_in_potential(); !touching.empty()) throw Failure(touching);
+  if (const std::string touching = resistors_.unequal_contact_message(); !touching.empty()) throw Failure(touching);
 }
 
 /// Updates the largest force and speed of the run.
-void Electrics::note_largest() {
+void Electrics::update_largest() {
   const Bodies& bodies = model_.bodies;
   const double force2 = largest_of_ranges(*model_.team, bodies.size(), 0, [&](int first, int end) {
     double largest = 0;
@@ -128,54 +130,55 @@ void Electrics::note_largest() {
   now_.largest_speed = std::max(now_.largest_speed, std::sqrt(speed2));
 }
 
-void Electrics::hold(double time, Rates rates) {
-  effects::HeldField& held = now_.held;
+void Electrics::set_extrapolation(double time, Rates rates) {
+  effects::ExtrapolatedField& extrapolated = now_.extrapolated;
   const effects::Electrostatics& field = now_.field;
-  const double dt = time - held.time;
+  const double dt = time - extrapolated.time;
   for_ranges(*model_.team, model_.bodies.size(), [&](int first, int end) {
-    for (int i = first; i < end && rates == Rates::since_then; ++i) {
-      held.force_rate[i] = (field.force[i] - held.force[i]) / dt;
-      held.charge_rate[i] = (field.charge[i] - held.charge[i]) / dt;
+    for (int i = first; i < end && rates == Rates::difference_quotient; ++i) {
+      extrapolated.force_rate[i] = (field.force[i] - extrapolated.force[i]) / dt;
+      extrapolated.charge_rate[i] = (field.charge[i] - extrapolated.charge[i]) / dt;
     }
-    for (int i = first; i < end && rates == Rates::forgotten; ++i) held.force_rate[i] = {}, held.charge_rate[i] = 0;
-    std::copy(&field.force[first], &field.force[end - 1] + 1, &held.force[first]);
-    std::copy(&field.charge[first], &field.charge[end - 1] + 1, &held.charge[first]);
+    for (int i = first; i < end && rates == Rates::forgotten; ++i)
+      extrapolated.force_rate[i] = {}, extrapolated.charge_rate[i] = 0;
+    std::copy(&field.force[first], &field.force[end - 1] + 1, &extrapolated.force[first]);
+    std::copy(&field.charge[first], &field.charge[end - 1] + 1, &extrapolated.charge[first]);
   });
-  held.time = time;
-  if (rates != Rates::kept) held.rates_known = rates == Rates::since_then;
+  extrapolated.time = time;
+  if (rates != Rates::kept) extrapolated.rates_known = rates == Rates::difference_quotient;
 }
 
 /// Returns the work (J) of the field's forces on the bodies since the last record of energy, by the trapezoidal rule.
-double Electrics::work_since_booking(double time) const {
+double Electrics::work_since_record(double time) const {
   double work = 0;
   for (int i = 0; i < model_.bodies.size(); ++i) {
     const Vec3 moved = model_.bodies.box.difference(position_in_space(model_.bodies, i),
-                                                    vector_at(now_.booked_at, model_.bodies.dimension, i));
-    work += 0.5 * dot(now_.booked_force[i] + now_.held.force_at(i, time), moved);
+                                                    vector_at(now_.recorded_positions, model_.bodies.dimension, i));
+    work += 0.5 * dot(now_.recorded_force[i] + now_.extrapolated.force_at(i, time), moved);
   }
   return work;
 }
 
-void Electrics::book_energy(const Trial& trial, bool merged) {
-  EnergyBook::Instant instant{trial.time, now_.field.energy, resistors_.node_potentials(now_.field),
-                              now_.field.terminal_charge, now_.charges.collected_by_source()};
+void Electrics::record_energy(const Trial& trial, bool merged) {
+  EnergyBudget::Instant instant{trial.time, now_.field.energy, resistors_.node_potentials(now_.field),
+                                now_.field.terminal_charge, now_.charges.collected_by_source()};
   const bool time_passed = trial.time > now_.time;  // otherwise resistors have carried no charge
   if (merged)
-    now_.energy->book_merger(std::move(instant),
-                             model_.bodies.position == now_.booked_at ? 0 : work_since_booking(trial.time));
+    now_.energy->record_merger(std::move(instant),
+                               model_.bodies.position == now_.recorded_positions ? 0 : work_since_record(trial.time));
   else
-    now_.energy->book(std::move(instant), now_.carried.resistors,
-                      time_passed ? now_.carried.plain : std::vector<double>());
-  now_.booked_at = model_.bodies.position;
-  now_.booked_force = now_.field.force;
+    now_.energy->record(std::move(instant), now_.carried.resistors,
+                        time_passed ? now_.carried.total : std::vector<double>());
+  now_.recorded_positions = model_.bodies.position;
+  now_.recorded_force = now_.field.force;
 }
 
 bool Electrics::stationary(double fraction) const {
   const Bodies& bodies = model_.bodies;
   for (int i = 0; i < bodies.size(); ++i)
     if (now_.groups.connected[i] != -1 ||
-        (!scene_.conductors[i].held && (norm(now_.field.force[i]) > fraction * now_.largest_force ||
-                                        norm(velocity_in_space(bodies, i)) > fraction * now_.largest_speed)))
+        (!scene_.conductors[i].fixed && (norm(now_.field.force[i]) > fraction * now_.largest_force ||
+                                         norm(velocity_in_space(bodies, i)) > fraction * now_.largest_speed)))
       return false;
   return true;
 }
@@ -222,7 +225,7 @@ void Electrics::restore(const Checkpoint& checkpoint, double time) {
   resistors_.restore(checkpoint);
   if (!now_.energy) return;
   now_.energy->restore(reals(checkpoint, "energy_book", now_.energy->saved_size()));
-  now_.booked_at = model_.bodies.position;
+  now_.recorded_positions = model_.bodies.position;
 }
 
 }  // namespace lichtenberg::mechanics

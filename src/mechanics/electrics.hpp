@@ -9,9 +9,9 @@
 #include "src/effects/conductor_frame.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/floating_conductors.hpp"
-#include "src/mechanics/charging.hpp"
 #include "src/mechanics/contact_events.hpp"
 #include "src/mechanics/counters.hpp"
+#include "src/mechanics/electrical_state.hpp"
 #include "src/mechanics/resistor_currents.hpp"
 #include "src/model/checkpoint.hpp"
 #include "src/model/model.hpp"
@@ -24,7 +24,7 @@ enum class FieldGrid { whole, predictor };
 
 /// Rates of forces and charges from an instant on: the rates of before, zero, or the difference quotient from the
 /// previous field to the accepted one.
-enum class Rates { kept, forgotten, since_then };
+enum class Rates { kept, forgotten, difference_quotient };
 
 /// Contact that has joined two groups, and the time (s) at which it was due. That time is past if the merge has waited
 /// for others, and ahead if it shares a solve with others a little before its time.
@@ -39,8 +39,8 @@ struct Regrouping {
   std::vector<Merger> mergers;  ///< empty unless `merged`
 };
 
-/// Electrical state of a scene of conductors: contacts, groups, charges and field. `Charging` holds all of it that
-/// changes in time. solve() returns a Trial and does not change the state; accept() commits a trial.
+/// Electrical state of a scene of conductors: contacts, groups, charges and field. `ElectricalState` holds all of it
+/// that changes in time. solve() returns a Trial and does not change the state; accept() commits a trial.
 class Electrics {
  public:
   /// `field` and `discharge` belong to the model; `discharge` is null if only wires connect conductors. All arguments
@@ -50,13 +50,13 @@ class Electrics {
   Electrics(const Electrics&) = delete;  // the field effect refers to now_
   Electrics& operator=(const Electrics&) = delete;
 
-  const Charging& now() const { return now_; }
+  const ElectricalState& now() const { return now_; }
   /// Restores the state `before`. The caller restores the bodies, and with them their charges.
-  void go_back(const Charging& before) { now_ = before; }
+  void rollback(const ElectricalState& before) { now_ = before; }
   /// Sets the field that acts on the bodies.
-  void hold(effects::HeldField held) { now_.held = std::move(held); }
+  void set_extrapolation(effects::ExtrapolatedField extrapolated) { now_.extrapolated = std::move(extrapolated); }
   /// Sets it to the last accepted field, with its origin at `time` (s).
-  void hold(double time, Rates rates);
+  void set_extrapolation(double time, Rates rates);
 
   /// Finds contacts and groups of the first instant. Throws InputError for a short circuit.
   void connect();
@@ -64,10 +64,10 @@ class Electrics {
   Trial solve(double time, FieldGrid grid = FieldGrid::whole);
   /// Commits a trial: injects the charge until its instant and distributes all charges as its field does. Requires the
   /// positions and the state for which it was solved. Throws Failure with the message of
-  /// ResistorCurrents::pressed_apart_in_potential.
+  /// ResistorCurrents::unequal_contact_message.
   void accept(Trial trial) { accept(std::move(trial), false); }
   /// As accept(), at an instant without a solve, with extrapolated charges `by_field` (C). Not with resistors.
-  void share(double time, std::span<const double> by_field);
+  void accept_extrapolated(double time, std::span<const double> by_field);
   /// Updates contacts and groups for the present positions. Charges must be accepted or shared at this instant. Members
   /// of groups that split keep their charges and potentials, so that the accepted field stays valid. If groups merge,
   /// charges move: the function solves and accepts the new field. A contact that was lost after a merge was due splits
@@ -82,10 +82,10 @@ class Electrics {
   /// True if close conductors make contacts.
   bool has_contacts() const { return discharge_ != nullptr; }
   const ContactEvents& contact_events() const { return contact_events_; }
-  /// Returns the readings of every source (supplies_of) at the instant of the last accepted solve.
+  /// Returns the readings of every source (potential_sources_of) at the instant of the last accepted solve.
   std::vector<TerminalReading> terminals() const;
   /// Null in a scene without a circuit.
-  EnergyBook* energy() { return now_.energy ? &*now_.energy : nullptr; }
+  EnergyBudget* energy() { return now_.energy ? &*now_.energy : nullptr; }
   /// Returns true if every conductor is connected with an electrode, and no force or speed exceeds `fraction` of the
   /// largest of the run (D 7.1).
   bool stationary(double fraction) const;
@@ -95,20 +95,20 @@ class Electrics {
   void restore(const Checkpoint& checkpoint, double time);
 
  private:
-  effects::ContactDischarge::Changes look_at_contacts();
-  bool keep(std::span<const effects::Contact> lost);
-  void drop(std::span<const effects::Contact> lost);
+  effects::ContactDischarge::Changes detect_contact_events();
+  bool restore_contacts(std::span<const effects::Contact> lost);
+  void remove_contacts(std::span<const effects::Contact> lost);
   bool regroup(double time, FieldGrid grid);
   std::vector<Merger> mergers(std::span<const effects::Contact> made, double time, double due_since) const;
   std::vector<effects::Contact> lost_after(std::span<const Merger> mergers, std::span<const effects::Contact> lost,
                                            double time) const;
   std::pair<int, int> groups_of(effects::Contact contact) const;
   std::vector<double> currents(double time) const;
-  void distribute(std::span<const double> fed, double dt, std::span<const double> by_node);
-  void note_largest();
+  void distribute(std::span<const double> injected_current, double dt, std::span<const double> by_node);
+  void update_largest();
   void accept(Trial trial, bool merged);
-  void book_energy(const Trial& trial, bool merged);
-  double work_since_booking(double time) const;
+  void record_energy(const Trial& trial, bool merged);
+  double work_since_record(double time) const;
 
   const Scene& scene_;
   Model& model_;
@@ -117,10 +117,10 @@ class Electrics {
   const effects::ContactDischarge* discharge_;  ///< null: only wires connect conductors
   ContactEvents contact_events_;
   std::vector<effects::Terminal> terminals_;
-  std::vector<effects::Supply> supplies_;
+  std::vector<effects::PotentialSource> supplies_;
   double relaxation_time_;  ///< s, of leakage
   ResistorCurrents resistors_;
-  Charging now_;
+  ElectricalState now_;
 };
 
 }  // namespace lichtenberg::mechanics

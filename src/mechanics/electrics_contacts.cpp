@@ -12,14 +12,14 @@ namespace lichtenberg::mechanics {
 
 Regrouping Electrics::reconnect(double time, double due_since, FieldGrid grid) {
   if (!discharge_) return {};
-  const auto [made, lost] = look_at_contacts();
+  const auto [made, lost] = detect_contact_events();
   if (made.empty() && lost.empty()) return {};
   std::vector<Merger> due = mergers(made, time, due_since);
   const std::vector<effects::Contact> later = lost_after(due, lost, time);
-  const bool later_parts = !later.empty() && keep(later);
+  const bool later_parts = !later.empty() && restore_contacts(later);
   const bool merged = regroup(time, grid);
   if (later_parts) {
-    drop(later);
+    remove_contacts(later);
     regroup(time, grid);
   }
   return merged ? Regrouping{true, std::move(due)} : Regrouping{};
@@ -27,25 +27,27 @@ Regrouping Electrics::reconnect(double time, double due_since, FieldGrid grid) {
 
 /// Restores lost contacts until the group merges are done. Returns false, without a change, if they make a short
 /// circuit: the order of two events of a conductor between two electrodes is known only to within a position tolerance.
-bool Electrics::keep(std::span<const effects::Contact> lost) {
+bool Electrics::restore_contacts(std::span<const effects::Contact> lost) {
   const auto first_added = now_.contacts.insert(now_.contacts.end(), lost.begin(), lost.end());
   std::inplace_merge(now_.contacts.begin(), first_added, now_.contacts.end());
-  const auto other = [&](const effects::Supply& supply) { return supply.potential != supplies_.front().potential; };
+  const auto other = [&](const effects::PotentialSource& supply) {
+    return supply.potential != supplies_.front().potential;
+  };
   if (std::ranges::none_of(supplies_, other)) return true;
   try {
     effects::electrical_groups(scene_, now_.contacts);
     return true;
   } catch (const InputError&) {
-    drop(lost);
+    remove_contacts(lost);
     return false;
   }
 }
 
-void Electrics::drop(std::span<const effects::Contact> lost) {
+void Electrics::remove_contacts(std::span<const effects::Contact> lost) {
   std::erase_if(now_.contacts, [&](effects::Contact contact) { return std::ranges::binary_search(lost, contact); });
 }
 
-effects::ContactDischarge::Changes Electrics::look_at_contacts() {
+effects::ContactDischarge::Changes Electrics::detect_contact_events() {
   const Stopwatch watch(counters_.contact_seconds);
   effects::ContactDischarge::Changes changes = discharge_->update(model_.bodies, now_.contacts);
   counters_.contacts_made += std::ssize(changes.made);
@@ -83,7 +85,7 @@ bool Electrics::regroup(double time, FieldGrid grid) {
   resistors_.update(changed);
   if (!changed) return false;
   ++counters_.regroupings;
-  if (!effects::parts(now_.groups, before)) return false;
+  if (!effects::splits_group(now_.groups, before)) return false;
   accept(solve(time, grid), true);
   return true;
 }
@@ -93,7 +95,7 @@ bool Electrics::regroup(double time, FieldGrid grid) {
 std::vector<Merger> Electrics::mergers(std::span<const effects::Contact> made, double time, double due_since) const {
   std::vector<Merger> all;
   for (const effects::Contact contact : made) {
-    if (discharge_->one_already(now_.groups, model_.bodies.size(), contact)) continue;
+    if (discharge_->are_joined(now_.groups, model_.bodies.size(), contact)) continue;
     if (!effects::sharing_law(scene_, contact).joins()) continue;
     const double beyond = discharge_->make_gap() - discharge_->gap(model_.bodies, contact),
                  closing = -discharge_->gap_rate(model_.bodies, contact);
@@ -111,18 +113,18 @@ std::vector<Merger> Electrics::mergers(std::span<const effects::Contact> made, d
 
 /// Returns the numbers of the two groups of a contact. Groups at a prescribed potential have numbers above all nodes.
 std::pair<int, int> Electrics::groups_of(effects::Contact contact) const {
-  const auto held_at = [&](double potential) {
-    const auto first = std::ranges::find(supplies_, potential, &effects::Supply::potential);
+  const auto group_at_potential = [&](double potential) {
+    const auto first = std::ranges::find(supplies_, potential, &effects::PotentialSource::potential);
     return static_cast<int>(std::ssize(now_.groups.id) + (first - supplies_.begin()));
   };
-  const auto of_node = [&](int node) {
+  const auto group_of_node = [&](int node) {
     const std::optional<double> potential = now_.groups.potential[node];
-    return potential ? held_at(*potential) : now_.groups.id[node];
+    return potential ? group_at_potential(*potential) : now_.groups.id[node];
   };
-  const int a = of_node(contact.conductor), terminal = contact.partner - model_.bodies.size();
-  if (terminal < 0) return {a, of_node(contact.partner)};
-  return {a,
-          terminals_[terminal].node >= 0 ? of_node(terminals_[terminal].node) : held_at(supplies_[terminal].potential)};
+  const int a = group_of_node(contact.conductor), terminal = contact.partner - model_.bodies.size();
+  if (terminal < 0) return {a, group_of_node(contact.partner)};
+  return {a, terminals_[terminal].node >= 0 ? group_of_node(terminals_[terminal].node)
+                                            : group_at_potential(supplies_[terminal].potential)};
 }
 
 }  // namespace lichtenberg::mechanics

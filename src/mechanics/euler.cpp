@@ -13,48 +13,49 @@ int steps_in(double interval, double step) { return std::max(1, static_cast<int>
 /// is a reference for the other integrators.
 class Euler : public Stepper {
  public:
-  explicit Euler(const Workplace& workplace) : at_(workplace), force_(at_.model.bodies.position.size()) {}
+  explicit Euler(const StepperContext& context) : context_(context), force_(context_.model.bodies.position.size()) {}
   void begin(double) override {}
   void advance(double time, double end) override;
 
  private:
   void mechanical_steps(double time, double end);
 
-  Workplace at_;
+  StepperContext context_;
   std::vector<double> force_;  ///< N
 };
 
 void Euler::advance(double time, double end) {
   const double start = time;
-  const int intervals = steps_in(end - start, at_.scene.mechanics.euler_field_step);
+  const int intervals = steps_in(end - start, context_.scene.mechanics.euler_field_step);
   for (int k = 1; k <= intervals; ++k) {
     const double next = k == intervals ? end : start + (end - start) * k / intervals;
-    if (at_.electrics) {
-      const std::vector<Vec3>& force = at_.electrics->now().field.force;
-      at_.electrics->hold({.time = time, .force = force, .force_rate = std::vector<Vec3>(force.size())});
+    if (context_.electrics) {
+      const std::vector<Vec3>& force = context_.electrics->now().field.force;
+      context_.electrics->set_extrapolation(
+          {.time = time, .force = force, .force_rate = std::vector<Vec3>(force.size())});
     }
     mechanical_steps(time, next);
-    ++at_.counters.steps;
-    if (at_.electrics) {
-      at_.electrics->accept(at_.electrics->solve(next));
-      at_.electrics->reconnect(next);
+    ++context_.counters.steps;
+    if (context_.electrics) {
+      context_.electrics->accept(context_.electrics->solve(next));
+      context_.electrics->reconnect(next);
     }
-    wrap(at_.model.bodies);
-    at_.model.accept(next, next - time);
+    wrap(context_.model.bodies);
+    context_.model.accept(next, next - time);
     time = next;
   }
 }
 
 void Euler::mechanical_steps(double time, double end) {
-  const Stopwatch watch(at_.counters.mechanics_seconds);
-  Bodies& bodies = at_.model.bodies;
-  const int steps = steps_in(end - time, at_.scene.mechanics.euler_step);
+  const Stopwatch watch(context_.counters.mechanics_seconds);
+  Bodies& bodies = context_.model.bodies;
+  const int steps = steps_in(end - time, context_.scene.mechanics.euler_step);
   const double dt = (end - time) / steps;
-  const Drag& drag = at_.model.drag;
+  const Drag& drag = context_.model.drag;
   double drag_work = 0;
   for (int k = 0; k < steps; ++k) {
-    at_.between_steps();
-    at_.model.forces(time + k * dt, force_);
+    context_.between_steps();
+    context_.model.forces(time + k * dt, force_);
     for (int i = 0; !drag.is_linear() && i < bodies.size(); ++i)
       drag_work += drag.nonlinear_power(i, norm(velocity_in_space(bodies, i))) * dt;
     for (std::size_t c = 0; c < force_.size(); ++c) {
@@ -64,11 +65,11 @@ void Euler::mechanical_steps(double time, double end) {
       bodies.momentum[c] += force_[c] * dt;
     }
   }
-  if (at_.electrics && at_.electrics->energy()) at_.electrics->energy()->add_drag(drag_work);
+  if (context_.electrics && context_.electrics->energy()) context_.electrics->energy()->add_drag(drag_work);
 }
 
 }  // namespace
 
-std::unique_ptr<Stepper> make_euler(const Workplace& workplace) { return std::make_unique<Euler>(workplace); }
+std::unique_ptr<Stepper> make_euler(const StepperContext& context) { return std::make_unique<Euler>(context); }
 
 }  // namespace lichtenberg::mechanics

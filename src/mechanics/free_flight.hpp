@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "src/effects/held_field.hpp"
+#include "src/effects/extrapolated_field.hpp"
 #include "src/mechanics/cvode.hpp"
 #include "src/model/model.hpp"
 
@@ -19,17 +19,18 @@ namespace lichtenberg::mechanics {
 /// which also holds without drag.
 struct FreeFall {
   FreeFall(double t, double mass, double drag);
-  double move(double velocity, double force, double rate) const;   ///< m, displacement; from m/s, N, N/s
-  double speed(double velocity, double force, double rate) const;  ///< m/s
+  double displacement(double velocity, double force, double rate) const;    ///< m, displacement; from m/s, N, N/s
+  double final_velocity(double velocity, double force, double rate) const;  ///< m/s
 
-  double of_velocity, of_force, of_rate;                    ///< s, m/N, m s/N: coefficients of move()
-  double speed_of_velocity, speed_of_force, speed_of_rate;  ///< coefficients of speed()
+  double displacement_per_velocity, displacement_per_force,
+      displacement_per_force_rate;  ///< s, m/N, m s/N: coefficients of displacement()
+  double velocity_per_velocity, velocity_per_force, velocity_per_force_rate;  ///< coefficients of final_velocity()
 };
 
 /// Cache of the last FreeFall, which identical bodies share.
-class LastFall {
+class FreeFallCache {
  public:
-  const FreeFall& of(double t, double mass, double drag) {
+  const FreeFall& get(double t, double mass, double drag) {
     if (!fall_ || t != t_ || mass != mass_ || drag != drag_) fall_.emplace(t_ = t, mass_ = mass, drag_ = drag);
     return *fall_;
   }
@@ -46,13 +47,13 @@ class FreeFlight {
   explicit FreeFlight(Model& model) : model_(model), total_force_(model.bodies.position.size()) {}
 
   /// Returns the bodies on which other forces may act while body i moves by at most travel[i] (m).
-  std::vector<int> pushed(std::span<const double> travel) const;
+  std::vector<int> interacting(std::span<const double> travel) const;
   /// Moves the bodies from time `start` to `end` (s), or to the first event if that is earlier, as Cvode::advance()
   /// does. Returns the time reached.
-  double advance(double start, double end, const effects::HeldField& held, const Events& events);
-  /// As above, with CVODE for the bodies `pushed`, at least one.
-  double advance(double start, double end, const effects::HeldField& held, const Events& events,
-                 const std::vector<int>& pushed, Cvode& cvode);
+  double advance(double start, double end, const effects::ExtrapolatedField& extrapolated, const Events& events);
+  /// As above, with CVODE for the bodies `interacting`, at least one.
+  double advance(double start, double end, const effects::ExtrapolatedField& extrapolated, const Events& events,
+                 const std::vector<int>& interacting, Cvode& cvode);
 
  private:
   Model& model_;

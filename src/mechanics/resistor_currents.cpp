@@ -18,7 +18,7 @@ namespace {
 /// of C t^(2/3), with C from 0.09 to 0.2 (tests/circuit_test.cpp, an electrode behind a resistor). The value 5 a^(3/2)
 /// thus gives at most 0.6 a.
 double charge_tolerance(const FieldOptions& field) {
-  return field.chosen_for ? 5 * std::pow(field.chosen_for->asked, 1.5) : INFINITY;
+  return field.chosen_for ? 5 * std::pow(field.chosen_for->requested, 1.5) : INFINITY;
 }
 
 }  // namespace
@@ -26,20 +26,21 @@ double charge_tolerance(const FieldOptions& field) {
 /// A jump makes the currents unknown, and the step after it inherits none.
 void ResistorCurrents::update(bool groups_changed) {
   std::vector<effects::Resistor> resistors = effects::resistors_of(scene_, now_.contacts);
-  const auto same_place = [](const effects::Resistor& one, const effects::Resistor& other) {
-    return one.of_state && other.of_state ? one.a == other.a && one.b == other.b && one.supply == other.supply
-                                          : one == other;
+  const auto same_connection = [](const effects::Resistor& one, const effects::Resistor& other) {
+    return one.depends_on_state && other.depends_on_state
+               ? one.a == other.a && one.b == other.b && one.supply == other.supply
+               : one == other;
   };
-  if (std::ranges::equal(resistors, now_.carried.resistors, same_place) && !groups_changed) return;
+  if (std::ranges::equal(resistors, now_.carried.resistors, same_connection) && !groups_changed) return;
   const std::vector<double> none(resistors.size());
-  now_.carried = {.resistors = std::move(resistors), .current = none, .remaining = none, .plain = none};
+  now_.carried = {.resistors = std::move(resistors), .current = none, .remaining = none, .total = none};
   if (now_.field.potential.empty()) return;
   linearize();
-  guess();
+  estimate_currents();
 }
 
-bool ResistorCurrents::has_laws_of_state() const {
-  return std::ranges::any_of(now_.carried.resistors, &effects::Resistor::of_state);
+bool ResistorCurrents::has_state_dependent_laws() const {
+  return std::ranges::any_of(now_.carried.resistors, &effects::Resistor::depends_on_state);
 }
 
 effects::ContactState ResistorCurrents::state_of(const effects::Resistor& resistor,
@@ -48,21 +49,22 @@ effects::ContactState ResistorCurrents::state_of(const effects::Resistor& resist
 }
 
 void ResistorCurrents::linearize() {
-  if (!has_laws_of_state()) return;
+  if (!has_state_dependent_laws()) return;
   const std::vector<double> potential = node_potentials(now_.field);
   for (effects::Resistor& resistor : now_.carried.resistors)
-    if (resistor.of_state) effects::linearize(scene_, contact_of(resistor), state_of(resistor, potential), resistor);
+    if (resistor.depends_on_state)
+      effects::linearize(scene_, contact_of(resistor), state_of(resistor, potential), resistor);
 }
 
 /// Returns the largest error (C) of the charge that a contact carries in the trial's step, beyond the error of the
 /// solver. It is the linearized current minus the law's current at the end of the step, times the step's weight.
 double ResistorCurrents::linearization_error(const Trial& trial) const {
-  if (!has_laws_of_state()) return 0;
+  if (!has_state_dependent_laws()) return 0;
   const std::vector<double> potential = node_potentials(trial.field);
   const double noise = scene_.field().moving_tolerance * largest_potential(potential);
   double worst = 0;
   for (const effects::Resistor& resistor : now_.carried.resistors) {
-    if (!resistor.of_state) continue;
+    if (!resistor.depends_on_state) continue;
     const effects::Contact contact = contact_of(resistor);
     const effects::ContactState state = state_of(resistor, potential);
     effects::Resistor at_end;
@@ -77,7 +79,7 @@ double ResistorCurrents::linearization_error(const Trial& trial) const {
 double ResistorCurrents::longest_step(std::span<const double> force) const {
   double longest = INFINITY;
   for (const effects::Resistor& resistor : now_.carried.resistors) {
-    if (!resistor.of_state) continue;
+    if (!resistor.depends_on_state) continue;
     const effects::Contact contact = contact_of(resistor);
     const double scale = effects::sharing_law(scene_, contact).gap_scale;
     longest = std::min(longest, time_to_change_gap(model_.bodies, contact, force, 0.5 * scale));
@@ -86,10 +88,10 @@ double ResistorCurrents::longest_step(std::span<const double> force) const {
 }
 
 /// The currents have the error of the solver's potentials, which matters if a conductance is large.
-void ResistorCurrents::guess() {
+void ResistorCurrents::estimate_currents() {
   if (now_.carried.resistors.empty()) return;
   const std::vector<double> potential = node_potentials(now_.field);
-  auto& [resistors, current, remaining, plain, noise, last_step] = now_.carried;
+  auto& [resistors, current, remaining, total, noise, last_step] = now_.carried;
   for (std::size_t k = 0; k < resistors.size(); ++k) current[k] = current_through(resistors[k], potential);
 }
 
@@ -101,18 +103,18 @@ effects::Contact ResistorCurrents::contact_of(const effects::Resistor& resistor)
   return {resistor.a, n + static_cast<int>(terminal - terminals_.begin())};
 }
 
-bool ResistorCurrents::is_held_at_both_ends(const effects::Resistor& resistor) const {
-  const std::vector<std::optional<double>>& held = now_.groups.potential;
-  return held[resistor.a] && (resistor.b < 0 || held[resistor.b]);
+bool ResistorCurrents::has_fixed_potentials(const effects::Resistor& resistor) const {
+  const std::vector<std::optional<double>>& fixed = now_.groups.potential;
+  return fixed[resistor.a] && (resistor.b < 0 || fixed[resistor.b]);
 }
 
-std::string ResistorCurrents::sentence_about(const effects::Resistor& resistor, double difference) const {
+std::string ResistorCurrents::contact_message(const effects::Resistor& resistor, double difference) const {
   const auto [conductor, partner] = contact_of(resistor);
   const int n = model_.bodies.size();
-  const std::string who = partner < n ? fmt::format("conductors {} and {}", conductor, partner)
-                                      : fmt::format("conductor {} and {}", conductor, terminals_[partner - n].name);
+  const std::string subject = partner < n ? fmt::format("conductors {} and {}", conductor, partner)
+                                          : fmt::format("conductor {} and {}", conductor, terminals_[partner - n].name);
   const std::string remedy =
-      is_held_at_both_ends(resistor) ? "both have fixed potentials, which no contact can equalize: keep them apart"
+      has_fixed_potentials(resistor) ? "both have fixed potentials, which no contact can equalize: keep them apart"
       : now_.carried.last_step == 0 && now_.time == 0
           ? "they touch at the start: begin with a gap between them, or let their contact be ideal"
           : fmt::format(
@@ -121,24 +123,24 @@ std::string ResistorCurrents::sentence_about(const effects::Resistor& resistor, 
                 "share their charge before they touch",
                 effects::sharing_effect(scene_)->name);
   return fmt::format("{} touch while their potentials are {:.3g} V apart, and the force between such has no limit: {}",
-                     who, difference, remedy);
+                     subject, difference, remedy);
 }
 
 /// Returns true if the two touch to within position_tolerance and at least one of them can move.
 bool ResistorCurrents::touch(effects::Contact contact) const {
-  const auto is_free = [&](int i) { return i < model_.bodies.size() && !scene_.conductors[i].held; };
+  const auto is_free = [&](int i) { return i < model_.bodies.size() && !scene_.conductors[i].fixed; };
   return (is_free(contact.conductor) || is_free(contact.partner)) &&
          discharge_->gap(model_.bodies, contact) <= scene_.mechanics.position_tolerance;
 }
 
-std::string ResistorCurrents::pressed_apart_in_potential() const {
+std::string ResistorCurrents::unequal_contact_message() const {
   if (!discharge_ || now_.field.potential.empty() || now_.carried.resistors.empty()) return "";
   const std::vector<double> potential = node_potentials(now_.field);
   const double noise = scene_.field().moving_tolerance * largest_potential(potential);
   for (const effects::Resistor& resistor : now_.carried.resistors) {
     if (resistor.series || !touch(contact_of(resistor))) continue;
     const double difference = std::abs(difference_over(resistor, potential));
-    if (difference > noise) return sentence_about(resistor, difference);
+    if (difference > noise) return contact_message(resistor, difference);
   }
   return "";
 }
@@ -147,17 +149,17 @@ std::string ResistorCurrents::pressed_apart_in_potential() const {
 double ResistorCurrents::largest_potential(std::span<const double> node_potential) const {
   double largest = 0;
   for (const double potential : node_potential) largest = std::max(largest, std::abs(potential));
-  for (const effects::Supply& supply : supplies_) largest = std::max(largest, std::abs(supply.potential));
+  for (const effects::PotentialSource& supply : supplies_) largest = std::max(largest, std::abs(supply.potential));
   return largest;
 }
 
-void ResistorCurrents::check_held_contacts() const {
+void ResistorCurrents::check_fixed_contacts() const {
   for (const effects::Resistor& resistor : now_.carried.resistors) {
-    if (resistor.series || !is_held_at_both_ends(resistor)) continue;
+    if (resistor.series || !has_fixed_potentials(resistor)) continue;
     const double other = resistor.b < 0 ? resistor.potential : *now_.groups.potential[resistor.b];
     const double difference = std::abs(*now_.groups.potential[resistor.a] - other);
     if (difference > 0 && discharge_->gap(model_.bodies, contact_of(resistor)) <= 0)
-      throw Failure(sentence_about(resistor, difference));
+      throw Failure(contact_message(resistor, difference));
   }
 }
 
@@ -190,7 +192,8 @@ double ResistorCurrents::charge_error(const Trial& trial) const {
   double largest_charge = 0, largest_supply = 0;
   for (const std::vector<double>* charges : {&trial.field.charge, &trial.field.terminal_charge})
     for (const double charge : *charges) largest_charge = std::max(largest_charge, std::abs(charge));
-  for (const effects::Supply& supply : supplies_) largest_supply = std::max(largest_supply, std::abs(supply.potential));
+  for (const effects::PotentialSource& supply : supplies_)
+    largest_supply = std::max(largest_supply, std::abs(supply.potential));
   double worst = linearization_error(trial);
   for (std::size_t k = 0; k < carried.resistors.size(); ++k) {
     const double current = trial.field.carried[k] / trial.step.weight + carried.resistors[k].source;
@@ -200,8 +203,8 @@ double ResistorCurrents::charge_error(const Trial& trial) const {
         std::max(worst, effects::charge_error(trial.step.weight * current + trial.step.inherited * carried.remaining[k],
                                               dt, carried.current[k], current, noise));
   }
-  const double of_positions = scene_.mechanics.position_tolerance / *std::ranges::min_element(model_.bodies.radius);
-  const double tolerance = std::min(of_positions, charge_tolerance(scene_.field()));
+  const double from_positions = scene_.mechanics.position_tolerance / *std::ranges::min_element(model_.bodies.radius);
+  const double tolerance = std::min(from_positions, charge_tolerance(scene_.field()));
   // Charges within the noise of potentials, in a scene where no source drives any, must not shorten steps.
   const double no_charge =
       scene_.field().moving_tolerance * scene_.medium.permittivity * scene_.medium.depth * largest_supply;
@@ -209,14 +212,14 @@ double ResistorCurrents::charge_error(const Trial& trial) const {
   return worst == 0 ? 0 : worst / (tolerance * largest_charge);
 }
 
-void ResistorCurrents::carry(const Trial& trial) {
+void ResistorCurrents::commit_charges(const Trial& trial) {
   const effects::ChargeStep& step = trial.step;
-  auto& [resistors, current, remaining, plain, noise, last_step] = now_.carried;
+  auto& [resistors, current, remaining, total, noise, last_step] = now_.carried;
   for (std::size_t k = 0; k < resistors.size(); ++k) {
     current[k] = now_.field.carried[k] / step.weight + resistors[k].source;
     remaining[k] = step.weight * current[k] + step.inherited * remaining[k];
-    plain[k] = step.plain_weight * current[k] + step.plain_inherited * plain[k];
-    now_.charges.transfer(resistors[k], remaining[k], plain[k]);
+    total[k] = step.total_weight * current[k] + step.total_inherited * total[k];
+    now_.charges.transfer(resistors[k], remaining[k], total[k]);
   }
   last_step = trial.time - now_.time;
   noise = 0;
@@ -236,7 +239,7 @@ void ResistorCurrents::save(Checkpoint& checkpoint) const {
   if (!any()) return;
   checkpoint.reals["link_currents"] = now_.carried.current;
   checkpoint.reals["link_charges_left"] = now_.carried.remaining;
-  checkpoint.reals["link_charges"] = now_.carried.plain;
+  checkpoint.reals["link_charges"] = now_.carried.total;
   checkpoint.reals["last_charge_step"] = {now_.carried.last_step, now_.carried.noise};
 }
 
@@ -246,7 +249,7 @@ void ResistorCurrents::restore(const Checkpoint& checkpoint) {
   CarriedCharges& carried = now_.carried;
   carried.current = reals(checkpoint, "link_currents", carried.resistors.size());
   carried.remaining = reals(checkpoint, "link_charges_left", carried.resistors.size());
-  carried.plain = reals(checkpoint, "link_charges", carried.resistors.size());
+  carried.total = reals(checkpoint, "link_charges", carried.resistors.size());
   const std::vector<double>& last = reals(checkpoint, "last_charge_step", 2);
   carried.last_step = last[0];
   carried.noise = last[1];

@@ -48,12 +48,12 @@ E* find(const Model& model) {
 }
 
 /// Number of bodies for each worker thread. Its share of an event takes ten times as long as its wake-up.
-constexpr int bodies_a_helper = 4096;
+constexpr int bodies_per_thread = 4096;
 
 int team_size(const Scene& scene) {
-  const int asked = scene.effects.has<effects::FloatingConductorsOptions>() ? scene.field().threads : 0;
-  const int cores = asked > 0 ? asked : static_cast<int>(std::thread::hardware_concurrency());
-  return std::clamp(1 + static_cast<int>(scene.conductors.size()) / bodies_a_helper, 1, std::max(cores, 1));
+  const int requested_threads = scene.effects.has<effects::FloatingConductorsOptions>() ? scene.field().threads : 0;
+  const int cores = requested_threads > 0 ? requested_threads : static_cast<int>(std::thread::hardware_concurrency());
+  return std::clamp(1 + static_cast<int>(scene.conductors.size()) / bodies_per_thread, 1, std::max(cores, 1));
 }
 
 }  // namespace
@@ -156,7 +156,7 @@ void Simulation::Implementation::advance(double end) {
   try {
     stepper->advance(time, end);
   } catch (const Failure& failure) {
-    const std::string cause = electrics ? electrics->resistors().pressed_apart_in_potential() : "";
+    const std::string cause = electrics ? electrics->resistors().unequal_contact_message() : "";
     if (cause.empty()) throw;
     throw Failure(cause);
   }
@@ -200,7 +200,7 @@ ConductorFrame Simulation::Implementation::now() {
   frame.charge_drained = charges.collected();
   frame.charge_leaked = charges.leaked();
   frame.terminals = electrics->terminals();
-  if (const mechanics::EnergyBook* energy = electrics->energy()) {
+  if (const mechanics::EnergyBudget* energy = electrics->energy()) {
     frame.energy_balance = {model.kinetic_energy(), model.stored_energy(time), energy->flows()};
     if (before) frame.rates = analysis::circuit_rates(*before, frame, scene.medium.temperature);
   }
@@ -212,11 +212,11 @@ ConductorFrame Simulation::Implementation::now() {
 namespace {
 
 /// Returns periodic images by body, [N * 3]; in the plane the third number is 0.
-std::vector<std::int32_t> turns_around(const std::vector<int>& image, int dimension) {
-  std::vector<std::int32_t> turns;
+std::vector<std::int32_t> image_counts(const std::vector<int>& image, int dimension) {
+  std::vector<std::int32_t> counts;
   for (std::size_t i = 0; i < image.size(); i += dimension)
-    for (int k = 0; k < 3; ++k) turns.push_back(k < dimension ? image[i + k] : 0);
-  return turns;
+    for (int k = 0; k < 3; ++k) counts.push_back(k < dimension ? image[i + k] : 0);
+  return counts;
 }
 
 }  // namespace
@@ -236,7 +236,7 @@ Frame Simulation::Implementation::motion() const {
 
 void Simulation::Implementation::add_image(Frame& frame) const {
   const Bodies& bodies = model.bodies;
-  if (!bodies.image.empty()) frame.add_particles("image", "1", turns_around(bodies.image, bodies.dimension), 3);
+  if (!bodies.image.empty()) frame.add_particles("image", "1", image_counts(bodies.image, bodies.dimension), 3);
 }
 
 std::optional<analysis::ContactNetwork> Simulation::Implementation::network(std::span<const Vec3> position) const {
@@ -298,13 +298,13 @@ std::vector<std::string> Simulation::warnings() {
   Implementation& self = *implementation_;
   if (!self.electrics || !self.electrics->field().last_problem()) return {};
   const Stopwatch stopwatch(self.checking_seconds);
-  const double asked = self.scene.field_accuracy()->asked;
+  const double requested = self.scene.field_accuracy()->requested;
   const double estimate = effects::estimated_error(self.scene.field(), *self.electrics->field().last_problem());
-  const bool first = estimate > asked && self.largest_error.value_or(0) <= asked;
+  const bool first = estimate > requested && self.largest_error.value_or(0) <= requested;
   self.largest_error = std::max(self.largest_error.value_or(0), estimate);
   if (!first) return {};
   return {fmt::format("at t = {:.6g} s the field's error is estimated at {:.1e}, more than field.accuracy = {:g}",
-                      self.time, estimate, asked)};
+                      self.time, estimate, requested)};
 }
 
 mechanics::Outcome Simulation::Implementation::outcome(bool stationary) {

@@ -19,7 +19,7 @@ namespace lichtenberg::mechanics {
 /// solves use its coarser grid, and field solves at intervals check and correct them.
 class Split : public Stepper {
  public:
-  explicit Split(Workplace workplace);
+  explicit Split(StepperContext context);
   void begin(double time) override;
   void advance(double time, double end) override;
   void save(Checkpoint& checkpoint) const override;
@@ -29,11 +29,11 @@ class Split : public Stepper {
   /// State saved for the rollback of predicted steps.
   struct Start {
     Bodies bodies;
-    Charging charging;
+    ElectricalState electrical_state;
     Counters counters;
   };
   Start start() const;
-  void go_back(const Start& start);
+  void rollback(const Start& start);
   double predict(double since, double target);
   double try_prediction(double time, double end);
   double try_step(double time, double end, FieldGrid grid);
@@ -41,28 +41,28 @@ class Split : public Stepper {
   double step_end(double time, double step, double end) const;
   /// Result of a move of the bodies to the next solve, or to an event.
   struct Moved {
-    double reached = 0, due_since = 0;       ///< s; the second: earliest time at which contacts may have been due
-    std::optional<std::vector<int>> pushed;  ///< bodies that CVODE moved; no value: all
+    double reached = 0, due_since = 0;            ///< s; the second: earliest time at which contacts may have been due
+    std::optional<std::vector<int>> interacting;  ///< bodies that CVODE moved; no value: all
   };
   Moved move(double time, double target);
-  double wait(double time, double target, const Lookahead& ahead, const Moved& moved);
+  double wait(double time, double target, const ContactPrediction& prediction, const Moved& moved);
   std::optional<std::vector<int>> moved_by_cvode(std::span<const double> travel, std::span<const double> reach) const;
-  double advance(double time, double target, const Events& events, const std::optional<std::vector<int>>& pushed);
+  double advance(double time, double target, const Events& events, const std::optional<std::vector<int>>& interacting);
   bool pass_event(const Moved& moved, FieldGrid grid);
-  void make_up_merger(const Moved& moved, std::span<const Merger> mergers);
-  const effects::HeldField& held() const { return at_.electrics->now().held; }
-  void find_held_forces(double time, std::vector<Vec3>& force) const;
+  void correct_after_mergers(const Moved& moved, std::span<const Merger> mergers);
+  const effects::ExtrapolatedField& extrapolated() const { return context_.electrics->now().extrapolated; }
+  void find_extrapolated_forces(double time, std::vector<Vec3>& force) const;
   double error(double since, const Trial& trial, const std::vector<Vec3>& assumed) const;
   void accept(Trial trial, double error);
   void reject(double time, double reached, double error, FieldGrid grid);
   void restart(double time, const std::vector<Vec3>& force_before);
   double step_after(const std::vector<Vec3>& force_before, int first, int end) const;
 
-  struct Places {
+  struct SavedMotion {
     std::vector<double> position, momentum;  ///< as in Bodies
   };
 
-  Workplace at_;
+  StepperContext context_;
   Cvode cvode_;
   FreeFlight flight_;
   DefectCorrection correction_;
@@ -73,7 +73,7 @@ class Split : public Stepper {
   double step_ = 0;        ///< s, between solves, set by the error control; 0: not yet estimated
   double prediction_ = 0;  ///< s, interval of predicted steps; 0: not yet estimated
   // Scratch memory:
-  Places before_;                       ///< at the start of the present step
+  SavedMotion before_;                  ///< at the start of the present step
   std::vector<double> travel_, reach_;  ///< m
   std::vector<Vec3> assumed_;           ///< N, extrapolated to the end of a step
   std::vector<Vec3> old_force_;         ///< N, before a jump

@@ -14,7 +14,7 @@ namespace lichtenberg::mechanics {
 
 namespace {
 
-using Maker = std::unique_ptr<Stepper> (*)(const Workplace&);
+using Maker = std::unique_ptr<Stepper> (*)(const StepperContext&);
 
 constexpr std::pair<const IntegratorKind*, Maker> built_in[] = {
     {&integrators::cvode, make_split}, {&integrators::monolithic, make_monolithic}, {&integrators::euler, make_euler}};
@@ -34,17 +34,17 @@ void add_integrator(const IntegratorKind& kind, Maker make) {
   makers()[&kind] = make;
 }
 
-std::unique_ptr<Stepper> make_stepper(const Workplace& workplace) {
-  const IntegratorKind& kind = workplace.scene.mechanics.kind();
-  if (workplace.electrics && !kind.carries_resistors && effects::has_resistors(workplace.scene))
-    throw InputError(fmt::format(
-        "{}: mechanics.integrator = \"{}\"{} cannot move the charge that resistors and contacts "
-        "carry at a finite rate: take \"cvode\" with coupling = \"split\"",
-        workplace.scene.path, kind.name, kind.solves_field_inside ? " with coupling = \"monolithic\"" : ""));
+std::unique_ptr<Stepper> make_stepper(const StepperContext& context) {
+  const IntegratorKind& kind = context.scene.mechanics.kind();
+  if (context.electrics && !kind.carries_resistors && effects::has_resistors(context.scene))
+    throw InputError(
+        fmt::format("{}: mechanics.integrator = \"{}\"{} cannot move the charge that resistors and contacts "
+                    "carry at a finite rate: take \"cvode\" with coupling = \"split\"",
+                    context.scene.path, kind.name, kind.solves_field_inside ? " with coupling = \"monolithic\"" : ""));
   const auto found = makers().find(&kind);
-  if (found != makers().end()) return found->second(workplace);
-  throw InputError(fmt::format("{}: mechanics.integrator = \"{}\" does not move conductors: {} do",
-                               workplace.scene.path, kind.name, names_of(&IntegratorKind::moves_conductors)));
+  if (found != makers().end()) return found->second(context);
+  throw InputError(fmt::format("{}: mechanics.integrator = \"{}\" does not move conductors: {} do", context.scene.path,
+                               kind.name, names_of(&IntegratorKind::moves_conductors)));
 }
 
 Cvode make_cvode(const Scene& scene, Model& model) {
@@ -59,11 +59,11 @@ Cvode make_cvode(const Scene& scene, Model& model) {
   return Cvode(model, accuracy);
 }
 
-void book_drag(const Workplace& at, Cvode& cvode) {
-  EnergyBook* energy = at.electrics ? at.electrics->energy() : nullptr;
+void record_drag(const StepperContext& context, Cvode& cvode) {
+  EnergyBudget* energy = context.electrics ? context.electrics->energy() : nullptr;
   const auto is_zero = [](double d) { return d == 0; };
-  if (!energy || (at.model.drag.is_linear() && std::ranges::all_of(at.model.drag.linear(), is_zero))) return;
-  cvode.after_step = [energy, &bodies = at.model.bodies, &drag = at.model.drag](
+  if (!energy || (context.model.drag.is_linear() && std::ranges::all_of(context.model.drag.linear(), is_zero))) return;
+  cvode.after_step = [energy, &bodies = context.model.bodies, &drag = context.model.drag](
                          double dt, const std::vector<double>& position, const std::vector<double>& momentum) {
     double work = 0;
     for (int i = 0; i < bodies.size(); ++i) {

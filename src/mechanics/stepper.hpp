@@ -14,7 +14,7 @@
 namespace lichtenberg::mechanics {
 
 /// Scene, model and state that a stepper works on. All of them outlive the stepper.
-struct Workplace {
+struct StepperContext {
   const Scene& scene;
   Model& model;
   Electrics* electrics;  ///< null in a neutral scene
@@ -37,16 +37,16 @@ class Stepper {
   virtual void restore(const Checkpoint&) {}
 };
 
-std::unique_ptr<Stepper> make_split(const Workplace&);
-std::unique_ptr<Stepper> make_monolithic(const Workplace&);
-std::unique_ptr<Stepper> make_euler(const Workplace&);
+std::unique_ptr<Stepper> make_split(const StepperContext&);
+std::unique_ptr<Stepper> make_monolithic(const StepperContext&);
+std::unique_ptr<Stepper> make_euler(const StepperContext&);
 
 /// Adds an integrator of conductors before any scene is read; `kind` must outlive all scenes. Throws InputError if its
 /// name is taken, or if it lacks moves_conductors.
-void add_integrator(const IntegratorKind& kind, std::unique_ptr<Stepper> (*make)(const Workplace&));
+void add_integrator(const IntegratorKind& kind, std::unique_ptr<Stepper> (*make)(const StepperContext&));
 
 /// Makes the integrator of a scene. Throws InputError for one that does not move conductors.
-std::unique_ptr<Stepper> make_stepper(const Workplace& workplace);
+std::unique_ptr<Stepper> make_stepper(const StepperContext& context);
 
 /// Makes CVODE with the accuracy of the scene. Positions are accurate to relative_tolerance of the smallest radius.
 /// Momenta are accurate to the larger of the same fraction of themselves and the momentum that carries a body that far
@@ -56,6 +56,6 @@ Cvode make_cvode(const Scene& scene, Model& model);
 /// Adds the heat of drag to the energy balance after each step of CVODE, if the scene has a circuit. The heat is the
 /// integral of force times speed by Simpson's rule; the velocity in the middle follows from the positions and
 /// velocities at the ends.
-void book_drag(const Workplace& at, Cvode& cvode);
+void record_drag(const StepperContext& context, Cvode& cvode);
 
 }  // namespace lichtenberg::mechanics

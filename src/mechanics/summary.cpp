@@ -18,7 +18,7 @@ namespace {
 
 using Lines = std::vector<Summary::Line>;
 
-constexpr double most_overlap = 0.1;  ///< in diameters; larger overlaps give a warning
+constexpr double max_overlap = 0.1;  ///< in diameters; larger overlaps give a warning
 
 double connected_fraction(const Outcome& outcome) {
   const double n = static_cast<double>(outcome.frame.position.size());
@@ -36,7 +36,7 @@ double relative_charge_imbalance(const Outcome& outcome) {
 }
 
 /// Returns the larger of supplied energy and heat (J).
-double turned_over(const Outcome& outcome) {
+double energy_throughput(const Outcome& outcome) {
   const EnergyFlows& flows = outcome.frame.energy_balance->flows;
   return std::max(std::abs(flows.by_supplies) + std::abs(flows.by_source), flows.dissipated());
 }
@@ -49,7 +49,7 @@ double noise_of_solves(const Scene& scene, const Outcome& outcome) {
 
 /// Returns the turnover (J) or, if that is 0, the stored energy.
 double energy_scale(const Outcome& outcome) {
-  const double all = turned_over(outcome);
+  const double all = energy_throughput(outcome);
   return all > 0 ? all : std::max(std::abs(outcome.frame.energy), std::abs(outcome.initial_energy));
 }
 
@@ -73,7 +73,7 @@ std::string imbalance_in_words(const Scene& scene, const Outcome& outcome) {
   const bool is_off = std::abs(relative_energy_imbalance(outcome)) > analysis::allowed_energy_imbalance(scene);
   if (is_off && std::abs(energy_imbalance(outcome)) <= noise)
     return fmt::format("(within {:.1e} J, the noise of field solves; {:.1e} J was converted)", noise,
-                       turned_over(outcome));
+                       energy_throughput(outcome));
   return in_brackets(relative_energy_imbalance(outcome));
 }
 
@@ -199,7 +199,7 @@ std::string energy_advice(const Scene& scene) {
 }
 
 std::string overlap_warning(const Scene& scene, double overlap) {
-  if (!(overlap > most_overlap)) return "";
+  if (!(overlap > max_overlap)) return "";
   const bool contacts = scene.effects.has<effects::HertzContactOptions>();
   return fmt::format("bodies overlap by {:.2g} % of a diameter: contact laws are valid up to a few per cent; {}",
                      100 * overlap,
@@ -209,22 +209,22 @@ std::string overlap_warning(const Scene& scene, double overlap) {
 
 std::string accuracy_warning(const Scene& scene, const Outcome& outcome) {
   const FieldAccuracy* accuracy = scene.field_accuracy();
-  if (!accuracy || !(outcome.largest_error.value_or(0) > accuracy->asked)) return "";
+  if (!accuracy || !(outcome.largest_error.value_or(0) > accuracy->requested)) return "";
   return fmt::format(
       "accuracy not reached: the field's error is estimated at up to {:.1e}, where field.accuracy = {:g}",
-      *outcome.largest_error, accuracy->asked);
+      *outcome.largest_error, accuracy->requested);
 }
 
 }  // namespace
 
 double largest_overlap(const Scene& scene, const Bodies& bodies) {
-  const auto is_held = [&](int i) { return scene.conductors[i].held; };
+  const auto is_fixed = [&](int i) { return scene.conductors[i].fixed; };
   double largest = 0;
   for (const auto [i, j] : pairs_closer_than(bodies, 0)) {
-    if (is_held(i) && is_held(j)) continue;
+    if (is_fixed(i) && is_fixed(j)) continue;
     const double sum = bodies.radius[i] + bodies.radius[j];
-    const Vec3 apart = bodies.box.difference(position_in_space(bodies, i), position_in_space(bodies, j));
-    largest = std::max(largest, 1 - norm(apart) / sum);
+    const Vec3 separation = bodies.box.difference(position_in_space(bodies, i), position_in_space(bodies, j));
+    largest = std::max(largest, 1 - norm(separation) / sum);
   }
   std::vector<effects::Surface> surfaces;
   for (const Electrode& electrode : scene.electrodes) surfaces.push_back(effects::surface_of(electrode, scene.domain));
@@ -233,7 +233,7 @@ double largest_overlap(const Scene& scene, const Bodies& bodies) {
     if (!scene.domain.sides[s].periodic) surfaces.push_back(sides[s]);
   for (int i = 0; i < bodies.size(); ++i)
     for (const effects::Surface& surface : surfaces)
-      if (!is_held(i))
+      if (!is_fixed(i))
         largest = std::max(
             largest, 0.5 - 0.5 * effects::view(surface, position_in_space(bodies, i)).distance / bodies.radius[i]);
   return largest;
@@ -269,7 +269,7 @@ std::string energy_warning(const Scene& scene, const Outcome& outcome) {
   if (nothing || found <= allowed) return "";
   return fmt::format(
       "energy balance off by {:.2g} % of the energy that {}, where steps, grid and solves explain {:.2g} %; {}",
-      100 * found, turned_over(outcome) > 0 ? "was supplied or became heat" : "is stored", 100 * allowed,
+      100 * found, energy_throughput(outcome) > 0 ? "was supplied or became heat" : "is stored", 100 * allowed,
       energy_advice(scene));
 }
 

@@ -68,7 +68,7 @@ void wrap_all(Bodies& bodies) {
 }
 
 /// Factor of the inertia of fixed bodies, so large that no force changes their positions in the last digit.
-constexpr double held_inertia = 0x1p100;
+constexpr double fixed_inertia = 0x1p100;
 
 }  // namespace
 
@@ -82,11 +82,11 @@ void check_dimension(const Bodies& bodies, int d) {
 
 Bodies make_bodies(const Scene& scene) {
   Bodies bodies{.dimension = scene.dimension(),
-                .keep_height = scene.mechanics.keep_height && scene.dimension() == 3,
+                .fix_z = scene.mechanics.fix_z && scene.dimension() == 3,
                 .box = scene.domain.box()};
   for (const Conductor& conductor : scene.conductors) {
     const double r = conductor.radius;
-    const double inertia = conductor.held ? held_inertia : 1;
+    const double inertia = conductor.fixed ? fixed_inertia : 1;
     const double mass = inertia * (4.0 / 3.0 * std::numbers::pi * scene.material.density * r * r * r);
     for (int k = 0; k < bodies.dimension; ++k) {
       bodies.position.push_back(conductor.position[k]);

@@ -19,7 +19,7 @@ struct Bodies {
   std::vector<double> mass;      ///< kg, [N]
   std::vector<double> radius;    ///< m, [N]
   std::vector<double> charge;    ///< C, [N]; empty unless an effect needs charges
-  bool keep_height = false;      ///< three dimensions: nothing moves along z
+  bool fix_z = false;            ///< three dimensions: nothing moves along z
   /// Box with the periodic axes; in two dimensions front and back are unused.
   Box<3> box;
   /// Number of windings around the box, [N * dimension]; empty unless the box is periodic.

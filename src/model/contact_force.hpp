@@ -13,7 +13,7 @@ struct ContactForce {
 /// Terms of the force elastic(overlap) + damping(overlap) * closing speed that time integration of a contact needs.
 /// `Real` holds one pair or several.
 template <class Real>
-struct ContactPush {
+struct ContactForceTerms {
   Real elastic{}, damping{}, stored{};
 };
 

@@ -6,7 +6,7 @@
 
 #include "solvers/geometry/box.hpp"
 #include "solvers/neighbours/table.hpp"
-#include "src/model/whole.hpp"
+#include "src/model/fixed_point_vec.hpp"
 
 namespace lichtenberg {
 
@@ -19,14 +19,14 @@ struct DeviceGrains {
   int count = 0;
   Box<3> box;
   const Vec3* position = nullptr;  ///< d0
-  const double *radius = nullptr, *charge = nullptr, *over_mass = nullptr;
+  const double *radius = nullptr, *charge = nullptr, *inverse_mass = nullptr;
   const int* number = nullptr;  ///< index of each grain in the scene
   /// Partners of each grain, up to the largest cutoff of all parts.
   TableView partners;
 };
 
 /// Units of sums over pairs (m0 v0^2/d0, m0 v0^2): powers of two.
-struct PairQuanta {
+struct PairUnits {
   double force = 1, energy = 1;
 };
 
@@ -35,9 +35,9 @@ class DevicePart {
  public:
   virtual ~DevicePart() = default;
   /// Returns the approximate maxima of the force and energy of a pair.
-  virtual PairQuanta size() const = 0;
+  virtual PairUnits size() const = 0;
   /// Adds the forces on all grains ([N], quanta), and adds their energy to *energy (quanta).
-  virtual void add_forces(const DeviceGrains& grains, const PairQuanta& quanta, WholeVec* force,
+  virtual void add_forces(const DeviceGrains& grains, const PairUnits& units, FixedPointVec* force,
                           std::int64_t* energy) const = 0;
 };
 
@@ -51,14 +51,14 @@ class DeviceDrive {
 };
 
 /// Factory of a part, for the executor of a gas.
-template <class Part>
+template <class Implementation>
 struct DeviceForm {
   bool on_cuda = false;  ///< true if CUDA kernels exist for it in programs with CUDA
-  std::function<std::unique_ptr<Part>(const parallel::HostExecutor&)> make_on_host{};
-  std::function<std::unique_ptr<Part>(const parallel::CudaExecutor&)> make_on_cuda{};
+  std::function<std::unique_ptr<Implementation>(const parallel::HostExecutor&)> make_on_host{};
+  std::function<std::unique_ptr<Implementation>(const parallel::CudaExecutor&)> make_on_cuda{};
 
-  std::unique_ptr<Part> make(const parallel::HostExecutor& run) const { return make_on_host(run); }
-  std::unique_ptr<Part> make(const parallel::CudaExecutor& run) const { return make_on_cuda(run); }
+  std::unique_ptr<Implementation> make(const parallel::HostExecutor& run) const { return make_on_host(run); }
+  std::unique_ptr<Implementation> make(const parallel::CudaExecutor& run) const { return make_on_cuda(run); }
 };
 struct DevicePartForm : DeviceForm<DevicePart> {
   double reach = 0;  ///< d0, cutoff of the centre distance

@@ -73,7 +73,7 @@ double Drag::nonlinear_power(int body, double speed) const { return nonlinear(bo
 
 void Drag::add_forces(const State& state, std::span<double> force) const {
   const Bodies& b = state.bodies;
-  for_each_asked(state, [&](int i) {
+  for_each_requested(state, [&](int i) {
     const int first = i * b.dimension, end = first + b.dimension;
     const double rate = linear_[i] / b.mass[i];
     for (int k = first; k < end; ++k) force[k] -= rate * b.momentum[k];
@@ -86,7 +86,7 @@ void Drag::add_forces(const State& state, std::span<double> force) const {
 
 void Drag::add_jacobian(const State& state, ForceJacobian& jacobian) const {
   const Bodies& b = state.bodies;
-  for_each_asked(state, [&](int i) {
+  for_each_requested(state, [&](int i) {
     jacobian.add_drag(i, -linear_[i] / b.mass[i]);
     if (is_linear(i)) return;
     const Vec3 velocity = velocity_in_space(b, i);

@@ -28,19 +28,20 @@ class DrivePart final : public DeviceDrive {
              std::int64_t* driven) const override {
     constexpr int a_part = 32;
     const Law law = law_;
-    const double* over_mass = grains.over_mass;
+    const double* inverse_mass = grains.inverse_mass;
     const int *number = grains.number, n = grains.count;
-    run_->sum_segments((n + a_part - 1) / a_part,
-                       [=] LICHTENBERG_HOST_DEVICE(int p) { return n - p * a_part < a_part ? n - p * a_part : a_part; },
-                       [=] LICHTENBERG_HOST_DEVICE(int p, int t) {
-                         const int s = p * a_part + t;
-                         const Vec3 before = momentum[s];
-                         double after[3] = {before.x, before.y, before.z};
-                         law(time, dt, number[s], 1 / over_mass[s], after, 3);
-                         momentum[s] = {after[0], after[1], after[2]};
-                         return whole(0.5 * over_mass[s] * (norm2(momentum[s]) - norm2(before)) / quantum);
-                       },
-                       [=] LICHTENBERG_HOST_DEVICE(int, std::int64_t sum) { parallel::add_atomically(driven, sum); });
+    run_->sum_segments(
+        (n + a_part - 1) / a_part,
+        [=] LICHTENBERG_HOST_DEVICE(int p) { return n - p * a_part < a_part ? n - p * a_part : a_part; },
+        [=] LICHTENBERG_HOST_DEVICE(int p, int t) {
+          const int s = p * a_part + t;
+          const Vec3 before = momentum[s];
+          double after[3] = {before.x, before.y, before.z};
+          law(time, dt, number[s], 1 / inverse_mass[s], after, 3);
+          momentum[s] = {after[0], after[1], after[2]};
+          return rounded_to_integer(0.5 * inverse_mass[s] * (norm2(momentum[s]) - norm2(before)) / quantum);
+        },
+        [=] LICHTENBERG_HOST_DEVICE(int, std::int64_t sum) { parallel::add_atomically(driven, sum); });
   }
 
  private:

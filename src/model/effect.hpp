@@ -42,14 +42,14 @@ struct State {
   parallel::Team& team = parallel::Team::single();
   /// Requested bodies, in ascending order; empty: all. If some bodies are not requested, `neighbours` holds the pairs
   /// with a requested body. Values added to the forces of other bodies are then ignored.
-  std::span<const int> asked{};
+  std::span<const int> requested{};
 };
 
 /// Calls visit(i) for every requested body, in ascending order.
 template <class Visit>
-void for_each_asked(const State& state, const Visit& visit) {
-  for (const int i : state.asked) visit(i);
-  if (!state.asked.empty()) return;
+void for_each_requested(const State& state, const Visit& visit) {
+  for (const int i : state.requested) visit(i);
+  if (!state.requested.empty()) return;
   for (int i = 0; i < state.bodies.size(); ++i) visit(i);
 }
 
@@ -103,7 +103,8 @@ class Effect {
   /// of a pair are marked. By default an effect that overrides add_forces marks all bodies. Unmarked bodies are
   /// integrated separately, and the integration of the others uses their old positions. Additional marks cost time but
   /// no accuracy.
-  virtual void mark_pushed(const Bodies& bodies, std::span<const double> travel, std::vector<bool>& pushed) const;
+  virtual void mark_interacting(const Bodies& bodies, std::span<const double> travel,
+                                std::vector<bool>& interacting) const;
   /// Returns the drag on a body, which is the same at any time and position. The model adds its force and derivative.
   /// Its heat enters the energy balance. Drag is therefore not part of add_forces, and it marks no bodies. Grains have
   /// `drive` instead.

@@ -11,7 +11,7 @@ namespace lichtenberg {
 ///
 /// ```
 ///     Real scale(Real radius_i, Real radius_j) const        // factor of the forces by the radii
-///     ContactPush<Real> push(Real overlap, Real scale) const
+///     ContactForceTerms<Real> force_terms(Real overlap, Real scale) const
 ///     ContactParts parts(double overlap, double scale) const
 ///     double shortest_contact(double speed) const           // duration for two undamped grains of mass 1
 ///     double damping_time(double speed) const               // time scale of the dashpot; infinite without one

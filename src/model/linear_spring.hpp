@@ -27,14 +27,14 @@ struct LinearSpringLaw {
 
   /// Returns the force terms of one pair or of several at overlaps of at least 0.
   template <class Real>
-  LICHTENBERG_HOST_DEVICE ContactPush<Real> push(const Real& overlap, const Real& scale) const {
+  LICHTENBERG_HOST_DEVICE ContactForceTerms<Real> force_terms(const Real& overlap, const Real& scale) const {
     const Real force = scale * stiffness * overlap;
     return {force, scale * damping, 0.5 * force * overlap};
   }
   /// Returns the force terms at an overlap; zero below 0. At onset the force jumps to B closing.
   LICHTENBERG_HOST_DEVICE ContactParts parts(double overlap, double scale = 1) const {
     if (overlap < 0) return {};
-    const auto [force, dashpot, stored] = push(overlap, scale);
+    const auto [force, dashpot, stored] = force_terms(overlap, scale);
     return {force, scale * stiffness, stored, dashpot};
   }
   /// Returns the contact duration of two grains of mass 1 without damping.

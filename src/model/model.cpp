@@ -15,8 +15,8 @@ namespace lichtenberg {
 
 std::string_view Effect::name() const { return kind().name; }
 
-void Effect::mark_pushed(const Bodies&, std::span<const double>, std::vector<bool>& pushed) const {
-  if (kind().make.overrides().add_forces) pushed.assign(pushed.size(), true);
+void Effect::mark_interacting(const Bodies&, std::span<const double>, std::vector<bool>& interacting) const {
+  if (kind().make.overrides().add_forces) interacting.assign(interacting.size(), true);
 }
 
 namespace {
@@ -118,25 +118,25 @@ double Model::largest_move() const {
   return bodies.size() == 0 ? INFINITY : radii * *std::ranges::min_element(bodies.radius);
 }
 
-State Model::state(double time, AskedBodies& asked) {
-  if (!neighbours) return {time, bodies, {}, *team, asked.bodies()};
-  return {time, bodies, asked.neighbours(*neighbours, bodies, *team), *team, asked.bodies()};
+State Model::state(double time, RequestedBodies& requested) {
+  if (!neighbours) return {time, bodies, {}, *team, requested.bodies()};
+  return {time, bodies, requested.neighbours(*neighbours, bodies, *team), *team, requested.bodies()};
 }
 
-void Model::forces(double time, AskedBodies& asked, std::span<double> force) {
-  const State now = state(time, asked);
+void Model::forces(double time, RequestedBodies& requested, std::span<double> force) {
+  const State now = state(time, requested);
   const int d = bodies.dimension;
-  for_each_asked(now, [&](int i) { std::fill_n(force.begin() + i * d, d, 0.0); });
+  for_each_requested(now, [&](int i) { std::fill_n(force.begin() + i * d, d, 0.0); });
   for (std::size_t e = 0; e < effects.size(); ++e) {
     effects[e]->add_forces(now, force);
     if (e == drag_at_) drag.add_forces(now, force);
   }
-  if (bodies.keep_height) for_each_asked(now, [&](int i) { force[i * d + 2] = 0; });
+  if (bodies.fix_z) for_each_requested(now, [&](int i) { force[i * d + 2] = 0; });
 }
 
-void Model::jacobian(double time, AskedBodies& asked, ForceJacobian& jacobian) {
+void Model::jacobian(double time, RequestedBodies& requested, ForceJacobian& jacobian) {
   jacobian.clear();
-  const State now = state(time, asked);
+  const State now = state(time, requested);
   for (std::size_t e = 0; e < effects.size(); ++e) {
     effects[e]->add_jacobian(now, jacobian);
     if (e == drag_at_) drag.add_jacobian(now, jacobian);

@@ -5,9 +5,9 @@
 #include <span>
 #include <vector>
 
-#include "src/model/asked_bodies.hpp"
 #include "src/model/drag.hpp"
 #include "src/model/effect.hpp"
+#include "src/model/requested_bodies.hpp"
 
 namespace lichtenberg {
 
@@ -27,12 +27,12 @@ struct Model {
   parallel::Team* team = &parallel::Team::single();
 
   /// Computes the sum of all forces on the bodies in their current state (N, [N * dimension], overwritten).
-  void forces(double time, std::span<double> force) { forces(time, everybody_, force); }
+  void forces(double time, std::span<double> force) { forces(time, all_bodies_, force); }
   /// Computes the forces on the requested bodies. Elements of `force` for other bodies are undefined.
-  void forces(double time, AskedBodies& asked, std::span<double> force);
+  void forces(double time, RequestedBodies& requested, std::span<double> force);
   /// Computes the derivatives of the sum of all forces (overwritten).
-  void jacobian(double time, ForceJacobian& jacobian) { this->jacobian(time, everybody_, jacobian); }
-  void jacobian(double time, AskedBodies& asked, ForceJacobian& jacobian);
+  void jacobian(double time, ForceJacobian& jacobian) { this->jacobian(time, all_bodies_, jacobian); }
+  void jacobian(double time, RequestedBodies& requested, ForceJacobian& jacobian);
   /// Computes the sum of all currents injected into the bodies (A, [N], overwritten). Effects get no neighbours.
   void currents(double time, std::span<double> current);
 
@@ -57,17 +57,17 @@ struct Model {
   double largest_move() const;
 
   /// Returns the input of the effects at this instant, with an updated neighbour list.
-  State state(double time) { return state(time, everybody_); }
+  State state(double time) { return state(time, all_bodies_); }
 
  private:
   void add_drag_of(std::size_t effect);
-  State state(double time, AskedBodies& asked);
+  State state(double time, RequestedBodies& requested);
   /// Returns the input of the effects without neighbours, whose search would be a pass over all bodies.
-  State state_without_neighbours(double time) { return {time, bodies, {}, *team, everybody_.bodies()}; }
+  State state_without_neighbours(double time) { return {time, bodies, {}, *team, all_bodies_.bodies()}; }
 
   /// First effect with drag, after whose forces all drag is added; number of effects if there is none.
   std::size_t drag_at_;
-  AskedBodies everybody_;
+  RequestedBodies all_bodies_;
 };
 
 }  // namespace lichtenberg

@@ -37,12 +37,12 @@ struct Summary {
 };
 
 /// Progress of a motion in a measure that grows at a steady rate, and its value at the end (infinite: unknown).
-struct Way {
+struct ProgressMeasure {
   double done = 0, whole = 0;
 };
 
 /// Data that a run saves at an instant in addition to its frame.
-struct Kept {
+struct SavedState {
   Checkpoint checkpoint;
   ColumnGroup history;
 };
@@ -85,7 +85,7 @@ class Motion {
   /// Describes the progress for a status line.
   virtual std::string progress() = 0;
   /// Returns the progress for an estimate of the remaining time.
-  virtual Way way() { return {time(), end_time()}; }
+  virtual ProgressMeasure progress_measure() { return {time(), end_time()}; }
 
   /// Returns the complete state. A motion restored from it and this one continue with bitwise identical results. For
   /// this, the motion may discard cached data.
@@ -103,8 +103,8 @@ class Motion {
   virtual ColumnGroup take_history() { return {}; }
   /// Returns a function that makes checkpoint() and take_history() of the current instant, as frame_later() does. Such
   /// functions are called in the order in which they were requested.
-  virtual std::function<Kept()> keep_later() {
-    return [now = std::make_shared<Kept>(Kept{checkpoint(), take_history()})] { return std::move(*now); };
+  virtual std::function<SavedState()> saved_state_later() {
+    return [now = std::make_shared<SavedState>(SavedState{checkpoint(), take_history()})] { return std::move(*now); };
   }
   /// Returns true if a core is free for a thread that calls these functions.
   virtual bool leaves_a_core() const { return false; }

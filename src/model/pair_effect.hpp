@@ -50,15 +50,17 @@ class PairEffect : public Effect {
     double energy = 0;
     visit(state, [&](const auto& pair) {
       const Law law = law_of(pair.pair);
-      energy += law.energy_unit() * law(pair.seen).energy;
+      energy += law.energy_unit() * law(pair.geometry).energy;
     });
     return energy;
   }
   void add_jacobian(const State& state, ForceJacobian& jacobian) const override {
     visit(state, [&](const auto& pair) { add_pair_derivatives(law_of(pair.pair), pair, jacobian); });
   }
-  void mark_pushed(const Bodies& bodies, std::span<const double> travel, std::vector<bool>& pushed) const override {
-    for (const Pair pair : pairs_within_reach(near_, bodies, gap_, travel)) pushed[pair.i] = pushed[pair.j] = true;
+  void mark_interacting(const Bodies& bodies, std::span<const double> travel,
+                        std::vector<bool>& interacting) const override {
+    for (const Pair pair : pairs_within_reach(near_, bodies, gap_, travel))
+      interacting[pair.i] = interacting[pair.j] = true;
   }
 
  protected:
@@ -80,7 +82,7 @@ class PairEffect : public Effect {
   const EffectKind* kind_;
   Law law_;
   double gap_;              ///< m, largest gap between surfaces at which the law acts
-  mutable ReachList near_;  ///< cache of mark_pushed; does not affect results
+  mutable ReachList near_;  ///< cache of mark_interacting; does not affect results
 };
 
 }  // namespace lichtenberg

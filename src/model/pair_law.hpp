@@ -5,7 +5,7 @@
 namespace lichtenberg {
 
 /// Input of a pair force law: geometry and charges of two particles.
-struct PairSeen {
+struct PairGeometry {
   double distance = 0;                ///< m, between the centres
   double reach = 0;                   ///< m, cutoff distance of the law
   double radius_i = 0, radius_j = 0;  ///< m
@@ -24,30 +24,30 @@ struct PairForce {
 ///     static constexpr bool over_distance  // true: PairForce::force is force over distance
 ///     double reach(double radius_i, double radius_j) const
 ///     double energy_unit() const           // J
-///     PairForce operator()(const PairSeen&) const
+///     PairForce operator()(const PairGeometry&) const
 /// ```
 ///
 /// and, optionally,
 ///
 /// ```
-///     static constexpr bool charged = true    // it uses PairSeen::charge_i and charge_j
-///     PairForce quick(const PairSeen&) const  // operator() without branches, where quick_holds() is true
-///     bool quick_holds(const PairSeen&) const
-///     bool refuses(const PairSeen&) const     // the law is not valid for such a pair
+///     static constexpr bool charged = true    // it uses PairGeometry::charge_i and charge_j
+///     PairForce quick(const PairGeometry&) const  // operator() without branches, where quick_holds() is true
+///     bool quick_holds(const PairGeometry&) const
+///     bool refuses(const PairGeometry&) const     // the law is not valid for such a pair
 /// ```
 ///
 /// all for the host and for a device. The loops that take a law are in pair_loop.hpp and pair_part.hpp.
 template <class Law>
-concept HasQuick = requires(const Law& law, const PairSeen& seen) {
-  law.quick(seen), law.quick_holds(seen);
+concept HasQuick = requires(const Law& law, const PairGeometry& geometry) {
+  law.quick(geometry), law.quick_holds(geometry);
 };
 template <class Law>
 concept NeedsCharges = requires {
   requires Law::charged;
 };
 template <class Law>
-concept CanRefuse = requires(const Law& law, const PairSeen& seen) {
-  law.refuses(seen);
+concept CanRefuse = requires(const Law& law, const PairGeometry& geometry) {
+  law.refuses(geometry);
 };
 
 /// Returns the force over the distance (N/m).

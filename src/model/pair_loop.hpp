@@ -16,7 +16,7 @@
 namespace lichtenberg {
 
 /// Force on a particle (N).
-struct Push {
+struct ParticleForce {
   int particle = 0;
   std::array<double, 3> force{};
 };
@@ -29,8 +29,8 @@ struct PairSum {
 
 /// Output of a loop over the pairs of a range of particles.
 struct PairOutput {
-  std::span<double> force;    ///< N, [N * d]; only elements of these particles are changed
-  std::vector<Push>& beyond;  ///< forces on other particles, appended
+  std::span<double> force;              ///< N, [N * d]; only elements of these particles are changed
+  std::vector<ParticleForce>& outside;  ///< forces on other particles, appended
   PairSum& sum;
 };
 
@@ -43,8 +43,8 @@ struct ParticleRange {
 template <int d>
 struct PairInReach {
   Pair pair;
-  Vec<d> apart;  ///< m, from j to i
-  PairSeen seen;
+  Vec<d> separation;  ///< m, from j to i
+  PairGeometry geometry;
 };
 
 /// Returns the pairs, in ascending order, whose first particle is in the range.
@@ -71,10 +71,10 @@ class Batch {
     for (const Pair pair : pairs) {  // no branch, because pairs within the cutoff are hard to predict
       double sum = 0;
       for (int k = 0; k < d; ++k) {
-        double apart = p[pair.i * d + k] - p[pair.j * d + k];
-        if constexpr (periodic) apart = nearest_(apart, k);
-        direction_[k][count_] = apart;
-        sum += apart * apart;
+        double separation = p[pair.i * d + k] - p[pair.j * d + k];
+        if constexpr (periodic) separation = nearest_(separation, k);
+        direction_[k][count_] = separation;
+        sum += separation * separation;
       }
       const double reach = law_.reach(radius[pair.i], radius[pair.j]);
       pair_[count_] = pair;
@@ -91,21 +91,21 @@ class Batch {
   void apply_law(PairSum& sum) {
     int rest = 0, refused = 0;
     for (int c = 0; c < count_; ++c) {
-      const PairSeen pair = seen(c);
+      const PairGeometry pair = geometry(c);
       if constexpr (HasQuick<Law>) {
-        keep(c, law_.quick(pair));
+        store_force(c, law_.quick(pair));
         rest |= !law_.quick_holds(pair);
       } else {
-        keep(c, law_(pair));
+        store_force(c, law_(pair));
       }
       if constexpr (CanRefuse<Law>) refused |= law_.refuses(pair);
     }
     if constexpr (HasQuick<Law>)
       for (int c = 0; rest && c < count_; ++c)
-        if (const PairSeen pair = seen(c); !law_.quick_holds(pair)) keep(c, law_(pair));
+        if (const PairGeometry pair = geometry(c); !law_.quick_holds(pair)) store_force(c, law_(pair));
     if constexpr (CanRefuse<Law>)
       for (int c = 0; refused && !sum.refused && c < count_; ++c)
-        if (law_.refuses(seen(c))) sum.refused = pair_[c];
+        if (law_.refuses(geometry(c))) sum.refused = pair_[c];
     for (int c = 0; c < count_; ++c) {
       sum.energy += energy_[c];
       for (int k = 0; k < d; ++k)
@@ -116,35 +116,37 @@ class Batch {
     }
   }
 
-  /// Adds the forces. Forces on particles from `end` on are appended to `beyond`; there are none if one range has all
+  /// Adds the forces. Forces on particles from `end` on are appended to `outside`; there are none if one range has all
   /// particles.
   template <bool all>
-  void add_forces(int end, std::span<double> force, std::vector<Push>& beyond) const {
+  void add_forces(int end, std::span<double> force, std::vector<ParticleForce>& outside) const {
     for (int c = 0; c < count_; ++c) {
       const auto [i, j] = pair_[c];
-      for (int k = 0; k < d; ++k) force[i * d + k] += push(c, k);
+      for (int k = 0; k < d; ++k) force[i * d + k] += force_component(c, k);
       if (all || j < end) {
-        for (int k = 0; k < d; ++k) force[j * d + k] -= push(c, k);
+        for (int k = 0; k < d; ++k) force[j * d + k] -= force_component(c, k);
       } else {
-        beyond.push_back({j});
-        for (int k = 0; k < d; ++k) beyond.back().force[k] = -push(c, k);
+        outside.push_back({j});
+        for (int k = 0; k < d; ++k) outside.back().force[k] = -force_component(c, k);
       }
     }
   }
 
  private:
-  PairSeen seen(int c) const {
+  PairGeometry geometry(int c) const {
     const double distance = std::sqrt(squared_[c]);
-    PairSeen pair{distance, reach_[c], radius_i_[c], radius_j_[c]};
+    PairGeometry pair{distance, reach_[c], radius_i_[c], radius_j_[c]};
     if constexpr (NeedsCharges<Law>) pair.charge_i = charge_i_[c], pair.charge_j = charge_j_[c];
     return pair;
   }
-  void keep(int c, const PairForce& law) {
+  void store_force(int c, const PairForce& law) {
     energy_[c] = law.energy;
     force_[c] = law.force;
     if constexpr (!Law::over_distance) distance_[c] = std::sqrt(squared_[c]);
   }
-  double push(int c, int k) const { return Law::over_distance ? direction_[k][c] : force_[c] * direction_[k][c]; }
+  double force_component(int c, int k) const {
+    return Law::over_distance ? direction_[k][c] : force_[c] * direction_[k][c];
+  }
 
   using Numbers = std::array<double, most>;
   const Law& law_;
@@ -168,7 +170,7 @@ void add_range(const Law& law, const Spheres<d>& spheres, std::span<const Pair> 
     pairs = pairs.subspan(now.size());
     batch.gather(now);
     batch.apply_law(output.sum);
-    batch.template add_forces<all>(end, output.force, output.beyond);
+    batch.template add_forces<all>(end, output.force, output.outside);
   }
 }
 
@@ -179,18 +181,18 @@ bool visit(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pair
     PairInReach<d> found{.pair = pair};
     double sum = 0;
     for (int k = 0; k < d; ++k) {
-      double apart = spheres.position[pair.i * d + k] - spheres.position[pair.j * d + k];
-      if constexpr (periodic) apart = nearest(apart, k);
-      found.apart[k] = apart;
-      sum += apart * apart;
+      double separation = spheres.position[pair.i * d + k] - spheres.position[pair.j * d + k];
+      if constexpr (periodic) separation = nearest(separation, k);
+      found.separation[k] = separation;
+      sum += separation * separation;
     }
     const double radius_i = spheres.radius[pair.i], radius_j = spheres.radius[pair.j];
     const double reach = law.reach(radius_i, radius_j);
     if (!(sum < reach * reach)) continue;
     if (sum == 0) return false;
-    found.seen = {std::sqrt(sum), reach, radius_i, radius_j};
+    found.geometry = {std::sqrt(sum), reach, radius_i, radius_j};
     if constexpr (NeedsCharges<Law>)
-      found.seen.charge_i = spheres.charge[pair.i], found.seen.charge_j = spheres.charge[pair.j];
+      found.geometry.charge_i = spheres.charge[pair.i], found.geometry.charge_j = spheres.charge[pair.j];
     use(found);
   }
   return true;
@@ -209,11 +211,11 @@ bool for_each_in_reach(const Law& law, const Spheres<d>& spheres, std::span<cons
 /// Adds the derivatives of a pair's forces by both positions to a ForceJacobian.
 template <int d, class Law, class Jacobian>
 void add_pair_derivatives(const Law& law, const PairInReach<d>& pair, Jacobian& jacobian) {
-  const PairForce of = law(pair.seen);
+  const PairForce of = law(pair.geometry);
   std::array<double, d> normal;
-  for (int k = 0; k < d; ++k) normal[k] = pair.apart[k] / pair.seen.distance;
+  for (int k = 0; k < d; ++k) normal[k] = pair.separation[k] / pair.geometry.distance;
   // Moving i away from j reduces the force. Moving i sideways rotates the force, with the distance as arm.
-  const double along = -of.stiffness, across = over_distance<Law>(of, pair.seen.distance);
+  const double along = -of.stiffness, across = over_distance<Law>(of, pair.geometry.distance);
   const auto [i, j] = pair.pair;
   jacobian.add_central(i, i, normal, along, across);
   jacobian.add_central(j, j, normal, along, across);
@@ -245,22 +247,22 @@ PairSum add_pair_forces(const Law& law, const Spheres<d>& spheres, std::span<con
   const int n = spheres.size(), tasks = (n + particles_a_task - 1) / particles_a_task;
   PairSum sum;
   if (tasks <= 1) {
-    std::vector<Push> none;
+    std::vector<ParticleForce> none;
     add_pair_forces(law, spheres, pairs, ParticleRange{0, n}, PairOutput{force, none, sum});
     return sum;
   }
   std::vector<PairSum> sums(tasks);
-  std::vector<std::vector<Push>> beyond(tasks);
+  std::vector<std::vector<ParticleForce>> outside(tasks);
   team.for_each(tasks, [&](int task) {
     const int first = task * particles_a_task;
     const ParticleRange range{first, std::min(n, first + particles_a_task)};
-    add_pair_forces(law, spheres, pairs, range, PairOutput{force, beyond[task], sums[task]});
+    add_pair_forces(law, spheres, pairs, range, PairOutput{force, outside[task], sums[task]});
   });
   for (int task = 0; task < tasks; ++task) {
     sum.energy += sums[task].energy;
     if (!sum.refused) sum.refused = sums[task].refused;
-    for (const Push& push : beyond[task])
-      for (int k = 0; k < d; ++k) force[push.particle * d + k] += push.force[k];
+    for (const ParticleForce& one : outside[task])
+      for (int k = 0; k < d; ++k) force[one.particle * d + k] += one.force[k];
   }
   return sum;
 }

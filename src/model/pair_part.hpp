@@ -20,14 +20,14 @@ LICHTENBERG_HOST_DEVICE void for_each_partner(const Law& law, const DeviceGrains
                                               const NearestImage<3>& nearest, int i, const Use& use) {
   for (int e = grains.partners.begin(i); e < grains.partners.end(i); ++e) {
     const int j = grains.partners.partner[e];
-    Vec3 apart = grains.position[i] - grains.position[j];
-    for (int k = 0; k < 3; ++k) apart[k] = nearest(apart[k], k);
-    const double distance = norm(apart), reach = law.reach(grains.radius[i], grains.radius[j]);
+    Vec3 separation = grains.position[i] - grains.position[j];
+    for (int k = 0; k < 3; ++k) separation[k] = nearest(separation[k], k);
+    const double distance = norm(separation), reach = law.reach(grains.radius[i], grains.radius[j]);
     if (!(distance < reach)) continue;
-    PairSeen seen{distance, reach, grains.radius[i], grains.radius[j]};
-    if constexpr (NeedsCharges<Law>) seen.charge_i = grains.charge[i], seen.charge_j = grains.charge[j];
-    const PairForce of = law(seen);
-    use(of, over_distance<Law>(of, distance), apart);
+    PairGeometry geometry{distance, reach, grains.radius[i], grains.radius[j]};
+    if constexpr (NeedsCharges<Law>) geometry.charge_i = grains.charge[i], geometry.charge_j = grains.charge[j];
+    const PairForce of = law(geometry);
+    use(of, over_distance<Law>(of, distance), separation);
   }
 }
 
@@ -37,33 +37,34 @@ template <class Law, class Executor>
 class PairPart final : public DevicePart {
  public:
   /// `strongest`: the pair with about the largest expected force of the law.
-  PairPart(const Executor& run, const Law& law, const PairSeen& strongest)
+  PairPart(const Executor& run, const Law& law, const PairGeometry& strongest)
       : run_(&run), law_(law), strongest_(strongest) {}
 
-  PairQuanta size() const override {
+  PairUnits size() const override {
     const PairForce most = law_(strongest_);
     return {over_distance<Law>(most, strongest_.distance) * strongest_.distance, law_.energy_unit() * most.energy};
   }
 
-  void add_forces(const DeviceGrains& grains, const PairQuanta& quanta, WholeVec* force,
+  void add_forces(const DeviceGrains& grains, const PairUnits& units, FixedPointVec* force,
                   std::int64_t* energy) const override {
     constexpr int a_part = 256;
     const Law law = law_;
     const NearestImage<3> nearest(grains.box);
     const int n = grains.count;
-    const double per_force = 1 / quanta.force, per_energy = 0.5 * law.energy_unit() / quanta.energy;
+    const double per_force = 1 / units.force, per_energy = 0.5 * law.energy_unit() / units.energy;
     run_->sum_segments((n + a_part - 1) / a_part,
                        [=] LICHTENBERG_HOST_DEVICE(int p) { return n - p * a_part < a_part ? n - p * a_part : a_part; },
                        [=] LICHTENBERG_HOST_DEVICE(int p, int t) {
                          const int i = p * a_part + t;
-                         WholeVec sum = force[i];
+                         FixedPointVec sum = force[i];
                          std::int64_t half = 0;
-                         for_each_partner(
-                             law, grains, nearest, i, [&](const PairForce& of, double over, const Vec3& apart) {
-                               sum.x += whole(per_force * over * apart.x), sum.y += whole(per_force * over * apart.y);
-                               sum.z += whole(per_force * over * apart.z);
-                               half += whole(per_energy * of.energy);
-                             });
+                         for_each_partner(law, grains, nearest, i,
+                                          [&](const PairForce& of, double over, const Vec3& separation) {
+                                            sum.x += rounded_to_integer(per_force * over * separation.x),
+                                                sum.y += rounded_to_integer(per_force * over * separation.y);
+                                            sum.z += rounded_to_integer(per_force * over * separation.z);
+                                            half += rounded_to_integer(per_energy * of.energy);
+                                          });
                          force[i] = sum;
                          return half;
                        },
@@ -73,13 +74,14 @@ class PairPart final : public DevicePart {
  private:
   const Executor* run_;
   Law law_;
-  PairSeen strongest_;
+  PairGeometry strongest_;
 };
 
 /// Makes a part with CUDA kernels. A file that CMake's add_law_kernels writes instantiates it with nvcc; in builds
 /// without CUDA that file specializes it without kernels.
 template <class Law>
-std::unique_ptr<DevicePart> make_cuda_part(const parallel::CudaExecutor& run, const Law& law, const PairSeen& strongest)
+std::unique_ptr<DevicePart> make_cuda_part(const parallel::CudaExecutor& run, const Law& law,
+                                           const PairGeometry& strongest)
 #ifdef __CUDACC__
 {
   return std::make_unique<PairPart<Law, parallel::CudaExecutor>>(run, law, strongest);

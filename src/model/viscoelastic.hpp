@@ -23,7 +23,7 @@ struct ViscoelasticLaw {
 
   /// Returns the force terms of one pair or of several at overlaps of at least 0.
   template <class Real>
-  LICHTENBERG_HOST_DEVICE ContactPush<Real> push(const Real& overlap, const Real& scale) const {
+  LICHTENBERG_HOST_DEVICE ContactForceTerms<Real> force_terms(const Real& overlap, const Real& scale) const {
     using std::sqrt;
     const Real root = sqrt(overlap), force = scale * elastic * root * overlap;
     return {force, scale * dissipative * root, 0.4 * force * overlap};
@@ -31,7 +31,7 @@ struct ViscoelasticLaw {
   /// Returns the force terms at an overlap; zero below 0.
   LICHTENBERG_HOST_DEVICE ContactParts parts(double overlap, double scale = 1) const {
     if (!(overlap > 0)) return {};
-    const auto [force, dashpot, stored] = push(overlap, scale);
+    const auto [force, dashpot, stored] = force_terms(overlap, scale);
     return {force, 1.5 * force / overlap, stored, dashpot};
   }
   /// Returns the contact duration of two undamped grains of diameter and mass 1 with this impact speed (Hertz).

@@ -75,26 +75,26 @@ FrameStore::FrameStore(std::string path, const Scene& scene, std::size_t particl
       box_edges_(box_edges(scene)),
       length_unit_(scene.units().length) {}
 
-void FrameStore::take_over(const ResultFile& result, std::int64_t frames) {
+void FrameStore::resume_from(const ResultFile& result, std::int64_t frames) {
   is_resumed_ = true;
   series_ = series_in(result.file());
   frames_ = frames;
   last_time_ = result.rows<double>(series_[1].dataset, frames_ - 1, 1).at(0);
-  const std::int64_t first = take_over_segments(result);
-  is_whole_file_ = segments_.empty() && !others_remain_ && bytes_in(result.file(), series_) > tail_limit_;
+  const std::int64_t first = resume_segments(result);
+  is_whole_file_ = segments_.empty() && !stale_segments_remain_ && bytes_in(result.file(), series_) > tail_limit_;
   if (!is_whole_file_) tail_.assign(static_cast<std::size_t>(frames_ - first), Rows(series_.size()));
   for (std::size_t k = 0; k < series_.size(); ++k)
-    take_over_rows(result, k, first < frames_ ? first : first - segments_.back().frames);
+    resume_rows(result, k, first < frames_ ? first : first - segments_.back().frames);
   for (const Rows& rows : tail_) tail_bytes_ += bytes_of(rows);
 }
 
 /// Takes over the segments without a frame after the checkpoint. Returns their number of frames.
-std::int64_t FrameStore::take_over_segments(const ResultFile& result) {
+std::int64_t FrameStore::resume_segments(const ResultFile& result) {
   std::int64_t frames = 0;
-  others_remain_ = false;
+  stale_segments_remain_ = false;
   for (const Segment& segment : result.segments()) {
-    others_remain_ = frames + segment.frames > frames_;
-    if (others_remain_) break;
+    stale_segments_remain_ = frames + segment.frames > frames_;
+    if (stale_segments_remain_) break;
     frames += segment.frames;
     segments_.push_back(segment);
     segments_.back().rows = rows_in(hdf5::open(result.segment(segments_.size() - 1)), series_);
@@ -104,7 +104,7 @@ std::int64_t FrameStore::take_over_segments(const ResultFile& result) {
 
 /// Reads the rows of the tail and, for a list, those of the last frame. `begin`: first frame of the file that contains
 /// the last frame.
-void FrameStore::take_over_rows(const ResultFile& result, std::size_t k, std::int64_t begin) {
+void FrameStore::resume_rows(const ResultFile& result, std::size_t k, std::int64_t begin) {
   const Series& series = series_[k];
   const bool is_list = series.of == Column::Of::list;
   const auto length = static_cast<std::int64_t>(tail_.size()), first = frames_ - length;
@@ -129,22 +129,22 @@ void FrameStore::take_over_rows(const ResultFile& result, std::size_t k, std::in
 }
 
 std::string FrameStore::warning_of_columns() const {
-  if (left_out_.empty()) return "";
+  if (omitted_.empty()) return "";
   return fmt::format("{} was begun without {}, which it therefore does not record: a new run does", path_,
-                     fmt::join(left_out_, ", "));
+                     fmt::join(omitted_, ", "));
 }
 
 /// Removes columns that the frames of a resumed file lack, because an effect or a newer program has added them.
-void FrameStore::leave_out_new_columns(Frame& frame) {
+void FrameStore::omit_new_columns(Frame& frame) {
   std::erase_if(frame.columns, [&](const Column& column) {
     const bool is_new = std::ranges::find(series_, column.name, &Series::name) == series_.end();
-    if (is_new) left_out_.insert(column.name);
+    if (is_new) omitted_.insert(column.name);
     return is_new;
   });
 }
 
 void FrameStore::add(Frame frame) {
-  if (is_resumed_) leave_out_new_columns(frame);
+  if (is_resumed_) omit_new_columns(frame);
   std::vector<Series> series = series_;
   if (series.empty()) {
     series = series_of(frame, particles_);
@@ -162,7 +162,7 @@ void FrameStore::add(Frame frame) {
 
 /// Adds a frame to the tail, or to the segments if the tail is full or the frame is large.
 void FrameStore::keep(Rows rows) {
-  keep_whole_file();
+  link_as_first_segment();
   const std::uint64_t bytes = bytes_of(rows);
   if (!tail_.empty() && tail_bytes_ + bytes > tail_limit_) {
     write_segment(tail_);
@@ -195,7 +195,7 @@ void FrameStore::write_segment(std::span<const Rows> frames) {
   segments_.push_back(std::move(segment));
 }
 
-void FrameStore::keep_whole_file() {
+void FrameStore::link_as_first_segment() {
   if (!is_whole_file_) return;
   Segment segment = new_segment(frames_);
   const std::string name = segment_file(path_, segment.number);
@@ -214,10 +214,10 @@ void FrameStore::put_last_lists(const hdf5::Handle& file) const {
   if (!last_lists_.empty()) put_columns(hdf5::open_group(file, "network"), last_lists_);
 }
 
-void FrameStore::put_into(const hdf5::Handle& file, bool is_over) const {
+void FrameStore::write_to(const hdf5::Handle& file, bool is_over) const {
   if (series_.empty()) return;
   if (segments_.empty()) return put_frames(file, "", series_, tail_, is_over);
-  std::vector<Elsewhere> parts;
+  std::vector<RowSource> parts;
   for (const Segment& segment : segments_) parts.push_back({segment_name(path_, segment.number), "", segment.rows});
   if (!tail_.empty()) {
     put_frames(file, "tail/", series_, tail_, false);
@@ -227,12 +227,12 @@ void FrameStore::put_into(const hdf5::Handle& file, bool is_over) const {
   put_segments(file, segments_);
 }
 
-void FrameStore::remove_others() {
-  if (others_remain_) remove_other_segments(path_, segments_);
-  others_remain_ = false;
+void FrameStore::remove_stale_segments() {
+  if (stale_segments_remain_) remove_other_segments(path_, segments_);
+  stale_segments_remain_ = false;
 }
 
-void FrameStore::put_together(hdf5::Pages rest) {
+void FrameStore::merge_into_one_file(hdf5::Pages rest) {
   constexpr std::uint64_t spare = 16u << 20;
   std::uint64_t needed = rest.size() + tail_bytes_ + spare;
   for (const Segment& segment : segments_) needed += segment.seal.bytes;

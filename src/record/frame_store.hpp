@@ -21,9 +21,9 @@ class FrameStore {
   /// `particles`: number of rows of each column of particles; `tail_limit`: bytes.
   FrameStore(std::string path, const Scene& scene, std::size_t particles, std::uint64_t tail_limit);
 
-  /// Continues with the first `frames` of a result. Later frames stay on the disk until remove_others(). Throws
+  /// Continues with the first `frames` of a result. Later frames stay on the disk until remove_stale_segments(). Throws
   /// hdf5::Error.
-  void take_over(const ResultFile& result, std::int64_t frames);
+  void resume_from(const ResultFile& result, std::int64_t frames);
 
   /// Number of all frames, including those since the last save.
   std::int64_t frames() const { return frames_; }
@@ -40,24 +40,24 @@ class FrameStore {
   void add(Frame frame);
   /// Preserves the frames of a large file as the first segment, before the file at `path` is replaced. The segment is a
   /// second name of the file without a copy, if the disk has hard links.
-  void keep_whole_file();
+  void link_as_first_segment();
 
   /// Writes the lists of the last frame, such as its contacts.
   void put_last_lists(const hdf5::Handle& file) const;
   /// Writes the tail and the index of the segments. Rows are compressed only once the run `is_over`, because each save
   /// would compress all of them again.
-  void put_into(const hdf5::Handle& file, bool is_over) const;
+  void write_to(const hdf5::Handle& file, bool is_over) const;
   /// Removes segments that the saved index does not name: those of an overwritten run or of frames after the
   /// checkpoint.
-  void remove_others();
+  void remove_stale_segments();
   /// Replaces index and segments by one file with all frames and `rest`. If this fails, it throws std::exception and
   /// keeps both.
-  void put_together(hdf5::Pages rest);
+  void merge_into_one_file(hdf5::Pages rest);
 
  private:
-  std::int64_t take_over_segments(const ResultFile& result);
-  void take_over_rows(const ResultFile& result, std::size_t k, std::int64_t begin);
-  void leave_out_new_columns(Frame& frame);
+  std::int64_t resume_segments(const ResultFile& result);
+  void resume_rows(const ResultFile& result, std::size_t k, std::int64_t begin);
+  void omit_new_columns(Frame& frame);
   void keep(Rows rows);
   void clear_tail();
   Segment new_segment(std::int64_t frames) const;
@@ -69,7 +69,7 @@ class FrameStore {
   std::vector<double> box_edges_;  ///< nine numbers, or empty in a box without a periodic axis
   std::string length_unit_;
   bool is_resumed_ = false;
-  std::set<std::string> left_out_;  ///< names of omitted columns
+  std::set<std::string> omitted_;  ///< names of omitted columns
 
   std::int64_t frames_ = 0;
   double last_time_ = 0;
@@ -78,8 +78,8 @@ class FrameStore {
   std::vector<Column> last_lists_;            ///< lists of the last frame
   bool is_whole_file_ = false;                ///< the frames on the disk are in the file at path_
   std::vector<Segment> segments_;
-  bool others_remain_ = true;  ///< true: the disk may have segments that are not in segments_
-  std::vector<Rows> tail_;     ///< frames after those of the segments
+  bool stale_segments_remain_ = true;  ///< true: the disk may have segments that are not in segments_
+  std::vector<Rows> tail_;             ///< frames after those of the segments
   std::uint64_t tail_bytes_ = 0;
 };
 

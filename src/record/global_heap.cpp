@@ -29,10 +29,10 @@ std::uint64_t object_length(const OpenFile& file, std::uint64_t offset) {
 }
 
 void check_collection(const OpenFile& file, std::uint64_t begin) {
-  const std::uint64_t room = file.size() - begin;
-  if (room < header) refuse();
+  const std::uint64_t available = file.size() - begin;
+  if (available < header) refuse();
   const std::uint64_t size = number_at(file, begin + 8, 8);
-  if (size > room) refuse();
+  if (size > available) refuse();
   for (std::uint64_t at = header; at + header <= size;) {
     const std::uint64_t length = object_length(file, begin + at);
     if (length == 0 || length > size - at) refuse();

@@ -23,15 +23,15 @@ std::vector<double> distinct_radii(const Scene& scene) {
   return {radii.begin(), radii.end()};
 }
 
-void put_round(hid_t group, const char* shape, const std::vector<double>& centre, double radius) {
+void put_disk(hid_t group, const char* shape, const std::vector<double>& centre, double radius) {
   hdf5::put_attribute(group, "shape", shape);
   hdf5::put<double>(group, "centre", centre, {centre.size()}, "m");
   hdf5::put(group, "radius", radius, "m");
 }
 
-void put_shape(hid_t group, const Disk& disk) { put_round(group, "disk", {disk.centre.x, disk.centre.y}, disk.radius); }
+void put_shape(hid_t group, const Disk& disk) { put_disk(group, "disk", {disk.centre.x, disk.centre.y}, disk.radius); }
 
-void put_shape(hid_t group, const Ring& ring) { put_round(group, "ring", {ring.centre.x, ring.centre.y}, ring.radius); }
+void put_shape(hid_t group, const Ring& ring) { put_disk(group, "ring", {ring.centre.x, ring.centre.y}, ring.radius); }
 
 void put_shape(hid_t group, const Bar& bar) {
   hdf5::put_attribute(group, "shape", "bar");
@@ -42,7 +42,7 @@ void put_shape(hid_t group, const Bar& bar) {
 
 void put_sphere(hid_t group, const Electrode& electrode) {
   const Vec3 centre = electrode.centre();
-  put_round(group, "sphere", {centre.x, centre.y, centre.z}, std::get<Disk>(electrode.shape).radius);
+  put_disk(group, "sphere", {centre.x, centre.y, centre.z}, std::get<Disk>(electrode.shape).radius);
 }
 
 void put_electrodes(hid_t scene_group, const Scene& scene) {

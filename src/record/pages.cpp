@@ -107,10 +107,10 @@ hid_t driver() {
 /// Returns the result of `use` with a property list for these bytes, which is valid during the call.
 template <class Use>
 hid_t with_access(const std::shared_ptr<Bytes>& bytes, Use use) {
-  const std::shared_ptr<Bytes>* place = &bytes;
+  const std::shared_ptr<Bytes>* driver_info = &bytes;
   const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
   if (access < 0) return H5I_INVALID_HID;
-  const hid_t file = H5Pset_driver(access, driver(), &place) < 0 ? H5I_INVALID_HID : use(access);
+  const hid_t file = H5Pset_driver(access, driver(), &driver_info) < 0 ? H5I_INVALID_HID : use(access);
   H5Pclose(access);
   return file;
 }
@@ -123,9 +123,9 @@ struct Pages::Page {
   std::byte* bytes;
 
   Page() {
-    void* place = mmap(nullptr, page_bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
-    if (place == MAP_FAILED) throw std::bad_alloc();
-    bytes = static_cast<std::byte*>(place);
+    void* mapping = mmap(nullptr, page_bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+    if (mapping == MAP_FAILED) throw std::bad_alloc();
+    bytes = static_cast<std::byte*>(mapping);
   }
   Page(const Page& other) : Page() { std::copy_n(other.bytes, page_bytes, bytes); }
   Page& operator=(const Page&) = delete;

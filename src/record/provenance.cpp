@@ -67,7 +67,7 @@ void put_field_options(const hdf5::Handle& group, const FieldOptions& field) {
   hdf5::put_attribute(group, "tolerance", field.moving_tolerance);
   hdf5::put_attribute(group, "device", name_of(field.device));
   if (!field.chosen_for) return;
-  hdf5::put_attribute(group, "accuracy", field.chosen_for->asked);
+  hdf5::put_attribute(group, "accuracy", field.chosen_for->requested);
   hdf5::put_attribute(group, "estimated_error", field.chosen_for->estimate);
 }
 

@@ -140,7 +140,7 @@ Recorder Recorder::resume(const std::string& path, const Scene& scene, std::uint
     check_scene(result.file(), path, scene);
     check_start(result.file(), path, scene);
     recorder.warning_ = warning_of_another_build(result.file(), path);
-    recorder.take_over(result);
+    recorder.resume_from(result);
     if (const auto particles = hdf5::shape(result.file(), "particles/conductors/radius").at(0);
         particles != scene.conductors.size())
       throw hdf5::Error(fmt::format("it has {} particles, and its scene {}", particles, scene.conductors.size()));
@@ -165,14 +165,14 @@ void Recorder::put_constants(Put put) {
   constants_ = std::move(*pages);
 }
 
-void Recorder::take_over(const ResultFile& result) {
+void Recorder::resume_from(const ResultFile& result) {
   put_constants([&](const hdf5::Handle& file) {
     copy_all_but_frames(result.file(), file, {"h5md", "scene", "reference", "parameters", "particles", "provenance"});
   });
   checkpoint_ = get_checkpoint(result.file());
   summary_ = get_summary(result.file());
   history_ = get_history(result.file());
-  frames_.take_over(result, frames_of_checkpoint(result));
+  frames_.resume_from(result, frames_of_checkpoint(result));
   saved_frames_ = frames_.frames();
   saved_time_ = frames_.last_time();
 }
@@ -183,30 +183,30 @@ void Recorder::add(Frame frame) {
   } catch (const InputError&) {
     throw;
   } catch (const std::exception& error) {
-    throw not_written(error);
+    throw write_failure(error);
   }
 }
 
 std::string Recorder::save(const Milestone& milestone) {
   try {
-    frames_.keep_whole_file();
+    frames_.link_as_first_segment();
     lengthen(history_, milestone.history);
     // The grid of the field is the same in all saves.
     if (milestone.field) put_constants([&](const hdf5::Handle& file) { put_vtkhdf_grid(file, *milestone.field); });
     const auto pages = std::make_shared<hdf5::Pages>(all_but_frames(milestone));
-    frames_.put_into(hdf5::open_in_memory(pages), !milestone.summary.empty());
+    frames_.write_to(hdf5::open_in_memory(pages), !milestone.summary.empty());
     write_sealed(path_, *pages);
   } catch (const InputError&) {
     throw;
   } catch (const std::exception& error) {
-    throw not_written(error);
+    throw write_failure(error);
   }
   saved_time_ = frames_.last_time();
   saved_frames_ = frames_.frames();
-  frames_.remove_others();
+  frames_.remove_stale_segments();
   if (milestone.summary.empty() || frames_.in_one_file()) return "";
   try {
-    frames_.put_together(all_but_frames(milestone));
+    frames_.merge_into_one_file(all_but_frames(milestone));
     return "";
   } catch (const std::exception& error) {
     return fmt::format("{} belongs to {} and must stay with it: they could not be merged ({})", segments_folder(path_),
@@ -225,11 +225,11 @@ void Recorder::save_frames_alone() {
       std::erase_if(kept, [](const std::string& name) { return name == "segments" || name == "tail"; });
       copy_all_but_frames(saved.file(), file, kept);
       frames_.put_last_lists(file);
-      frames_.put_into(file, false);
+      frames_.write_to(file, false);
     }
     write_sealed(path_, *pages);
   } catch (const std::exception& error) {
-    throw not_written(error);
+    throw write_failure(error);
   }
 }
 
@@ -254,14 +254,14 @@ hdf5::Pages Recorder::all_but_frames(const Milestone& milestone) const {
 }
 
 /// Adds a description of the result that remains on the disk to an error.
-Failure Recorder::not_written(const std::exception& error) const {
+Failure Recorder::write_failure(const std::exception& error) const {
   const std::string what = dynamic_cast<const Failure*>(&error)
                                ? error.what()
                                : fmt::format("{} cannot be written ({})", path_, error.what());
-  return Failure(fmt::format("{}; {}", what, what_stands()));
+  return Failure(fmt::format("{}; {}", what, remaining_result()));
 }
 
-std::string Recorder::what_stands() const {
+std::string Recorder::remaining_result() const {
   if (saved_time_) {
     const std::string saved = "the state saved up to " + instant_in_words(*saved_time_, frames_.time_unit());
     std::error_code error;

@@ -87,10 +87,10 @@ class Recorder {
   Recorder(const std::string& path, const Scene& scene, std::size_t particles, std::uint64_t tail_bytes);
   template <class Put>
   void put_constants(Put put);
-  void take_over(const ResultFile& result);
+  void resume_from(const ResultFile& result);
   hdf5::Pages all_but_frames(const Milestone& milestone) const;
-  Failure not_written(const std::exception& error) const;
-  std::string what_stands() const;
+  Failure write_failure(const std::exception& error) const;
+  std::string remaining_result() const;
 
   std::string path_;
   WriterLock lock_;

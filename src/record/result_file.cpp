@@ -38,7 +38,7 @@ std::shared_ptr<const OpenFile> open_file(const std::string& path) {
 }
 
 /// Exception: another file has taken the name, and its segments differ.
-struct Replaced {};
+struct FileReplaced {};
 
 bool is_dataset_of_frames(const std::vector<Series>& series, const std::string& path) {
   return std::ranges::any_of(
@@ -96,9 +96,9 @@ ResultFile::ResultFile(const std::string& path, const std::string& used) : path_
   for (int attempt = 1;; ++attempt) try {
       open_index(used);
       open_segments();
-      find_parts();
+      find_ranges();
       return;
-    } catch (const Replaced&) {
+    } catch (const FileReplaced&) {
       if (attempt == attempts) throw hdf5::Error("its run replaces it faster than it can be read");
       index_ = open_file(path);
     }
@@ -126,38 +126,38 @@ void ResultFile::open_segments() {
   for (const Segment& segment : segments_) try {
       files_.push_back(std::make_shared<const OpenFile>(open_segment(path_, segment)));
     } catch (const std::system_error& error) {
-      if (identity_of(path_) != identity()) throw Replaced();
+      if (identity_of(path_) != identity()) throw FileReplaced();
       throw hdf5::Error(fmt::format("{}, which holds frames of it, cannot be read: {}",
                                     segment_name(path_, segment.number), error.code().message()));
     }
 }
 
-void ResultFile::find_parts() {
-  parts_.clear();
+void ResultFile::find_ranges() {
+  ranges_.clear();
   frames_ = 0;
   for (std::size_t k = 0; k < segments_.size(); ++k) {
-    parts_.push_back({frames_, segments_[k].frames, static_cast<int>(k)});
+    ranges_.push_back({frames_, segments_[k].frames, static_cast<int>(k)});
     frames_ += segments_[k].frames;
   }
   const std::string prefix = segments_.empty() ? "" : "tail";
   if (!prefix.empty() && !hdf5::exists(*file_, prefix)) return;
   const hdf5::Handle own = prefix.empty() ? hdf5::open_group(*file_, "/") : hdf5::open_group(*file_, prefix);
-  const std::string home = home_of_time(own);
+  const std::string home = element_with_time(own);
   if (home.empty()) return;
   const auto count = static_cast<std::int64_t>(hdf5::shape(own, home + "/time").at(0));
-  parts_.push_back({frames_, count, -1});
+  ranges_.push_back({frames_, count, -1});
   frames_ += count;
 }
 
-const ResultFile::Part& ResultFile::part_of(std::int64_t frame) const {
-  for (const Part& part : parts_)
-    if (frame >= part.first && frame < part.first + part.frames) return part;
+const ResultFile::FrameRange& ResultFile::range_with(std::int64_t frame) const {
+  for (const FrameRange& range : ranges_)
+    if (frame >= range.first && frame < range.first + range.frames) return range;
   throw hdf5::Error(fmt::format("there is no frame {}", frame));
 }
 
 template <class Reading>
-auto ResultFile::in(const Part& part, Reading reading) const {
-  if (part.segment >= 0) return reading(hdf5::open(files_[static_cast<std::size_t>(part.segment)]), std::string());
+auto ResultFile::in(const FrameRange& range, Reading reading) const {
+  if (range.segment >= 0) return reading(hdf5::open(files_[static_cast<std::size_t>(range.segment)]), std::string());
   return reading(*file_, std::string(segments_.empty() ? "" : "tail/"));
 }
 
@@ -172,10 +172,10 @@ template <class Number>
 std::vector<Number> ResultFile::rows(const std::string& dataset, std::int64_t first, std::int64_t count) const {
   std::vector<Number> all;
   while (count > 0) {
-    const Part& part = part_of(first);
-    const std::int64_t here = std::min(count, part.first + part.frames - first);
-    const std::vector<Number> rows = in(part, [&](const hdf5::Handle& file, const std::string& prefix) {
-      return hdf5::get_rows<Number>(file, prefix + dataset, static_cast<hsize_t>(first - part.first),
+    const FrameRange& range = range_with(first);
+    const std::int64_t here = std::min(count, range.first + range.frames - first);
+    const std::vector<Number> rows = in(range, [&](const hdf5::Handle& file, const std::string& prefix) {
+      return hdf5::get_rows<Number>(file, prefix + dataset, static_cast<hsize_t>(first - range.first),
                                     static_cast<hsize_t>(here));
     });
     all.insert(all.end(), rows.begin(), rows.end());
@@ -188,11 +188,11 @@ std::vector<Number> ResultFile::rows(const std::string& dataset, std::int64_t fi
 template <class Number>
 std::vector<Number> ResultFile::list(const std::string& name, const std::vector<std::int64_t>& ends, std::int64_t frame,
                                      std::int64_t count) const {
-  const Part& part = part_of(frame);
+  const FrameRange& range = range_with(frame);
   const auto end_before = [&](std::int64_t k) { return k > 0 ? ends.at(static_cast<std::size_t>(k - 1)) : 0; };
-  const std::int64_t before = end_before(part.first), first = end_before(frame), end = end_before(frame + count);
+  const std::int64_t before = end_before(range.first), first = end_before(frame), end = end_before(frame + count);
   if (first < before || end < first) throw hdf5::Error(fmt::format("the {} of a frame end before they begin", name));
-  return in(part, [&](const hdf5::Handle& file, const std::string& prefix) {
+  return in(range, [&](const hdf5::Handle& file, const std::string& prefix) {
     return hdf5::get_rows<Number>(file, fmt::format("{}network/{}_of_all_frames", prefix, name),
                                   static_cast<hsize_t>(first - before), static_cast<hsize_t>(end - first));
   });
@@ -210,7 +210,7 @@ FOR_NUMBER(std::int64_t)
 void copy_all_but_frames(const hdf5::Handle& from, const hdf5::Handle& to, const std::vector<std::string>& groups) {
   if (const std::optional<int> format = hdf5::integer_attribute(from, "lichtenberg_result"))
     hdf5::put_attribute(to, "lichtenberg_result", *format);
-  const std::vector<Series> series = home_of_time(from).empty() ? std::vector<Series>{} : series_in(from);
+  const std::vector<Series> series = element_with_time(from).empty() ? std::vector<Series>{} : series_in(from);
   for (const std::string& group : groups)
     if (hdf5::exists(from, group)) copy_path(from, to, group, series);
 }

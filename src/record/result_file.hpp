@@ -52,17 +52,17 @@ class ResultFile {
                            std::int64_t count = 1) const;
 
  private:
-  struct Part {
+  struct FrameRange {
     std::int64_t first = 0, frames = 0;
     int segment = -1;  ///< index in segments_; -1: the frames are in the file itself
   };
   void open_index(const std::string& used);
   void open_segments();
-  void find_parts();
-  const Part& part_of(std::int64_t frame) const;
+  void find_ranges();
+  const FrameRange& range_with(std::int64_t frame) const;
   /// Calls reading(file, prefix of its datasets).
   template <class Reading>
-  auto in(const Part& part, Reading reading) const;
+  auto in(const FrameRange& range, Reading reading) const;
 
   std::string path_;
   std::shared_ptr<const OpenFile> index_;
@@ -71,7 +71,7 @@ class ResultFile {
   bool sealed_ = false;
   std::vector<Segment> segments_;
   std::vector<std::shared_ptr<const OpenFile>> files_;
-  std::vector<Part> parts_;
+  std::vector<FrameRange> ranges_;
   std::int64_t frames_ = 0;
 };
 

@@ -36,7 +36,7 @@ std::string first_difference(const toml::table& a, const toml::table& b) {
   return "";
 }
 
-toml::table what_decides(const std::string& text) {
+toml::table without_ignored_keys(const std::string& text) {
   toml::table table = toml::parse(text);
   table.erase("stop");
   table.erase("output");
@@ -51,7 +51,7 @@ toml::table what_decides(const std::string& text) {
 }  // namespace
 
 std::string first_change(const std::string& before, const std::string& now) {
-  return first_difference(what_decides(before), what_decides(now));
+  return first_difference(without_ignored_keys(before), without_ignored_keys(now));
 }
 
 }  // namespace lichtenberg

@@ -197,7 +197,7 @@ Seal write_with_frames(const std::string& path, hdf5::Pages rest, const std::vec
   const auto pages = std::make_shared<hdf5::Pages>(std::move(rest));
   std::vector<std::uint64_t> target = [&] {
     const hdf5::Handle file = pages->size() > 0 ? hdf5::open_in_memory(pages) : hdf5::create_in_memory(pages);
-    return put_room(file, series, rows_of_all(series, before, frames));
+    return allocate_rows(file, series, rows_of_all(series, before, frames));
   }();
   NewFile file(path);
   pages->for_each([&](std::uint64_t offset, std::span<const std::byte> bytes) { file.write(offset, bytes); });

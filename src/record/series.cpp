@@ -19,7 +19,7 @@ constexpr const char* particles_group = "particles/conductors";
 constexpr const char* system_group = "observables";
 constexpr const char* list_group = "network";
 constexpr const char* box_edges_name = "box/edges";  // contains a slash, which no column's name has
-constexpr const char* of_all_frames = "_of_all_frames";
+constexpr const char* all_frames_suffix = "_of_all_frames";
 constexpr const char* end_of_list = "_end";
 constexpr const char* labels_name = "terminals";
 constexpr const char* step_name = "step";
@@ -62,9 +62,9 @@ void check_free(const Column& column) {
   if (column.of == Column::Of::particles && std::ranges::count(constants, column.name) > 0)
     refuse(column.name, "the name is that of something of the particles that does not change");
   if (column.of == Column::Of::list && (std::ranges::count(networks, column.name) > 0 ||
-                                        column.name.ends_with(end_of_list) || column.name.ends_with(of_all_frames)))
+                                        column.name.ends_with(end_of_list) || column.name.ends_with(all_frames_suffix)))
     refuse(column.name, fmt::format("a list's name must not be `particle` or `contact` nor end in `{}` or `{}`",
-                                    end_of_list, of_all_frames));
+                                    end_of_list, all_frames_suffix));
 }
 
 void check(const Column& column, std::size_t particles) {
@@ -82,7 +82,7 @@ Series series_of(const Column& column) {
   if (column.of == Column::Of::particles) series.row.push_back(column.rows());
   if (column.width > 0) series.row.push_back(column.width);
   const std::string group = column.of == Column::Of::particles ? particles_group : system_group;
-  series.dataset = column.of == Column::Of::list ? fmt::format("{}/{}{}", list_group, column.name, of_all_frames)
+  series.dataset = column.of == Column::Of::list ? fmt::format("{}/{}{}", list_group, column.name, all_frames_suffix)
                                                  : fmt::format("{}/{}/value", group, column.name);
   return series;
 }
@@ -137,7 +137,7 @@ void add_elements(const hdf5::Handle& file, Column::Of of, const std::string& gr
 
 void add_lists(const hdf5::Handle& file, std::vector<Series>& all) {
   if (!hdf5::exists(file, list_group)) return;
-  const std::string suffix = of_all_frames;
+  const std::string suffix = all_frames_suffix;
   for (const std::string& found : hdf5::names(hdf5::open_group(file, list_group))) {
     if (!found.ends_with(suffix)) continue;
     const std::string name = found.substr(0, found.size() - suffix.size());
@@ -225,21 +225,21 @@ void check_same(const Column& column, const Series& now, const Series& before) {
 
 /// Returns the index of each column's series. Throws InputError for columns that earlier frames lack, and for missing
 /// ones.
-std::vector<std::size_t> places_of(const std::vector<Series>& now, const std::vector<Series>& series,
-                                   const Frame& frame) {
-  std::vector<std::size_t> places;
+std::vector<std::size_t> series_indices(const std::vector<Series>& now, const std::vector<Series>& series,
+                                        const Frame& frame) {
+  std::vector<std::size_t> indices;
   for (const Column& column : frame.columns) {
     const auto by_name = [&](const Series& s) { return s.name == column.name && !s.dataset.ends_with(end_of_list); };
     const auto before = std::ranges::find_if(series, by_name);
     if (before == series.end()) refuse(column.name, "the frames before have no column of this name");
     check_same(column, *std::ranges::find_if(now, by_name), *before);
-    places.push_back(static_cast<std::size_t>(before - series.begin()));
+    indices.push_back(static_cast<std::size_t>(before - series.begin()));
   }
   for (const Series& before : series)
     if (!is_clock(before) && !is_box_edges(before) && find(now, before.dataset) == now.size())
       refuse(before.name, "the frames before have it, and this one does not");
   if (series[1].unit != frame.time_unit) refuse(time_name, "its unit is not that of the frames before");
-  return places;
+  return indices;
 }
 
 }  // namespace
@@ -277,7 +277,7 @@ Series series_of_box_edges(const std::string& unit) {
           .row = {3, 3}};
 }
 
-std::string home_of_time(const hdf5::Handle& file) {
+std::string element_with_time(const hdf5::Handle& file) {
   if (const std::string usual = std::string(particles_group) + "/position"; hdf5::exists(file, usual + "/time"))
     return usual;
   for (const std::string group : {particles_group, system_group}) {
@@ -289,7 +289,7 @@ std::string home_of_time(const hdf5::Handle& file) {
 }
 
 std::vector<Series> series_in(const hdf5::Handle& file) {
-  const std::string home = home_of_time(file);
+  const std::string home = element_with_time(file);
   if (home.empty()) throw hdf5::Error("no frames");
   const hdf5::Handle time(H5Dopen2(file, (home + "/time").c_str(), H5P_DEFAULT));
   const std::string unit = hdf5::text(time, "unit");
@@ -306,18 +306,18 @@ std::vector<Series> series_in(const hdf5::Handle& file) {
 
 Rows rows_of(Frame frame, std::size_t particles, const std::vector<Series>& series, std::int64_t step,
              std::map<std::string, std::int64_t>& ends, const std::vector<double>& box_edges) {
-  const std::vector<std::size_t> places = places_of(series_of(frame, particles), series, frame);
+  const std::vector<std::size_t> indices = series_indices(series_of(frame, particles), series, frame);
   Rows rows(series.size());
   rows[0] = std::vector<std::int64_t>{step};
   rows[1] = std::vector<double>{frame.time};
-  for (std::size_t k = 0; k < places.size(); ++k) {
+  for (std::size_t k = 0; k < indices.size(); ++k) {
     Column& column = frame.columns[k];
     if (column.of == Column::Of::list) {
       ends[column.name] += static_cast<std::int64_t>(column.rows());
       const std::size_t end = find(series, ends_of(column.name).dataset);
       rows[end] = std::vector<std::int64_t>{ends[column.name]};
     }
-    rows[places[k]] = std::move(column.values);
+    rows[indices[k]] = std::move(column.values);
   }
   const auto edges = std::ranges::find_if(series, is_box_edges);
   if (edges != series.end()) rows[static_cast<std::size_t>(edges - series.begin())] = box_edges;
@@ -364,8 +364,8 @@ void put_frames(const hdf5::Handle& file, const std::string& prefix, const std::
   });
 }
 
-std::vector<std::uint64_t> put_room(const hdf5::Handle& file, const std::vector<Series>& series,
-                                    std::span<const hsize_t> rows) {
+std::vector<std::uint64_t> allocate_rows(const hdf5::Handle& file, const std::vector<Series>& series,
+                                         std::span<const hsize_t> rows) {
   const hdf5::Handle creation(H5Pcreate(H5P_DATASET_CREATE));
   hdf5::check(H5Pset_alloc_time(creation, H5D_ALLOC_TIME_EARLY));
   hdf5::check(H5Pset_fill_time(creation, H5D_FILL_TIME_NEVER));
@@ -379,16 +379,16 @@ std::vector<std::uint64_t> put_room(const hdf5::Handle& file, const std::vector<
   return offsets;
 }
 
-void put_virtual(const hdf5::Handle& file, const std::vector<Series>& series, std::span<const Elsewhere> parts) {
+void put_virtual(const hdf5::Handle& file, const std::vector<Series>& series, std::span<const RowSource> parts) {
   put_all(file, "", series, [&](hid_t group, const std::string& name, const Series& each, std::size_t k) {
     hsize_t all = 0;
-    for (const Elsewhere& part : parts) all += part.rows[k];
+    for (const RowSource& part : parts) all += part.rows[k];
     const hdf5::Shape shape = rows_of_shape(all, each.row);
     const hdf5::Handle space = hdf5::dataspace(shape);
     const hdf5::Handle creation(H5Pcreate(H5P_DATASET_CREATE));
     set_missing(creation, each);
     hsize_t first = 0;
-    for (const Elsewhere& part : parts) {
+    for (const RowSource& part : parts) {
       if (part.rows[k] == 0 || each.row_bytes() == 0) continue;
       select(space, shape, first, part.rows[k]);
       const hdf5::Handle source = hdf5::dataspace(rows_of_shape(part.rows[k], each.row));

@@ -38,7 +38,7 @@ Series series_of_box_edges(const std::string& unit);
 std::vector<Series> series_in(const hdf5::Handle& file);
 
 /// Returns the element of a file that contains step and time. Empty in a file without frames.
-std::string home_of_time(const hdf5::Handle& file);
+std::string element_with_time(const hdf5::Handle& file);
 
 /// Values that a frame adds to each series.
 using Rows = std::vector<Values>;
@@ -65,17 +65,17 @@ void put_frames(const hdf5::Handle& file, const std::string& prefix, const std::
                 std::span<const Rows> frames, bool compressed);
 
 /// Allocates `rows` rows of each series and returns the file offsets at which their bytes must be written.
-std::vector<std::uint64_t> put_room(const hdf5::Handle& file, const std::vector<Series>& series,
-                                    std::span<const hsize_t> rows);
+std::vector<std::uint64_t> allocate_rows(const hdf5::Handle& file, const std::vector<Series>& series,
+                                         std::span<const hsize_t> rows);
 
 /// Rows in the dataset of the same name below `prefix` of another file ("." for this file).
-struct Elsewhere {
+struct RowSource {
   std::string file, prefix;
   std::vector<hsize_t> rows;  ///< rows of each series
 };
 
 /// Writes virtual datasets that concatenate the rows of `parts`.
-void put_virtual(const hdf5::Handle& file, const std::vector<Series>& series, std::span<const Elsewhere> parts);
+void put_virtual(const hdf5::Handle& file, const std::vector<Series>& series, std::span<const RowSource> parts);
 
 /// Writes columns as datasets of a group, with their units.
 void put_columns(hid_t group, const std::vector<Column>& columns);

@@ -29,7 +29,7 @@ std::string this_process() {
 }
 
 /// Returns the text that the process with the lock has written into it.
-std::string holder(const std::string& lock) {
+std::string lock_owner(const std::string& lock) {
   std::array<char, 256> text{};
   const int descriptor = ::open(lock.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC);
   const ssize_t length = descriptor < 0 ? 0 : ::read(descriptor, text.data(), text.size());
@@ -39,7 +39,7 @@ std::string holder(const std::string& lock) {
 
 /// Returns true if the locked file still has the name, because its owner may have removed it before the lock was
 /// obtained.
-bool still_named(int descriptor, const std::string& lock) {
+bool still_has_name(int descriptor, const std::string& lock) {
   struct stat locked {
   }, named{};
   return fstat(descriptor, &locked) == 0 && lstat(lock.c_str(), &named) == 0 && locked.st_dev == named.st_dev &&
@@ -81,7 +81,7 @@ int take(const std::string& lock) {
       ::close(descriptor);
       return -1;
     }  // some network file systems do not support locks, which is ignored
-    if (still_named(descriptor, lock)) return descriptor;
+    if (still_has_name(descriptor, lock)) return descriptor;
     ::close(descriptor);
   }
 }
@@ -108,7 +108,7 @@ WriterLock::WriterLock(const std::string& path) {
   if (!lock)
     throw InputError(
         fmt::format("{} is being written by {}: wait until that run is over, end it, or name another file with --out",
-                    path, holder(lock_of(path))));
+                    path, lock_owner(lock_of(path))));
   *this = std::move(*lock);
 }
 

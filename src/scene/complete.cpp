@@ -177,7 +177,7 @@ FieldTable field_of(const Draft& draft, int cells) {
     fill_in_tolerances(draft, options);
     if (!given.accuracy) return options;
     options.tolerance = options.moving_tolerance = *given.accuracy;  // effects::with_field_chosen may reduce it
-    options.chosen_for = {.asked = *given.accuracy, .estimate = *given.accuracy};
+    options.chosen_for = {.requested = *given.accuracy, .estimate = *given.accuracy};
     return options;
   }
   if (given.accuracy)
@@ -317,10 +317,10 @@ void check_empty(const Draft& draft, const Scene& scene) {
     refuse(scene.path, draft.line("domain"), "the scene has neither conductors nor electrodes: there is no field");
 }
 
-void check_held(const Draft& draft, bool can_be_held) {
+void check_fixed(const Draft& draft, bool can_be_fixed) {
   for (const ConductorDraft& conductor : draft.conductors) {
-    if (!conductor.conductor.held) continue;
-    if (!can_be_held)
+    if (!conductor.conductor.fixed) continue;
+    if (!can_be_fixed)
       refuse(draft.scene.path, conductor.line, "conductor.fixed is only for motions of conductors in time");
     if (conductor.velocity)
       refuse(draft.scene.path, conductor.line, "conductor.velocity is not allowed for a fixed conductor (held)");
@@ -396,7 +396,7 @@ Scene complete(const Draft& draft, const StopRequest& stop, const std::vector<Co
   const double h = has_no_field ? 0 : std::max(scene.domain.size.x, scene.domain.size.y) / cells;
   const bool empty = draft.conductors.empty() && draft.populations.empty();
   if (empty) check_empty(draft, scene);
-  check_held(draft, !packing && !scene.reference);
+  check_fixed(draft, !packing && !scene.reference);
   if (!empty)
     scene.conductors =
         bodies.empty() ? place_conductors(draft, scene.electrodes, scene.walls, stop) : conductors_at(draft, bodies);

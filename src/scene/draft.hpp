@@ -135,17 +135,17 @@ struct Draft {
 };
 
 /// Returns "path:line: ". Line 0 is left out.
-std::string place_in(const std::string& path, int line);
+std::string location_prefix(const std::string& path, int line);
 
-/// Throws InputError with the text "path:line: " followed by `sentence`. Line 0 is left out.
-[[noreturn]] void refuse(const std::string& path, int line, const std::string& sentence);
+/// Throws InputError with the text "path:line: " followed by `message`. Line 0 is left out.
+[[noreturn]] void refuse(const std::string& path, int line, const std::string& message);
 /// Throws InputError if the file has this table or key: "[table] PREDICATE" or "table.key PREDICATE".
 void refuse_if_given(const Draft& draft, const std::string& key, const std::string& predicate);
 
 /// Checks positions and velocities against the dimension of the domain, 2 or 3, and stores them in the scene. Throws
 /// InputError for a vector of another dimension and for an axis that is periodic on one side only. Throws it also for
 /// effects and keys that do not support three dimensions or periodic sides, if the scene has them.
-void settle_dimension(Draft& draft);
+void set_dimension(Draft& draft);
 
 /// Converts a Draft to a Scene: compares keys with each other, fills in dependent defaults and draws populations.
 /// `bodies`: see stopping.hpp. Throws InputError, and Stopped if `stop` returns true.

@@ -28,7 +28,7 @@ struct NeededEffect {
 };
 
 /// A line that `lichtenberg explain` prints about an effect.
-struct Remark {
+struct ExplanationLine {
   std::string label, text;
 };
 
@@ -112,7 +112,7 @@ struct EffectKind {
   std::string description;  ///< one line, for `explain`
   std::string help;         ///< help of its table, for `help scene`
   std::any options{};       ///< options of a table without keys, in a type of the effect's own
-  std::vector<Key> keys{};  ///< `place` (below) gives the target of a key's value
+  std::vector<Key> keys{};  ///< `target` (below) gives the target of a key's value
   std::vector<NeededEffect> needs{};
   std::string alone{};                ///< reason why it must be the only effect; empty: other effects are allowed
   std::vector<int> dimensions = {2};  ///< dimensions of space that it supports
@@ -132,7 +132,7 @@ struct EffectKind {
   /// Checks limits that apply to a run but not to other commands. Throws InputError.
   void (*check_run)(const Scene&) = nullptr;
   EffectMaker make{};
-  std::vector<Remark> (*explain)(const Scene&) = nullptr;
+  std::vector<ExplanationLine> (*explain)(const Scene&) = nullptr;
   /// Gap (m) between surfaces below which conductors are in electrical contact.
   double (*contact_gap)(const Scene&) = nullptr;
   /// Law by which the two bodies of a contact share charge. At most one effect of a scene may have it. It requires
@@ -178,7 +178,7 @@ Options options_of(Value Options::*);  // declared only
 
 /// Returns the target of a key's value: Key{.place = place<&HertzContactOptions::young>, ...}.
 template <auto member>
-auto* place(Draft& draft) {
+auto* target(Draft& draft) {
   return &(draft.scene.effects.find<decltype(options_of(member))>()->*member);
 }
 

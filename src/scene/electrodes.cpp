@@ -39,10 +39,10 @@ bool touch(const Bar& bar, const Ring& ring) {
 }
 /// Two convex bodies are disjoint if one of the rectangles' axes separates them.
 bool touch(const Bar& a, const Bar& b) {
-  const auto of_a = corners(a), of_b = corners(b);
+  const auto corners_a = corners(a), corners_b = corners(b);
   for (const Vec2 axis : {a.to - a.from, b.to - b.from})
     for (const Vec2 direction : {axis, perpendicular(axis), -axis, -perpendicular(axis)})
-      if (reach(of_a, direction) < -reach(of_b, -direction)) return false;
+      if (reach(corners_a, direction) < -reach(corners_b, -direction)) return false;
   return true;
 }
 bool touch(const Bar& bar, const Disk& disk) { return touch(disk, bar); }
@@ -107,7 +107,7 @@ void check_depth(const Draft& draft, const ElectrodeDraft& electrode, const Shap
                     electrode.shape, std::max(depth, 0.0), depth <= 0 ? ", which is not at all" : "", least));
 }
 
-void check_place(const Draft& draft, const ElectrodeDraft& electrode, const Shape& shape) {
+void check_position(const Draft& draft, const ElectrodeDraft& electrode, const Shape& shape) {
   const Vec3 size = draft.scene.domain.size;
   const auto refuse_it = [&](const std::string& why) { refuse(draft.scene.path, electrode.line, why); };
   if (electrode.shape == "half-disk") {
@@ -144,7 +144,7 @@ void check_corners(const Draft& draft) {
 
 /// Checks an electrode in three dimensions: its shape, and its distance from the sides and from other electrodes.
 void check_sphere(const Draft& draft, const ElectrodeDraft& written, const std::vector<Electrode>& others) {
-  const auto refuse_it = [&](const std::string& sentence) { refuse(draft.scene.path, written.line, sentence); };
+  const auto refuse_it = [&](const std::string& message) { refuse(draft.scene.path, written.line, message); };
   const int dimension = draft.domain_size.count;
   if ((written.shape == "sphere") != (dimension == 3))
     refuse_it(fmt::format("electrode.shape = \"{}\" is not allowed in {} dimensions: {}", written.shape,
@@ -213,7 +213,7 @@ std::vector<Electrode> build_electrodes(const Draft& draft) {
     const bool sphere = written.shape == "sphere";
     const Shape shape = sphere ? Shape(Disk{plane(written.position.value), written.radius})
                                : build_shape(written, plane(draft.scene.domain.size));
-    if (!sphere) check_place(draft, written, shape);
+    if (!sphere) check_position(draft, written, shape);
     const std::string name =
         written.name ? *written.name : fmt::format("{} {}", written.shape, ++nameless[written.shape]);
     if (!names.insert(name).second)

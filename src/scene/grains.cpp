@@ -32,22 +32,22 @@ Table reference() {
           .keys =
               {
                   {.name = "length",
-                   .place = [](Draft& d) { return &d.scene.reference->length; },
+                   .target = [](Draft& d) { return &d.scene.reference->length; },
                    .unit = "m",
                    .range = positive,
                    .help = "d0, a grain's diameter"},
                   {.name = "mass",
-                   .place = [](Draft& d) { return &d.scene.reference->mass; },
+                   .target = [](Draft& d) { return &d.scene.reference->mass; },
                    .unit = "kg",
                    .range = positive,
                    .help = "m0, a grain's mass"},
                   {.name = "velocity",
-                   .place = [](Draft& d) { return &d.scene.reference->velocity; },
+                   .target = [](Draft& d) { return &d.scene.reference->velocity; },
                    .unit = "m/s",
                    .range = positive,
                    .help = "v0"},
                   {.name = "charge",
-                   .place = [](Draft& d) { return &d.scene.reference->charge; },
+                   .target = [](Draft& d) { return &d.scene.reference->charge; },
                    .unit = "C",
                    .range = positive,
                    .help = "q0"},
@@ -66,22 +66,22 @@ Table stage() {
       .keys =
           {
               {.name = "duration",
-               .place = [](Draft& d) { return &d.scene.stages.back().duration; },
+               .target = [](Draft& d) { return &d.scene.stages.back().duration; },
                .unit = "t0",
                .range = positive,
                .required = true,
                .help = "of the stage"},
               {.name = "elastic",
-               .place = [](Draft& d) { return &d.scene.stages.back().elastic; },
+               .target = [](Draft& d) { return &d.scene.stages.back().elastic; },
                .help = "contacts dissipate no energy and transfer no charge, and gas_drag does not act"},
               {.name = "stiffness",
-               .place = [](Draft& d) { return &d.scene.stages.back().stiffness; },
+               .target = [](Draft& d) { return &d.scene.stages.back().stiffness; },
                .range = {.low = 1,
                          .high = 1e15},  // overlaps scale as stiffness^(-2/5): down to 1e-7, far above rounding
                .help = "factor of the contact stiffness, so that the fastest grains do not overlap too deeply or pass "
                        "through each other; dissipative contacts keep their restitution"},
               {.name = "temperature",
-               .place = [](Draft& d) { return &d.scene.stages.back().temperature; },
+               .target = [](Draft& d) { return &d.scene.stages.back().temperature; },
                .unit = "m0 v0^2",
                .range = positive,
                .computed_default = "none",
@@ -218,10 +218,9 @@ namespace {
 void check_charges(const Draft& draft, const PopulationDraft& population) {
   const bool drawn = population.charge_distribution != ChargeDistribution::equal;
   const bool exponential = population.charge_distribution == ChargeDistribution::exponential_power;
-  const auto refuse_it = [&](const std::string& sentence) {
-    refuse(
-        draft.scene.path, population.line,
-        fmt::format("population.charge_distribution = \"{}\" {}", name_of(population.charge_distribution), sentence));
+  const auto refuse_it = [&](const std::string& message) {
+    refuse(draft.scene.path, population.line,
+           fmt::format("population.charge_distribution = \"{}\" {}", name_of(population.charge_distribution), message));
   };
   if (drawn && !(population.charge > 0)) refuse_it("needs population.charge, the width, greater than 0: add it");
   if (drawn && population.count == 1) refuse_it("needs more than one grain: the charges of all add up to 0");

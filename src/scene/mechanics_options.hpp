@@ -68,7 +68,7 @@ struct MechanicsOptions {
   /// m, error allowed in a coupling step; default 1e-3 of the smallest radius
   double position_tolerance = 0;
   double largest_step = 0;         ///< s, largest coupling step; default: output interval
-  bool keep_height = false;        ///< true: in three dimensions nothing moves along z
+  bool fix_z = false;              ///< true: in three dimensions nothing moves along z
   double euler_step = 1e-5;        ///< s (D 6.7)
   double euler_field_step = 1e-3;  ///< s (D 6.7)
   // Grains:

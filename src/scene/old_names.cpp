@@ -45,10 +45,11 @@ class Replacement {
       if (entry == table->end()) continue;
       const int line = static_cast<int>(entry->first.source().begin.line);
       if (table->contains(new_name))
-        refuse(path_, line, fmt::format("{} is an old name of {}, which is given too: leave one out", old_path, new_path));
+        refuse(path_, line,
+               fmt::format("{} is an old name of {}, which is given too: leave one out", old_path, new_path));
       if (std::exchange(is_first, false))
         warnings_.push_back(
-            fmt::format("{}{} is an old name: it is called {} now", place_in(path_, line), old_path, new_path));
+            fmt::format("{}{} is an old name: it is called {} now", location_prefix(path_, line), old_path, new_path));
       toml::key key(new_name, toml::source_region(entry->first.source()));
       table->insert(std::move(key), std::move(entry->second));
       table->erase(old_name);

@@ -68,7 +68,8 @@ double content(const Scene& scene) {
 void check_content(const Scene& scene) {
   const Domain& domain = scene.domain;
   const bool spheres = scene.dimension() == 3;
-  const double room = domain.size.x * domain.size.y * (spheres ? domain.size.z : 1), filled = content(scene) / room;
+  const double domain_content = domain.size.x * domain.size.y * (spheres ? domain.size.z : 1),
+               filled = content(scene) / domain_content;
   if (filled > 1)
     refuse(scene.path, 0,
            fmt::format("the particles cannot fit: their total {0} is {1:.3g} times that of the domain, and at most 1 "
@@ -78,15 +79,15 @@ void check_content(const Scene& scene) {
 
 /// Throws InputError for two centres at the same position, between which the force has no direction. Positions are
 /// sorted along x, so equal ones are neighbours.
-void check_places(const Draft& draft, const Scene& scene) {
+void check_distinct_positions(const Draft& draft, const Scene& scene) {
   std::vector<std::size_t> order(scene.conductors.size());
   std::iota(order.begin(), order.end(), 0);
-  const auto place = [&](std::size_t i) {
+  const auto coordinates = [&](std::size_t i) {
     const Conductor& c = scene.conductors[i];
     return std::tuple(c.position.x, c.position.y, c.position.z);
   };
-  std::ranges::sort(order, {}, place);
-  const auto same = std::ranges::adjacent_find(order, {}, place);
+  std::ranges::sort(order, {}, coordinates);
+  const auto same = std::ranges::adjacent_find(order, {}, coordinates);
   if (same != order.end())
     refuse(scene.path, line_of(draft, *same),
            fmt::format("two particles are at {} m, where their energy is infinite: their positions must differ",
@@ -94,13 +95,13 @@ void check_places(const Draft& draft, const Scene& scene) {
 }
 
 /// Throws InputError for keys that a packing ignores, because a given key is meant to have an effect.
-void check_idle_keys(const Draft& draft) {
+void check_ignored_keys(const Draft& draft) {
   const std::string uncharged = "nothing is charged", timeless = "nothing happens in time";
-  struct Idle {
+  struct IgnoredKey {
     std::string key, why, instead;
   };
   const std::string side = "leave it out; the sides are walls unless effects.soft_repulsion.box = false";
-  const std::vector<Idle> all = {
+  const std::vector<IgnoredKey> all = {
       {"domain.left", uncharged, side},
       {"domain.right", uncharged, side},
       {"domain.bottom", uncharged, side},
@@ -117,16 +118,16 @@ void check_idle_keys(const Draft& draft) {
       {"conductor.velocity", timeless, "leave it out"},
       {"population.charge", uncharged, "leave it out"},
   };
-  for (const Idle& idle : all)
+  for (const IgnoredKey& ignored : all)
     refuse_if_given(
-        draft, idle.key,
-        fmt::format("is not allowed with effects.soft_repulsion, under which {}: {}", idle.why, idle.instead));
+        draft, ignored.key,
+        fmt::format("is not allowed with effects.soft_repulsion, under which {}: {}", ignored.why, ignored.instead));
 }
 
 }  // namespace
 
 void check_packing_keys(const Draft& draft) {
-  const auto refuse_it = [&](int line, const std::string& sentence) { refuse(draft.scene.path, line, sentence); };
+  const auto refuse_it = [&](int line, const std::string& message) { refuse(draft.scene.path, line, message); };
   if (!draft.scene.effects.has(&EffectKind::packing)) {
     const std::string needs = " needs the table [effects.soft_repulsion]: add it, or leave this out";
     if (!draft.walls.empty()) refuse_it(draft.walls.front().line, "[[wall]]" + needs);
@@ -136,7 +137,7 @@ void check_packing_keys(const Draft& draft) {
     return;
   }
   const std::string why = " is not allowed with effects.soft_repulsion, which permits no other effect: leave one out";
-  check_idle_keys(draft);
+  check_ignored_keys(draft);
   const MinimizeMethod method = draft.scene.minimize.method;
   if (method != MinimizeMethod::gradient_descent)
     refuse_if_given(
@@ -183,7 +184,7 @@ void check_packing(const Draft& draft, const Scene& scene) {
                          "radius is larger than that",
                          c.radius, narrowest));
   }
-  check_places(draft, scene);
+  check_distinct_positions(draft, scene);
 }
 
 }  // namespace lichtenberg

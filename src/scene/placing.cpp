@@ -64,23 +64,23 @@ double outside(const Sphere& sphere, const Box<3>& box, int dimension) {
 }
 
 /// Box of the allowed positions of a conductor's centre.
-struct Room {
+struct CentreBox {
   Vec3 lower, upper;
 };
 
-Room room_for(double radius, const PopulationDraft& population, const Domain& domain) {
+CentreBox centre_box_for(double radius, const PopulationDraft& population, const Domain& domain) {
   const Box<3> box = domain.box();
   const double from_side = radius + population.min_gap;
-  Room room{{}, box.lengths};
+  CentreBox centre_box{{}, box.lengths};
   for (int k = 0; k < 3; ++k) {
     if (population.region && k < population.region->axes())
-      room.lower[k] = population.region->lower.value[k] + radius,
-      room.upper[k] = population.region->upper.value[k] - radius;
+      centre_box.lower[k] = population.region->lower.value[k] + radius,
+      centre_box.upper[k] = population.region->upper.value[k] - radius;
     if (box.periodic(k)) continue;
-    room.lower[k] = std::max(room.lower[k], from_side);
-    room.upper[k] = std::min(room.upper[k], box.lengths[k] - from_side);
+    centre_box.lower[k] = std::max(centre_box.lower[k], from_side);
+    centre_box.upper[k] = std::min(centre_box.upper[k], box.lengths[k] - from_side);
   }
-  return room;
+  return centre_box;
 }
 
 /// Returns true if a sphere does not overlap its own periodic images.
@@ -106,22 +106,23 @@ bool clear_of(const Obstacles& obstacles, const Conductor& conductor, double min
          });
 }
 
-std::optional<Conductor> find_place(double radius, const PopulationDraft& population, const Obstacles& obstacles,
-                                    UniformRandom& random, long& tries_left, const StopRequest& stop) {
+std::optional<Conductor> find_free_position(double radius, const PopulationDraft& population,
+                                            const Obstacles& obstacles, UniformRandom& random, long& tries_left,
+                                            const StopRequest& stop) {
   const Domain& domain = obstacles.domain;
   const int dimension = domain.dimension();
-  const Room room = room_for(radius, population, domain);
+  const CentreBox centre_box = centre_box_for(radius, population, domain);
   for (int k = 0; k < dimension; ++k)
-    if (room.lower[k] > room.upper[k]) return {};
+    if (centre_box.lower[k] > centre_box.upper[k]) return {};
   if (!fits(radius, population.min_gap, domain.box())) return {};
   for (int attempt = 0; attempt < tries_per_conductor && tries_left > 0; ++attempt, --tries_left) {
-    constexpr int patience = 1 << 12;  // tries between two stop requests: about a millisecond
-    if (attempt % patience == 0 && stop && stop()) throw Stopped{};
+    constexpr int tries_per_stop_request = 1 << 12;  // tries between two stop requests: about a millisecond
+    if (attempt % tries_per_stop_request == 0 && stop && stop()) throw Stopped{};
     Conductor conductor{
         .radius = radius, .charge = population.charge, .relative_resistivity = population.relative_resistivity};
-    conductor.position.x = random.between(room.lower.x, room.upper.x);
-    conductor.position.y = random.between(room.lower.y, room.upper.y);
-    if (dimension == 3) conductor.position.z = random.between(room.lower.z, room.upper.z);
+    conductor.position.x = random.between(centre_box.lower.x, centre_box.upper.x);
+    conductor.position.y = random.between(centre_box.lower.y, centre_box.upper.y);
+    if (dimension == 3) conductor.position.z = random.between(centre_box.lower.z, centre_box.upper.z);
     if (!clear_of(obstacles, conductor, population.min_gap)) continue;
     if (population.overlapping || !obstacles.placed.conflict(sphere_of(conductor), population.min_gap))
       return conductor;
@@ -159,12 +160,12 @@ constexpr double densest_area = 0.535, densest_volume = 0.35;
 /// plus half the gap. Infinite in a box that is small or thin.
 double most_that_fit(const PopulationDraft& population, const Domain& domain) {
   const double radius = smallest_radius(population), across = 2 * radius + population.min_gap;
-  const Room room = room_for(radius, population, domain);
+  const CentreBox centre_box = centre_box_for(radius, population, domain);
   constexpr double thin = 10;  // minimum extent in diameters; near walls the density differs
   const bool plane = domain.dimension() == 2;
   double most = plane ? densest_area * 4 / std::numbers::pi : densest_volume * 6 / std::numbers::pi;
   for (int k = 0; k < domain.dimension(); ++k) {
-    const double length = room.upper[k] - room.lower[k];
+    const double length = centre_box.upper[k] - centre_box.lower[k];
     const bool bounded = !domain.box().periodic(k) || length < domain.size[k];
     if (length < thin * across) return INFINITY;
     most *= length / across + (bounded ? 1 : 0);  // spheres extend beyond the box of their centres
@@ -192,7 +193,7 @@ std::string wrong_radius(std::size_t body, double radius, const std::string& key
 }
 
 /// Returns true if the next conductor of a population can have this radius.
-bool could_have(const PopulationDraft& population, double radius, Radii& radii, UniformRandom& random) {
+bool can_have_radius(const PopulationDraft& population, double radius, Radii& radii, UniformRandom& random) {
   const auto [smallest, largest] = population.radius.value_or(Interval{});
   const bool drawn = population.radii.empty() && smallest < largest;
   return drawn ? radius >= smallest && radius <= largest : radius == radii.next(random);
@@ -224,18 +225,18 @@ double SphereGrid::distance(Vec3 a, Vec3 b) const {
   return norm(r);
 }
 
-int SphereGrid::bucket_along(int axis, double place) const {
+int SphereGrid::bucket_along(int axis, double coordinate) const {
   const int n = buckets_[axis];
   if (n == 1) return 0;
   const double length = box_.lengths[axis];
-  if (box_.periodic(axis)) place -= length * std::floor(place / length);
-  return static_cast<int>(std::clamp(std::floor(place / length * n), 0.0, n - 1.0));
+  if (box_.periodic(axis)) coordinate -= length * std::floor(coordinate / length);
+  return static_cast<int>(std::clamp(std::floor(coordinate / length * n), 0.0, n - 1.0));
 }
 
-int SphereGrid::bucket_beside(int axis, int bucket, int steps) const {
-  const int n = buckets_[axis], beside = bucket + steps;
-  if (beside >= 0 && beside < n) return beside;
-  return box_.periodic(axis) ? (beside + n) % n : none;
+int SphereGrid::neighbour_bucket(int axis, int bucket, int steps) const {
+  const int n = buckets_[axis], neighbour = bucket + steps;
+  if (neighbour >= 0 && neighbour < n) return neighbour;
+  return box_.periodic(axis) ? (neighbour + n) % n : none;
 }
 
 void SphereGrid::insert(const Sphere& sphere) {
@@ -253,14 +254,14 @@ std::optional<std::size_t> SphereGrid::conflict(const Sphere& sphere, double cle
   const Vec3 p = sphere.centre;
   const int x = bucket_along(0, p.x), y = bucket_along(1, p.y), z = bucket_along(2, p.z);
   for (const int dz : {0, -1, 1}) {
-    const int bz = bucket_beside(2, z, dz);
+    const int bz = neighbour_bucket(2, z, dz);
     if (bz == none) continue;
     for (const int dy : {0, -1, 1}) {
-      const int by = bucket_beside(1, y, dy);
+      const int by = neighbour_bucket(1, y, dy);
       if (by == none) continue;
       const std::size_t row = (static_cast<std::size_t>(bz) * buckets_[1] + by) * buckets_[0];
       for (const int dx : {0, -1, 1})
-        if (const int bx = bucket_beside(0, x, dx); bx != none)
+        if (const int bx = neighbour_bucket(0, x, dx); bx != none)
           if (const auto found = conflict_in(row + bx, sphere, clearance)) return found;
     }
   }
@@ -326,7 +327,7 @@ std::vector<Conductor> conductors_at(const Draft& draft, const std::vector<Condu
     Radii radii(draft, population);
     for (int k = 0; k < population.count; ++k) {
       const Conductor& body = bodies[conductors.size()];
-      if (!could_have(population, body.radius, radii, random))
+      if (!can_have_radius(population, body.radius, radii, random))
         refuse(draft.scene.path, population.line,
                wrong_radius(conductors.size(), body.radius,
                             population.radii.empty() ? "population.radius" : "population.radii"));
@@ -353,20 +354,20 @@ std::vector<Conductor> place_conductors(const Draft& draft, const std::vector<El
     long tries_left = most_tries(population);
     for (int placed = 0; placed < population.count; ++placed) {
       const double radius = radii.next(random);
-      const auto place =
-          find_place(radius, population, {electrodes, walls, draft.scene.domain, grid}, random, tries_left, stop);
-      if (!place && placed == 0)
+      const auto conductor = find_free_position(radius, population, {electrodes, walls, draft.scene.domain, grid},
+                                                random, tries_left, stop);
+      if (!conductor && placed == 0)
         refuse(draft.scene.path, population.line,
                fmt::format("population.count = {0} is impossible: there is no space for even one of radius {1:g} {3} "
                            "with population.min_gap = {2:g} {3}: make them smaller, or the domain or region larger",
                            population.count, radius, population.min_gap, draft.scene.units().length));
-      if (!place)
+      if (!conductor)
         refuse(draft.scene.path, population.line,
                fmt::format("population.count = {} is impossible at this density: random positions were found for {} of "
                            "them, and with this radius and min_gap at most about that number is possible",
                            population.count, placed));
-      if (!population.overlapping) grid.insert(sphere_of(*place));
-      conductors.push_back(*place);
+      if (!population.overlapping) grid.insert(sphere_of(*conductor));
+      conductors.push_back(*conductor);
     }
   }
   return conductors;

@@ -51,9 +51,9 @@ class SphereGrid {
   static constexpr int none = -1;
   /// Index of a coordinate's bucket along an axis. Coordinates outside the domain are in the last bucket on their side,
   /// or in that of their image.
-  int bucket_along(int axis, double place) const;
+  int bucket_along(int axis, double coordinate) const;
   /// Index of the bucket `steps` further along the axis; `none` beyond a side.
-  int bucket_beside(int axis, int bucket, int steps) const;
+  int neighbour_bucket(int axis, int bucket, int steps) const;
   std::optional<std::size_t> conflict_in(std::size_t bucket, const Sphere& sphere, double clearance) const;
   double distance(Vec3 a, Vec3 b) const;
 

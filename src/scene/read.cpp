@@ -23,9 +23,9 @@ namespace {
 int line_of(const toml::node& node) { return static_cast<int>(node.source().begin.line); }
 
 /// Line number of a key that was set elsewhere (--set), so that the key counts as given.
-constexpr int not_in_the_file = std::numeric_limits<int>::max();
+constexpr int set_elsewhere = std::numeric_limits<int>::max();
 
-int noted_line(const toml::node& node) { return line_of(node) > 0 ? line_of(node) : not_in_the_file; }
+int line_or_marker(const toml::node& node) { return line_of(node) > 0 ? line_of(node) : set_elsewhere; }
 
 /// Returns the value found, for a message; a short description if the value is long.
 std::string found(const toml::node& node) {
@@ -58,14 +58,14 @@ class Reader {
 
  private:
   void read_table(const Table& table, const toml::table& node) {
-    draft_.lines[table.path] = noted_line(node);
+    draft_.lines[table.path] = line_or_marker(node);
     table.open(draft_, line_of(node));
     for (const auto& [name, value] : node) {
       const std::string path = path_in(table, name.str());
       if (const Table* inner = schema_.find_table(path)) {
         read_inner_table(*inner, value);
       } else if (const Key* key = find_key(table, name.str())) {
-        draft_.lines[path] = noted_line(value);
+        draft_.lines[path] = line_or_marker(value);
         read_key(path, *key, value);
       } else {
         refuse_unknown(path, static_cast<int>(name.source().begin.line));
@@ -106,7 +106,7 @@ class Reader {
                             at.set(draft_, name);
                           },
                           [&]<class T>(At<T> at) { read_into(*at(draft_)); }},
-               key.place);
+               key.target);
     const std::vector<std::string> choices = key.choices();
     if (!choices.empty() && std::ranges::find(choices, *node.value<std::string>()) == choices.end())
       refuse_value(path, key, node, "is not allowed");
@@ -134,8 +134,8 @@ class Reader {
         refuse(0, fmt::format("the table {} is missing: every scene needs it", table.header()));
   }
 
-  [[noreturn]] void refuse(int line, const std::string& sentence) const {
-    lichtenberg::refuse(draft_.scene.path, line, sentence);
+  [[noreturn]] void refuse(int line, const std::string& message) const {
+    lichtenberg::refuse(draft_.scene.path, line, message);
   }
 
   [[noreturn]] void refuse_value(const std::string& path, const Key& key, const toml::node& node,
@@ -153,19 +153,19 @@ class Reader {
                        table.kind == Table::Kind::repeated ? " for each" : "", table.header()));
   }
 
-  [[noreturn]] void refuse_missing(const Table& table, const Key& key, int line, const std::string& who) const {
+  [[noreturn]] void refuse_missing(const Table& table, const Key& key, int line, const std::string& subject) const {
     const std::string path = path_in(table, key.name);
     const std::string instead = path == "electrode.potential" ? fmt::format("; {}", floating_shape) : "";
-    refuse(line, fmt::format("{} is missing: {} needs it, {}{}", path, who, key.allowed(), instead));
+    refuse(line, fmt::format("{} is missing: {} needs it, {}{}", path, subject, key.allowed(), instead));
   }
 
   /// Throws InputError for an unknown key. For keys of a floating conductor of another shape the message describes the
   /// alternative, for others the nearest key.
   [[noreturn]] void refuse_unknown(const std::string& path, int line) const {
-    constexpr std::string_view of_shapes[] = {"conductor.shape",  "conductor.side",  "conductor.from",
-                                              "conductor.to",     "conductor.width", "electrode.floating",
-                                              "electrode.charge", "electrode.group"};
-    if (std::ranges::find(of_shapes, path) != std::end(of_shapes))
+    constexpr std::string_view shape_keys[] = {"conductor.shape",  "conductor.side",  "conductor.from",
+                                               "conductor.to",     "conductor.width", "electrode.floating",
+                                               "electrode.charge", "electrode.group"};
+    if (std::ranges::find(shape_keys, path) != std::end(shape_keys))
       refuse(line, fmt::format("unknown key {}: {}", path, floating_shape));
     refuse(line,
            fmt::format("unknown key {}: the nearest known key is {}", path, nearest_path(path, schema_.known_paths())));
@@ -210,12 +210,12 @@ Draft read_draft(const std::string& text, const std::string& path, const EffectK
 
 }  // namespace
 
-std::string place_in(const std::string& path, int line) {
-  return line > 0 && line != not_in_the_file ? fmt::format("{}:{}: ", path, line) : path + ": ";
+std::string location_prefix(const std::string& path, int line) {
+  return line > 0 && line != set_elsewhere ? fmt::format("{}:{}: ", path, line) : path + ": ";
 }
 
-void refuse(const std::string& path, int line, const std::string& sentence) {
-  throw InputError(place_in(path, line) + sentence);
+void refuse(const std::string& path, int line, const std::string& message) {
+  throw InputError(location_prefix(path, line) + message);
 }
 
 void refuse_if_given(const Draft& draft, const std::string& key, const std::string& predicate) {
@@ -232,7 +232,7 @@ Scene parse_scene(const std::string& text, const std::string& path, const Effect
                   const std::vector<Setting>& settings, const StopRequest& stop, const std::vector<Conductor>& bodies) {
   Draft draft = read_draft(text, path, kinds, settings);
   draft.scene.effects.sort(kinds);
-  settle_dimension(draft);
+  set_dimension(draft);
   if (draft.scene.reference) fill_in_grains(draft);
   return complete(draft, stop, bodies);
 }

@@ -85,7 +85,7 @@ struct Conductor {
   double charge = 0;                ///< C
   int group = -1;                   ///< index into Scene::groups, -1: no prescribed group
   double relative_resistivity = 1;  ///< resistivity of its material, in units of NetworkOptions::parameters
-  bool held = false;                ///< true: fixed at its position
+  bool fixed = false;               ///< true: fixed at its position
 };
 
 /// Distance (m) of the conductor's centre from the wall; negative beyond it.

@@ -100,7 +100,7 @@ std::string Range::text() const {
 }
 
 std::vector<std::string> Key::choices() const {
-  const auto* choice = std::get_if<AtChoice>(&place);
+  const auto* choice = std::get_if<AtChoice>(&target);
   return choice ? choice->names : texts;
 }
 
@@ -108,7 +108,7 @@ std::string Key::allowed() const {
   if (const auto all = choices(); !all.empty()) return fmt::format("one of \"{}\"", fmt::join(all, "\", \""));
   std::string text = std::visit(Overloaded{[](const AtChoice&) { return std::string(type_name(std::string())); },
                                            []<class T>(At<T>) { return std::string(type_name(T{})); }},
-                                place);
+                                target);
   if (!unit.empty()) text += " in " + unit;
   const std::string limits = range.text();
   return limits.empty() ? text : text + ", " + limits;
@@ -120,7 +120,7 @@ std::string Key::fallback(Draft& untouched) const {
   if (!computed_default.empty()) return "default: " + computed_default;
   return "default: " + std::visit(Overloaded{[&](const AtChoice& at) { return show(at.name(untouched)); },
                                              [&]<class T>(At<T> at) { return show(*at(untouched)); }},
-                                  place);
+                                  target);
 }
 
 std::string Table::header() const {

@@ -48,10 +48,10 @@ struct AtChoice {
   };
 };
 
-using Place = std::variant<At<bool>, At<int>, At<std::int64_t>, At<double>, At<std::string>, At<Vec2>, At<Coordinates>,
-                           At<std::vector<double>>, At<DomainSide>, At<std::optional<int>>, At<std::optional<double>>,
-                           At<std::optional<std::string>>, At<std::optional<Interval>>, At<std::optional<Region>>,
-                           At<std::optional<Coordinates>>, AtChoice>;
+using KeyTarget = std::variant<At<bool>, At<int>, At<std::int64_t>, At<double>, At<std::string>, At<Vec2>,
+                               At<Coordinates>, At<std::vector<double>>, At<DomainSide>, At<std::optional<int>>,
+                               At<std::optional<double>>, At<std::optional<std::string>>, At<std::optional<Interval>>,
+                               At<std::optional<Region>>, At<std::optional<Coordinates>>, AtChoice>;
 
 /// Overloaded function objects for std::visit.
 template <class... Functions>
@@ -89,7 +89,7 @@ inline constexpr Range accuracy{.low = 0, .high = 1, .low_itself = false, .high_
 /// is the value in an untouched Draft.
 struct Key {
   std::string name;
-  Place place;
+  KeyTarget target;
   std::string unit{};                ///< unit of the key's numbers; empty: a pure number or no number
   Range range{};                     ///< range of each of the key's numbers
   std::vector<std::string> texts{};  ///< allowed texts; empty: any. Enumerations use their names instead.

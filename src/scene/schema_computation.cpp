@@ -23,28 +23,28 @@ Table minimize() {
       .help = "Method that brings particles with effects.soft_repulsion to rest.",
       .keys = {
           {.name = "method",
-           .place = [](Draft& d) { return &d.scene.minimize.method; },
+           .target = [](Draft& d) { return &d.scene.minimize.method; },
            .help = "lbfgs-newton: limited-memory BFGS until the contacts no longer change, then Newton's method with "
                    "conjugate gradients; fire: inertial relaxation; gradient-descent: small constant steps down the "
                    "gradient, which end in the minimum of the gradient flow. Other methods may end in other minima"},
           {.name = "force_tolerance",
-           .place = [](Draft& d) { return &d.scene.minimize.force_tolerance; },
+           .target = [](Draft& d) { return &d.scene.minimize.force_tolerance; },
            .range = {.low = 1e-15, .high = 1, .high_itself = false},  // smaller values are below rounding
            .help = "at rest: the largest net force on a particle, in units of stiffness over the mean diameter"},
           {.name = "max_iterations",
-           .place = [](Draft& d) { return &d.scene.minimize.max_iterations; },
+           .target = [](Draft& d) { return &d.scene.minimize.max_iterations; },
            .range = {.low = 0, .high = 1e12},
            .help = "largest number of iterations of a run"},
           {.name = "step",
-           .place = [](Draft& d) { return &d.scene.minimize.step; },
+           .target = [](Draft& d) { return &d.scene.minimize.step; },
            .range = positive,
            .help = "of gradient-descent, in units of the mean diameter squared over stiffness"},
           {.name = "record_every",
-           .place = [](Draft& d) { return &d.scene.minimize.record_every; },
+           .target = [](Draft& d) { return &d.scene.minimize.record_every; },
            .range = not_negative,
            .help = "iterations between two frames; 0: at 0, 1, 2, 3, 4, 6, 8, 11, 16, ..., and the last"},
           {.name = "threads",
-           .place = [](Draft& d) { return &d.scene.minimize.threads; },
+           .target = [](Draft& d) { return &d.scene.minimize.threads; },
            .range = {.low = 0, .high = 1024},
            .help = "number of threads, without effect on the result; 0: one per core, fewer for few particles"},
       }};
@@ -80,7 +80,7 @@ std::string default_tolerances(const std::string& usual, double FieldTolerances:
 std::vector<Key> field_accuracy() {
   return {
       {.name = "accuracy",
-       .place = [](Draft& d) { return &d.field.accuracy; },
+       .target = [](Draft& d) { return &d.field.accuracy; },
        .range = {.low = 1e-12, .high = 0.1},
        .computed_default = "none; cells and tolerances count",
        .help =
@@ -91,22 +91,22 @@ std::vector<Key> field_accuracy() {
            "Errors are measured: `solve` refuses an accuracy that it cannot reach. A run makes the choice at its "
            "start, in the plane for gaps down to contact_discharge's, and checks it at checkpoints"},
       {.name = "method",
-       .place = field_method(),
+       .target = field_method(),
        .computed_default = "\"cut-cell\"; in three dimensions \"spheres\"",
        .help = methods_in_words()},
       {.name = "cells",
-       .place = [](Draft& d) { return &d.field.options.cells; },
+       .target = [](Draft& d) { return &d.field.options.cells; },
        .range = {.low = 8, .high = most_cells},
        .help = "number of square cells along the domain's longer side; multipole uses them for pictures only"},
       {.name = "tolerance",
-       .place = [](Draft& d) { return &d.field.tolerance; },
+       .target = [](Draft& d) { return &d.field.tolerance; },
        .range = accuracy,
        .computed_default = default_tolerances("1e-8", &FieldTolerances::single),
        .help =
            "error of a single solve. cut-cell: in the energy norm, relative to the solution's; multipole and spheres: "
            "of potentials, charges and forces, relative to the largest; relaxation: of the groups' charges"},
       {.name = "moving_tolerance",
-       .place = [](Draft& d) { return &d.field.moving_tolerance; },
+       .target = [](Draft& d) { return &d.field.moving_tolerance; },
        .range = accuracy,
        .computed_default = default_tolerances(
            "1e-4 where mechanics.position_tolerance is 1e-3 of the smallest radius, with its square below, from "
@@ -119,23 +119,23 @@ std::vector<Key> field_accuracy() {
 std::vector<Key> field_solvers() {
   return {
       {.name = "device",
-       .place = [](Draft& d) { return &d.field.options.device; },
+       .target = [](Draft& d) { return &d.field.options.device; },
        .help = "device of the cut-cell solver; --device on the command line has precedence"},
       {.name = "threads",
-       .place = [](Draft& d) { return &d.field.options.threads; },
+       .target = [](Draft& d) { return &d.field.options.threads; },
        .range = {.low = 0, .high = 1024},
        .help = "number of threads of cut-cell and spheres, without effect on the result; 0: one per core, fewer on "
                "small grids"},
       {.name = "boundary_stencil",
-       .place = [](Draft& d) { return &d.field.options.links; },
+       .target = [](Draft& d) { return &d.field.options.links; },
        .help = "conductance from a cell to a disk: exact for a logarithmic or for a linear potential; aperture: first "
                "order, for comparison (linear_solver = \"assembled\")",
        .old_name = "links"},
       {.name = "linear_solver",
-       .place = [](Draft& d) { return &d.field.options.linear_solver; },
+       .target = [](Draft& d) { return &d.field.options.linear_solver; },
        .help = "multigrid: matrix-free, the fastest; assembled: any preconditioner of PETSc"},
       {.name = "relaxation_eta",
-       .place = [](Draft& d) { return &d.field.relaxation_eta; },
+       .target = [](Draft& d) { return &d.field.relaxation_eta; },
        .unit = "V m/C",
        .range = positive,
        .computed_default = "chosen by the solver",
@@ -151,17 +151,17 @@ Table field() {
 std::vector<Key> integrators() {
   return {
       {.name = "integrator",
-       .place = [](Draft& d) { return &d.scene.mechanics.integrator; },
+       .target = [](Draft& d) { return &d.scene.mechanics.integrator; },
        .computed_default = "\"cvode\"; \"multirate\" of grains",
        .help = "cvode: implicit, error-controlled, contacts located as events; euler: explicit (D 6.7). For grains: "
                "multirate: charges act as impulses, and contacts have substeps between these; verlet: with predicted "
                "velocities; gear, gear-printed: Gear's of order 6, corrected and as printed in G; cvode: the "
                "reference, for few grains"},
       {.name = "coupling",
-       .place = [](Draft& d) { return &d.scene.mechanics.coupling; },
+       .target = [](Draft& d) { return &d.scene.mechanics.coupling; },
        .help = "split: field extrapolated over error-controlled steps; monolithic: solved in each evaluation"},
       {.name = "predictor",
-       .place = [](Draft& d) { return &d.scene.mechanics.predictor; },
+       .target = [](Draft& d) { return &d.scene.mechanics.predictor; },
        .help = "with coupling split: use a coarser grid that resolves the conductors between field solves"},
   };
 }
@@ -169,12 +169,12 @@ std::vector<Key> integrators() {
 std::vector<Key> conductor_steps() {
   return {
       {.name = "relative_tolerance",
-       .place = [](Draft& d) { return &d.scene.mechanics.relative_tolerance; },
+       .target = [](Draft& d) { return &d.scene.mechanics.relative_tolerance; },
        .range = {.low = 1e-15, .high = 1, .high_itself = false},  // smaller values are below rounding
        .computed_default = "1e-6; 1e-13 of grains",
        .help = "error of positions and momenta per step of the integrator; for grains only of cvode"},
       {.name = "position_tolerance",
-       .place = [](Draft& d) { return &d.position_tolerance; },
+       .target = [](Draft& d) { return &d.position_tolerance; },
        .unit = "m",
        .range = positive,
        .computed_default = "1e-3 * the smallest radius",
@@ -182,23 +182,23 @@ std::vector<Key> conductor_steps() {
                "radius it also bounds the error of the charge through resistors per step, relative to the largest "
                "charge; field.accuracy may reduce that bound"},
       {.name = "largest_step",
-       .place = [](Draft& d) { return &d.largest_step; },
+       .target = [](Draft& d) { return &d.largest_step; },
        .unit = "s",
        .range = times,
        .computed_default = "output.every",
        .help = "largest coupling step"},
       {.name = "fix_z",
-       .place = [](Draft& d) { return &d.scene.mechanics.keep_height; },
+       .target = [](Draft& d) { return &d.scene.mechanics.fix_z; },
        .help = "in three dimensions: conductors lie on a support and have a constant z; the support balances forces "
                "along z, which a run does not contain",
        .old_name = "keep_height"},
       {.name = "euler_step",
-       .place = [](Draft& d) { return &d.scene.mechanics.euler_step; },
+       .target = [](Draft& d) { return &d.scene.mechanics.euler_step; },
        .unit = "s",
        .range = positive,
        .help = "time step of euler"},
       {.name = "euler_field_step",
-       .place = [](Draft& d) { return &d.scene.mechanics.euler_field_step; },
+       .target = [](Draft& d) { return &d.scene.mechanics.euler_field_step; },
        .unit = "s",
        .range = positive,
        .help = "time between two field solves of euler"},
@@ -208,7 +208,7 @@ std::vector<Key> conductor_steps() {
 std::vector<Key> grain_steps() {
   return {
       {.name = "step",
-       .place = [](Draft& d) { return &d.scene.mechanics.step; },
+       .target = [](Draft& d) { return &d.scene.mechanics.step; },
        .unit = "t0",
        .range = positive,
        .computed_default = "multirate: from effects.coulomb.accuracy, or 0.05; verlet: 0.005; gear: 0.0015",
@@ -216,14 +216,14 @@ std::vector<Key> grain_steps() {
                "steps if the fastest grain would fly farther than .2 d0; steps of verlet and gear must resolve the "
                "shortest contact"},
       {.name = "contact_substeps",
-       .place = [](Draft& d) { return &d.scene.mechanics.contact_steps; },
+       .target = [](Draft& d) { return &d.scene.mechanics.contact_steps; },
        .range = {.low = 4, .high = 1e4},
        .computed_default = "from effects.coulomb.accuracy: 16 for 1e-3, 50 for 1e-4; 16 without",
        .help = "for multirate: substeps in the shortest possible contact, or in the damping time if that is shorter; "
                "with n substeps the energy of a contact has a relative error of about 1 / (4 n^2)",
        .old_name = "contact_steps"},
       {.name = "threads",
-       .place = [](Draft& d) { return &d.scene.mechanics.threads; },
+       .target = [](Draft& d) { return &d.scene.mechanics.threads; },
        .range = {.low = 0, .high = 1024},
        .help = "number of threads, without effect on the result; 0: one per core, fewer for few grains"},
   };
@@ -241,15 +241,15 @@ Table network() {
       .help = "Resistors between particles in contact, for `lichtenberg network` on a packing's result file.",
       .keys = {
           {.name = "model",
-           .place = [](Draft& d) { return &d.scene.network.model; },
+           .target = [](Draft& d) { return &d.scene.network.model; },
            .computed_default = "both models",
            .help = "nodes of the network: particles or contacts"},
           {.name = "terminals",
-           .place = [](Draft& d) { return &d.scene.network.between; },
+           .target = [](Draft& d) { return &d.scene.network.between; },
            .help = "electrodes, the first at 0 V: names of walls or numbers of particles",
            .old_name = "between"},
           {.name = "resistor",
-           .place = [](Draft& d) { return &d.scene.network.resistor; },
+           .target = [](Draft& d) { return &d.scene.network.resistor; },
            .computed_default = "\"constant\", of 1 Ohm",
            .help = "model of a resistor, with the parameters that it needs:"},
       }};
@@ -259,11 +259,11 @@ Table network() {
     resistor.help += fmt::format(" {} ({}), {};", model.name, fmt::join(model.needs, ", "), model.help);
   }
   resistor.help.back() = '.';
-  const auto add = [&](const char* name, Place place) {
+  const auto add = [&](const char* name, KeyTarget target) {
     const auto& entry =
         *std::ranges::find(network::parameter_entries(), std::string_view(name), &network::ParameterEntry::name);
     table.keys.push_back({.name = name,
-                          .place = place,
+                          .target = target,
                           .unit = entry.unit,
                           .range = positive,
                           .computed_default = "none",
@@ -273,7 +273,7 @@ Table network() {
   add("resistance_per_length", [](Draft& d) { return &d.scene.network.parameters.resistance_per_length; });
   add("sheet_resistance", [](Draft& d) { return &d.scene.network.parameters.sheet_resistance; });
   add("resistivity", [](Draft& d) { return &d.scene.network.parameters.resistivity; });
-  add("contact_radius", [](Draft& d) { return &d.scene.network.parameters.spot; });
+  add("contact_radius", [](Draft& d) { return &d.scene.network.parameters.contact_radius; });
   table.keys.back().old_name = "spot";
   return table;
 }
@@ -283,24 +283,24 @@ Table output() {
           .help = "Output of a run.",
           .keys = {
               {.name = "file",
-               .place = [](Draft& d) { return &d.output_file; },
+               .target = [](Draft& d) { return &d.output_file; },
                .computed_default = "the scene file's name, in the working directory, with .h5",
                .help = "result file"},
               {.name = "every",
-               .place = [](Draft& d) { return &d.scene.output.every; },
+               .target = [](Draft& d) { return &d.scene.output.every; },
                .unit = "s",
                .range = positive,
                .help = "simulated time between two frames"},
               {.name = "checkpoint_every",
-               .place = [](Draft& d) { return &d.scene.output.checkpoint_every; },
+               .target = [](Draft& d) { return &d.scene.output.checkpoint_every; },
                .range = {.low = 1, .high = 1e9},
                .help = "frames between two checkpoints"},
               {.name = "field",
-               .place = [](Draft& d) { return &d.scene.output.field; },
+               .target = [](Draft& d) { return &d.scene.output.field; },
                .help = "stored potential of the last frame: single precision (four bytes per cell before compression), "
                        "double precision, or none"},
               {.name = "picture",
-               .place = [](Draft& d) { return &d.scene.output.picture; },
+               .target = [](Draft& d) { return &d.scene.output.picture; },
                .help = "draw the final state"},
           }};
 }
@@ -310,15 +310,15 @@ Table stop() {
           .help = "When a run ends: at whichever comes first.",
           .keys = {
               {.name = "time",
-               .place = [](Draft& d) { return &d.scene.stop.time; },
+               .target = [](Draft& d) { return &d.scene.stop.time; },
                .unit = "s",
                .range = times,
                .help = "simulated time from the start, including a run's stages"},
               {.name = "stationary",
-               .place = [](Draft& d) { return &d.scene.stop.stationary; },
+               .target = [](Draft& d) { return &d.scene.stop.stationary; },
                .help = "stop when all conductors are connected to an electrode and the forces are negligible (D 7.1)"},
               {.name = "force",
-               .place = [](Draft& d) { return &d.scene.stop.force; },
+               .target = [](Draft& d) { return &d.scene.stop.force; },
                .range = accuracy,
                .help = "negligible: this fraction of the largest force of the run"},
           }};

@@ -25,8 +25,8 @@ void check_sides(const Draft& draft, int dimension) {
   const std::array<DomainSide, 6>& sides = draft.scene.domain.sides;
   for (int s = 0; s < 6; ++s) {
     const std::string key = key_of(s), across = key_of(s ^ 1);
-    const auto refuse_it = [&](const std::string& sentence) {
-      refuse(draft.scene.path, draft.line(key), fmt::format("{} {}", key, sentence));
+    const auto refuse_it = [&](const std::string& message) {
+      refuse(draft.scene.path, draft.line(key), fmt::format("{} {}", key, message));
     };
     if (s >= 2 * dimension && draft.line(key) > 0)
       refuse_it("is not allowed in two dimensions: only a domain.size of three numbers has a front and a back");
@@ -47,8 +47,8 @@ void check_sides(const Draft& draft, int dimension) {
 void check_open(const Draft& draft, int dimension) {
   const Domain& domain = draft.scene.domain;
   if (!domain.open) return;
-  const auto refuse_it = [&](const std::string& key, const std::string& sentence) {
-    refuse(draft.scene.path, draft.line(key), sentence);
+  const auto refuse_it = [&](const std::string& key, const std::string& message) {
+    refuse(draft.scene.path, draft.line(key), message);
   };
   if (dimension == 2)
     refuse_it(
@@ -83,9 +83,9 @@ void check_without_field(const Draft& draft, const std::string& where) {
 void check_effects(const Draft& draft, int dimension) {
   const int side = periodic_side(draft.scene.domain);
   for (const Effects::Entry& entry : draft.scene.effects) {
-    entry.kind->check_dimension(dimension, place_in(draft.scene.path, draft.line("domain.size")));
+    entry.kind->check_dimension(dimension, location_prefix(draft.scene.path, draft.line("domain.size")));
     if (side < 0) continue;
-    const std::string where = place_in(draft.scene.path, draft.line(key_of(side)));
+    const std::string where = location_prefix(draft.scene.path, draft.line(key_of(side)));
     entry.kind->check_periodic(where);
     if (entry.kind->field && dimension == 2)
       throw InputError(
@@ -97,7 +97,7 @@ void check_effects(const Draft& draft, int dimension) {
 
 }  // namespace
 
-void settle_dimension(Draft& draft) {
+void set_dimension(Draft& draft) {
   Domain& domain = draft.scene.domain;
   const int dimension = draft.domain_size.count;
   domain.size = draft.domain_size.value;

@@ -27,7 +27,7 @@ double gap(const Conductor& a, const Conductor& b, const Box<3>& box) {
   return norm(box.difference(a.position, b.position)) - b.radius - a.radius;
 }
 
-std::string place_of(const Scene& scene, const Conductor& conductor) {
+std::string position_text(const Scene& scene, const Conductor& conductor) {
   const Vec3 p = conductor.position;
   return scene.dimension() == 3 ? fmt::format("[{:g}, {:g}, {:g}]", p.x, p.y, p.z)
                                 : fmt::format("[{:g}, {:g}]", p.x, p.y);
@@ -45,8 +45,8 @@ void check_pairs(const Draft& draft, const Scene& scene, const auto& refuse_it) 
     for (std::size_t b = a + 1; b < order.size() && left_end(order[b]) <= reach; ++b) {
       const Conductor& other = scene.conductors[order[b]];
       if (gap(one, other, scene.domain.box()) <= slack && !one_potential(scene, one, other))
-        refuse_it(order[a],
-                  fmt::format("the one at {} m (line {})", place_of(scene, other), draft.conductors[order[b]].line));
+        refuse_it(order[a], fmt::format("the one at {} m (line {})", position_text(scene, other),
+                                        draft.conductors[order[b]].line));
     }
   }
 }
@@ -60,7 +60,7 @@ void check_touching(const Draft& draft, const Scene& scene) {
         fmt::format(
             "conductor.position = {} m is not allowed: this conductor touches {}, and the force between two potentials "
             "that touch has no limit; leave a gap, or connect them by [effects.contact_discharge] or a [[group]]",
-            place_of(scene, scene.conductors[i]), other));
+            position_text(scene, scene.conductors[i]), other));
   };
   check_pairs(draft, scene, refuse_it);
   const Vec3 size = scene.domain.size;

@@ -16,7 +16,7 @@ namespace lichtenberg {
 namespace {
 
 /// The parts of a key's path: "electrode[1].radius" is the table "electrode", its element 1 and the key "radius".
-struct KeyPlace {
+struct KeyLocation {
   const Table* table;
   std::optional<std::size_t> index;
   std::string name;
@@ -35,14 +35,14 @@ std::optional<std::size_t> take_index(std::string& path) {
 }
 
 /// Describes the value that may be set for the key of that path; empty if there is no such key.
-std::string what_may_be_set(const Schema& schema, const std::string& path) {
+std::string settable_description(const Schema& schema, const std::string& path) {
   const std::size_t dot = path.rfind('.');
   const Table* table = schema.find_table(dot == std::string::npos ? "" : path.substr(0, dot));
   const Key* key = table ? find_key(*table, path.substr(dot + 1)) : nullptr;
   return key ? fmt::format("{} is a single value and is set as a whole: it must be {}", path, key->allowed()) : "";
 }
 
-KeyPlace place_of(const Schema& schema, const std::string& key) {
+KeyLocation locate_key(const Schema& schema, const std::string& key) {
   const std::size_t dot = key.rfind('.');
   std::string table_path = dot == std::string::npos ? "" : key.substr(0, dot);
   const std::string name = key.substr(dot + 1);  // npos + 1 is 0
@@ -51,7 +51,7 @@ KeyPlace place_of(const Schema& schema, const std::string& key) {
   if (schema.find_table(key) != nullptr)
     throw InputError(
         fmt::format("{0} is no key of a scene but a table: name a key of it (`lichtenberg help scene {0}`)", key));
-  if (const std::string whole = what_may_be_set(schema, table_path); !whole.empty())
+  if (const std::string whole = settable_description(schema, table_path); !whole.empty())
     throw InputError(fmt::format("{} is no key of a scene, but {}", key, whole));
   if (table == nullptr || find_key(*table, name) == nullptr)
     throw InputError(fmt::format("{} is no key of a scene: the nearest known key is {}", key,
@@ -72,15 +72,15 @@ toml::table* open_table(toml::table& document, const std::string& path) {
 }
 
 /// Returns the element of a repeated table to which a key refers.
-toml::table& element_of(toml::table& document, const KeyPlace& place, const std::string& key) {
-  const std::string header = place.table->header();
-  toml::array* elements = document[place.table->path].as_array();
+toml::table& element_of(toml::table& document, const KeyLocation& location, const std::string& key) {
+  const std::string header = location.table->header();
+  toml::array* elements = document[location.table->path].as_array();
   const std::size_t count = elements == nullptr ? 0 : elements->size();
   if (count == 0) throw InputError(fmt::format("{}: the scene has no {}", key, header));
-  if (!place.index && count > 1)
+  if (!location.index && count > 1)
     throw InputError(fmt::format("{}: the scene has {} {}; say which, from {}[0] to {}[{}]", key, count, header,
-                                 place.table->path, place.table->path, count - 1));
-  const std::size_t index = place.index.value_or(0);
+                                 location.table->path, location.table->path, count - 1));
+  const std::size_t index = location.index.value_or(0);
   if (index >= count)
     throw InputError(fmt::format("{}: the scene has {} {}, and the first has the index 0", key, count, header));
   toml::table* element = (*elements)[index].as_table();
@@ -88,12 +88,12 @@ toml::table& element_of(toml::table& document, const KeyPlace& place, const std:
   return *element;
 }
 
-toml::table& table_of(toml::table& document, const KeyPlace& place, const std::string& key) {
-  if (place.table->kind == Table::Kind::repeated) return element_of(document, place, key);
-  const std::string& path = place.table->path;
+toml::table& table_of(toml::table& document, const KeyLocation& location, const std::string& key) {
+  if (location.table->kind == Table::Kind::repeated) return element_of(document, location, key);
+  const std::string& path = location.table->path;
   if (path.starts_with("effects.") && !document.at_path(path).is_table())
     throw InputError(
-        fmt::format("{}: the scene has no table {}, so the effect is not in it", key, place.table->header()));
+        fmt::format("{}: the scene has no table {}, so the effect is not in it", key, location.table->header()));
   toml::table* table = open_table(document, path);
   if (table == nullptr) throw InputError(fmt::format("{}: in the scene {} is no table", key, path));
   return *table;
@@ -148,9 +148,9 @@ Setting setting_of(const std::string& written) {
 void apply(const std::vector<Setting>& settings, const Schema& schema, toml::table& document) {
   for (const auto& [written, value] : settings) {
     const std::string key = without_old_names(written, schema);
-    const KeyPlace place = place_of(schema, key);
+    const KeyLocation location = locate_key(schema, key);
     const toml::table parsed = parse_document("value = " + value, key);
-    table_of(document, place, key).insert_or_assign(place.name, *parsed.get("value"));
+    table_of(document, location, key).insert_or_assign(location.name, *parsed.get("value"));
   }
 }
 

@@ -53,16 +53,16 @@ void add(double* y, double factor, const double* x) {
 template <int d>
 struct Batch {
   static constexpr int most = 256;
-  std::array<std::array<double, d>, most> apart;  // m, from j to i
-  std::array<double, most> squared;               // m^2, distance
-  std::array<double, most> q, energy;             // energy in units of the stiffness
-  std::array<double, most> factor;                // 1/m^2; the gradient is stiffness * factor * apart
+  std::array<std::array<double, d>, most> separation;  // m, from j to i
+  std::array<double, most> squared;                    // m^2, distance
+  std::array<double, most> q, energy;                  // energy in units of the stiffness
+  std::array<double, most> factor;                     // 1/m^2; the gradient is stiffness * factor * apart
 
   void measure(const int* i, const int* j, int count, const double* x) {
     for (int c = 0; c < count; ++c) {
-      subtract<d>(&x[d * i[c]], &x[d * j[c]], apart[c].data());
+      subtract<d>(&x[d * i[c]], &x[d * j[c]], separation[c].data());
       squared[c] = 0;
-      for (int k = 0; k < d; ++k) squared[c] += apart[c][k] * apart[c][k];
+      for (int k = 0; k < d; ++k) squared[c] += separation[c][k] * separation[c][k];
     }
   }
 
@@ -112,7 +112,7 @@ double CloseContacts::evaluate(std::span<const double> x, std::span<double> grad
 /// again.
 template <int d>
 double CloseContacts::evaluate(std::span<const double> x, std::span<double> gradient) {
-  if (collected_at_.empty()) update<d>(x);
+  if (collection_positions_.empty()) update<d>(x);
   const auto evaluate_all = [&] {
     for_each_range([&](Range& range, int first, int end) { evaluate_range<d>(range, first, end, x, gradient); });
   };
@@ -125,8 +125,8 @@ double CloseContacts::evaluate(std::span<const double> x, std::span<double> grad
   double energy = 0;
   for (const Range& range : ranges_) {
     energy += range.energy;
-    for (const Push& push : range.beyond)
-      for (int k = 0; k < d; ++k) gradient[push.particle * d + k] += push.force[k];
+    for (const ParticleForce& one : range.outside_forces)
+      for (int k = 0; k < d; ++k) gradient[one.particle * d + k] += one.force[k];
   }
   return potential_.stiffness() * energy;
 }
@@ -134,10 +134,10 @@ double CloseContacts::evaluate(std::span<const double> x, std::span<double> grad
 template <int d>
 void CloseContacts::evaluate_range(Range& range, int first, int end, std::span<const double> x,
                                    std::span<double> gradient) const {
-  range.valid = covers<d>(first, end, x);
+  range.valid = is_valid_for<d>(first, end, x);
   if (!range.valid) return;
   std::ranges::fill(gradient.subspan(d * first, d * (end - first)), 0.0);
-  range.beyond.clear();
+  range.outside_forces.clear();
   range.energy = 0;
   if (add_walls<d>(range, x, gradient))
     add_pairs<d>(range, end, x, gradient);
@@ -148,10 +148,10 @@ void CloseContacts::evaluate_range(Range& range, int first, int end, std::span<c
 /// Returns true if no particle of the range has moved by more than half of the margin since the candidates were
 /// collected.
 template <int d>
-bool CloseContacts::covers(int first, int end, std::span<const double> x) const {
+bool CloseContacts::is_valid_for(int first, int end, std::span<const double> x) const {
   const double most = 0.25 * margin_ * margin_;
   int left = 0;  // no branch, so that the loop is vectorized
-  for (int i = first; i < end; ++i) left |= squared_distance<d>(&x[d * i], &collected_at_[d * i]) > most;
+  for (int i = first; i < end; ++i) left |= squared_distance<d>(&x[d * i], &collection_positions_[d * i]) > most;
   return !left;
 }
 
@@ -183,25 +183,25 @@ void CloseContacts::add_pairs(Range& range, int end, std::span<const double> x, 
     for (int c = 0; c < count; ++c) {
       energy += batch.energy[c];
       const double factor = stiffness * batch.factor[c];
-      const double* apart = batch.apart[c].data();
-      add<d>(&sum[d * i[c]], factor, apart);
+      const double* separation = batch.separation[c].data();
+      add<d>(&sum[d * i[c]], factor, separation);
       if (j[c] < end)
-        add<d>(&sum[d * j[c]], -factor, apart);
+        add<d>(&sum[d * j[c]], -factor, separation);
       else if (factor != 0)
-        add<d>(range.beyond.emplace_back(j[c]).force.data(), -factor, apart);
+        add<d>(range.outside_forces.emplace_back(j[c]).force.data(), -factor, separation);
     }
   }
   range.energy = energy;
 }
 
 std::span<const Pair> CloseContacts::pairs(std::span<const double> x) {
-  const auto cover = [&]<int d>(std::integral_constant<int, d>) {
-    if (collected_at_.empty() || !covers<d>(0, bodies_.size(), x)) update<d>(x);
+  const auto update_if_needed = [&]<int d>(std::integral_constant<int, d>) {
+    if (collection_positions_.empty() || !is_valid_for<d>(0, bodies_.size(), x)) update<d>(x);
   };
   if (bodies_.dimension == 3)
-    cover(std::integral_constant<int, 3>{});
+    update_if_needed(std::integral_constant<int, 3>{});
   else
-    cover(std::integral_constant<int, 2>{});
+    update_if_needed(std::integral_constant<int, 2>{});
   return pairs_;
 }
 
@@ -212,15 +212,15 @@ void CloseContacts::update(std::span<const double> x) {
   constexpr int few = 4, many = 16;
   if (uses_ < few) wanted_margin_ = std::min(2 * wanted_margin_, skin_);
   if (uses_ > many) wanted_margin_ = std::max(0.5 * wanted_margin_, 1e-3 * skin_);
-  margin_ = searched_at_.empty() ? 0 : skin_ - 2 * largest_move<d>(x);
+  margin_ = search_positions_.empty() ? 0 : skin_ - 2 * largest_move<d>(x);
   if (!(margin_ >= 0.25 * wanted_margin_)) {
     pairs_ = pairs_closer_than(Spheres<d>{x, bodies_.radius}, skin_, team_);
-    searched_at_.assign(x.begin(), x.end());
+    search_positions_.assign(x.begin(), x.end());
     margin_ = skin_;
   }
   margin_ = std::min(margin_, wanted_margin_);
   for_each_range([&](Range& range, int first, int end) { collect<d>(range, first, end, x); });
-  collected_at_.assign(x.begin(), x.end());
+  collection_positions_.assign(x.begin(), x.end());
   uses_ = 0;
 }
 
@@ -228,7 +228,8 @@ void CloseContacts::update(std::span<const double> x) {
 template <int d>
 double CloseContacts::largest_move(std::span<const double> x) const {
   double most = 0;
-  for (int i = 0; i < bodies_.size(); ++i) most = larger(most, squared_distance<d>(&x[d * i], &searched_at_[d * i]));
+  for (int i = 0; i < bodies_.size(); ++i)
+    most = larger(most, squared_distance<d>(&x[d * i], &search_positions_[d * i]));
   return std::sqrt(most);
 }
 

@@ -30,10 +30,10 @@ class CloseContacts {
   /// Candidates of a range of particles; arrays by candidate.
   struct Range {
     std::vector<int> i, j;
-    std::vector<double> per_reach;  ///< 1/m, inverse of the sum of radii
-    std::vector<Pair> walls;        ///< particle and wall
-    std::vector<Push> beyond;       ///< gradient of particles of later ranges
-    double energy = 0;              ///< energy over the stiffness
+    std::vector<double> per_reach;              ///< 1/m, inverse of the sum of radii
+    std::vector<Pair> walls;                    ///< particle and wall
+    std::vector<ParticleForce> outside_forces;  ///< gradient of particles of later ranges
+    double energy = 0;                          ///< energy over the stiffness
     bool valid = false;
   };
   template <class Task>
@@ -43,7 +43,7 @@ class CloseContacts {
   template <int d>
   void evaluate_range(Range& range, int first, int end, std::span<const double> x, std::span<double> gradient) const;
   template <int d>
-  bool covers(int first, int end, std::span<const double> x) const;
+  bool is_valid_for(int first, int end, std::span<const double> x) const;
   template <int d>
   bool add_walls(Range& range, std::span<const double> x, std::span<double> gradient) const;
   template <int d>
@@ -59,9 +59,9 @@ class CloseContacts {
   const Bodies& bodies_;
   parallel::Team& team_;
   double skin_, wanted_margin_, margin_ = 0;  ///< m
-  std::vector<Pair> pairs_;                   ///< pairs within skin_ at searched_at_
-  std::vector<double> searched_at_;           ///< m, positions at the last list rebuild
-  std::vector<double> collected_at_;          ///< m, positions at which `ranges_` contained all pairs within margin_
+  std::vector<Pair> pairs_;                   ///< pairs within skin_ at search_positions_
+  std::vector<double> search_positions_;      ///< m, positions at the last list rebuild
+  std::vector<double> collection_positions_;  ///< m, positions at which `ranges_` contained all pairs within margin_
   std::vector<Range> ranges_;
   std::int64_t uses_ = 0;  ///< evaluations with `ranges_` since they were collected
 };

@@ -110,7 +110,7 @@ struct Minimization::Implementation {
 
   void start(std::vector<double> x) {
     minimizer = make_minimizer(std::move(x));
-    look();
+    update_largest_force();
   }
 
   /// Makes the minimizer with lengths, times and steps in natural units of the scene. With unit masses, the fastest
@@ -141,7 +141,7 @@ struct Minimization::Implementation {
     return result;
   }
 
-  void look() {
+  void update_largest_force() {
     largest_force = longest(minimizer->point().gradient, scene.dimension(), energy);
     if (!std::isfinite(largest_force))
       throw Failure(
@@ -165,10 +165,10 @@ struct Minimization::Implementation {
     if (scene.minimize.method != MinimizeMethod::lbfgs_newton) return;
     constexpr std::int64_t most_evaluations = 30;
     const double unit = stiffness / diameter;
-    if (method == MinimizeMethod::lbfgs && largest_force <= settled * unit) {
+    if (method == MinimizeMethod::lbfgs && largest_force <= newton_threshold * unit) {
       change_to(MinimizeMethod::newton_cg);
     } else if (method == MinimizeMethod::newton_cg && evaluations() - changed_at > most_evaluations) {
-      settled *= 0.1;
+      newton_threshold *= 0.1;
       change_to(MinimizeMethod::lbfgs);
     }
   }
@@ -180,7 +180,7 @@ struct Minimization::Implementation {
   double stiffness;       ///< J
   MinimizeMethod method;  ///< current method
   /// Force (stiffness / diameter) below which contacts are assumed not to change.
-  double settled = 1e-5;
+  double newton_threshold = 1e-5;
   std::unique_ptr<minimize::Minimizer> minimizer;
   std::int64_t iteration = 0;
   std::int64_t earlier_evaluations = 0;  ///< evaluations of earlier minimizers
@@ -188,7 +188,9 @@ struct Minimization::Implementation {
   double largest_force = 0;              ///< N
 };
 
-Minimization::Minimization(const Scene& scene) : implementation_(std::make_unique<Implementation>(scene)) { note(); }
+Minimization::Minimization(const Scene& scene) : implementation_(std::make_unique<Implementation>(scene)) {
+  record_history();
+}
 Minimization::~Minimization() = default;
 
 std::int64_t Minimization::iteration() const { return implementation_->iteration; }
@@ -211,7 +213,7 @@ bool Minimization::iterate() {
   self.choose_method();
   if (!self.minimizer->iterate()) return false;
   ++self.iteration;
-  self.look();
+  self.update_largest_force();
   return true;
 }
 
@@ -227,23 +229,23 @@ double Minimization::most_iterations() const {
   return static_cast<double>(implementation_->scene.minimize.max_iterations);
 }
 
-bool Minimization::finished() { return at_rest() || stuck_ || time() >= most_iterations(); }
+bool Minimization::finished() { return at_rest() || cannot_decrease_ || time() >= most_iterations(); }
 
-void Minimization::note() {
-  notes_.push_back({iteration(), energy(), largest_force()});
-  noted_at_ = iteration();
+void Minimization::record_history() {
+  history_.push_back({iteration(), energy(), largest_force()});
+  recorded_at_ = iteration();
 }
 
 void Minimization::advance_to(double iteration, const std::function<bool()>& pause) {
   const Stopwatch stopwatch(seconds_);
   constexpr double ratio = 1.02;  // ratio of iterations with a record
   while (!finished() && time() < iteration) {
-    const std::int64_t next_note = next_mark(this->iteration(), ratio);
-    stuck_ = !iterate();
-    if (!stuck_ && this->iteration() == next_note) note();
+    const std::int64_t next_record = next_mark(this->iteration(), ratio);
+    cannot_decrease_ = !iterate();
+    if (!cannot_decrease_ && this->iteration() == next_record) record_history();
     if (pause && pause()) return;
   }
-  if (finished() && noted_at_ != this->iteration()) note();
+  if (finished() && recorded_at_ != this->iteration()) record_history();
 }
 
 Frame Minimization::frame() {
@@ -260,7 +262,7 @@ std::string Minimization::progress() {
                      force_in_units(), implementation_->scene.minimize.force_tolerance);
 }
 
-Way Minimization::way() {
+ProgressMeasure Minimization::progress_measure() {
   const double whole = -std::log(implementation_->scene.minimize.force_tolerance);
   return {at_rest() ? whole : -std::log(force_in_units()), whole};
 }
@@ -268,12 +270,12 @@ Way Minimization::way() {
 ColumnGroup Minimization::take_history() {
   std::vector<std::int64_t> iteration;
   std::vector<double> energy, force;
-  for (const Note& note : notes_) {
-    iteration.push_back(note.iteration);
-    energy.push_back(note.energy);
-    force.push_back(note.largest_force);
+  for (const HistoryRecord& entry : history_) {
+    iteration.push_back(entry.iteration);
+    energy.push_back(entry.energy);
+    force.push_back(entry.largest_force);
   }
-  notes_.clear();
+  history_.clear();
   return {"relaxation",  // name in result files
           {{"iteration", "1", Column::Of::list, 0, std::move(iteration)},
            {"energy", "J", Column::Of::list, 0, std::move(energy)},
@@ -317,8 +319,8 @@ Summary Minimization::summary() {
         fmt::format("not at rest after {} iterations: the largest force is {:.1e} of stiffness / mean diameter, where "
                     "minimize.force_tolerance is {:g}, and {}",
                     iteration(), force_in_units(), scene.minimize.force_tolerance,
-                    stuck_ ? "the energy goes no lower with the digits that there are"
-                           : "minimize.max_iterations allows no more"));
+                    cannot_decrease_ ? "the energy goes no lower with the digits that there are"
+                                     : "minimize.max_iterations allows no more"));
   return summary;
 }
 
@@ -329,9 +331,9 @@ Checkpoint Minimization::checkpoint() {
   Checkpoint checkpoint;
   checkpoint.reals = self.minimizer->memory();
   checkpoint.reals["position"] = self.in_scene_order(self.minimizer->point().x);
-  checkpoint.integers["counters"] = {self.iteration, evaluations(), noted_at_};
+  checkpoint.integers["counters"] = {self.iteration, evaluations(), recorded_at_};
   checkpoint.integers["method"] = {self.method == MinimizeMethod::newton_cg, self.changed_at};
-  checkpoint.reals["settled"] = {self.settled};
+  checkpoint.reals["settled"] = {self.newton_threshold};
   return checkpoint;
 }
 
@@ -345,12 +347,12 @@ void Minimization::restore(const Checkpoint& checkpoint) {
   const std::vector<std::int64_t>& method = checkpoint.integers.at("method");
   if (method.at(0)) self.method = MinimizeMethod::newton_cg;
   self.changed_at = method.at(1);
-  self.settled = checkpoint.reals.at("settled").at(0);
+  self.newton_threshold = checkpoint.reals.at("settled").at(0);
   self.start(self.in_own_order(position->second));
   self.minimizer->remember(checkpoint.reals);
   self.iteration = counters->second[0];
-  notes_.clear();
-  noted_at_ = counters->second[2];
+  history_.clear();
+  recorded_at_ = counters->second[2];
   self.earlier_evaluations = counters->second[1] - self.minimizer->evaluations();
 }
 

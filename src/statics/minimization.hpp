@@ -47,7 +47,7 @@ class Minimization : public Motion {
   Frame frame() override;
   std::string progress() override;
   /// Progress as the logarithm of the largest force, which decreases by steady factors.
-  Way way() override;
+  ProgressMeasure progress_measure() override;
   Checkpoint checkpoint() override;
   void restore(const Checkpoint& checkpoint) override;
 
@@ -59,21 +59,21 @@ class Minimization : public Motion {
   std::map<std::string, double> seconds() const override;
 
  private:
-  void note();
+  void record_history();
   double most_iterations() const;
   double force_in_units() const { return largest_force() / force_unit(); }
   const analysis::Packing& packing();
 
   struct Implementation;
   std::unique_ptr<Implementation> implementation_;
-  struct Note {
+  struct HistoryRecord {
     std::int64_t iteration = 0;
     double energy = 0;         ///< J
     double largest_force = 0;  ///< N
   };
-  std::vector<Note> notes_;                   ///< records since the last take_history
-  std::int64_t noted_at_ = -1;                ///< iteration of the last record
-  bool stuck_ = false;                        ///< true: the energy cannot decrease
+  std::vector<HistoryRecord> history_;        ///< records since the last take_history
+  std::int64_t recorded_at_ = -1;             ///< iteration of the last record
+  bool cannot_decrease_ = false;              ///< true: the energy cannot decrease
   std::optional<analysis::Packing> packing_;  ///< packing at the iteration packed_at_
   std::int64_t packed_at_ = -1;
   double seconds_ = 0;

@@ -96,7 +96,7 @@ template <int dimension>
 void PotentialEnergy::build_rows(const State& state) {
   constexpr int t = triangle<dimension>;
   using Block = std::array<double, t>;
-  struct Beyond {
+  struct LaterBlock {
     int particle = 0;
     Block block{}, positive{};
   };
@@ -105,7 +105,7 @@ void PotentialEnergy::build_rows(const State& state) {
   diagonal_.resize(static_cast<std::size_t>(t) * n);
   inverse_.resize(diagonal_.size());
   rows_.resize(ranges());
-  std::vector<std::vector<Beyond>> beyond(ranges());
+  std::vector<std::vector<LaterBlock>> later_blocks(ranges());
   const auto add = [&](int i, const Block& b, const Block& p) {
     for (int e = 0; e < t; ++e) diagonal_[t * i + e] += b[e], inverse_[t * i + e] += p[e];
   };
@@ -125,15 +125,15 @@ void PotentialEnergy::build_rows(const State& state) {
       if (o.partner < end)
         add(o.partner, b, p);
       else
-        beyond[task].push_back({o.partner, b, p});
+        later_blocks[task].push_back({o.partner, b, p});
       ++rows.start[o.particle - first + 1];
       rows.column.push_back(o.partner);
       rows.block.insert(rows.block.end(), b.begin(), b.end());
     }
     std::partial_sum(rows.start.begin(), rows.start.end(), rows.start.begin());
   });
-  for (const auto& range : beyond)
-    for (const Beyond& b : range) add(b.particle, b.block, b.positive);
+  for (const auto& range : later_blocks)
+    for (const LaterBlock& b : range) add(b.particle, b.block, b.positive);
   for_each_range([&](int, int first, int end) {
     for (int i = first; i < end; ++i) invert<dimension>(&inverse_[t * i]);
   });
@@ -156,10 +156,10 @@ void PotentialEnergy::invert(double* positive) const {
 template <int d>
 void PotentialEnergy::multiply_rows(std::span<const double> v, std::span<double> product) const {
   constexpr int t = triangle<d>;
-  beyond_.resize(ranges());
+  outside_forces_.resize(ranges());
   for_each_range([&](int task, int first, int end) {
     const Rows& rows = rows_[task];
-    beyond_[task].clear();
+    outside_forces_[task].clear();
     for (int i = first; i < end; ++i) {
       std::fill_n(&product[d * i], d, 0.0);
       multiply_add<d>(&diagonal_[t * i], &v[d * i], &product[d * i]);
@@ -175,14 +175,14 @@ void PotentialEnergy::multiply_rows(std::span<const double> v, std::span<double>
         if (j < end)
           for (int k = 0; k < d; ++k) product[d * j + k] -= z[k];
         else
-          std::ranges::copy(z, beyond_[task].emplace_back(j).force.begin());
+          std::ranges::copy(z, outside_forces_[task].emplace_back(j).force.begin());
       }
       for (int k = 0; k < d; ++k) product[d * i + k] -= y[k];
     }
   });
-  for (const auto& range : beyond_)
-    for (const Push& push : range)
-      for (int k = 0; k < d; ++k) product[d * push.particle + k] -= push.force[k];
+  for (const auto& range : outside_forces_)
+    for (const ParticleForce& one : range)
+      for (int k = 0; k < d; ++k) product[d * one.particle + k] -= one.force[k];
 }
 
 void PotentialEnergy::multiply(std::span<const double> v, std::span<double> product) const {

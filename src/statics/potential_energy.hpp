@@ -44,7 +44,7 @@ class PotentialEnergy : public minimize::SmoothObjective {
   Model model_;
   mutable parallel::Team team_;
   CloseContacts contacts_;
-  mutable std::vector<std::vector<Push>> beyond_;  ///< by range, for the last product
+  mutable std::vector<std::vector<ParticleForce>> outside_forces_;  ///< by range, for the last product
   /// Blocks right of the diagonal in the Hessian's rows of a range of particles, with reversed sign. Each block is
   /// stored as its upper triangle, in rows.
   struct Rows {

@@ -57,19 +57,19 @@ std::vector<CoolingState> states_at(const Ode& ode, double initial, std::span<co
   return states;
 }
 
-constexpr int piece_nodes = 20;
-constexpr double piece_width = 2;  // interval of ln T
+constexpr int interval_nodes = 20;
+constexpr double interval_width = 2;  // interval of ln T
 
 /// Positions of nodes within a piece, from -1 to 1.
-const std::array<double, piece_nodes> node_of = [] {
-  std::array<double, piece_nodes> all{};
-  for (int n = 0; n < piece_nodes; ++n) all[n] = -std::cos(pi * n / (piece_nodes - 1));
+const std::array<double, interval_nodes> node_of = [] {
+  std::array<double, interval_nodes> all{};
+  for (int n = 0; n < interval_nodes; ++n) all[n] = -std::cos(pi * n / (interval_nodes - 1));
   return all;
 }();
 
-double between(const std::array<double, piece_nodes>& values, double log_temperature) {
-  const double part = log_temperature / piece_width, x = 2 * (part - std::floor(part)) - 1;
-  return between_nodes(node_of.data(), values.data(), piece_nodes, x);
+double between(const std::array<double, interval_nodes>& values, double log_temperature) {
+  const double part = log_temperature / interval_width, x = 2 * (part - std::floor(part)) - 1;
+  return between_nodes(node_of.data(), values.data(), interval_nodes, x);
 }
 
 }  // namespace
@@ -109,35 +109,35 @@ double impact_mean(double temperature, const std::function<double(double speed, 
 
 /// Values of the three means at Chebyshev points of one interval of ln T. They vary like powers of T up to 2, and
 /// restitution has features with a width of several units of ln T. Twenty points in two units are therefore sufficient.
-struct ImpactTable::Piece {
-  std::array<double, piece_nodes> lost{}, charge_square{}, duration{};
+struct ImpactTable::TableInterval {
+  std::array<double, interval_nodes> lost{}, charge_square{}, duration{};
 };
 
-const ImpactTable::Piece& ImpactTable::piece_at(double log_temperature) const {
-  const int number = static_cast<int>(std::floor(log_temperature / piece_width));
-  std::shared_ptr<const Piece>& found = pieces_[number];
+const ImpactTable::TableInterval& ImpactTable::interval_at(double log_temperature) const {
+  const int number = static_cast<int>(std::floor(log_temperature / interval_width));
+  std::shared_ptr<const TableInterval>& found = intervals_[number];
   if (found) return *found;
-  auto piece = std::make_shared<Piece>();
-  for (int n = 0; n < piece_nodes; ++n) {
-    const double temperature = std::exp(piece_width * (number + 0.5 * (1 + node_of[n])));
-    piece->lost[n] = mean_loss(impacts_, temperature);
-    piece->charge_square[n] = mean_charge_square(impacts_, temperature);
-    piece->duration[n] = mean_duration(impacts_, temperature);
+  auto interval = std::make_shared<TableInterval>();
+  for (int n = 0; n < interval_nodes; ++n) {
+    const double temperature = std::exp(interval_width * (number + 0.5 * (1 + node_of[n])));
+    interval->lost[n] = mean_loss(impacts_, temperature);
+    interval->charge_square[n] = mean_charge_square(impacts_, temperature);
+    interval->duration[n] = mean_duration(impacts_, temperature);
   }
-  return *(found = std::move(piece));
+  return *(found = std::move(interval));
 }
 
 double ImpactTable::lost(double temperature) const {
   const double at = std::log(temperature);
-  return between(piece_at(at).lost, at);
+  return between(interval_at(at).lost, at);
 }
 double ImpactTable::charge_square(double temperature) const {
   const double at = std::log(temperature);
-  return between(piece_at(at).charge_square, at);
+  return between(interval_at(at).charge_square, at);
 }
 double ImpactTable::duration(double temperature) const {
   const double at = std::log(temperature);
-  return between(piece_at(at).duration, at);
+  return between(interval_at(at).duration, at);
 }
 
 std::vector<CoolingState> cool(double density, const Impacts& impacts, double initial, std::span<const double> times) {

@@ -52,11 +52,11 @@ class ImpactTable {
   double duration(double temperature) const;       ///< increase of omega^-1; 0 without a duration
 
  private:
-  struct Piece;
-  const Piece& piece_at(double log_temperature) const;
+  struct TableInterval;
+  const TableInterval& interval_at(double log_temperature) const;
 
   Impacts impacts_;
-  mutable std::map<int, std::shared_ptr<const Piece>> pieces_;
+  mutable std::map<int, std::shared_ptr<const TableInterval>> intervals_;
 };
 
 struct CoolingState {

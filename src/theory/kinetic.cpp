@@ -89,12 +89,12 @@ class LogTable {
   /// Evaluates the barycentric formula, in steps from the first of the six points. The function is constant beyond both
   /// ends.
   double operator()(double temperature) const {
-    const double place = temperature > 0 ? std::clamp((std::log(temperature) - low_) / step_, 0.0, points - 1.0) : 0;
-    const int first = std::clamp(static_cast<int>(place) - 2, 0, points - 6);
+    const double position = temperature > 0 ? std::clamp((std::log(temperature) - low_) / step_, 0.0, points - 1.0) : 0;
+    const int first = std::clamp(static_cast<int>(position) - 2, 0, points - 6);
     constexpr double weights[] = {-1, 5, -10, 10, -5, 1};
     double sum = 0, all = 0;
     for (int k = 0; k < 6; ++k) {
-      const double distance = place - first - k;
+      const double distance = position - first - k;
       if (distance == 0) return value_[first + k];
       sum += weights[k] / distance * value_[first + k];
       all += weights[k] / distance;

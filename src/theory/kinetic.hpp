@@ -95,6 +95,6 @@ struct KineticState {
 ///   dn/dt = -N_m,  d(3nT/2)/dt = -L_r - L_m,  d(n <q^2>)/dt = S_r - S_m.
 ///
 /// All rates are multiplied by g / (1 + omega t_c) if impacts have a duration t_c.
-std::vector<KineticState> kinetic_course(const KineticGas& gas, std::span<const double> times);
+std::vector<KineticState> kinetic_evolution(const KineticGas& gas, std::span<const double> times);
 
 }  // namespace lichtenberg::theory

@@ -106,14 +106,14 @@ std::vector<ChargePoint> charge_points() {
 }
 
 /// Returns the rates of grains that repel each other, with b = 0.
-PairRates repelled(double heat, const Impacts& impacts) { return Attraction{impacts, heat, 0}.sum(); }
+PairRates repulsive_rates(double heat, const Impacts& impacts) { return Attraction{impacts, heat, 0}.sum(); }
 
 }  // namespace
 
 KineticRates contact_speed_rates(const Aggregates& gas, double coupling, const Impacts& impacts) {
   static const std::vector<ChargePoint> points = charge_points();
   const double bjerrum = gas.bjerrum(coupling), heat = gas.temperature / gas.mass;
-  const PairRates without_charge = repelled(heat, impacts);
+  const PairRates without_charge = repulsive_rates(heat, impacts);
   PairRates mean;
   double charge = 0;  // each coalescence removes 2 |q_i q_j| / <q^2> = 4 w
   for (const auto& [w, weight] : points) {

@@ -51,7 +51,7 @@ double first_loss() { return 0.8 * std::pow(1.25, 0.6) * boost::math::beta(0.6, 
 RestitutionCurve::RestitutionCurve() {
   for (int n = 0; n <= nodes; ++n) {
     node_.push_back(to_u(largest) * (1 - std::cos(std::numbers::pi * n / nodes)) / 2);
-    at_.push_back(universal_collision(to_k(node_.back())));
+    collision_.push_back(universal_collision(to_k(node_.back())));
   }
 }
 
@@ -64,19 +64,19 @@ UniversalCollision RestitutionCurve::operator()(double k) const {
   UniversalCollision sum;
   double weights = 0;
   for (int n = 0; n <= nodes; ++n) {
-    if (u == node_[n]) return at_[n];
+    if (u == node_[n]) return collision_[n];
     const double weight = (n % 2 ? -1.0 : 1.0) * (n == 0 || n == nodes ? 0.5 : 1.0) / (u - node_[n]);
     weights += weight;
-    sum.loss += weight * at_[n].loss;
-    sum.duration += weight * at_[n].duration;
-    sum.deepest += weight * at_[n].deepest;
+    sum.loss += weight * collision_[n].loss;
+    sum.duration += weight * collision_[n].duration;
+    sum.deepest += weight * collision_[n].deepest;
   }
   return {sum.loss / weights, sum.duration / weights, sum.deepest / weights};
 }
 
 std::vector<double> RestitutionCurve::losses() const {
   std::vector<double> all;
-  for (const UniversalCollision& one : at_) all.push_back(one.loss);
+  for (const UniversalCollision& one : collision_) all.push_back(one.loss);
   return all;
 }
 

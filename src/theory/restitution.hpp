@@ -39,7 +39,7 @@ class RestitutionCurve {
 
  private:
   std::vector<double> node_;
-  std::vector<UniversalCollision> at_;
+  std::vector<UniversalCollision> collision_;
 };
 
 /// Returns the shared curve, made at first use.

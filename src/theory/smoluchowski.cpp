@@ -64,21 +64,21 @@ Ode coagulation_ode(std::span<const Merger> mergers, std::span<const double> siz
   return ode;
 }
 
-CoagulationCourse course_in_classes(const Kernel& kernel, std::span<const double> times, double ratio) {
+CoagulationSeries series_in_classes(const Kernel& kernel, std::span<const double> times, double ratio) {
   constexpr int one_by_one = 60;
   constexpr double largest = 1e6;
   const std::vector<double> sizes = size_classes(one_by_one, ratio, largest);
-  CoagulationCourse course{.ratio = ratio};
+  CoagulationSeries series{.ratio = ratio};
   for (const SizeDistribution& found : coagulate(kernel, sizes, times)) {
-    course.size.push_back(found.mean_size(sizes));
-    course.number.push_back(found.moment(sizes, 0));
-    course.lost = found.lost;
+    series.size.push_back(found.mean_size(sizes));
+    series.number.push_back(found.moment(sizes, 0));
+    series.lost = found.lost;
   }
-  return course;
+  return series;
 }
 
 /// Extrapolates to zero width; `fine` has classes of half the width of `coarse`.
-CoagulationCourse extrapolated(const CoagulationCourse& coarse, CoagulationCourse fine) {
+CoagulationSeries extrapolated(const CoagulationSeries& coarse, CoagulationSeries fine) {
   const std::size_t common = std::min(coarse.size.size(), fine.size.size());
   fine.size.resize(common), fine.number.resize(common);
   for (std::size_t k = 0; k < common; ++k) {
@@ -136,12 +136,12 @@ std::vector<SizeDistribution> coagulate(const Kernel& kernel, std::span<const do
   return found;
 }
 
-CoagulationCourse coagulation_course(const Kernel& kernel, std::span<const double> times, double tolerance) {
+CoagulationSeries coagulation_series(const Kernel& kernel, std::span<const double> times, double tolerance) {
   constexpr double widest = 0.24, narrowest = 0.0075;
-  CoagulationCourse plain = course_in_classes(kernel, times, 1 + widest), best;
+  CoagulationSeries plain = series_in_classes(kernel, times, 1 + widest), best;
   for (double width = widest / 2; width >= narrowest; width /= 2) {
-    CoagulationCourse finer = course_in_classes(kernel, times, 1 + width);
-    CoagulationCourse next = extrapolated(plain, finer);
+    CoagulationSeries finer = series_in_classes(kernel, times, 1 + width);
+    CoagulationSeries next = extrapolated(plain, finer);
     // The remaining error is of second order in the width or higher: at most a third of the last change.
     next.error = best.size.empty() ? INFINITY : largest_relative_difference(best.size, next.size) / 3;
     plain = std::move(finer), best = std::move(next);

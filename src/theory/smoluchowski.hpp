@@ -48,7 +48,7 @@ std::vector<SizeDistribution> coagulate(const Kernel& kernel, std::span<const do
                                         std::span<const double> times, double most_lost = 1e-9);
 
 /// Moments over time, independent of the classes.
-struct CoagulationCourse {
+struct CoagulationSeries {
   std::vector<double> size;    ///< S (G 4.8) at each time, up to the time at which mass is lost
   std::vector<double> number;  ///< number of aggregates, per initial grain
   double lost = 0;             ///< fraction of the mass in sizes beyond the largest
@@ -59,6 +59,6 @@ struct CoagulationCourse {
 /// Returns S and the number of aggregates at these times (rising, >= 0), up to a million grains. The error of geometric
 /// classes is quadratic in their width, so values of two widths are extrapolated to zero width (Richardson). Widths are
 /// halved until two extrapolations differ by less than three times `tolerance`, or the ratio is 1.0075.
-CoagulationCourse coagulation_course(const Kernel& kernel, std::span<const double> times, double tolerance = 1e-4);
+CoagulationSeries coagulation_series(const Kernel& kernel, std::span<const double> times, double tolerance = 1e-4);
 
 }  // namespace lichtenberg::theory

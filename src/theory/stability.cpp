@@ -56,7 +56,7 @@ Roots extrapolated(const Modes& before, const Modes& now, double k) {
   return roots;
 }
 
-Roots falling(Roots roots) {
+Roots sorted_by_growth(Roots roots) {
   std::ranges::sort(roots,
                     [](Root a, Root b) { return a.real() != b.real() ? a.real() > b.real() : a.imag() > b.imag(); });
   return roots;
@@ -115,7 +115,7 @@ double charge_number(double coupling, double density, double mean_charge, double
 std::vector<Modes> growth_rates(const TransportCoefficients& c, double charge_number, std::span<const double> k) {
   std::vector<Modes> modes;
   for (const double wave_number : k) {
-    Roots roots = falling(longitudinal_roots(c, charge_number, wave_number));
+    Roots roots = sorted_by_growth(longitudinal_roots(c, charge_number, wave_number));
     const std::size_t n = modes.size();
     if (n == 1) roots = in_order(roots, modes[0].longitudinal);
     if (n > 1) roots = in_order(roots, extrapolated(modes[n - 2], modes[n - 1], wave_number));
@@ -124,8 +124,8 @@ std::vector<Modes> growth_rates(const TransportCoefficients& c, double charge_nu
   return modes;
 }
 
-std::vector<Disturbance> disturbance_course(const TransportCoefficients& c, double charge_number, bool charges_last,
-                                            double k, const Disturbance& start, std::span<const double> times) {
+std::vector<Disturbance> disturbance_evolution(const TransportCoefficients& c, double charge_number, bool charges_last,
+                                               double k, const Disturbance& start, std::span<const double> times) {
   const double square = k * k;
   // Real and imaginary parts are independent: y has the first in elements 0 to 2, the second in elements 3 to 5.
   const auto rates = [&](double time, std::span<const double> y, std::span<double> rate) {

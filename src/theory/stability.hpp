@@ -42,8 +42,8 @@ struct Disturbance {
 };
 /// Returns a disturbance of wave number k > 0 at these times (t_0, rising, >= 0) by G 6.39. `charges_last`: charges do
 /// not decay with the thermal speed, so that R grows as 1/T.
-std::vector<Disturbance> disturbance_course(const TransportCoefficients& c, double charge_number, bool charges_last,
-                                            double k, const Disturbance& start, std::span<const double> times);
+std::vector<Disturbance> disturbance_evolution(const TransportCoefficients& c, double charge_number, bool charges_last,
+                                               double k, const Disturbance& start, std::span<const double> times);
 
 /// Characteristic polynomial lambda^3 + a lambda^2 + b lambda + c, whose roots are the three longitudinal growth rates.
 struct Cubic {

@@ -29,11 +29,11 @@ class FormatFromOutside(unittest.TestCase):
         self.addCleanup(formats.pop, "pdb")
         out = export(runs.gas(), "pdb", runs.FOLDER / "gas.pdb")
         lines = Path(out).read_text().splitlines()
-        places = [[float(line[k : k + 8]) for k in (30, 38, 46)] for line in lines if line.startswith("ATOM")]
+        positions = [[float(line[k : k + 8]) for k in (30, 38, 46)] for line in lines if line.startswith("ATOM")]
         with load(runs.gas()) as result:
             expected = np.asarray(result["position"]).reshape(-1, 3)
             self.assertEqual(sum(line.startswith("MODEL") for line in lines), len(result))
-        np.testing.assert_allclose(places, expected, atol=0.5e-3 + 1e-12)  # Half of the last decimal.
+        np.testing.assert_allclose(positions, expected, atol=0.5e-3 + 1e-12)  # Half of the last decimal.
         with self.assertRaisesRegex(InputError, "exists"):
             export(runs.gas(), "pdb", out)
 

@@ -85,8 +85,8 @@ TEST_CASE("added column: every frame and the result file contain it with its uni
       simulation.advance_to(time);
       const Frame frame = simulation.frame();
       // The first body moves towards the second. The gap is the difference of the recorded positions minus both radii.
-      const std::vector<Vec3> places = frame.vectors("position");
-      const double first = places[1].x - places[0].x - 2e-3, last = places[2].x - places[1].x - 3e-3;
+      const std::vector<Vec3> positions = frame.vectors("position");
+      const double first = positions[1].x - positions[0].x - 2e-3, last = positions[2].x - positions[1].x - 3e-3;
       const std::vector<double> gap = frame.reals("example_gap");
       REQUIRE(gap.size() == 3);
       for (const auto& [found, right] : {std::pair{gap[0], first}, {gap[1], first}, {gap[2], last}})

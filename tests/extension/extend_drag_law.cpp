@@ -87,8 +87,8 @@ Outcome run(Scene scene, const QuadraticDragOptions& drag = {}) {
 }  // namespace
 
 TEST_CASE("quadratic drag: closed form and heat with each integrator") {
-  const double k = QuadraticDragOptions{}.coefficient / mass;                                // 1/m
-  const double way = std::log1p(k * speed * end) / k, left = speed / (1 + k * speed * end);  // m and m/s
+  const double k = QuadraticDragOptions{}.coefficient / mass;                                 // 1/m
+  const double path = std::log1p(k * speed * end) / k, left = speed / (1 + k * speed * end);  // m and m/s
   using enum FieldCoupling;
   constexpr auto cvode = Integrator::cvode, euler = Integrator::euler;
   for (const Choice& how : {Choice{cvode, split, false, false}, Choice{cvode, split, true, false}, Choice{cvode, split},
@@ -105,7 +105,7 @@ TEST_CASE("quadratic drag: closed form and heat with each integrator") {
     const double slower = is_euler ? dt * end * k * k * speed * speed * speed : 300 * 1e-6 * speed;
     const double off = is_euler ? end * (slower + dt / 2 * k * speed * speed) : 300 * 1e-6 * steel_spheres::radius;
     CHECK(std::abs(dot(plane(frame.velocity[0]), along) - left) < slower);
-    CHECK(std::abs(dot(plane(frame.position[0]) - start, along) - way) < off);
+    CHECK(std::abs(dot(plane(frame.position[0]) - start, along) - path) < off);
     if (!how.leaks) continue;
     const double lost = mass / 2 * (speed * speed - left * left), part = is_euler ? 2 * k * speed * dt : 600 * 1e-6;
     CHECK(frame.energy_balance->flows.drag == doctest::Approx(lost).epsilon(part).scale(0));

@@ -33,7 +33,7 @@ const EffectKind& TunnelOptions::kind() {
                                   .make = [](const Scene&) { return std::make_unique<Tunnel>(); },
                                   .sharing = [](const Scene& scene, Contact) -> SharingLaw {
                                     const TunnelOptions options = *scene.effects.find<TunnelOptions>();
-                                    return {.of_state =
+                                    return {.conductance_in_state =
                                                 [options](const ContactState& state) {
                                                   return options.conductance * std::exp(-state.gap() / options.decay);
                                                 },
@@ -71,7 +71,7 @@ double exponent(const Passage& passage) {
 
 ConductorFrame after(const Passage& passage, double gap_scale) {
   Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + passage.start, 0.05 + closest}});
-  scene.conductors[0].held = true;
+  scene.conductors[0].fixed = true;
   scene.conductors[1].velocity = {passage.velocity, 0};
   scene.conductors[0].charge = 1e-12;
   scene.conductors[1].charge = -1e-12;

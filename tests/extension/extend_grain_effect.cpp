@@ -9,7 +9,7 @@
 #include "src/commands/explain_grains.hpp"
 #include "src/effects/uniform_force.hpp"
 #include "src/granular/device/device.hpp"
-#include "src/granular/held_forces.hpp"
+#include "src/granular/slow_force_limits.hpp"
 #include "tests/grains.hpp"
 #include "tests/message.hpp"
 
@@ -112,9 +112,9 @@ TEST_CASE("effects of grains: steps keep to the strictest effect") {
   Scene scene = scene_with<StandingWave>();
   scene.effects.add(effects::CoulombOptions{.accuracy = 1e-2});
   // The root of the accuracy, 1e-6 / 2, for the fastest of few grains (3.2 times the thermal speed), and 0.1 d0.
-  const double way = 0.1 * std::sqrt(0.5e-6) * granular::fastest_of(1);
-  CHECK(granular::way_by_accuracy(scene) == doctest::Approx(way));
-  CHECK(granular::way_by_length(scene) == doctest::Approx(0.02));
+  const double max_path = 0.1 * std::sqrt(0.5e-6) * granular::fastest_of(1);
+  CHECK(granular::path_by_accuracy(scene) == doctest::Approx(max_path));
+  CHECK(granular::path_by_length(scene) == doctest::Approx(0.02));
   // Sum of both effects: K q^2 is Coulomb's at a distance of 1.
   CHECK(granular::contact_attraction(scene)(2) == 0.25 + 4);
   granular::Gas gas(scene);

@@ -29,17 +29,17 @@ class Leapfrog final : public granular::GasIntegrator {
   granular::Instant step(granular::Gas& gas, granular::Instant, double end, granular::Want) override {
     const double begin = gas.time(), dt = end - begin;
     const std::vector<double> from = gas.bodies().position;
-    const auto near = gas.near(dt);
+    const auto near = gas.candidate_pairs(dt);
     const std::vector<Pair> pairs(near.begin(), near.end());
     fly(gas, begin + 0.5 * dt, 0.5 * dt);
     const granular::ContactLoad load = gas.contact_load(pairs);
-    gas.push(dt, gas.smooth_forces());
-    gas.push(dt, load.force);
+    gas.add_impulse(dt, gas.smooth_forces());
+    gas.add_impulse(dt, load.force);
     fly(gas, end, 0.5 * dt);
-    gas.note(granular::touches_between(from, gas.bodies(), gas.contacts(), pairs, begin, dt), begin,
+    gas.note(granular::contacts_in_step(from, gas.bodies(), gas.contacts(), pairs, begin, dt), begin,
              dt * load.dissipation);
-    granular::Instant there = gas.look();
-    gas.settle_contacts(there);
+    granular::Instant there = gas.instant();
+    gas.exchange_charges(there);
     return there;
   }
 

@@ -20,18 +20,18 @@ namespace {
 
 class Heun : public mechanics::Stepper {
  public:
-  explicit Heun(const mechanics::Workplace& workplace) : at_(workplace) {}
+  explicit Heun(const mechanics::StepperContext& context) : context_(context) {}
   void begin(double) override {}
   void advance(double time, double end) override {
-    const int steps = std::max(1, static_cast<int>(std::lround((end - time) / at_.scene.mechanics.largest_step)));
+    const int steps = std::max(1, static_cast<int>(std::lround((end - time) / context_.scene.mechanics.largest_step)));
     const double start = time;
     for (int k = 1; k <= steps; ++k) {
-      at_.between_steps();
+      context_.between_steps();
       const double next = start + (end - start) * k / steps;
       step(time, next - time);
-      ++at_.counters.steps;
-      at_.electrics->accept(at_.electrics->solve(next)), at_.electrics->reconnect(next);
-      at_.model.accept(next, next - time);
+      ++context_.counters.steps;
+      context_.electrics->accept(context_.electrics->solve(next)), context_.electrics->reconnect(next);
+      context_.model.accept(next, next - time);
       time = next;
     }
   }
@@ -42,17 +42,18 @@ class Heun : public mechanics::Stepper {
   };
 
   Rate rate(double time) {
-    mechanics::Trial trial = at_.electrics->solve(time);
+    mechanics::Trial trial = context_.electrics->solve(time);
     const std::vector<Vec3> constant(trial.field.force.size());
-    at_.electrics->hold({.time = time, .force = std::move(trial.field.force), .force_rate = constant});
-    const Bodies& b = at_.model.bodies;
+    context_.electrics->set_extrapolation(
+        {.time = time, .force = std::move(trial.field.force), .force_rate = constant});
+    const Bodies& b = context_.model.bodies;
     Rate rate{b.momentum, std::vector<double>(b.momentum.size())};
     for (std::size_t k = 0; k < rate.velocity.size(); ++k) rate.velocity[k] /= b.mass[k / b.dimension];
-    at_.model.forces(time, rate.force);
+    context_.model.forces(time, rate.force);
     return rate;
   }
   void step(double time, double dt) {
-    Bodies& b = at_.model.bodies;
+    Bodies& b = context_.model.bodies;
     const Rate first = rate(time);
     const auto add = [&](double weight, const Rate& rate) {
       for (std::size_t k = 0; k < b.position.size(); ++k) {
@@ -65,14 +66,14 @@ class Heun : public mechanics::Stepper {
     add(-0.5, first), add(0.5, second);
   }
 
-  mechanics::Workplace at_;
+  mechanics::StepperContext context_;
 };
 
 constexpr IntegratorKind heun = {
     .name = "heun", .moves_conductors = true, .keys = {"largest_step"}, .accuracy_key = "largest_step"};
 
-constexpr auto make = [](const mechanics::Workplace& workplace) -> std::unique_ptr<mechanics::Stepper> {
-  return std::make_unique<Heun>(workplace);
+constexpr auto make = [](const mechanics::StepperContext& context) -> std::unique_ptr<mechanics::Stepper> {
+  return std::make_unique<Heun>(context);
 };
 
 Scene scene_with(const std::string& mechanics) {
@@ -80,8 +81,8 @@ Scene scene_with(const std::string& mechanics) {
       "domain = { size = [0.1, 0.1], bottom = { potential = 0.0 } }\noutput = { every = 1.0 }\n"
       "medium = { permittivity = 4.2e-11, viscosity = 0.7 }\nmechanics = { " +
       mechanics + " }\neffects = { floating_conductors = {}, stokes_drag = {} }\n";
-  for (const char* place : {"[0.045, 0.05]", "[0.055, 0.052]"})
-    text += fmt::format("[[conductor]]\nposition = {}\nradius = {}\ncharge = 2e-10\n", place, radius);
+  for (const char* position : {"[0.045, 0.05]", "[0.055, 0.052]"})
+    text += fmt::format("[[conductor]]\nposition = {}\nradius = {}\ncharge = 2e-10\n", position, radius);
   return parse_scene(text, "scene.toml");
 }
 

@@ -39,7 +39,7 @@ const EffectKind& SpringOptions::kind() {
                                   .help = "Each body is tied to where it starts.",
                                   .options = SpringOptions{},
                                   .keys = {{.name = "stiffness",
-                                            .place = place<&SpringOptions::stiffness>,
+                                            .target = target<&SpringOptions::stiffness>,
                                             .unit = "N/m",
                                             .range = ranges::positive,
                                             .computed_default = "100 swings a second",

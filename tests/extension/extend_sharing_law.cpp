@@ -36,7 +36,7 @@ const EffectKind& RectifierOptions::kind() {
                                   .sharing = [](const Scene& scene, Contact contact) -> SharingLaw {
                                     const RectifierOptions options = *scene.effects.find<RectifierOptions>();
                                     if (options.joins_first && contact == Contact{0, 1}) return {};
-                                    return {.of_state = [options](const effects::ContactState& state) {
+                                    return {.conductance_in_state = [options](const effects::ContactState& state) {
                                       const double volt = state.potential_difference;
                                       return volt > 0 ? options.conductance * std::pow(volt, options.power) : 0;
                                     }};

@@ -18,10 +18,10 @@ struct YukawaLaw {
     const double u = std::exp(-r / screen) / r, over = 1 / r + 1 / screen;
     return {u, u * over, u * (over * over + 1 / (r * r))};
   }
-  LICHTENBERG_HOST_DEVICE PairForce operator()(const PairSeen& seen) const {
-    const PairForce here = bare(seen.distance), edge = bare(range);
-    const double k = strength * seen.charge_i * seen.charge_j;
-    return {k * (here.energy - edge.energy + (seen.distance - range) * edge.force), k * (here.force - edge.force),
+  LICHTENBERG_HOST_DEVICE PairForce operator()(const PairGeometry& pair) const {
+    const PairForce here = bare(pair.distance), edge = bare(range);
+    const double k = strength * pair.charge_i * pair.charge_j;
+    return {k * (here.energy - edge.energy + (pair.distance - range) * edge.force), k * (here.force - edge.force),
             k * here.stiffness};
   }
 };

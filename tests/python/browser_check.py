@@ -44,10 +44,10 @@ class BrowserTest(unittest.TestCase):
         })()""")
         width, height, data = pixels
         image = np.array(data, np.uint8).reshape(height, width, 4)
-        places = np.asarray(result.frame()["position"])[:, :2]
+        positions = np.asarray(result.frame()["position"])[:, :2]
         scale = min(width, height) / (1.04 * 0.017)
-        columns = np.int64(width / 2 + (places[:, 0] - 0.0085) * scale)
-        rows = np.int64(height / 2 - (places[:, 1] - 0.0085) * scale)
+        columns = np.int64(width / 2 + (positions[:, 0] - 0.0085) * scale)
+        rows = np.int64(height / 2 - (positions[:, 1] - 0.0085) * scale)
         return {tuple(int(c) for c in image[row, column, :3]) for row, column in zip(rows, columns)}
 
     def test_grains_in_space(self):

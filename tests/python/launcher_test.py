@@ -44,13 +44,13 @@ class LauncherTest(unittest.TestCase):
     def setUp(self):
         scratch = tempfile.TemporaryDirectory(prefix="lichtenberg-launcher-")
         self.addCleanup(scratch.cleanup)
-        self.place = Path(os.path.realpath(scratch.name))
-        self.first = self.place / "first"
+        self.root = Path(os.path.realpath(scratch.name))
+        self.first = self.root / "first"
         make_checkout(self.first, "first")
 
     def start(self, folder):
         """Output and errors of the launcher in a folder."""
-        ended = subprocess.run([folder / "lichtenberg"], capture_output=True, text=True, cwd=self.place, check=False)
+        ended = subprocess.run([folder / "lichtenberg"], capture_output=True, text=True, cwd=self.root, check=False)
         self.assertEqual(ended.returncode, 0, ended.stderr)
         return ended.stdout, ended.stderr
 
@@ -68,7 +68,7 @@ class LauncherTest(unittest.TestCase):
 
     def test_a_copied_folder_builds_its_own_sources(self):
         self.start(self.first)
-        copy = self.place / "copy"
+        copy = self.root / "copy"
         shutil.copytree(self.first, copy, symlinks=True)
         write_word(copy, "copy")
         before = states(self.first)
@@ -81,14 +81,14 @@ class LauncherTest(unittest.TestCase):
 
     def test_a_folder_copied_without_a_change_does_not_use_the_old_place(self):
         self.start(self.first)
-        copy = self.place / "copy"
+        copy = self.root / "copy"
         shutil.copytree(self.first, copy, symlinks=True)
         write_word(self.first, "changed")
         self.assertEqual(self.start(copy)[0], "first\n")
 
     def test_a_moved_folder_builds_anew(self):
         self.start(self.first)
-        moved = self.first.rename(self.place / "moved")
+        moved = self.first.rename(self.root / "moved")
         output, said = self.start(moved)
         self.assertEqual(output, "first\n")
         self.assertIn(f"lichtenberg: {moved}/build was made for {self.first}: building anew", said)

@@ -4,7 +4,7 @@ import unittest
 import numpy as np
 
 import runs  # This module adds the package's path.
-from lichtenberg.ranges import colour_range, reaches, set_colours
+from lichtenberg.ranges import colour_range, range_ends, set_colours
 
 
 class RangeTest(unittest.TestCase):
@@ -22,7 +22,7 @@ class RangeTest(unittest.TestCase):
         self.assertEqual(colour_range("potential", np.array([100.0, 5000.0])), (-5000, 5000))
         self.assertEqual(colour_range("anything", np.array([-1.0, 3.0])), (-3, 3))
         self.assertEqual(colour_range("radius", np.array([2.0, 3.0])), (2, 3))
-        self.assertEqual(reaches(np.array([-2.0, np.nan, 5.0])), (2, 5))
+        self.assertEqual(range_ends(np.array([-2.0, np.nan, 5.0])), (2, 5))
 
     def test_nothing_and_what_is_no_number_have_a_range_too(self):
         self.assertEqual(colour_range("charge", np.zeros(3)), (-1, 1))

@@ -14,17 +14,17 @@ BOX = np.array([1.0, 2.0, 3.0])
 class Up(unittest.TestCase):
     def test_the_fall_points_down_in_the_picture(self):
         for down in ([0, 0, -1], [0, 0, 1], [0, -1, 0], [0, 1, 0], [-1, 0, 0], [0.1, 0.2, -0.9], None):
-            eye = space.Eye(BOX, down)
+            camera = space.Camera(BOX, down)
             axis = 1 if down is None else np.argmax(np.abs(down))
             fall = np.zeros(3)
             fall[axis] = -1 if down is None else np.sign(down[axis])
-            self.assertAlmostEqual(np.linalg.det(eye.axes), -1)  # Right, up and away from the camera.
-            shown = eye.axes @ fall
+            self.assertAlmostEqual(np.linalg.det(camera.axes), -1)  # Right, up and away from the camera.
+            shown = camera.axes @ fall
             self.assertAlmostEqual(shown[0], 0)
             self.assertLess(shown[1], -0.9)
 
     def test_without_gravity_y_is_up_and_z_towards_the_eye(self):
-        right, up, away = space.Eye(BOX).axes
+        right, up, away = space.Camera(BOX).axes
         self.assertGreater(right[0], 0.8)
         self.assertGreater(up[1], 0.9)
         self.assertLess(away[2], -0.8)
@@ -32,11 +32,11 @@ class Up(unittest.TestCase):
     def test_a_cut_keeps_what_lies_behind_it(self):
         corners = space.corners(BOX)
         for down in (None, [0, 0, -1], [1, 0, 0]):
-            eye = space.Eye(BOX, down)
+            camera = space.Camera(BOX, down)
             for axis in range(3):
-                kept = space.kept(corners, (axis, BOX[axis] / 2), eye)
+                kept = space.behind_cut(corners, (axis, BOX[axis] / 2), camera)
                 self.assertEqual(kept.sum(), 4)
-                self.assertGreater(eye.depth(corners[kept]).mean(), eye.depth(corners[~kept]).mean())
+                self.assertGreater(camera.depth(corners[kept]).mean(), camera.depth(corners[~kept]).mean())
 
 
 if __name__ == "__main__":

@@ -13,26 +13,26 @@ from lichtenberg.methods import Method, freefem
 from lichtenberg.pictures import drawing, film
 from lichtenberg.pictures.fields import Fields
 from lichtenberg.questions import Program
-from lichtenberg.work_precision_report import price_list, printed, to_json
+from lichtenberg.work_precision_report import cheapest_points, printed, to_json
 
 
-class Nap(Method):
+class SleepMethod(Method):
     """Method that sleeps for a given time and has a given error."""
 
     def __init__(self, name, candidates):
-        self.name, self.naps = name, candidates  # ({"cost": cost}, cost), s, error.
+        self.name, self.sleep_candidates = name, candidates  # ({"cost": cost}, cost), s, error.
 
     def candidates(self, sweep):
-        return [candidate for candidate, _, _ in self.naps]
+        return [candidate for candidate, _, _ in self.sleep_candidates]
 
     def prepare(self, sweep, settings):
-        seconds, error = next((s, e) for (own, _), s, e in self.naps if own == settings)
+        seconds, error = next((s, e) for (own, _), s, e in self.sleep_candidates if own == settings)
         if isinstance(error, Exception):
             raise error
         return lambda: (error, time.sleep(seconds))  # The clock measures the seconds.
 
 
-class NapSweep(Sweep):
+class SleepSweep(Sweep):
     def __init__(self, methods):
         self.methods = [(method.name, "", method.candidates(self), method) for method in methods]
         self.program = SimpleNamespace(ask=lambda errors: {"errors": [errors]})
@@ -42,7 +42,7 @@ class NapSweep(Sweep):
         self.about |= {"quantities": ["positions"], "reference_errors": [1e-9]}
 
 
-def nap(cost, seconds, error):
+def sleep_candidate(cost, seconds, error):
     return ({"cost": cost}, cost), seconds, error
 
 
@@ -53,16 +53,16 @@ def point(name, error, seconds):
 class Prices(unittest.TestCase):
     def test_the_cheapest_of_those_that_are_good_enough_is_named_decade_by_decade(self):
         points = [point("rough", 0.05, 1), point("dear", 0.02, 5), point("good", 0.004, 2), point("best", 2e-3, 3)]
-        prices = price_list(points, 0, 0)
+        prices = cheapest_points(points, 0, 0)
         self.assertEqual([found and found["method"] for _, found in prices], ["rough", "good", None])
         self.assertAlmostEqual(prices[2][0], 1e-3)
 
     def test_no_price_is_named_for_less_than_the_references_own_error(self):
-        prices = price_list([point("lucky", 1e-6, 1)], 0, 0.03)
+        prices = cheapest_points([point("lucky", 1e-6, 1)], 0, 0.03)
         self.assertEqual([found is None for _, found in prices], [False, True])
 
     def test_prices_of_what_has_no_error_at_all_end_where_numbers_do(self):
-        prices = price_list([point("exact", 0, 1)], 0, 0)
+        prices = cheapest_points([point("exact", 0, 1)], 0, 0)
         self.assertEqual(len(prices), 16)
         self.assertIsNotNone(prices[-1][1])
 
@@ -70,9 +70,9 @@ class Prices(unittest.TestCase):
 class Measuring(unittest.TestCase):
     def test_what_would_take_too_long_is_not_begun_and_what_fails_does_not_end_the_sweep(self):
         begun = AssertionError("it was begun")
-        sleeper = Nap("sleeper", [nap(1, 2e-3, 0.1), nap(1e9, 0, begun), nap(2, 2e-3, math.nan)])
-        picky = Nap("picky", [nap(1, 0, InputError("no disks")), nap(2, 1e-3, 0.01)])
-        sweep = NapSweep([sleeper, picky])
+        sleeper = SleepMethod("sleeper", [sleep_candidate(1, 2e-3, 0.1), sleep_candidate(1e9, 0, begun), sleep_candidate(2, 2e-3, math.nan)])
+        picky = SleepMethod("picky", [sleep_candidate(1, 0, InputError("no disks")), sleep_candidate(2, 1e-3, 0.01)])
+        sweep = SleepSweep([sleeper, picky])
         # The trials sleep for milliseconds; the limit allows for a busy machine.
         measure_all(sweep, 1000, lambda *_: None)
         self.assertEqual([p["method"] for p in sweep.points], ["sleeper", "picky"])
@@ -81,7 +81,7 @@ class Measuring(unittest.TestCase):
         self.assertEqual(reasons, ["expected to take longer than 1000 s", "unstable", "no disks"])
 
     def test_json_and_table_hold_all_that_was_measured(self):
-        sweep = NapSweep([Nap("only", [])])
+        sweep = SleepSweep([SleepMethod("only", [])])
         sweep.points = [point("only", 1e-3, 0.25)]
         sweep.left_out = [{"method": "other", "settings": {"S": 64.0}, "reason": "no disks"}]
         data = to_json(sweep)

@@ -96,9 +96,9 @@ def draw(request, rows):
         for column, style, name in ((5, "o-", "largest"), (6, "s--", "rms")):
             axes.loglog([row[4] for row in mine], [row[column] for row in mine], style, color=colour, markersize=4,
                         label=f"{label}, {name}")
-        place = {"xytext": (-4, -9), "ha": "right"} if predictor else {"xytext": (4, 4)}
+        label_style = {"xytext": (-4, -9), "ha": "right"} if predictor else {"xytext": (4, 4)}
         for row in mine:
-            axes.annotate(f"{row[1]:g}", (row[4], row[5]), textcoords="offset points", fontsize=7, color=colour, **place)
+            axes.annotate(f"{row[1]:g}", (row[4], row[5]), textcoords="offset points", fontsize=7, color=colour, **label_style)
     axes.set(xlabel="wall time (s)", ylabel="error of positions / radius",
              title=f"{request.scene.name} to {request.time:g} s, by position tolerance / radius")
     for formatted in (axes.xaxis.set_major_formatter, axes.xaxis.set_minor_formatter):

@@ -68,21 +68,21 @@ void gather(Bodies& bodies) {
   const int along = static_cast<int>(std::ceil(std::cbrt(balls)));
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> shift(0, std::max(0.0, length / along - 8));
-  std::vector<Vec3> places;
-  for (int n = 0; static_cast<int>(places.size()) < bodies.size(); ++n) {
+  std::vector<Vec3> positions;
+  for (int n = 0; static_cast<int>(positions.size()) < bodies.size(); ++n) {
     const Vec3 corner = length / along * Vec3{1.0 * (n % along), 1.0 * (n / along % along), 1.0 * (n / along / along)};
     const Vec3 centre = corner + Vec3{shift(random), shift(random), shift(random)};
-    for (const Vec3 place : ball) places.push_back(centre + place);
+    for (const Vec3 offset : ball) positions.push_back(centre + offset);
   }
-  std::shuffle(places.begin(), places.end(), random);
+  std::shuffle(positions.begin(), positions.end(), random);
   for (int i = 0; i < bodies.size(); ++i)
-    for (int k = 0; k < 3; ++k) bodies.position[3 * i + k] = places[i][k];
+    for (int k = 0; k < 3; ++k) bodies.position[3 * i + k] = positions[i][k];
   wrap(bodies);
 }
 
 /// Returns the rms force error over the rms of the exact forces, for a sample of grains.
-double force_error(const Scene& of, bool clustered, const Options& options) {
-  Model model = effects::make_model(of);
+double force_error(const Scene& gas_scene, bool clustered, const Options& options) {
+  Model model = effects::make_model(gas_scene);
   if (clustered) gather(model.bodies);
   parallel::Team team(std::max(options.threads, 2));
   const auto coulomb = std::ranges::find(model.effects, "coulomb", [](const auto& e) { return e->name(); });
@@ -135,9 +135,9 @@ Seconds stretch(GranularMotion& motion, const Options& options) {
 }
 
 void measure(int grains, double accuracy, const Options& options) {
-  const Scene of = scene(grains, accuracy, options);
+  const Scene gas_scene = scene(grains, accuracy, options);
   const double start = seconds_now();
-  GranularMotion motion(of);
+  GranularMotion motion(gas_scene);
   const double setup = 1e3 * (seconds_now() - start);
   Seconds parts = stretch(motion, options);
   fmt::print("{:>7} {:>7} {:>7} {:>9.2f} {:>7.2f} {:>7.2f} {:>9.2f} {:>7.2f} {:>7.2f} {:>8.2f} {:>8.2f} {:>8.0f}",
@@ -145,7 +145,7 @@ void measure(int grains, double accuracy, const Options& options) {
              parts["near"], parts["mesh"], parts["exchange"], parts["lists"], parts["other"] + parts["forces"],
              parts["all"], parts["processors"], setup);
   if (accuracy > 0 && options.sample > 0)
-    fmt::print(" {:>9.1e} {:>9.1e}", force_error(of, false, options), force_error(of, true, options));
+    fmt::print(" {:>9.1e} {:>9.1e}", force_error(gas_scene, false, options), force_error(gas_scene, true, options));
   fmt::print("\n");
   std::fflush(stdout);
 }

@@ -156,8 +156,8 @@ def pairs(step):
     """Returns positions and velocities of pairs that meet along x at v = 1, with different phases of a step."""
     grains = []
     for k in range(PHASES):
-        y, z, apart = 2.5 + 5 * (k % 6), 2.5 + 5 * (k // 6), 1 + GAP + k / PHASES * step
-        grains += [((BOX / 2 - apart / 2, y, z), (0.5, 0, 0)), ((BOX / 2 + apart / 2, y, z), (-0.5, 0, 0))]
+        y, z, distance = 2.5 + 5 * (k % 6), 2.5 + 5 * (k // 6), 1 + GAP + k / PHASES * step
+        grains += [((BOX / 2 - distance / 2, y, z), (0.5, 0, 0)), ((BOX / 2 + distance / 2, y, z), (-0.5, 0, 0))]
     return grains
 
 
@@ -167,8 +167,8 @@ END_OF_PAIRS = 1.0  # the contacts are open again: gap, contact of .34
 def restitutions_of_ours(program, folder, at, step):
     """Returns restitutions for contact steps of this length. At v = 1, four substeps of the shortest contact are
     longer."""
-    conductors = "\n".join(f"[[conductor]]\nposition = {list(place)}\nvelocity = {list(velocity)}\nradius = 0.5"
-                           for place, velocity in pairs(at))
+    conductors = "\n".join(f"[[conductor]]\nposition = {list(position)}\nvelocity = {list(velocity)}\nradius = 0.5"
+                           for position, velocity in pairs(at))
     (folder / "pairs.toml").write_text(gas_of(conductors, BOX, "", step, 4) + f"""
 [stop]
 time = {END_OF_PAIRS}
@@ -182,8 +182,8 @@ picture = false
 
 
 def restitutions_of_lammps(folder, step):
-    places, velocities = zip(*pairs(step))
-    write_data(folder / "data", {"position": places, "velocity": velocities}, BOX)
+    positions, velocities = zip(*pairs(step))
+    write_data(folder / "data", {"position": positions, "velocity": velocities}, BOX)
     (folder / "in").write_text("\n".join([
         "units lj", "atom_style hybrid sphere charge", "comm_modify vel yes", "read_data data", f"pair_style {GRANULAR}",
         "pair_coeff * *", "neighbor 0.3 bin", "fix 1 all nve", f"timestep {step}", f"run {round(END_OF_PAIRS / step)}",

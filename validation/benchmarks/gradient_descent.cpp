@@ -31,7 +31,7 @@ struct Digit {
 
 /// Returns the cost from the second half of a run of about `seconds`. The first steps are faster, because they remove
 /// error components that many eigenvectors share.
-Digit of_descent(const LaplaceProblem& problem, int cells, double eta, double seconds) {
+Digit measure_descent(const LaplaceProblem& problem, int cells, double eta, double seconds) {
   RelaxationOptions options{.sites = cells, .eta = eta, .tolerance = 1e-8};
   std::vector<double> error;
   const auto run = [&](int solves) {
@@ -54,7 +54,7 @@ Digit of_descent(const LaplaceProblem& problem, int cells, double eta, double se
 }
 
 /// Returns the cost between 2 and 10 digits, which excludes common parts (set-up, forces).
-Digit of_direct_solve(const LaplaceProblem& problem, int cells) {
+Digit measure_direct_solve(const LaplaceProblem& problem, int cells) {
   const auto best = [&](double tolerance) {
     Digit quickest{0, INFINITY};
     for (int k = 0; k < 5; ++k) {
@@ -90,9 +90,9 @@ int main(int argc, char** argv) {
   fmt::print("{:>6}  {:<44}{:>12}{:>14}{:>10}\n", "N", "method", "iterations", "ms a digit", "ratio");
   for (const int count : conductors) {
     const LaplaceProblem problem = benchmarks::disks_round_ground(count, 1);
-    const Digit direct = of_direct_solve(problem, cells);
+    const Digit direct = measure_direct_solve(problem, cells);
     print(count, "direct: multigrid + CG", direct, direct);
-    print(count, "descent, eta chosen from eta_c (D 6.35)", of_descent(problem, cells, 0, seconds), direct);
-    print(count, "descent, eta = 0.01 (D 6.5.4)", of_descent(problem, cells, 0.01, seconds), direct);
+    print(count, "descent, eta chosen from eta_c (D 6.35)", measure_descent(problem, cells, 0, seconds), direct);
+    print(count, "descent, eta = 0.01 (D 6.5.4)", measure_descent(problem, cells, 0.01, seconds), direct);
   }
 }

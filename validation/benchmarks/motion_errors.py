@@ -57,15 +57,15 @@ def run(program, scene, out, settings, start=()):
     return np.array([int(number[1]) if number else 0 for number in numbers])
 
 
-def places(result):
+def read_positions(result):
     with h5py.File(result) as file:
         conductors = file["particles/conductors"]
         return conductors["position/value"][-1], conductors["radius"][:]
 
 
 def error(result, exact):
-    position, radius = places(result)
-    away = np.linalg.norm(position - places(exact)[0], axis=1) / radius
+    position, radius = read_positions(result)
+    away = np.linalg.norm(position - read_positions(exact)[0], axis=1) / radius
     return np.sqrt(np.mean(away**2))
 
 

@@ -47,9 +47,9 @@ void measure(int count, int threads, const Options& options) {
   const double length = std::pow(count / options.density, 1.0 / d);
   const double within = std::pow(options.neighbours / (options.density * ball), 1.0 / d);
   std::mt19937 random(1);
-  std::uniform_real_distribution<double> place(0, length);
+  std::uniform_real_distribution<double> coordinate(0, length);
   std::vector<double> position(static_cast<std::size_t>(count) * d), radius(count, 0.5 * diameter);
-  for (double& x : position) x = place(random);
+  for (double& x : position) x = coordinate(random);
   Box<d> box;
   for (int k = 0; k < d; ++k) box.lengths[k] = length;
   box.sides.fill(Boundary::periodic);

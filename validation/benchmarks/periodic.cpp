@@ -73,14 +73,14 @@ Gas gas(int count, double density) {
   const double length = std::cbrt(count / density);
   Gas gas{{length, length, length}};
   std::mt19937_64 random(1);
-  std::uniform_real_distribution<double> place(0, length);
+  std::uniform_real_distribution<double> coordinate(0, length);
   for (int i = 0; i < count; ++i) {
-    for (int k = 0; k < 3; ++k) gas.position.push_back(place(random));
+    for (int k = 0; k < 3; ++k) gas.position.push_back(coordinate(random));
     gas.charge.push_back(i % 2 == 0 ? 1 : -1);
   }
   for (std::vector<Pair> close; !(close = gas.pairs(1, parallel::Team::single())).empty();)
     for (const Pair pair : close)
-      for (int k = 0; k < 3; ++k) gas.position[3 * pair.j + k] = place(random);
+      for (int k = 0; k < 3; ++k) gas.position[3 * pair.j + k] = coordinate(random);
   return gas;
 }
 
@@ -131,7 +131,7 @@ void measure(const Case& now, const Mesh& mesh, const Cloud& cloud, std::string_
   ChargeMesh<Real> charges(mesh, cloud);
   Columns<Real> columns(mesh.lengths, near.layout(charges.reach()));
   std::vector<Real> parts(4 * now.of.charge.size());
-  const FeltSums<Real> sums{parts};
+  const FieldSums<Real> sums{parts};
   for (const int threads : options.threads) {
     parallel::Team team(threads);
     Response response;
@@ -198,8 +198,8 @@ void measure_dipoles(const Gas& gas, double accuracy, const Options& options) {
     Response response, exact;
     std::vector<double> field(gas.position.size()), dipole;
     const auto time = [&](auto&& work) { return milliseconds(options.repeats, work); };
-    const Milliseconds of_charges = time([&] { sum.evaluate(gas, {}, team, response); });
-    const Milliseconds of_dipoles = time([&] { sum.dipole_field(polarized, {}, team, field); });
+    const Milliseconds charges_time = time([&] { sum.evaluate(gas, {}, team, response); });
+    const Milliseconds dipoles_time = time([&] { sum.dipole_field(polarized, {}, team, field); });
     const Milliseconds cold = time([&] {
       dipole.clear();
       induced.evaluate(gas, {}, team, dipole, response);
@@ -208,8 +208,8 @@ void measure_dipoles(const Gas& gas, double accuracy, const Options& options) {
     Ewald(splitting_for(gas, 1e-9)).evaluate_at(sample, polarized, team, exact);
     fmt::print(
         "{:>8} {:>8.0e} {:>7.3f} {:>3} {:>4} {:>8} {:>8.2f} {:>8.2f} {:>8.2f} {:>8} {:>9.2f} {:>9.2f} {:>9.1e}\n", size,
-        accuracy, choice.cutoff, choice.mesh.order, choice.mesh.points[0], threads, of_charges.processors,
-        of_dipoles.processors, both.processors, found.cold, found.predicted, cold.processors,
+        accuracy, choice.cutoff, choice.mesh.order, choice.mesh.points[0], threads, charges_time.processors,
+        dipoles_time.processors, both.processors, found.cold, found.predicted, cold.processors,
         force_error(response, exact, sample));
   }
 }

@@ -41,14 +41,14 @@ Gas random_gas(int count, parallel::Team& team) {
   const double length = std::cbrt(count / 0.1458);
   Gas gas{{length, length, length}};
   std::mt19937_64 random(1);
-  std::uniform_real_distribution<double> place(0, length);
+  std::uniform_real_distribution<double> coordinate(0, length);
   for (int i = 0; i < count; ++i) {
-    for (int k = 0; k < 3; ++k) gas.position.push_back(place(random));
+    for (int k = 0; k < 3; ++k) gas.position.push_back(coordinate(random));
     gas.charge.push_back(i % 2 == 0 ? 1 : -1);
   }
   for (std::vector<Pair> close; !(close = gas.pairs(1, team)).empty();)
     for (const Pair pair : close)
-      for (int k = 0; k < 3; ++k) gas.position[3 * pair.j + k] = place(random);
+      for (int k = 0; k < 3; ++k) gas.position[3 * pair.j + k] = coordinate(random);
   return gas;
 }
 
@@ -67,11 +67,11 @@ Gas cluster(int count) {
   return gas;
 }
 
-double relative_error(const Response& found, const Response& exact, std::span<const int> sample, bool of_sample) {
+double relative_error(const Response& found, const Response& exact, std::span<const int> sample, bool exact_on_sample) {
   double error = 0, size = 0;
   for (std::size_t s = 0; s < sample.size(); ++s)
     for (int k = 0; k < 3; ++k) {
-      const double force = exact.force[3 * (of_sample ? s : sample[s]) + k];
+      const double force = exact.force[3 * (exact_on_sample ? s : sample[s]) + k];
       error += std::pow(found.force[3 * sample[s] + k] - force, 2);
       size += force * force;
     }
@@ -95,13 +95,13 @@ double error_of(const Gas& gas, const Response& found, parallel::Team& team) {
 }
 
 /// Measures one sum. `by_hand`: parameters that are given instead of chosen.
-void measure(const Gas& gas, const char* name, double accuracy, const ByHand& by_hand, double skin, bool host,
+void measure(const Gas& gas, const char* name, double accuracy, const FixedParameters& by_hand, double skin, bool host,
              bool error, bool splines, parallel::Team& team) {
   const int count = static_cast<int>(gas.charge.size());
   const MeshChoice choice = choose_quick_mesh({.accuracy = accuracy,
                                                .charges = count,
                                                .lengths = gas.lengths,
-                                               .by_hand = by_hand,
+                                               .fixed = by_hand,
                                                .on_device = true,
                                                .splines = splines});
   const Cloud cloud = prolate_cloud(choice.band_limit, choice.cutoff);

@@ -67,7 +67,7 @@ void compare(granular::Gas& gas, granular::device::DeviceGas& device) {
   const Checkpoint start = gas.save();
   device.load(start, gas.law(), false);
   const auto integrator = granular::make_multirate();
-  granular::Instant now = gas.look();
+  granular::Instant now = gas.instant();
   const double end = gas.time() + integrator->longest_step(gas, now);
   integrator->step(gas, std::move(now), end, granular::Want::forces);
   while (device.time() < end) device.step(end);  // rounding may split the step in two

@@ -36,9 +36,9 @@ namespace {
 bool on_host = false;
 
 /// Gas that a device advances.
-class There {
+class DeviceGas {
  public:
-  explicit There(const Scene& scene)
+  explicit DeviceGas(const Scene& scene)
       : gas_(scene),
         device_(on_host ? granular::device::make_host_gas(scene) : granular::device::make_cuda_gas(scene)) {
     load();
@@ -74,7 +74,7 @@ class There {
 void to_one_cluster(Report& report) {
   const Scene scene = gas_cases::to_one_cluster();
   const auto n = static_cast<double>(scene.conductors.size());
-  There there(scene);
+  DeviceGas there(scene);
   granular::Gas& start = there.now();
   const double energy = start.energy().total(), thermal = thermal_momentum(start);
   double largest = 0;
@@ -94,7 +94,7 @@ void to_one_cluster(Report& report) {
 
 void at_rest(Report& report) {
   report.section("13 charged grains cool to rest");
-  There there(gas_cases::thirteen_grains({.strength = 0.1, .accuracy = 1e-4}));
+  DeviceGas there(gas_cases::thirteen_grains({.strength = 0.1, .accuracy = 1e-4}));
   const double start = there.now().energy().total();
   double before = INFINITY, rise = 0;
   for (int n = 1; n <= 200; ++n) {
@@ -114,7 +114,7 @@ void elastic_gas(Report& report) {
   report.section("an elastic gas, dilute: collisions over omega N t / 2");
   const gas_cases::ElasticGas elastic{4000};
   const double time = 20;
-  There there(elastic.scene(25));
+  DeviceGas there(elastic.scene(25));
   there.to(1);
   const granular::GasEnergy before = there.now().energy();
   const std::int64_t first = there.now().collisions;
@@ -131,7 +131,7 @@ void elastic_gas(Report& report) {
 
 void cold_gas(Report& report) {
   report.section("force errors and a gas that is nearly cold");
-  There there(gas_cases::cold_gas());
+  DeviceGas there(gas_cases::cold_gas());
   const std::vector<double> forces = there.now().smooth_forces();
   const double time = 1000, before = there.now().energy().total();
   there.to(time);
@@ -143,7 +143,7 @@ void cold_gas(Report& report) {
 void cooled_gas(Report& report) {
   report.section("a charged gas cools from T = 10");
   const int n = 1000;
-  There there(gas_cases::cooling_gas(n));
+  DeviceGas there(gas_cases::cooling_gas(n));
   const double thermal = thermal_momentum(there.now()), start = there.now().energy().total();
   const auto temperature = [&] { return 2 * there.now().kinetic_energy() / (3 * n); };
   while (there.time() < 400 && temperature() > 1e-4) there.to(there.time() + 10);
@@ -158,7 +158,7 @@ void cooled_gas(Report& report) {
 
 void lists(Report& report) {
   report.section("every pair that overlaps is a contact");
-  There there(gas_cases::one_fast_grain());
+  DeviceGas there(gas_cases::one_fast_grain());
   gas_cases::Overlaps overlaps;
   for (int n = 0; n < 500; ++n) {
     there.step(1e4);
@@ -175,7 +175,7 @@ void charges(Report& report) {
     scene.effects.add(effects::ChargeExchangeOptions{.strength = exchange});
     scene.mechanics.step = 0.02;
     add_gas(scene, 500, 11.9, 1);
-    There there(scene);
+    DeviceGas there(scene);
     there.to(5);
     return there.now().bodies();
   };
@@ -194,7 +194,7 @@ void bits(Report& report) {
   add_gas(scene, 500, 11.9, 1);
   charge_alternately(scene, 0.2);
   const auto end = [&] {
-    There there(scene);
+    DeviceGas there(scene);
     there.to(5);
     return there.now().save();
   };
@@ -208,7 +208,7 @@ void too_fast(Report& report) {
   try {
     Scene scene = viscoelastic(10, 0);
     add_pair(scene, 25, 0.1);
-    There there(scene);
+    DeviceGas there(scene);
     there.to(1);
   } catch (const Failure&) {
     refused = true;
@@ -227,7 +227,7 @@ Change change_of(const gas_cases::BoundPair& pair, double dissipative) {
   const double period = pair.period();
   Scene scene = pair.scene(dissipative, {.accuracy = 1e-5});
   scene.mechanics.step = 0.25 * period;
-  There there(scene);
+  DeviceGas there(scene);
   there.to(0.25 * period);
   const double start = there.now().energy().total();
   there.to(50 * period);
@@ -253,7 +253,7 @@ void restitutions(Report& report) {
   const double edge = std::cbrt(n / 0.002);
   Scene scene = viscoelastic(edge);
   add_gas(scene, n, edge, 1);
-  There there(scene);
+  DeviceGas there(scene);
   there.to(20);
   const granular::RestitutionCheck& found = there.now().restitution;
   // Bound: 1e-3 for rotating pairs, plus twice the error of restitution with 45 substeps per contact.

@@ -69,9 +69,9 @@ inline void add_lattice(LaplaceProblem& problem, int columns, int rows, double r
   std::uniform_real_distribution<double> uniform(-1, 1);
   for (int j = 0; j < rows; ++j)
     for (int i = 0; i < columns; ++i) {
-      const Vec2 place{(i + 0.5) * problem.size.x / columns, (j + 0.5) * problem.size.y / rows};
+      const Vec2 site{(i + 0.5) * problem.size.x / columns, (j + 0.5) * problem.size.y / rows};
       const Vec2 shift = jitter * Vec2{uniform(random), uniform(random)};
-      add(problem, {place + shift, radius}, {.charge = uniform(random)});
+      add(problem, {site + shift, radius}, {.charge = uniform(random)});
     }
 }
 

@@ -95,7 +95,7 @@ inline void equal_potentials(Report& report, double gap_over_radius, int positio
 }
 
 /// A disk of R = 8 near an electrode side. The exact field is that of the disk and its mirror image, at twice the gap.
-inline void beside_electrode(Report& report, double gap, int positions) {
+inline void near_electrode(Report& report, double gap, int positions) {
   const double radius = 8;
   std::vector<double> capacitance, force;
   int iterations = 0;
@@ -120,7 +120,7 @@ inline void beside_electrode(Report& report, double gap, int positions) {
 
 /// A disk of R = 8 inside a dish of R = 48 at 0 V, nearly touching its rim. Eccentric cylinders: C = 2 pi / acosh u
 /// with u = (R1^2 + R2^2 - d^2) / 2 R1 R2. The form u - 1 = gap (2 (R2 - R1) - gap) / 2 R1 R2 avoids cancellation.
-inline void beside_rim(Report& report, double gap, int positions) {
+inline void near_rim(Report& report, double gap, int positions) {
   const double radius = 8, rim = 48;
   const double u_minus_1 = gap * (2 * (rim - radius) - gap) / (2 * radius * rim);
   const double exact = pi / std::asinh(std::sqrt(0.5 * u_minus_1));
@@ -141,7 +141,7 @@ inline void beside_rim(Report& report, double gap, int positions) {
 
 /// A disk of R = 8 near the long face of a bar at 0 V, oblique to the grid. The exact field on the sides of the box is
 /// that of the plane of the face; V = 0 behind it and on the bar.
-inline void beside_bar(Report& report, double gap, int positions) {
+inline void near_bar(Report& report, double gap, int positions) {
   const double radius = 8, width = 20;
   std::vector<double> capacitance;
   int iterations = 0;
@@ -237,10 +237,10 @@ inline void narrow_gaps(Report& report, bool is_long) {
     equal_potentials(report, gap, positions, true);
     equal_potentials(report, gap, positions, false);
   }
-  for (const double gap : {1.0, 0.1, 1e-3, 1e-6}) beside_electrode(report, gap, positions);
+  for (const double gap : {1.0, 0.1, 1e-3, 1e-6}) near_electrode(report, gap, positions);
   for (const double gap : {1.0, 0.1, 1e-3, 1e-6}) {
-    beside_rim(report, gap, positions);
-    beside_bar(report, gap, positions);
+    near_rim(report, gap, positions);
+    near_bar(report, gap, positions);
   }
   for (const double offset : {1.0, 0.9, 0.5, 0.1}) joined_disks(report, offset, positions);
   overlapping_groups(report);

@@ -46,7 +46,7 @@ class SceneMaker {
     double to_cover = uniform(0, 0.5) * area;
     for (int attempt = 0; attempt < 400 && to_cover > 0 && problem_.bodies.size() < 200; ++attempt) {
       const double radius = smallest * std::pow(largest / smallest, uniform(0, 1));
-      const Disk disk{place(radius), radius};
+      const Disk disk{random_centre(radius), radius};
       if (!free(disk)) continue;
       to_cover -= pi * radius * radius;
       if (!problem_.groups.empty() && chance(joining))
@@ -57,7 +57,7 @@ class SceneMaker {
     if (problem_.bodies.empty()) add(problem_, {0.5 * problem_.size, smallest}, {});
   }
 
-  Vec2 place(double radius) {
+  Vec2 random_centre(double radius) {
     const Vec2 anywhere{uniform(0, problem_.size.x), uniform(0, problem_.size.y)};
     const double gap = radius * decades(-7, 0.5);
     if (chance(0.1)) return {anywhere.x, radius + gap};

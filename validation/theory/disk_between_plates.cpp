@@ -16,9 +16,9 @@ using std::numbers::pi;
 
 /// Surface points: x measured from the left plate, angle from +x.
 struct Circle {
-  Circle(const DiskBetweenPlates& disk, double place, int n)
+  Circle(const DiskBetweenPlates& disk, double position, int n)
       : angle(Eigen::VectorXd::LinSpaced(n, 0, 2 * pi * (n - 1) / n)),
-        x(0.5 * disk.distance + place + disk.radius * angle.array().cos()),
+        x(0.5 * disk.distance + position + disk.radius * angle.array().cos()),
         y(disk.radius * angle.array().sin()) {}
   Eigen::VectorXd angle, x, y;
 };
@@ -26,7 +26,7 @@ struct Circle {
 /// Returns the number of points. The charge density varies like the bipolar one: its coefficients decrease by exp(-u)
 /// each, cosh(u) = 1 + gap/R. The last included coefficient is exp(-20) = 2e-9 of the first.
 int points(const DiskBetweenPlates& disk, double x) {
-  const double gap = disk.place(std::abs(x));
+  const double gap = disk.position_at_gap(std::abs(x));
   if (!(gap > 0))
     throw InputError(
         fmt::format("a disk of radius {:g} m at x = {:g} m is not between plates at -{:g} and {:g} m: a gap "

@@ -11,10 +11,10 @@ struct DiskBetweenPlates {
   double voltage = 0;       ///< V
   double permittivity = 0;  ///< F/m
 
-  double field() const { return voltage / distance; }   ///< V/m, far from the disk
-  double way() const { return distance - 2 * radius; }  ///< m, displacement of the disk from plate to plate
+  double field() const { return voltage / distance; }      ///< V/m, far from the disk
+  double travel() const { return distance - 2 * radius; }  ///< m, displacement of the disk from plate to plate
   /// m, x at which the gap to the plate ahead is `gap`
-  double place(double gap) const { return 0.5 * way() - gap; }
+  double position_at_gap(double gap) const { return 0.5 * travel() - gap; }
 };
 
 /// Returns the charge (C/m) of a disk at the potential of a plate, `gap` (m) away from it, with the other plate far

@@ -21,8 +21,8 @@ double isolated_sphere_capacitance(double radius, double permittivity) { return 
 
 double monopole_force(const SphereShuttle& shuttle, double x) {
   const double a = shuttle.gap + 4 * shuttle.radius, charge = shuttle.capacitance * shuttle.voltage;
-  const double apart = a * a - 4 * x * x;
-  return 2 * charge * charge / (4 * pi * shuttle.permittivity) * (a * a + 4 * x * x) / (apart * apart);
+  const double difference = a * a - 4 * x * x;
+  return 2 * charge * charge / (4 * pi * shuttle.permittivity) * (a * a + 4 * x * x) / (difference * difference);
 }
 
 double crossing_time(const SphereShuttle& shuttle) {

@@ -52,10 +52,10 @@ Motion::Motion(const TwoGrains& p, double impact) : pair(p), rest(static_overlap
 }
 
 void Motion::rates(bool pressing, State now, std::span<double> rate) const {
-  const double overlap = std::max(now[0], 0.0), apart = 1 - now[0];
+  const double overlap = std::max(now[0], 0.0), distance = 1 - now[0];
   const double force = pressing ? std::pow(overlap, pair.exponent - 1) * pressure(pair, now) : 0;
   rate[0] = now[1];
-  rate[1] = -(force + pair.coulomb / (apart * apart)) / pair.effective_mass;
+  rate[1] = -(force + pair.coulomb / (distance * distance)) / pair.effective_mass;
   rate[2] = (force - spring(pair, overlap)) * now[1];
 }
 

@@ -168,7 +168,7 @@ def parser_of(module):
     parser = Parser(prog="lichtenberg", description=module.HELP, allow_abbrev=False)
     groups = {}
     for each in module.ARGUMENTS:
-        several, place = each["kind"] in LISTS, not each["name"].startswith("-")
+        several, positional = each["kind"] in LISTS, not each["name"].startswith("-")
         options = {"help": each["help"].replace("%", "%%")}
         if each["kind"] == "flag":
             options["action"] = "store_true"
@@ -176,12 +176,12 @@ def parser_of(module):
             options |= {"type": value_reader(each), "default": each.get("default", [] if several else None)}
             if several:
                 listed = "extend" if each.get("comma_separated") else "append"
-                options |= {"nargs": "+" if each.get("required") else "*"} if place else {"action": listed}
-            elif place and not each.get("required"):
+                options |= {"nargs": "+" if each.get("required") else "*"} if positional else {"action": listed}
+            elif positional and not each.get("required"):
                 options["nargs"] = "?"
             if each.get("value_optional"):
                 options |= {"nargs": "?", "const": "true"}
-            if not place:
+            if not positional:
                 options["required"] = each.get("required", False)
                 options.setdefault("action", Once)
         excluded = each.get("excluded")
@@ -191,7 +191,7 @@ def parser_of(module):
         excluding = [other for other in module.ARGUMENTS if other.get("excluded") == each["name"]]
         if excluding:
             group = groups[each["name"]] = parser.add_mutually_exclusive_group()
-        group.add_argument(each["name"].lower() if place else each["name"], **options)
+        group.add_argument(each["name"].lower() if positional else each["name"], **options)
     return parser
 
 

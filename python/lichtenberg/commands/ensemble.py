@@ -93,7 +93,7 @@ class Members(Program):
         words = [f"--out={request.out}", f"--seeds={request.seeds or 1}"]
         words += [f"--conductors={request.conductors}"] if request.conductors else []
         words += [f"--vary={each}" for each in request.vary] + [f"--set={each}" for each in request.set]
-        super().__init__("ensemble-members", *words, "--", request.scene, apart=True)
+        super().__init__("ensemble-members", *words, "--", request.scene, own_session=True)
         about = self.read()
         self.version, self.commit, self.mark = about["version"], about["commit"], about["mark"]
         self.members = [Member(number=number, **self.read()) for number in range(about["members"])]
@@ -172,7 +172,7 @@ class Process:
         words = ["lichtenberg", "run", f"--out={result}", "--quiet", *[f"--device={device}"] * bool(device)]
         words += ["--resume"] * os.path.exists(result) + ["--", folder.file(member, ".toml")]
         streams = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": self.messages}
-        start = partial(apart, os.getpid())
+        start = partial(start_own_process_group, os.getpid())
         try:
             self.process = subprocess.Popen(
                 words, executable=find_program(), pass_fds=folder.locks, preexec_fn=start, **streams
@@ -192,17 +192,17 @@ class Process:
         self.member.state = {0: "finished", -15: "stopped"}.get(status, "failed")
         if self.member.state == "failed":
             ended = f"by the signal {signal.strsignal(-status)}" if status < 0 else f"with status {status}"
-            self.member.sentence = self.last_sentence() or f"ended {ended}"
+            self.member.sentence = self.last_message() or f"ended {ended}"
         os.close(self.messages)
         return True
 
-    def last_sentence(self):
+    def last_message(self):
         """Returns the last error message of the program."""
         text = os.pread(self.messages, os.fstat(self.messages).st_size, 0).decode(errors="replace")
         return text.rpartition("lichtenberg: ")[2].split("\n")[0] if "lichtenberg: " in text else ""
 
 
-def apart(parent):
+def start_own_process_group(parent):
     os.setpgid(0, 0)
     end_with(parent)
 
@@ -221,12 +221,12 @@ class Progress:
         if self.quiet or now - self.shown < (0.2 if self.terminal else 30):
             return
         self.shown, self.unfinished_line = now, self.terminal
-        messages.tell(f"\r{self.line()}\033[K" if self.terminal else self.line(), end="" if self.terminal else "\n")
+        messages.write_error(f"\r{self.line()}\033[K" if self.terminal else self.line(), end="" if self.terminal else "\n")
 
     def end_line(self):
         """Ends the progress line, so that other output begins on a new line."""
         if self.unfinished_line:
-            messages.tell("")
+            messages.write_error("")
         self.unfinished_line = False
 
     def cost_left(self):
@@ -247,7 +247,7 @@ class Progress:
 
 
 def report_failure(member):
-    messages.tell(f"lichtenberg: {messages.printable(member.name)} failed: {messages.printable(member.sentence)}")
+    messages.write_error(f"lichtenberg: {messages.printable(member.name)} failed: {messages.printable(member.sentence)}")
 
 
 def run_members(program, folder, members, request, interruption):
@@ -260,7 +260,7 @@ def run_members(program, folder, members, request, interruption):
         if interruption.signal and not told:
             told = True
             progress.end_line()
-            messages.tell("stopping: the members end after their present steps; repeat the signal to stop at once")
+            messages.write_error("stopping: the members end after their present steps; repeat the signal to stop at once")
             for process in running:
                 process.interrupt()
         if interruption.signal:
@@ -331,7 +331,7 @@ def report(program, request, members, share):
     label = "WARNING"
     for member in members:
         for warning in member.warnings:
-            messages.tell(f"{label:<15}{messages.printable(f'{member.name}: {warning}')}")
+            messages.write_error(f"{label:<15}{messages.printable(f'{member.name}: {warning}')}")
             label = ""
     if request.json == "true":
         return messages.put(text)
@@ -371,7 +371,7 @@ def act(request):
     run_members(program, folder, members, request, interruption)
     report(program, request, members, share)
     if interruption.signal:
-        messages.tell("lichtenberg: stopped; the same command goes on from there")
+        messages.write_error("lichtenberg: stopped; the same command goes on from there")
         interruption.obey()
     failed = [member.state for member in members].count("failed")
     if failed:

@@ -4,7 +4,7 @@ import shutil
 
 from ..errors import InputError
 from . import argument, frames_argument
-from .plot import OF_FRAMES, replace_old_colour
+from .plot import FRAME_ARGUMENTS, replace_old_colour
 
 HELP = "Makes an mp4 of a run, on all cores, in one colour scale and layout; needs ffmpeg"
 ARGUMENTS = [
@@ -13,7 +13,7 @@ ARGUMENTS = [
     argument("--rate", "frames per second", "float", positive=True, default=15),
     argument("--out", "film to write (default: FILE.mp4, with a --colour FILE-COLOUR.mp4)"),
     argument("--quiet", "show no progress", "flag"),
-    *OF_FRAMES,
+    *FRAME_ARGUMENTS,
 ]
 LEAST, MOST = 0.1, 1000  # frame rates that players support (frames per second)
 

@@ -6,7 +6,7 @@ from ..messages import tell
 from . import argument, frames_argument
 
 # Arguments that plot and film share for pictures of frames.
-OF_FRAMES = [
+FRAME_ARGUMENTS = [
     argument(
         "--colour",
         "quantity of the colours; conductors: potential, charge, force, cluster (of those in contact), "
@@ -47,7 +47,7 @@ ARGUMENTS = [
     ),
     argument("--series", "draw time series of the runs instead of a frame", "flag"),
     argument("--observables", "names of time series, as in energy,connected; an unknown name prints the list of those present"),
-    *OF_FRAMES,
+    *FRAME_ARGUMENTS,
 ]
 
 OLD_COLOURS = {"order": "strahler", "joined": "connection_time"}  # names of earlier versions, which still work
@@ -71,8 +71,8 @@ def check(request, ensembles):
         raise InputError("--frame and --frames say the same: give one of them")
     if request.observables and not request.series and not ensembles:
         raise InputError("--observables is for curves over time: it needs --series")
-    of_frames = request.frame is not None or any(getattr(request, name) for name in ("frames", "colour", "range", "cmap", "cut"))
-    if of_frames and (request.series or ensembles):
+    draws_frames = request.frame is not None or any(getattr(request, name) for name in ("frames", "colour", "range", "cmap", "cut"))
+    if draws_frames and (request.series or ensembles):
         raise InputError("--frame, --frames, --colour, --range, --cmap and --cut are for pictures of frames, not for curves")
     if ensembles and len(request.file) > 1:
         raise InputError(f"the ensemble {ensembles[0]} is drawn alone: draw the other files by a command of their own")

@@ -78,13 +78,13 @@ class Sweep:
         self.left_out.append({"method": method.name, "settings": {}, "reason": reason})
         return []
 
-    def measure(self, number, place, settings, method):
+    def measure(self, number, candidate_index, settings, method):
         """Returns the measured point of a candidate. Throws InputError and Failure."""
         if method:
             return self.measure_joined(method, settings)
-        return self.asked(method=number, candidate=place)
+        return self.query(method=number, candidate=candidate_index)
 
-    def asked(self, **question):
+    def query(self, **question):
         """Returns the program's answer. Throws InputError and Failure with its error message."""
         answer = self.program.ask(**question)
         if "refused" in answer:
@@ -111,7 +111,7 @@ class Sweep:
             raise Failure("unstable") from None
         except TypeError as error:
             raise Failure(f"its answer is not of the shape that methods/__init__.py describes ({error})") from None
-        return {**self.asked(errors=answer), "seconds": statistics.median(runs), "cores": 1.0, "work": 0}
+        return {**self.query(errors=answer), "seconds": statistics.median(runs), "cores": 1.0, "work": 0}
 
 
 def timed(run):
@@ -120,15 +120,15 @@ def timed(run):
     return answer, time.monotonic() - start if seconds is None else seconds
 
 
-def show_progress(place, count, method, settings):
+def show_progress(done, count, method, settings):
     """Prints on standard error which candidate is measured next. On a terminal the line is rewritten; a file gets
     one line per method."""
-    where = f"{place} of {count}: " if place else ""
+    where = f"{done} of {count}: " if done else ""
     if os.isatty(2):
         line = f"{where}{method}{', ' if settings else ''}{in_words(settings)}"
-        messages.tell(f"\r\033[K{line if place < count or count == 0 else ''}", end="")
+        messages.write_error(f"\r\033[K{line if done < count or count == 0 else ''}", end="")
     elif method != show_progress.last:
-        messages.tell(f"{where}{method}")
+        messages.write_error(f"{where}{method}")
     show_progress.last = method
 
 
@@ -141,7 +141,7 @@ def measure_all(sweep, seconds, progress=show_progress):
     count, done = sum(len(candidates) for _, _, candidates, _ in sweep.methods), 0
     for number, (name, _, candidates, method) in enumerate(sweep.methods):
         pace = 0.0  # seconds per unit of cost
-        for place, (settings, cost) in enumerate(candidates):
+        for candidate_index, (settings, cost) in enumerate(candidates):
             done += 1
             progress(done, count, name, settings)
             reason, start = None, time.monotonic()
@@ -149,7 +149,7 @@ def measure_all(sweep, seconds, progress=show_progress):
                 reason = f"expected to take longer than {seconds:g} s"
             else:
                 try:
-                    point = sweep.measure(number, place, settings, method)
+                    point = sweep.measure(number, candidate_index, settings, method)
                     pace = point["seconds"] / cost
                     if all(error is not None and math.isfinite(error) for error in point["errors"]):
                         sweep.points.append({"method": name, "settings": settings, **point})

@@ -66,8 +66,8 @@ def data_of(subject):
     lines = ["grains", "", f"{len(subject['charge'])} atoms", "1 atom types"]
     lines += [f"0 {length:.17g} {axis}lo {axis}hi" for length, axis in zip(subject["lengths"], "xyz")]
     lines += ["", "Masses", "", "1 1", "", "Atoms # charge", ""]
-    places = zip(*[iter(subject["position"])] * 3)
+    positions = zip(*[iter(subject["position"])] * 3)
     lines += [
-        f"{i} 1 {q:.17g} {x:.17g} {y:.17g} {z:.17g}" for i, (q, (x, y, z)) in enumerate(zip(subject["charge"], places), 1)
+        f"{i} 1 {q:.17g} {x:.17g} {y:.17g} {z:.17g}" for i, (q, (x, y, z)) in enumerate(zip(subject["charge"], positions), 1)
     ]
     return "\n".join(lines) + "\n"

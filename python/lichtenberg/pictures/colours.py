@@ -8,7 +8,7 @@ from matplotlib.colors import AsinhNorm, BoundaryNorm, LogNorm, Normalize, to_rg
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator
 
-from ..ranges import reaches, set_colours
+from ..ranges import range_ends, set_colours
 from .drawing import INK, InputError, prefixed
 
 PALE = "#ededed"  # particles without a value: unconnected conductors, isolated grains
@@ -134,7 +134,7 @@ def run_range(quantity, values, always=()):
         high = positive.max()
         low = min(max(positive.min(), 1e-4 * high), high / 2)
         return Range(low, high, 0, positive.min(), positive.max())
-    low_reach, high_reach = reaches(values)
+    low_reach, high_reach = range_ends(values)
     low, high = min(-low_reach, always.min(initial=0)), max(high_reach, always.max(initial=0))
     magnitude = np.abs(values[np.abs(values) > 1e-3 * max(high, -low)])
     typical = np.median(magnitude) if len(magnitude) else 0
@@ -180,11 +180,11 @@ def map_of(quantity, cmap):
     return colormaps[{"signed": "RdBu_r", "order": "YlGnBu"}.get(quantity.kind, "viridis_r")]
 
 
-def draw_bar(figure, place, scale):
+def draw_bar(figure, rectangle, scale):
     """Draws the colour bar at `place`, [left, bottom, width, height] in the figure; for categories, a text that
     explains them."""
     quantity = scale.quantity
-    axes = figure.add_axes(place)
+    axes = figure.add_axes(rectangle)
     if scale.norm is None:
         axes.axis("off")
         axes.text(0.5, 0.5, f"colour: {quantity.label}", rotation=90, ha="center", va="center", transform=axes.transAxes)

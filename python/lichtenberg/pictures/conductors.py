@@ -150,12 +150,12 @@ class ConductorsInSpace(Conductors):
         super().__init__(file, path)
         self.box = file["scene/domain/size"][()]
         self.down = space.down_of(file)
-        self.size = space.Eye(self.box, self.down).size
+        self.size = space.Camera(self.box, self.down).size
         self.radius = file["particles/conductors/radius"][()]
         self.electrodes = ground.electrodes_in(file["scene"])
-        held = [shape for shape in self.electrodes if shape["shape"] == "sphere"]
-        self.held_at = np.array([shape["centre"] for shape in held]).reshape(-1, 3)
-        self.held_radius = np.array([shape["radius"] for shape in held])
+        fixed = [shape for shape in self.electrodes if shape["shape"] == "sphere"]
+        self.fixed_position = np.array([shape["centre"] for shape in fixed]).reshape(-1, 3)
+        self.fixed_radius = np.array([shape["radius"] for shape in fixed])
         self.cut = None
 
     def read(self, file, index, name, field=None):
@@ -169,26 +169,26 @@ class ConductorsInSpace(Conductors):
     def draw(self, axes, shown, scale):
         snapshot, values, position = shown
         faces = scale.colours(values) if scale else np.tile([0.91, 0.91, 0.91, 1], (len(position), 1))
-        place = np.concatenate([position, self.held_at])
-        radius = np.concatenate([self.radius, self.held_radius])
-        faces = np.concatenate([faces, np.tile(self.ELECTRODE, (len(self.held_at), 1))])
+        all_positions = np.concatenate([position, self.fixed_position])
+        radius = np.concatenate([self.radius, self.fixed_radius])
+        faces = np.concatenate([faces, np.tile(self.ELECTRODE, (len(self.fixed_position), 1))])
         sides = [np.array([shape["low"], shape["high"]]) for shape in self.electrodes if shape["shape"] == "face"]
-        space.draw(axes, place, radius, faces, (np.zeros(3), self.box), self.unit, self.cut, sides, self.down)
+        space.draw(axes, all_positions, radius, faces, (np.zeros(3), self.box), self.unit, self.cut, sides, self.down)
         marks = scale.legend(values) if scale else []
         if self.electrodes:
             marks.append(Patch(color=self.ELECTRODE, label=", ".join(map(name_and_potential, self.electrodes))))
         if snapshot.connected.any() and not self.cut:
-            self.draw_ways(axes, position, snapshot.successor)
+            self.draw_paths(axes, position, snapshot.successor)
             marks.append(Line2D([], [], color=INK, linewidth=1.0, label=f"path to {self.all_supplies}"))
         draw_legend(axes, marks)
 
-    def draw_ways(self, axes, position, successor):
+    def draw_paths(self, axes, position, successor):
         """Draws the tree's edges from centre to centre, and its last edges to the nearest electrode."""
         start = np.flatnonzero(successor != UNCONNECTED)
         end = position[np.maximum(successor[start], 0)]
         last = successor[start] < 0
         end[last] = ground.nearest_ground(position[start[last]], self.electrodes)
-        lines = space.Eye(self.box, self.down).project(np.stack([position[start], end], axis=1))
+        lines = space.Camera(self.box, self.down).project(np.stack([position[start], end], axis=1))
         axes.add_collection(LineCollection(lines, colors=INK, linewidths=1.0, zorder=4))
 
 

@@ -173,9 +173,9 @@ def points_a_unit(axes):
 
 def draw_disks(axes, snapshot, chosen, **style):
     diameter = 2 * snapshot.radius[chosen]
-    place = {"units": "xy", "offsets": snapshot.position[chosen], "offset_transform": axes.transData}
+    placement = {"units": "xy", "offsets": snapshot.position[chosen], "offset_transform": axes.transData}
     style = {"edgecolor": INK, "linewidth": line_width(axes, snapshot, 0.1, 0.8), "zorder": 3, **style}
-    axes.add_collection(EllipseCollection(diameter, diameter, np.zeros_like(diameter), **place, **style))
+    axes.add_collection(EllipseCollection(diameter, diameter, np.zeros_like(diameter), **placement, **style))
 
 
 def draw_conductors(axes, snapshot):

@@ -15,13 +15,13 @@ DPI = 170
 CRF = "20"  # quality of ffmpeg's x264: hardly visible loss
 
 
-class Studio:
+class FigureContext:
     """Data that each process needs to draw frames."""
 
     def __init__(self, run, colour, scale):
         self.pictures = frames.Pictures([run], scale, colour)
         self.fields = None
-        self.figure = self.pictures.sheet.figure
+        self.figure = self.pictures.layout.figure
         self.figure.set_dpi(DPI)
         # x264 needs even numbers of pixels.
         even = [2 * round(inches * DPI / 2) / DPI + 1e-6 for inches in self.figure.get_size_inches()]
@@ -34,20 +34,20 @@ class Studio:
     def pixels(self):
         return self.canvas.get_width_height()
 
-    def draw(self, place, frame):
-        """Returns the pixels of a frame, RGBA. `place`: its index among the chosen frames."""
-        self.pictures.draw([frame], None if self.fields is None else [self.fields[place]])
+    def draw(self, index, frame):
+        """Returns the pixels of a frame, RGBA. `index`: its index among the chosen frames."""
+        self.pictures.draw([frame], None if self.fields is None else [self.fields[index]])
         self.canvas.draw()
         return bytes(self.canvas.buffer_rgba())
 
 
-studio = None  # one per process
+context = None  # one per process
 
 
 def draw(task):
     """Returns the frame or an error message, because exceptions of other processes lose their text."""
     try:
-        return studio.draw(*task)
+        return context.draw(*task)
     except InputError as error:
         return str(error)
 
@@ -107,11 +107,11 @@ class Progress:
         line = f"frame {done} of {self.count} drawn"
         if 10 * done >= self.count:  # earlier estimates are too inaccurate
             line += f", about {(now - self.began) * (self.count - done) / done:.0f} s left"
-        messages.tell(f"\r{line}\033[K" if self.terminal else f"{line}\n", end="")
+        messages.write_error(f"\r{line}\033[K" if self.terminal else f"{line}\n", end="")
 
     def end(self):
         if self.terminal and not self.quiet:
-            messages.tell("\r\033[K", end="")
+            messages.write_error("\r\033[K", end="")
 
 
 def undisturbed_pool(jobs):
@@ -125,16 +125,16 @@ def undisturbed_pool(jobs):
 
 def make(request):
     """Makes the film of a request of `lichtenberg film`. Throws InputError and Failure."""
-    global studio
+    global context
     run = frames.read_run(request.file)
     chosen = listed_frames(request.frames or ":", run.path, len(run.times))
     frames.set_cut([run], request.cut)
     colour = request.colour or frames.default_colour([run], [chosen[len(chosen) // 2]])
     scale = frames.common_scale([run], colour, request.range, request.cmap)
     fields = Fields(run.path, chosen, request.quiet or not os.isatty(2)) if colour == "potential" else None
-    studio = Studio(run, colour, scale)
-    studio.fields = fields and fields.values()
-    film = Ffmpeg(request.out, studio.pixels, request.rate)
+    context = FigureContext(run, colour, scale)
+    context.fields = fields and fields.values()
+    film = Ffmpeg(request.out, context.pixels, request.rate)
     write(film, chosen, Progress(len(chosen), request.quiet))
     if not request.quiet:
         words = f"{len(chosen)} frame{'s' * (len(chosen) > 1)}{' by ' + colour if colour else ''}"

@@ -103,13 +103,13 @@ class Pictures:
     """Draws frames in sequence on one sheet; their common parts are drawn once."""
 
     def __init__(self, runs, scale, colour):
-        from .sheet import Sheet
+        from .layout import PanelLayout
 
         drawing.set_style()
         self.runs, self.scale, self.colour = runs, scale, colour
-        self.sheet = Sheet([run.size for run in runs], scale is not None)
+        self.layout = PanelLayout([run.size for run in runs], scale is not None)
         if scale is not None:
-            draw_bar(self.sheet.figure, self.sheet.bar, scale)
+            draw_bar(self.layout.figure, self.layout.bar, scale)
         self.heads = []
 
     def draw(self, frames, fields=None):
@@ -118,13 +118,13 @@ class Pictures:
             head.remove()
         self.heads = []
         for k, (run, frame) in enumerate(zip(self.runs, frames)):
-            axes = self.sheet.panels[k]
+            axes = self.layout.panels[k]
             axes.clear()
             field = None if fields is None else fields[k]
             shown = drawing.read_file(run.path, lambda file: run.read(file, frame, self.colour, field))
             run.draw(axes, shown, self.scale)
-            self.heads += self.sheet.head(k, run.title, run.caption(shown), run.warning)
-        return self.sheet.figure
+            self.heads += self.layout.head(k, run.title, run.caption(shown), run.warning)
+        return self.layout.figure
 
 
 def set_cut(runs, cut):
@@ -157,7 +157,7 @@ def plot_frames(request):
     names = picture_names(request, runs, frames, colour)
     for name in names:
         drawing.check_picture(name, request.overwrite)
-    first = Fields(runs[0].path, [of[0] for of in frames]) if colour == "potential" else None
+    first = Fields(runs[0].path, [indices[0] for indices in frames]) if colour == "potential" else None
     pictures = Pictures(runs, scale, colour)  # in parallel with the program, which computes the fields of the first run
     fields = []
     if first:

@@ -51,7 +51,7 @@ class Grains:
     @property
     def size(self):
         """Returns the size of the panel in any unit."""
-        return space.Eye(self.window[1], self.down).size if self.spatial else self.box
+        return space.Camera(self.window[1], self.down).size if self.spatial else self.box
 
     def column(self, file, name, index):
         return read_column(file, self.quantities[name], index)
@@ -114,21 +114,21 @@ class Grains:
         axes.set(xlim=(0, self.box[0]), ylim=(0, self.box[1]), aspect="equal", xticks=[], yticks=[])
         for spine in axes.spines.values():
             spine.set_linewidth(0.6)
-        grain, place = self.with_images(position[:, :2])
+        grain, centre = self.with_images(position[:, :2])
         diameter = 2 * self.radius[grain]
         width = np.clip(0.04 * diameter * drawing.points_a_unit(axes), 0.05, 0.6)
-        offsets = {"units": "xy", "offsets": place, "offset_transform": axes.transData}
+        offsets = {"units": "xy", "offsets": centre, "offset_transform": axes.transData}
         style = {"facecolor": faces[grain], "edgecolor": EDGE, "linewidths": width, "zorder": 2}
         axes.add_collection(EllipseCollection(diameter, diameter, np.zeros_like(diameter), **offsets, **style))
         drawing.draw_length(axes, self.box[0], lambda length: f"{length:g} ${self.unit[0]}_0$")
 
-    def with_images(self, place):
+    def with_images(self, centre):
         """Returns indices and positions of grains. Grains that a periodic side cuts appear again as images."""
         grain = np.arange(len(self.radius))
         for axis in np.flatnonzero(self.periodic):
             length = self.box[axis]
-            over = [(place[:, axis] < self.radius[grain], length), (place[:, axis] > length - self.radius[grain], -length)]
+            over = [(centre[:, axis] < self.radius[grain], length), (centre[:, axis] > length - self.radius[grain], -length)]
             shift = np.eye(2)[axis]
-            place = np.vstack([place] + [place[cut] + by * shift for cut, by in over])
+            centre = np.vstack([centre] + [centre[cut] + by * shift for cut, by in over])
             grain = np.concatenate([grain] + [grain[cut] for cut, _ in over])
-        return grain, place
+        return grain, centre

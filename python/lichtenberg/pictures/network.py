@@ -9,7 +9,7 @@ from matplotlib.collections import EllipseCollection, LineCollection
 from matplotlib.colors import Normalize
 
 from . import drawing, space
-from .sheet import Sheet
+from .layout import PanelLayout
 
 COLOURS = "viridis"
 ISOLATED = "#f2d7d5"  # particles without a path to an electrode
@@ -128,9 +128,9 @@ def draw_particles(axes, network):
     diameter = 2 * network.radius
     colours = np.full(len(diameter), PALE, dtype="U7")
     colours[network.isolated] = ISOLATED
-    place = {"units": "xy", "offsets": network.position, "offset_transform": axes.transData}
+    placement = {"units": "xy", "offsets": network.position, "offset_transform": axes.transData}
     style = {"facecolor": colours, "edgecolor": "#b0b0b0", "linewidth": 0.3, "zorder": 1}
-    axes.add_collection(EllipseCollection(diameter, diameter, np.zeros_like(diameter), **place, **style))
+    axes.add_collection(EllipseCollection(diameter, diameter, np.zeros_like(diameter), **placement, **style))
 
 
 def draw_resistors(axes, network, colours, widest=4.0):
@@ -158,32 +158,32 @@ def draw_electrodes(axes, network, clip):
     """Draws walls as bars and particles as rings. `clip`: walls on the frame are cut at it."""
     for electrode in network.electrodes:
         if isinstance(electrode, int):
-            place = network.position[electrode]
-            axes.add_patch(plt.Circle(place, network.radius[electrode], fill=False, linewidth=2, zorder=4))
+            centre = network.position[electrode]
+            axes.add_patch(plt.Circle(centre, network.radius[electrode], fill=False, linewidth=2, zorder=4))
         elif electrode is not None:
             axes.plot(*electrode.T, color=drawing.INK, linewidth=4, solid_capstyle="butt", clip_on=clip, zorder=4)
 
 
 def draw_backbone(axes, network, colours):
     """The strongest resistors, from far to near; returns which share of the largest current the weakest has."""
-    eye = space.Eye(network.size)
-    space.set_window(axes, eye)
-    space.draw_box(axes, eye, "m")
+    camera = space.Camera(network.size)
+    space.set_window(axes, camera)
+    space.draw_box(axes, camera, "m")
     current = np.where(network.carries, network.current, 0)
     strongest = np.argsort(-current, kind="stable")[: min(MOST_LINES, np.count_nonzero(current > 0))]
     middle = network.segments[strongest].mean(axis=1)
-    strongest = strongest[np.argsort(-eye.depth(middle))]
+    strongest = strongest[np.argsort(-camera.depth(middle))]
     if len(strongest) == 0:
         return 0
     middle = network.segments[strongest].mean(axis=1)
     faces = ScalarMappable(**colours).to_rgba(network.potential[strongest])
-    haze = 0.8 * eye.haze(eye.depth(middle))[:, None]
+    haze = 0.8 * camera.haze(camera.depth(middle))[:, None]
     faces[:, :3] += haze * (1 - faces[:, :3])
     share = current[strongest] / current.max()
     widest = min(4.0, 0.5 * np.median(network.radius) * drawing.points_a_unit(axes))
-    width = np.maximum(widest * share, 0.2) * eye.scale(middle)
+    width = np.maximum(widest * share, 0.2) * camera.scale(middle)
     style = {"linewidths": width, "colors": faces, "capstyle": "round", "zorder": 2}
-    axes.add_collection(LineCollection(eye.project(network.segments[strongest]), **style))
+    axes.add_collection(LineCollection(camera.project(network.segments[strongest]), **style))
     return share.min()
 
 
@@ -221,15 +221,15 @@ def draw(networks, warnings=()):
     """One panel a network, as a figure; below them why the packing may be unsafe to use."""
     drawing.set_style()
     spatial = len(networks[0].size) == 3
-    sheet = Sheet([space.Eye(n.size).size if spatial else n.size for n in networks], with_bar=True)
-    for axes, network in zip(sheet.panels, networks):
+    layout = PanelLayout([space.Camera(n.size).size if spatial else n.size for n in networks], with_bar=True)
+    for axes, network in zip(layout.panels, networks):
         colours = panel(axes, network)
-    bar = sheet.figure.colorbar(ScalarMappable(**colours), cax=sheet.figure.add_axes(sheet.bar))
+    bar = layout.figure.colorbar(ScalarMappable(**colours), cax=layout.figure.add_axes(layout.bar))
     bar.set_label("potential (V)")
     bar.outline.set_linewidth(0.6)
     style = {"fontsize": 8, "color": drawing.WARNING, "ha": "center", "va": "bottom", "parse_math": False}
-    sheet.figure.text(0.5, 0.02 / sheet.height, drawing.warning_line(warnings), **style)
-    return sheet.figure
+    layout.figure.text(0.5, 0.02 / layout.height, drawing.warning_line(warnings), **style)
+    return layout.figure
 
 
 def draw_file(path, out, models, *warnings):

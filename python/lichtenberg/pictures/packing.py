@@ -21,8 +21,8 @@ class DrawnPacking:
         self.title = file["scene"].attrs["title"]
         self.iteration = int(times[index])
         self.spatial = "height" in file["scene/domain"]
-        self.place = particles["position/value"][index]  # [N, 3] m
-        self.position = self.place[:, :2] * drawing.MM
+        self.position_3d = particles["position/value"][index]  # [N, 3] m
+        self.position = self.position_3d[:, :2] * drawing.MM
         self.radius = particles["radius"][()] * drawing.MM
         self.size = file["scene/domain/size"][:2] * drawing.MM
         self.energy = file["observables/energy/value"][index]
@@ -72,7 +72,7 @@ class Packing:
 
     @property
     def size(self):
-        return space.Eye(self.box).size if self.spatial else self.box
+        return space.Camera(self.box).size if self.spatial else self.box
 
     def range(self, file, name):
         return run_range(self.quantities[name], DrawnPacking(file, None).pressing())
@@ -100,7 +100,7 @@ class Packing:
         faces[packing.rattler] = to_rgba(RATTLER)
         if packing.spatial:
             window = np.zeros(3), self.box
-            space.draw(axes, packing.place, packing.radius / drawing.MM, faces, window, "m", self.cut)
+            space.draw(axes, packing.position_3d, packing.radius / drawing.MM, faces, window, "m", self.cut)
         else:
             draw_panel(axes, packing, faces, lines=scale is None)
             drawing.draw_scale(axes, packing)
@@ -118,8 +118,8 @@ def draw_particles(axes, packing, faces, alpha):
     style = {"facecolor": faces, "edgecolor": drawing.INK, "zorder": 2}
     style["linewidth"] = drawing.line_width(axes, packing, 0.1, 0.8)
     style["alpha"] = alpha
-    place = {"units": "xy", "offsets": packing.position, "offset_transform": axes.transData}
-    axes.add_collection(EllipseCollection(diameter, diameter, np.zeros_like(diameter), **place, **style))
+    placement = {"units": "xy", "offsets": packing.position, "offset_transform": axes.transData}
+    axes.add_collection(EllipseCollection(diameter, diameter, np.zeros_like(diameter), **placement, **style))
 
 
 def mean_width(axes, packing):

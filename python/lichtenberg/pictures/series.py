@@ -32,7 +32,7 @@ class Panel:
 
 
 @dataclass
-class Recorded:
+class RunSeries:
     """Observables of a run over time."""
 
     name: str
@@ -53,22 +53,22 @@ class Recorded:
 
 
 def read(path):
-    return drawing.read_file(path, lambda file: recorded(file, path))
+    return drawing.read_file(path, lambda file: series_in(file, path))
 
 
-def recorded(file, path):
+def series_in(file, path):
     """Throws InputError."""
     drawing.frame_index(file, path, None)
-    run = Recorded(Path(path).stem, file["scene"].attrs["title"], "s", [])
+    run = RunSeries(Path(path).stem, file["scene"].attrs["title"], "s", [])
     run.warning = drawing.warning_line(warnings_of(file))
     add_observables(file, run)
     add_group(file, run, "analysis")
     if "gas" in file:
-        become_gas(file, run)
+        add_gas(file, run)
     elif "relaxation" in file:
-        become_packing(file, run)
+        add_packing(file, run)
     else:
-        become_conductors(file, run)
+        add_conductors(file, run)
     return run
 
 
@@ -93,7 +93,7 @@ def add_group(file, run, name, argument="time"):
             run.columns.setdefault(column, (time, data[()].astype(float), unit_of(data)))
 
 
-def become_gas(file, run):
+def add_gas(file, run):
     for name in list(file["gas"]):
         run.columns.pop(name, None)  # it has ten rows a frame
     add_group(file, run, "gas")
@@ -113,7 +113,7 @@ def become_gas(file, run):
     run.panels.append(Panel("size of clusters", clusters, logarithmic=True))
 
 
-def become_packing(file, run):
+def add_packing(file, run):
     add_group(file, run, "relaxation", "iteration")
     for name in ("energy", "largest_force"):
         if name in file["relaxation"]:
@@ -124,7 +124,7 @@ def become_packing(file, run):
         run.panels.append(Panel(label, [(name, "")], logarithmic=True))
 
 
-def become_conductors(file, run):
+def add_conductors(file, run):
     suggested = [
         Panel("energy of the field", [("energy", "")]),
         Panel("charge on the conductors", [("charge_held", "")]),
@@ -181,7 +181,7 @@ def set_scale(axes, logarithmic):
         axes.yaxis.set_minor_formatter("")
 
 
-def new_sheet(count, title):
+def new_figure(count, title):
     drawing.set_style()
     columns = 1 if count <= 3 else 2
     rows = -(-count // columns)
@@ -239,7 +239,7 @@ def draw_runs(runs, names):
     panels = panels_of(runs, names)
     titles = list(dict.fromkeys(run.title for run in runs if run.title))
     title = titles[0] if len(titles) == 1 else " and ".join(titles)
-    figure, grid = new_sheet(len(panels), with_warnings(title, runs))
+    figure, grid = new_figure(len(panels), with_warnings(title, runs))
     for axes, panel in zip(grid, panels):
         draw_panel(axes, panel, runs, list(range(len(runs))))
     if len(runs) > 1:
@@ -290,7 +290,7 @@ def draw_ensemble(path, names):
     runs = [read(str(Path(folder) / f"{m['name']}.h5")) for m in members]
     groups = [variants.index(variant_of(m)) for m in members]
     panels = panels_of(runs, names)
-    figure, grid = new_sheet(len(panels), with_warnings(runs[0].title, runs))
+    figure, grid = new_figure(len(panels), with_warnings(runs[0].title, runs))
     for axes, panel in zip(grid, panels):
         draw_members(axes, panel, runs, groups)
     some = f" of the first {MOST_RUNS} of {len(finished)} runs" if len(members) < len(finished) else ""
@@ -336,7 +336,7 @@ def draw_table(folder, names):
     chosen = names or differ[:6]
     if not chosen:
         raise InputError(f"the means of the ensemble {folder} do not differ: name those to draw with --observables")
-    figure, grid = new_sheet(len(chosen), f"{Path(folder).name}: means over seeds, 95 % confidence")
+    figure, grid = new_figure(len(chosen), f"{Path(folder).name}: means over seeds, 95 % confidence")
     others = list(dict.fromkeys(variant_of({"settings": without(p["settings"], along)}) for p in points))
     for axes, name in zip(grid, chosen):
         draw_means(axes, points, name, along, others)
@@ -352,16 +352,16 @@ def without(settings, key):
 def draw_means(axes, points, name, along, others):
     values = [p["settings"][along] for p in points]
     numbers = all(isinstance(v, (int, float)) for v in values)
-    places = {str(v): v if numbers else k for k, v in enumerate(dict.fromkeys(values))} if not numbers else None
+    tick_positions = {str(v): v if numbers else k for k, v in enumerate(dict.fromkeys(values))} if not numbers else None
     for group, other in enumerate(others):
         own = [p for p in points if variant_of({"settings": without(p["settings"], along)}) == other]
-        x = [p["settings"][along] if numbers else places[str(p["settings"][along])] for p in own]
+        x = [p["settings"][along] if numbers else tick_positions[str(p["settings"][along])] for p in own]
         y = [p["quantities"][name]["value"] for p in own]
         error = within_shares(name, y, [p["quantities"][name].get("half_width", 0) for p in own])
         style = {"color": COLOURS[group % len(COLOURS)], "marker": "o", "markersize": 4, "linewidth": 0.8, "capsize": 3}
         axes.errorbar(x, y, error, **style)
-    if places:
-        axes.set_xticks(list(places.values()), list(places))
+    if tick_positions:
+        axes.set_xticks(list(tick_positions.values()), list(tick_positions))
     elif len(set(values)) <= 8:
         axes.set_xticks(sorted(set(values)))
     axes.margins(x=0.1)
@@ -386,12 +386,12 @@ def picture_name(request):
     return request.out or f"{stems[0]}{beside}-{what}{chosen}.png"
 
 
-def draw(request, of_ensemble):
+def draw(request, is_ensemble):
     """Draws curves of a request of `lichtenberg plot`: files over time, or without `series` an ensemble's means. Throws
     InputError and Failure."""
     names = request.observables.split(",") if request.observables else None
     drawing.check_picture(picture_name(request), request.overwrite)
-    if of_ensemble:
+    if is_ensemble:
         figure = (draw_ensemble if request.series else draw_table)(request.file[0], names)
     else:
         figure = draw_runs([read(path) for path in request.file], names)

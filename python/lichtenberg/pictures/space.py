@@ -15,7 +15,7 @@ PIXELS = 1000  # of the longer side of an image
 MOST_RUNS = 100_000  # rows of pixels that are spread at a time
 
 
-def frame_of(down=None):
+def view_axes(down=None):
     """[3, 3] The axes of the box that point to the right, up and towards the eye, with their signs. `down`: the direction
     of the fall, of which the axis that is nearest to it counts; None: y points up."""
     if down is None:
@@ -32,11 +32,11 @@ def down_of(file):
     return file["scene"].attrs.get("down")
 
 
-class Eye:
-    """Central projection of a box on the plane through its middle. `down`: as in frame_of."""
+class Camera:
+    """Central projection of a box on the plane through its middle. `down`: as in view_axes."""
 
     def __init__(self, box, down=None):
-        self.frame = frame_of(down)
+        self.frame = view_axes(down)
         forward = -np.array([np.sin(TURN) * np.cos(RISE), np.sin(RISE), np.cos(TURN) * np.cos(RISE)]) @ self.frame
         right = np.cross(forward, self.frame[1])
         right /= np.linalg.norm(right)
@@ -78,29 +78,29 @@ def box_edges(box):
     return np.array([[ends[i], ends[i | 1 << k]] for i in range(8) for k in range(3) if not i >> k & 1])
 
 
-def kept(position, cut, eye=None):
+def behind_cut(position, cut, camera=None):
     """Returns [N] whether a point is behind the cut, seen from the eye. `cut`: (axis, position), or None for all."""
     if cut is None:
         return np.ones(len(position), bool)
-    axis, place = cut
-    away = eye is None or eye.frame[:, axis].sum() > 0  # the eye is on the far side of all three axes of its frame
-    return position[:, axis] <= place if away else position[:, axis] >= place
+    axis, level = cut
+    away = camera is None or camera.frame[:, axis].sum() > 0  # the eye is on the far side of all three axes of its frame
+    return position[:, axis] <= level if away else position[:, axis] >= level
 
 
 def read_cut(text, box, unit):
     """Parses "z=0.5" to (2, 0.5). Throws InputError."""
-    axis, _, place = text.partition("=")
+    axis, _, level = text.partition("=")
     try:
-        place = float(place)
+        level = float(level)
     except ValueError:
-        place = np.nan
-    if axis not in ("x", "y", "z") or not np.isfinite(place):
+        level = np.nan
+    if axis not in ("x", "y", "z") or not np.isfinite(level):
         example = f"--cut z={box[2] / 2:g}"
         raise InputError(f"--cut {text} is not valid: it must be an axis and a position on it, as in {example}")
     k = "xyz".index(axis)
-    if not 0 < place <= box[k]:
+    if not 0 < level <= box[k]:
         raise InputError(f"--cut {text} leaves nothing: the box reaches from {axis} = 0 to {box[k]:g} {unit}")
-    return k, place
+    return k, level
 
 
 def nearest_at(centre, radius, depth, shape):
@@ -184,69 +184,69 @@ def halved(colours):
     return small
 
 
-def rendered(eye, position, radius, faces, pixels=PIXELS):
+def rendered(camera, position, radius, faces, pixels=PIXELS):
     """[h, w, 4] image of the spheres seen from the eye."""
-    fine = 2 * pixels / eye.size.max()  # pixels per unit of length
-    shape = tuple(2 * np.ceil(eye.size[::-1] * fine / 2).astype(int))
-    depth = eye.depth(position)
-    seen = depth > 0.05 * eye.distance  # spheres behind the eye or very close to it are omitted
+    fine = 2 * pixels / camera.size.max()  # pixels per unit of length
+    shape = tuple(2 * np.ceil(camera.size[::-1] * fine / 2).astype(int))
+    depth = camera.depth(position)
+    seen = depth > 0.05 * camera.distance  # spheres behind the eye or very close to it are omitted
     position, radius, faces, depth = position[seen], radius[seen], faces[seen], depth[seen]
-    centre = (eye.project(position) - eye.low) * fine
-    shown = np.maximum(radius * eye.scale(position) * fine, 0.8)
+    centre = (camera.project(position) - camera.low) * fine
+    shown = np.maximum(radius * camera.scale(position) * fine, 0.8)
     image = nearest_at(centre, shown, depth, shape)
-    return halved(shaded(image, centre, shown, depth, radius, faces, eye.haze(depth)))
+    return halved(shaded(image, centre, shown, depth, radius, faces, camera.haze(depth)))
 
 
-def draw_box(axes, eye, unit):
+def draw_box(axes, camera, unit):
     """Draws the edges of the box, three with their length: those that end at the farthest corner behind the spheres,
     the others in front of them."""
-    edges = box_edges(eye.box)
-    ends = corners(eye.box)
-    farthest = ends[np.argmax(eye.depth(ends))]
+    edges = box_edges(camera.box)
+    ends = corners(camera.box)
+    farthest = ends[np.argmax(camera.depth(ends))]
     behind = (edges == farthest).all(axis=2).any(axis=1)
     for chosen, order in [(behind, 1), (~behind, 3)]:
-        axes.add_collection(LineCollection(eye.project(edges[chosen]), colors=EDGE, linewidths=0.6, zorder=order))
-    middle = eye.project(eye.middle[None])[0]
+        axes.add_collection(LineCollection(camera.project(edges[chosen]), colors=EDGE, linewidths=0.6, zorder=order))
+    middle = camera.project(camera.middle[None])[0]
     for along, (start, shift) in enumerate([((0, 0, 1), (0, -1)), ((0, 0, 1), (-1, 0)), ((1, 0, 0), (1, -1))]):
-        k = np.argmax(np.abs(eye.frame[along]))
-        signs = np.array(start) @ eye.frame + (np.ones(3) - start) @ -eye.frame  # sign along each axis: 1 for its far end, -1 for 0
-        place = np.where(signs > 0, eye.box, 0)
-        place[k] = eye.box[k] / 2
-        x, y = eye.project(place[None])[0]
-        length = in_metres(eye.box[k]) if unit == "m" else f"{eye.box[k]:.4g} ${unit[0]}_0$"
+        k = np.argmax(np.abs(camera.frame[along]))
+        signs = np.array(start) @ camera.frame + (np.ones(3) - start) @ -camera.frame  # sign along each axis: 1 for its far end, -1 for 0
+        label_point = np.where(signs > 0, camera.box, 0)
+        label_point[k] = camera.box[k] / 2
+        x, y = camera.project(label_point[None])[0]
+        length = in_metres(camera.box[k]) if unit == "m" else f"{camera.box[k]:.4g} ${unit[0]}_0$"
         away = np.sign(x - middle[0]) if shift[0] else 0
         aside = {"textcoords": "offset points", "xytext": (7 * away, 7 * shift[1])}
         aside |= {"ha": {1: "left", -1: "right", 0: "center"}[int(away)], "va": "top" if shift[1] else "center"}
         axes.annotate(f"${'xyz'[k]}$  {length}", (x, y), fontsize=8, color=INK, **aside)
 
 
-def draw_sides(axes, eye, sides):
+def draw_sides(axes, camera, sides):
     """Tinted, [2, 3] low and high corner each: those that end at the farthest corner behind the spheres, the others before them."""
-    ends = corners(eye.box)
-    farthest = ends[np.argmax(eye.depth(ends))]
+    ends = corners(camera.box)
+    farthest = ends[np.argmax(camera.depth(ends))]
     for low, high in sides:
         across = np.flatnonzero(high > low)
         face = np.tile(low, (4, 1))
         for k, chosen in zip(across, ([0, 1, 1, 0], [0, 0, 1, 1])):
             face[:, k] = np.where(chosen, high[k], low[k])
         behind = (face == farthest).all(axis=1).any()
-        axes.add_collection(PolyCollection([eye.project(face)], facecolors=[(*SIDE, 0.22)], zorder=1 if behind else 3))
+        axes.add_collection(PolyCollection([camera.project(face)], facecolors=[(*SIDE, 0.22)], zorder=1 if behind else 3))
 
 
-def set_window(axes, eye):
-    axes.set(xlim=(eye.low[0], eye.high[0]), ylim=(eye.low[1], eye.high[1]), aspect="equal")
+def set_window(axes, camera):
+    axes.set(xlim=(camera.low[0], camera.high[0]), ylim=(camera.low[1], camera.high[1]), aspect="equal")
     axes.axis("off")
 
 
 def draw(axes, position, radius, faces, window, unit, cut=None, sides=(), down=None):
     """Draws spheres, [N, 3] and [N] in a unit of length, with colours [N, 4]. `window`: lower corner and size of the shown
-    part; `sides`: those of the box that are electrodes, by their corners [2, 3]; `down`: as in frame_of."""
+    part; `sides`: those of the box that are electrodes, by their corners [2, 3]; `down`: as in view_axes."""
     corner, size = window
-    eye = Eye(size, down)
-    set_window(axes, eye)
-    left = kept(position, cut, eye)
-    image = rendered(eye, position[left] - corner, radius[left], faces[left])
-    extent = (eye.low[0], eye.high[0], eye.low[1], eye.high[1])
+    camera = Camera(size, down)
+    set_window(axes, camera)
+    left = behind_cut(position, cut, camera)
+    image = rendered(camera, position[left] - corner, radius[left], faces[left])
+    extent = (camera.low[0], camera.high[0], camera.low[1], camera.high[1])
     axes.imshow(image, origin="lower", extent=extent, interpolation="bilinear", aspect="auto", zorder=2)
-    draw_sides(axes, eye, sides)
-    draw_box(axes, eye, unit)
+    draw_sides(axes, camera, sides)
+    draw_box(axes, camera, unit)

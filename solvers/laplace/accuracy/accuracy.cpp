@@ -6,9 +6,9 @@
 #include <map>
 
 #include "solvers/error.hpp"
+#include "solvers/laplace/accuracy/cost_model.hpp"
 #include "solvers/laplace/accuracy/gaps.hpp"
 #include "solvers/laplace/accuracy/grids.hpp"
-#include "solvers/laplace/accuracy/price.hpp"
 #include "solvers/laplace/measure.hpp"
 #include "solvers/laplace/multipole/solver.hpp"
 
@@ -52,8 +52,9 @@ double refusal_margin(double estimate) { return 1.5 * estimate; }
 
 [[noreturn]] void refuse(const AccuracyRequest& request, const std::string& why, double possible,
                          const std::string& instead = "") {
-  const double told = request.reserve * refusal_margin(possible);
-  const std::string can = told <= coarsest_accuracy ? fmt::format("about {:.1e}", told) : "not even 0.1";
+  const double stated_accuracy = request.reserve * refusal_margin(possible);
+  const std::string can =
+      stated_accuracy <= coarsest_accuracy ? fmt::format("about {:.1e}", stated_accuracy) : "not even 0.1";
   throw InputError(fmt::format("field.accuracy = {:g} cannot be met: {} {} would be possible{}",
                                request.reserve * request.accuracy, why, can, instead));
 }
@@ -130,9 +131,9 @@ double multipole_estimate(const LaplaceProblem& problem, const Choice& choice, c
   const Scales scales = scales_of(problem, solution);
   const double small_charge = are_charges_given(problem) ? 0 : small_values(problem, scales).charge;
   const double largest = largest_force(problem, scales, solution);
-  const double of_force = largest > scales.force ? scales.error_of_force(choice.tolerance * largest) : 0;
+  const double force_error = largest > scales.force ? scales.error_of_force(choice.tolerance * largest) : 0;
   return std::max(
-      {choice.tolerance, solution.residual, scales.error_of_charge(choice.tolerance * small_charge), of_force});
+      {choice.tolerance, solution.residual, scales.error_of_charge(choice.tolerance * small_charge), force_error});
 }
 
 /// Returns the number of unknowns of the multipole method if it supports the problem.
@@ -149,27 +150,27 @@ constexpr double least_radius = 3, least_for_radius = 512;  // Cells
 
 /// Returns the factor by which the error grows when bodies of different potential reach the smallest gap of the
 /// request.
-double hardest(const LaplaceProblem& problem, double least_gap) {
-  const NarrowPlace now = narrowest(problem);
+double error_growth_to_least_gap(const LaplaceProblem& problem, double least_gap) {
+  const NarrowGap now = narrowest(problem);
   return std::pow(now.gap / std::min(now.gap, least_gap), 1.5);
 }
 
-Choice foresee_cut_cell(const LaplaceProblem& problem, const AccuracyRequest& request) {
+Choice predict_cut_cell(const LaplaceProblem& problem, const AccuracyRequest& request) {
   const Grids grids(problem.size);
   const int most = grids.at_most(request.most_cells);
   const double side = std::max(problem.size.x, problem.size.y);
-  NarrowPlace place = narrowest(problem);
-  place.gap = std::min(place.gap, request.least_gap);
+  NarrowGap narrow_gap = narrowest(problem);
+  narrow_gap.gap = std::min(narrow_gap.gap, request.least_gap);
   constexpr double expected = estimate_over_error * likely_error;
-  const double needed = std::max(side / cell_for(place, request.accuracy / expected),
-                                 std::min(least_radius * side / place.radius, least_for_radius));
+  const double needed = std::max(side / cell_for(narrow_gap, request.accuracy / expected),
+                                 std::min(least_radius * side / narrow_gap.radius, least_for_radius));
   Choice choice{.method = Method::cut_cell, .tolerance = cut_cell_tolerance(request.accuracy)};
   choice.cells = needed < most ? std::min(grids.at_least(static_cast<int>(needed)), most) : most;
-  choice.estimate = expected * difficulty(place, side / choice.cells);
+  choice.estimate = expected * difficulty(narrow_gap, side / choice.cells);
   return choice;
 }
 
-Choice foresee_multipole(const LaplaceProblem& problem, const AccuracyRequest& request) {
+Choice predict_multipole(const LaplaceProblem& problem, const AccuracyRequest& request) {
   constexpr int usual_cells = 512;  // Cells of `field()`
   const Grids grids(problem.size);
   const int cells = std::min(grids.at_least(usual_cells), grids.at_most(request.most_cells));
@@ -178,11 +179,11 @@ Choice foresee_multipole(const LaplaceProblem& problem, const AccuracyRequest& r
 
 /// Throws InputError if the accuracy is out of reach. The prediction may be wrong by a factor of five, so the possible
 /// accuracy is stated with that factor.
-void check_hope(const Choice& foreseen, const AccuracyRequest& request) {
-  constexpr double hopeless = 30, unsure = 5;
-  if (foreseen.estimate > hopeless * request.accuracy)
-    refuse(request, fmt::format("with {} cells along the longer side, the most possible here,", foreseen.cells),
-           unsure * foreseen.estimate);
+void check_attainable(const Choice& predicted, const AccuracyRequest& request) {
+  constexpr double unattainable_factor = 30, uncertainty = 5;
+  if (predicted.estimate > unattainable_factor * request.accuracy)
+    refuse(request, fmt::format("with {} cells along the longer side, the most possible here,", predicted.cells),
+           uncertainty * predicted.estimate);
 }
 
 /// Returns true if the multipole method is cheaper, including the coarser solutions of the cut-cell method.
@@ -191,8 +192,8 @@ bool multipole_is_cheaper(const LaplaceProblem& problem, long unknowns, const Ch
   constexpr double coarser_grids = 1.75;
   const double cells = cut_cell.cells * static_cast<double>(cut_cell.cells) * std::min(problem.size.x, problem.size.y) /
                        std::max(problem.size.x, problem.size.y);
-  return multipole_price.seconds(static_cast<double>(unknowns), multipole.tolerance) <
-         coarser_grids * cut_cell_price.seconds(cells, cut_cell.tolerance);
+  return multipole_cost.seconds(static_cast<double>(unknowns), multipole.tolerance) <
+         coarser_grids * cut_cell_cost.seconds(cells, cut_cell.tolerance);
 }
 
 AccurateSolution solve_by_multipoles(const LaplaceProblem& problem, const AccuracyRequest& request, Choice choice) {
@@ -263,9 +264,9 @@ AccurateSolution solve_on_grids(const LaplaceProblem& problem, const AccuracyReq
   options.tolerance = choice.tolerance;
   GridSolutions solutions(problem, options);
   const double order = order_of(problem);
-  const double harder = hardest(problem, request.least_gap);
+  const double error_growth = error_growth_to_least_gap(problem, request.least_gap);
   const double gap = narrowest(problem).gap / std::max(problem.size.x, problem.size.y);
-  while ((choice.estimate = harder * solutions.error(choice.cells)) > request.accuracy) {
+  while ((choice.estimate = error_growth * solutions.error(choice.cells)) > request.accuracy) {
     const bool regular = gap * choice.cells > regular_from;
     const int next = next_grid(grids, choice.cells, most, choice.estimate / request.accuracy, order, regular);
     if (next == 0) {
@@ -281,27 +282,27 @@ AccurateSolution solve_on_grids(const LaplaceProblem& problem, const AccuracyReq
 
 }  // namespace
 
-Choice foresee(const LaplaceProblem& problem, const AccuracyRequest& request) {
+Choice predict_choice(const LaplaceProblem& problem, const AccuracyRequest& request) {
   if (!(request.accuracy >= finest_accuracy && request.accuracy <= coarsest_accuracy))
     throw InputError(fmt::format("an accuracy of {:g} is not allowed: it must be between {:g} and {:g}",
                                  request.reserve * request.accuracy, request.reserve * finest_accuracy,
                                  coarsest_accuracy));
   if (request.method == Method::multipole) {
-    const Choice choice = foresee_multipole(problem, request);
+    const Choice choice = predict_multipole(problem, request);
     multipole_unknowns(problem, multipole_options(choice));
     return choice;
   }
-  const Choice cut_cell = foresee_cut_cell(problem, request);
+  const Choice cut_cell = predict_cut_cell(problem, request);
   if (request.method) {
-    check_hope(cut_cell, request);
+    check_attainable(cut_cell, request);
     return cut_cell;
   }
-  const Choice multipole = foresee_multipole(problem, request);
+  const Choice multipole = predict_multipole(problem, request);
   const std::optional<long> unknowns = multipoles_possible(problem, multipole.tolerance);
   if (unknowns &&
       (cut_cell.estimate > request.accuracy || multipole_is_cheaper(problem, *unknowns, multipole, cut_cell)))
     return multipole;
-  check_hope(cut_cell, request);
+  check_attainable(cut_cell, request);
   return cut_cell;
 }
 
@@ -314,7 +315,7 @@ double estimated_error(const LaplaceProblem& problem, const Choice& choice, cons
 }
 
 AccurateSolution solve_to_accuracy(const LaplaceProblem& problem, const AccuracyRequest& request) {
-  const Choice choice = foresee(problem, request);
+  const Choice choice = predict_choice(problem, request);
   if (choice.method == Method::multipole) return solve_by_multipoles(problem, request, choice);
   return solve_on_grids(problem, request, choice);
 }

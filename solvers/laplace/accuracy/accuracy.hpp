@@ -34,7 +34,7 @@ struct Choice {
 
 /// Predicts the choice from geometry alone, without a solve. The method is final; cells and estimate are empirical
 /// predictions (README.md). Throws InputError if the requested method does not support the problem.
-Choice foresee(const LaplaceProblem& problem, const AccuracyRequest& request);
+Choice predict_choice(const LaplaceProblem& problem, const AccuracyRequest& request);
 
 /// Returns an upper estimate of the error for the choice's method, cells and tolerance. It uses coarser solutions on
 /// five grids of S/4 to S/2 cells, or the multipole method's own estimate.

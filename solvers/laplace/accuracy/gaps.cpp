@@ -25,12 +25,12 @@ class Search {
     std::ranges::sort(disks_, {}, &Circle::left);
     for (std::size_t i = 0; i < disks_.size(); ++i) {
       consider(far * disks_[i].disk.radius, disks_[i].disk.radius);
-      look_right(i);
-      look_at_other_shapes(disks_[i]);
-      look_at_sides(disks_[i]);
+      check_right_neighbours(i);
+      check_other_shapes(disks_[i]);
+      check_sides(disks_[i]);
     }
   }
-  NarrowPlace found() const { return found_; }
+  NarrowGap found() const { return found_; }
 
  private:
   struct Circle {
@@ -39,17 +39,17 @@ class Search {
     double left() const { return disk.centre.x - disk.radius; }
   };
 
-  NarrowPlace whole_box() const {
+  NarrowGap whole_box() const {
     const double side = std::max(problem_.size.x, problem_.size.y);
     return {side, side};
   }
 
   void consider(double gap, double radius) {
-    const NarrowPlace place{std::clamp(gap, 0.0, far * radius), radius};
-    if (place.radius * cube(place.gap) < found_.radius * cube(found_.gap)) found_ = place;
+    const NarrowGap narrow_gap{std::clamp(gap, 0.0, far * radius), radius};
+    if (narrow_gap.radius * cube(narrow_gap.gap) < found_.radius * cube(found_.gap)) found_ = narrow_gap;
   }
 
-  void look_right(std::size_t i) {
+  void check_right_neighbours(std::size_t i) {
     const Circle& one = disks_[i];
     const double reach = one.disk.centre.x + (1 + far) * one.disk.radius;
     for (std::size_t j = i + 1; j < disks_.size() && disks_[j].left() <= reach; ++j)
@@ -57,13 +57,13 @@ class Search {
         consider(gap(one.disk, disks_[j].disk), std::min(one.disk.radius, disks_[j].disk.radius));
   }
 
-  void look_at_other_shapes(const Circle& one) {
+  void check_other_shapes(const Circle& one) {
     for (const Body& body : problem_.bodies)
       if (!std::holds_alternative<Disk>(body.shape) && !one_potential(problem_, one.group, body.group))
         consider(gap(one.disk, body.shape), one.disk.radius);
   }
 
-  void look_at_sides(const Circle& one) {
+  void check_sides(const Circle& one) {
     const Vec2 p = one.disk.centre;
     const std::array distance = {p.x, problem_.size.x - p.x, p.y, problem_.size.y - p.y};
     const Group& group = problem_.groups[one.group];
@@ -76,21 +76,21 @@ class Search {
 
   const LaplaceProblem& problem_;
   std::vector<Circle> disks_;
-  NarrowPlace found_;
+  NarrowGap found_;
 };
 
 }  // namespace
 
-NarrowPlace narrowest(const LaplaceProblem& problem) { return Search(problem).found(); }
+NarrowGap narrowest(const LaplaceProblem& problem) { return Search(problem).found(); }
 
-double difficulty(const NarrowPlace& place, double cell) {
-  return std::sqrt(cell / place.radius) * std::pow(cell / std::max(cell, place.gap), 1.5);
+double difficulty(const NarrowGap& narrow_gap, double cell) {
+  return std::sqrt(cell / narrow_gap.radius) * std::pow(cell / std::max(cell, narrow_gap.gap), 1.5);
 }
 
-double cell_for(const NarrowPlace& place, double difficulty) {
-  const double resolved = std::sqrt(difficulty * std::sqrt(place.radius) * std::pow(place.gap, 1.5));
-  if (resolved <= place.gap) return resolved;
-  return std::max(place.gap, place.radius * difficulty * difficulty);
+double cell_for(const NarrowGap& narrow_gap, double difficulty) {
+  const double resolved = std::sqrt(difficulty * std::sqrt(narrow_gap.radius) * std::pow(narrow_gap.gap, 1.5));
+  if (resolved <= narrow_gap.gap) return resolved;
+  return std::max(narrow_gap.gap, narrow_gap.radius * difficulty * difficulty);
 }
 
 }  // namespace lichtenberg::laplace

@@ -5,21 +5,21 @@
 namespace lichtenberg::laplace {
 
 /// Place that determines the error of a grid: the narrowest gap between bodies of different potential.
-struct NarrowPlace {
+struct NarrowGap {
   double gap = 0;     ///< Gap (m), at most two radii: larger ones do not matter
   double radius = 0;  ///< Radius (m) of the smaller disk
 };
 
 /// Returns the narrowest place of a problem with at least one disk; gaps between two bars do not count. Without disks,
 /// gap and radius are the length of the box.
-NarrowPlace narrowest(const LaplaceProblem& problem);
+NarrowGap narrowest(const LaplaceProblem& problem);
 
 /// Returns a measure of the cut-cell method's error: (h/R)^(1/2) (h/gap)^(3/2) with h the cell edge, and (h/R)^(1/2) if
 /// the gap has less than a cell (README.md).
-double difficulty(const NarrowPlace& place, double cell);
+double difficulty(const NarrowGap& narrow_gap, double cell);
 /// Error of the method over the difficulty, within a factor of five either way.
 constexpr double likely_error = 0.04;
 /// Returns the cell edge (m) for a given difficulty.
-double cell_for(const NarrowPlace& place, double difficulty);
+double cell_for(const NarrowGap& narrow_gap, double difficulty);
 
 }  // namespace lichtenberg::laplace

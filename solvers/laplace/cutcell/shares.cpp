@@ -70,19 +70,19 @@ void SolverShares::solve(int number, Message& announcement) {
 }
 
 void announce_solve(int solver, const CutCellOptions& options, const LaplaceProblem& problem) {
-  if (!parallel::leads_processes()) return;
+  if (!parallel::is_leading_process()) return;
   Message message = announcement_of(Action::solve, solver);
   message.put(options);
   put(message, problem);
-  parallel::tell_others(message);
+  parallel::broadcast(message);
 }
 
 void announce_forgetting(int solver) {
-  if (parallel::leads_processes()) parallel::tell_others(announcement_of(Action::forget, solver));
+  if (parallel::is_leading_process()) parallel::broadcast(announcement_of(Action::forget, solver));
 }
 
 void announce_end(int solver) {
-  if (parallel::leads_processes()) parallel::tell_others(announcement_of(Action::end, solver));
+  if (parallel::is_leading_process()) parallel::broadcast(announcement_of(Action::end, solver));
 }
 
 }  // namespace lichtenberg::laplace

@@ -100,17 +100,17 @@ double nearest_jump(const LaplaceProblem& problem, const Source& disk) {
 /// Returns -ln of the size below which coefficients that decrease like exp(-alpha k) are neglected. The error of
 /// potentials and charges is the square of the neglected coefficients. The error of forces is a product of two
 /// neighbours, summed over 1 / alpha terms (README.md derives the factor).
-double geometric_digits(Truncation wanted, double alpha) {
-  if (!wanted.results_only) return -std::log(wanted.accuracy);
-  return -std::log(1.8 * std::sqrt(wanted.accuracy) * std::min(1.0, alpha));
+double geometric_digits(Truncation required, double alpha) {
+  if (!required.results_only) return -std::log(required.accuracy);
+  return -std::log(1.8 * std::sqrt(required.accuracy) * std::min(1.0, alpha));
 }
 
 /// Like geometric_digits, for circles in contact or with a field across a narrow gap; a factor of 0.1 in the latter
 /// case (empirical: README.md).
-double contact_digits(Truncation wanted, double narrowness) {
-  if (!wanted.results_only) return -std::log(wanted.accuracy);
+double contact_digits(Truncation required, double narrowness) {
+  if (!required.results_only) return -std::log(required.accuracy);
   const double field_between = narrowness < 1 ? 0.1 * narrowness : 1;
-  return -std::log(field_between * std::min(10.0, 1000 * std::sqrt(wanted.accuracy)) * wanted.accuracy);
+  return -std::log(field_between * std::min(10.0, 1000 * std::sqrt(required.accuracy)) * required.accuracy);
 }
 
 /// Returns the factor by which a narrow gap reduces the permitted errors. Two charges +-Q have a potential difference
@@ -123,13 +123,13 @@ double narrowness_of(double coordinates) {
 }
 
 /// Returns the number of terms for coefficients that decrease like exp(-alpha k).
-double geometric_order(double alpha, Truncation wanted) { return geometric_digits(wanted, alpha) / alpha + 2; }
+double geometric_order(double alpha, Truncation required) { return geometric_digits(required, alpha) / alpha + 2; }
 
 /// Returns the number of terms for two circles at equal potential at any distance. The field on the first decreases
 /// like exp(-beta / theta) towards the gap with beta = 2 pi / (1 + R / R'), its Fourier coefficients like exp(-sqrt(2
 /// beta k)) (README.md).
-double contact_order(double radius, double other, Truncation wanted, double narrowness) {
-  const double digits = contact_digits(wanted, narrowness);
+double contact_order(double radius, double other, Truncation required, double narrowness) {
+  const double digits = contact_digits(required, narrowness);
   return digits * digits * (1 + radius / other) / (4 * std::numbers::pi) + 2;
 }
 
@@ -194,11 +194,11 @@ void Arrangement::find_orders(const LaplaceProblem& problem, Truncation truncati
   for (int i = 0; i < disks; ++i) {
     const Source disk = sources[i];
     // Charge and force of a part of a circle are linear in the coefficients.
-    const Truncation wanted{truncation.accuracy, truncation.results_only && copies[i] == 1};
+    const Truncation required{truncation.accuracy, truncation.results_only && copies[i] == 1};
     // Far sources are beyond the window.
     const double window = cells.window * std::min(cells.width, cells.height);
     decay[i] = std::max(disk.radius / (disk.radius + window), nearest_jump(problem, disk));
-    double order = geometric_order(-std::log(decay[i]), wanted);
+    double order = geometric_order(-std::log(decay[i]), required);
     std::vector<std::pair<int, std::pair<Image, Complex>>> close;
     cells.for_each_near(disk.centre, [&](int j, const Image& image, Complex shift) {
       if (j >= disks) return;
@@ -216,13 +216,13 @@ void Arrangement::find_orders(const LaplaceProblem& problem, Truncation truncati
       const bool field_in_gap = gap > 0 && (i == j ? image.sign < 0 : !same_potential(problem, group, other_group));
       const double narrow = truncation.results_only && field_in_gap ? narrowness_of(alpha + alpha_other) : 1;
       narrowness = std::min(narrowness, narrow);
-      const double geometric = geometric_order(alpha, wanted);
-      const double contact = contact_order(disk.radius, other, wanted, narrow);
+      const double geometric = geometric_order(alpha, required);
+      const double contact = contact_order(disk.radius, other, required, narrow);
       decay[i] = std::max(decay[i], std::exp(-alpha));
       order = std::max(order, std::min(geometric, std::max(few_terms, contact)));
-      const double geometric_other = geometric_order(alpha_other, wanted);
+      const double geometric_other = geometric_order(alpha_other, required);
       if (geometric > std::max(few_terms, contact) ||
-          geometric_other > std::max(few_terms, contact_order(other, disk.radius, wanted, narrow)))
+          geometric_other > std::max(few_terms, contact_order(other, disk.radius, required, narrow)))
         close.push_back({j, {image, shift}});
     });
     sources[i].order = static_cast<int>(std::min<double>(order, largest_order));
@@ -250,15 +250,15 @@ void Arrangement::add_close_pair(const LaplaceProblem& problem, int i, int j, co
     pair.second = j;
   }
   const double other = sources[j].radius, gap = std::abs(one.centre - other_centre) - one.radius - other;
-  const Complex way = (other_centre - one.centre) / std::abs(other_centre - one.centre);
+  const Complex axis = (other_centre - one.centre) / std::abs(other_centre - one.centre);
   const auto add_charge = [&](Complex centre, double radius, Complex direction, double alpha) {
     sources.push_back({centre + radius * std::exp(-alpha) * direction, 0, 0, {one.centre, other_centre}});
     cells.add(static_cast<int>(sources.size()) - 1, sources.back());
     pair.difference += alpha;
     return static_cast<int>(sources.size()) - 1;
   };
-  pair.first_charge = add_charge(one.centre, one.radius, way, bipolar_coordinate(one.radius, other, gap));
-  if (i != j) pair.second_charge = add_charge(other_centre, other, -way, bipolar_coordinate(other, one.radius, gap));
+  pair.first_charge = add_charge(one.centre, one.radius, axis, bipolar_coordinate(one.radius, other, gap));
+  if (i != j) pair.second_charge = add_charge(other_centre, other, -axis, bipolar_coordinate(other, one.radius, gap));
   close_pairs.push_back(pair);
 }
 

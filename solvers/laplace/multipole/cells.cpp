@@ -58,7 +58,7 @@ bool Cells::contains(Complex z) const {
   return p.real() >= 0 && p.real() <= size_.x && p.imag() >= 0 && p.imag() <= size_.y;
 }
 
-Cells::Place Cells::place(int i, int n, double length, int sign_low, int period_sign) const {
+Cells::ImageCell Cells::image_cell(int i, int n, double length, int sign_low, int period_sign) const {
   if (!bounded_) return {i >= 0 && i < n ? i : -1, false, 0, 1};
   const int period = floor_divide(i, 2 * n), r = i - 2 * n * period;
   const auto sign = [&](int periods) { return periods % 2 == 0 ? 1.0 : static_cast<double>(period_sign); };

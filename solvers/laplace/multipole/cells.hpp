@@ -44,12 +44,12 @@ class Cells {
   void for_each_near(Complex z, Visit visit) const;
 
  private:
-  struct Place {
+  struct ImageCell {
     int index = -1;  ///< Index of the cell of the box, -1 if there is none
     bool flipped = false;
     double shift = 0, sign = 1;
   };
-  Place place(int i, int n, double length, int sign_low, int period_sign) const;
+  ImageCell image_cell(int i, int n, double length, int sign_low, int period_sign) const;
 
   bool bounded_ = false;
   Vec2 size_;
@@ -61,10 +61,10 @@ template <class Visit>
 void Cells::for_each_near(Complex z, Visit visit) const {
   const int cell = cell_of(z), i = cell % nx, j = cell / nx;
   for (int dj = -window; dj <= window; ++dj) {
-    const Place y = place(j + dj, ny, size_.y, side_sign_[bottom], side_sign_[bottom] * side_sign_[top]);
+    const ImageCell y = image_cell(j + dj, ny, size_.y, side_sign_[bottom], side_sign_[bottom] * side_sign_[top]);
     if (y.index < 0) continue;
     for (int di = -window; di <= window; ++di) {
-      const Place x = place(i + di, nx, size_.x, side_sign_[left], side_sign_[left] * side_sign_[right]);
+      const ImageCell x = image_cell(i + di, nx, size_.x, side_sign_[left], side_sign_[left] * side_sign_[right]);
       if (x.index < 0) continue;
       const Image image{x.flipped, y.flipped, x.sign * y.sign};
       for (const int source : members_[y.index * nx + x.index]) visit(source, image, Complex{x.shift, y.shift});

@@ -9,7 +9,7 @@ namespace lichtenberg::laplace::multipole {
 namespace {
 
 /// Returns phase factors over a period of 2n cells: a phase of pi per period if the sign alternates, otherwise 1.
-std::vector<Complex> twists(int period, int sign) {
+std::vector<Complex> phase_factors(int period, int sign) {
   std::vector<Complex> twist(period);
   for (int i = 0; i < period; ++i) twist[i] = sign > 0 ? Complex{1} : std::polar(1.0, -std::numbers::pi * i / period);
   return twist;
@@ -30,8 +30,8 @@ FarField::FarField(const Mirrors& mirrors, const LatticeSum& lattice, const Cell
       scale_(std::max(cells.width, cells.height)),
       source_(static_cast<std::size_t>(nx_) * ny_ * (order + 1)),
       local_(source_.size()),
-      twist_x_(twists(columns_, mirrors.period_sign_x())),
-      twist_y_(twists(rows_, mirrors.period_sign_y())) {
+      twist_x_(phase_factors(columns_, mirrors.period_sign_x())),
+      twist_y_(phase_factors(rows_, mirrors.period_sign_y())) {
   data_ = make_fftw_numbers(2 * grid() * (2 * order_ + 1));
   forward_ = plan(order_ + 1, FFTW_FORWARD);
   backward_ = plan(order_ + 1, FFTW_BACKWARD);

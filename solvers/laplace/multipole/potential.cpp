@@ -32,7 +32,7 @@ double far_potential(Complex z, const Cells& cells, const FarField& far) {
 
 }  // namespace
 
-PointPotential potential_at(Complex z, const Solved& solved, double accuracy) {
+PointPotential potential_at(Complex z, const SolutionData& solved, double accuracy) {
   const Setting& setting = *solved.setting;
   const Arrangement& arrangement = setting.arrangement;
   PointPotential point;

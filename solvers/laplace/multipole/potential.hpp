@@ -9,7 +9,7 @@
 namespace lichtenberg::laplace::multipole {
 
 /// Solution, with all data that determine the potential.
-struct Solved {
+struct SolutionData {
   std::unique_ptr<Setting> setting;
   std::unique_ptr<FarField> far;  ///< Far field with the cells' local fields
   std::vector<Complex> coefficients;
@@ -24,6 +24,6 @@ struct PointPotential {
 };
 
 /// Computes the potential at z; neglects multipoles that contribute less than `accuracy` of their coefficient.
-PointPotential potential_at(Complex z, const Solved& solved, double accuracy);
+PointPotential potential_at(Complex z, const SolutionData& solved, double accuracy);
 
 }  // namespace lichtenberg::laplace::multipole

@@ -121,7 +121,7 @@ std::vector<Complex> square(const std::vector<Complex>& c) {
 }
 
 /// Returns the integral of (R dV/dr)^2 exp(i theta) over the arc.
-Complex pull_on_arc(const std::vector<Complex>& c, Arc arc) {
+Complex force_on_arc(const std::vector<Complex>& c, Arc arc) {
   const std::vector<Complex> squared = square(c);
   const int order = static_cast<int>(squared.size()) / 2;
   Complex sum = 0;
@@ -130,7 +130,7 @@ Complex pull_on_arc(const std::vector<Complex>& c, Arc arc) {
 }
 
 /// Returns the integral of (R dV/dr)^2 exp(i theta) over the whole circle (Blasius' theorem).
-Complex pull_on_circle(const std::vector<Complex>& a) {
+Complex force_on_circle(const std::vector<Complex>& a) {
   const int order = static_cast<int>(a.size()) - 1;
   Complex sum = 0;
   for (int k = 0; k < order; ++k) sum += (k == 0 ? 1.0 : k * (k + 1.0)) * multiply(std::conj(a[k]), a[k + 1]);
@@ -154,7 +154,7 @@ double induced_flux(const WallField& side_at_one, const Setting& setting, const 
 }
 
 /// Returns the electrode side on which a disk is centred, -1: none.
-int anchor(const Setting& setting, int disk) {
+int electrode_side_of(const Setting& setting, int disk) {
   if (!setting.arrangement.anchored[disk]) return -1;
   const Complex c = setting.arrangement.sources[disk].centre;
   const Vec2 size = setting.mirrors.size;
@@ -176,7 +176,7 @@ void find_side_charges(const Setting& setting, const std::vector<Complex>& coeff
   }
   // The part of a side inside a half-disk is not a surface of the box: the disk's curved surface carries that charge.
   for (int i = 0; i < setting.arrangement.disks; ++i)
-    if (const int s = anchor(setting, i); s >= 0) solution.side_charge[s] -= solution.body_charge[i];
+    if (const int s = electrode_side_of(setting, i); s >= 0) solution.side_charge[s] -= solution.body_charge[i];
 }
 
 double field_energy(const Setting& setting, const LaplaceSolution& solution) {
@@ -197,16 +197,16 @@ void evaluate_bodies(const Setting& setting, const std::vector<Complex>& coeffic
     const Source& disk = setting.arrangement.sources[i];
     std::vector<Complex>& a = multipoles[i];
     double flux = 2 * pi * a[0].real();
-    Complex pull = pull_on_circle(a);
+    Complex force = force_on_circle(a);
     if (setting.arrangement.copies[i] > 1) {
       const Arc arc = arc_in_box(disk.centre, setting.problem.size);
       add_coinciding_images(setting.mirrors, disk, a);
       const std::vector<Complex> c = surface_charge(a);
       flux = charge_on_arc(c, arc);
-      pull = pull_on_arc(c, arc);
+      force = force_on_arc(c, arc);
     }
     solution.body_charge.push_back(eps * flux);
-    solution.body_force.push_back(0.5 * eps / disk.radius * Vec2{pull.real(), pull.imag()});
+    solution.body_force.push_back(0.5 * eps / disk.radius * Vec2{force.real(), force.imag()});
   }
 }
 

@@ -18,7 +18,7 @@ using multipole::Complex;
 using multipole::FarField;
 using multipole::KrylovResult;
 using multipole::Setting;
-using multipole::Solved;
+using multipole::SolutionData;
 using multipole::System;
 using multipole::Truncation;
 
@@ -27,13 +27,13 @@ namespace {
 /// Bounds of the tolerance; below the lower one rounding stops GMRES. Least relative residual requested of GMRES.
 constexpr double finest_tolerance = 1e-13, coarsest_tolerance = 0.1, finest_residual = 1e-15;
 /// Error shares of the parts of the method, for wide gaps.
-struct Parts {
+struct ErrorShares {
   Truncation truncation;    ///< Neglected multipoles
   double interactions = 0;  ///< Neglected terms of interactions between disks
   double krylov = 0;        ///< Residual of GMRES
 };
 
-Parts parts_of(const MultipoleOptions& options) {
+ErrorShares error_shares(const MultipoleOptions& options) {
   const double tolerance = options.tolerance;
   if (!options.results_only) return {{tolerance, false}, 0.1 * tolerance, 0.01 * tolerance};
   return {{tolerance, true}, 0.2 * tolerance, 0.003 * tolerance};
@@ -62,7 +62,7 @@ void check(const LaplaceProblem& problem, bool unbounded) {
 
 /// Estimates the sum of the neglected multipoles of the worst disk over the largest coefficient. The sum is
 /// extrapolated as a geometric series from the last multipoles, with the ratio of their second half.
-double multipoles_left_out(const Solved& solved) {
+double multipoles_left_out(const SolutionData& solved) {
   constexpr double largest_ratio = 0.999;
   double worst = 0, largest = 0;
   for (const Complex& a : solved.coefficients) largest = std::max(largest, std::abs(a));
@@ -83,7 +83,7 @@ double multipoles_left_out(const Solved& solved) {
 /// Estimates the effect of the neglected multipoles on the largest force. The last multipoles contribute p (p - 1)
 /// conj(a_(p-1)) a_p, the first neglected ones p (p + 1) conj(a_p) a_(p+1). The ratio is two steps of the decay times
 /// (p + 1) / (p - 1), which matters for low orders.
-double forces_left_out(const Solved& solved, const LaplaceSolution& solution) {
+double forces_left_out(const SolutionData& solved, const LaplaceSolution& solution) {
   const multipole::Setting& setting = *solved.setting;
   std::vector<Complex> shorter = solved.coefficients;
   for (int i = 0; i < setting.arrangement.disks; ++i)
@@ -102,14 +102,14 @@ double forces_left_out(const Solved& solved, const LaplaceSolution& solution) {
 
 /// Estimates the error of the field and the results. Errors of potentials and forces are up to ten times GMRES's
 /// residual (empirical, for gaps down to 1e-4 R).
-double estimate_with_reserve(const Solved& solved, const KrylovResult& krylov) {
+double estimate_with_reserve(const SolutionData& solved, const KrylovResult& krylov) {
   return std::max(10 * krylov.residual, multipoles_left_out(solved));
 }
 
 /// Estimates the error of charges, potentials and forces only. GMRES's residual is relative to the smaller of their
 /// scales; empirical factors make the estimate an upper bound in most cases (README.md). Charges that are all 0 are
 /// given, and exact. Returns 0 if everything has the same potential.
-double estimate_of_results(const Solved& solved, const KrylovResult& krylov, const LaplaceSolution& solution) {
+double estimate_of_results(const SolutionData& solved, const KrylovResult& krylov, const LaplaceSolution& solution) {
   const LaplaceProblem& problem = solved.setting->problem;
   const Scales scales = scales_of(problem, solution);
   if (scales.potential == 0) return 0;
@@ -126,17 +126,17 @@ double estimate_of_results(const Solved& solved, const KrylovResult& krylov, con
 
 struct MultipoleSolver::Implementation {
   MultipoleOptions options;
-  Solved last;  ///< Last solution; without a setting until a problem has been solved
+  SolutionData last;  ///< Last solution; without a setting until a problem has been solved
 
   LaplaceSolution solve(const LaplaceProblem& problem);
-  void make_far_field(Solved& next);
-  const Solved& solved() const;
+  void make_far_field(SolutionData& next);
+  const SolutionData& solved() const;
 };
 
 /// Makes the far field, or takes over the last one with its kernel if it fits.
-void MultipoleSolver::Implementation::make_far_field(Solved& next) {
+void MultipoleSolver::Implementation::make_far_field(SolutionData& next) {
   const Cells& cells = next.setting->arrangement.cells;
-  const double terms = std::log(parts_of(options).interactions) / std::log(cells.separation);
+  const double terms = std::log(error_shares(options).interactions) / std::log(cells.separation);
   const int order = static_cast<int>(std::ceil(terms)) + 1;
   if (last.far && last.far->fits(next.setting->mirrors, cells, order))
     next.far = std::move(last.far);
@@ -146,12 +146,12 @@ void MultipoleSolver::Implementation::make_far_field(Solved& next) {
 
 LaplaceSolution MultipoleSolver::Implementation::solve(const LaplaceProblem& problem) {
   auto start = std::chrono::steady_clock::now();
-  const Parts parts = parts_of(options);
-  Solved next;
-  next.setting = std::make_unique<Setting>(problem, options.unbounded, parts.truncation);
+  const ErrorShares shares = error_shares(options);
+  SolutionData next;
+  next.setting = std::make_unique<Setting>(problem, options.unbounded, shares.truncation);
   make_far_field(next);
   const double narrowness = next.setting->arrangement.narrowness;
-  const System system(*next.setting, *next.far, narrowness * parts.interactions);
+  const System system(*next.setting, *next.far, narrowness * shares.interactions);
   Eigen::VectorXd x = Eigen::VectorXd::Zero(system.size());
   if (last.setting) x = system.first_guess(last.setting->layout, last.coefficients, last.extra);
   last = {};
@@ -160,7 +160,7 @@ LaplaceSolution MultipoleSolver::Implementation::solve(const LaplaceProblem& pro
   solution.seconds.setup = seconds_since(start);
 
   start = std::chrono::steady_clock::now();
-  const double residual = std::max(narrowness * parts.krylov, finest_residual);
+  const double residual = std::max(narrowness * shares.krylov, finest_residual);
   const KrylovResult krylov = solve_krylov(system, system.right_hand_side(), residual, x);
   solution.iterations = krylov.iterations;
   solution.seconds.solve = seconds_since(start);
@@ -180,7 +180,7 @@ LaplaceSolution MultipoleSolver::Implementation::solve(const LaplaceProblem& pro
   return solution;
 }
 
-const Solved& MultipoleSolver::Implementation::solved() const {
+const SolutionData& MultipoleSolver::Implementation::solved() const {
   if (!last.setting) throw Failure("the multipole method has no field yet: nothing has been solved");
   return last;
 }
@@ -202,7 +202,7 @@ double MultipoleSolver::potential(Vec2 p) const {
 }
 
 Field MultipoleSolver::field() const {
-  const Solved& solved = implementation_->solved();
+  const SolutionData& solved = implementation_->solved();
   const MultipoleOptions& options = implementation_->options;
   const Vec2 size = solved.setting->problem.size;
   Field field;
@@ -223,7 +223,7 @@ long multipole_unknowns(const LaplaceProblem& problem, const MultipoleOptions& o
   check(options);
   check(problem, options.unbounded);
   const multipole::Mirrors mirrors = options.unbounded ? multipole::Mirrors() : multipole::Mirrors(problem);
-  const multipole::Unknowns unknowns(problem, mirrors, {problem, mirrors, parts_of(options).truncation});
+  const multipole::Unknowns unknowns(problem, mirrors, {problem, mirrors, error_shares(options).truncation});
   return unknowns.multipoles + unknowns.others;
 }
 

@@ -175,7 +175,7 @@ void System::gather_in_cells(const std::vector<Complex>& coefficients) const {
 }
 
 /// Shifts the cells' local fields to the centres of their disks.
-void System::bring_to_disks(std::vector<Complex>& local) const {
+void System::shift_to_disks(std::vector<Complex>& local) const {
   const int terms = far_->order() + 1;
   const Complex* shift = shifts_.data();
   std::vector<Complex> away(terms);
@@ -200,7 +200,7 @@ std::vector<Complex> System::local_field(const std::vector<Complex>& coefficient
   std::vector<Complex> local(setting_->layout.size());
   gather_in_cells(coefficients);
   far_->apply();
-  bring_to_disks(local);
+  shift_to_disks(local);
   near_.add(setting_->layout, coefficients.data(), local.data());
   return local;
 }

@@ -61,7 +61,7 @@ class System {
   void factorize();
   void spread(const Eigen::VectorXd& x, std::vector<Complex>& coefficients) const;
   void gather_in_cells(const std::vector<Complex>& coefficients) const;
-  void bring_to_disks(std::vector<Complex>& local) const;
+  void shift_to_disks(std::vector<Complex>& local) const;
   std::vector<Complex> local_field(const std::vector<Complex>& coefficients) const;
   std::vector<double> mean_potentials(const std::vector<Complex>& local) const;
   void balance(const Eigen::VectorXd& x, const std::vector<double>& mean_potential, Eigen::VectorXd& y) const;

@@ -77,7 +77,7 @@ std::vector<const Shape*> neighbours(const LaplaceProblem& problem, std::size_t 
 }
 
 /// Moves a point to half the gap along the normal if another surface is nearer than the own one, which is at `offset`.
-Vec2 keep_halfway(const OffsetPoint& point, const std::vector<const Shape*>& near, double offset) {
+Vec2 move_to_half_gap(const OffsetPoint& point, const std::vector<const Shape*>& near, double offset) {
   double nearest = offset;
   for (const Shape* shape : near) nearest = std::min(nearest, signed_distance(*shape, point.at));
   const double reduced = std::max(0.5 * (offset + nearest), 0.0);
@@ -93,7 +93,7 @@ std::vector<ContourPoint> contour(const LaplaceProblem& problem, std::size_t ind
   const std::size_t n = curve.size();
   std::vector<ContourPoint> result(n);
   for (std::size_t k = 0; k < n; ++k) {
-    const Vec2 p = near.empty() ? curve[k].at : keep_halfway(curve[k], near, offset);
+    const Vec2 p = near.empty() ? curve[k].at : move_to_half_gap(curve[k], near, offset);
     result[k].at = {std::clamp(p.x, 0.0, problem.size.x), std::clamp(p.y, 0.0, problem.size.y)};
   }
   for (std::size_t k = 0; k < n; ++k) {

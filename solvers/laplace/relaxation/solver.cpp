@@ -105,7 +105,7 @@ void RelaxationSolver::forget() {
 LaplaceSolution RelaxationSolver::solve(const LaplaceProblem& problem) {
   LaplaceSolution solution;
   LapTimer timer;
-  place(problem);
+  set_up_lattice(problem);
   first_potentials();
   solution.seconds.setup = timer.lap();
 
@@ -115,7 +115,7 @@ LaplaceSolution RelaxationSolver::solve(const LaplaceProblem& problem) {
       throw Failure("the relaxation did not reach the charges within " + std::to_string(solution.iterations) +
                     " potential solves: the error is " + std::to_string(std::max(now.charge_error, now.leftover)) +
                     " of the largest charge; allow more iterations, a larger tolerance or another eta");
-    if (solution.iterations > 0 && settled(now)) descend(now);
+    if (solution.iterations > 0 && is_relaxed(now)) descend(now);
     now = estimate();
     ++solution.iterations;
   } while (now.charge_error > options_.tolerance || now.leftover > options_.tolerance);
@@ -138,7 +138,7 @@ LaplaceSolution RelaxationSolver::solve(const LaplaceProblem& problem) {
   return solution;
 }
 
-void RelaxationSolver::place(const LaplaceProblem& problem) {
+void RelaxationSolver::set_up_lattice(const LaplaceProblem& problem) {
   problem.check();
   refuse_couplings(problem, "the relaxation");
   refuse_link_models(problem, "the relaxation");
@@ -211,7 +211,7 @@ double RelaxationSolver::side_potential(int i, int j) const {
 }
 
 /// Writes the present potentials to the sites of bodies and electrode sides.
-void RelaxationSolver::hold_sites() {
+void RelaxationSolver::set_fixed_sites() {
   const int nx = lattice_.cells_x() + 1;
   for (int j = 0; j <= lattice_.cells_y(); ++j)
     for (int i = 0; i < nx; ++i) {
@@ -223,7 +223,7 @@ void RelaxationSolver::hold_sites() {
 
 /// Performs one potential solve and computes the resulting charges (D 6.5.1).
 RelaxationSolver::Estimate RelaxationSolver::estimate() {
-  hold_sites();
+  set_fixed_sites();
   const int sites = options_.sites;
   lattice_.relax(static_cast<int>(std::ceil(options_.sweeps_factor * sweeps_per_decade(sites))),
                  over_relaxation(sites));
@@ -264,7 +264,7 @@ std::vector<double> RelaxationSolver::missing_charge(const std::vector<double>& 
 /// correspond to the potentials, and the lattice is relaxed further at the same potentials. The remaining charge
 /// alternates in sign between sites, so that less than a tenth of the bound reaches the charges. Usually 4 n10 sweeps
 /// from the last potentials suffice.
-bool RelaxationSolver::settled(const Estimate& estimate) const {
+bool RelaxationSolver::is_relaxed(const Estimate& estimate) const {
   return estimate.leftover < std::max(10 * estimate.charge_error, options_.tolerance);
 }
 
@@ -284,11 +284,11 @@ void RelaxationSolver::descend(const Estimate& estimate) {
     if (q_dq > 0) eta_ *= q_dq / dq_dq;
   }
   for (std::size_t g = 0; g < missing.size(); ++g) group_potential_[g] += eta_ * missing[g];
-  if (!grounded_) pin_mean();
+  if (!grounded_) subtract_mean();
   last_missing_ = missing;
 }
 
-void RelaxationSolver::pin_mean() {
+void RelaxationSolver::subtract_mean() {
   double mean = 0;
   for (const Body& body : problem_.bodies) mean += group_potential_[body.group] / problem_.bodies.size();
   for (double& potential : group_potential_) potential -= mean;

@@ -59,13 +59,13 @@ class RelaxationSolver : public LaplaceSolver {
     double leftover = 0;               ///< Charge left in the fluid, as a fraction of the largest charge
   };
 
-  void place(const LaplaceProblem& problem);
+  void set_up_lattice(const LaplaceProblem& problem);
   void first_potentials();
-  void hold_sites();
+  void set_fixed_sites();
   Estimate estimate();
-  bool settled(const Estimate& estimate) const;
+  bool is_relaxed(const Estimate& estimate) const;
   void descend(const Estimate& estimate);
-  void pin_mean();
+  void subtract_mean();
   std::vector<double> missing_charge(const std::vector<double>& group_charge) const;
   double body_charge(std::size_t body) const;
   Vec2 body_force(std::size_t body) const;

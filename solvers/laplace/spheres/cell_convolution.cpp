@@ -12,7 +12,7 @@ namespace {
 /// Ratio at which terms decrease with l + t. Two charges at the rims of their cells have 2 reach / range, but most are
 /// nearer to the centre. The root mean square distance for spheres that are spread evenly in square cells of one layer
 /// is 0.59 of the reach, 1.2 for two of them. The rest is a margin. README.md has errors for this ratio and for 1.6.
-double fall_off(const Cells& cells) { return 1.3 * cells.reach / cells.range; }
+double decay_ratio(const Cells& cells) { return 1.3 * cells.reach / cells.range; }
 
 /// Bounds of the degree. Below 4 the savings are negligible compared to the near pairs. 1e-12 needs degree 33 if cells
 /// are near up to three times their reach; 40 includes a margin. Memory grows with the degree squared, products with
@@ -20,7 +20,7 @@ double fall_off(const Cells& cells) { return 1.3 * cells.reach / cells.range; }
 constexpr int least_degree = 4, most_degree = 40;
 
 int degree_for(double accuracy, const Cells& cells) {
-  const double degree = std::log(accuracy) / std::log(fall_off(cells));
+  const double degree = std::log(accuracy) / std::log(decay_ratio(cells));
   return std::clamp(static_cast<int>(std::ceil(degree)), least_degree, most_degree);
 }
 
@@ -30,7 +30,7 @@ CellConvolution::CellConvolution(const Mirrors& mirrors, const Cells& cells, dou
     : CellConvolution(mirrors, cells, accuracy, degree_for(accuracy, cells)) {}
 
 CellConvolution::CellConvolution(const Mirrors& mirrors, const Cells& cells, int degree)
-    : CellConvolution(mirrors, cells, std::pow(fall_off(cells), degree + 1), degree) {}
+    : CellConvolution(mirrors, cells, std::pow(decay_ratio(cells), degree + 1), degree) {}
 
 CellConvolution::CellConvolution(const Mirrors& mirrors, const Cells& cells, double accuracy, int degree)
     : cells_(cells),

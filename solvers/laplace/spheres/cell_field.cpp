@@ -20,7 +20,7 @@ CellField::CellField(std::shared_ptr<const CellConvolution> convolution, const C
 std::vector<CellField::Batch> CellField::batches(const Cells& cells, const std::vector<Site>& sites) const {
   std::vector<Member> members;
   for (std::size_t i = 0; i < sites.size(); ++i) {
-    const auto at = cells.place(sites[i].centre);
+    const auto at = cells.indices(sites[i].centre);
     members.push_back({static_cast<int>(i), cells.number(at), std::min(sites[i].degree, convolution_->degree()),
                        sites[i].centre - cells.centre(at)});
   }
@@ -30,11 +30,11 @@ std::vector<CellField::Batch> CellField::batches(const Cells& cells, const std::
   for (const Member& member : members) {
     if (result.empty() || result.back().count == lanes || result.back().degree != member.degree) {
       result.push_back({member.degree});
-      for (int k = 0; k < lanes; ++k) result.back().ways.set(k, {0, 0, 1});
+      for (int k = 0; k < lanes; ++k) result.back().directions.set(k, {0, 0, 1});
     }
     Batch& batch = result.back();
-    const double length = norm(member.way);
-    if (length > 0) batch.ways.set(batch.count, member.way);
+    const double length = norm(member.displacement);
+    if (length > 0) batch.directions.set(batch.count, member.displacement);
     batch.length[batch.count] = length / convolution_->unit();
     batch.member[batch.count++] = member;
   }
@@ -64,7 +64,7 @@ void CellField::move_to_cells(const Batch& batch, const double* multipoles, Lane
     for (int l = 0; l <= batch.degree; ++l, power *= ratio)
       for (int m = -l; m <= l; ++m) value[at(l, m)][k] = power * multipoles[source_start_[member.site] + at(l, m)];
   }
-  translation_->shift(batch.ways, {batch.length, true, batch.degree, degree}, value, scratch.data());
+  translation_->shift(batch.directions, {batch.length, true, batch.degree, degree}, value, scratch.data());
 }
 
 void CellField::spread(const std::vector<double>& in_cells, double* local, parallel::Team& team) const {
@@ -77,7 +77,7 @@ void CellField::move_from_cells(const Batch& batch, const std::vector<double>& i
   for (int k = 0; k < batch.count; ++k)
     for (int h = 0; h < all; ++h)
       value[h][k] = in_cells[static_cast<std::ptrdiff_t>(h) * cells_ + batch.member[k].cell];
-  translation_->shift(batch.ways, {batch.length, false, degree, batch.degree}, value.data(), scratch.data());
+  translation_->shift(batch.directions, {batch.length, false, degree, batch.degree}, value.data(), scratch.data());
   for (int k = 0; k < batch.count; ++k) {
     const Member& member = batch.member[k];
     const double ratio = targets_[member.site].radius / convolution_->unit();

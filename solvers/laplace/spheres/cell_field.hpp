@@ -16,11 +16,11 @@ class CellField {
  private:
   struct Member {
     int site = 0, cell = 0, degree = 0;
-    Vec3 way;  ///< Displacement from the cell's centre to that of the site
+    Vec3 displacement;  ///< Displacement from the cell's centre to that of the site
   };
   struct Batch {
     int degree = 0;
-    Ways ways;
+    PairDirections directions;
     Lanes length{};
     std::array<Member, lanes> member;
     int count = 0;

@@ -8,7 +8,7 @@
 namespace lichtenberg::laplace::spheres {
 namespace {
 
-using Place = std::array<int, 3>;
+using Index3 = std::array<int, 3>;
 
 /// Kernel in one octant of a period, continued by symmetry: first at the grid's points, then at its waves.
 class Octant {
@@ -17,13 +17,13 @@ class Octant {
       : mirrors_(mirrors), cells_(cells), degree_(degree), split_(ewald_split(cells.range, accuracy)) {
     for (int k = 0; k < 3; ++k) half_[k] = cells.period[k] / 2;
     fill_grid();
-    turn_into_waves();
+    transform_to_waves();
     if (mirrors_.bounded) add_long_waves();
   }
   /// Returns the value at any wave numbers of a period.
-  double at_wave(int l, int m, const Place& mode) const {
+  double at_wave(int l, int m, const Index3& mode) const {
     const int odd = odd_axes(l, m);
-    Place folded = mode;
+    Index3 folded = mode;
     double sign = 1;
     for (int k = 0; k < 3; ++k) {
       if (mode[k] <= half_[k]) continue;
@@ -34,48 +34,48 @@ class Octant {
   }
 
  private:
-  Eigen::Index index(const Place& at) const {
+  Eigen::Index index(const Index3& at) const {
     return (static_cast<Eigen::Index>(at[0]) * (half_[1] + 1) + at[1]) * (half_[2] + 1) + at[2];
   }
   void fill_grid();
-  Eigen::VectorXd in_free_space(const Place& at) const;
-  Eigen::VectorXd screened_copies(const Place& at) const;
+  Eigen::VectorXd in_free_space(const Index3& at) const;
+  Eigen::VectorXd screened_copies(const Index3& at) const;
   RowMatrix<double> sums(int axis, bool odd) const;
-  void turn_into_waves();
+  void transform_to_waves();
   void add_long_waves();
-  void add_long_wave(Vec3 wave, const Place& folded, std::vector<double>& harmonic);
+  void add_long_wave(Vec3 wave, const Index3& folded, std::vector<double>& harmonic);
   double points() const { return static_cast<double>(cells_.period[0]) * cells_.period[1] * cells_.period[2]; }
 
   const Mirrors& mirrors_;
   const Cells& cells_;
   int degree_;
   EwaldSplit split_;
-  Place half_{};
+  Index3 half_{};
   RowMatrix<double> value_;  ///< Layout [harmonics][index]
 };
 
 void Octant::fill_grid() {
   value_.resize(harmonics(degree_), index(half_) + 1);
-  Place at;
+  Index3 at;
   for (at[0] = 0; at[0] <= half_[0]; ++at[0])
     for (at[1] = 0; at[1] <= half_[1]; ++at[1])
       for (at[2] = 0; at[2] <= half_[2]; ++at[2])
         value_.col(index(at)) = mirrors_.bounded ? screened_copies(at) : in_free_space(at);
 }
 
-Eigen::VectorXd Octant::in_free_space(const Place& at) const {
+Eigen::VectorXd Octant::in_free_space(const Index3& at) const {
   Eigen::VectorXd value = Eigen::VectorXd::Zero(harmonics(degree_));
   const auto [x, y, z] = at;
   const bool beyond = 2 * x == cells_.period[0] || 2 * y == cells_.period[1] || 2 * z == cells_.period[2];
-  if (!beyond && !cells_.is_near(x, y, z)) irregular_harmonics(cells_.way(x, y, z), degree_, value.data());
+  if (!beyond && !cells_.is_near(x, y, z)) irregular_harmonics(cells_.displacement(x, y, z), degree_, value.data());
   return value;
 }
 
 /// Returns the real-space part of Ewald's sum at this cell offset: all copies of a charge, up to whole periods.
-Eigen::VectorXd Octant::screened_copies(const Place& at) const {
+Eigen::VectorXd Octant::screened_copies(const Index3& at) const {
   std::vector<double> term(harmonics(degree_));
   Eigen::VectorXd value = Eigen::VectorXd::Zero(harmonics(degree_));
-  Place low, high;
+  Index3 low, high;
   for (int k = 0; k < 3; ++k) {
     const double most = split_.cutoff / cells_.edge[k];
     low[k] = static_cast<int>(std::ceil((-most - at[k]) / cells_.period[k]));
@@ -85,9 +85,9 @@ Eigen::VectorXd Octant::screened_copies(const Place& at) const {
     for (int b = low[1]; b <= high[1]; ++b)
       for (int c = low[2]; c <= high[2]; ++c) {
         const int x = at[0] + a * cells_.period[0], y = at[1] + b * cells_.period[1], z = at[2] + c * cells_.period[2];
-        const Vec3 way = cells_.way(x, y, z);
-        if (norm(way) < split_.cutoff)
-          add_screened(way, {split_.alpha, cells_.is_near(x, y, z), 1}, degree_, term.data(), value.data());
+        const Vec3 displacement = cells_.displacement(x, y, z);
+        if (norm(displacement) < split_.cutoff)
+          add_screened(displacement, {split_.alpha, cells_.is_near(x, y, z), 1}, degree_, term.data(), value.data());
       }
   return value;
 }
@@ -103,11 +103,11 @@ RowMatrix<double> Octant::sums(int axis, bool odd) const {
 }
 
 /// Transforms axis by axis.
-void Octant::turn_into_waves() {
+void Octant::transform_to_waves() {
   std::array<std::array<RowMatrix<double>, 2>, 3> sum;
   for (int k = 0; k < 3; ++k)
     for (int odd = 0; odd < 2; ++odd) sum[k][odd] = sums(k, odd);
-  const auto [nx, ny, nz] = Place{half_[0] + 1, half_[1] + 1, half_[2] + 1};
+  const auto [nx, ny, nz] = Index3{half_[0] + 1, half_[1] + 1, half_[2] + 1};
   for (int l = 0; l <= degree_; ++l)
     for (int m = -l; m <= l; ++m) {
       const int odd = odd_axes(l, m);
@@ -126,7 +126,7 @@ void Octant::turn_into_waves() {
 /// Adds the reciprocal-space part of Ewald's sum; waves that are aliases on the grid are added up.
 void Octant::add_long_waves() {
   std::array<double, 3> unit;
-  Place high;
+  Index3 high;
   for (int k = 0; k < 3; ++k) {
     unit[k] = 2 * std::numbers::pi / mirrors_.period[k];
     high[k] = static_cast<int>(split_.largest_wave / unit[k]);
@@ -143,7 +143,7 @@ void Octant::add_long_waves() {
   value_(0, 0) -= points() * std::numbers::pi / (split_.alpha * split_.alpha * mirrors_.volume());
 }
 
-void Octant::add_long_wave(Vec3 wave, const Place& folded, std::vector<double>& harmonic) {
+void Octant::add_long_wave(Vec3 wave, const Index3& folded, std::vector<double>& harmonic) {
   for (int k = 0; k < 3; ++k)
     if (folded[k] > half_[k]) return;
   regular_harmonics(wave, degree_, harmonic.data());

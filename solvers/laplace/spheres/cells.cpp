@@ -44,7 +44,7 @@ Cells::Cells(const SphereProblem& problem, const std::vector<Site>& sites)
   }
   members.resize(cells());
   for (std::size_t i = 0; i < sites.size(); ++i) {
-    const auto at = place(sites[i].centre);
+    const auto at = indices(sites[i].centre);
     members[number(at)].push_back(static_cast<int>(i));
     reach = std::max(reach, norm(sites[i].centre - centre(at)) + sites[i].radius);
   }
@@ -60,25 +60,25 @@ Cells::Cells(const SphereProblem& problem, const std::vector<Site>& sites)
   range = std::max(3 * reach, 1.01 * spacing) * (1 + 1e-4 * std::sqrt(2.0));
 }
 
-std::array<int, 3> Cells::place(Vec3 p) const {
+std::array<int, 3> Cells::indices(Vec3 p) const {
   std::array<int, 3> at;
   for (int k = 0; k < 3; ++k)
     at[k] = std::clamp(static_cast<int>(std::floor((p[k] - origin[k]) / edge[k])), 0, count[k] - 1);
   return at;
 }
 
-Cells::Place Cells::inside(int axis, int index) const {
+Cells::ImageCell Cells::inside(int axis, int index) const {
   const int n = count[axis];
   const int block = index >= 0 ? index / n : -((n - 1 - index) / n), within = index - block * n;
   if (block == 0) return {within};
   if (!bounded_) return {};
   if (!mirrored[axis]) return {within, false, block * lengths_[axis], 1};
   const double low = side_sign_[2 * axis], high = side_sign_[2 * axis + 1];
-  const bool turned = (block & 1) != 0;
-  const int turns = turned ? (block - 1) / 2 : block / 2;
-  const double sign = (turns & 1 ? low * high : 1) * (turned ? high : 1);
-  return turned ? Place{n - 1 - within, true, (block + 1) * lengths_[axis], sign}
-                : Place{within, false, block * lengths_[axis], sign};
+  const bool reflected = (block & 1) != 0;
+  const int periods = reflected ? (block - 1) / 2 : block / 2;
+  const double sign = (periods & 1 ? low * high : 1) * (reflected ? high : 1);
+  return reflected ? ImageCell{n - 1 - within, true, (block + 1) * lengths_[axis], sign}
+                   : ImageCell{within, false, block * lengths_[axis], sign};
 }
 
 std::vector<NearPair> Cells::near_pairs(const std::vector<Site>& targets, const std::vector<Site>& sources) const {
@@ -91,18 +91,19 @@ std::vector<NearPair> Cells::near_pairs(const std::vector<Site>& targets, const 
         if (is_near(x, y, z)) offsets.push_back({x, y, z});
   std::vector<NearPair> pairs;
   for (std::size_t t = 0; t < targets.size(); ++t) {
-    const auto at = place(targets[t].centre);
+    const auto at = indices(targets[t].centre);
     for (const auto& offset : offsets) {
-      const Place x = inside(0, at[0] + offset[0]), y = inside(1, at[1] + offset[1]), z = inside(2, at[2] + offset[2]);
+      const ImageCell x = inside(0, at[0] + offset[0]), y = inside(1, at[1] + offset[1]),
+                      z = inside(2, at[2] + offset[2]);
       if (x.index < 0 || y.index < 0 || z.index < 0) continue;
-      const int mask = (x.turned ? 1 : 0) + (y.turned ? 2 : 0) + (z.turned ? 4 : 0);
+      const int mask = (x.reflected ? 1 : 0) + (y.reflected ? 2 : 0) + (z.reflected ? 4 : 0);
       for (const int s : members[number({x.index, y.index, z.index})]) {
-        const Vec3 image = Vec3{x.turned ? -1.0 : 1.0, y.turned ? -1.0 : 1.0, z.turned ? -1.0 : 1.0};
+        const Vec3 image = Vec3{x.reflected ? -1.0 : 1.0, y.reflected ? -1.0 : 1.0, z.reflected ? -1.0 : 1.0};
         const Vec3 c = sources[s].centre;
-        const Vec3 way =
+        const Vec3 displacement =
             targets[t].centre - Vec3{image.x * c.x + x.shift, image.y * c.y + y.shift, image.z * c.z + z.shift};
-        if (norm2(way) == 0) continue;  // The sphere itself
-        pairs.push_back({static_cast<int>(t), s, mask, x.sign * y.sign * z.sign, way});
+        if (norm2(displacement) == 0) continue;  // The sphere itself
+        pairs.push_back({static_cast<int>(t), s, mask, x.sign * y.sign * z.sign, displacement});
       }
     }
   }

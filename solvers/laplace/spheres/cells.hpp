@@ -24,13 +24,13 @@ struct Cells {
   std::vector<std::vector<int>> members;
 
   int cells() const { return count[0] * count[1] * count[2]; }
-  std::array<int, 3> place(Vec3 p) const;
+  std::array<int, 3> indices(Vec3 p) const;
   Vec3 centre(std::array<int, 3> at) const {
     return origin + Vec3{(at[0] + 0.5) * edge.x, (at[1] + 0.5) * edge.y, (at[2] + 0.5) * edge.z};
   }
   int number(std::array<int, 3> at) const { return (at[0] * count[1] + at[1]) * count[2] + at[2]; }
-  Vec3 way(int x, int y, int z) const { return {x * edge.x, y * edge.y, z * edge.z}; }
-  bool is_near(int x, int y, int z) const { return norm2(way(x, y, z)) < range * range; }
+  Vec3 displacement(int x, int y, int z) const { return {x * edge.x, y * edge.y, z * edge.z}; }
+  bool is_near(int x, int y, int z) const { return norm2(displacement(x, y, z)) < range * range; }
 
   double low_sign(int axis) const { return side_sign_[2 * axis]; }  ///< Sign of images at the low side
 
@@ -38,12 +38,12 @@ struct Cells {
   std::vector<NearPair> near_pairs(const std::vector<Site>& targets, const std::vector<Site>& sources) const;
 
  private:
-  struct Place {
+  struct ImageCell {
     int index = -1;  ///< Index of the cell inside, -1 if there is none
-    bool turned = false;
+    bool reflected = false;
     double shift = 0, sign = 1;
   };
-  Place inside(int axis, int index) const;
+  ImageCell inside(int axis, int index) const;
 
   bool bounded_ = false;
   Vec3 lengths_;

@@ -17,9 +17,9 @@ constexpr std::size_t few_spheres = 500, many_spheres = 2000;
 /// shifts local coefficients to the sphere. The factor R of both is omitted.
 Eigen::MatrixXd to_cell(const Site& site, Vec3 centre, int degree, double unit) {
   Eigen::MatrixXd result = Eigen::MatrixXd::Identity(harmonics(degree), harmonics(degree));
-  const Vec3 way = site.centre - centre;
+  const Vec3 displacement = site.centre - centre;
   for (int k = 0; k < 3 && degree > 0; ++k) {
-    result(axis_at[k], 0) = way[k] / unit;
+    result(axis_at[k], 0) = displacement[k] / unit;
     result(axis_at[k], axis_at[k]) = site.radius / unit;
   }
   return result;
@@ -27,12 +27,12 @@ Eigen::MatrixXd to_cell(const Site& site, Vec3 centre, int degree, double unit) 
 
 }  // namespace
 
-bool ChargesAndDipoles::pays(std::size_t spheres) { return spheres <= many_spheres; }
+bool ChargesAndDipoles::saves_time(std::size_t spheres) { return spheres <= many_spheres; }
 
 ChargesAndDipoles::ChargesAndDipoles(const Mirrors& mirrors, const Cells& cells, const std::vector<Site>& sites,
                                      const std::vector<NearPair>& pairs, parallel::Team& team)
     : degree_(sites.size() <= few_spheres ? 1 : 0), sites_(sites) {
-  const auto count = static_cast<Eigen::Index>(sites.size()), size = count * of_each();
+  const auto count = static_cast<Eigen::Index>(sites.size()), size = count * unknowns_per_sphere();
   Eigen::MatrixXd matrix = Eigen::MatrixXd::Identity(size, size);
   add_near(pairs, matrix);
   add_far(mirrors, cells, team, matrix);
@@ -41,12 +41,12 @@ ChargesAndDipoles::ChargesAndDipoles(const Mirrors& mirrors, const Cells& cells,
   if (!positive_) return;
   const Eigen::MatrixXd inverse = factors.solve(Eigen::MatrixXd::Identity(size, size));
   inverse_ = inverse.cast<float>().selfadjointView<Eigen::Lower>();
-  of_charges_.resize(size, count);
+  charge_response_.resize(size, count);
   charges_.resize(count, count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    of_charges_.col(i) = inverse_.col(i * of_each());
+    charge_response_.col(i) = inverse_.col(i * unknowns_per_sphere());
     for (Eigen::Index k = 0; k < count; ++k)
-      charges_(k, i) = inverse(std::max(i, k) * of_each(), std::min(i, k) * of_each());
+      charges_(k, i) = inverse(std::max(i, k) * unknowns_per_sphere(), std::min(i, k) * unknowns_per_sphere());
   }
 }
 
@@ -62,12 +62,12 @@ Eigen::VectorXf ChargesAndDipoles::solve(const Eigen::VectorXf& values, parallel
 
 void ChargesAndDipoles::add_near(const std::vector<NearPair>& pairs, Eigen::MatrixXd& matrix) const {
   const Coupling coupling(2 * degree_);
-  const int n = of_each();
+  const int n = unknowns_per_sphere();
   std::array<double, harmonics(2)> derivatives;
   std::array<double, harmonics(1)> unit, field;
   for (const NearPair& pair : pairs) {
     const Site &target = sites_[pair.target], &source = sites_[pair.source];
-    irregular_harmonics(pair.way, 2 * degree_, derivatives.data());
+    irregular_harmonics(pair.displacement, 2 * degree_, derivatives.data());
     const double scale = std::sqrt(target.radius / source.radius);
     for (int h = 0; h < n; ++h) {
       unit.fill(0), field.fill(0);
@@ -82,25 +82,26 @@ void ChargesAndDipoles::add_near(const std::vector<NearPair>& pairs, Eigen::Matr
 void ChargesAndDipoles::add_far(const Mirrors& mirrors, const Cells& cells, parallel::Team& team,
                                 Eigen::MatrixXd& matrix) const {
   const CellConvolution convolution(mirrors, cells, 2 * degree_);
-  const int n = of_each(), all = harmonics(2 * degree_), places = cells.cells();
+  const int n = unknowns_per_sphere(), all = harmonics(2 * degree_), cell_count = cells.cells();
   std::vector<Eigen::MatrixXd> moved;
   std::vector<int> cell;
   for (const Site& site : sites_) {
-    const auto place = cells.place(site.centre);
-    cell.push_back(cells.number(place));
-    moved.push_back(to_cell(site, cells.centre(place), degree_, convolution.unit()));
+    const auto indices = cells.indices(site.centre);
+    cell.push_back(cells.number(indices));
+    moved.push_back(to_cell(site, cells.centre(indices), degree_, convolution.unit()));
   }
-  std::vector<double> multipoles(static_cast<std::size_t>(all) * places), local(multipoles.size());
-  Eigen::MatrixXd field(n * places, n);  // Field of unit multipoles of one cell
-  for (int c = 0; c < places; ++c) {
+  std::vector<double> multipoles(static_cast<std::size_t>(all) * cell_count), local(multipoles.size());
+  Eigen::MatrixXd field(n * cell_count, n);  // Field of unit multipoles of one cell
+  for (int c = 0; c < cell_count; ++c) {
     if (cells.members[c].empty()) continue;
     for (int h = 0; h < n; ++h) {
-      double& source = multipoles[static_cast<std::size_t>(h) * places + c];
+      double& source = multipoles[static_cast<std::size_t>(h) * cell_count + c];
       source = 1;
       convolution.apply(multipoles, local, team);
       source = 0;
       for (int k = 0; k < n; ++k)
-        for (int to = 0; to < places; ++to) field(to * n + k, h) = local[static_cast<std::size_t>(k) * places + to];
+        for (int to = 0; to < cell_count; ++to)
+          field(to * n + k, h) = local[static_cast<std::size_t>(k) * cell_count + to];
     }
     for (const int s : cells.members[c])
       for (std::size_t t = 0; t < sites_.size(); ++t)
@@ -110,7 +111,7 @@ void ChargesAndDipoles::add_far(const Mirrors& mirrors, const Cells& cells, para
   }
 }
 
-bool ChargesAndDipoles::serves(const std::vector<Site>& sites) const {
+bool ChargesAndDipoles::is_usable_for(const std::vector<Site>& sites) const {
   if (sites.size() != sites_.size()) return false;
   for (std::size_t i = 0; i < sites.size(); ++i) {
     const double radius = sites_[i].radius;
@@ -120,36 +121,36 @@ bool ChargesAndDipoles::serves(const std::vector<Site>& sites) const {
 }
 
 ConstrainedCharges::ConstrainedCharges(std::shared_ptr<const ChargesAndDipoles> equations,
-                                       const std::vector<Site>& sites, const std::vector<Given>& given)
-    : equations_(std::move(equations)), given_(sites.size(), -1) {
+                                       const std::vector<Site>& sites, const std::vector<ChargeConstraint>& constraints)
+    : equations_(std::move(equations)), constraint_(sites.size(), -1) {
   for (const Site& site : sites) share_.push_back(std::sqrt(site.radius));
-  for (std::size_t g = 0; g < given.size(); ++g)
-    for (const int i : given[g].spheres) given_[i] = static_cast<int>(g);
-  const auto groups = static_cast<Eigen::Index>(given.size());
+  for (std::size_t g = 0; g < constraints.size(); ++g)
+    for (const int i : constraints[g].spheres) constraint_[i] = static_cast<int>(g);
+  const auto groups = static_cast<Eigen::Index>(constraints.size());
   Eigen::MatrixXd matrix = Eigen::MatrixXd::Zero(groups, groups);
   for (std::size_t i = 0; i < sites.size(); ++i)
-    for (std::size_t k = 0; k < sites.size() && given_[i] >= 0; ++k)
-      if (given_[k] >= 0)
-        matrix(given_[k], given_[i]) +=
+    for (std::size_t k = 0; k < sites.size() && constraint_[i] >= 0; ++k)
+      if (constraint_[k] >= 0)
+        matrix(constraint_[k], constraint_[i]) +=
             share_[k] * equations_->charges()(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(i)) * share_[i];
   factors_.compute(matrix);
 }
 
 void ConstrainedCharges::apply(const std::vector<int>& start, double* values, parallel::Team& team) const {
-  const int n = equations_->of_each();
-  const auto count = static_cast<Eigen::Index>(given_.size());
-  Eigen::VectorXf x(count * n), push(count);
+  const int n = equations_->unknowns_per_sphere();
+  const auto count = static_cast<Eigen::Index>(constraint_.size());
+  Eigen::VectorXf x(count * n), charge_shift(count);
   for (Eigen::Index i = 0; i < count; ++i)
     x.segment(i * n, n) = Eigen::Map<Eigen::VectorXd>(values + start[i], n).cast<float>();
   x = equations_->solve(x, team);
   if (factors_.cols() > 0) {
     Eigen::VectorXd potential = Eigen::VectorXd::Zero(factors_.cols());
     for (Eigen::Index i = 0; i < count; ++i)
-      if (given_[i] >= 0) potential[given_[i]] += share_[i] * x[i * n];
+      if (constraint_[i] >= 0) potential[constraint_[i]] += share_[i] * x[i * n];
     factors_.solveInPlace(potential);
     for (Eigen::Index i = 0; i < count; ++i)
-      push[i] = given_[i] >= 0 ? static_cast<float>(share_[i] * potential[given_[i]]) : 0;
-    x -= equations_->solve_charges(push);
+      charge_shift[i] = constraint_[i] >= 0 ? static_cast<float>(share_[i] * potential[constraint_[i]]) : 0;
+    x -= equations_->solve_charges(charge_shift);
   }
   for (Eigen::Index i = 0; i < count; ++i)
     Eigen::Map<Eigen::VectorXd>(values + start[i], n) = x.segment(i * n, n).cast<double>();

@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "solvers/laplace/spheres/cell_field.hpp"
-#include "solvers/laplace/spheres/first_guess.hpp"
+#include "solvers/laplace/spheres/initial_guess.hpp"
 
 namespace lichtenberg::laplace::spheres {
 
@@ -14,7 +14,7 @@ namespace lichtenberg::laplace::spheres {
 class ChargesAndDipoles {
  public:
   /// Returns true if the number of spheres is small enough for the matrix to save time.
-  static bool pays(std::size_t spheres);
+  static bool saves_time(std::size_t spheres);
   ChargesAndDipoles(const Mirrors& mirrors, const Cells& cells, const std::vector<Site>& sites,
                     const std::vector<NearPair>& pairs, parallel::Team& team);
 
@@ -23,14 +23,14 @@ class ChargesAndDipoles {
   bool is_positive() const { return positive_; }
   /// Returns true if no sphere has moved by more than its radius. A preconditioner need not be exact: displacements by
   /// some radii add an iteration or two, while a new matrix costs as much as many iterations.
-  bool serves(const std::vector<Site>& sites) const;
+  bool is_usable_for(const std::vector<Site>& sites) const;
 
   /// Returns the number of unknowns per sphere.
-  int of_each() const { return harmonics(degree_); }
+  int unknowns_per_sphere() const { return harmonics(degree_); }
   /// Solves x + sqrt(R) b = values for x, in the scaling of System; both [sphere][harmonic].
   Eigen::VectorXf solve(const Eigen::VectorXf& values, parallel::Team& team) const;
   /// Solves for x if only the spheres' charges have values.
-  Eigen::VectorXf solve_charges(const Eigen::VectorXf& values) const { return of_charges_ * values; }
+  Eigen::VectorXf solve_charges(const Eigen::VectorXf& values) const { return charge_response_ * values; }
   /// Charges of x for a unit value on one sphere; one column per sphere.
   const Eigen::MatrixXd& charges() const { return charges_; }
 
@@ -42,7 +42,7 @@ class ChargesAndDipoles {
   std::vector<Site> sites_;
   bool positive_ = false;
   // Single precision suffices for a preconditioner, and reading the matrices dominates the cost of a solve.
-  Eigen::MatrixXf inverse_, of_charges_;
+  Eigen::MatrixXf inverse_, charge_response_;
   Eigen::MatrixXd charges_;
 };
 
@@ -51,7 +51,7 @@ class ChargesAndDipoles {
 class ConstrainedCharges {
  public:
   ConstrainedCharges(std::shared_ptr<const ChargesAndDipoles> equations, const std::vector<Site>& sites,
-                     const std::vector<Given>& given);
+                     const std::vector<ChargeConstraint>& constraints);
 
   /// Solves for the charges and dipoles in `values`, with spheres starting at `start`; leaves other harmonics
   /// unchanged.
@@ -59,7 +59,7 @@ class ConstrainedCharges {
 
  private:
   std::shared_ptr<const ChargesAndDipoles> equations_;
-  std::vector<int> given_;               ///< Per sphere: index of its charge constraint; -1: none
+  std::vector<int> constraint_;          ///< Per sphere: index of its charge constraint; -1: none
   std::vector<double> share_;            ///< Per sphere: factor of its charge in the constraint, the root of its radius
   Eigen::LLT<Eigen::MatrixXd> factors_;  ///< Factors of the given charges at unit potentials
 };

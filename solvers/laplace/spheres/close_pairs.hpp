@@ -23,10 +23,10 @@ struct PairSolution {
 };
 std::array<PairSolution, 2> pair_solution(double radius, double other, double gap, int degree, double accuracy);
 
-/// Close-pair correction (`Tail`) of one sphere at a gap between different potentials. It holds the multipoles beyond
-/// the sphere's degree for a unit amplitude of the pair, and the potential on the sphere due to the corrections of both
-/// sides.
-struct Tail {
+/// Close-pair correction (`PairCorrection`) of one sphere at a gap between different potentials. It holds the
+/// multipoles beyond the sphere's degree for a unit amplitude of the pair, and the potential on the sphere due to the
+/// corrections of both sides.
+struct PairCorrection {
   int sphere = 0;
   double sign = 1;                 ///< Sign of the amplitude on this sphere
   Vec3 axis;                       ///< Unit vector to the other side
@@ -43,20 +43,20 @@ struct Tail {
 /// pair.
 struct ClosePair {
   /// Potential of the corrections on another sphere nearby: harmonics up to its degree.
-  struct Elsewhere {
+  struct OtherSphere {
     int sphere = 0;
     std::vector<double> potential;
   };
   /// Interaction with the corrections of another pair.
-  struct Meeting {
+  struct CorrectionInteraction {
     int pair = 0;
     double energy = 0;  ///< Energy over 2 pi eps, for unit amplitudes of both
   };
 
-  std::vector<Tail> tails;  ///< Two corrections, or one at an electrode
-  double energy = 0;        ///< Energy of the corrections with each other, over 2 pi eps, for unit amplitude
-  std::vector<Elsewhere> elsewhere;
-  std::vector<Meeting> meetings;
+  std::vector<PairCorrection> corrections;  ///< Two corrections, or one at an electrode
+  double energy = 0;  ///< Energy of the corrections with each other, over 2 pi eps, for unit amplitude
+  std::vector<OtherSphere> other_spheres;
+  std::vector<CorrectionInteraction> interactions;
 };
 
 /// Makes close pairs for `gaps`, each pair given in one direction. Omits gaps for which the spheres' harmonics suffice.
@@ -64,19 +64,20 @@ struct ClosePair {
 std::vector<ClosePair> close_pairs(const std::vector<Site>& sites, const std::vector<NearPair>& gaps, double accuracy,
                                    parallel::Team& team = parallel::Team::single());
 
-/// Computes the effect of corrections beyond their own gap, `elsewhere` and `meetings`, because the corrections of a
-/// sphere extend all around it. `pairs`: all near pairs, in both directions.
-void let_tails_meet(std::vector<ClosePair>& close, const std::vector<Site>& sites, const std::vector<NearPair>& pairs,
-                    double accuracy, parallel::Team& team);
+/// Computes the effect of corrections beyond their own gap, `other_spheres` and `interactions`, because the corrections
+/// of a sphere extend all around it. `pairs`: all near pairs, in both directions.
+void add_correction_interactions(std::vector<ClosePair>& close, const std::vector<Site>& sites,
+                                 const std::vector<NearPair>& pairs, double accuracy, parallel::Team& team);
 
 /// Returns forces over 4 pi eps: of the correction with its amplitude on itself, and between it and the multipoles up
 /// to the degree.
-Vec3 tail_force(const Tail& tail, double amplitude, int degree, const double* multipoles);
+Vec3 correction_force(const PairCorrection& correction, double amplitude, int degree, const double* multipoles);
 
 /// Returns the interaction force of two corrections of the same sphere, for unit amplitudes and over 4 pi eps.
-Vec3 force_between(const Tail& one, const Tail& other, int degree);
+Vec3 force_between(const PairCorrection& one, const PairCorrection& other, int degree);
 
 /// Adds potential and field of a correction and, if it faces an image, of the image's correction.
-void add_tail(const Tail& tail, const Site& site, double amplitude, Vec3 point, double& potential, Vec3& field);
+void add_correction(const PairCorrection& correction, const Site& site, double amplitude, Vec3 point, double& potential,
+                    Vec3& field);
 
 }  // namespace lichtenberg::laplace::spheres

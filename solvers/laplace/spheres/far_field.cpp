@@ -45,13 +45,13 @@ FarField::FarField(const Mirrors& mirrors, const std::vector<Site>& targets, con
 /// opposite sign for odd degrees.
 void FarField::find_derivatives(int mask, bool same_sites) {
   const bool once = same_sites && mask == 0;
-  std::vector<Vec3> from, places;
+  std::vector<Vec3> from, positions;
   for (std::size_t t = 0; t < targets_.size(); ++t)
     for (std::size_t s = 0; s < (once ? t + 1 : sources_.size()); ++s) {
       from.push_back(mirrored(sources_[s].centre, mask));
-      places.push_back(targets_[t].centre);
+      positions.push_back(targets_[t].centre);
     }
-  Eigen::MatrixXd found = lattice_->far_derivatives(mask, from, places);
+  Eigen::MatrixXd found = lattice_->far_derivatives(mask, from, positions);
   if (!once) {
     derivatives_.push_back(std::move(found));
     return;

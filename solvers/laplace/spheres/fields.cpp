@@ -15,32 +15,32 @@ WallPotential::WallPotential(const SphereProblem& problem) {
     slope = -problem.uniform_field;
     return;
   }
-  std::vector<int> held;
+  std::vector<int> electrode_sides;
   for (int side = 0; side < 6; ++side)
-    if (problem.box.sides[side] == Boundary::electrode) held.push_back(side);
-  if (held.empty()) return;
-  constant = problem.side_potential[held[0]];
-  const bool equal =
-      std::all_of(held.begin(), held.end(), [&](int s) { return problem.side_potential[s] == constant; });
+    if (problem.box.sides[side] == Boundary::electrode) electrode_sides.push_back(side);
+  if (electrode_sides.empty()) return;
+  constant = problem.side_potential[electrode_sides[0]];
+  const bool equal = std::all_of(electrode_sides.begin(), electrode_sides.end(),
+                                 [&](int s) { return problem.side_potential[s] == constant; });
   if (equal) return;
-  if (held.size() != 2 || held[0] / 2 != held[1] / 2)
+  if (electrode_sides.size() != 2 || electrode_sides[0] / 2 != electrode_sides[1] / 2)
     throw InputError(
         fmt::format("sides {} and {} have different potentials where they meet: the solver of spheres permits "
                     "different potentials only on two opposite sides",
-                    side_names[held[0]], side_names[held[1]]));
-  axis = held[0] / 2;
-  slope[axis] = (problem.side_potential[held[1]] - constant) / problem.box.lengths[axis];
+                    side_names[electrode_sides[0]], side_names[electrode_sides[1]]));
+  axis = electrode_sides[0] / 2;
+  slope[axis] = (problem.side_potential[electrode_sides[1]] - constant) / problem.box.lengths[axis];
 }
 
 namespace {
 
 /// Degree that a gap requires, and the accuracy for which the largest degree suffices.
-struct Harmonics {
+struct DegreeRequirement {
   double degree = 0, possible = 0;
 };
 
 /// Returns the requirement of a gap between different potentials: harmonics decrease like exp(-alpha l).
-Harmonics beside(double radius, double other, double gap, double accuracy) {
+DegreeRequirement at_gap(double radius, double other, double gap, double accuracy) {
   if (gap <= 0) return {INFINITY, 1};
   const double alpha = bispherical_coordinate(radius, other, gap);
   return {-std::log(accuracy) / alpha, std::exp(-largest_degree * alpha)};
@@ -48,7 +48,7 @@ Harmonics beside(double radius, double other, double gap, double accuracy) {
 
 /// Returns the requirement of a gap at equal potential: however small the gap, harmonics decrease like exp(-sqrt(2 beta
 /// l)), beta = 2 pi / (1 + R / R') (README.md).
-Harmonics at_contact(double radius, double other, double accuracy) {
+DegreeRequirement at_contact(double radius, double other, double accuracy) {
   const double digits = std::log(accuracy), share = (1 + radius / other) / (4 * std::numbers::pi);
   return {digits * digits * share, std::exp(-std::sqrt(largest_degree / share))};
 }
@@ -56,7 +56,7 @@ Harmonics at_contact(double radius, double other, double accuracy) {
 /// Returns the requirement next to a dielectric, for any gap. Each reflection multiplies by k = (eps - 1) / (eps + 1),
 /// so the n-th image has about k^n (1 - 1/n)^l in harmonic l. The maximum, at n = sqrt(l / -ln k), is exp(-2 sqrt(l
 /// (-ln k))). The first image alone, at half of the radius, contributes 2^-l.
-Harmonics of_dielectrics(const Sphere& one, const Sphere& other, double accuracy) {
+DegreeRequirement at_dielectrics(const Sphere& one, const Sphere& other, double accuracy) {
   const auto reflected = [](const Sphere& sphere) {
     return sphere.is_conductor() ? 1 : (sphere.relative_permittivity - 1) / (sphere.relative_permittivity + 1);
   };
@@ -65,14 +65,16 @@ Harmonics of_dielectrics(const Sphere& one, const Sphere& other, double accuracy
           std::exp(-std::sqrt(-4 * std::log(k) * largest_degree))};
 }
 
-Harmonics fewer(Harmonics a, Harmonics b) { return {std::min(a.degree, b.degree), std::min(a.possible, b.possible)}; }
+DegreeRequirement smaller_of(DegreeRequirement a, DegreeRequirement b) {
+  return {std::min(a.degree, b.degree), std::min(a.possible, b.possible)};
+}
 
-Harmonics fewest(const SphereProblem& problem, const NearPair& pair, double gap, double accuracy) {
+DegreeRequirement requirement_of(const SphereProblem& problem, const NearPair& pair, double gap, double accuracy) {
   const Sphere &target = problem.spheres[pair.target], &source = problem.spheres[pair.source];
-  const Harmonics contact = target.is_conductor() && source.is_conductor()
-                                ? at_contact(target.radius, source.radius, accuracy)
-                                : of_dielectrics(target, source, accuracy);
-  return fewer(beside(target.radius, source.radius, gap, accuracy), contact);
+  const DegreeRequirement contact = target.is_conductor() && source.is_conductor()
+                                        ? at_contact(target.radius, source.radius, accuracy)
+                                        : at_dielectrics(target, source, accuracy);
+  return smaller_of(at_gap(target.radius, source.radius, gap, accuracy), contact);
 }
 
 bool have_one_potential(const SphereProblem& problem, const NearPair& pair) {
@@ -80,12 +82,12 @@ bool have_one_potential(const SphereProblem& problem, const NearPair& pair) {
 }
 
 double gap_of(const SphereProblem& problem, const NearPair& pair) {
-  return norm(pair.way) - problem.spheres[pair.target].radius - problem.spheres[pair.source].radius;
+  return norm(pair.displacement) - problem.spheres[pair.target].radius - problem.spheres[pair.source].radius;
 }
 
 NearPair reversed(NearPair pair) {
   std::swap(pair.target, pair.source);
-  pair.way = pair.way * -1.0;
+  pair.displacement = pair.displacement * -1.0;
   return pair;
 }
 
@@ -93,8 +95,8 @@ NearPair reversed(NearPair pair) {
 /// difference.
 double degree_of_small(const SphereProblem& problem, const NearPair& to_small, double accuracy) {
   const double gap = gap_of(problem, to_small), r = problem.spheres[to_small.target].radius;
-  if (have_one_potential(problem, to_small)) return fewest(problem, to_small, gap, accuracy).degree;
-  return beside(r, problem.spheres[to_small.source].radius, gap, accuracy).degree;
+  if (have_one_potential(problem, to_small)) return requirement_of(problem, to_small, gap, accuracy).degree;
+  return at_gap(r, problem.spheres[to_small.source].radius, gap, accuracy).degree;
 }
 
 /// Returns true if the large sphere, the source, would need too many harmonics and can reflect the small one instead.
@@ -105,7 +107,7 @@ bool is_lopsided(const SphereProblem& problem, const NearPair& pair, double accu
       !large.is_conductor() || large.radius > largest_ratio * small.radius)
     return false;
   const double gap = gap_of(problem, pair);
-  return fewest(problem, reversed(pair), gap, accuracy).degree > largest_degree &&
+  return requirement_of(problem, reversed(pair), gap, accuracy).degree > largest_degree &&
          degree_of_small(problem, pair, accuracy) <= largest_of_small;
 }
 
@@ -119,7 +121,8 @@ std::vector<NearPair> lopsided_pairs(const SphereProblem& problem, const std::ve
   std::vector<char> too_many(sites.size());
   for (std::size_t p = 0; p < found.size(); ++p)
     for (std::size_t q = 0; q < p; ++q)
-      if (found[p].source == found[q].source && carried_beyond(found[p], found[q], sites, largest_degree) > accuracy)
+      if (found[p].source == found[q].source &&
+          omitted_interaction(found[p], found[q], sites, largest_degree) > accuracy)
         too_many[found[p].source] = 1;
   std::erase_if(found, [&](const NearPair& pair) { return too_many[pair.source]; });
   return found;
@@ -128,7 +131,7 @@ std::vector<NearPair> lopsided_pairs(const SphereProblem& problem, const std::ve
 bool contains(const std::vector<NearPair>& pairs, const NearPair& pair) {
   return std::ranges::any_of(pairs, [&](const NearPair& one) {
     return one.target == pair.target && one.source == pair.source && one.mask == pair.mask &&
-           norm2(one.way - pair.way) < 1e-20 * norm2(pair.way);
+           norm2(one.displacement - pair.displacement) < 1e-20 * norm2(pair.displacement);
   });
 }
 
@@ -157,7 +160,7 @@ double largest_radius(const std::vector<Site>& sites) {
 /// Returns true for two images of one sphere in opposite directions: one of them represents both.
 bool are_twins(const NearPair& a, const NearPair& b) {
   return a.target == a.source && b.target == a.target && b.source == a.source && b.mask == a.mask && a.mask == 0 &&
-         norm2(a.way + b.way) < 1e-20 * norm2(a.way);
+         norm2(a.displacement + b.displacement) < 1e-20 * norm2(a.displacement);
 }
 
 /// Returns the accuracy that is possible, in terms of the keys that set it.
@@ -170,7 +173,7 @@ std::string in_words(double possible) {
 
 }  // namespace
 
-void Fields::Wanted::raise(double to, double possible_then) {
+void Fields::RequiredDegree::raise(double to, double possible_then) {
   degree = std::max(degree, to);
   possible = std::max(possible, possible_then);
 }
@@ -181,28 +184,28 @@ void Fields::choose_degrees(const SphereProblem& problem, const std::vector<Near
     for (Site& site : sites_) site.degree = fixed_degree_;
     return;
   }
-  std::vector<Wanted> wanted(sites_.size(), {least_degree, 0});
+  std::vector<RequiredDegree> required(sites_.size(), {least_degree, 0});
   const std::vector<NearPair> lopsided = lopsided_pairs(problem, sites_, pairs, accuracy_);
-  choose_reflecting(problem, lopsided, wanted);
-  std::vector<NearPair> gaps = narrow_gaps(problem, pairs, lopsided, wanted);
-  take(wanted);
+  choose_reflecting(problem, lopsided, required);
+  std::vector<NearPair> gaps = narrow_gaps(problem, pairs, lopsided, required);
+  set_degrees(required);
   for (const NearPair& pair : lopsided)
     reflections_.push_back(reflection_of(pair, sites_[pair.target], sites_[pair.source]));
-  std::erase_if(gaps, [&](const NearPair& pair) { return is_enough_for(pair); });
+  std::erase_if(gaps, [&](const NearPair& pair) { return suffices_for(pair); });
   close_pairs_ = spheres::close_pairs(sites_, gaps, accuracy_, team);
-  let_tails_meet(close_pairs_, sites_, pairs, accuracy_, team);
+  add_correction_interactions(close_pairs_, sites_, pairs, accuracy_, team);
 }
 
 /// Raises degrees for reflections. A large sphere needs the harmonics that affect other spheres, or transmit between
 /// small ones.
 void Fields::choose_reflecting(const SphereProblem& problem, const std::vector<NearPair>& lopsided,
-                               std::vector<Wanted>& wanted) {
-  std::vector<int> beside_large(sites_.size());
+                               std::vector<RequiredDegree>& required) {
+  std::vector<int> small_neighbours(sites_.size());
   for (const NearPair& pair : lopsided) {
     const double small = sites_[pair.target].radius, large = sites_[pair.source].radius;
-    wanted[pair.target].raise(degree_of_small(problem, pair, accuracy_), 0);
+    required[pair.target].raise(degree_of_small(problem, pair, accuracy_), 0);
     const double alone = at_contact(large, large, accuracy_).degree;
-    wanted[pair.source].raise(++beside_large[pair.source] > 1 ? largest_degree : alone, 0);
+    required[pair.source].raise(++small_neighbours[pair.source] > 1 ? largest_degree : alone, 0);
     if (!have_one_potential(problem, pair))
       narrowness_ = std::min(narrowness_, spheres::narrowness(small, large, gap_of(problem, pair)));
   }
@@ -211,24 +214,25 @@ void Fields::choose_reflecting(const SphereProblem& problem, const std::vector<N
 /// Returns the gaps between different potentials for which the degrees of gaps at equal potential do not suffice, each
 /// in one direction. Raises the degrees to the requirements of each pair.
 std::vector<NearPair> Fields::narrow_gaps(const SphereProblem& problem, const std::vector<NearPair>& pairs,
-                                          const std::vector<NearPair>& lopsided, std::vector<Wanted>& wanted) {
+                                          const std::vector<NearPair>& lopsided,
+                                          std::vector<RequiredDegree>& required) {
   // The least degree suffices for nearly all pairs; this bound detects them without a logarithm.
   const double least = std::cosh(-std::log(accuracy_) / least_degree) - 1;
   std::vector<NearPair> gaps;
   for (const NearPair& pair : pairs) {
     const Site &site = sites_[pair.target], &other = sites_[pair.source];
-    const double gap = norm(pair.way) - site.radius - other.radius;
+    const double gap = norm(pair.displacement) - site.radius - other.radius;
     if (gap > 0 && cosh_less_one(site.radius, other.radius, gap) > least) continue;
     if (!lopsided.empty() && (contains(lopsided, pair) || contains(lopsided, reversed(pair)))) continue;
     const Sphere &target = problem.spheres[pair.target], &source = problem.spheres[pair.source];
     const bool dielectric = !target.is_conductor() || !source.is_conductor();
-    const Harmonics contact =
-        dielectric ? of_dielectrics(target, source, accuracy_) : at_contact(site.radius, other.radius, accuracy_);
-    Harmonics apart = beside(site.radius, other.radius, gap, accuracy_);
-    if (gap <= 0) apart.degree = 2 * contact.degree;
-    Wanted& here = wanted[pair.target];
-    here.raise(std::min(apart.degree, contact.degree), std::min(apart.possible, contact.possible));
-    if (dielectric || have_one_potential(problem, pair) || apart.degree <= contact.degree) continue;
+    const DegreeRequirement contact =
+        dielectric ? at_dielectrics(target, source, accuracy_) : at_contact(site.radius, other.radius, accuracy_);
+    DegreeRequirement separated = at_gap(site.radius, other.radius, gap, accuracy_);
+    if (gap <= 0) separated.degree = 2 * contact.degree;
+    RequiredDegree& here = required[pair.target];
+    here.raise(std::min(separated.degree, contact.degree), std::min(separated.possible, contact.possible));
+    if (dielectric || have_one_potential(problem, pair) || separated.degree <= contact.degree) continue;
     const double share = spheres::narrowness(site.radius, other.radius, gap);
     narrowness_ = std::min(narrowness_, share);
     const double closer = at_contact(site.radius, other.radius, share * accuracy_).degree;
@@ -240,9 +244,9 @@ std::vector<NearPair> Fields::narrow_gaps(const SphereProblem& problem, const st
 }
 
 /// Sets the degrees. Throws InputError for a degree above the largest.
-void Fields::take(const std::vector<Wanted>& wanted) {
+void Fields::set_degrees(const std::vector<RequiredDegree>& required) {
   for (std::size_t i = 0; i < sites_.size(); ++i) {
-    const auto [degree, possible] = wanted[i];
+    const auto [degree, possible] = required[i];
     if (degree > largest_degree)
       throw InputError(
           fmt::format("the gap at sphere {} would need harmonics of degree {:.0f} for an accuracy of {:.3g}: {} is the "
@@ -253,11 +257,11 @@ void Fields::take(const std::vector<Wanted>& wanted) {
 }
 
 /// Returns true if both spheres have the degrees that this gap requires, possibly because of a narrower one.
-bool Fields::is_enough_for(const NearPair& pair) const {
+bool Fields::suffices_for(const NearPair& pair) const {
   const Site &target = sites_[pair.target], &source = sites_[pair.source];
-  const double gap = norm(pair.way) - target.radius - source.radius;
-  return beside(target.radius, source.radius, gap, accuracy_).degree <= target.degree &&
-         beside(source.radius, target.radius, gap, accuracy_).degree <= source.degree;
+  const double gap = norm(pair.displacement) - target.radius - source.radius;
+  return at_gap(target.radius, source.radius, gap, accuracy_).degree <= target.degree &&
+         at_gap(source.radius, target.radius, gap, accuracy_).degree <= source.degree;
 }
 
 Fields::Fields(const SphereProblem& problem, const Mirrors& mirrors, const SphereOptions& options, const Fields* past,
@@ -299,9 +303,11 @@ std::vector<NearPair> Fields::near_pairs(const std::vector<Site>& targets) const
   std::vector<NearPair> pairs;
   for (std::size_t t = 0; t < targets.size(); ++t)
     for (std::size_t s = 0; s < sites_.size(); ++s)
-      mirrors_.for_each_near(targets[t].centre, sites_[s].centre, range_, [&](const MirrorImage& image, Vec3 way) {
-        if (norm2(way) > 0) pairs.push_back({static_cast<int>(t), static_cast<int>(s), image.mask, image.sign, way});
-      });
+      mirrors_.for_each_near(
+          targets[t].centre, sites_[s].centre, range_, [&](const MirrorImage& image, Vec3 displacement) {
+            if (norm2(displacement) > 0)
+              pairs.push_back({static_cast<int>(t), static_cast<int>(s), image.mask, image.sign, displacement});
+          });
   return pairs;
 }
 
@@ -359,8 +365,8 @@ void Fields::add_at(std::span<const Vec3> points, double unit, const double* mul
 
 std::shared_ptr<const ChargesAndDipoles> Fields::charges_and_dipoles(std::shared_ptr<const ChargesAndDipoles> past,
                                                                      parallel::Team& team) const {
-  if (past && past->serves(sites_)) return past;
-  if (!cells_ || !ChargesAndDipoles::pays(sites_.size())) return nullptr;
+  if (past && past->is_usable_for(sites_)) return past;
+  if (!cells_ || !ChargesAndDipoles::saves_time(sites_.size())) return nullptr;
   auto made = std::make_shared<const ChargesAndDipoles>(mirrors_, *cells_, sites_, near_pairs(sites_), team);
   return made->is_positive() ? made : nullptr;
 }

@@ -42,7 +42,8 @@ struct Mirrors {
   template <class Visit>
   void for_each_near(Vec3 p, Vec3 c, double range, Visit visit) const {
     for (const MirrorImage& image : images)
-      for_each_copy(p, mirrored(c, image.mask) + image.shift, range, [&](Vec3 way) { visit(image, way); });
+      for_each_copy(p, mirrored(c, image.mask) + image.shift, range,
+                    [&](Vec3 displacement) { visit(image, displacement); });
   }
 };
 
@@ -57,8 +58,8 @@ void Mirrors::for_each_copy(Vec3 p, Vec3 first, double range, Visit visit) const
   for (int x = low[0]; x <= high[0]; ++x)
     for (int y = low[1]; y <= high[1]; ++y)
       for (int z = low[2]; z <= high[2]; ++z) {
-        const Vec3 way = p - (first + Vec3{x * period.x, y * period.y, z * period.z});
-        if (norm2(way) < range * range) visit(way);
+        const Vec3 displacement = p - (first + Vec3{x * period.x, y * period.y, z * period.z});
+        if (norm2(displacement) < range * range) visit(displacement);
       }
 }
 

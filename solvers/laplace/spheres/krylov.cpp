@@ -144,48 +144,48 @@ bool stops_by_residual(KSP ksp) {
   return cg == PETSC_TRUE && norm == KSP_NORM_UNPRECONDITIONED;
 }
 
-struct Ended {
+struct SolveOutcome {
   KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
   PetscInt iterations = 0;
   PetscReal residual = 0;  ///< Norm of the residual
 };
 
-Ended end_of_solve(KSP ksp) {
-  Ended ended;
-  check_petsc(KSPGetIterationNumber(ksp, &ended.iterations));
-  check_petsc(KSPGetResidualNorm(ksp, &ended.residual));
-  check_petsc(KSPGetConvergedReason(ksp, &ended.reason));
-  return ended;
+SolveOutcome outcome_of(KSP ksp) {
+  SolveOutcome outcome;
+  check_petsc(KSPGetIterationNumber(ksp, &outcome.iterations));
+  check_petsc(KSPGetResidualNorm(ksp, &outcome.residual));
+  check_petsc(KSPGetConvergedReason(ksp, &outcome.reason));
+  return outcome;
 }
 
 /// Solves by a user-chosen method that stops by a norm of its own. Repeats it for the remaining residual, until its
 /// norm is at most `goal` or a repetition no longer halves it.
-Ended refine(Objects& petsc, double goal) {
+SolveOutcome refine(Objects& petsc, double goal) {
   constexpr double margin = 0.3, progress = 0.5;
   check_petsc(VecDuplicate(petsc.b, &petsc.left));
   check_petsc(VecDuplicate(petsc.b, &petsc.step));
   check_petsc(VecCopy(petsc.b, petsc.left));
   check_petsc(VecSet(petsc.x, 0));
-  Ended ended;
-  check_petsc(VecNorm(petsc.left, NORM_2, &ended.residual));
-  while (ended.residual > goal) {
+  SolveOutcome outcome;
+  check_petsc(VecNorm(petsc.left, NORM_2, &outcome.residual));
+  while (outcome.residual > goal) {
     check_petsc(
-        KSPSetTolerances(petsc.ksp, margin * goal / ended.residual, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+        KSPSetTolerances(petsc.ksp, margin * goal / outcome.residual, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
     check_petsc(KSPSolve(petsc.ksp, petsc.left, petsc.step));
     check_petsc(VecAXPY(petsc.x, 1, petsc.step));
     check_petsc(MatMult(petsc.matrix, petsc.x, petsc.left));
     check_petsc(VecAYPX(petsc.left, -1, petsc.b));
-    const Ended start = end_of_solve(petsc.ksp);
-    const double before = ended.residual;
-    check_petsc(VecNorm(petsc.left, NORM_2, &ended.residual));
-    ended.iterations += start.iterations;
-    if (ended.residual > goal && !(ended.residual < progress * before && start.reason != KSP_DIVERGED_ITS)) {
-      ended.reason = start.reason < 0 ? start.reason : KSP_DIVERGED_ITS;
-      return ended;
+    const SolveOutcome start = outcome_of(petsc.ksp);
+    const double before = outcome.residual;
+    check_petsc(VecNorm(petsc.left, NORM_2, &outcome.residual));
+    outcome.iterations += start.iterations;
+    if (outcome.residual > goal && !(outcome.residual < progress * before && start.reason != KSP_DIVERGED_ITS)) {
+      outcome.reason = start.reason < 0 ? start.reason : KSP_DIVERGED_ITS;
+      return outcome;
     }
   }
-  ended.reason = KSP_CONVERGED_ATOL;
-  return ended;
+  outcome.reason = KSP_CONVERGED_ATOL;
+  return outcome;
 }
 
 /// Solves from x = 0 until the residual is at most `goal`; the result's residual is relative to `scale`.
@@ -210,17 +210,17 @@ KrylovResult conjugate_gradients(const Shell& shell, double* right_hand_side, do
   check_petsc(KSPSetOperators(petsc.ksp, petsc.matrix, petsc.matrix));
   check_petsc(KSPSetTolerances(petsc.ksp, 0, goal, PETSC_DEFAULT, 2000));
   check_petsc(KSPSetFromOptions(petsc.ksp));
-  Ended ended;
+  SolveOutcome outcome;
   if (stops_by_residual(petsc.ksp)) {
     check_petsc(KSPSolve(petsc.ksp, petsc.b, petsc.x));
-    ended = end_of_solve(petsc.ksp);
+    outcome = outcome_of(petsc.ksp);
   } else {
-    ended = refine(petsc, goal);
+    outcome = refine(petsc, goal);
   }
-  if (ended.reason < 0)
+  if (outcome.reason < 0)
     throw Failure(fmt::format("the field of spheres: no convergence after {} iterations ({}, relative residual {:.3g})",
-                              ended.iterations, KSPConvergedReasons[ended.reason], ended.residual / scale));
-  return {static_cast<int>(ended.iterations), ended.residual / scale};
+                              outcome.iterations, KSPConvergedReasons[outcome.reason], outcome.residual / scale));
+  return {static_cast<int>(outcome.iterations), outcome.residual / scale};
 }
 
 /// Solutions for eight groups, each at 1 V in its own column, and the remaining residuals.

@@ -30,7 +30,7 @@ double coupling_factor(int l, int m, int t, int n) {
 }
 
 /// Returns the coefficients of complex harmonics m and -m in a real harmonic.
-std::array<Complex, 2> of_real(int m) {
+std::array<Complex, 2> complex_coefficients(int m) {
   const double half = std::sqrt(0.5);
   const Complex minus = m == 0 ? Complex{0.5} : m > 0 ? Complex{half} : Complex{0, half};
   const Complex plus = m == 0 ? minus : (m & 1 ? -1.0 : 1.0) * std::conj(minus);
@@ -50,13 +50,13 @@ Coupling::Coupling(int degree) : degree_(degree), terms_((degree + 1) * (degree 
             for (const int derivative : {k, -k}) {
               // The real derivative k contributes to the complex ones of k and -k like its harmonic.
               Complex sum = 0;
-              const auto source = of_real(m), target = of_real(n);
+              const auto source = complex_coefficients(m), target = complex_coefficients(n);
               for (const int sm : {1, -1})
                 for (const int sn : {1, -1}) {
                   const int cm = sm * std::abs(m), cn = sn * std::abs(n);
                   if (std::abs(cm - cn) != k) continue;
                   // The coefficients in the complex harmonics are the conjugates of those of the real harmonic.
-                  const auto value = of_real(derivative);
+                  const auto value = complex_coefficients(derivative);
                   const Complex v = k == 0 ? Complex{1} : std::conj(cm - cn > 0 ? value[0] : value[1]);
                   sum += source[sm > 0 ? 0 : 1] * coupling_factor(l, cm, t, cn) * v * std::conj(target[sn > 0 ? 0 : 1]);
                 }
@@ -113,12 +113,13 @@ void LatticeSum::make_waves() {
     high[k] = static_cast<int>(most / unit[k]);
     if (mirrors_.alternates[k]) copies *= 2;
   }
-  const auto meant = [&](int k, int n) { return !mirrors_.alternates[k] || (n & 1) != 0; };
+  const auto is_included = [&](int k, int n) { return !mirrors_.alternates[k] || (n & 1) != 0; };
   for (int x = 0; x <= high[0]; ++x)
     for (int y = x == 0 ? 0 : -high[1]; y <= high[1]; ++y)
       for (int z = x == 0 && y == 0 ? 1 : -high[2]; z <= high[2]; ++z) {
         const Vec3 wave{x * unit[0], y * unit[1], z * unit[2]};
-        if (meant(0, x) && meant(1, y) && meant(2, z) && norm2(wave) <= most * most) wave_.push_back(wave);
+        if (is_included(0, x) && is_included(1, y) && is_included(2, z) && norm2(wave) <= most * most)
+          wave_.push_back(wave);
       }
   for (int l = 0; l <= degree_; ++l)
     for (int m = -l; m <= l; ++m) (l & 1 ? odd_at_ : even_at_).push_back(at(l, m));
@@ -163,19 +164,19 @@ void add_screened(Vec3 r, const Screened& screened, int degree, double* term, do
   }
 }
 
-void LatticeSum::add_near(int mask, Vec3 from, Vec3 place, double* value) const {
+void LatticeSum::add_near(int mask, Vec3 from, Vec3 position, double* value) const {
   std::vector<double> term(harmonics(degree_));
   for (const MirrorImage& image : mirrors_.images) {
     if (image.mask != mask) continue;
-    mirrors_.for_each_copy(place, from + image.shift, split_.cutoff, [&](Vec3 r) {
+    mirrors_.for_each_copy(position, from + image.shift, split_.cutoff, [&](Vec3 r) {
       add_screened(r, {split_.alpha, norm2(r) < range_ * range_, image.sign}, degree_, term.data(), value);
     });
   }
 }
 
 Eigen::MatrixXd LatticeSum::far_derivatives(int mask, const std::vector<Vec3>& from,
-                                            const std::vector<Vec3>& places) const {
-  const auto count = static_cast<Eigen::Index>(places.size()), waves = static_cast<Eigen::Index>(wave_.size());
+                                            const std::vector<Vec3>& positions) const {
+  const auto count = static_cast<Eigen::Index>(positions.size()), waves = static_cast<Eigen::Index>(wave_.size());
   double net = 0, base = 0;
   for (const MirrorImage& image : mirrors_.images)
     if (image.mask == mask) {
@@ -185,7 +186,7 @@ Eigen::MatrixXd LatticeSum::far_derivatives(int mask, const std::vector<Vec3>& f
   Eigen::MatrixXd cosine(waves, count), sine(waves, count);
   for (Eigen::Index p = 0; p < count; ++p)
     for (Eigen::Index w = 0; w < waves; ++w) {
-      const double phase = dot(wave_[w], places[p] - from[p]);
+      const double phase = dot(wave_[w], positions[p] - from[p]);
       cosine(w, p) = base * std::cos(phase);
       sine(w, p) = base * std::sin(phase);
     }
@@ -194,7 +195,7 @@ Eigen::MatrixXd LatticeSum::far_derivatives(int mask, const std::vector<Vec3>& f
   for (std::size_t k = 0; k < even_at_.size(); ++k) result.row(even_at_[k]) = even.row(k);
   for (std::size_t k = 0; k < odd_at_.size(); ++k) result.row(odd_at_[k]) = odd.row(k);
   result.row(0).array() -= net * std::numbers::pi / (split_.alpha * split_.alpha * mirrors_.volume());
-  for (Eigen::Index p = 0; p < count; ++p) add_near(mask, from[p], places[p], result.col(p).data());
+  for (Eigen::Index p = 0; p < count; ++p) add_near(mask, from[p], positions[p], result.col(p).data());
   return result;
 }
 

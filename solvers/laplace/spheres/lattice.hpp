@@ -98,7 +98,7 @@ class LatticeSum {
 
  private:
   void make_waves();
-  void add_near(int mask, Vec3 from, Vec3 place, double* value) const;
+  void add_near(int mask, Vec3 from, Vec3 position, double* value) const;
 
   Mirrors mirrors_;
   double range_;

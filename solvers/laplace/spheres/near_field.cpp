@@ -64,7 +64,7 @@ std::vector<std::uint64_t> order_of(std::span<const NearPair> pairs, const std::
   std::vector<std::uint64_t> order(pairs.size());
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     const Site &target = targets[pairs[p].target], &source = sources[pairs[p].source];
-    const double d = norm(pairs[p].way);
+    const double d = norm(pairs[p].displacement);
     order[p] = Key{.source_degree = std::min(source.degree, degrees.at(source.radius, d - target.radius)),
                    .target_degree = std::min(target.degree, degrees.at(target.radius, d - source.radius)),
                    .mask = pairs[p].mask,
@@ -129,10 +129,10 @@ std::vector<NearField::Batch> NearField::batches(std::span<const NearPair> pairs
 
 void NearField::add_to_batch(Batch& batch, const NearPair& pair, const Site& target, const Site& source) const {
   if (batch.count == 0)
-    for (int k = 0; k < lanes; ++k) batch.ways.set(k, {0, 0, 1});
+    for (int k = 0; k < lanes; ++k) batch.directions.set(k, {0, 0, 1});
   const int k = batch.count++;
-  const double d = norm(pair.way);
-  batch.ways.set(k, pair.way);
+  const double d = norm(pair.displacement);
+  batch.directions.set(k, pair.displacement);
   batch.target[k] = target_start_[pair.target];
   batch.source[k] = source_start_[pair.source];
   batch.sign[k] = pair.sign * source.radius / d;
@@ -148,7 +148,7 @@ void NearField::add_batch(const Batch& batch, const double* multipoles, double* 
   Lanes factor = batch.sign;
   for (int l = 0; l <= batch.source_degree; ++l, factor *= batch.source_factor)
     for (int h = at(l, -l); h <= at(l, l); ++h) value[h] = factor * sign[h] * gathered(from, h);
-  translation_->apply(batch.ways, batch.source_degree, batch.target_degree, value, scratch);
+  translation_->apply(batch.directions, batch.source_degree, batch.target_degree, value, scratch);
   factor = Lanes{} + 1;
   for (int l = 0; l <= batch.target_degree; ++l, factor *= batch.target_factor)
     for (int h = at(l, -l); h <= at(l, l); ++h) value[h] *= factor;
@@ -171,9 +171,9 @@ void NearField::add_pair(const Batch& batch, int pair, const Lanes* multipoles, 
   for (int l = 0; l <= batch.source_degree; ++l, factor *= batch.source_factor[pair])
     for (int h = at(l, -l); h <= at(l, l); ++h) value[h] = factor * sign[h] * from[h];
   const Lanes none{};
-  const Ways ways{none + batch.ways.cos_azimuth[pair], none + batch.ways.sin_azimuth[pair],
-                  none + batch.ways.cos_polar[pair], none + batch.ways.sin_polar[pair]};
-  translation_->apply(ways, batch.source_degree, batch.target_degree, value, scratch);
+  const PairDirections directions{none + batch.directions.cos_azimuth[pair], none + batch.directions.sin_azimuth[pair],
+                                  none + batch.directions.cos_polar[pair], none + batch.directions.sin_polar[pair]};
+  translation_->apply(directions, batch.source_degree, batch.target_degree, value, scratch);
   Lanes* to = local + batch.target[pair];
   factor = 1;
   for (int l = 0; l <= batch.target_degree; ++l, factor *= batch.target_factor[pair])

@@ -28,7 +28,7 @@ std::vector<int> starts(const std::vector<Site>& sites, int beyond = 0);
 struct NearPair {
   int target = 0, source = 0, mask = 0;
   double sign = 1;
-  Vec3 way;  ///< Displacement from the source (or its image) to the target
+  Vec3 displacement;  ///< Displacement from the source (or its image) to the target
 };
 
 /// Fields of near sources, pair by pair; exact up to the truncation of degrees. About a target of radius R the
@@ -48,7 +48,7 @@ class NearField {
  private:
   struct Batch {
     int source_degree = 0, target_degree = 0, mask = 0, count = 0;
-    Ways ways;
+    PairDirections directions;
     std::array<int, lanes> target{}, source{};
     Lanes sign{}, source_factor{}, target_factor{};  ///< sign R_s/d, 2 R_s/d, 2 R_t/d; 0 in empty lanes
   };

@@ -15,7 +15,7 @@ namespace lichtenberg::laplace::spheres {
 /// the product of the two translations. The remaining matrix, a Schur complement, stays symmetric and positive.
 struct Reflection {
   int small = 0, large = 0;
-  Vec3 way;                    ///< Displacement from the large sphere (its periodic copy) to the small one
+  Vec3 displacement;           ///< Displacement from the large sphere (its periodic copy) to the small one
   int degree = 0;              ///< Degree of the small sphere
   std::vector<double> factor;  ///< W, [m][t][t'], for Translation::in_pair_frame
 };
@@ -32,7 +32,7 @@ constexpr double largest_ratio = 1e4;
 
 /// Returns a bound on the interaction of two small spheres by harmonics beyond `degree` on the large sphere, relative
 /// to those on either. `one` and `other`: the pairs with the small spheres as targets.
-double carried_beyond(const NearPair& one, const NearPair& other, const std::vector<Site>& sites, int degree);
+double omitted_interaction(const NearPair& one, const NearPair& other, const std::vector<Site>& sites, int degree);
 
 /// Returns the part missing in the large sphere's force (N / (4 pi eps)): the force of the small sphere on the
 /// eliminated multipoles. The forces of the pair on each other are opposite.

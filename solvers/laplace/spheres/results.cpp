@@ -5,14 +5,14 @@
 
 namespace lichtenberg::laplace::spheres {
 
-Vec3 force(const double* multipoles, int degree, const double* answer, int answer_degree) {
-  const auto a = to_complex(multipoles, degree), e = to_complex(answer, answer_degree);
+Vec3 force(const double* multipoles, int degree, const double* response, int response_degree) {
+  const auto a = to_complex(multipoles, degree), e = to_complex(response, response_degree);
   std::complex<double> across = 0;
   double along = 0;
-  for (int l = 1; l <= answer_degree; ++l)
+  for (int l = 1; l <= response_degree; ++l)
     for (int m = -l; m <= l; ++m) {
       if (std::abs(m) < l)
-        along += std::sqrt(static_cast<double>(l - m) * (l + m)) * multipoles[at(l - 1, m)] * answer[at(l, m)];
+        along += std::sqrt(static_cast<double>(l - m) * (l + m)) * multipoles[at(l - 1, m)] * response[at(l, m)];
       if (m <= l - 2)
         across += std::sqrt(static_cast<double>(l - m) * (l - m - 1)) * std::conj(a[at(l - 1, m + 1)]) * e[at(l, m)];
     }
@@ -29,18 +29,18 @@ double face(const SphereProblem& problem, int axis) {
 /// Sets the charges of electrodes by reciprocity. With side s at 1 V and all else at 0, the empty box has a potential
 /// u. The side's charge is -sum of integral sigma u, plus the charge that the sides induce on each other.
 void add_side_charges(const SphereProblem& problem, const WallPotential& wall, SphereSolution& solution) {
-  std::vector<int> held;
+  std::vector<int> electrode_sides;
   if (!problem.free_space)
     for (int side = 0; side < 6; ++side)
-      if (problem.box.sides[side] == Boundary::electrode) held.push_back(side);
-  if (!held.empty())
+      if (problem.box.sides[side] == Boundary::electrode) electrode_sides.push_back(side);
+  if (!electrode_sides.empty())
     for (const double charge : solution.sphere_charge) solution.electrode_charge -= charge;
-  const bool opposite = held.size() == 2 && held[0] / 2 == held[1] / 2;
-  for (const int side : held) {
+  const bool opposite = electrode_sides.size() == 2 && electrode_sides[0] / 2 == electrode_sides[1] / 2;
+  for (const int side : electrode_sides) {
     double& charge = solution.side_charge[side];
     const int axis = side / 2;
     const double length = problem.box.lengths[axis];
-    if (held.size() > 1 && !opposite) {
+    if (electrode_sides.size() > 1 && !opposite) {
       charge = NAN;
       continue;
     }
@@ -58,17 +58,17 @@ void add_side_charges(const SphereProblem& problem, const WallPotential& wall, S
 }  // namespace
 
 void add_charges_and_forces(const SphereProblem& problem, const std::vector<Site>& sites,
-                            const std::vector<double>& multipoles, const Answer& answer, const WallPotential& wall,
-                            SphereSolution& solution) {
+                            const std::vector<double>& multipoles, const ResponseMultipoles& response,
+                            const WallPotential& wall, SphereSolution& solution) {
   const double scale = 4 * std::numbers::pi * problem.permittivity;
-  const std::vector<int> start = starts(sites), answer_start = starts(sites, answer.beyond);
+  const std::vector<int> start = starts(sites), response_start = starts(sites, response.extra_degrees);
   for (std::size_t i = 0; i < sites.size(); ++i) {
     const double* a = multipoles.data() + start[i];
     const double radius = sites[i].radius, moment = scale * radius * radius;
     solution.sphere_charge.push_back(scale * radius * a[0]);
     solution.sphere_dipole.push_back({moment * a[at(1, 1)], moment * a[at(1, -1)], moment * a[at(1, 0)]});
-    solution.sphere_force.push_back(
-        scale * force(a, sites[i].degree, answer.values.data() + answer_start[i], sites[i].degree + answer.beyond));
+    solution.sphere_force.push_back(scale * force(a, sites[i].degree, response.values.data() + response_start[i],
+                                                  sites[i].degree + response.extra_degrees));
     solution.energy += 0.5 * solution.sphere_charge[i] * solution.group_potential[problem.spheres[i].group];
   }
   add_side_charges(problem, wall, solution);

@@ -30,11 +30,11 @@ namespace {
 /// factor 0.2 is empirical: with 0.1 the truncation of the harmonics limits the forces, with 0.3 their error doubles
 /// (README.md).
 double tolerance_for(const System& system, double accuracy) {
-  const double asked = 0.2 * accuracy;
-  if (system.sites().empty()) return asked;
+  const double requested_tolerance = 0.2 * accuracy;
+  if (system.sites().empty()) return requested_tolerance;
   const auto [smallest, largest] = std::ranges::minmax(system.sites(), {}, &Site::radius);
   const double weighed = system.fields().narrowness() * std::sqrt(smallest.radius / largest.radius);
-  return std::max(asked * weighed, std::min(asked, 1e-14));
+  return std::max(requested_tolerance * weighed, std::min(requested_tolerance, 1e-14));
 }
 
 }  // namespace
@@ -75,7 +75,7 @@ SphereSolution SphereSolver::solve(const SphereProblem& problem) {
     if (!my.history.empty() && my.history.front().sites.size() != system->sites().size()) my.history.clear();
     x = system->start(my.history, tolerance);
     krylov = solve_krylov(*system, tolerance, x);
-    system->settle(x.data());
+    system->enforce_charges(x.data());
   }
   {
     const Stopwatch watch(seconds.forces);
@@ -111,7 +111,7 @@ std::vector<PointField> SphereSolver::field(std::span<const Vec3> points) const 
   if (!system.fields().reflections().empty())
     throw Failure("the field at points is not available near a sphere that is much larger than its neighbour");
   std::vector<PointField> result(points.size());
-  std::vector<Vec3> places;
+  std::vector<Vec3> outside_points;
   std::vector<std::size_t> outside;
   const double unit = system.sites().empty() ? 1 : 1e-3 * system.sites()[0].radius;
   for (std::size_t p = 0; p < points.size(); ++p) {
@@ -122,10 +122,10 @@ std::vector<PointField> SphereSolver::field(std::span<const Vec3> points) const 
       continue;
     }
     outside.push_back(p);
-    places.push_back(points[p]);
+    outside_points.push_back(points[p]);
   }
-  std::vector<double> local(4 * places.size());
-  system.fields().add_at(places, unit, system.multipoles(my.x.data()).data(), local.data(), *my.team);
+  std::vector<double> local(4 * outside_points.size());
+  system.fields().add_at(outside_points, unit, system.multipoles(my.x.data()).data(), local.data(), *my.team);
   for (std::size_t k = 0; k < outside.size(); ++k) {
     const double* b = local.data() + 4 * k;
     PointField& at_point = result[outside[k]];
@@ -133,9 +133,9 @@ std::vector<PointField> SphereSolver::field(std::span<const Vec3> points) const 
     at_point.field = Vec3{b[at(1, 1)], b[at(1, -1)], b[at(1, 0)]} * (-1 / unit) - system.wall().slope;
     const std::vector<ClosePair>& pairs = system.fields().close_pairs();
     for (std::size_t p = 0; p < pairs.size(); ++p)
-      for (const Tail& tail : pairs[p].tails)
-        add_tail(tail, system.sites()[tail.sphere], system.amplitude(my.x.data(), p), points[outside[k]],
-                 at_point.potential, at_point.field);
+      for (const PairCorrection& correction : pairs[p].corrections)
+        add_correction(correction, system.sites()[correction.sphere], system.amplitude(my.x.data(), p),
+                       points[outside[k]], at_point.potential, at_point.field);
   }
   return result;
 }

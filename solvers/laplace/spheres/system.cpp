@@ -32,11 +32,11 @@ System::System(const SphereProblem& problem, const SphereOptions& options, paral
       sites_(fields_->sites()),
       start_(starts(sites_)),
       team_(&team),
-      given_(problem_, start_, first_coupling()) {
+      constraints_(problem_, start_, first_coupling()) {
   const bool conductors = std::ranges::all_of(problem.spheres, &Sphere::is_conductor);
-  if (!conductors || given_.coupling_count() > 0) return;  // The coarse equations exclude dielectrics, couplings
+  if (!conductors || constraints_.coupling_count() > 0) return;  // The coarse equations exclude dielectrics, couplings
   charges_and_dipoles_ = fields_->charges_and_dipoles(past ? past->charges_and_dipoles_ : nullptr, team);
-  if (charges_and_dipoles_) coarse_.emplace(charges_and_dipoles_, sites_, given_.on_spheres({}));
+  if (charges_and_dipoles_) coarse_.emplace(charges_and_dipoles_, sites_, constraints_.on_spheres({}));
 }
 
 double System::scale(std::size_t sphere, int l) const {
@@ -69,19 +69,20 @@ void System::add_close_pairs(const T* x, const T* multipoles, T* y) const {
   for (std::size_t p = 0; p < fields_->close_pairs().size(); ++p) {
     const ClosePair& pair = fields_->close_pairs()[p];
     const T c = amplitude(x, p);
-    T felt{};
+    T reaction{};
     const auto act = [&](int sphere, const std::vector<double>& potential) {
       const T* a = multipoles + start_[sphere];
       T* to = y + start_[sphere];
       for (std::size_t k = 0; k < potential.size(); ++k) {
-        felt += sites_[sphere].radius * potential[k] * a[k];
+        reaction += sites_[sphere].radius * potential[k] * a[k];
         to[k] += std::sqrt(sites_[sphere].radius) * c * potential[k];
       }
     };
-    for (const Tail& tail : pair.tails) act(tail.sphere, tail.potential);
-    for (const ClosePair::Elsewhere& there : pair.elsewhere) act(there.sphere, there.potential);
-    for (const ClosePair::Meeting& other : pair.meetings) felt += other.energy * amplitude(x, other.pair);
-    y[harmonics_size() + p] = x[harmonics_size() + p] + felt / std::sqrt(pair.energy);
+    for (const PairCorrection& correction : pair.corrections) act(correction.sphere, correction.potential);
+    for (const ClosePair::OtherSphere& other : pair.other_spheres) act(other.sphere, other.potential);
+    for (const ClosePair::CorrectionInteraction& other : pair.interactions)
+      reaction += other.energy * amplitude(x, other.pair);
+    y[harmonics_size() + p] = x[harmonics_size() + p] + reaction / std::sqrt(pair.energy);
   }
 }
 
@@ -96,32 +97,34 @@ std::vector<double> System::wall_at_sites() const {
   return wall;
 }
 
-Wanted System::wanted(const std::vector<Given>& given) const {
-  Wanted wanted{.sites = sites_, .given = given, .group = {}, .fixed = {}, .wall = wall_at_sites()};
+SolveTarget System::target(const std::vector<ChargeConstraint>& constraints) const {
+  SolveTarget target{.sites = sites_, .constraints = constraints, .group = {}, .fixed = {}, .wall = wall_at_sites()};
   for (const Sphere& sphere : problem_.spheres) {
     const Group& group = problem_.groups[sphere.group];
-    wanted.group.push_back(sphere.group);
-    wanted.fixed.push_back(group.floating ? NAN : group.potential);
+    target.group.push_back(sphere.group);
+    target.fixed.push_back(group.floating ? NAN : group.potential);
   }
-  return wanted;
+  return target;
 }
 
-Past System::past(const std::vector<double>& x, const std::vector<double>& group_potential) const {
-  Past past{sites_, {x.begin(), x.begin() + harmonics_size()}, {}, wall_at_sites(), given_.differences(x.data())};
+PastSolution System::past(const std::vector<double>& x, const std::vector<double>& group_potential) const {
+  PastSolution past{
+      sites_, {x.begin(), x.begin() + harmonics_size()}, {}, wall_at_sites(), constraints_.differences(x.data())};
   for (const Sphere& sphere : problem_.spheres) past.potential.push_back(group_potential[sphere.group]);
   return past;
 }
 
 std::vector<double> System::start(const History& history, double noise) const {
-  std::vector<double> x(size()), difference(given_.coupling_count());
-  const auto knows_couplings = [&](const Past& past) { return past.difference.size() == difference.size(); };
+  std::vector<double> x(size()), difference(constraints_.coupling_count());
+  const auto knows_couplings = [&](const PastSolution& past) { return past.difference.size() == difference.size(); };
   std::vector<double> share;
   if (!history.empty()) {
     const bool known = knows_couplings(history.front());
-    share = mixture(history, wanted(given_.on_spheres(known ? history.front().difference : difference)), noise);
+    share = history_coefficients(
+        history, target(constraints_.on_spheres(known ? history.front().difference : difference)), noise);
   }
   for (std::size_t k = 0; k < share.size(); ++k) {
-    const Past& past = history[k];
+    const PastSolution& past = history[k];
     const std::vector<int> past_start = starts(past.sites);
     for (std::size_t i = 0; i < sites_.size(); ++i)
       for (int h = 0; h < harmonics(std::min(past.sites[i].degree, sites_[i].degree)); ++h)
@@ -129,9 +132,9 @@ std::vector<double> System::start(const History& history, double noise) const {
     if (knows_couplings(past))
       for (std::size_t c = 0; c < difference.size(); ++c) difference[c] += share[k] * past.difference[c];
   }
-  given_.set_differences(difference, x.data());
+  constraints_.set_differences(difference, x.data());
   project(x.data());
-  given_.add(x.data());
+  constraints_.add(x.data());
   return x;
 }
 
@@ -145,7 +148,7 @@ std::vector<double> System::right_hand_side() const {
     f[start_[i] + at(1, -1)] = -slope * wall_.slope.y;
     f[start_[i] + at(1, 0)] = -slope * wall_.slope.z;
   }
-  given_.add_supplies(f.data());
+  constraints_.add_fixed_potentials(f.data());
   return f;
 }
 
@@ -174,38 +177,39 @@ std::vector<double> System::group_charges(const double* x) const {
   return charge;
 }
 
-void System::add_tail_forces(const double* x, const double* multipoles, SphereSolution& solution) const {
+void System::add_correction_forces(const double* x, const double* multipoles, SphereSolution& solution) const {
   const double scale = 4 * std::numbers::pi * problem_.permittivity;
-  std::vector<std::vector<std::pair<const Tail*, double>>> before(sites_.size());  // Corrections with amplitudes
+  std::vector<std::vector<std::pair<const PairCorrection*, double>>> before(
+      sites_.size());  // Corrections with amplitudes
   for (std::size_t p = 0; p < fields_->close_pairs().size(); ++p)
-    for (const Tail& tail : fields_->close_pairs()[p].tails) {
-      const int degree = sites_[tail.sphere].degree;
+    for (const PairCorrection& correction : fields_->close_pairs()[p].corrections) {
+      const int degree = sites_[correction.sphere].degree;
       const double c = amplitude(x, p);
-      Vec3 force = tail_force(tail, c, degree, multipoles + start_[tail.sphere]);
-      for (const auto& [other, amplitude] : before[tail.sphere])
-        force += force_between(tail, *other, degree) * (c * amplitude);
-      before[tail.sphere].push_back({&tail, c});
-      solution.sphere_force[tail.sphere] += force * scale;
+      Vec3 force = correction_force(correction, c, degree, multipoles + start_[correction.sphere]);
+      for (const auto& [other, amplitude] : before[correction.sphere])
+        force += force_between(correction, *other, degree) * (c * amplitude);
+      before[correction.sphere].push_back({&correction, c});
+      solution.sphere_force[correction.sphere] += force * scale;
     }
 }
 
 /// Returns the response -b, including the sides' field. Degrees chosen for the accuracy suffice for forces; a given
 /// degree needs the field one degree beyond.
-Answer System::answer(const std::vector<double>& x, const std::vector<double>& multipoles,
-                      const std::vector<double>& missed) const {
-  Answer answer;
+ResponseMultipoles System::response(const std::vector<double>& x, const std::vector<double>& multipoles,
+                                    const std::vector<double>& missed) const {
+  ResponseMultipoles response;
   if (fields_->has_fixed_degree()) {
-    answer = {1, fields_->one_degree_beyond(multipoles.data(), *team_)};
-    for (double& value : answer.values) value = -value;
+    response = {1, fields_->one_degree_beyond(multipoles.data(), *team_)};
+    for (double& value : response.values) value = -value;
   } else {
-    answer.values.resize(harmonics_size());
+    response.values.resize(harmonics_size());
   }
-  const std::vector<int> start = starts(sites_, answer.beyond);
+  const std::vector<int> start = starts(sites_, response.extra_degrees);
   for (std::size_t i = 0; i < sites_.size(); ++i)
     for (int l = 0, k = 0; l <= sites_[i].degree; ++l)
       for (const double factor = sites_[i].radius * scale(i, l); k < harmonics(l); ++k)
-        answer.values[start[i] + k] = (x[start_[i] + k] - missed[start_[i] + k]) / factor;
-  return answer;
+        response.values[start[i] + k] = (x[start_[i] + k] - missed[start_[i] + k]) / factor;
+  return response;
 }
 
 void System::add_reflected_forces(const double* multipoles, SphereSolution& solution) const {
@@ -219,16 +223,16 @@ SphereSolution System::results(const std::vector<double>& x) const {
   std::vector<double> y(size()), missed = right_hand_side();
   apply(x.data(), y.data());
   for (int k = 0; k < size(); ++k) missed[k] = y[k] - missed[k];
-  solution.group_potential = given_.potentials(missed.data());
-  solution.coupling_charge = given_.carried(x.data());
+  solution.group_potential = constraints_.potentials(missed.data());
+  solution.coupling_charge = constraints_.carried(x.data());
   if (!problem_.has_ground()) {
     double mean = 0;
     for (const Sphere& sphere : problem_.spheres) mean += solution.group_potential[sphere.group] / sites_.size();
     for (double& value : solution.group_potential) value -= mean;
   }
   const std::vector<double> a = multipoles(x.data());
-  add_charges_and_forces(problem_, sites_, a, answer(x, a, missed), wall_, solution);
-  add_tail_forces(x.data(), a.data(), solution);
+  add_charges_and_forces(problem_, sites_, a, response(x, a, missed), wall_, solution);
+  add_correction_forces(x.data(), a.data(), solution);
   add_reflected_forces(a.data(), solution);
   return solution;
 }

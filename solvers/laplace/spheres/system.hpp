@@ -5,11 +5,11 @@
 #include <span>
 
 #include "solvers/laplace/spheres/cell_field.hpp"
+#include "solvers/laplace/spheres/charge_constraints.hpp"
 #include "solvers/laplace/spheres/charges_and_dipoles.hpp"
 #include "solvers/laplace/spheres/close_pairs.hpp"
 #include "solvers/laplace/spheres/far_field.hpp"
-#include "solvers/laplace/spheres/first_guess.hpp"
-#include "solvers/laplace/spheres/given_charges.hpp"
+#include "solvers/laplace/spheres/initial_guess.hpp"
 #include "solvers/laplace/spheres/reflections.hpp"
 
 namespace lichtenberg::laplace::spheres {
@@ -23,7 +23,7 @@ struct WallPotential {
   double at(Vec3 p) const { return constant + dot(slope, p); }
 };
 
-struct Answer;
+struct ResponseMultipoles;
 
 /// Fields of the spheres' multipoles at the spheres and at points. Near images act directly. All others act pair by
 /// pair for few spheres, otherwise cell by cell.
@@ -58,19 +58,19 @@ class Fields {
   FarImages far_images(double target_radius, double accuracy) const;
   void choose_degrees(const SphereProblem& problem, const std::vector<NearPair>& pairs, parallel::Team& team);
   /// Degree that the neighbours of a sphere require.
-  struct Wanted {
+  struct RequiredDegree {
     double degree = 0;
     double possible = 0;  ///< Accuracy for which the largest degree suffices
     void raise(double to, double possible_then);
   };
   void choose_reflecting(const SphereProblem& problem, const std::vector<NearPair>& lopsided,
-                         std::vector<Wanted>& wanted);
+                         std::vector<RequiredDegree>& required);
   std::vector<NearPair> narrow_gaps(const SphereProblem& problem, const std::vector<NearPair>& pairs,
-                                    const std::vector<NearPair>& lopsided, std::vector<Wanted>& wanted);
-  void take(const std::vector<Wanted>& wanted);
+                                    const std::vector<NearPair>& lopsided, std::vector<RequiredDegree>& required);
+  void set_degrees(const std::vector<RequiredDegree>& required);
   template <class T>
   void add_reflections(const T* multipoles, T* local) const;
-  bool is_enough_for(const NearPair& pair) const;
+  bool suffices_for(const NearPair& pair) const;
 
   Mirrors mirrors_;
   double accuracy_;
@@ -90,7 +90,7 @@ class Fields {
 /// Linear system. With x = sqrt(R) a the operator x + sqrt(R) b is symmetric, and 2 pi eps x.(x + sqrt(R) b) is the
 /// energy of the charges on the spheres, which is positive. A fixed group has its potential, a floating one its charge.
 /// CG iterates among the x that keep given charges; the groups' potentials are the Lagrange multipliers
-/// (given_charges.hpp). On a dielectric a = -beta b (l > 0), beta = (k - 1) l / ((k + 1) l + 1) for a relative
+/// (charge_constraints.hpp). On a dielectric a = -beta b (l > 0), beta = (k - 1) l / ((k + 1) l + 1) for a relative
 /// permittivity k, and x = sqrt(R / beta) a; beta is 1 on a conductor.
 class System {
  public:
@@ -99,16 +99,16 @@ class System {
   System(const SphereProblem& problem, const SphereOptions& options, parallel::Team& team, const System* past);
 
   /// Number of unknowns: harmonics of all spheres, one amplitude per close pair, one unknown per coupling.
-  int size() const { return first_coupling() + given_.coupling_count(); }
+  int size() const { return first_coupling() + constraints_.coupling_count(); }
   /// Applies the operator x -> x + sqrt(R beta) b. `T`: double, or Lanes for eight x at once.
   template <class T>
   void apply(const T* x, T* y) const;
   /// Removes the part that changes given charges.
-  void project(double* x) const { given_.project(x); }
+  void project(double* x) const { constraints_.project(x); }
   /// Replaces x by an approximate inverse image under apply, within the range of project.
   void precondition(double* x) const;
   /// Makes the given charges exact.
-  void settle(double* x) const { given_.settle(x); }
+  void enforce_charges(double* x) const { constraints_.enforce_charges(x); }
   /// Returns an initial guess with the given charges: a corrected linear combination of past solutions, if any;
   /// `noise`: their relative error.
   std::vector<double> start(const History& history = {}, double noise = 0) const;
@@ -125,7 +125,7 @@ class System {
   const std::vector<Site>& sites() const { return fields_->sites(); }
   const Fields& fields() const { return *fields_; }
   /// Returns a history entry with a solution and the groups' potentials (V).
-  Past past(const std::vector<double>& x, const std::vector<double>& group_potential) const;
+  PastSolution past(const std::vector<double>& x, const std::vector<double>& group_potential) const;
   const WallPotential& wall() const { return wall_; }
   /// Returns the multipoles a of x, in the layout of the sites.
   template <class T>
@@ -143,11 +143,11 @@ class System {
   template <class T>
   void add_close_pairs(const T* x, const T* multipoles, T* y) const;
   void add_reflected_forces(const double* multipoles, SphereSolution& solution) const;
-  void add_tail_forces(const double* x, const double* multipoles, SphereSolution& solution) const;
-  Answer answer(const std::vector<double>& x, const std::vector<double>& multipoles,
-                const std::vector<double>& missed) const;
+  void add_correction_forces(const double* x, const double* multipoles, SphereSolution& solution) const;
+  ResponseMultipoles response(const std::vector<double>& x, const std::vector<double>& multipoles,
+                              const std::vector<double>& missed) const;
   std::vector<double> wall_at_sites() const;
-  Wanted wanted(const std::vector<Given>& given) const;
+  SolveTarget target(const std::vector<ChargeConstraint>& constraints) const;
 
   SphereProblem problem_;
   Mirrors mirrors_;
@@ -156,7 +156,7 @@ class System {
   const std::vector<Site>& sites_;
   std::vector<int> start_;
   parallel::Team* team_;
-  GivenCharges given_;
+  ChargeConstraints constraints_;
   std::shared_ptr<const ChargesAndDipoles> charges_and_dipoles_;  ///< Null if not used
   std::optional<ConstrainedCharges> coarse_;
 };

@@ -5,12 +5,13 @@
 
 namespace lichtenberg::laplace::spheres {
 
-void Ways::set(int lane, Vec3 way) {
-  const double across = std::sqrt(way.x * way.x + way.y * way.y), d = norm(way);
-  cos_polar[lane] = way.z / d;
+void PairDirections::set(int lane, Vec3 displacement) {
+  const double across = std::sqrt(displacement.x * displacement.x + displacement.y * displacement.y),
+               d = norm(displacement);
+  cos_polar[lane] = displacement.z / d;
   sin_polar[lane] = across / d;
-  cos_azimuth[lane] = across > 0 ? way.x / across : 1;
-  sin_azimuth[lane] = across > 0 ? way.y / across : 0;
+  cos_azimuth[lane] = across > 0 ? displacement.x / across : 1;
+  sin_azimuth[lane] = across > 0 ? displacement.y / across : 0;
 }
 
 namespace {
@@ -115,26 +116,27 @@ void Translation::shift_along_axis(const Shift& shift, const Lanes* from, Lanes*
 }
 
 template <class AlongAxis>
-void Translation::in_axis_frame(const Ways& ways, int source_degree, int target_degree, Lanes* value, Lanes* scratch,
-                                AlongAxis along) const {
-  turn_about_z(ways.cos_azimuth, -ways.sin_azimuth, source_degree, value);
+void Translation::in_axis_frame(const PairDirections& directions, int source_degree, int target_degree, Lanes* value,
+                                Lanes* scratch, AlongAxis along) const {
+  turn_about_z(directions.cos_azimuth, -directions.sin_azimuth, source_degree, value);
   quarter_turn(source_degree, value, scratch);
-  turn_about_z(-ways.cos_polar, ways.sin_polar, source_degree, scratch);
+  turn_about_z(-directions.cos_polar, directions.sin_polar, source_degree, scratch);
   quarter_turn(source_degree, scratch, value);
   along(value, scratch);
   quarter_turn(target_degree, scratch, value);
-  turn_about_z(-ways.cos_polar, -ways.sin_polar, target_degree, value);
+  turn_about_z(-directions.cos_polar, -directions.sin_polar, target_degree, value);
   quarter_turn(target_degree, value, scratch);
-  turn_about_z(-ways.cos_azimuth, -ways.sin_azimuth, target_degree, scratch);
+  turn_about_z(-directions.cos_azimuth, -directions.sin_azimuth, target_degree, scratch);
   std::copy(scratch, scratch + harmonics(target_degree), value);
 }
 
-void Translation::apply(const Ways& ways, int source_degree, int target_degree, Lanes* value, Lanes* scratch) const {
-  in_axis_frame(ways, source_degree, target_degree, value, scratch,
+void Translation::apply(const PairDirections& directions, int source_degree, int target_degree, Lanes* value,
+                        Lanes* scratch) const {
+  in_axis_frame(directions, source_degree, target_degree, value, scratch,
                 [&](const Lanes* from, Lanes* to) { along_axis(source_degree, target_degree, from, to); });
 }
 
-void Translation::in_pair_frame(const Ways& ways, int degree, const double* factor, Lanes* value,
+void Translation::in_pair_frame(const PairDirections& directions, int degree, const double* factor, Lanes* value,
                                 Lanes* scratch) const {
   const int side = degree + 1;
   const auto multiply = [&](const Lanes* from, Lanes* to) {
@@ -148,11 +150,11 @@ void Translation::in_pair_frame(const Ways& ways, int degree, const double* fact
         if (m > 0) to[at(t, -m)] = half_turn * sine;
       }
   };
-  in_axis_frame(ways, degree, degree, value, scratch, multiply);
+  in_axis_frame(directions, degree, degree, value, scratch, multiply);
 }
 
-void Translation::shift(const Ways& ways, const Shift& shift, Lanes* value, Lanes* scratch) const {
-  in_axis_frame(ways, shift.degree, shift.new_degree, value, scratch,
+void Translation::shift(const PairDirections& directions, const Shift& shift, Lanes* value, Lanes* scratch) const {
+  in_axis_frame(directions, shift.degree, shift.new_degree, value, scratch,
                 [&](const Lanes* from, Lanes* to) { shift_along_axis(shift, from, to); });
 }
 

@@ -23,7 +23,7 @@ template <class Executor>
 class ChargeSums {
  public:
   ChargeSums(const Executor& run, const MeshTables& tables)
-      : run_(&run), tables_(tables), mesh_(run, tables), felt_(run), force_(run), totals_(run) {
+      : run_(&run), tables_(tables), mesh_(run, tables), field_at_source_(run), force_(run), totals_(run) {
     totals_.resize(1);
   }
 
@@ -34,34 +34,36 @@ class ChargeSums {
   const MeshTables& tables() const { return tables_; }
 
   /// Allocates the results of n charges.
-  void make_room(int n) {
+  void resize_results(int n) {
     if (n != n_) {
-      felt_.resize(n);
+      field_at_source_.resize(n);
       force_.resize(n);
-      felt_.zero(), force_.zero();  // Grains are sorted together with these arrays before the first evaluation
+      field_at_source_.zero(),
+          force_.zero();  // Grains are sorted together with these arrays before the first evaluation
     }
     n_ = n;
   }
   /// Prepares sums for n charges that are sorted by cells and move by at most `moved` before the next sorting.
   void arrange(int n, const CellsView& cells, double moved) {
-    make_room(n);
+    resize_results(n);
     mesh_.arrange(n, cells, moved);
   }
   /// Computes fields, and potentials and energy if `potentials`. Partners beyond the cut-off do not change the result.
-  void evaluate(const Charged* charges, const TableView& partners, bool potentials) {
+  void evaluate(const PointCharge* charges, const TableView& partners, bool potentials) {
     // Spreading occupies the whole device; transforms do not, so the near part runs concurrently with them.
     mesh_.template spread<Kind::charges>(charges);
-    run_->beside([&] { mesh_.solve(); },
-                 [&] {
-                   totals_.zero();
-                   compute_near<Kind::charges>(*run_, tables_.near,
-                                               {n_, partners, charges, nullptr, felt_.data(), nullptr}, potentials);
-                 });
-    mesh_.template gather<Kind::charges>({charges, nullptr, felt_.data(), nullptr}, totals_.data());
+    run_->run_concurrently([&] { mesh_.solve(); },
+                           [&] {
+                             totals_.zero();
+                             compute_near<Kind::charges>(
+                                 *run_, tables_.near,
+                                 {n_, partners, charges, nullptr, field_at_source_.data(), nullptr}, potentials);
+                           });
+    mesh_.template gather<Kind::charges>({charges, nullptr, field_at_source_.data(), nullptr}, totals_.data());
   }
   /// Like evaluate above, for charges with dipoles; also computes the forces.
-  void evaluate(const Charged* charges, const Moment* moments, const TableView& partners) {
-    run_->beside(
+  void evaluate(const PointCharge* charges, const Moment* moments, const TableView& partners) {
+    run_->run_concurrently(
         [&] {
           mesh_.template spread<Kind::multipoles>(charges, moments);
           mesh_.solve();
@@ -69,13 +71,13 @@ class ChargeSums {
         [&] {
           totals_.zero();
           compute_near<Kind::multipoles>(*run_, tables_.multipoles,
-                                         {n_, partners, charges, moments, felt_.data(), force_.data()});
+                                         {n_, partners, charges, moments, field_at_source_.data(), force_.data()});
         });
-    mesh_.template gather<Kind::multipoles>({charges, moments, felt_.data(), force_.data()}, totals_.data());
+    mesh_.template gather<Kind::multipoles>({charges, moments, field_at_source_.data(), force_.data()}, totals_.data());
   }
   /// Overwrites `field` with that of the dipoles alone.
-  void dipole_field(const Charged* charges, const Moment* moments, const TableView& partners, Felt* field) {
-    run_->beside(
+  void dipole_field(const PointCharge* charges, const Moment* moments, const TableView& partners, FieldSample* field) {
+    run_->run_concurrently(
         [&] {
           mesh_.template spread<Kind::dipoles>(charges, moments);
           mesh_.solve();
@@ -84,17 +86,18 @@ class ChargeSums {
     mesh_.template gather<Kind::dipoles>({charges, moments, field, nullptr}, nullptr);
   }
   /// Overwrites `field` with the near part of the dipoles' field alone.
-  void near_dipole_field(const Charged* charges, const Moment* moments, const TableView& partners, Felt* field) {
+  void near_dipole_field(const PointCharge* charges, const Moment* moments, const TableView& partners,
+                         FieldSample* field) {
     compute_near<Kind::dipoles>(*run_, tables_.multipoles, {n_, partners, charges, moments, field, nullptr});
   }
-  Felt* felt() const { return felt_.data(); }
+  FieldSample* field_at_source() const { return field_at_source_.data(); }
   /// Forces on charges with dipoles. The component `potential` is the share of the source in the subtracted net force,
   /// whose total is Totals::square.
-  Felt* force() const { return force_.data(); }
+  FieldSample* force() const { return force_.data(); }
   const Totals* totals() const { return totals_.data(); }
   Totals* totals_to_change() const { return totals_.data(); }
-  std::vector<Felt> download_felt() const { return felt_.download(); }
-  std::vector<Felt> download_force() const { return force_.download(); }
+  std::vector<FieldSample> download_fields() const { return field_at_source_.download(); }
+  std::vector<FieldSample> download_force() const { return force_.download(); }
   Totals download_totals() const { return totals_.download().front(); }
 
  private:
@@ -102,7 +105,7 @@ class ChargeSums {
   MeshTables tables_;
   MeshPart<Executor> mesh_;
   int n_ = 0;
-  parallel::Array<Felt, Executor> felt_, force_;
+  parallel::Array<FieldSample, Executor> field_at_source_, force_;
   parallel::Array<Totals, Executor> totals_;
 };
 
@@ -117,7 +120,7 @@ class DeviceMeshOn final : public DeviceMesh {
         table_(*run_),
         unsorted_(*run_),
         charges_(*run_),
-        loose_(*run_),
+        unsorted_moments_(*run_),
         moments_(*run_) {}
 
   void evaluate(const Sources& sources, std::span<const Pair>, parallel::Team&, Response& response) override {
@@ -127,7 +130,7 @@ class DeviceMeshOn final : public DeviceMesh {
       sums_.evaluate(charges_.data(), moments_.data(), table_.view());
     else
       sums_.evaluate(charges_.data(), table_.view(), true);
-    const std::vector<Felt> felt = sums_.download_felt(), force = sums_.download_force();
+    const std::vector<FieldSample> field_at_source = sums_.download_fields(), force = sums_.download_force();
     const Totals totals = sums_.download_totals();
     const std::vector<int> order = downloaded_order(sources.size());
     const double back = 1 / scale_, square = totals.square > 0 ? totals.square : 1;
@@ -139,13 +142,15 @@ class DeviceMeshOn final : public DeviceMesh {
     response.force.resize(3 * n);
     for (std::size_t s = 0; s < n; ++s) {
       const int i = order[s];
-      const double charge = scale_ * sources.charge[i], field[3] = {felt[s].x, felt[s].y, felt[s].z},
-                   pushed[3] = {force[s].x, force[s].y, force[s].z};
-      response.potential[i] = back * (felt[s].potential + background);
+      const double charge = scale_ * sources.charge[i],
+                   field[3] = {field_at_source[s].x, field_at_source[s].y, field_at_source[s].z},
+                   net_force[3] = {force[s].x, force[s].y, force[s].z};
+      response.potential[i] = back * (field_at_source[s].potential + background);
       for (int k = 0; k < 3; ++k) {
         response.field[3 * i + k] = back * field[k];
         response.force[3 * i + k] =
-            back * back * (dipoles ? pushed[k] - force[s].potential * off[k] : charge * (field[k] - charge * off[k]));
+            back * back *
+            (dipoles ? net_force[k] - force[s].potential * off[k] : charge * (field[k] - charge * off[k]));
       }
     }
     response.energy = back * back * (totals.energy + 0.5 * background * totals.charge);
@@ -155,13 +160,13 @@ class DeviceMeshOn final : public DeviceMesh {
 
   void dipole_field(const Sources& sources, std::span<const Pair>, parallel::Team&, std::span<double> field) override {
     arrange(sources, 0);
-    parallel::Array<Felt, Executor> found(*run_);
+    parallel::Array<FieldSample, Executor> found(*run_);
     found.resize(sources.size());
     sums_.dipole_field(charges_.data(), moments_.data(), table_.view(), found.data());
-    const std::vector<Felt> felt = found.download();
+    const std::vector<FieldSample> field_at_source = found.download();
     const std::vector<int> order = downloaded_order(sources.size());
     for (std::size_t s = 0; s < order.size(); ++s) {
-      const double of[3] = {felt[s].x, felt[s].y, felt[s].z};
+      const double of[3] = {field_at_source[s].x, field_at_source[s].y, field_at_source[s].z};
       for (int k = 0; k < 3; ++k) field[3 * order[s] + k] = of[k] / scale_;
     }
   }
@@ -178,18 +183,19 @@ class DeviceMeshOn final : public DeviceMesh {
     profile.partners = static_cast<double>(table_.entries()) / sources.size();
     const MeshTables& tables = sums_.tables();
     const int n = sources.size();
-    parallel::Array<Felt, Executor> felt(*run_);
-    felt.resize(n);
+    parallel::Array<FieldSample, Executor> field_at_source(*run_);
+    field_at_source.resize(n);
     parallel::Array<Totals, Executor> totals(*run_);
     totals.resize(1);
     profile.near = timed([&] {
       compute_near<Kind::charges>(*run_, tables.near,
-                                  {n, table_.view(), charges_.data(), nullptr, felt.data(), nullptr}, false);
+                                  {n, table_.view(), charges_.data(), nullptr, field_at_source.data(), nullptr}, false);
     });
     profile.spread = timed([&] { sums_.mesh().template spread<Kind::charges>(charges_.data()); });
     profile.transforms = timed([&] { sums_.mesh().solve(); });
     profile.gather = timed([&] {
-      sums_.mesh().template gather<Kind::charges>({charges_.data(), nullptr, felt.data(), nullptr}, totals.data());
+      sums_.mesh().template gather<Kind::charges>({charges_.data(), nullptr, field_at_source.data(), nullptr},
+                                                  totals.data());
     });
     typename Executor::Recording forces, potentials;
     profile.forces = timed([&] { run_->run(forces, [&] { sums_.evaluate(charges_.data(), table_.view(), false); }); });
@@ -206,16 +212,16 @@ class DeviceMeshOn final : public DeviceMesh {
     const int n = sources.size();
     upload(sources);
     charges_.resize(n);
-    const Charged* from = unsorted_.data();
-    const Moment* loose = sources.dipole.empty() ? nullptr : loose_.data();
-    if (loose) moments_.resize(n);
-    Charged* to = charges_.data();
+    const PointCharge* from = unsorted_.data();
+    const Moment* unsorted_moments = sources.dipole.empty() ? nullptr : unsorted_moments_.data();
+    if (unsorted_moments) moments_.resize(n);
+    PointCharge* to = charges_.data();
     Moment* moments = moments_.data();
     cells_.sort(n, [=] LICHTENBERG_HOST_DEVICE(int i) { return from[i].at; });
     const int* order = cells_.order();
     run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) {
       to[s] = from[order[s]];
-      if (loose) moments[s] = loose[order[s]];
+      if (unsorted_moments) moments[s] = unsorted_moments[order[s]];
     });
     const double half = 0.5 * sources.shortest_length();
     table_.build(n, cells_.view(), lengths, std::min(sums_.cutoff() + skin, half),
@@ -234,18 +240,18 @@ class DeviceMeshOn final : public DeviceMesh {
     for (const double q : sources.charge) largest = std::max(largest, std::abs(q));
     for (const double m : sources.dipole) largest = std::max(largest, std::abs(m));
     scale_ = charge_scale(largest);
-    std::vector<Charged> charged(n);
+    std::vector<PointCharge> charged(n);
     for (int i = 0; i < n; ++i)
-      charged[i] = {{turns(sources.position[3 * i], whole_turn / lengths.x),
-                     turns(sources.position[3 * i + 1], whole_turn / lengths.y),
-                     turns(sources.position[3 * i + 2], whole_turn / lengths.z)},
+      charged[i] = {{fixed_point_coordinate(sources.position[3 * i], units_per_box / lengths.x),
+                     fixed_point_coordinate(sources.position[3 * i + 1], units_per_box / lengths.y),
+                     fixed_point_coordinate(sources.position[3 * i + 2], units_per_box / lengths.z)},
                     static_cast<float>(scale_ * sources.charge[i])};
     unsorted_.upload(charged);
     if (sources.dipole.empty()) return;
     std::vector<Moment> moments(n);
     const auto scaled = [&](int k) { return static_cast<float>(scale_ * sources.dipole[k]); };
     for (int i = 0; i < n; ++i) moments[i] = {scaled(3 * i), scaled(3 * i + 1), scaled(3 * i + 2)};
-    loose_.upload(moments);
+    unsorted_moments_.upload(moments);
   }
   std::vector<int> downloaded_order(int n) const {
     std::vector<int> order(n);
@@ -257,8 +263,8 @@ class DeviceMeshOn final : public DeviceMesh {
   ChargeSums<Executor> sums_;
   CellGrid<Executor> cells_;
   NeighbourTable<Executor> table_;
-  parallel::Array<Charged, Executor> unsorted_, charges_;
-  parallel::Array<Moment, Executor> loose_, moments_;
+  parallel::Array<PointCharge, Executor> unsorted_, charges_;
+  parallel::Array<Moment, Executor> unsorted_moments_, moments_;
   double scale_ = 1;
 };
 

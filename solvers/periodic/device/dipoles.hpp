@@ -45,7 +45,7 @@ struct ExactPair {
 struct DipoleSolve {
   double goal = 0,
          square = 0;  ///< Squared norm of the residual; during sweeps over near dipoles, of the last change over A
-  double step = 0, turn = 0;
+  double step = 0, beta = 0;
   double before = INFINITY;       ///< Squared norm of the residual at the last evaluation of this solve
   std::int64_t applications = 0;  ///< Total number of applications of T in the run
   int go = 0, correct = 0, changed = 0;
@@ -60,14 +60,14 @@ constexpr int dipole_history = 4;
 struct DipoleGrain {
   Vec3 dipole;
   Vec3 earlier[dipole_history];
-  Felt force;
+  FieldSample force;
 };
 
 /// Device pointers to the arrays of DipoleGrain.
 struct DipoleArrays {
   Vec3* dipole;
   Vec3* earlier[dipole_history];
-  Felt* force;
+  FieldSample* force;
 
   LICHTENBERG_HOST_DEVICE DipoleGrain take(int i) const {
     DipoleGrain grain{.dipole = dipole[i], .earlier = {}, .force = force[i]};
@@ -82,7 +82,7 @@ struct DipoleArrays {
 };
 
 /// Number of elements in part p of n elements.
-struct OfParts {
+struct PartSizes {
   static constexpr int a_part = 256;
   int n;
   LICHTENBERG_HOST_DEVICE int operator()(int p) const { return n - p * a_part < a_part ? n - p * a_part : a_part; }
@@ -148,22 +148,22 @@ class InducedDipolesOn {
     return all;
   }
   /// Address of the dipoles, for recorded kernels.
-  const void* place() const { return dipole_.data(); }
+  const void* address() const { return dipole_.data(); }
 
   /// Computes the dipoles of the next step, from the predictor's initial guess; `scale`: of `charges`. If *go is 0
   /// there is no next step, and the dipoles stay unchanged.
-  void follow(const Charged* charges, const double* scale, const TableView& partners, const int* go) {
+  void follow(const PointCharge* charges, const double* scale, const TableView& partners, const int* go) {
     predict(go);
     solve(charges, scale, partners, go);
     finish(scale, dipole_history, go);
   }
   /// Computes the dipoles of the same step again, with other charges.
-  void follow_charges(const Charged* charges, const double* scale, const TableView& partners) {
+  void follow_charges(const PointCharge* charges, const double* scale, const TableView& partners) {
     solve(charges, scale, partners, nullptr);
     finish(scale, 1, nullptr);
   }
   /// Computes fields and forces for the present dipoles, without solving.
-  void evaluate(const Charged* charges, const double* scale, const TableView& partners) {
+  void evaluate(const PointCharge* charges, const double* scale, const TableView& partners) {
     take(scale);
     sums_->evaluate(charges, moments_.data(), partners);
     finish(scale, 0, nullptr);
@@ -209,7 +209,7 @@ class InducedDipolesOn {
   /// evaluation is repeated while this reduces it considerably. If it does not, conjugate gradients follow, with 1/A as
   /// the inverse preconditioner. The tolerance is relative to the field of charges and dipoles. If *go is 0 the initial
   /// guess is accepted.
-  void solve(const Charged* charges, const double* scale, const TableView& partners, const int* go) {
+  void solve(const PointCharge* charges, const double* scale, const TableView& partners, const int* go) {
     take(scale);
     sums_->evaluate(charges, moments_.data(), partners);
     begin(go);
@@ -222,7 +222,7 @@ class InducedDipolesOn {
     });
     run_->repeat_while(&solve->go, [&] {
       sums_->dipole_field(charges, moments_.data(), partners, field_.data());
-      turn();
+      find_step();
       go_on();
     });
     run_->when(&solve->changed, [&] { sums_->evaluate(charges, moments_.data(), partners); });
@@ -230,10 +230,10 @@ class InducedDipolesOn {
   /// Performs one sweep: the correction d becomes A r + A T d, with T for near dipoles only. The change of d over A is
   /// the remaining residual of the near system. If it does not decrease the series diverges, and the present correction
   /// is accepted as an initial guess.
-  void sweep(const Charged* charges, const TableView& partners) {
+  void sweep(const PointCharge* charges, const TableView& partners) {
     constexpr int most = 8;
     sums_->near_dipole_field(charges, moments_.data(), partners, field_.data());
-    const Felt* field = field_.data();
+    const FieldSample* field = field_.data();
     const Vec3* residual = residual_.data();
     Vec3* direction = direction_.data();
     Moment* moments = moments_.data();
@@ -266,14 +266,14 @@ class InducedDipolesOn {
     });
   }
   void begin(const int* wanted) {
-    const Felt* felt = sums_->felt();
+    const FieldSample* field_at_source = sums_->field_at_source();
     Vec3 *scaled = scaled_.data(), *residual = residual_.data(), *direction = direction_.data();
     Moment* moments = moments_.data();
     DipoleSolve* solve = solve_.data();
     const double a = polarizability_, tolerance2 = tolerance_ * tolerance_;
     sum(
         [=] LICHTENBERG_HOST_DEVICE(int s) {
-          const Vec3 e{felt[s].x, felt[s].y, felt[s].z}, r = e - (1 / a) * scaled[s];
+          const Vec3 e{field_at_source[s].x, field_at_source[s].y, field_at_source[s].z}, r = e - (1 / a) * scaled[s];
           residual[s] = r, direction[s] = a * r, moments[s] = moment(a * r);
           return ExactPair{ExactSum::of(norm2(r)), ExactSum::of(norm2(e))};
         },
@@ -288,8 +288,8 @@ class InducedDipolesOn {
         });
   }
   /// Computes the step length along the direction p, given T p.
-  void turn() {
-    const Felt* field = field_.data();
+  void find_step() {
+    const FieldSample* field = field_.data();
     const Vec3* direction = direction_.data();
     DipoleSolve* solve = solve_.data();
     const double a = polarizability_;
@@ -306,7 +306,7 @@ class InducedDipolesOn {
   }
   void go_on() {
     constexpr int most = 100;
-    const Felt* field = field_.data();
+    const FieldSample* field = field_.data();
     Vec3 *scaled = scaled_.data(), *residual = residual_.data(), *direction = direction_.data();
     Moment* moments = moments_.data();
     DipoleSolve* solve = solve_.data();
@@ -321,13 +321,13 @@ class InducedDipolesOn {
         },
         [=] LICHTENBERG_HOST_DEVICE(const ExactPair& all) {
           const double now = all.first.value();
-          solve->turn = now / solve->square, solve->square = now;
+          solve->beta = now / solve->square, solve->square = now;
           ++solve->iterations, ++solve->applications;
           solve->go = now > solve->goal && !solve->unstable;
           if (solve->go && solve->iterations == most) solve->go = 0, solve->unsolved = 1;
         });
     run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) {
-      direction[s] = a * residual[s] + solve->turn * direction[s];
+      direction[s] = a * residual[s] + solve->beta * direction[s];
       moments[s] = moment(solve->go ? direction[s] : scaled[s]);
     });
   }
@@ -340,9 +340,9 @@ class InducedDipolesOn {
     DipoleSolve* solve = solve_.data();
     double* energy = &sums_->totals_to_change()->energy;
     const double a = polarizability_;
-    run_->sum_segments((n_ + OfParts::a_part - 1) / OfParts::a_part, parts(),
+    run_->sum_segments((n_ + PartSizes::a_part - 1) / PartSizes::a_part, parts(),
                        [=] LICHTENBERG_HOST_DEVICE(int p, int t) {
-                         const int s = p * OfParts::a_part + t;
+                         const int s = p * PartSizes::a_part + t;
                          all.dipole[s] = (1 / *scale) * scaled[s];
                          if (known > 0) all.earlier[0][s] = all.dipole[s];
                          if (s == 0 && solve->known < known && (!go || *go)) ++solve->known;
@@ -358,7 +358,7 @@ class InducedDipolesOn {
   }
 
  private:
-  OfParts parts() const { return {n_}; }
+  PartSizes parts() const { return {n_}; }
 
   DipoleArrays arrays() const {
     return {dipole_.data(),
@@ -379,7 +379,7 @@ class InducedDipolesOn {
   std::array<Array<Vec3>, dipole_history> earlier_{Array<Vec3>(*run_), Array<Vec3>(*run_), Array<Vec3>(*run_),
                                                    Array<Vec3>(*run_)};
   Array<Vec3> scaled_{*run_}, residual_{*run_}, direction_{*run_};
-  Array<Felt> field_{*run_};
+  Array<FieldSample> field_{*run_};
   Array<Moment> moments_{*run_};
   Array<DipoleGrain> spare_{*run_};
   Array<DipoleSolve> solve_{*run_};

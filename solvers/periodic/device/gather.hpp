@@ -21,22 +21,23 @@ struct Curvature {
   }
 };
 
-/// Adds the mesh's field and potential at charges (or at dipoles alone) to `felt`, without those of their own clouds.
-/// For charges with dipoles it also adds the force. One block handles a tile, one thread a plane of a charge's points.
+/// Adds the mesh's field and potential at charges (or at dipoles alone) to `field_at_source`, without those of their
+/// own clouds. For charges with dipoles it also adds the force. One block handles a tile, one thread a plane of a
+/// charge's points.
 template <int order, Kind kind>
 struct Gather {
   static constexpr bool forces = kind == Kind::multipoles;
   static constexpr int batch = (forces ? 512 : 1024) / order;  ///< Number of charges whose weights are stored at a time
   Tiles tiles;
   Weigher<order> window;
-  const Charged* charges;
+  const PointCharge* charges;
   const float* mesh;
-  Felt* felt;
+  FieldSample* field_at_source;
   Totals* totals;  ///< Receives the totals; null: no totals
-  float over_spacing[3], self, wave[2][3];
+  float inverse_spacing[3], self, wave[2][3];
   const Moment* moments;
-  Felt* force;
-  float self_field, over_apart2;
+  FieldSample* force;
+  float self_field, inverse_separation2;
 
   struct Weights {
     float weight[3][order], slope[3][order];
@@ -44,22 +45,23 @@ struct Gather {
     int at[3];
   };
   /// Slopes of the potential per spacing, and the potential; second derivatives if forces are requested.
-  struct Nothing {};
-  struct alignas(forces ? 4 : 16) Part : std::conditional_t<forces, Curvature, Nothing> {
+  struct NoCurvature {};
+  struct alignas(forces ? 4 : 16) PotentialTerms : std::conditional_t<forces, Curvature, NoCurvature> {
     float x = 0, y = 0, z = 0, potential = 0;
 
-    LICHTENBERG_HOST_DEVICE void operator+=(const Part& o) {
+    LICHTENBERG_HOST_DEVICE void operator+=(const PotentialTerms& o) {
       if constexpr (forces) Curvature::operator+=(o);
       x += o.x, y += o.y, z += o.z, potential += o.potential;
     }
   };
   static std::size_t bytes(const Tiles& tiles) {
-    return sizeof(float) * tiles.region() + batch * (sizeof(Weights) + order * sizeof(Part)) + alignof(Felt);
+    return sizeof(float) * tiles.region() + batch * (sizeof(Weights) + order * sizeof(PotentialTerms)) +
+           alignof(FieldSample);
   }
 
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int tile) const {
-    Part* parts = block.template memory<Part>();
+    PotentialTerms* parts = block.template memory<PotentialTerms>();
     Weights* weights = reinterpret_cast<Weights*>(parts + batch * order);
     float* local = reinterpret_cast<float*>(weights + batch);
     const int from[3] = {tiles.low(tile, 0), tiles.low(tile, 1), tiles.low(tile, 2)};
@@ -72,7 +74,7 @@ struct Gather {
       block.each(3 * now, [&](int k) { weigh(weights[k / 3], k % 3, charges[tiles.charge[first + k / 3]], from); });
       block.each(now * order, [&](int k) { parts[k] = plane(weights[k / order], k % order, local); });
       block.each(now, [&](int k) {
-        Part all;
+        PotentialTerms all;
         LICHTENBERG_UNROLL(8)
         for (int a = 0; a < order; ++a) all += parts[k * order + a];
         add(tiles.charge[first + k], all, sum);
@@ -82,7 +84,7 @@ struct Gather {
   }
 
  private:
-  LICHTENBERG_HOST_DEVICE void weigh(Weights& to, int axis, const Charged& of, const int* from) const {
+  LICHTENBERG_HOST_DEVICE void weigh(Weights& to, int axis, const PointCharge& of, const int* from) const {
     const OnMesh at(axis == 0 ? of.at.x : axis == 1 ? of.at.y : of.at.z, tiles.points[axis]);
     float weight[order], slope[order];
     window.weights(at.from_middle, weight, slope);
@@ -92,7 +94,7 @@ struct Gather {
     to.at[axis] = tiles.local(at.point, from[axis], axis);
   }
   /// Sums over the a-th plane of a charge's points.
-  LICHTENBERG_HOST_DEVICE Part plane(const Weights& of, int a, const float* local) const {
+  LICHTENBERG_HOST_DEVICE PotentialTerms plane(const Weights& of, int a, const float* local) const {
     const int from = tiles.wrapped(of.at[0] + a, 0) * tiles.size[1], j = of.at[1], l = of.at[2];
     float wz[order], sz[order], cz[order];
     LICHTENBERG_UNROLL(8)
@@ -117,35 +119,35 @@ struct Gather {
       if constexpr (forces) yy += of.curvature[1][b] * value, zz += w * curvature, yz += s * slope;
     }
     const float w = of.weight[0][a], s = of.slope[0][a];
-    Part part;
+    PotentialTerms part;
     if constexpr (forces)
       static_cast<Curvature&>(part) = {of.curvature[0][a] * here, w * yy, w * zz, w * yz, s * z, s * y};
     part.x = s * here, part.y = w * y, part.z = w * z, part.potential = w * here;
     return part;
   }
-  LICHTENBERG_HOST_DEVICE SelfTerm<float> own(std::uint32_t place, int axis) const {
+  LICHTENBERG_HOST_DEVICE SelfTerm<float> own(std::uint32_t coordinate, int axis) const {
     constexpr float pi = 3.14159265f;
-    const float u = OnMesh(place, tiles.points[axis]).from_middle;
+    const float u = OnMesh(coordinate, tiles.points[axis]).from_middle;
     float sine = 0, cosine = 0;
 #ifdef __CUDA_ARCH__
     sincospif(2 * u, &sine, &cosine);
 #else
     sine = std::sin(2 * pi * u), cosine = std::cos(2 * pi * u);
 #endif
-    return self_term<float>(cosine, -pi * sine, wave[0][axis], wave[1][axis], over_spacing[axis]);
+    return self_term<float>(cosine, -pi * sine, wave[0][axis], wave[1][axis], inverse_spacing[axis]);
   }
   /// Adds -grad of the potential to the field, and -(q grad + mu.grad grad) of it to the force, without the source's
   /// own part (ChargeMesh::own_part).
-  LICHTENBERG_HOST_DEVICE void add(int s, const Part& d, Totals& sum) const {
-    const float* h = over_spacing;
-    const Charged of = charges[s];
-    Felt to = felt[s];
+  LICHTENBERG_HOST_DEVICE void add(int s, const PotentialTerms& d, Totals& sum) const {
+    const float* h = inverse_spacing;
+    const PointCharge of = charges[s];
+    FieldSample to = field_at_source[s];
     if constexpr (kind == Kind::dipoles) {
       const Moment m = moments[s];
       to.x += self_field * m.x - d.x * h[0];
       to.y += self_field * m.y - d.y * h[1];
       to.z += self_field * m.z - d.z * h[2];
-      felt[s] = to;
+      field_at_source[s] = to;
       return;
     }
     const float q = of.charge;
@@ -155,7 +157,7 @@ struct Gather {
     to.z += q * z.half_slope - d.z * h[2];
     to.potential += d.potential - q * (self + x.potential + y.potential + z.potential);
     if constexpr (kind == Kind::charges) {
-      felt[s] = to;
+      field_at_source[s] = to;
       if (totals) sum += terms_of(of, to);
     }
     if constexpr (forces) {
@@ -163,12 +165,12 @@ struct Gather {
       const float mx = m.x * h[0], my = m.y * h[1], mz = m.z * h[2];
       to.x += self_field * m.x, to.y += self_field * m.y, to.z += self_field * m.z;
       to.potential -= m.x * x.half_slope + m.y * y.half_slope + m.z * z.half_slope;
-      felt[s] = to;
-      Felt& on = force[s];
+      field_at_source[s] = to;
+      FieldSample& on = force[s];
       on.x += q * (q * x.half_slope + 0.5f * x.curvature * m.x) - (q * d.x + d.xx * mx + d.xy * my + d.zx * mz) * h[0];
       on.y += q * (q * y.half_slope + 0.5f * y.curvature * m.y) - (q * d.y + d.xy * mx + d.yy * my + d.yz * mz) * h[1];
       on.z += q * (q * z.half_slope + 0.5f * z.curvature * m.z) - (q * d.z + d.zx * mx + d.yz * my + d.zz * mz) * h[2];
-      sum += terms_of(of, m, to, on, over_apart2);
+      sum += terms_of(of, m, to, on, inverse_separation2);
     }
   }
 };

@@ -93,10 +93,10 @@ class MeshPart {
 
   /// Spreads charges, dipoles (`moments`) alone, or both.
   template <Kind kind>
-  void spread(const Charged* charges, const Moment* moments = nullptr) {
+  void spread(const PointCharge* charges, const Moment* moments = nullptr) {
     with_window([&]<int order>(const Weigher<order>& window) {
       Spread<order, kind> spread{tiles_, window, charges, whole_.data(), unit_, moments, {}};
-      for (int k = 0; k < 3; ++k) spread.over_spacing[k] = tables_.over_spacing[k];
+      for (int k = 0; k < 3; ++k) spread.inverse_spacing[k] = tables_.inverse_spacing[k];
       run_->template for_each_block<512>(tiles_.count(), Spread<order, kind>::bytes(tiles_), spread);
     });
   }
@@ -117,21 +117,21 @@ class MeshPart {
   }
   /// Arrays of sources, and of the fields and forces to add to; `moments` and `force` only with dipoles.
   struct Gathered {
-    const Charged* charges;
+    const PointCharge* charges;
     const Moment* moments;
-    Felt *felt, *force;
+    FieldSample *field_at_source, *force;
   };
   /// Adds to fields, potentials and forces, and to `totals` unless null. The potential excludes that of the
   /// neutralizing background.
   template <Kind kind>
   void gather(const Gathered& to, Totals* totals) {
-    const auto over_apart2 = static_cast<float>(1 / (tables_.reach * tables_.reach));
+    const auto inverse_separation2 = static_cast<float>(1 / (tables_.reach * tables_.reach));
     with_window([&]<int order>(const Weigher<order>& window) {
-      Gather<order, kind> gather{tiles_,     window,       to.charges, real_.data(), to.felt,  totals,
-                                 {},         tables_.self, {},         to.moments,   to.force, tables_.self_field,
-                                 over_apart2};
+      Gather<order, kind> gather{
+          tiles_, window,     to.charges, real_.data(),       to.field_at_source, totals, {}, tables_.self,
+          {},     to.moments, to.force,   tables_.self_field, inverse_separation2};
       for (int k = 0; k < 3; ++k) {
-        gather.over_spacing[k] = tables_.over_spacing[k];
+        gather.inverse_spacing[k] = tables_.inverse_spacing[k];
         gather.wave[0][k] = tables_.wave[0][k], gather.wave[1][k] = tables_.wave[1][k];
       }
       run_->template for_each_block<512>(tiles_.count(), Gather<order, kind>::bytes(tiles_), gather);

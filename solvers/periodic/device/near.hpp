@@ -11,8 +11,8 @@
 namespace lichtenberg::periodic::device {
 
 /// Position and charge of a source on the device; the unit of charge is a power of two, at least the largest charge.
-struct alignas(16) Charged {
-  Turns at;
+struct alignas(16) PointCharge {
+  FixedPointPosition at;
   float charge = 0;
 };
 
@@ -22,20 +22,20 @@ struct alignas(16) Moment {
 };
 
 /// Field and potential at a charge.
-struct alignas(16) Felt {
+struct alignas(16) FieldSample {
   float x = 0, y = 0, z = 0, potential = 0;
 };
 
-/// Accumulator of a `Felt`. Addends are multiples of 2^-31, so that sums up to 2^22 are exact. Their order does not
-/// matter, so results do not depend on the order of lists and threads.
-struct FeltSum {
+/// Accumulator of a `FieldSample`. Addends are multiples of 2^-31, so that sums up to 2^22 are exact. Their order does
+/// not matter, so results do not depend on the order of lists and threads.
+struct FieldSum {
   double x = 0, y = 0, z = 0, potential = 0;
 
-  LICHTENBERG_HOST_DEVICE FeltSum& operator+=(const FeltSum& other) {
+  LICHTENBERG_HOST_DEVICE FieldSum& operator+=(const FieldSum& other) {
     x += other.x, y += other.y, z += other.z, potential += other.potential;
     return *this;
   }
-  friend LICHTENBERG_HOST_DEVICE FeltSum operator+(FeltSum a, const FeltSum& b) { return a += b; }
+  friend LICHTENBERG_HOST_DEVICE FieldSum operator+(FieldSum a, const FieldSum& b) { return a += b; }
 };
 
 /// Rounds to a multiple of 2^-31; small values to a multiple of 2^-30. From 2^-8 on, every float is a multiple of
@@ -60,10 +60,10 @@ struct NearPair {
   float b[4][1];
   bool near;
 
-  LICHTENBERG_HOST_DEVICE NearPair(const NearTable& table, const Turns& at, const Turns& from)
-      : x(table.length[0] * apart(at.x, from.x)),
-        y(table.length[1] * apart(at.y, from.y)),
-        z(table.length[2] * apart(at.z, from.z)) {
+  LICHTENBERG_HOST_DEVICE NearPair(const NearTable& table, const FixedPointPosition& at, const FixedPointPosition& from)
+      : x(table.length[0] * nearest_difference(at.x, from.x)),
+        y(table.length[1] * nearest_difference(at.y, from.y)),
+        z(table.length[2] * nearest_difference(at.z, from.z)) {
     const float r2[1] = {x * x + y * y + z * z}, over[1] = {reciprocal_root(r2[0])};
     near = r2[0] < table.cutoff2;
     screened<first, last>(table.kernels, std::integral_constant<int, terms>{}, r2, over, b);
@@ -74,22 +74,23 @@ struct NearPair {
 
 /// Field and potential of the charge `from` at `at`.
 template <int terms, bool potential>
-LICHTENBERG_HOST_DEVICE FeltSum near_felt(const NearTable& table, const Charged& at, const Charged& from) {
+LICHTENBERG_HOST_DEVICE FieldSum near_charge_field(const NearTable& table, const PointCharge& at,
+                                                   const PointCharge& from) {
   const NearPair<terms, potential ? 0 : 1, 1> pair(table, at.at, from.at);
   const float charge = pair.near ? from.charge : 0;
   const float field = charge * pair.kernel(1);
-  FeltSum felt{on_grid(field * pair.x), on_grid(field * pair.y), on_grid(field * pair.z), 0};
-  if constexpr (potential) felt.potential = on_grid(charge * pair.kernel(0));
-  return felt;
+  FieldSum sum{on_grid(field * pair.x), on_grid(field * pair.y), on_grid(field * pair.z), 0};
+  if constexpr (potential) sum.potential = on_grid(charge * pair.kernel(0));
+  return sum;
 }
 
-/// Accumulator of field, potential and force on a source; exact like FeltSum.
+/// Accumulator of field, potential and force on a source; exact like FieldSum.
 struct ForceSum {
-  FeltSum felt;
+  FieldSum field;
   double x = 0, y = 0, z = 0;
 
   LICHTENBERG_HOST_DEVICE ForceSum& operator+=(const ForceSum& other) {
-    felt += other.felt, x += other.x, y += other.y, z += other.z;
+    field += other.field, x += other.x, y += other.y, z += other.z;
     return *this;
   }
   friend LICHTENBERG_HOST_DEVICE ForceSum operator+(ForceSum a, const ForceSum& b) { return a += b; }
@@ -97,8 +98,8 @@ struct ForceSum {
 
 /// Field of a dipole at another source's position.
 template <int terms>
-LICHTENBERG_HOST_DEVICE FeltSum near_field(const NearTable& table, const Charged& at, const Charged& from,
-                                           const Moment& moment) {
+LICHTENBERG_HOST_DEVICE FieldSum near_field(const NearTable& table, const PointCharge& at, const PointCharge& from,
+                                            const Moment& moment) {
   const NearPair<terms, 1, 2> b(table, at.at, from.at);
   if (!b.near) return {};
   const float along = b.along(moment) * b.kernel(2);
@@ -109,8 +110,8 @@ LICHTENBERG_HOST_DEVICE FeltSum near_field(const NearTable& table, const Charged
 /// Field and potential of a charge with a dipole at another source, and the force on that source, (q + mu.grad) of the
 /// field.
 template <int terms>
-LICHTENBERG_HOST_DEVICE ForceSum near_force(const NearTable& table, const Charged& at, const Moment& mine,
-                                            const Charged& from, const Moment& moment) {
+LICHTENBERG_HOST_DEVICE ForceSum near_force(const NearTable& table, const PointCharge& at, const Moment& mine,
+                                            const PointCharge& from, const Moment& moment) {
   const NearPair<terms, 0, 3> b(table, at.at, from.at);
   if (!b.near) return {};
   const float q = from.charge, along = b.along(moment), my_along = b.along(mine);
@@ -126,7 +127,7 @@ LICHTENBERG_HOST_DEVICE ForceSum near_force(const NearTable& table, const Charge
           on_grid(at.charge * ez + radial * mine.z + across * moment.z + slope * b.z)};
 }
 
-LICHTENBERG_HOST_DEVICE inline Felt rounded(const FeltSum& sum) {
+LICHTENBERG_HOST_DEVICE inline FieldSample rounded(const FieldSum& sum) {
   return {static_cast<float>(sum.x), static_cast<float>(sum.y), static_cast<float>(sum.z),
           static_cast<float>(sum.potential)};
 }
@@ -146,29 +147,29 @@ void with_terms(int terms, Work&& work) {
 struct NearArrays {
   int n;
   TableView partners;
-  const Charged* charges;
+  const PointCharge* charges;
   const Moment* moments;
-  Felt *felt, *force;
+  FieldSample *field_at_source, *force;
 };
 
 template <Kind kind>
-using NearSum = std::conditional_t<kind == Kind::multipoles, ForceSum, FeltSum>;
+using NearSum = std::conditional_t<kind == Kind::multipoles, ForceSum, FieldSum>;
 
 /// Contribution of partner j to source s.
 template <Kind kind, bool potential, int terms>
 LICHTENBERG_HOST_DEVICE NearSum<kind> near_part(const NearTable& table, const NearArrays& of, int s, int j) {
   if constexpr (kind == Kind::charges)
-    return near_felt<terms, potential>(table, of.charges[s], of.charges[j]);
+    return near_charge_field<terms, potential>(table, of.charges[s], of.charges[j]);
   else if constexpr (kind == Kind::dipoles)
     return near_field<terms>(table, of.charges[s], of.charges[j], of.moments[j]);
   else
     return near_force<terms>(table, of.charges[s], of.moments[s], of.charges[j], of.moments[j]);
 }
-LICHTENBERG_HOST_DEVICE inline void store(const NearArrays& to, int s, const FeltSum& sum) {
-  to.felt[s] = rounded(sum);
+LICHTENBERG_HOST_DEVICE inline void store(const NearArrays& to, int s, const FieldSum& sum) {
+  to.field_at_source[s] = rounded(sum);
 }
 LICHTENBERG_HOST_DEVICE inline void store(const NearArrays& to, int s, const ForceSum& sum) {
-  to.felt[s] = rounded(sum.felt);
+  to.field_at_source[s] = rounded(sum.field);
   to.force[s] = rounded({sum.x, sum.y, sum.z, 0});
 }
 

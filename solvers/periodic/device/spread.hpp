@@ -16,11 +16,11 @@ struct Spread {
   static constexpr int batch = 256;  ///< Number of charges whose weights are stored at a time
   Tiles tiles;
   Weigher<order> window;
-  const Charged* charges;
+  const PointCharge* charges;
   int* mesh;
   float unit;
   const Moment* moments = nullptr;
-  float over_spacing[3] = {};
+  float inverse_spacing[3] = {};
 
   static constexpr bool dipoles = kind != Kind::charges;
   static std::size_t bytes(const Tiles& tiles) { return sizeof(int) * tiles.region() + batch * sizeof(Weights); }
@@ -50,14 +50,14 @@ struct Spread {
 
  private:
   LICHTENBERG_HOST_DEVICE void weigh(Weights& to, int axis, int s, const int* from) const {
-    const Charged of = charges[s];
+    const PointCharge of = charges[s];
     const OnMesh at(axis == 0 ? of.at.x : axis == 1 ? of.at.y : of.at.z, tiles.points[axis]);
     float weight[order];
     if constexpr (dipoles) {
       float slope[order];
       window.weights(at.from_middle, weight, slope);
       const Moment m = moments[s];
-      const float factor = over_spacing[axis] * (axis == 0 ? m.x : axis == 1 ? m.y : m.z);
+      const float factor = inverse_spacing[axis] * (axis == 0 ? m.x : axis == 1 ? m.y : m.z);
       LICHTENBERG_UNROLL(8)
       for (int c = 0; c < order; ++c) to.weight[axis][c] = weight[c], to.slope[axis][c] = factor * slope[c];
       if (axis == 0) to.charge = kind == Kind::multipoles ? of.charge : 0;
@@ -93,7 +93,7 @@ struct Spread {
       for (int c = 0; c < order; ++c)
         parallel::add_atomically(
             &row[wraps ? tiles.wrapped(l + c, 2) : l + c],
-            whole(dipoles ? y[b] * z[c] + moved[dipoles ? b : 0] * also[dipoles ? c : 0] : y[b] * z[c]));
+            rounded_to_integer(dipoles ? y[b] * z[c] + moved[dipoles ? b : 0] * also[dipoles ? c : 0] : y[b] * z[c]));
     }
   }
 };

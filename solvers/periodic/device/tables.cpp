@@ -13,8 +13,8 @@ constexpr int highest_order = 7;
 
 std::vector<float> window_of(const Mesh& mesh) {
   std::vector<float> window;
-  for (const std::vector<double>& of_power : window_pieces(mesh.window, mesh.order))
-    for (const double weight : of_power) window.push_back(static_cast<float>(weight));
+  for (const std::vector<double>& coefficients : window_pieces(mesh.window, mesh.order))
+    for (const double weight : coefficients) window.push_back(static_cast<float>(weight));
   return window;
 }
 
@@ -30,16 +30,16 @@ NearTable near_table(const Mesh& mesh, const Cloud& cloud, const std::vector<dou
 MeshTables make_tables(const Mesh& mesh, const Cloud& cloud) {
   checked(mesh, highest_order);  // Throws for unsupported meshes
   checked_cutoff(mesh.lengths, cloud.cutoff);
-  const std::vector<double> of_charges = cloud_polynomial(cloud, Kind::charges),
-                            of_dipoles = cloud_polynomial(cloud, Kind::dipoles);
-  if (of_charges.size() > most_terms)
+  const std::vector<double> charge_polynomial = cloud_polynomial(cloud, Kind::charges),
+                            dipole_polynomial = cloud_polynomial(cloud, Kind::dipoles);
+  if (charge_polynomial.size() > most_terms)
     throw InputError(
         fmt::format("A near part of degree {} is beyond the single precision of a device, which reaches "
                     "an accuracy of 1e-6: it has {} at most.",
-                    of_charges.size() - 1, most_terms - 1));
-  MeshTables tables{.mesh = mesh, .near = near_table(mesh, cloud, of_charges), .window = window_of(mesh)};
-  if (mesh.window == Window::spline && mesh.order >= lowest_dipole_order && of_dipoles.size() <= most_terms)
-    tables.multipoles = near_table(mesh, cloud, of_dipoles);
+                    charge_polynomial.size() - 1, most_terms - 1));
+  MeshTables tables{.mesh = mesh, .near = near_table(mesh, cloud, charge_polynomial), .window = window_of(mesh)};
+  if (mesh.window == Window::spline && mesh.order >= lowest_dipole_order && dipole_polynomial.size() <= most_terms)
+    tables.multipoles = near_table(mesh, cloud, dipole_polynomial);
   const Influence influence = optimal_influence(mesh, cloud);
   const auto waves = waves_from_middle(influence, mesh.order);
   const auto [across, down, up] = mesh.points;
@@ -51,7 +51,7 @@ MeshTables make_tables(const Mesh& mesh, const Cloud& cloud) {
         tables.factor[(static_cast<std::size_t>(x) * down + y) * deep + z] =
             static_cast<float>(influence.factor[(static_cast<std::size_t>(y) * across + x) * deep + z]);
   for (int k = 0; k < 3; ++k) {
-    tables.over_spacing[k] = static_cast<float>(1 / mesh.spacing()[k]);
+    tables.inverse_spacing[k] = static_cast<float>(1 / mesh.spacing()[k]);
     for (int n = 0; n < 2; ++n) tables.wave[n][k] = static_cast<float>(waves[n][k]);
   }
   tables.self = static_cast<float>(cloud.potential(0));

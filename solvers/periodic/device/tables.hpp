@@ -25,7 +25,7 @@ struct MeshTables {
   NearTable multipoles;       ///< Without terms if the mesh does not support dipoles
   std::vector<float> window;  ///< Coefficient of t^d in the c-th weight, at [d * order + c] (Weigher)
   std::vector<float> factor;  ///< Factor of mode (x * points[1] + y) * (points[2] / 2 + 1) + z
-  float over_spacing[3] = {};
+  float inverse_spacing[3] = {};
   float self = 0;         ///< Potential of a unit charge's own cloud
   float self_field = 0;   ///< Field of a unit dipole's own cloud, opposite to the dipole
   double reach = 0;       ///< ChargeMesh::reach

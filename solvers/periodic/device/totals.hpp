@@ -33,18 +33,18 @@ LICHTENBERG_HOST_DEVICE inline double on_fine_grid(double value) {
 }
 
 /// Returns a charge's terms of Totals.
-LICHTENBERG_HOST_DEVICE inline Totals terms_of(const Charged& charge, const Felt& f) {
+LICHTENBERG_HOST_DEVICE inline Totals terms_of(const PointCharge& charge, const FieldSample& f) {
   const double q = charge.charge;
   return {on_fine_grid(q * f.x), on_fine_grid(q * f.y), on_fine_grid(q * f.z),
           on_fine_grid(q * q),   on_fine_grid(q),       on_fine_grid(0.5 * q * f.potential)};
 }
 
-/// Returns the terms of a charge with its dipole, which counts as two charges 1 / sqrt(over_apart2) apart
+/// Returns the terms of a charge with its dipole, which counts as two charges 1 / sqrt(inverse_separation2) apart
 /// (../mesh.cpp). Stores the source's share of the subtracted net force in force.potential.
-LICHTENBERG_HOST_DEVICE inline Totals terms_of(const Charged& charge, const Moment& m, const Felt& f, Felt& force,
-                                               float over_apart2) {
+LICHTENBERG_HOST_DEVICE inline Totals terms_of(const PointCharge& charge, const Moment& m, const FieldSample& f,
+                                               FieldSample& force, float inverse_separation2) {
   const double q = charge.charge;
-  const float strength = charge.charge * charge.charge + over_apart2 * (m.x * m.x + m.y * m.y + m.z * m.z);
+  const float strength = charge.charge * charge.charge + inverse_separation2 * (m.x * m.x + m.y * m.y + m.z * m.z);
   force.potential = strength;
   const double energy = q * f.potential - (static_cast<double>(m.x) * f.x + static_cast<double>(m.y) * f.y +
                                            static_cast<double>(m.z) * f.z);

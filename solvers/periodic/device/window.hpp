@@ -55,15 +55,15 @@ struct OnMesh {
   int point = 0;
   float from_middle = 0;
 
-  LICHTENBERG_HOST_DEVICE OnMesh(std::uint32_t turns, int points) {
-    const std::uint64_t product = static_cast<std::uint64_t>(turns) * static_cast<std::uint64_t>(points);
+  LICHTENBERG_HOST_DEVICE OnMesh(std::uint32_t coordinate, int points) {
+    const std::uint64_t product = static_cast<std::uint64_t>(coordinate) * static_cast<std::uint64_t>(points);
     point = static_cast<int>(product >> 32);
     from_middle =
         static_cast<float>(static_cast<std::int32_t>(static_cast<std::uint32_t>(product) - 0x80000000u)) * 0x1p-32f;
   }
 };
 
-LICHTENBERG_HOST_DEVICE inline int whole(float value) {
+LICHTENBERG_HOST_DEVICE inline int rounded_to_integer(float value) {
 #ifdef __CUDA_ARCH__
   return __float2int_rn(value);
 #else

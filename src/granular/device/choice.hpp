@@ -16,15 +16,16 @@ template <class Law>
 struct StepRule {
   Law law;
   double longest = 0;  ///< mechanics.step
-  double way = 0;      ///< d0, largest path of the fastest grain
+  double path = 0;     ///< d0, largest path of the fastest grain
   double contact_steps = 1;
-  GrainsSeen grains;
+  GrainProperties grains;
   double largest_radius = 0, lightest = 1;
   ContactAttraction attraction;
   double skin = 0;  ///< d0, of the neighbour lists
 
-  LICHTENBERG_HOST_DEVICE double longest_step(double speed, double impact, double acceleration, double held) const {
-    return longest_step_within({longest, held, way, speed, acceleration},
+  LICHTENBERG_HOST_DEVICE double longest_step(double speed, double impact, double acceleration,
+                                              double stability_limit) const {
+    return longest_step_within({longest, stability_limit, path, speed, acceleration},
                                [&](double gain) { return step_of_contacts(impact + gain); });
   }
   LICHTENBERG_HOST_DEVICE double step_of_contacts(double impact) const {
@@ -43,10 +44,10 @@ struct StepRule {
 /// State of a series of steps without interaction with the host.
 struct Progress {
   double time = 0, target = 0;
-  double end = 0;           ///< t0, end of the chosen step
-  double travel = 0;        ///< d0, bound on displacements in it
-  double held_charge = -1;  ///< q0, largest charge for which `hold` was computed
-  double hold = INFINITY;
+  double end = 0;            ///< t0, end of the chosen step
+  double travel = 0;         ///< d0, bound on displacements in it
+  double limit_charge = -1;  ///< q0, largest charge for which `stability_limit` was computed
+  double stability_limit = INFINITY;
   std::int64_t contact_steps = 0, begun = 0, transfers = 0;
   int left = 0;   ///< largest number of further steps
   int whole = 0;  ///< 1: the next step ends at `target`
@@ -64,17 +65,18 @@ struct Progress {
 };
 
 template <class Law>
-LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const Found& found, Progress& now,
+LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const StepResults& results, Progress& now,
                                     StepParameters& next) {
   now.go = 0;
-  if (!now.wanted() || found.passed || found.lost) return;
-  if (found.charge != now.held_charge) {
-    now.held_charge = found.charge;
-    now.hold = longest_hold(rule.law, rule.attraction(found.charge), 0.5 * rule.lightest);
+  if (!now.wanted() || results.passed || results.lost) return;
+  if (results.charge != now.limit_charge) {
+    now.limit_charge = results.charge;
+    now.stability_limit = max_outer_step(rule.law, rule.attraction(results.charge), 0.5 * rule.lightest);
   }
-  const double speed = std::sqrt(found.speed2), acceleration = std::sqrt(found.acceleration2);
-  const double impact = std::fmax(2 * speed, std::sqrt(found.impact2)), left = now.target - now.time;
-  const double count = now.whole ? 1 : std::ceil(left / rule.longest_step(speed, impact, acceleration, now.hold));
+  const double speed = std::sqrt(results.speed2), acceleration = std::sqrt(results.acceleration2);
+  const double impact = std::fmax(2 * speed, std::sqrt(results.impact2)), left = now.target - now.time;
+  const double count =
+      now.whole ? 1 : std::ceil(left / rule.longest_step(speed, impact, acceleration, now.stability_limit));
   now.end = count <= 1 ? now.target : now.time + left / count;
   const double dt = now.end - now.time, gain = acceleration * dt;
   const double resolved = rule.step_of_contacts(impact + 2 * gain);
@@ -90,38 +92,39 @@ LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const Found& foun
           2 * now.travel,
           2 * rule.max_contact_acceleration(impact + 2 * gain) + acceleration,
           static_cast<int>(steps)};
-  now.go = !(std::sqrt(found.moved2) + now.travel > 0.5 * rule.skin);
+  now.go = !(std::sqrt(results.moved2) + now.travel > 0.5 * rule.skin);
 }
 
 /// Counts the completed step.
-LICHTENBERG_HOST_DEVICE inline void count_step(const Found& found, const StepParameters& made, bool exchanges,
+LICHTENBERG_HOST_DEVICE inline void count_step(const StepResults& results, const StepParameters& made, bool exchanges,
                                                Progress& now) {
   now.time = now.end;
   --now.left, ++now.steps;
-  now.contact_steps += made.steps, now.begun += found.begun, now.transfers += found.transfers;
-  now.exchanged = exchanges && found.transfers > 0;
+  now.contact_steps += made.steps, now.begun += results.begun, now.transfers += results.transfers;
+  now.exchanged = exchanges && results.transfers > 0;
   now.exchanges += now.exchanged;
 }
 
 /// Returns for how many steps like the chosen one the lists remain valid at the present largest speed.
 template <class Law>
-int steps_ahead(const StepRule<Law>& rule, const Found& found, const Progress& now, const StepParameters& next) {
-  const double room = 0.5 * rule.skin - std::sqrt(found.moved2) - now.travel,
-               path = std::sqrt(found.speed2) * next.outer;
+int steps_ahead(const StepRule<Law>& rule, const StepResults& results, const Progress& now,
+                const StepParameters& next) {
+  const double allowed_path = 0.5 * rule.skin - std::sqrt(results.moved2) - now.travel,
+               path = std::sqrt(results.speed2) * next.outer;
   const double most = std::min<double>(now.left, std::ceil((now.target - now.time) / next.outer));
-  const double further = path > 0 ? std::floor(room / path) : most;
+  const double further = path > 0 ? std::floor(allowed_path / path) : most;
   return 1 + static_cast<int>(std::max(std::min(further, most - 1), 0.0));
 }
 
 /// No action after a step.
-struct NoMore {
+struct NoAction {
   LICHTENBERG_HOST_DEVICE void operator()() const {}
 };
 /// Counts the step and chooses the next one. Does nothing if no step had been chosen.
 template <class Law>
-struct GoOn {
+struct ChooseNext {
   StepRule<Law> by;
-  Found* found;
+  StepResults* results;
   StepParameters* parameters;
   Progress* now;
   const int* unstable;  ///< null: no dipoles
@@ -130,17 +133,17 @@ struct GoOn {
   LICHTENBERG_HOST_DEVICE void operator()() const {
     Progress here = *now;
     here.exchanged = 0;
-    if (here.go) go_on(here);
+    if (here.go) choose_next(here);
     *now = here;
   }
-  LICHTENBERG_HOST_DEVICE void go_on(Progress& here) const {
-    const Found seen = parallel::fresh(found);
+  LICHTENBERG_HOST_DEVICE void choose_next(Progress& here) const {
+    const StepResults latest = parallel::fresh(results);
     StepParameters next = *parameters;
-    count_step(seen, next, exchanges, here);
+    count_step(latest, next, exchanges, here);
     if (unstable && *unstable) here.left = 0;
-    choose(by, seen, here, next);
+    choose(by, latest, here, next);
     *parameters = next;
-    if (here.go) found->begin_step();
+    if (here.go) results->begin_step();
   }
 };
 

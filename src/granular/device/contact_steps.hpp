@@ -16,7 +16,7 @@
 #include "src/granular/device/gas_parts.hpp"
 #include "src/granular/device/restitution.hpp"
 #include "src/granular/pair_motion.hpp"
-#include "src/model/whole.hpp"
+#include "src/model/fixed_point_vec.hpp"
 
 namespace lichtenberg::granular::device {
 
@@ -33,24 +33,24 @@ inline double energy_quantum(int grains) {
 }
 
 /// Position and radius of a grain in compact form, for neighbour searches.
-struct alignas(16) Located {
-  Turns at;
+struct alignas(16) CompactGrain {
+  FixedPointPosition at;
   float radius = 0;
 };
 
 /// Device pointers to the arrays of grains, in sorted order.
 struct GrainsView {
   int count = 0;
-  Vec3 *place = nullptr, *momentum = nullptr;
+  Vec3 *position = nullptr, *momentum = nullptr;
   ImageCount* image = nullptr;
-  double *charge = nullptr, *over_mass = nullptr, *radius = nullptr;
-  Charged* charged = nullptr;  ///< input of the sums over charges
-  int* number = nullptr;       ///< index of the grain in the scene
-  Located* located = nullptr;
-  Turns* sorted_at = nullptr;
-  Vec3* held = nullptr;  ///< smooth forces at the start of an outer step
+  double *charge = nullptr, *inverse_mass = nullptr, *radius = nullptr;
+  PointCharge* charged = nullptr;  ///< input of the sums over charges
+  int* number = nullptr;           ///< index of the grain in the scene
+  CompactGrain* compact = nullptr;
+  FixedPointPosition* sorted_at = nullptr;
+  Vec3* slow_force = nullptr;  ///< smooth forces at the start of an outer step
   // Sums over the pairs of a grain in a substep, in units of FixedPointScale.
-  WholeVec *force = nullptr, *halfway = nullptr, *impulse = nullptr, *shift = nullptr;
+  FixedPointVec *force = nullptr, *halfway = nullptr, *impulse = nullptr, *shift = nullptr;
   int* busy = nullptr;                   ///< 1: the grain has an active pair
   int* touches = nullptr;                ///< number of contacts in the last substep
   int* begun = nullptr;                  ///< head of the linked list of new contacts; no_end: none
@@ -58,17 +58,17 @@ struct GrainsView {
   std::int64_t* moved_charge = nullptr;  ///< quanta to be added to the charge
   std::int64_t* dissipated = nullptr;    ///< quanta of energy
 
-  /// Returns the data of a grain that sorting moves. `felt`: fields at the charges, or null.
-  LICHTENBERG_HOST_DEVICE Grain take(int i, const Felt* felt) const {
-    return {place[i],      momentum[i], charge[i],
-            over_mass[i],  radius[i],   collisions[i],
-            dissipated[i], charged[i],  felt ? felt[i] : Felt{},
-            image[i],      number[i]};
+  /// Returns the data of a grain that sorting moves. `field_at_source`: fields at the charges, or null.
+  LICHTENBERG_HOST_DEVICE Grain take(int i, const FieldSample* field_at_source) const {
+    return {position[i],     momentum[i], charge[i],
+            inverse_mass[i], radius[i],   collisions[i],
+            dissipated[i],   charged[i],  field_at_source ? field_at_source[i] : FieldSample{},
+            image[i],        number[i]};
   }
-  LICHTENBERG_HOST_DEVICE void put(int s, const Grain& g, Felt* felt) const {
-    place[s] = g.place, momentum[s] = g.momentum, charge[s] = g.charge, over_mass[s] = g.over_mass;
+  LICHTENBERG_HOST_DEVICE void put(int s, const Grain& g, FieldSample* field_at_source) const {
+    position[s] = g.position, momentum[s] = g.momentum, charge[s] = g.charge, inverse_mass[s] = g.inverse_mass;
     radius[s] = g.radius, collisions[s] = g.collisions, dissipated[s] = g.dissipated, charged[s] = g.charged;
-    if (felt) felt[s] = g.felt;
+    if (field_at_source) field_at_source[s] = g.field_at_source;
     image[s] = g.image, number[s] = g.number;
   }
 };
@@ -99,15 +99,15 @@ struct ContactsView {
 
   NearPair* near = nullptr;
   ActivePair* active = nullptr;
-  PairState<3>* seen = nullptr;  ///< state of an active pair at the start of a substep
-  double* scale = nullptr;       ///< factor of the law
+  PairState<3>* state = nullptr;  ///< state of an active pair at the start of a substep
+  double* scale = nullptr;        ///< factor of the law
   /// Forces on the higher grain; first: relative acceleration by all other contacts.
   Vec3 *force = nullptr, *halfway = nullptr, *first = nullptr;
   int* next = nullptr;  ///< [ends], next in the linked list of its grain
 };
 
 /// Results of steps, for the host; reduced units.
-struct Found {
+struct StepResults {
   std::int64_t begun = 0, transfers = 0;
   double speed2 = 0;         ///< of the fastest grain
   double acceleration2 = 0;  ///< largest by smooth forces
@@ -144,7 +144,9 @@ template <class Law>
 struct LawOfPair {
   Law law;
   double scale;
-  LICHTENBERG_HOST_DEVICE ContactPush<double> operator()(double overlap) const { return law.push(overlap, scale); }
+  LICHTENBERG_HOST_DEVICE ContactForceTerms<double> operator()(double overlap) const {
+    return law.force_terms(overlap, scale);
+  }
 };
 
 template <class Law>
@@ -155,13 +157,13 @@ struct ContactSteps {
   ContactsView contacts;
   Law law;
   NearestImage<3> nearest;
-  float turn[3];  ///< lengths of the box, over 2^32
+  float unit_length[3];  ///< lengths of the box, over 2^32
   const StepParameters* parameters;
-  Found* found;
+  StepResults* results;
   Extremes* extremes;
   RestitutionCount restitution;
   effects::ImpactExchange exchange;
-  FixedPointScale quanta, over_quanta;
+  FixedPointScale units, inverse_units;
   std::uint64_t seed = 0;
   bool exchanges = false;
 
@@ -169,17 +171,17 @@ struct ContactSteps {
     return grains.radius[p.lower] + grains.radius[p.higher];
   }
   /// 1 / reduced mass.
-  LICHTENBERG_HOST_DEVICE double over_mass(const GrainPair& p) const {
-    return grains.over_mass[p.lower] + grains.over_mass[p.higher];
+  LICHTENBERG_HOST_DEVICE double inverse_mass(const GrainPair& p) const {
+    return grains.inverse_mass[p.lower] + grains.inverse_mass[p.higher];
   }
-  LICHTENBERG_HOST_DEVICE Vec3 apart(const GrainPair& p) const {
-    Vec3 r = grains.place[p.higher] - grains.place[p.lower];
+  LICHTENBERG_HOST_DEVICE Vec3 separation(const GrainPair& p) const {
+    Vec3 r = grains.position[p.higher] - grains.position[p.lower];
     for (int k = 0; k < 3; ++k) r[k] = nearest(r[k], k);
     return r;
   }
   LICHTENBERG_HOST_DEVICE PairState<3> state(const GrainPair& p) const {
-    return {apart(p), grains.over_mass[p.higher] * grains.momentum[p.higher] -
-                          grains.over_mass[p.lower] * grains.momentum[p.lower]};
+    return {separation(p), grains.inverse_mass[p.higher] * grains.momentum[p.higher] -
+                               grains.inverse_mass[p.lower] * grains.momentum[p.lower]};
   }
   LICHTENBERG_HOST_DEVICE double scale(const GrainPair& p) const {
     return law.scale(grains.radius[p.lower], grains.radius[p.higher]);
@@ -189,10 +191,10 @@ struct ContactSteps {
   LICHTENBERG_HOST_DEVICE bool is_near(int e) const {
     return come_within(contacts.owner[e], contacts.table.partner[e], static_cast<float>(parameters->reach));
   }
-  LICHTENBERG_HOST_DEVICE void list_near(int place, int e) const {
+  LICHTENBERG_HOST_DEVICE void list_near(int index, int e) const {
     const int i = contacts.owner[e], j = contacts.table.partner[e];
     const bool first = grains.number[i] < grains.number[j];
-    contacts.near[place] = {{first ? i : j, first ? j : i}, e, contacts.since[e] >= 0 ? NearPair::open : 0};
+    contacts.near[index] = {{first ? i : j, first ? j : i}, e, contacts.since[e] >= 0 ? NearPair::open : 0};
   }
 
   // The phases of a substep.
@@ -201,53 +203,53 @@ struct ContactSteps {
   /// Ends a contact whose pair has separated, and adds the pair to the active ones if it is in contact or may touch in
   /// this substep. Adds the contact force at the start to both grains. A pair that is too far apart is due again when
   /// it may touch.
-  LICHTENBERG_HOST_DEVICE void look(int k, int step) const {
+  LICHTENBERG_HOST_DEVICE void activate_pair(int k, int step) const {
     const NearPair p = contacts.near[k];
     const double dt = parameters->inner, slack = parameters->max_acceleration * dt * dt;
     const bool open = p.due == NearPair::open;
-    if (!open && !may_matter(k, p, step)) return;
+    if (!open && !may_come_into_contact(k, p, step)) return;
     const PairState<3> at = state(p);
-    const bool touching = open && stays(k, p, norm2(at.apart), parameters->begin + step * dt);
+    const bool touching = open && continues(k, p, norm2(at.separation), parameters->begin + step * dt);
     if (!touching && !may_touch(reach(p) + slack, at, dt)) return;
-    const int a = parallel::take_place(&found->active);
-    const double of_pair = scale(p);
-    Vec3 push{};
-    if (touching) push = motion(p, of_pair).force(at);
+    const int a = parallel::take_index(&results->active);
+    const double pair_scale = scale(p);
+    Vec3 force{};
+    if (touching) force = motion(p, pair_scale).force(at);
     contacts.active[a] = {{p.lower, p.higher}, k, touching};
-    contacts.seen[a] = at;
-    contacts.scale[a] = of_pair;
-    contacts.force[a] = push;
+    contacts.state[a] = at;
+    contacts.scale[a] = pair_scale;
+    contacts.force[a] = force;
     grains.busy[p.lower] = grains.busy[p.higher] = 1;
-    if (touching) add(grains.force, p, over_quanta.force * push);
+    if (touching) add(grains.force, p, inverse_units.force * force);
   }
 
   /// Adds the contact force in the middle of the substep, at positions that follow from the forces at its start.
-  LICHTENBERG_HOST_DEVICE void push_halfway(int a) const {
+  LICHTENBERG_HOST_DEVICE void add_halfway_force(int a) const {
     const ActivePair p = contacts.active[a];
-    const PairState<3> at = contacts.seen[a];
+    const PairState<3> at = contacts.state[a];
     const Vec3 acceleration = relative(grains.force, p);
-    const Vec3 push = motion(p, contacts.scale[a]).force(carried(at, acceleration, 0.5 * parameters->inner));
-    contacts.first[a] = acceleration - over_mass(p) * contacts.force[a];
-    contacts.halfway[a] = push;
+    const Vec3 force = motion(p, contacts.scale[a]).force(accelerated(at, acceleration, 0.5 * parameters->inner));
+    contacts.first[a] = acceleration - inverse_mass(p) * contacts.force[a];
+    contacts.halfway[a] = force;
     grains.touches[p.lower] = grains.touches[p.higher] = 0;
-    if (norm2(push) > 0) add(grains.halfway, p, over_quanta.force * push);
+    if (norm2(force) > 0) add(grains.halfway, p, inverse_units.force * force);
   }
 
   /// Integrates a pair separately, with the acceleration by all others linear in time.
   LICHTENBERG_HOST_DEVICE void integrate(int a, int step) const {
     const ActivePair p = contacts.active[a];
-    const double dt = parameters->inner, time = parameters->begin + step * dt, over = over_mass(p);
-    const PairState<3> at = contacts.seen[a];
+    const double dt = parameters->inner, time = parameters->begin + step * dt, over = inverse_mass(p);
+    const PairState<3> at = contacts.state[a];
     const Vec3 first = contacts.first[a], middle = relative(grains.halfway, p) - over * contacts.halfway[a];
-    const auto outside = outside_through<3, double>(first, middle, dt);
+    const auto external = external_from_values<3, double>(first, middle, dt);
     const int entry = contacts.near[p.near].entry;
     const double age = p.touching ? time - contacts.since[entry] : 0;
-    const PairStep<3> result = motion(p, contacts.scale[a], outside).over(at, p.touching, age > 0 ? age : 0, dt);
-    if (!p.touching && result.touched < 0) return;
-    const auto [impulse, shift] = transfer(at, result.end, outside, 1 / over, dt);
-    add(grains.impulse, p, over_quanta.impulse * impulse);
-    add(grains.shift, p, over_quanta.shift * shift);
-    parallel::add_atomically(&grains.dissipated[p.lower], whole(over_quanta.energy * result.dissipated));
+    const PairStep<3> result = motion(p, contacts.scale[a], external).integrate(at, p.touching, age > 0 ? age : 0, dt);
+    if (!p.touching && result.onset < 0) return;
+    const auto [impulse, shift] = transfer(at, result.end, external, 1 / over, dt);
+    add(grains.impulse, p, inverse_units.impulse * impulse);
+    add(grains.shift, p, inverse_units.shift * shift);
+    parallel::add_atomically(&grains.dissipated[p.lower], rounded_to_integer(inverse_units.energy * result.dissipated));
     parallel::add_atomically(&grains.touches[p.lower], 1);
     parallel::add_atomically(&grains.touches[p.higher], 1);
     if (!p.touching) begin(a, p, time, result);
@@ -255,10 +257,10 @@ struct ContactSteps {
   LICHTENBERG_HOST_DEVICE void begin(int a, const ActivePair& p, double time, const PairStep<3>& result) const {
     NearPair& near = contacts.near[p.near];
     near.due = NearPair::open;
-    contacts.since[near.entry] = time + result.touched;
+    contacts.since[near.entry] = time + result.onset;
     contacts.impact_speed[near.entry] = result.impact_speed;
     contacts.alone[near.entry] = 1;
-    parallel::add_atomically(&found->begun, std::int64_t{1});
+    parallel::add_atomically(&results->begun, std::int64_t{1});
     if (!exchanges) return;
     contacts.next[2 * a] = parallel::exchange_atomically(&grains.begun[p.lower], 2 * a);
     contacts.next[2 * a + 1] = parallel::exchange_atomically(&grains.begun[p.higher], 2 * a + 1);
@@ -266,25 +268,25 @@ struct ContactSteps {
 
   /// Clears the k-th component of two sums between their use and the next additions. Adjacent threads write complete
   /// memory sectors; a device would read partly written ones first.
-  LICHTENBERG_HOST_DEVICE static void clear(WholeVec* one, WholeVec* other, int k) {
+  LICHTENBERG_HOST_DEVICE static void clear(FixedPointVec* one, FixedPointVec* other, int k) {
     (&one->x)[k] = (&other->x)[k] = 0;
   }
   LICHTENBERG_HOST_DEVICE void move(int s) const {
-    const double dt = parameters->inner, over = grains.over_mass[s];
-    Vec3 place = grains.place[s], momentum = grains.momentum[s];
-    fly(place, momentum, grains.held[s], over, dt);
+    const double dt = parameters->inner, over = grains.inverse_mass[s];
+    Vec3 position = grains.position[s], momentum = grains.momentum[s];
+    fly(position, momentum, grains.slow_force[s], over, dt);
     if (grains.busy[s]) {
-      place += over * grains.shift[s].times(quanta.shift);
-      momentum += grains.impulse[s].times(quanta.impulse);
+      position += over * grains.shift[s].times(units.shift);
+      momentum += grains.impulse[s].times(units.impulse);
       grains.busy[s] = 0;
       if (exchanges && grains.begun[s] != no_end) begin_contacts(s);
     }
-    grains.place[s] = place;
+    grains.position[s] = position;
     grains.momentum[s] = momentum;
-    locate(s, place);
+    locate(s, position);
   }
-  LICHTENBERG_HOST_DEVICE void locate(int s, Vec3 place) const {
-    grains.located[s].at = turns_of(place, whole_turn * nearest.turns_a_metre);
+  LICHTENBERG_HOST_DEVICE void locate(int s, Vec3 position) const {
+    grains.compact[s].at = fixed_point_position(position, units_per_box * nearest.inverse_length);
   }
 
   /// After the last substep: ends contacts of separated pairs, and returns the square of the largest speed that a
@@ -292,22 +294,22 @@ struct ContactSteps {
   LICHTENBERG_HOST_DEVICE double impact2(int k) const {
     const NearPair p = contacts.near[k];
     if (p.due != NearPair::open) return 0;
-    const double distance2 = norm2(apart(p));
-    if (!stays(k, p, distance2, parameters->begin + parameters->outer)) return 0;
-    return 2 * over_mass(p) * law.push(reach(p) - root_of(distance2), scale(p)).stored;
+    const double distance2 = norm2(separation(p));
+    if (!continues(k, p, distance2, parameters->begin + parameters->outer)) return 0;
+    return 2 * inverse_mass(p) * law.force_terms(reach(p) - root_of(distance2), scale(p)).stored;
   }
 
   /// Counts the k-th ended contact of the outer step, if there is one.
   LICHTENBERG_HOST_DEVICE void count_end(int k) const {
-    if (k >= found->ended) return;
+    if (k >= results->ended) return;
     const EndedContact contact = restitution.ended[k];
     const GrainPair p{contact.lower, contact.higher};
-    restitution.count(law, scale(p), 1 / over_mass(p), reach(p), contact);
+    restitution.count(law, scale(p), 1 / inverse_mass(p), reach(p), contact);
   }
 
  private:
   /// Returns whether a pair may come into contact in this substep; if not, sets when it is due.
-  LICHTENBERG_HOST_DEVICE bool may_matter(int k, const NearPair& p, int step) const {
+  LICHTENBERG_HOST_DEVICE bool may_come_into_contact(int k, const NearPair& p, int step) const {
     const double dt = parameters->inner;
     const auto path = static_cast<float>(parameters->reach * dt / parameters->outer);
     const float least = gap(p.lower, p.higher) - static_cast<float>(parameters->max_acceleration * dt * dt);
@@ -319,45 +321,48 @@ struct ContactSteps {
   }
   /// Returns whether the gap of two grains is less than `gap`; rounding is on the safe side.
   LICHTENBERG_HOST_DEVICE bool come_within(int i, int j, float gap) const {
-    const Located a = grains.located[i], b = grains.located[j];
+    const CompactGrain a = grains.compact[i], b = grains.compact[j];
     const float most = (a.radius + b.radius + gap) * (1 + 1e-5f);
     return distance2(a, b) < most * most;
   }
   /// Returns the gap of two grains, or by rounding slightly less.
   LICHTENBERG_HOST_DEVICE float gap(int i, int j) const {
-    const Located a = grains.located[i], b = grains.located[j];
+    const CompactGrain a = grains.compact[i], b = grains.compact[j];
     const float square = distance2(a, b) * (1 - 2e-5f);
     return std::sqrt(square) - (a.radius + b.radius);
   }
-  LICHTENBERG_HOST_DEVICE float distance2(const Located& a, const Located& b) const {
-    const float x = turn[0] * lichtenberg::apart(a.at.x, b.at.x), y = turn[1] * lichtenberg::apart(a.at.y, b.at.y),
-                z = turn[2] * lichtenberg::apart(a.at.z, b.at.z);
+  LICHTENBERG_HOST_DEVICE float distance2(const CompactGrain& a, const CompactGrain& b) const {
+    const float x = unit_length[0] * lichtenberg::nearest_difference(a.at.x, b.at.x),
+                y = unit_length[1] * lichtenberg::nearest_difference(a.at.y, b.at.y),
+                z = unit_length[2] * lichtenberg::nearest_difference(a.at.z, b.at.z);
     return x * x + y * y + z * z;
   }
-  LICHTENBERG_HOST_DEVICE Motion motion(const GrainPair& p, double scale, const Outside<3>& outside = {}) const {
-    return {{law, scale}, reach(p), over_mass(p), outside};
+  LICHTENBERG_HOST_DEVICE Motion motion(const GrainPair& p, double scale,
+                                        const ExternalAcceleration<3>& external = {}) const {
+    return {{law, scale}, reach(p), inverse_mass(p), external};
   }
 
   /// Adds a quantity to the sum of the higher grain, and subtracts it from that of the lower one.
-  LICHTENBERG_HOST_DEVICE static void add(WholeVec* to, const GrainPair& p, Vec3 quanta) {
-    const std::int64_t x = whole(quanta.x), y = whole(quanta.y), z = whole(quanta.z);
+  LICHTENBERG_HOST_DEVICE static void add(FixedPointVec* to, const GrainPair& p, Vec3 value) {
+    const std::int64_t x = rounded_to_integer(value.x), y = rounded_to_integer(value.y),
+                       z = rounded_to_integer(value.z);
     parallel::add_atomically(&to[p.higher].x, x), parallel::add_atomically(&to[p.lower].x, -x);
     parallel::add_atomically(&to[p.higher].y, y), parallel::add_atomically(&to[p.lower].y, -y);
     parallel::add_atomically(&to[p.higher].z, z), parallel::add_atomically(&to[p.lower].z, -z);
   }
   /// Returns the relative acceleration by slow forces and the contact forces `of`.
-  LICHTENBERG_HOST_DEVICE Vec3 relative(const WholeVec* of, const GrainPair& p) const {
-    const double lower = grains.over_mass[p.lower], higher = grains.over_mass[p.higher];
-    return higher * (grains.held[p.higher] + of[p.higher].times(quanta.force)) -
-           lower * (grains.held[p.lower] + of[p.lower].times(quanta.force));
+  LICHTENBERG_HOST_DEVICE Vec3 relative(const FixedPointVec* of, const GrainPair& p) const {
+    const double lower = grains.inverse_mass[p.lower], higher = grains.inverse_mass[p.higher];
+    return higher * (grains.slow_force[p.higher] + of[p.higher].times(units.force)) -
+           lower * (grains.slow_force[p.lower] + of[p.lower].times(units.force));
   }
 
   /// Returns whether a contact continues at this distance and time, and records its end otherwise.
-  LICHTENBERG_HOST_DEVICE bool stays(int k, const NearPair& p, double distance2, double time) const {
+  LICHTENBERG_HOST_DEVICE bool continues(int k, const NearPair& p, double distance2, double time) const {
     const double sum = reach(p), distance = root_of(distance2);
     if (grains.touches[p.lower] > 1 || grains.touches[p.higher] > 1) contacts.alone[p.entry] = 0;
-    parallel::enlarge_atomically(&extremes->overlap, (sum - distance) / sum);
-    if (distance < too_close * sum) parallel::enlarge_atomically(&found->passed, 1 + grains.number[p.lower]);
+    parallel::max_atomically(&extremes->overlap, (sum - distance) / sum);
+    if (distance < too_close * sum) parallel::max_atomically(&results->passed, 1 + grains.number[p.lower]);
     if (distance < sum) return true;
     if (contacts.alone[p.entry]) note_end(p, time);
     contacts.since[p.entry] = -1;
@@ -369,15 +374,15 @@ struct ContactSteps {
     const PairState<3> at = state(p);
     const double began = contacts.since[p.entry];
     restitution.note(
-        &found->ended,
+        &results->ended,
         {{began, time - began, contacts.impact_speed[p.entry], -closing(at), speed_across(at)}, p.lower, p.higher});
   }
 
   /// Returns whether two grains in straight flight come closer than `distance` within dt.
   LICHTENBERG_HOST_DEVICE static bool may_touch(double distance, const PairState<3>& at, double dt) {
-    const double approach = -dot(at.apart, at.velocity), v2 = norm2(at.velocity);
+    const double approach = -dot(at.separation, at.velocity), v2 = norm2(at.velocity);
     const double t = approach <= 0 ? 0 : approach < v2 * dt ? approach / v2 : dt;
-    return norm2(at.apart + t * at.velocity) < distance * distance;
+    return norm2(at.separation + t * at.velocity) < distance * distance;
   }
 
   /// Exchanges charge in the new contacts of a grain in which it is the lower one. Random numbers are those of the CPU
@@ -405,10 +410,11 @@ struct ContactSteps {
     const int entry = contacts.near[p.near].entry;
     Random random({seed, RandomPurpose::exchange, static_cast<std::uint64_t>(grains.number[p.lower]),
                    static_cast<std::uint64_t>(grains.number[p.higher]), static_cast<std::uint64_t>(count)});
-    const std::int64_t moved = whole(exchange(1 / over_mass(p), contacts.impact_speed[entry], random) / quanta.charge);
+    const std::int64_t moved =
+        rounded_to_integer(exchange(1 / inverse_mass(p), contacts.impact_speed[entry], random) / units.charge);
     parallel::add_atomically(&grains.moved_charge[p.lower], moved);
     parallel::add_atomically(&grains.moved_charge[p.higher], -moved);
-    parallel::add_atomically(&found->transfers, std::int64_t{1});
+    parallel::add_atomically(&results->transfers, std::int64_t{1});
   }
 };
 

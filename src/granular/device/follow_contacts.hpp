@@ -8,18 +8,18 @@
 namespace lichtenberg::granular::device {
 
 /// Wraps the position of a grain into the box, and updates the copy for charges.
-struct Landing {
+struct PositionWrap {
   Box<3> box;
-  Vec3 turns_a_length;
+  Vec3 units_per_length;
 
   LICHTENBERG_HOST_DEVICE void operator()(const GrainsView& grains, int s) const {
-    Vec3 p = grains.place[s];
+    Vec3 p = grains.position[s];
     ImageCount& image = grains.image[s];
     Image<3> around{image.x, image.y, image.z};
     box.wrap(p, around);
-    grains.place[s] = p;
+    grains.position[s] = p;
     image = {around[0], around[1], around[2]};
-    grains.charged[s].at = turns_of(p, turns_a_length);
+    grains.charged[s].at = fixed_point_position(p, units_per_length);
   }
 };
 
@@ -27,7 +27,7 @@ struct Landing {
 template <class Law>
 struct FollowContacts {
   ContactSteps<Law> steps;
-  Landing land;
+  PositionWrap wrap;
   const int* go;  ///< 0: no step has been chosen
 
   template <class Grid>
@@ -36,15 +36,15 @@ struct FollowContacts {
     const int count = steps.parameters->steps, grains = steps.grains.count;
     const GrainsView& all = steps.grains;
     grid.select(
-        steps.contacts.table.end(grains - 1), &steps.found->pairs, [&](int e) { return steps.is_near(e); },
-        [&](int place, int e) { steps.list_near(place, e); });
-    const int pairs = steps.found->pairs;
+        steps.contacts.table.end(grains - 1), &steps.results->pairs, [&](int e) { return steps.is_near(e); },
+        [&](int index, int e) { steps.list_near(index, e); });
+    const int pairs = steps.results->pairs;
     for (int step = 0; step < count; ++step) {
       grid.each_that(
-          pairs, [&](int k) { return steps.is_due(k, step); }, [&](int k) { steps.look(k, step); });
-      const int active = steps.found->active;
+          pairs, [&](int k) { return steps.is_due(k, step); }, [&](int k) { steps.activate_pair(k, step); });
+      const int active = steps.results->active;
       grid.begin(3 * grains, [&](int k) { steps.clear(all.impulse, all.shift, k); });
-      grid.each(active, [&](int a) { steps.push_halfway(a); });
+      grid.each(active, [&](int a) { steps.add_halfway_force(a); });
       // Integration takes long and few threads. The others move grains without active pairs meanwhile.
       grid.begin_last(grains, [&](int s) {
         if (!all.busy[s]) move(s, step == count - 1);
@@ -53,7 +53,7 @@ struct FollowContacts {
       grid.begin(3 * grains, [&](int k) { steps.clear(all.force, all.halfway, k); });
       grid.each(grains, [&](int s) {
         if (all.busy[s]) move(s, step == count - 1);
-        if (s == 0) steps.found->active = 0;
+        if (s == 0) steps.results->active = 0;
       });
     }
   }
@@ -61,7 +61,7 @@ struct FollowContacts {
  private:
   LICHTENBERG_HOST_DEVICE void move(int s, bool last) const {
     steps.move(s);
-    if (last) land(steps.grains, s);
+    if (last) wrap(steps.grains, s);
   }
 };
 

@@ -32,7 +32,7 @@ class GasImpl final : public DeviceGas {
     if (options.polarizability > 0) dipoles_.emplace(*run_, *sums_, options.polarizability, options.dipole_tolerance);
     for (const auto& form : options.parts) parts_.push_back(form.make(*run_));
     for (const auto& form : options.drives) drives_.push_back(form.make(*run_));
-    pair_quanta_ = quanta_of_parts();
+    pair_units_ = units_of_parts();
   }
 
   void load(const Checkpoint& checkpoint, const GrainContactLaw& law, bool elastic, double stage_begin) override {
@@ -47,20 +47,20 @@ class GasImpl final : public DeviceGas {
     now.time = gas_.time;
     now.count = gas_.count;
     now.dissipated = gas_.dissipated_energy();
-    now.exchanged = gas_.book.download().front().exchanged;
+    now.exchanged = gas_.field_energy.download().front().exchanged;
     now.driven = gas_.driven_energy();
     now.overlap = gas_.extremes.download().front().overlap;
     now.restitution = gas_.restitution.saved();
     now.charged = gas_.options.charged, now.exchanges = gas_.options.exchanges;
     now.sums = gas_.options.tables.has_value();
-    if (dipoles_) now.dipoles = taken(gas_, *sums_, *dipoles_);
+    if (dipoles_) now.dipoles = dipole_writer(gas_, *sums_, *dipoles_);
     return now;
   }
   double potential_energy() override {
-    if (!has_held_forces()) return 0;
+    if (!has_slow_forces()) return 0;
     if (lists_.skin() == 0) begin();
     if (!std::exchange(energy_known_, true)) recharge_once();
-    return gas_.book.download().front().energy;
+    return gas_.field_energy.download().front().energy;
   }
   double time() const override { return gas_.time; }
   StepCounts counts() const override { return counts_; }
@@ -80,37 +80,37 @@ class GasImpl final : public DeviceGas {
     while (now.wanted()) {
       if (!now.go) begin_steps(law);
       progress_.send();
-      for (int k = steps_ahead(rule(law), found_.host(), now, parameters_.host()); k > 0; --k)
+      for (int k = steps_ahead(rule(law), results_.host(), now, parameters_.host()); k > 0; --k)
         run_->run(step_, [&] { record(law); });
       progress_.fetch();
-      found_.fetch();
+      results_.fetch();
       run_->wait();
-      book(now);
+      record_progress(now);
     }
   }
   /// Begins a series of steps. The host chooses the first one, the device the others, until the lists become invalid.
   template <class Law>
   void begin_steps(const Law& law) {
     choose_first(law);
-    found_.host().begin_step();
+    results_.host().begin_step();
     parameters_.send();
-    found_.send();
-    hold();
+    results_.send();
+    store_slow_forces();
   }
   /// Chooses the first step of a series, and rebuilds the lists if needed.
   template <class Law>
   void choose_first(const Law& law) {
     Progress& now = progress_.host();
-    choose(rule(law), found_.host(), now, parameters_.host());
+    choose(rule(law), results_.host(), now, parameters_.host());
     if (now.unresolved)
       throw Failure(gas_.options.path + ": at t = " + std::to_string(gas_.time) +
                     " t0 contacts are too short for steps of mechanics.step: softer contacts (stiffness), or a far "
                     "shorter mechanics.step, is needed");
     if (now.go) return;
     arrange(now.travel);
-    choose(rule(law), found_.host(), now, parameters_.host());
+    choose(rule(law), results_.host(), now, parameters_.host());
   }
-  void book(Progress& now) {
+  void record_progress(Progress& now) {
     gas_.time = now.time;
     Counters& count = gas_.count;
     count.steps += now.steps, counts_.steps += now.steps;
@@ -120,7 +120,7 @@ class GasImpl final : public DeviceGas {
     energy_known_ = gas_.options.exchanges || dipoles_;
     now.steps = now.exchanges = 0;
     now.contact_steps = now.begun = now.transfers = 0;
-    check_found();
+    check_results();
   }
 
   bool is_driven() const { return !gas_.elastic && !drives_.empty(); }
@@ -129,7 +129,7 @@ class GasImpl final : public DeviceGas {
   void step_driven(const Law& law, double time) {
     Progress& now = progress_.host();
     now = Progress::towards(time, gas_.time, 1, false);
-    choose(rule(law), found_.host(), now, parameters_.host());
+    choose(rule(law), results_.host(), now, parameters_.host());
     const double begin = gas_.time, end = now.end, half = 0.5 * (end - begin);
     drive(begin, half);
     steps(law, end, 1, true);
@@ -138,48 +138,48 @@ class GasImpl final : public DeviceGas {
 
   // Public because nvcc requires it of functions with kernels.
 
-  /// Applies Effect::drive of all effects, and returns the largest speed to the host in found_.
+  /// Applies Effect::drive of all effects, and returns the largest speed to the host in results_.
   void drive(double time, double dt) {
     for (const auto& drive : drives_)
-      drive->drive(grains(), time, dt, gas_.view().momentum, gas_.quanta.energy, gas_.driven.data());
+      drive->drive(grains(), time, dt, gas_.view().momentum, gas_.units.energy, gas_.driven.data());
     const GrainsView g = gas_.view();
     const int n = gas_.n;
-    Found* found = found_.device();
-    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) { found->speed2 = 0; });
+    StepResults* results = results_.device();
+    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) { results->speed2 = 0; });
     run_->sum_segments((n + a_part - 1) / a_part,
                        [=] LICHTENBERG_HOST_DEVICE(int p) { return GasState<Executor>::part(n, p); },
                        [=] LICHTENBERG_HOST_DEVICE(int p, int t) {
                          const int s = p * a_part + t;
-                         return MaxReduction{norm2(g.over_mass[s] * g.momentum[s])};
+                         return MaxReduction{norm2(g.inverse_mass[s] * g.momentum[s])};
                        },
                        [=] LICHTENBERG_HOST_DEVICE(int, MaxReduction most) {
-                         parallel::enlarge_atomically(&found->speed2, most.value);
+                         parallel::max_atomically(&results->speed2, most.value);
                        });
-    found_.fetch();
+    results_.fetch();
     run_->wait();
   }
 
   void begin() {
     arrange(0);
-    if (has_held_forces()) recharge_once();
+    if (has_slow_forces()) recharge_once();
     energy_known_ = true;
     std::visit([&](const auto& law) { begin(law); }, gas_.law);
     run_->wait();
-    gas_.count.collisions += found_.host().begun;
-    check_found();
+    gas_.count.collisions += results_.host().begun;
+    check_results();
   }
   template <class Law>
   void begin(const Law& law) {
     parameters_.host() = {};
     parameters_.send();
-    found_.host() = {};
-    found_.send();
+    results_.host() = {};
+    results_.send();
     progress_.host().go = 1;
     progress_.send();
     follow(law);  // contacts of grains that overlap
     find_impacts(law);
-    finish(NoMore());
-    found_.fetch();
+    finish(NoAction());
+    results_.fetch();
   }
 
   void recharge_once() {
@@ -193,43 +193,43 @@ class GasImpl final : public DeviceGas {
     ++counts_.lists;
     lists_.arrange(travel, sums_, dipoles_);
     find_pair_forces();
-    found_.host().moved2 = 0;
-    if (auto seen = lists_.kernels(); !(seen == recorded_)) {
+    results_.host().moved2 = 0;
+    if (auto kernels = lists_.kernels(); !(kernels == recorded_)) {
       step_.clear();
-      recorded_ = std::move(seen);
+      recorded_ = std::move(kernels);
     }
   }
 
-  /// Computes forces and energy after a change of charges or of the order of grains. `booked`: the change of energy is
-  /// due to exchange; `solved`: dipoles are known.
-  void recharge(bool booked, bool solved = false) {
+  /// Computes forces and energy after a change of charges or of the order of grains. `by_exchange`: the change of
+  /// energy is due to exchange; `solved`: dipoles are known.
+  void recharge(bool by_exchange, bool solved = false) {
     if (sums_) recharge_sums(solved);
     find_pair_forces();
-    FieldBook* book = gas_.book.data();
+    FieldEnergyBudget* budget = gas_.field_energy.data();
     const ForceView force = forces();
     run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) {
       const double energy = force.energy();
-      if (booked) book->exchanged += energy - book->energy;
-      book->energy = energy;
+      if (by_exchange) budget->exchanged += energy - budget->energy;
+      budget->energy = energy;
     });
-    hold();
+    store_slow_forces();
   }
   void recharge_sums(bool solved) {
-    FieldBook* book = gas_.book.data();
+    FieldEnergyBudget* budget = gas_.field_energy.data();
     const GrainsView g = gas_.view();
     const int n = gas_.n;
-    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) { book->largest_charge = 0; });
+    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) { budget->largest_charge = 0; });
     run_->sum_segments(
         (n + a_part - 1) / a_part, [=] LICHTENBERG_HOST_DEVICE(int p) { return GasState<Executor>::part(n, p); },
         [=] LICHTENBERG_HOST_DEVICE(int p, int t) { return MaxReduction{std::abs(g.charge[p * a_part + t])}; },
         [=] LICHTENBERG_HOST_DEVICE(int, MaxReduction most) {
-          parallel::enlarge_atomically(&book->largest_charge, most.value);
+          parallel::max_atomically(&budget->largest_charge, most.value);
         });
-    const Vec3 over = gas_.turns_a_length();
+    const Vec3 units_per_length = gas_.units_per_length();
     run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) {
-      const double scale = periodic::device::charge_scale(book->largest_charge);
-      g.charged[s] = {turns_of(g.place[s], over), static_cast<float>(scale * g.charge[s])};
-      if (s == 0) book->scale = scale;
+      const double scale = periodic::device::charge_scale(budget->largest_charge);
+      g.charged[s] = {fixed_point_position(g.position[s], units_per_length), static_cast<float>(scale * g.charge[s])};
+      if (s == 0) budget->scale = scale;
     });
     if (!dipoles_)
       sums_->evaluate(g.charged, lists_.partners(), true);
@@ -244,29 +244,30 @@ class GasImpl final : public DeviceGas {
     gas_.pair_force.zero();
     gas_.pair_energy.zero();
     for (const auto& part : parts_)
-      part->add_forces(grains(), pair_quanta_, gas_.pair_force.data(), gas_.pair_energy.data());
+      part->add_forces(grains(), pair_units_, gas_.pair_force.data(), gas_.pair_energy.data());
   }
   /// Stores the present forces, which stay constant until the end of the step.
-  void hold() {
+  void store_slow_forces() {
     const ForceView force = forces();
     const GrainsView g = gas_.view();
-    run_->for_each(gas_.n, [=] LICHTENBERG_HOST_DEVICE(int s) { g.held[s] = force(s); });
+    run_->for_each(gas_.n, [=] LICHTENBERG_HOST_DEVICE(int s) { g.slow_force[s] = force(s); });
   }
 
   /// Records the kernels of a step. They do nothing if no step has been chosen, because the host starts several ahead.
   template <class Law>
   void record(const Law& law) {
     Progress* now = progress_.device();
-    const bool exchanges = has_held_forces() && gas_.options.exchanges;
+    const bool exchanges = has_slow_forces() && gas_.options.exchanges;
     follow(law);
-    run_->beside([&] { follow_charges(); }, [&] { find_impacts(law); });
-    finish(GoOn<Law>{rule(law), found_.device(), parameters_.device(), now, dipoles_ ? dipoles_->unstable() : nullptr,
-                     exchanges});
+    run_->run_concurrently([&] { follow_charges(); }, [&] { find_impacts(law); });
+    finish(ChooseNext<Law>{rule(law), results_.device(), parameters_.device(), now,
+                           dipoles_ ? dipoles_->unstable() : nullptr, exchanges});
     if (exchanges) run_->when(&now->exchanged, [&] { recharge(true); });
   }
   template <class Law>
   void follow(const Law& law) {
-    run_->together(FollowContacts<Law>{contact_steps(law), {gas_.box, gas_.turns_a_length()}, &progress_.device()->go});
+    run_->run_cooperative(
+        FollowContacts<Law>{contact_steps(law), {gas_.box, gas_.units_per_length()}, &progress_.device()->go});
   }
   void follow_charges() {
     if (dipoles_)
@@ -279,56 +280,57 @@ class GasImpl final : public DeviceGas {
   template <class Law>
   void find_impacts(const Law& law) {
     const ContactSteps<Law> steps = contact_steps(law);
-    Found* found = found_.device();
+    StepResults* results = results_.device();
     const int parts = std::max(gas_.n / 16, 1);
     run_->sum_segments(
         parts,
         [=] LICHTENBERG_HOST_DEVICE(int p) {
-          const int share = (found->pairs + parts - 1) / parts, left = found->pairs - p * share;
+          const int share = (results->pairs + parts - 1) / parts, left = results->pairs - p * share;
           return left < share ? left : share;
         },
         [=] LICHTENBERG_HOST_DEVICE(int p, int t) {
-          return MaxReduction{steps.impact2(p * ((found->pairs + parts - 1) / parts) + t)};
+          return MaxReduction{steps.impact2(p * ((results->pairs + parts - 1) / parts) + t)};
         },
         [=] LICHTENBERG_HOST_DEVICE(int, MaxReduction most) {
-          parallel::enlarge_atomically(&found->impact2, most.value);
+          parallel::max_atomically(&results->impact2, most.value);
         });
-    run_->for_each(steps.restitution.room, [=] LICHTENBERG_HOST_DEVICE(int k) { steps.count_end(k); });
+    run_->for_each(steps.restitution.capacity, [=] LICHTENBERG_HOST_DEVICE(int k) { steps.count_end(k); });
   }
   /// Corrects momenta for a linear change of the smooth forces, adds exchanged charges, and computes the maxima from
-  /// which the next step is chosen; then calls `then`.
-  template <class Then>
-  void finish(Then then) {
+  /// which the next step is chosen; then calls `action`.
+  template <class Action>
+  void finish(Action action) {
     const ForceView force = forces();
     const GrainsView g = gas_.view();
-    const double quantum = gas_.quanta.charge;
+    const double quantum = gas_.units.charge;
     const StepParameters* parameters = parameters_.device();
-    FieldBook* book = gas_.book.data();
-    Found* found = found_.device();
-    const Vec3 over = gas_.turns_a_length();
+    FieldEnergyBudget* budget = gas_.field_energy.data();
+    StepResults* results = results_.device();
+    const Vec3 units_per_length = gas_.units_per_length();
     run_->template sum<1>(
         gas_.n,
         [=] LICHTENBERG_HOST_DEVICE(int s) {
-          const Vec3 now = force(s), at = g.place[s];
-          const Vec3 p = g.momentum[s] + (0.5 * parameters->outer) * (now - g.held[s]);
-          g.momentum[s] = p, g.held[s] = now;
-          if (s == 0) book->energy = force.energy();
+          const Vec3 now = force(s), at = g.position[s];
+          const Vec3 p = g.momentum[s] + (0.5 * parameters->outer) * (now - g.slow_force[s]);
+          g.momentum[s] = p, g.slow_force[s] = now;
+          if (s == 0) budget->energy = force.energy();
           std::int64_t& moved = g.moved_charge[s];
           if (moved != 0) g.charge[s] += quantum * static_cast<double>(moved), moved = 0;
-          const Turns from = g.sorted_at[s], to = turns_of(at, over);
-          const Vec3 path{lichtenberg::apart(to.x, from.x) / over.x, lichtenberg::apart(to.y, from.y) / over.y,
-                          lichtenberg::apart(to.z, from.z) / over.z};
+          const FixedPointPosition from = g.sorted_at[s], to = fixed_point_position(at, units_per_length);
+          const Vec3 path{lichtenberg::nearest_difference(to.x, from.x) / units_per_length.x,
+                          lichtenberg::nearest_difference(to.y, from.y) / units_per_length.y,
+                          lichtenberg::nearest_difference(to.z, from.z) / units_per_length.z};
           StepMaxima here;
-          here.speed2 = norm2(g.over_mass[s] * p), here.acceleration2 = norm2(g.over_mass[s] * now);
+          here.speed2 = norm2(g.inverse_mass[s] * p), here.acceleration2 = norm2(g.inverse_mass[s] * now);
           here.moved2 = norm2(path), here.charge = std::abs(g.charge[s]);
           here.lost = !(here.speed2 < INFINITY) || !(norm2(at) < INFINITY);
           return here;
         },
         [=] LICHTENBERG_HOST_DEVICE(StepMaxima most) {
-          found->speed2 = most.speed2, found->acceleration2 = most.acceleration2;
-          found->moved2 = most.moved2, found->charge = most.charge;
-          found->lost = most.lost;
-          then();
+          results->speed2 = most.speed2, results->acceleration2 = most.acceleration2;
+          results->moved2 = most.moved2, results->charge = most.charge;
+          results->lost = most.lost;
+          action();
         });
   }
 
@@ -336,41 +338,41 @@ class GasImpl final : public DeviceGas {
   static constexpr int a_part = GasState<Executor>::a_part;
 
   static const GasOptions& checked(const Executor& run, const GasOptions& options) {
-    check_room(options, static_cast<double>(run.room()));
+    check_memory(options, static_cast<double>(run.available_memory()));
     return options;
   }
 
   DeviceGrains grains() const {
     return {gas_.n,
             gas_.box,
-            gas_.view().place,
+            gas_.view().position,
             gas_.view().radius,
             gas_.view().charge,
-            gas_.view().over_mass,
+            gas_.view().inverse_mass,
             gas_.view().number,
             lists_.in_reach()};
   }
-  bool has_held_forces() const { return sums_ || !parts_.empty(); }
+  bool has_slow_forces() const { return sums_ || !parts_.empty(); }
 
   ForceView forces() const {
     ForceView view;
     if (sums_)
       view = {gas_.view().charged,
-              sums_->felt(),
+              sums_->field_at_source(),
               sums_->totals(),
-              gas_.book.data(),
+              gas_.field_energy.data(),
               gas_.options.strength,
               sums_->background(),
               dipoles_ ? sums_->force() : nullptr};
     if (!parts_.empty())
-      view.of_pairs = gas_.pair_force.data(), view.pair_energy = gas_.pair_energy.data(), view.quanta = pair_quanta_;
+      view.pair_force = gas_.pair_force.data(), view.pair_energy = gas_.pair_energy.data(), view.units = pair_units_;
     return view;
   }
   /// Powers of two: 2^-44 of the largest force and energy of a pair. Sums may be 2^18 times as large.
-  PairQuanta quanta_of_parts() const {
-    PairQuanta most{0, 0};
+  PairUnits units_of_parts() const {
+    PairUnits most{0, 0};
     for (const auto& part : parts_) {
-      const PairQuanta size = part->size();
+      const PairUnits size = part->size();
       most.force = std::max(most.force, std::abs(size.force)),
       most.energy = std::max(most.energy, std::abs(size.energy));
     }
@@ -381,19 +383,19 @@ class GasImpl final : public DeviceGas {
   }
   template <class Law>
   ContactSteps<Law> contact_steps(const Law& law) const {
-    const auto turn = [&](int k) { return static_cast<float>(gas_.box.lengths[k] / whole_turn); };
+    const auto unit_length = [&](int k) { return static_cast<float>(gas_.box.lengths[k] / units_per_box); };
     return {.grains = gas_.view(),
             .contacts = lists_.view(),
             .law = law,
             .nearest = NearestImage<3>(gas_.box),
-            .turn = {turn(0), turn(1), turn(2)},
+            .unit_length = {unit_length(0), unit_length(1), unit_length(2)},
             .parameters = parameters_.device(),
-            .found = found_.device(),
+            .results = results_.device(),
             .extremes = gas_.extremes.data(),
             .restitution = gas_.restitution.view(),
             .exchange = gas_.options.exchange,
-            .quanta = gas_.quanta,
-            .over_quanta = gas_.quanta.inverse(),
+            .units = gas_.units,
+            .inverse_units = gas_.units.inverse(),
             .seed = gas_.options.seed,
             .exchanges = gas_.options.exchanges && !gas_.elastic};
   }
@@ -402,7 +404,7 @@ class GasImpl final : public DeviceGas {
   StepRule<Law> rule(const Law& law) const {
     return {law,
             gas_.options.step,
-            gas_.options.way,
+            gas_.options.max_path,
             static_cast<double>(gas_.options.contact_steps),
             {gas_.lightest, gas_.smallest_radius, typical_impact(gas_.options.mass.size())},
             gas_.largest_radius,
@@ -410,15 +412,15 @@ class GasImpl final : public DeviceGas {
             gas_.options.attraction,
             lists_.skin()};
   }
-  const double* scale() const { return &gas_.book.data()->scale; }
+  const double* scale() const { return &gas_.field_energy.data()->scale; }
 
-  void check_found() {
+  void check_results() {
     if (dipoles_) check_dipoles(dipoles_->download(), gas_.options);
-    if (const int passed = found_.host().passed; passed)
+    if (const int passed = results_.host().passed; passed)
       throw Failure("grain " + std::to_string(passed - 1) +
                     " and another fly through each other: the contact is too soft for their impact; a larger "
                     "stiffness, of a stage its equilibration.stiffness, or a lower temperature is needed");
-    if (found_.host().lost)
+    if (results_.host().lost)
       throw Failure(gas_.options.path + ": from t = " + std::to_string(gas_.time) +
                     " t0 on the grains' positions are not finite");
   }
@@ -430,9 +432,9 @@ class GasImpl final : public DeviceGas {
   typename GasLists<Executor>::Dipoles dipoles_;
   std::vector<std::unique_ptr<DevicePart>> parts_;
   std::vector<std::unique_ptr<DeviceDrive>> drives_;
-  PairQuanta pair_quanta_;
+  PairUnits pair_units_;
   mutable SnapshotMemories<Executor> memories_{*run_};
-  parallel::Mirrored<Found, Executor> found_{*run_};
+  parallel::Mirrored<StepResults, Executor> results_{*run_};
   parallel::Mirrored<StepParameters, Executor> parameters_{*run_};
   parallel::Mirrored<Progress, Executor> progress_{*run_};
   typename Executor::Recording step_;

@@ -15,17 +15,17 @@
 
 namespace lichtenberg::granular::device {
 
-using periodic::device::Charged;
 using periodic::device::ChargeSums;
-using periodic::device::Felt;
+using periodic::device::FieldSample;
+using periodic::device::PointCharge;
 using periodic::device::Totals;
 
 /// Options of a gas on a device.
 struct GasOptions : effects::DeviceForces {
   Vec3 lengths;
   std::vector<double> mass, radius;  ///< [N]
-  double step = 0;                   ///< t0, largest; infinite: follows from `way`
-  double way = 0;                    ///< d0, largest path of the fastest grain in a step
+  double step = 0;                   ///< t0, largest; infinite: follows from `max_path`
+  double max_path = 0;               ///< d0, largest path of the fastest grain in a step
   ContactAttraction attraction;
   int contact_steps = 1;
   std::uint64_t seed = 0;
@@ -33,15 +33,17 @@ struct GasOptions : effects::DeviceForces {
   std::optional<periodic::device::MeshTables> tables;  ///< of `mesh`
 };
 
-/// Returns a position in fixed-point units of the box lengths; `a_length`: units per d0.
-LICHTENBERG_HOST_DEVICE inline Turns turns_of(Vec3 place, Vec3 a_length) {
-  return {turns(place.x, a_length.x), turns(place.y, a_length.y), turns(place.z, a_length.z)};
+/// Returns a position in fixed-point units of the box lengths; `units_per_length`: units per d0.
+LICHTENBERG_HOST_DEVICE inline FixedPointPosition fixed_point_position(Vec3 position, Vec3 units_per_length) {
+  return {fixed_point_coordinate(position.x, units_per_length.x),
+          fixed_point_coordinate(position.y, units_per_length.y),
+          fixed_point_coordinate(position.z, units_per_length.z)};
 }
 
 /// Returns the options for a scene that check_scene accepts.
 GasOptions gas_options(const Scene& scene);
 /// Throws Failure, with the number of grains that would fit, if a device with `free` bytes lacks memory for a gas.
-void check_room(const GasOptions& options, double free);
+void check_memory(const GasOptions& options, double free);
 
 /// Step maxima over all grains.
 struct StepMaxima {
@@ -71,53 +73,54 @@ struct MaxReduction {
 
 /// Data of a grain that sorting moves.
 struct Grain {
-  Vec3 place, momentum;
-  double charge = 0, over_mass = 0, radius = 0;
+  Vec3 position, momentum;
+  double charge = 0, inverse_mass = 0, radius = 0;
   std::int64_t collisions = 0, dissipated = 0;
-  Charged charged;
-  Felt felt;
+  PointCharge charged;
+  FieldSample field_at_source;
   ImageCount image;
   int number = 0;
 };
 
 /// Field energy (m0 v0^2), and the part of it from charge exchange.
-struct FieldBook {
+struct FieldEnergyBudget {
   double energy = 0, exchanged = 0;
-  double scale = 1;           ///< factor of Charged::charge
+  double scale = 1;           ///< factor of PointCharge::charge
   double largest_charge = 0;  ///< magnitude
 };
 
 /// Smooth forces on grains: by charges, or charges with dipoles, and by pair laws.
 struct ForceView {
-  const Charged* charges = nullptr;
-  const Felt* felt = nullptr;
+  const PointCharge* charges = nullptr;
+  const FieldSample* field_at_source = nullptr;
   const Totals* totals = nullptr;
-  const FieldBook* book = nullptr;
+  const FieldEnergyBudget* budget = nullptr;
   double strength = 0, background = 0;
-  const Felt* force = nullptr;         ///< null: no dipoles
-  const WholeVec* of_pairs = nullptr;  ///< [N], quanta; null: no pair laws
+  const FieldSample* force = nullptr;         ///< null: no dipoles
+  const FixedPointVec* pair_force = nullptr;  ///< [N], quanta; null: no pair laws
   const std::int64_t* pair_energy = nullptr;
-  PairQuanta quanta{};
+  PairUnits units{};
 
   LICHTENBERG_HOST_DEVICE Vec3 operator()(int s) const {
-    return of_pairs ? of_charges(s) + of_pairs[s].times(quanta.force) : of_charges(s);
+    return pair_force ? charge_force(s) + pair_force[s].times(units.force) : charge_force(s);
   }
-  LICHTENBERG_HOST_DEVICE Vec3 of_charges(int s) const {
-    if (!felt || totals->square == 0) return {};
+  LICHTENBERG_HOST_DEVICE Vec3 charge_force(int s) const {
+    if (!field_at_source || totals->square == 0) return {};
     if (force) {
-      const double share = force[s].potential / totals->square, unit = strength / (book->scale * book->scale);
+      const double share = force[s].potential / totals->square, unit = strength / (budget->scale * budget->scale);
       return {unit * (force[s].x - share * totals->x), unit * (force[s].y - share * totals->y),
               unit * (force[s].z - share * totals->z)};
     }
-    const double q = charges[s].charge, over = q / totals->square, factor = strength * q / (book->scale * book->scale);
-    return {factor * (felt[s].x - over * totals->x), factor * (felt[s].y - over * totals->y),
-            factor * (felt[s].z - over * totals->z)};
+    const double q = charges[s].charge, over = q / totals->square,
+                 factor = strength * q / (budget->scale * budget->scale);
+    return {factor * (field_at_source[s].x - over * totals->x), factor * (field_at_source[s].y - over * totals->y),
+            factor * (field_at_source[s].z - over * totals->z)};
   }
   LICHTENBERG_HOST_DEVICE double energy() const {
-    const double of_others = pair_energy ? quanta.energy * static_cast<double>(*pair_energy) : 0;
-    if (!felt) return of_others;
-    return of_others + strength / (book->scale * book->scale) *
-                           (totals->energy + 0.5 * background * totals->charge * totals->charge);
+    const double pair_sum = pair_energy ? units.energy * static_cast<double>(*pair_energy) : 0;
+    if (!field_at_source) return pair_sum;
+    return pair_sum + strength / (budget->scale * budget->scale) *
+                          (totals->energy + 0.5 * background * totals->charge * totals->charge);
   }
 };
 

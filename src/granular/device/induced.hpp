@@ -49,29 +49,31 @@ class ByNumber {
 
 /// Returns a function that writes dipoles, fields and forces to a checkpoint, from which the CPU can continue.
 template <class Executor>
-std::function<void(Checkpoint&)> taken(const GasState<Executor>& gas, const ChargeSums<Executor>& sums,
-                                       const periodic::device::InducedDipolesOn<Executor>& dipoles) {
-  return
-      [book = gas.book.download().front(), totals = sums.download_totals(), felt = sums.download_felt(),
-       force = sums.download_force(), number = gas.numbers(), dipole = dipoles.dipoles(), history = dipoles.history(),
-       applications = dipoles.download().applications, background = sums.background()](Checkpoint& checkpoint) {
-        const double back = 1 / book.scale, share = totals.square > 0 ? 1 / totals.square : 0;
-        const double own = background * totals.charge;
-        ByNumber to(checkpoint, number);
-        to.reals("potential", [&](std::size_t s) { return back * (felt[s].potential + own); });
-        to.vectors("field", [&](std::size_t s) { return back * Vec3{felt[s].x, felt[s].y, felt[s].z}; });
-        to.vectors("force", [&](std::size_t s) {
-          const Felt f = force[s];
-          return back * back * (Vec3{f.x, f.y, f.z} - f.potential * share * Vec3{totals.x, totals.y, totals.z});
-        });
-        checkpoint.reals["effects.coulomb.energy"] = {back * back * (totals.energy + 0.5 * own * totals.charge)};
-        checkpoint.reals["effects.coulomb.position"] = checkpoint.reals.at("position");
-        checkpoint.reals["effects.coulomb.charge"] = checkpoint.reals.at("charge");
-        to.vectors("dipole", [&](std::size_t s) { return dipole[s]; });
-        for (std::size_t k = 0; k < history.size(); ++k)
-          to.vectors("dipole_" + std::to_string(k), [&](std::size_t s) { return history[k][s]; });
-        checkpoint.integers["effects.coulomb.counters"].at(1) = applications;
-      };
+std::function<void(Checkpoint&)> dipole_writer(const GasState<Executor>& gas, const ChargeSums<Executor>& sums,
+                                               const periodic::device::InducedDipolesOn<Executor>& dipoles) {
+  return [budget = gas.field_energy.download().front(), totals = sums.download_totals(),
+          field_at_source = sums.download_fields(), force = sums.download_force(), number = gas.numbers(),
+          dipole = dipoles.dipoles(), history = dipoles.history(), applications = dipoles.download().applications,
+          background = sums.background()](Checkpoint& checkpoint) {
+    const double back = 1 / budget.scale, share = totals.square > 0 ? 1 / totals.square : 0;
+    const double own = background * totals.charge;
+    ByNumber to(checkpoint, number);
+    to.reals("potential", [&](std::size_t s) { return back * (field_at_source[s].potential + own); });
+    to.vectors("field", [&](std::size_t s) {
+      return back * Vec3{field_at_source[s].x, field_at_source[s].y, field_at_source[s].z};
+    });
+    to.vectors("force", [&](std::size_t s) {
+      const FieldSample f = force[s];
+      return back * back * (Vec3{f.x, f.y, f.z} - f.potential * share * Vec3{totals.x, totals.y, totals.z});
+    });
+    checkpoint.reals["effects.coulomb.energy"] = {back * back * (totals.energy + 0.5 * own * totals.charge)};
+    checkpoint.reals["effects.coulomb.position"] = checkpoint.reals.at("position");
+    checkpoint.reals["effects.coulomb.charge"] = checkpoint.reals.at("charge");
+    to.vectors("dipole", [&](std::size_t s) { return dipole[s]; });
+    for (std::size_t k = 0; k < history.size(); ++k)
+      to.vectors("dipole_" + std::to_string(k), [&](std::size_t s) { return history[k][s]; });
+    checkpoint.integers["effects.coulomb.counters"].at(1) = applications;
+  };
 }
 
 /// Throws Failure if the dipoles are unstable or the solver has not converged.

@@ -33,7 +33,7 @@ class GasLists {
   /// List pointers and sizes with which kernels were recorded.
   struct Kernels {
     std::vector<const void*> arrays;
-    std::size_t room = 0;
+    std::size_t capacity = 0;
     int columns = 0, partner_columns = 0, reach_columns = 0;
     double skin = 0;
 
@@ -47,7 +47,7 @@ class GasLists {
         table_(*run_),
         partners_(*run_),
         in_reach_(*run_) {
-    place_of_.resize(state.n);
+    sorted_index_.resize(state.n);
     for (const DevicePartForm& part : state.options.parts) reach_ = std::max(reach_, part.reach);
   }
 
@@ -67,8 +67,8 @@ class GasLists {
     if (!(skin <= skin_ && skin_ <= 2 * skin)) skin_ = 1.2 * skin;
     sort_cells();
     if (loaded_) list_open();
-    if (sums) sums->make_room(gas.n);
-    gas.permute(cells_.order(), sums ? sums->felt() : nullptr);
+    if (sums) sums->resize_results(gas.n);
+    gas.permute(cells_.order(), sums ? sums->field_at_source() : nullptr);
     if (dipoles) dipoles->permute(cells_.order());
     build(sums);
     resize_contacts();
@@ -101,7 +101,7 @@ class GasLists {
     const TableView table = table_.view(), partners = partners_.view(), in_reach = in_reach_.view();
     const ContactsView c = view();
     return {{table.start, table.partner, partners.start, partners.partner, in_reach.start, in_reach.partner, c.since,
-             c.impact_speed, c.alone, c.owner, c.near, c.active, c.seen, c.scale, c.force, c.halfway, c.first, c.next},
+             c.impact_speed, c.alone, c.owner, c.near, c.active, c.state, c.scale, c.force, c.halfway, c.first, c.next},
             near_.capacity(),
             table.columns,
             partners.columns,
@@ -112,18 +112,19 @@ class GasLists {
   // Public because nvcc requires it of functions with kernels.
 
   void sort_cells() {
-    const Vec3* place = state_->view().place;
-    const Vec3 over = state_->turns_a_length();
-    cells_.sort(state_->n, [=] LICHTENBERG_HOST_DEVICE(int i) { return turns_of(place[i], over); });
+    const Vec3* position = state_->view().position;
+    const Vec3 units_per_length = state_->units_per_length();
+    cells_.sort(state_->n,
+                [=] LICHTENBERG_HOST_DEVICE(int i) { return fixed_point_position(position[i], units_per_length); });
   }
   void build(Sums& sums) {
     const GasState<Executor>& gas = *state_;
-    const Located* located = gas.view().located;
-    const auto place_of = [=] LICHTENBERG_HOST_DEVICE(int s) { return located[s].at; };
-    table_.build(gas.n, cells_.view(), gas.box.lengths, 2 * gas.largest_radius + skin_, place_of, true);
-    if (reach_ > 0) in_reach_.build(gas.n, cells_.view(), gas.box.lengths, reach_ + skin_, place_of);
+    const CompactGrain* compact = gas.view().compact;
+    const auto position_of = [=] LICHTENBERG_HOST_DEVICE(int s) { return compact[s].at; };
+    table_.build(gas.n, cells_.view(), gas.box.lengths, 2 * gas.largest_radius + skin_, position_of, true);
+    if (reach_ > 0) in_reach_.build(gas.n, cells_.view(), gas.box.lengths, reach_ + skin_, position_of);
     if (!sums) return;
-    partners_.build(gas.n, cells_.view(), gas.box.lengths, sums->cutoff() + skin_, place_of);
+    partners_.build(gas.n, cells_.view(), gas.box.lengths, sums->cutoff() + skin_, position_of);
     sums->arrange(gas.n, cells_.view(), 0.5 * skin_);
   }
   /// Allocates the data of entries and pairs.
@@ -131,7 +132,7 @@ class GasLists {
     const std::size_t entries = table_.entries();
     ContactsView& c = contacts_.view;
     near_.resize(entries);
-    contacts_.resize(entries, c.since, c.impact_speed, c.alone, c.owner, c.active, c.seen, c.scale);
+    contacts_.resize(entries, c.since, c.impact_speed, c.alone, c.owner, c.active, c.state, c.scale);
     contacts_.resize(entries, c.force, c.halfway, c.first);
     contacts_.resize(2 * entries, c.next);
     const TableView table = table_.view();
@@ -153,9 +154,9 @@ class GasLists {
     run_->select(
         entries, [=] LICHTENBERG_HOST_DEVICE() { return static_cast<int>(entries); }, count,
         [=] LICHTENBERG_HOST_DEVICE(int e) { return c.since[e] >= 0; },
-        [=] LICHTENBERG_HOST_DEVICE(int place, int e) {
+        [=] LICHTENBERG_HOST_DEVICE(int index, int e) {
           const int i = number[c.owner[e]], j = number[c.table.partner[e]];
-          open[place] = {i < j ? i : j, i < j ? j : i, c.since[e], c.impact_speed[e], c.alone[e]};
+          open[index] = {i < j ? i : j, i < j ? j : i, c.since[e], c.impact_speed[e], c.alone[e]};
         });
     int all = 0;
     run_->to_host(&all, count, sizeof(int));
@@ -163,14 +164,14 @@ class GasLists {
   }
   /// Writes the open contacts to the table.
   void take_open() {
-    int* place_of = place_of_.data();
+    int* sorted_index = sorted_index_.data();
     const int* number = state_->view().number;
-    run_->for_each(state_->n, [=] LICHTENBERG_HOST_DEVICE(int s) { place_of[number[s]] = s; });
+    run_->for_each(state_->n, [=] LICHTENBERG_HOST_DEVICE(int s) { sorted_index[number[s]] = s; });
     const ContactsView c = view();
     run_->fill(c.since, 0xff, table_.entries() * sizeof(double));  // NaN: no contact
     const OpenContact* open = open_.data();
     run_->for_each(static_cast<long>(open_.size()), [=] LICHTENBERG_HOST_DEVICE(int k) {
-      const int i = place_of[open[k].i], j = place_of[open[k].j], s = i < j ? i : j, other = i < j ? j : i;
+      const int i = sorted_index[open[k].i], j = sorted_index[open[k].j], s = i < j ? i : j, other = i < j ? j : i;
       for (int e = c.table.begin(s); e < c.table.end(s); ++e)
         if (c.table.partner[e] == other)
           c.since[e] = open[k].since, c.impact_speed[e] = open[k].impact_speed, c.alone[e] = open[k].alone;
@@ -206,7 +207,7 @@ class GasLists {
 
   mutable Array<OpenContact> open_{*run_};
   mutable Array<int> open_count_{*run_};
-  Array<int> place_of_{*run_};  ///< [N], sorted index by number
+  Array<int> sorted_index_{*run_};  ///< [N], sorted index by number
 };
 
 }  // namespace lichtenberg::granular::device

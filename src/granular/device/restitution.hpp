@@ -36,7 +36,7 @@ struct RestitutionDecade {
 };
 
 /// A contact of an isolated pair that has ended; `lower` and `higher` are the sorted indices of its grains.
-struct EndedContact : RestitutionCheck::Seen {
+struct EndedContact : RestitutionCheck::IsolatedCollision {
   int lower = 0, higher = 0;
 };
 
@@ -47,12 +47,12 @@ struct RestitutionCount {
   RestitutionDecade* decade = nullptr;  ///< [RestitutionCheck::decades]
   double since = 0;                     ///< t0, start of the present law
   EndedContact* ended = nullptr;        ///< [capacity], contacts that ended in an outer step
-  int room = 0;
+  int capacity = 0;
 
   /// Stores an ended contact, which a later kernel counts. Kernels of pairs have no registers left for that.
   LICHTENBERG_HOST_DEVICE void note(int* count, const EndedContact& contact) const {
-    const int place = parallel::take_place(count);
-    if (place < room) ended[place] = contact;
+    const int index = parallel::take_index(count);
+    if (index < capacity) ended[index] = contact;
   }
   template <class Law>
   LICHTENBERG_HOST_DEVICE void count(const Law& law, double scale, double mass, double reach,
@@ -63,7 +63,7 @@ struct RestitutionCount {
     RestitutionDecade& of = decade[RestitutionCheck::decade_of(speed)];
     parallel::add_atomically(&of.collisions, std::int64_t{1});
     parallel::add_atomically(&of.errors, static_cast<std::int64_t>(error / quantum + 0.5));
-    parallel::enlarge_atomically(&of.worst, error);
+    parallel::max_atomically(&of.worst, error);
   }
 };
 

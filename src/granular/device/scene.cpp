@@ -8,7 +8,7 @@
 #include "src/effects/effects.hpp"
 #include "src/granular/device/device.hpp"
 #include "src/granular/device/gas_parts.hpp"
-#include "src/granular/held_forces.hpp"
+#include "src/granular/slow_force_limits.hpp"
 #include "src/model/bodies.hpp"
 #include "src/scene/effect_kind.hpp"
 
@@ -66,12 +66,12 @@ GasOptions gas_options(const Scene& scene) {
   options.bytes = bytes_needed(scene, options);
   if (const auto& mesh = options.mesh)
     options.tables = periodic::device::make_tables(mesh->mesh, periodic::prolate_cloud(mesh->band_limit, mesh->cutoff));
-  options.way = std::isinf(options.step) ? way_by_accuracy(scene) : way_by_length(scene);
+  options.max_path = std::isinf(options.step) ? path_by_accuracy(scene) : path_by_length(scene);
   options.attraction = contact_attraction(scene);
   return options;
 }
 
-void check_room(const GasOptions& options, double free) {
+void check_memory(const GasOptions& options, double free) {
   if (options.bytes <= free) return;
   constexpr double mebibyte = 1 << 20;
   const std::size_t grains = options.mass.size();

@@ -12,7 +12,7 @@ void store_grains(const Snapshot& from, Checkpoint& to) {
   position.resize(3 * n), momentum.resize(3 * n), image.resize(3 * n);
   for (std::size_t i = 0; i < n; ++i) {
     const GrainRecord& g = from.grains[i];
-    for (int k = 0; k < 3; ++k) position[3 * i + k] = g.place[k], momentum[3 * i + k] = g.momentum[k];
+    for (int k = 0; k < 3; ++k) position[3 * i + k] = g.position[k], momentum[3 * i + k] = g.momentum[k];
     image[3 * i] = g.image.x, image[3 * i + 1] = g.image.y, image[3 * i + 2] = g.image.z;
   }
   const auto by_grain = [&](auto& values, auto GrainRecord::*member) {
@@ -47,9 +47,9 @@ void store(const Snapshot& snapshot, Checkpoint& checkpoint) {
   if (snapshot.sums) checkpoint.integers["effects.coulomb.counters"].at(0) = count.evaluations;
   checkpoint.reals["time"] = {snapshot.time};
   checkpoint.integers["counters"] = {count.steps, count.contact_steps, count.collisions};
-  std::vector<double>& book = checkpoint.reals["book"];
-  book.at(0) = snapshot.dissipated, book.at(1) = snapshot.exchanged, book.at(2) = snapshot.driven;
-  book.at(4) = snapshot.overlap;
+  std::vector<double>& budget = checkpoint.reals["book"];
+  budget.at(0) = snapshot.dissipated, budget.at(1) = snapshot.exchanged, budget.at(2) = snapshot.driven;
+  budget.at(4) = snapshot.overlap;
   checkpoint.reals["restitution_check"] = snapshot.restitution;
   if (snapshot.dipoles) snapshot.dipoles(checkpoint);
 }

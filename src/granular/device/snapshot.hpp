@@ -27,7 +27,7 @@ struct OpenContact {
 
 /// Checkpoint data of a grain.
 struct GrainRecord {
-  Vec3 place, momentum;
+  Vec3 position, momentum;
   double charge = 0;
   std::int64_t collisions = 0;
   ImageCount image;

@@ -25,15 +25,15 @@ struct GasState {
     largest_radius = *std::ranges::max_element(options.radius);
     smallest_radius = *std::ranges::min_element(options.radius);
     lightest = *std::ranges::min_element(options.mass);
-    quanta.energy = energy_quantum(n);
-    if (options.exchanges) quanta.charge = effects::charge_quantum(options.exchange.strength);
-    book.resize(1);
+    units.energy = energy_quantum(n);
+    if (options.exchanges) units.charge = effects::charge_quantum(options.exchange.strength);
+    field_energy.resize(1);
     extremes.resize(1);
     spare.resize(n);
     GrainsView& g = grains.view;
     g.count = n;
-    grains.resize(n, g.place, g.momentum, g.image, g.charge, g.over_mass, g.radius, g.number, g.charged);
-    grains.resize(n, g.collisions, g.moved_charge, g.dissipated, g.located, g.held, g.sorted_at);
+    grains.resize(n, g.position, g.momentum, g.image, g.charge, g.inverse_mass, g.radius, g.number, g.charged);
+    grains.resize(n, g.collisions, g.moved_charge, g.dissipated, g.compact, g.slow_force, g.sorted_at);
     grains.resize(n, g.force, g.halfway, g.impulse, g.shift, g.busy, g.touches, g.begun);
     if (!options.parts.empty()) pair_force.resize(n), pair_energy.resize(1);
   }
@@ -47,13 +47,13 @@ struct GasState {
     const auto reals = [&](const char* name, std::size_t size) { return lichtenberg::reals(checkpoint, name, size); };
     const std::size_t size = n;
     GrainsView& g = grains.view;
-    upload(g.place, vectors(reals("position", 3 * size)));
+    upload(g.position, vectors(reals("position", 3 * size)));
     upload(g.momentum, vectors(reals("momentum", 3 * size)));
     std::vector<double> over;
     for (const double mass : options.mass) over.push_back(1 / mass);
-    upload(g.over_mass, over);
+    upload(g.inverse_mass, over);
     upload(g.radius, options.radius);
-    choose_quanta();
+    choose_units();
     upload(g.charge, options.charged ? reals("charge", size) : std::vector<double>(size));
     const auto& turned = integers(checkpoint, "image");
     std::vector<ImageCount> around(size);
@@ -73,17 +73,17 @@ struct GasState {
     }
     upload(g.collisions, collided);
     upload(g.begun, std::vector<int>(size, no_end));
-    grains.zero(g.moved_charge, g.dissipated, g.busy, g.touches, g.force, g.halfway, g.impulse, g.shift, g.held,
+    grains.zero(g.moved_charge, g.dissipated, g.busy, g.touches, g.force, g.halfway, g.impulse, g.shift, g.slow_force,
                 g.charged);
     time = reals("time", 1).front();
     const auto& counters = integers(checkpoint, "counters");
     count.steps = counters.at(0), count.contact_steps = counters.at(1), count.collisions = counters.at(2);
     const auto before = reals("book", 5);
-    dissipated_before = static_cast<std::int64_t>(std::nearbyint(before[0] / quanta.energy));
+    dissipated_before = static_cast<std::int64_t>(std::nearbyint(before[0] / units.energy));
     extremes.upload({Extremes{.overlap = before[4]}});
-    FieldBook field;
+    FieldEnergyBudget field;
     field.exchanged = before[1];
-    book.upload({field});
+    field_energy.upload({field});
     driven_before = before[2];
     driven.upload({0});
     count.evaluations = options.tables ? integers(checkpoint, "effects.coulomb.counters").at(0) : 0;
@@ -95,11 +95,9 @@ struct GasState {
     run->to_host(all.data(), view().number, all.size() * sizeof(int));
     return all;
   }
-  double driven_energy() const {
-    return driven_before + static_cast<double>(driven.download().front()) * quanta.energy;
-  }
+  double driven_energy() const { return driven_before + static_cast<double>(driven.download().front()) * units.energy; }
   double dissipated_energy() const {
-    return static_cast<double>(dissipated_before + dissipated_quanta()) * quanta.energy;
+    return static_cast<double>(dissipated_before + dissipated_quanta()) * units.energy;
   }
 
   // Public because nvcc requires it of functions with kernels.
@@ -108,20 +106,20 @@ struct GasState {
   void list_records(GrainRecord* to) const {
     const GrainsView g = view();
     run->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) {
-      to[g.number[s]] = {g.place[s], g.momentum[s], g.charge[s], g.collisions[s], g.image[s], 0};
+      to[g.number[s]] = {g.position[s], g.momentum[s], g.charge[s], g.collisions[s], g.image[s], 0};
     });
   }
-  /// Permutes all data of grains. `felt`: fields at the charges, or null.
-  void permute(const int* order, Felt* felt) {
+  /// Permutes all data of grains. `field_at_source`: fields at the charges, or null.
+  void permute(const int* order, FieldSample* field_at_source) {
     Grain* to = spare.data();
     const GrainsView all = view();
-    run->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) { to[s] = all.take(order[s], felt); });
-    const Vec3 over = turns_a_length();
+    run->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) { to[s] = all.take(order[s], field_at_source); });
+    const Vec3 over = units_per_length();
     run->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) {
       const Grain g = to[s];
-      all.put(s, g, felt);
-      all.sorted_at[s] = turns_of(g.place, over);
-      all.located[s] = {all.sorted_at[s], static_cast<float>(g.radius)};
+      all.put(s, g, field_at_source);
+      all.sorted_at[s] = fixed_point_position(g.position, over);
+      all.compact[s] = {all.sorted_at[s], static_cast<float>(g.radius)};
       all.touches[s] = 0;
     });
   }
@@ -137,8 +135,8 @@ struct GasState {
     return total.download().front();
   }
 
-  Vec3 turns_a_length() const {
-    return {whole_turn / box.lengths.x, whole_turn / box.lengths.y, whole_turn / box.lengths.z};
+  Vec3 units_per_length() const {
+    return {units_per_box / box.lengths.x, units_per_box / box.lengths.y, units_per_box / box.lengths.z};
   }
   static constexpr int a_part = 256;
   LICHTENBERG_HOST_DEVICE static int part(int n, int p) { return n - p * a_part < a_part ? n - p * a_part : a_part; }
@@ -150,19 +148,19 @@ struct GasState {
   GrainContactLaw law;
   bool elastic = false;  ///< elastic stage: no charge is exchanged
   double largest_radius = 0, smallest_radius = 0, lightest = 0;
-  FixedPointScale quanta;
+  FixedPointScale units;
   double time = 0;
   Counters count;
 
   parallel::Arrays<GrainsView, Executor> grains{*run};
-  Array<WholeVec> pair_force{*run};  ///< forces by pair laws; empty without
+  Array<FixedPointVec> pair_force{*run};  ///< forces by pair laws; empty without
   Array<std::int64_t> pair_energy{*run};
   Array<Grain> spare{*run};
 
   Array<Extremes> extremes{*run};
   RestitutionOn<Executor> restitution{*run};
   Array<std::int64_t> driven{*run};  ///< quanta of energy, since the gas was loaded
-  Array<FieldBook> book{*run};
+  Array<FieldEnergyBudget> field_energy{*run};
   double driven_before = 0;
   std::int64_t dissipated_before = 0;  ///< quanta, when the gas was loaded
 
@@ -178,9 +176,9 @@ struct GasState {
   }
   /// Chooses the units of integer sums: 2^-58 of a bound on contact forces, 2^-52 of the largest momentum, rounded to
   /// powers of two. Sums over the pairs of a grain may be 2^5 times as large.
-  void choose_quanta() {
+  void choose_units() {
     const double heaviest = *std::ranges::max_element(options.mass);
-    const double push = std::visit(
+    const double force = std::visit(
         [&](const auto& one) {
           const ContactParts most = one.parts(largest_radius, one.scale(largest_radius, largest_radius));
           constexpr double fast = 100;  // v0; a faster grain would pass through others
@@ -188,9 +186,9 @@ struct GasState {
         },
         law);
     const auto power = [](double value) { return static_cast<int>(std::ceil(std::log2(value))); };
-    quanta.force = std::ldexp(1.0, power(push) - 58);
-    quanta.impulse = std::ldexp(1.0, power(heaviest) - 52);
-    quanta.shift = std::ldexp(1.0, power(heaviest) - 54);
+    units.force = std::ldexp(1.0, power(force) - 58);
+    units.impulse = std::ldexp(1.0, power(heaviest) - 52);
+    units.shift = std::ldexp(1.0, power(heaviest) - 54);
   }
 
   mutable Array<std::int64_t> total{*run};

@@ -135,7 +135,7 @@ void sum_bound_cells(const Executor& run, ProblemView problem, GridView grid) {
         const float share = grid.bound.share[link];
         return share > 0 ? share * grid.cycle.f[grid.links.slot[link]] : 0.0f;
       },
-      parallel::NoMore{},
+      parallel::NoAddedValues{},
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
         const float all = grid.cycle.charge[g] + sum;
         grid.cycle.flux[g] = grid.groups.clusters ? sum : all;

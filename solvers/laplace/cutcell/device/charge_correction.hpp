@@ -147,12 +147,12 @@ void compute_group_equations(const Executor& run, ProblemView problem, GridView 
   double* carried = correction.q;
   run.sum_pieces(
       grid.link_pieces(problem), grid.pieces.partial,
-      [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link]; }, parallel::NoMore{},
+      [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link]; }, parallel::NoAddedValues{},
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { correction.to_cells[g] = sum; });
   run.sum_pieces(
       grid.link_pieces(problem), grid.pieces.partial,
       [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link] * x[grid.links.slot[link]]; },
-      parallel::NoMore{}, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { correction.from_cells[g] = sum; });
+      parallel::NoAddedValues{}, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { correction.from_cells[g] = sum; });
   if (is_coupled) {
     run.fill(carried, 0, problem.groups * sizeof(double));
     add_couplings(run, problem, x + cells, carried);

@@ -107,7 +107,7 @@ template <class Executor>
 class Clustering {
  public:
   Clustering(const Executor& run, int grids) : run_(run), grids_(grids), sets_(run), clusters_(run, grids + 1) {
-    for (int k = 0; k < 2; ++k) reports_.push_back(std::make_unique<parallel::Parcel<Executor>>(run));
+    for (int k = 0; k < 2; ++k) reports_.push_back(std::make_unique<parallel::PackedTransfer<Executor>>(run));
   }
 
   const ClusterView* clusters(int grid) const { return clusters_.view(grid); }
@@ -182,7 +182,7 @@ class Clustering {
 
  private:
   template <class T>
-  using Part = typename parallel::Parcel<Executor>::template Part<T>;
+  using Part = typename parallel::PackedTransfer<Executor>::template MirroredArray<T>;
   struct OfGrid {
     Part<NetworkLink> link;
     Part<double> diagonal;
@@ -212,9 +212,9 @@ class Clustering {
   int groups_ = 0;
   std::vector<int> place_;  // of LinkedGroups::of
   int grids_;
-  std::vector<std::unique_ptr<parallel::Parcel<Executor>>> reports_;  // of the finest grid, of the others
+  std::vector<std::unique_ptr<parallel::PackedTransfer<Executor>>> reports_;  // of the finest grid, of the others
   std::vector<OfGrid> of_grid_;
-  parallel::Parcel<Executor> sets_;
+  parallel::PackedTransfer<Executor> sets_;
   Part<int> of_group_, start_, group_, is_alone_, held_;
   DeviceClusters<Executor> clusters_;
 };

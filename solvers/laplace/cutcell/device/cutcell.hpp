@@ -189,12 +189,12 @@ class CutCell : public DeviceSolver {
 
  private:
   using StoredSolution = parallel::Arrays<SolutionView, Executor>;
-  using Moment = typename Executor::Moment;
+  using TimePoint = typename Executor::TimePoint;
   using Recording = typename Executor::Recording;
   template <class T>
-  using Part = typename parallel::Parcel<Executor>::template Part<T>;
+  using Part = typename parallel::PackedTransfer<Executor>::template MirroredArray<T>;
   struct Moments {
-    Moment begun, discretized, iterated;
+    TimePoint begun, discretized, iterated;
   };
   struct Recordings {
     Recording begin[history_length], following[history_length];  ///< by phase_
@@ -209,7 +209,7 @@ class CutCell : public DeviceSolver {
   /// Data that the host fetches at the end of a solve.
   struct Report {
     explicit Report(const Executor& run) : parcel(run) {}
-    parallel::Parcel<Executor> parcel;
+    parallel::PackedTransfer<Executor> parcel;
     Part<Iterations> iterations;
     Part<double> potential;  ///< by group, followed by the mean or level of x
     Part<BodyResult> body_result;
@@ -249,7 +249,7 @@ class CutCell : public DeviceSolver {
       const auto floating = std::ranges::count(problem.groups, true, &Group::floating);
       bytes += sizeof(double) * (std::log2(finest_.nx / 8.0) + 2) * static_cast<double>(floating) * floating;
     }
-    const double free_bytes = static_cast<double>(run_->room());
+    const double free_bytes = static_cast<double>(run_->available_memory());
     if (bytes <= free_bytes) return;
     const auto in_mib = [](double b) { return std::to_string(static_cast<long>(b / (1 << 20))) + " MiB"; };
     throw Failure("the field on " + std::to_string(finest_.nx) + " x " + std::to_string(finest_.ny) + " cells around " +

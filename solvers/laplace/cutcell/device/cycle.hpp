@@ -107,7 +107,7 @@ template <class Executor>
 void restrict_charges(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(
       grid.covered_pieces(problem), grid.cycle.partial,
-      [=] LICHTENBERG_HOST_DEVICE(int m) { return grid.cycle.f[grid.covered.slot[m]]; }, parallel::NoMore{},
+      [=] LICHTENBERG_HOST_DEVICE(int m) { return grid.cycle.f[grid.covered.slot[m]]; }, parallel::NoAddedValues{},
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
         grid.cycle.charge[g] += sum;
         grid.cycle.phi[g] = grid.cycle.charge[g] * grid.groups.inverse_diagonal[g];
@@ -143,7 +143,7 @@ void relax_groups(const Executor& run, ProblemView problem, GridView grid, const
       [=] LICHTENBERG_HOST_DEVICE(int link) {
         return static_cast<float>(grid.links.conductance[link]) * static_cast<float>(v[grid.links.slot[link]]);
       },
-      parallel::NoMore{},
+      parallel::NoAddedValues{},
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
         const float flux = grid.groups.clusters ? sum : grid.cycle.charge[g] + sum;
         if (are_linked) {

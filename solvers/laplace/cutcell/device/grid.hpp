@@ -352,10 +352,10 @@ struct GridView {
     return groups.clusters || may_have(Items::direct_links) || may_have(Items::joined_links);
   }
   /// Pieces of the groups' links, and of their covered cells.
-  LICHTENBERG_HOST_DEVICE parallel::Pieces link_pieces(const ProblemView& problem) const {
+  LICHTENBERG_HOST_DEVICE parallel::SegmentPieces link_pieces(const ProblemView& problem) const {
     return {problem.groups, pieces.capacity, pieces.start, pieces.begin, pieces.end, pieces.segment, 0, pieces.done};
   }
-  LICHTENBERG_HOST_DEVICE parallel::Pieces covered_pieces(const ProblemView& problem) const {
+  LICHTENBERG_HOST_DEVICE parallel::SegmentPieces covered_pieces(const ProblemView& problem) const {
     const int n = problem.groups;
     return {n, pieces.capacity, pieces.start + n, pieces.begin, pieces.end, pieces.segment, n, pieces.done + n};
   }

@@ -235,7 +235,7 @@ class DeviceMultigrid {
   }
   void build_from(int first) {
     for (int l = first; l < levels(); ++l) grids_[l].outline(problem_, l > 0 ? &grids_[l - 1].view() : nullptr);
-    run_.side_by_side(levels() - first, [&](int k) {
+    run_.for_each_concurrently(levels() - first, [&](int k) {
       const int l = first + k;
       grids_[l].build(problem_);
       if (clustered()) clustering_.list_links(problem_, grids_[l].view(), l);
@@ -303,8 +303,8 @@ class DeviceMultigrid {
   parallel::Array<GridView, Executor> views_{run_};
   int first_solved_ = 0;  ///< first of the grids that one kernel solves, or the host
   parallel::Array<int, Executor> number_{run_};
-  parallel::Parcel<Executor> numbers_;
-  typename parallel::Parcel<Executor>::template Part<int> required_, singular_;
+  parallel::PackedTransfer<Executor> numbers_;
+  typename parallel::PackedTransfer<Executor>::template MirroredArray<int> required_, singular_;
   bool fits_ = false;  // as far as is known
   int generation_ = 0;
   int solves_without_strong_links_ = 0;  // in a row

@@ -224,7 +224,7 @@ void solve_group_potentials(const Executor& run, ProblemView problem, GridView g
     run.sum_pieces(
         grid.link_pieces(problem), grid.pieces.partial,
         [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link] * x[grid.links.slot[link]]; },
-        parallel::NoMore{}, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { next[g] = b[cells + g] + sum; });
+        parallel::NoAddedValues{}, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { next[g] = b[cells + g] + sum; });
     return solve_exactly(run, problem, grid, next, x + cells);
   }
   const bool direct_links = grid.may_have(Items::direct_links);

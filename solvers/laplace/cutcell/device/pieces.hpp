@@ -64,7 +64,7 @@ void make_group_diagonals(const Executor& run, ProblemView problem, GridView gri
         grid.groups.inverse_diagonal[g] = unknown ? static_cast<float>(1.0 / sum) : 0.0f;
         if (!unknown) return;
         grid.number[Items::unknown_groups] = grid.required[Items::unknown_groups] = 1;  // all write the same
-        if (grid.groups.own) grid.groups.own[parallel::take_place(grid.number + Items::own_groups)] = g;
+        if (grid.groups.own) grid.groups.own[parallel::take_index(grid.number + Items::own_groups)] = g;
       });
 }
 

@@ -34,7 +34,7 @@ class DeviceProblem {
 
  private:
   template <class T>
-  using Part = typename parallel::Parcel<Executor>::template Part<T>;
+  using Part = typename parallel::PackedTransfer<Executor>::template MirroredArray<T>;
 
   void reserve(const LaplaceProblem& problem) {
     const std::size_t bodies = problem.bodies.size(), groups = problem.groups.size();
@@ -148,11 +148,11 @@ class DeviceProblem {
   }
 
   ProblemView view_{};
-  parallel::Parcel<Executor> parcel_;
+  parallel::PackedTransfer<Executor> parcel_;
   Part<Outline> shape_;
   Part<int> group_of_, body_at_, rank_of_, first_rank_, floating_;
   Part<double> charge_, potential_;
-  parallel::Parcel<Executor> couplings_;
+  parallel::PackedTransfer<Executor> couplings_;
   Part<int> coupling_start_, coupled_to_;
   Part<double> coupling_, to_given_;
   std::size_t coupling_capacity_ = 0, coupling_groups_ = 0;

@@ -144,7 +144,7 @@ struct SmallGrids {
     const float* inverse_diagonal = here.groups.inverse_diagonal;
     block.sum_pieces(
         here.covered_pieces(problem), own_groups(here), here.cycle.partial, [&](int m) { return cells.f[covered[m]]; },
-        parallel::NoMore{},
+        parallel::NoAddedValues{},
         [&](int g, float sum) {
           charge[g] += sum;
           phi[g] = charge[g] * inverse_diagonal[g];
@@ -354,7 +354,8 @@ struct SmallGrids {
     float *flux = here.cycle.flux, *phi = here.cycle.phi, *next = here.cycle.phi_next;
     block.sum_pieces(
         here.link_pieces(problem), own_groups(here), here.cycle.partial,
-        [&](int link) { return static_cast<float>(conductance[link]) * cells.v[link_slot[link]]; }, parallel::NoMore{},
+        [&](int link) { return static_cast<float>(conductance[link]) * cells.v[link_slot[link]]; },
+        parallel::NoAddedValues{},
         [&](int g, float sum) {
           flux[g] = here.groups.clusters ? sum : charge[g] + sum;
           phi[g] = are_linked ? phi[g] + coarse_phi[g] : flux[g] * inverse_diagonal[g];

@@ -9,23 +9,23 @@
 #include <vector>
 
 #include "solvers/error.hpp"
-#include "solvers/parallel/backlog.hpp"
+#include "solvers/parallel/task_queue.hpp"
 #include "tests/message.hpp"
 
 namespace backlog_test {
 
 using namespace lichtenberg;
-using parallel::Backlog;
+using parallel::TaskQueue;
 
 TEST_CASE("task queue: tasks run in order and are complete at the end") {
   for (const std::size_t most : {0, 1, 2, 100}) {
     std::vector<int> done;
     {
-      Backlog backlog(most);
-      for (int k = 0; k < 50; ++k) backlog.add([&, k] { done.push_back(k); });
-      backlog.finish();
+      TaskQueue queue(most);
+      for (int k = 0; k < 50; ++k) queue.add([&, k] { done.push_back(k); });
+      queue.finish();
       CHECK(done.size() == 50);
-      backlog.add([&] { done.push_back(50); });
+      queue.add([&] { done.push_back(50); });
     }
     REQUIRE(done.size() == 51);
     for (int k = 0; k <= 50; ++k) CHECK(done[k] == k);
@@ -37,10 +37,10 @@ TEST_CASE("task queue: add() blocks when full, and completed tasks are released"
   std::atomic<bool> go = false;
   const auto held = std::make_shared<int>();
   {
-    Backlog backlog(2);
+    TaskQueue queue(2);
     const std::jthread owner([&] {
       for (int k = 0; k < 4; ++k) {
-        backlog.add([&begun, &go, held] {
+        queue.add([&begun, &go, held] {
           ++begun;
           go.wait(false);
         });
@@ -59,20 +59,20 @@ TEST_CASE("task queue: add() blocks when full, and completed tasks are released"
 
 TEST_CASE("task queue: the owner gets an exception once, later tasks are skipped") {
   int done = 0;
-  Backlog backlog(10);
+  TaskQueue queue(10);
   std::atomic<bool> go = false;
-  backlog.add([&] {
+  queue.add([&] {
     go.wait(false);
     throw Failure("no room");
   });
-  backlog.add([&] { ++done; });
+  queue.add([&] { ++done; });
   go = true;
   go.notify_all();
-  CHECK(message_of([&] { backlog.finish(); }) == "no room");
+  CHECK(message_of([&] { queue.finish(); }) == "no room");
   CHECK(done == 0);
-  CHECK_FALSE(backlog.has_failed());
-  backlog.add([&] { ++done; });
-  backlog.finish();
+  CHECK_FALSE(queue.has_failed());
+  queue.add([&] { ++done; });
+  queue.finish();
   CHECK(done == 1);
 }
 

@@ -16,12 +16,12 @@ namespace lichtenberg::mechanics {
 /// linear in charges. Charge that is injected, leaks or passes a resistor in a step is therefore recorded at the mean
 /// potential of the step. This is exact for steps of any length if bodies rest; their motion adds an error of third
 /// order.
-class EnergyBook {
+class EnergyBudget {
  public:
-  EnergyBook(const Scene& scene, double relaxation_time);  ///< s, of charges
+  EnergyBudget(const Scene& scene, double relaxation_time);  ///< s, of charges
 
   /// Adds the current into each conductor (A, for dt in s) and the charge leaked from each node (C) in the last step.
-  void note(std::span<const double> current, double dt, std::span<const double> leaked);
+  void add_step_charges(std::span<const double> current, double dt, std::span<const double> leaked);
 
   /// Result of a field solve.
   struct Instant {
@@ -33,14 +33,14 @@ class EnergyBook {
   };
   /// Records the noted charges and those that resistors have `carried` (C, from a to b; may be empty) since the last
   /// record.
-  void book(Instant now, std::span<const effects::Resistor> resistors, std::span<const double> carried);
+  void record(Instant now, std::span<const effects::Resistor> resistors, std::span<const double> carried);
   /// Records the noted charges up to an instant at which groups have merged. `work` (J) is the work of the field's
   /// forces on the bodies since the last record; the remaining loss of field energy is the heat of sparks. Charges are
   /// recorded at the mean of the last potentials and of potentials extrapolated linearly to just before the merge. The
   /// error is of first order only for a merge that follows another jump.
-  void book_merger(Instant now, double work);
+  void record_merger(Instant now, double work);
   /// Forgets the rates of potentials after a jump that is no group merge, until the next record.
-  void forget_rates();
+  void reset_rates();
 
   void add_drag(double joule) { flows_.drag += joule; }
 
@@ -57,20 +57,20 @@ class EnergyBook {
 
  private:
   Instant before_merger(const Instant& merged) const;
-  void note_rates(const Instant& now);
+  void update_rates(const Instant& now);
 
   double relaxation_time_;  ///< s
-  std::vector<effects::Supply> supplies_;
+  std::vector<effects::PotentialSource> supplies_;
   std::vector<effects::Terminal> terminals_;
   EnergyFlows flows_;
   std::vector<double> delivered_;  ///< C, by source
-  void book_charges(const Instant& now, std::span<const double> mean_potential,
-                    std::span<const double> terminal_charge);
+  void record_charges(const Instant& now, std::span<const double> mean_potential,
+                      std::span<const double> terminal_charge);
 
   Instant last_;                                        ///< last record; without potentials before the first
   std::vector<double> potential_rate_, terminal_rate_;  ///< V/s by node, A by terminal; 0 if unknown
   // Noted since the last record:
-  std::vector<double> fed_, leaked_;  ///< C, by node
+  std::vector<double> injected_, leaked_;  ///< C, by node
 };
 
 }  // namespace lichtenberg::mechanics

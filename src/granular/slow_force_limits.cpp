@@ -1,4 +1,4 @@
-#include "src/granular/held_forces.hpp"
+#include "src/granular/slow_force_limits.hpp"
 
 #include <algorithm>
 
@@ -8,17 +8,17 @@
 
 namespace lichtenberg::granular {
 
-double way_by_length(const Scene& scene) {
+double path_by_length(const Scene& scene) {
   const std::optional<double> length = least_in(scene, &StepLimits::force_length);
-  return longest_way * std::min(1.0, length.value_or(1));
+  return max_relative_path * std::min(1.0, length.value_or(1));
 }
 
-double way_by_accuracy(const Scene& scene) {
+double path_by_accuracy(const Scene& scene) {
   const std::optional<double> accuracy = least_in(scene, &StepLimits::force_accuracy);
   if (!accuracy) throw Failure(scene.path + ": no effect has an accuracy of its forces, from which steps would follow");
   const double diameter = 2 * scene.smallest_radius();
   const double length = least_in(scene, &StepLimits::force_length).value_or(diameter);
-  return way_for(*accuracy, scene.conductors.size(), std::min(diameter, length));
+  return path_for_accuracy(*accuracy, scene.conductors.size(), std::min(diameter, length));
 }
 
 ContactAttraction contact_attraction(const Scene& scene) {
@@ -31,8 +31,8 @@ ContactAttraction contact_attraction(const Scene& scene) {
   return sum;
 }
 
-double longest_hold(const ContactAttraction& attraction, const GrainContactLaw& law, double charge, double lightest) {
-  return std::visit([&](const auto& one) { return longest_hold(one, attraction(charge), 0.5 * lightest); }, law);
+double max_outer_step(const ContactAttraction& attraction, const GrainContactLaw& law, double charge, double lightest) {
+  return std::visit([&](const auto& one) { return max_outer_step(one, attraction(charge), 0.5 * lightest); }, law);
 }
 
 }  // namespace lichtenberg::granular

@@ -20,9 +20,9 @@ inline void packed(Report& report) {
   const double jitter = 0.4 * (spacing - 2 * radius) / 2;
   for (int j = 0; j < rows; ++j)
     for (int i = 0; i < columns; ++i) {
-      const Vec2 place{(i + 0.5 * (j % 2)) * spacing, j * spacing * std::sqrt(0.75)};
+      const Vec2 site{(i + 0.5 * (j % 2)) * spacing, j * spacing * std::sqrt(0.75)};
       const double angle = pi * uniform(random);
-      add(problem, {margin + place + jitter * Vec2{std::cos(angle), std::sin(angle)}, radius},
+      add(problem, {margin + site + jitter * Vec2{std::cos(angle), std::sin(angle)}, radius},
           {.charge = uniform(random)});
     }
   compare(report, "60 % of the area", problem, expected(radius, 0.6 * (spacing - 2 * radius)));
@@ -153,7 +153,7 @@ inline void long_boxes(Report& report) {
     }
 }
 
-inline void hard_for_crowds(Report& report, bool is_long) {
+inline void hard_for_many_bodies(Report& report, bool is_long) {
   report.section("Dense systems and boxes");
   packed(report);
   thousand_in_one_group(report);

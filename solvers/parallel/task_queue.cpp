@@ -1,10 +1,10 @@
-#include "solvers/parallel/backlog.hpp"
+#include "solvers/parallel/task_queue.hpp"
 
 #include <utility>
 
 namespace lichtenberg::parallel {
 
-Backlog::~Backlog() {
+TaskQueue::~TaskQueue() {
   {
     const std::lock_guard lock(mutex_);
     stop_ = true;
@@ -12,10 +12,10 @@ Backlog::~Backlog() {
   changed_.notify_all();
 }
 
-void Backlog::add(std::function<void()> task) {
-  if (most_ == 0) return task();
+void TaskQueue::add(std::function<void()> task) {
+  if (capacity_ == 0) return task();
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return tasks_.size() < most_ || error_; });
+  changed_.wait(lock, [&] { return tasks_.size() < capacity_ || error_; });
   if (error_) return rethrow(std::move(lock));
   if (!thread_.joinable()) thread_ = std::jthread([this] { work(); });
   tasks_.push_back(std::move(task));
@@ -23,24 +23,24 @@ void Backlog::add(std::function<void()> task) {
   changed_.notify_all();
 }
 
-void Backlog::finish() {
+void TaskQueue::finish() {
   std::unique_lock lock(mutex_);
   changed_.wait(lock, [&] { return tasks_.empty(); });
   if (error_) rethrow(std::move(lock));
 }
 
-bool Backlog::has_failed() const {
+bool TaskQueue::has_failed() const {
   const std::lock_guard lock(mutex_);
   return error_ != nullptr;
 }
 
-void Backlog::rethrow(std::unique_lock<std::mutex> lock) {
+void TaskQueue::rethrow(std::unique_lock<std::mutex> lock) {
   const std::exception_ptr error = std::exchange(error_, nullptr);
   lock.unlock();
   std::rethrow_exception(error);
 }
 
-void Backlog::work() {
+void TaskQueue::work() {
   std::unique_lock lock(mutex_);
   while (true) {
     changed_.wait(lock, [&] { return stop_ || !tasks_.empty(); });

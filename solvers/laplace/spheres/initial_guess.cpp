@@ -1,4 +1,4 @@
-#include "solvers/laplace/spheres/first_guess.hpp"
+#include "solvers/laplace/spheres/initial_guess.hpp"
 
 #include <Eigen/Dense>
 #include <cmath>
@@ -11,19 +11,19 @@ double length(const std::vector<double>& x) {
 }
 
 /// Returns the total charge of the spheres of a constraint.
-double charge(const Given& given, const Past& past, const std::vector<int>& start) {
+double charge(const ChargeConstraint& constraint, const PastSolution& past, const std::vector<int>& start) {
   double sum = 0;
-  for (const int i : given.spheres) sum += std::sqrt(past.sites[i].radius) * past.x[start[i]];
+  for (const int i : constraint.spheres) sum += std::sqrt(past.sites[i].radius) * past.x[start[i]];
   return sum;
 }
 
 /// Returns the deviation of each site's potential from its fixed value (potentials of fixed sites are returned as they
 /// are), or from the mean of its group.
-std::vector<double> missed_potentials(const Wanted& wanted, const std::vector<double>& potential) {
+std::vector<double> missed_potentials(const SolveTarget& target, const std::vector<double>& potential) {
   std::vector<double> sum(potential.size()), count(potential.size()), missed(potential);
-  for (std::size_t i = 0; i < potential.size(); ++i) sum[wanted.group[i]] += potential[i], ++count[wanted.group[i]];
+  for (std::size_t i = 0; i < potential.size(); ++i) sum[target.group[i]] += potential[i], ++count[target.group[i]];
   for (std::size_t i = 0; i < potential.size(); ++i)
-    if (std::isnan(wanted.fixed[i])) missed[i] -= sum[wanted.group[i]] / count[wanted.group[i]];
+    if (std::isnan(target.fixed[i])) missed[i] -= sum[target.group[i]] / count[target.group[i]];
   return missed;
 }
 
@@ -32,54 +32,55 @@ std::vector<double> missed_potentials(const Wanted& wanted, const std::vector<do
 /// one by a radius changes all of a sphere's x. Larger displacements are jumps across a periodic box and are ignored.
 class Conditions {
  public:
-  Conditions(const Wanted& wanted, const Past& latest)
-      : wanted_(wanted), latest_(latest), latest_start_(starts(latest.sites)) {}
+  Conditions(const SolveTarget& target, const PastSolution& latest)
+      : target_(target), latest_(latest), latest_start_(starts(latest.sites)) {}
 
-  Eigen::VectorXd of(const Past& past) const {
+  Eigen::VectorXd values_of(const PastSolution& past) const {
     const std::vector<int> start = starts(past.sites);
     std::vector<double> charges;
-    for (const Given& given : wanted_.given) charges.push_back(charge(given, past, start));
-    return gathered(charges, past.sites, missed_potentials(wanted_, past.potential), past.wall);
+    for (const ChargeConstraint& constraint : target_.constraints) charges.push_back(charge(constraint, past, start));
+    return gathered(charges, past.sites, missed_potentials(target_, past.potential), past.wall);
   }
-  Eigen::VectorXd now() const {
+  Eigen::VectorXd target_values() const {
     std::vector<double> charges, potential;
-    for (const Given& given : wanted_.given) charges.push_back(given.charge);
-    for (const double value : wanted_.fixed) potential.push_back(std::isnan(value) ? 0 : value);
-    return gathered(charges, wanted_.sites, potential, wanted_.wall);
+    for (const ChargeConstraint& constraint : target_.constraints) charges.push_back(constraint.charge);
+    for (const double value : target_.fixed) potential.push_back(std::isnan(value) ? 0 : value);
+    return gathered(charges, target_.sites, potential, target_.wall);
   }
 
  private:
   Eigen::VectorXd gathered(const std::vector<double>& charges, const std::vector<Site>& sites,
                            const std::vector<double>& potential, const std::vector<double>& wall) const {
     std::vector<double> all;
-    for (std::size_t g = 0; g < charges.size(); ++g) all.push_back(charges[g] / std::sqrt(wanted_.given[g].weight));
+    for (std::size_t g = 0; g < charges.size(); ++g)
+      all.push_back(charges[g] / std::sqrt(target_.constraints[g].weight));
     for (std::size_t i = 0; i < sites.size(); ++i) {
       const double radius = sites[i].radius;
       const auto first = latest_.x.begin() + latest_start_[i];
       const double own = length({first, latest_.x.begin() + latest_start_[i + 1]});
-      const Vec3 way = (sites[i].centre - latest_.sites[i].centre) * (1 / radius);
-      for (int k = 0; k < 3; ++k) all.push_back(norm2(way) < 1 ? way[k] * own : 0);
+      const Vec3 displacement = (sites[i].centre - latest_.sites[i].centre) * (1 / radius);
+      for (int k = 0; k < 3; ++k) all.push_back(norm2(displacement) < 1 ? displacement[k] * own : 0);
       all.push_back(std::sqrt(radius) * potential[i]);
       all.push_back(std::sqrt(radius) * wall[i]);
     }
     return Eigen::Map<const Eigen::VectorXd>(all.data(), static_cast<Eigen::Index>(all.size()));
   }
 
-  const Wanted& wanted_;
-  const Past& latest_;
+  const SolveTarget& target_;
+  const PastSolution& latest_;
   std::vector<int> latest_start_;
 };
 
 }  // namespace
 
-std::vector<double> mixture(const History& history, const Wanted& wanted, double noise) {
-  const Conditions conditions(wanted, history.front());
-  const Eigen::VectorXd now = conditions.now();
+std::vector<double> history_coefficients(const History& history, const SolveTarget& target, double noise) {
+  const Conditions conditions(target, history.front());
+  const Eigen::VectorXd now = conditions.target_values();
   const auto count = static_cast<Eigen::Index>(history.size());
   Eigen::MatrixXd past(now.size(), count);
   Eigen::VectorXd error(count);
   for (Eigen::Index k = 0; k < count; ++k) {
-    past.col(k) = conditions.of(history[k]);
+    past.col(k) = conditions.values_of(history[k]);
     error[k] = noise * length(history[k].x);
   }
   Eigen::MatrixXd squares = past.transpose() * past;

@@ -10,15 +10,15 @@
 namespace lichtenberg::parallel {
 
 /// Task queue: one background thread executes tasks in the order of their addition.
-class Backlog {
+class TaskQueue {
  public:
-  /// Makes an empty queue. `most`: capacity in unfinished tasks; add() blocks when it is reached. 0: no thread, add()
-  /// executes the task itself.
-  explicit Backlog(std::size_t most) : most_(most) {}
+  /// Makes an empty queue. `capacity`: capacity in unfinished tasks; add() blocks when it is reached. 0: no thread,
+  /// add() executes the task itself.
+  explicit TaskQueue(std::size_t capacity) : capacity_(capacity) {}
   /// Executes all remaining tasks.
-  ~Backlog();
-  Backlog(const Backlog&) = delete;
-  Backlog& operator=(const Backlog&) = delete;
+  ~TaskQueue();
+  TaskQueue(const TaskQueue&) = delete;
+  TaskQueue& operator=(const TaskQueue&) = delete;
 
   /// Adds a task. Rethrows the exception of an earlier task, once; tasks after the failed one are dropped.
   void add(std::function<void()> task);
@@ -31,7 +31,7 @@ class Backlog {
   void work();
   void rethrow(std::unique_lock<std::mutex> lock);
 
-  std::size_t most_;
+  std::size_t capacity_;
   mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<std::function<void()>> tasks_;  ///< Unfinished tasks; the first one is running

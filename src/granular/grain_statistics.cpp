@@ -1,4 +1,4 @@
-#include "src/granular/survey.hpp"
+#include "src/granular/grain_statistics.hpp"
 
 #include <algorithm>
 #include <array>
@@ -11,13 +11,13 @@ namespace {
 constexpr int grains_a_task = 2048;
 
 /// Sums over a range of grains, and squares of maxima.
-struct Part {
+struct PartialStatistics {
   double kinetic = 0, speed2 = 0, change2 = 0;
 };
 
-Part together(const std::vector<Part>& parts) {
-  Part all;
-  for (const Part& part : parts) {
+PartialStatistics combined(const std::vector<PartialStatistics>& parts) {
+  PartialStatistics all;
+  for (const PartialStatistics& part : parts) {
     all.kinetic += part.kinetic;
     all.speed2 = std::max(all.speed2, part.speed2);
     all.change2 = std::max(all.change2, part.change2);
@@ -26,12 +26,12 @@ Part together(const std::vector<Part>& parts) {
 }
 
 template <class Work>
-Part over_ranges(int grains, parallel::Team& team, const Work& work) {
-  std::vector<Part> parts((grains + grains_a_task - 1) / grains_a_task);
+PartialStatistics over_ranges(int grains, parallel::Team& team, const Work& work) {
+  std::vector<PartialStatistics> parts((grains + grains_a_task - 1) / grains_a_task);
   team.for_each(static_cast<int>(parts.size()), [&](int task) {
     work(task * grains_a_task, std::min(grains, (task + 1) * grains_a_task), parts[task]);
   });
-  return together(parts);
+  return combined(parts);
 }
 
 /// Calls visit(grain, square of its vector) for grains from `first` to `last`.
@@ -45,9 +45,9 @@ void for_each_square(const Bodies& b, const double* v, int first, int last, cons
 }
 
 /// Independent partial sums, because each addition waits for the previous one.
-constexpr int together_at_once = 8;
+constexpr int grains_at_once = 8;
 struct Sums {
-  std::array<double, together_at_once> energy{}, speed2{};
+  std::array<double, grains_at_once> energy{}, speed2{};
 
   template <int d>
   void add(const double* momentum, const double* mass, int count) {
@@ -66,13 +66,13 @@ Sums sums_of(const Bodies& b, int first, int last) {
   Sums sums;
   const double *momentum = b.momentum.data(), *mass = b.mass.data();
   int i = first;
-  for (; i + together_at_once <= last; i += together_at_once) sums.add<d>(momentum + i * d, mass + i, together_at_once);
+  for (; i + grains_at_once <= last; i += grains_at_once) sums.add<d>(momentum + i * d, mass + i, grains_at_once);
   sums.add<d>(momentum + i * d, mass + i, last - i);
   return sums;
 }
 
 /// Not inlined, so that a survey after a kick and a survey alone are bitwise identical.
-[[gnu::noinline]] void survey_range(const Bodies& b, int first, int last, Part& part) {
+[[gnu::noinline]] void add_range(const Bodies& b, int first, int last, PartialStatistics& part) {
   const Sums sums = b.dimension == 3 ? sums_of<3>(b, first, last) : sums_of<2>(b, first, last);
   for (const double one : sums.energy) part.kinetic += 0.5 * one;
   part.speed2 = std::max(part.speed2, *std::ranges::max_element(sums.speed2));
@@ -84,7 +84,7 @@ struct Kick {
   const double *before, *now;
 };
 
-[[gnu::noinline]] void kick_range(Bodies& b, const Kick& kick, int first, int last, Part& part) {
+[[gnu::noinline]] void kick_range(Bodies& b, const Kick& kick, int first, int last, PartialStatistics& part) {
   const auto [dt, before, now] = kick;
   const int d = b.dimension;
   for (int i = first; i < last; ++i) {
@@ -98,27 +98,30 @@ struct Kick {
   }
 }
 
-Survey survey_of(const Part& all) { return {.kinetic = all.kinetic, .fastest = std::sqrt(all.speed2)}; }
+GrainStatistics statistics_of(const PartialStatistics& all) {
+  return {.kinetic = all.kinetic, .fastest = std::sqrt(all.speed2)};
+}
 
 }  // namespace
 
-Survey survey(const Bodies& bodies, parallel::Team& team) {
-  return survey_of(over_ranges(bodies.size(), team,
-                               [&](int first, int last, Part& part) { survey_range(bodies, first, last, part); }));
+GrainStatistics grain_statistics(const Bodies& bodies, parallel::Team& team) {
+  return statistics_of(over_ranges(bodies.size(), team, [&](int first, int last, PartialStatistics& part) {
+    add_range(bodies, first, last, part);
+  }));
 }
 
-Kicked kick(Bodies& bodies, double dt, std::span<const double> before, std::span<const double> now,
-            parallel::Team& team) {
-  const Part all = over_ranges(bodies.size(), team, [&](int first, int last, Part& part) {
+KickResult kick(Bodies& bodies, double dt, std::span<const double> before, std::span<const double> now,
+                parallel::Team& team) {
+  const PartialStatistics all = over_ranges(bodies.size(), team, [&](int first, int last, PartialStatistics& part) {
     kick_range(bodies, {dt, before.data(), now.data()}, first, last, part);
-    survey_range(bodies, first, last, part);
+    add_range(bodies, first, last, part);
   });
-  return {.most = std::sqrt(all.change2), .after = survey_of(all)};
+  return {.most = std::sqrt(all.change2), .after = statistics_of(all)};
 }
 
 double largest_acceleration(const Bodies& bodies, std::span<const double> force, parallel::Team& team) {
   if (force.empty()) return 0;
-  const Part all = over_ranges(bodies.size(), team, [&](int first, int last, Part& part) {
+  const PartialStatistics all = over_ranges(bodies.size(), team, [&](int first, int last, PartialStatistics& part) {
     for_each_square(bodies, force.data(), first, last, [&](int i, double square) {
       part.change2 = std::max(part.change2, square / (bodies.mass[i] * bodies.mass[i]));
     });

@@ -7,7 +7,7 @@
 namespace lichtenberg::effects {
 
 /// Forces and charges of the last field solve and their linear extrapolation in time until the next.
-struct HeldField {
+struct ExtrapolatedField {
   double time = 0;                          ///< s, time of the solve
   std::vector<Vec3> force, force_rate;      ///< N, N/s, for each conductor
   std::vector<double> charge, charge_rate;  ///< C, from the field (D 5.4), and A

@@ -8,7 +8,7 @@
 namespace lichtenberg::laplace::spheres {
 
 /// Solution of a similar scene, kept for initial guesses.
-struct Past {
+struct PastSolution {
   std::vector<Site> sites;
   std::vector<double> x;             ///< Unknowns sqrt(R) a, harmonics of all sites
   std::vector<double> potential;     ///< Potential of each site (V)
@@ -17,21 +17,21 @@ struct Past {
 };
 
 /// Latest solutions, the most recent first.
-using History = std::deque<Past>;
+using History = std::deque<PastSolution>;
 constexpr std::size_t longest_history = 4;
 
 /// Charge constraint: spheres whose total charge is given. They are those of a floating group or, if nothing absorbs
 /// the remaining charge, all fixed ones.
-struct Given {
+struct ChargeConstraint {
   std::vector<int> spheres;
   double charge = 0;  ///< Q / (4 pi eps), the sum of R a_00
   double weight = 0;  ///< Sum of radii
 };
 
 /// Target of a solve: positions, charges and potentials.
-struct Wanted {
+struct SolveTarget {
   const std::vector<Site>& sites;
-  const std::vector<Given>& given;
+  const std::vector<ChargeConstraint>& constraints;
   std::vector<int> group;     ///< Group of each site; sites of one group have one potential
   std::vector<double> fixed;  ///< Potential of each site if fixed (V); otherwise not a number
   std::vector<double> wall;   ///< Potential of the sides at each site's centre (V)
@@ -42,6 +42,6 @@ struct Wanted {
 /// potentials and displacements, with the least potential differences within groups. It does not use times, so a step
 /// that was rolled back serves as well as any other. `noise`: relative error of each past x; it limits combinations
 /// that would amplify it. All solutions must have as many sites as the target.
-std::vector<double> mixture(const History& history, const Wanted& wanted, double noise);
+std::vector<double> history_coefficients(const History& history, const SolveTarget& target, double noise);
 
 }  // namespace lichtenberg::laplace::spheres

@@ -6,7 +6,7 @@ namespace lichtenberg::laplace {
 
 /// Cost model of a solve per unknown (for grids: per cell, including those under conductors), on one core or on a
 /// device. The values are measured; src/commands/README.md describes how. Machines differ by factors of two and more.
-struct Price {
+struct CostModel {
   double bytes = 0;
   double setup = 0;                ///< Setup (s)
   double iteration = 0;            ///< Iteration (s)
@@ -21,10 +21,10 @@ struct Price {
   }
 };
 
-constexpr Price cut_cell_price{100, 2.5e-8, 8.5e-9, 1.25};
-constexpr Price cut_cell_price_on_device{200, 1.3e-10, 1.5e-10, 1.5, 6e-4, 3.3e-4};
-constexpr Price assembled_price{373, 1.3e-6, 4.5e-8, 2.25};
-constexpr Price multipole_price{2000, 1.5e-6, 1.8e-7, 3};
-constexpr Price spheres_price{800, 5e-7, 4e-7, 3};
+constexpr CostModel cut_cell_cost{100, 2.5e-8, 8.5e-9, 1.25};
+constexpr CostModel cut_cell_cost_on_device{200, 1.3e-10, 1.5e-10, 1.5, 6e-4, 3.3e-4};
+constexpr CostModel assembled_cost{373, 1.3e-6, 4.5e-8, 2.25};
+constexpr CostModel multipole_cost{2000, 1.5e-6, 1.8e-7, 3};
+constexpr CostModel spheres_cost{800, 5e-7, 4e-7, 3};
 
 }  // namespace lichtenberg::laplace

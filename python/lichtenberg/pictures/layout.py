@@ -11,7 +11,7 @@ BAR_GAP, BAR_WIDTH, BAR_LABELS = 0.14, 0.16, 0.72
 WIDEST, TALLEST, NARROWEST = 5.0, 5.2, 3.6  # size of a panel (inches)
 
 
-class Sheet:
+class PanelLayout:
     """Creates the sheet. `sizes`: width and height of each panel, in any unit."""
 
     def __init__(self, sizes, with_bar):
@@ -26,15 +26,15 @@ class Sheet:
         self.panels, self.columns = [], []
         left = LEFT
         for (w, h), column in zip(panels, columns):
-            place = [left + (column - w) / 2, BOTTOM + (height - h) / 2, w, h]
-            self.panels.append(self.figure.add_axes(self.of_figure(place)))
-            self.columns.append((left, column, place[1] + h))
+            rectangle = [left + (column - w) / 2, BOTTOM + (height - h) / 2, w, h]
+            self.panels.append(self.figure.add_axes(self.figure_fractions(rectangle)))
+            self.columns.append((left, column, rectangle[1] + h))
             left += column + BETWEEN
         bar = [left - BETWEEN + BAR_GAP, BOTTOM + 0.06 * height, BAR_WIDTH, 0.88 * height]
-        self.bar = self.of_figure(bar) if with_bar else None
+        self.bar = self.figure_fractions(bar) if with_bar else None
 
-    def of_figure(self, place):
-        left, bottom, w, h = place
+    def figure_fractions(self, rectangle):
+        left, bottom, w, h = rectangle
         return [left / self.width, bottom / self.height, w / self.width, h / self.height]
 
     def head(self, panel, title, caption, warning=""):

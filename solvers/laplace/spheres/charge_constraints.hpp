@@ -1,7 +1,7 @@
 #pragma once
 
 #include "solvers/laplace/network_factors.hpp"
-#include "solvers/laplace/spheres/first_guess.hpp"
+#include "solvers/laplace/spheres/initial_guess.hpp"
 #include "solvers/laplace/spheres/spheres.hpp"
 
 namespace lichtenberg::laplace::spheres {
@@ -12,11 +12,11 @@ namespace lichtenberg::laplace::spheres {
 /// pi eps. Its energy, charge^2 / 2 C, is 2 pi eps z^2, like that of a single sphere of radius C'. N N' is therefore a
 /// network with the radii as links to ground and the C' as links between nodes. Its factors keep all digits for any
 /// coupling, and couplings do not worsen the condition of the operator.
-class GivenCharges {
+class ChargeConstraints {
  public:
   /// Sets up the constraints. `start`: start of each sphere's harmonics in x; `couplings`: start of the couplings'
   /// unknowns.
-  GivenCharges(const SphereProblem& problem, const std::vector<int>& start, int couplings);
+  ChargeConstraints(const SphereProblem& problem, const std::vector<int>& start, int couplings);
 
   int coupling_count() const { return static_cast<int>(links_.size()); }
   /// Removes from x the part that changes given charges.
@@ -25,9 +25,9 @@ class GivenCharges {
   void add(double* x) const;
   /// Moves x, which satisfies the constraints to rounding, to the nearest x with the given charges. Without this,
   /// rounding of the potentials could outweigh the charge that a strong coupling carries.
-  void settle(double* x) const;
+  void enforce_charges(double* x) const;
   /// Sets the couplings' part of the right-hand side: the fixed potentials at their ends.
-  void add_supplies(double* right_hand_side) const;
+  void add_fixed_potentials(double* right_hand_side) const;
   /// Returns the potential (V) of each group, from the residual of x -> x + sqrt(R) b. Without ground the fixed groups
   /// set the level.
   std::vector<double> potentials(const double* missed) const;
@@ -38,7 +38,7 @@ class GivenCharges {
   std::vector<double> differences(const double* x) const;
   void set_differences(std::span<const double> difference, double* x) const;
   /// Returns for each node its spheres and the charge on them, given the potential differences across the links.
-  std::vector<Given> on_spheres(std::span<const double> difference) const;
+  std::vector<ChargeConstraint> on_spheres(std::span<const double> difference) const;
 
  private:
   /// Coupling with an unknown; end -1: fixed potential, not a node.

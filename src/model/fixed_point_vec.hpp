@@ -9,16 +9,16 @@
 namespace lichtenberg {
 
 /// A vector in quanta. Sums of integers do not depend on their order.
-struct WholeVec {
+struct FixedPointVec {
   std::int64_t x = 0, y = 0, z = 0;
 
   LICHTENBERG_HOST_DEVICE Vec3 times(double quantum) const {
     return {quantum * static_cast<double>(x), quantum * static_cast<double>(y), quantum * static_cast<double>(z)};
   }
 };
-static_assert(sizeof(WholeVec) == 3 * sizeof(std::int64_t), "many are cleared as one row of numbers");
+static_assert(sizeof(FixedPointVec) == 3 * sizeof(std::int64_t), "many are cleared as one row of numbers");
 
-LICHTENBERG_HOST_DEVICE inline std::int64_t whole(double value) {
+LICHTENBERG_HOST_DEVICE inline std::int64_t rounded_to_integer(double value) {
 #ifdef __CUDA_ARCH__
   return __double2ll_rn(value);
 #else

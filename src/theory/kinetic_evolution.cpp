@@ -60,7 +60,7 @@ std::vector<std::vector<double>> followed(const Ode& ode, const std::vector<doub
 
 }  // namespace
 
-std::vector<KineticState> kinetic_course(const KineticGas& gas, std::span<const double> times) {
+std::vector<KineticState> kinetic_evolution(const KineticGas& gas, std::span<const double> times) {
   const ImpactMeans means = gas.speeds_at_contact ? ImpactMeans{} : tabulated_means(gas.impacts, gas.temperature);
   const std::vector<double> start = {std::log(gas.density), std::log(gas.temperature), 0};
   std::vector<KineticState> states;

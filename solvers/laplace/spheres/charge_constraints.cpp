@@ -1,4 +1,4 @@
-#include "solvers/laplace/spheres/given_charges.hpp"
+#include "solvers/laplace/spheres/charge_constraints.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 namespace lichtenberg::laplace::spheres {
 
-GivenCharges::GivenCharges(const SphereProblem& problem, const std::vector<int>& start, int couplings)
+ChargeConstraints::ChargeConstraints(const SphereProblem& problem, const std::vector<int>& start, int couplings)
     : problem_(&problem),
       scale_(4 * std::numbers::pi * problem.permittivity),
       start_(start),
@@ -39,8 +39,8 @@ GivenCharges::GivenCharges(const SphereProblem& problem, const std::vector<int>&
     if (node_of_sphere_.back() >= 0) ground[node_of_sphere_.back()] += sphere.radius;
   }
   for (std::size_t k = 0; k < problem.couplings.size(); ++k) {
-    const auto& [a, b, given] = problem.couplings[k];
-    const double capacitance = std::min(given / scale_, wire);
+    const auto& [a, b, coupling_capacitance] = problem.couplings[k];
+    const double capacitance = std::min(coupling_capacitance / scale_, wire);
     const Group &from = problem.groups[a], &to = problem.groups[b];
     if (capacitance == 0 || (!from.floating && !to.floating)) continue;
     const Link link{.a = node_of_group_[a],
@@ -58,7 +58,7 @@ GivenCharges::GivenCharges(const SphereProblem& problem, const std::vector<int>&
 }
 
 /// Returns N x.
-std::vector<double> GivenCharges::flows(const double* x) const {
+std::vector<double> ChargeConstraints::flows(const double* x) const {
   std::vector<double> flow(charge_.size());
   for (std::size_t i = 0; i < root_.size(); ++i)
     if (node_of_sphere_[i] >= 0) flow[node_of_sphere_[i]] += root_[i] * x[start_[i]];
@@ -71,7 +71,7 @@ std::vector<double> GivenCharges::flows(const double* x) const {
 }
 
 /// Adds N' potential: x += sign N' potential.
-void GivenCharges::spread(const std::vector<double>& potential, double sign, double* x) const {
+void ChargeConstraints::spread(const std::vector<double>& potential, double sign, double* x) const {
   const auto of = [&](int node) { return node < 0 ? 0 : potential[node]; };
   for (std::size_t i = 0; i < root_.size(); ++i)
     if (node_of_sphere_[i] >= 0) x[start_[i]] += sign * root_[i] * potential[node_of_sphere_[i]];
@@ -79,30 +79,30 @@ void GivenCharges::spread(const std::vector<double>& potential, double sign, dou
     x[first_ + k] += sign * links_[k].root * (of(links_[k].a) - of(links_[k].b));
 }
 
-void GivenCharges::project(double* x) const {
+void ChargeConstraints::project(double* x) const {
   std::vector<double> potential = flows(x);
   factors_.solve(potential.data());
   spread(potential, -1, x);
 }
 
-void GivenCharges::add(double* x) const {
+void ChargeConstraints::add(double* x) const {
   std::vector<double> potential = charge_;
   factors_.solve(potential.data());
   spread(potential, 1, x);
 }
 
-void GivenCharges::settle(double* x) const {
+void ChargeConstraints::enforce_charges(double* x) const {
   std::vector<double> missing = flows(x);
   for (std::size_t n = 0; n < missing.size(); ++n) missing[n] = charge_[n] - missing[n];
   factors_.solve(missing.data());
   spread(missing, 1, x);
 }
 
-void GivenCharges::add_supplies(double* right_hand_side) const {
+void ChargeConstraints::add_fixed_potentials(double* right_hand_side) const {
   for (std::size_t k = 0; k < links_.size(); ++k) right_hand_side[first_ + k] -= links_[k].root * links_[k].supply;
 }
 
-std::vector<double> GivenCharges::potentials(const double* missed) const {
+std::vector<double> ChargeConstraints::potentials(const double* missed) const {
   std::vector<double> multiplier = flows(missed);
   factors_.solve(multiplier.data());
   const double level = level_ < 0 ? 0 : -multiplier[level_];
@@ -114,7 +114,7 @@ std::vector<double> GivenCharges::potentials(const double* missed) const {
   return potential;
 }
 
-std::vector<double> GivenCharges::carried(const double* x) const {
+std::vector<double> ChargeConstraints::carried(const double* x) const {
   std::vector<double> charge;
   for (const auto& [a, b, capacitance] : problem_->couplings) {
     const Group &from = problem_->groups[a], &to = problem_->groups[b];
@@ -124,31 +124,31 @@ std::vector<double> GivenCharges::carried(const double* x) const {
   return charge;
 }
 
-std::vector<double> GivenCharges::differences(const double* x) const {
+std::vector<double> ChargeConstraints::differences(const double* x) const {
   std::vector<double> difference;
   for (std::size_t k = 0; k < links_.size(); ++k) difference.push_back(x[first_ + k] / links_[k].root);
   return difference;
 }
 
-void GivenCharges::set_differences(std::span<const double> difference, double* x) const {
+void ChargeConstraints::set_differences(std::span<const double> difference, double* x) const {
   for (std::size_t k = 0; k < links_.size(); ++k) x[first_ + k] = links_[k].root * difference[k];
 }
 
-std::vector<Given> GivenCharges::on_spheres(std::span<const double> difference) const {
-  std::vector<Given> given(charge_.size());
-  for (std::size_t n = 0; n < given.size(); ++n) given[n].charge = charge_[n];
+std::vector<ChargeConstraint> ChargeConstraints::on_spheres(std::span<const double> difference) const {
+  std::vector<ChargeConstraint> constraints(charge_.size());
+  for (std::size_t n = 0; n < constraints.size(); ++n) constraints[n].charge = charge_[n];
   for (std::size_t i = 0; i < root_.size(); ++i) {
     if (node_of_sphere_[i] < 0) continue;
-    given[node_of_sphere_[i]].spheres.push_back(static_cast<int>(i));
-    given[node_of_sphere_[i]].weight += root_[i] * root_[i];
+    constraints[node_of_sphere_[i]].spheres.push_back(static_cast<int>(i));
+    constraints[node_of_sphere_[i]].weight += root_[i] * root_[i];
   }
   for (std::size_t k = 0; k < difference.size(); ++k) {
     const double carried = links_[k].root * links_[k].root * difference[k];
-    if (links_[k].a >= 0) given[links_[k].a].charge -= carried;
-    if (links_[k].b >= 0) given[links_[k].b].charge += carried;
+    if (links_[k].a >= 0) constraints[links_[k].a].charge -= carried;
+    if (links_[k].b >= 0) constraints[links_[k].b].charge += carried;
   }
-  std::erase_if(given, [](const Given& one) { return one.spheres.empty(); });
-  return given;
+  std::erase_if(constraints, [](const ChargeConstraint& one) { return one.spheres.empty(); });
+  return constraints;
 }
 
 }  // namespace lichtenberg::laplace::spheres

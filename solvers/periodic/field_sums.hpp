@@ -8,17 +8,17 @@
 // Accumulation and storage of fields and forces for the sums that treat one source after another.
 namespace lichtenberg::periodic {
 
-struct CompensatedFelt {
+struct CompensatedFieldSample {
   CompensatedSum potential;
   CompensatedVector field, force;
 
-  CompensatedFelt& operator+=(const Felt& part) {
+  CompensatedFieldSample& operator+=(const FieldSample& part) {
     potential += part.potential;
     field += part.field;
     force += part.force;
     return *this;
   }
-  Felt total() const { return {potential.total(), field.total(), force.total()}; }
+  FieldSample total() const { return {potential.total(), field.total(), force.total()}; }
 };
 
 inline void resize(Response& response, int size) {
@@ -27,11 +27,11 @@ inline void resize(Response& response, int size) {
   response.force.resize(3 * size);
 }
 
-inline void store(int place, const Felt& felt, Response& response) {
-  response.potential[place] = felt.potential;
+inline void store(int index, const FieldSample& sample, Response& response) {
+  response.potential[index] = sample.potential;
   for (int k = 0; k < 3; ++k) {
-    response.field[3 * place + k] = felt.field[k];
-    response.force[3 * place + k] = felt.force[k];
+    response.field[3 * index + k] = sample.field[k];
+    response.force[3 * index + k] = sample.force[k];
   }
 }
 

@@ -1,4 +1,4 @@
-#include "src/mechanics/energy_book.hpp"
+#include "src/mechanics/energy_budget.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -15,26 +15,26 @@ std::vector<double> mean_of(std::span<const double> a, std::span<const double> b
 
 }  // namespace
 
-EnergyBook::EnergyBook(const Scene& scene, double relaxation_time)
+EnergyBudget::EnergyBudget(const Scene& scene, double relaxation_time)
     : relaxation_time_(relaxation_time),
-      supplies_(effects::supplies_of(scene)),
+      supplies_(effects::potential_sources_of(scene)),
       terminals_(effects::terminals_of(scene)),
       delivered_(supplies_.size()),
       potential_rate_(effects::node_count(scene)),
       terminal_rate_(terminals_.size()),
-      fed_(potential_rate_.size()),
-      leaked_(fed_.size()) {}
+      injected_(potential_rate_.size()),
+      leaked_(injected_.size()) {}
 
-void EnergyBook::note(std::span<const double> current, double dt, std::span<const double> leaked) {
-  for (std::size_t i = 0; i < current.size(); ++i) fed_[i] += current[i] * dt;
+void EnergyBudget::add_step_charges(std::span<const double> current, double dt, std::span<const double> leaked) {
+  for (std::size_t i = 0; i < current.size(); ++i) injected_[i] += current[i] * dt;
   for (std::size_t i = 0; i < leaked.size(); ++i) leaked_[i] += leaked[i];
 }
 
 /// Records the charges that passed through no resistor.
-void EnergyBook::book_charges(const Instant& now, std::span<const double> mean_potential,
-                              std::span<const double> terminal_charge) {
-  for (std::size_t i = 0; i < fed_.size(); ++i) {
-    flows_.by_source += fed_[i] * mean_potential[i];
+void EnergyBudget::record_charges(const Instant& now, std::span<const double> mean_potential,
+                                  std::span<const double> terminal_charge) {
+  for (std::size_t i = 0; i < injected_.size(); ++i) {
+    flows_.by_source += injected_[i] * mean_potential[i];
     flows_.leakage += leaked_[i] * mean_potential[i];
   }
   const double relaxed = (now.time - last_.time) / relaxation_time_;
@@ -49,13 +49,13 @@ void EnergyBook::book_charges(const Instant& now, std::span<const double> mean_p
     delivered_[k] += delivered;
     flows_.by_supplies += delivered * supplies_[k].potential;
   }
-  std::ranges::fill(fed_, 0.0);
+  std::ranges::fill(injected_, 0.0);
   std::ranges::fill(leaked_, 0.0);
 }
 
 /// Returns potentials and charges just before a group merge, in which they jump, extrapolated from the last two
 /// records.
-EnergyBook::Instant EnergyBook::before_merger(const Instant& merged) const {
+EnergyBudget::Instant EnergyBudget::before_merger(const Instant& merged) const {
   Instant before = merged;
   const double dt = merged.time - last_.time;
   for (std::size_t i = 0; i < before.potential.size(); ++i)
@@ -65,7 +65,7 @@ EnergyBook::Instant EnergyBook::before_merger(const Instant& merged) const {
   return before;
 }
 
-void EnergyBook::note_rates(const Instant& now) {
+void EnergyBudget::update_rates(const Instant& now) {
   const double dt = now.time - last_.time;
   if (dt <= 0) return;
   for (std::size_t i = 0; i < potential_rate_.size(); ++i)
@@ -74,16 +74,16 @@ void EnergyBook::note_rates(const Instant& now) {
     terminal_rate_[k] = (now.terminal_charge[k] - last_.terminal_charge[k]) / dt;
 }
 
-void EnergyBook::forget_rates() {
+void EnergyBudget::reset_rates() {
   std::ranges::fill(potential_rate_, 0.0);
   std::ranges::fill(terminal_rate_, 0.0);
 }
 
-void EnergyBook::book(Instant now, std::span<const effects::Resistor> resistors, std::span<const double> carried) {
+void EnergyBudget::record(Instant now, std::span<const effects::Resistor> resistors, std::span<const double> carried) {
   if (!last_.potential.empty()) {
     const std::vector<double> mean = mean_of(last_.potential, now.potential);
-    book_charges(now, mean, now.terminal_charge);
-    note_rates(now);
+    record_charges(now, mean, now.terminal_charge);
+    update_rates(now);
     for (std::size_t k = 0; k < carried.size(); ++k) {
       const effects::Resistor& resistor = resistors[k];
       const double other = resistor.b >= 0 ? mean[resistor.b] : resistor.potential;
@@ -93,19 +93,21 @@ void EnergyBook::book(Instant now, std::span<const effects::Resistor> resistors,
   last_ = std::move(now);
 }
 
-void EnergyBook::book_merger(Instant now, double work) {
+void EnergyBudget::record_merger(Instant now, double work) {
   const double supplied_before = flows_.supplied(), leaked_before = flows_.leakage;
   const Instant before = before_merger(now);
-  book_charges(now, mean_of(last_.potential, before.potential), before.terminal_charge);
+  record_charges(now, mean_of(last_.potential, before.potential), before.terminal_charge);
   const double came = flows_.supplied() - supplied_before - (flows_.leakage - leaked_before);
   flows_.sparks += last_.energy + came - work - now.energy;
-  forget_rates();
+  reset_rates();
   last_ = std::move(now);
 }
 
-std::size_t EnergyBook::saved_size() const { return 9 + 2 * (fed_.size() + terminals_.size() + supplies_.size()); }
+std::size_t EnergyBudget::saved_size() const {
+  return 9 + 2 * (injected_.size() + terminals_.size() + supplies_.size());
+}
 
-std::vector<double> EnergyBook::save() const {
+std::vector<double> EnergyBudget::save() const {
   std::vector<double> saved = {flows_.by_supplies, flows_.by_source, flows_.series_resistors,
                                flows_.contacts,    flows_.leakage,   flows_.sparks,
                                flows_.drag,        last_.time,       last_.energy};
@@ -115,7 +117,7 @@ std::vector<double> EnergyBook::save() const {
   return saved;
 }
 
-void EnergyBook::restore(std::span<const double> saved) {
+void EnergyBudget::restore(std::span<const double> saved) {
   const auto take = [&](std::size_t n) {
     const std::span<const double> part = saved.first(n);
     saved = saved.subspan(n);
@@ -123,9 +125,9 @@ void EnergyBook::restore(std::span<const double> saved) {
   };
   const std::vector<double> f = take(9);
   flows_ = {f[0], f[1], f[2], f[3], f[4], f[5], f[6]};
-  last_ = {f[7], f[8], take(fed_.size()), take(terminals_.size()), take(supplies_.size())};
+  last_ = {f[7], f[8], take(injected_.size()), take(terminals_.size()), take(supplies_.size())};
   delivered_ = take(supplies_.size());
-  potential_rate_ = take(fed_.size());
+  potential_rate_ = take(injected_.size());
   terminal_rate_ = take(terminals_.size());
 }
 

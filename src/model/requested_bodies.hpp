@@ -10,10 +10,10 @@ namespace lichtenberg {
 
 /// Requested bodies, whose forces are computed repeatedly while the other bodies come no nearer to them. The cost of
 /// their neighbours depends on their number and not on the number of all bodies.
-class AskedBodies {
+class RequestedBodies {
  public:
   /// `bodies`: indices in ascending order; empty: all bodies.
-  explicit AskedBodies(std::vector<int> bodies = {}) : bodies_(std::move(bodies)) {}
+  explicit RequestedBodies(std::vector<int> bodies = {}) : bodies_(std::move(bodies)) {}
 
   std::span<const int> bodies() const { return bodies_; }
   /// Returns the pairs of `list` that contain a requested body, after an update of the list. The first call updates it

@@ -6,7 +6,7 @@
 #include "solvers/laplace/problem.hpp"
 
 /// Disks at random positions for tests of the field solvers.
-namespace lichtenberg::crowds {
+namespace lichtenberg::random_placement {
 
 /// Uniform random numbers, identical on every machine.
 struct Random {
@@ -25,4 +25,4 @@ inline void add_if_free(laplace::LaplaceProblem& problem, const Disk& disk, doub
   problem.groups.push_back({true, random(-1, 1), 0});
 }
 
-}  // namespace lichtenberg::crowds
+}  // namespace lichtenberg::random_placement

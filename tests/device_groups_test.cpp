@@ -386,7 +386,7 @@ TEST_CASE("device: a group's subgrid conductors between four cells form one") {
   }
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < n; ++i)
-      device::gathered(grid.layout, grid.medium.thin_conductors, i, j, [&](int group, float conductance) {
+      device::gathered(grid.layout, grid.medium.subgrid_conductors, i, j, [&](int group, float conductance) {
         seen_from_cells[group * cells + device::slot_of(grid.layout, i, j)] += conductance;
         return 0.0f;
       });

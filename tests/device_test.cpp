@@ -146,7 +146,7 @@ std::vector<double> rounding_of_sums(const LaplaceProblem& problem, const Level&
 }
 
 /// Body index; -1 for fluid.
-int body_at(CellOwner cover) { return cover.is_fluid() ? -1 : cover.body(); }
+int body_at(CellOwner owner) { return owner.is_fluid() ? -1 : owner.body(); }
 
 }  // namespace
 
@@ -162,7 +162,7 @@ TEST_CASE("device: cells and links are the CPU's") {
       const Layout& at = level.layout;
       int different = 0;
       for (std::ptrdiff_t slot = 0; slot < at.size(); ++slot)
-        different += body_at(view.cells.cover[slot]) != body_at(level.owner[slot]);
+        different += body_at(view.cells.owner[slot]) != body_at(level.owner[slot]);
       CHECK(different == 0);
       CHECK(device.grid.fluid_cells(device.number) == level.fluid_cells);
 

@@ -66,12 +66,12 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 
 TEST_CASE("old names: a scene of conductors has the values of their new names") {
   const Scene scene = parse_scene(conductors, "old.toml");
-  CHECK(scene.conductors.at(0).held);
+  CHECK(scene.conductors.at(0).fixed);
   CHECK(scene.effects.has("current_injection"));
   CHECK(scene.effects.find<effects::ContactDischargeOptions>()->gap == 0.25e-3);
   REQUIRE(scene.warnings.size() == 3);
-  CHECK(std::ranges::count(scene.warnings, "old.toml:10: conductor.held is an old name: it is called conductor.fixed now") ==
-        1);
+  CHECK(std::ranges::count(scene.warnings,
+                           "old.toml:10: conductor.held is an old name: it is called conductor.fixed now") == 1);
 }
 
 TEST_CASE("old names: a scene of grains has the values of their new names, one warning a name") {
@@ -96,14 +96,16 @@ TEST_CASE("old names: a key or table under both names is refused") {
                        "effects.contact_discharge.contact_distance, which is given too: leave one out",
                        InputError);
   const std::string table = conductors + "[effects.current_injection]\ncurrent = 1e-9\n";
-  CHECK_THROWS_WITH_AS(parse_scene(table, "old.toml"), doctest::Contains("effects.current_source is an old name"), InputError);
+  CHECK_THROWS_WITH_AS(parse_scene(table, "old.toml"), doctest::Contains("effects.current_source is an old name"),
+                       InputError);
 }
 
 TEST_CASE("old names: settings of a command line may have them") {
   const std::string text = replaced(conductors, "held = true\n", "");
   for (const std::string key : {"conductor[0].held", "conductor[0].fixed"})
-    CHECK(parse_scene(with_settings(text, "old.toml", {{key, "true"}}), "old.toml").conductors.at(0).held);
-  const std::string gas = with_settings(grains, "old.toml", {{"reference.length", "2e-3"}, {"stage[1].duration", "5.0"}});
+    CHECK(parse_scene(with_settings(text, "old.toml", {{key, "true"}}), "old.toml").conductors.at(0).fixed);
+  const std::string gas =
+      with_settings(grains, "old.toml", {{"reference.length", "2e-3"}, {"stage[1].duration", "5.0"}});
   CHECK(parse_scene(gas, "old.toml").reference->length == 2e-3);
   CHECK(parse_scene(gas, "old.toml").stages[1].duration == 5);
 }

@@ -84,11 +84,11 @@ std::string without_old_names(const std::string& path, const Schema& schema) {
     if (current.size() > old.size() && (current[old.size()] == '.' || current[old.size()] == '['))
       current.replace(0, old.size(), table.path);
   }
-  const auto [of_table, name] = split_path(current);
-  const Table* table = schema.find_table(of_table.substr(0, of_table.find('[')));
+  const auto [table_path, name] = split_path(current);
+  const Table* table = schema.find_table(table_path.substr(0, table_path.find('[')));
   if (table == nullptr) return current;
   const auto key = std::ranges::find(table->keys, name, &Key::old_name);
-  return name.empty() || key == table->keys.end() ? current : fmt::format("{}.{}", of_table, key->name);
+  return name.empty() || key == table->keys.end() ? current : fmt::format("{}.{}", table_path, key->name);
 }
 
 }  // namespace lichtenberg

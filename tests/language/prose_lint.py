@@ -111,7 +111,7 @@ IDENTIFIERS = [
     (r"turns_a_metre", "inverse_length"), (r"over_mass", "inverse_mass"), (r"Quanta", "FixedPointScale"),
     (r"AskedBodies|AskedField|asked|asked_?", "RequestedBodies, requested"), (r"Spot|spots_?", "SortedParticle"),
     (r"spot|make_spot|refuse_spot", "contact_radius"), (r"Encounters|encounters_?", "ContactEventQueue"),
-    (r"TouchedGrains", "ContactingGrains"), (r"Touch", "ContactOnset"), (r"PairGeometry", "PairGeometry"),
+    (r"TouchedGrains", "ContactingGrains"), (r"Touch", "ContactOnset"), (r"PairSeen", "PairGeometry"),
     (r"Parcel", "PackedTransfer"), (r"make_room|check_room|put_room|Room|room", "reserve, check_memory, capacity"),
     (r"squeeze_links|Squeeze", "couple_opposed_surfaces"),
     (r"BoundCells|bind_cell|build_bound|is_bound|start_bound|bound_cells?\w*", "EliminatedCells"),

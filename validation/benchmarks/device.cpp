@@ -150,7 +150,7 @@ void benchmark(int cells, int conductors, std::uint64_t seed, int repeats, bool 
   }
   print(cells, problem.bodies.size() - 1, "moving, 1e-5", solutions);
   const device::Profile profile = solver->profile(repeats);
-  const auto rate = [](const device::Profile::Part& part) { return 1e-9 * part.bytes / part.seconds; };
+  const auto rate = [](const device::Profile::Traffic& part) { return 1e-9 * part.bytes / part.seconds; };
   fmt::print(
       "{:5d} {:6d}  operator {:.3f} ms, {:.0f} GB/s; V-cycle {:.3f} ms, {:.0f} GB/s, {} grids, coarsest {} "
       "unknowns; copy {:.3f} ms, {:.0f} GB/s\n",

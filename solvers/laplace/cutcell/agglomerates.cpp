@@ -10,7 +10,7 @@ Agglomerates find_agglomerates(const LaplaceProblem& problem, const std::vector<
     if (conductance > least_joining) couplings.push_back({a, b, conductance * problem.permittivity});
   Agglomerates agglomerates{coupled_sets(groups, couplings, least * problem.permittivity),
                             std::vector<char>(groups, 0)};
-  const auto mark_grounded = [&](int group) { agglomerates.is_grounded[agglomerates.of_group[group]] = 1; };
+  const auto mark_grounded = [&](int group) { agglomerates.is_grounded[agglomerates.first_group[group]] = 1; };
   for (int g = 0; g < groups; ++g)
     if (!problem.groups[g].floating) mark_grounded(g);
   if (problem.has_fixed_conductor()) return agglomerates;

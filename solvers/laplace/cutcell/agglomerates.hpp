@@ -22,7 +22,7 @@ inline double least_in_cycle(const LaplaceProblem& problem) {
 /// links of small disks to the surrounding field; weaker couplings hardly matter compared with the field.
 struct Agglomerates {
   /// First group of each group's set.
-  std::vector<int> of_group;
+  std::vector<int> first_group;
   /// By a set's first group: whether a group of the set has a given potential or is coupled to the field's only ground.
   std::vector<char> is_grounded;
 };

@@ -47,7 +47,7 @@ class CutCellBackend : public LaplaceSolver {
   virtual Field last_field() const = 0;
 
   /// The field of a grid with cells of h m, from potentials by slot in units of the potential unit.
-  Field field_on(const Layout& at, double h, const double* cell, const CellOwner* cover) const;
+  Field field_on(const Layout& at, double h, const double* cell, const CellOwner* owner) const;
   /// Wall time since the begin of the solve (s).
   double seconds() const;
 

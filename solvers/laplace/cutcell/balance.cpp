@@ -20,12 +20,12 @@ void CutCellOperator::balance(const LaplaceProblem& problem, double scale, const
   LevelSums sums;
   for_each_given(
       problem, *level_,
-      [&](std::ptrdiff_t cell, double c, double given) { sums += LevelSums::of_link(c, given / scale, x[cell]); },
+      [&](std::ptrdiff_t cell, double c, double given) { sums += LevelSums::from_link(c, given / scale, x[cell]); },
       [&](int g, double c, double) { response[g] += group_diagonal_[g] > 0 ? c : 0.0; });
   solve_groups(response.data());
   for (std::size_t g = 0; g < groups_; ++g)
     if (group_diagonal_[g] > 0)
-      sums += LevelSums::of_group(to_cells[g], x_group[g] + shift[g], from_cells[g], response[g]);
+      sums += LevelSums::from_group(to_cells[g], x_group[g] + shift[g], from_cells[g], response[g]);
   const double level = sums.level();
   if (level != 0) shift_cells(level, x);
   for (std::size_t g = 0; g < groups_; ++g)

@@ -38,8 +38,8 @@ struct InterpolationPoint {
   double share_of_high;
 };
 
-InterpolationPoint interpolation_point(int fine, int of_fine, int of_coarse) {
-  const double position = (fine + 0.5) * of_coarse / of_fine - 0.5, low = std::floor(position);
+InterpolationPoint interpolation_point(int fine, int fine_count, int coarse_count) {
+  const double position = (fine + 0.5) * coarse_count / fine_count - 0.5, low = std::floor(position);
   return {static_cast<int>(low), position - low};
 }
 

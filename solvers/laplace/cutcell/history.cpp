@@ -88,15 +88,15 @@ GuessProducts SolutionHistory::products(const CutCellOperator& op, const std::ve
   for (std::size_t p = 0; p < solutions_.size(); ++p) parallel::resize_in_huge_pages(basis_[p], op.size());
   form_basis(op, static_cast<std::ptrdiff_t>(op.cells()), static_cast<int>(op.size() - op.cells()));
   const Layout& at = op.level().layout;
-  std::vector<GuessProducts> of_row(at.ny);
+  std::vector<GuessProducts> row_results(at.ny);
   wavefront(op.team(), at, 2, [&](int stage, int j) {
     if (stage == 1)
-      of_row[j] = row_products(op, b.data(), j);
+      row_results[j] = row_products(op, b.data(), j);
     else
       for (int colour = 0; colour < 2; ++colour) form_basis(op, at.row(colour, j), at.row_length(colour, j));
   });
   GuessProducts all = group_products(op, b.data());
-  for (const GuessProducts& row : of_row) all += row;
+  for (const GuessProducts& row : row_results) all += row;
   return all;
 }
 

@@ -30,10 +30,10 @@ struct Extent {
 /// Sets `is_resolved`; it stays empty if the grid resolves all bodies.
 void choose_resolved(const LaplaceProblem& problem, const Agglomerates& agglomerates, GridBodies& bodies) {
   std::vector<int> members(problem.groups.size(), 0);
-  for (const Body& body : problem.bodies) ++members[agglomerates.of_group[body.group]];
+  for (const Body& body : problem.bodies) ++members[agglomerates.first_group[body.group]];
   bodies.is_resolved.assign(problem.bodies.size(), 1);
   for (std::size_t body = 0; body < problem.bodies.size(); ++body) {
-    const int set = agglomerates.of_group[problem.bodies[body].group];
+    const int set = agglomerates.first_group[problem.bodies[body].group];
     bodies.is_resolved[body] = is_resolved(bodies.outlines[body], members[set] == 1 && !agglomerates.is_grounded[set]);
   }
   if (std::ranges::find(bodies.is_resolved, 0) == bodies.is_resolved.end()) bodies.is_resolved.clear();
@@ -49,7 +49,7 @@ void absorb_groups(const LaplaceProblem& problem, const Agglomerates& agglomerat
   std::vector<Extent> extent(problem.groups.size());  // of sets
   std::vector<char> is_kept = agglomerates.is_grounded;
   for (std::size_t body = 0; body < problem.bodies.size(); ++body) {
-    const int set = agglomerates.of_group[problem.bodies[body].group];
+    const int set = agglomerates.first_group[problem.bodies[body].group];
     if (bodies.is_resolved[body])
       is_kept[set] = 1;
     else
@@ -57,7 +57,7 @@ void absorb_groups(const LaplaceProblem& problem, const Agglomerates& agglomerat
   }
   level.is_absorbed.assign(problem.groups.size(), 0);
   for (std::size_t g = 0; g < problem.groups.size(); ++g) {
-    const int set = agglomerates.of_group[g];
+    const int set = agglomerates.first_group[g];
     level.is_absorbed[g] = !is_kept[set] && extent[set].size() <= least_extent;
     if (!level.is_absorbed[g]) continue;
     const Interpolation at_centre = interpolate(level.layout, extent[set].centre(), electrodes(problem).data());

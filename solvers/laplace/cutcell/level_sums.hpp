@@ -9,12 +9,13 @@ struct LevelSums {
   double flux = 0, conductance = 0;
 
   /// Contribution of a cell's link to a given potential.
-  LICHTENBERG_HOST_DEVICE static LevelSums of_link(double conductance, double given, double own) {
+  LICHTENBERG_HOST_DEVICE static LevelSums from_link(double conductance, double given, double own) {
     return {conductance * (given - own), conductance};
   }
   /// Contribution of a group's links to cells. `to_cells`: their conductance; `from_cells`: the sum of conductance
   /// times the cells' potentials; `held`: the fraction of a level by which the group's potential does not change.
-  LICHTENBERG_HOST_DEVICE static LevelSums of_group(double to_cells, double potential, double from_cells, double held) {
+  LICHTENBERG_HOST_DEVICE static LevelSums from_group(double to_cells, double potential, double from_cells,
+                                                      double held) {
     return {to_cells * potential - from_cells, to_cells * held};
   }
   LICHTENBERG_HOST_DEVICE LevelSums& operator+=(const LevelSums& other) {

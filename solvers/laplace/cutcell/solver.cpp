@@ -280,13 +280,13 @@ Field CutCellBackend::field() const {
   return last_field();
 }
 
-Field CutCellBackend::field_on(const Layout& at, double h, const double* cell, const CellOwner* cover) const {
+Field CutCellBackend::field_on(const Layout& at, double h, const double* cell, const CellOwner* owner) const {
   Field field{at.nx, at.ny, h, {}, {}};
   for (int j = 0; j < at.ny; ++j)
     for (int i = 0; i < at.nx; ++i) {
       const std::ptrdiff_t slot = at(i, j);
       field.value.push_back(unit_ * cell[slot]);
-      field.body.push_back(cover[slot].is_fluid() ? -1 : cover[slot].body());
+      field.body.push_back(owner[slot].is_fluid() ? -1 : owner[slot].body());
     }
   return field;
 }

@@ -18,7 +18,7 @@ struct LinksOfCell {
   int group[4];           ///< -1: none, or of given potential
   double conductance[4];  ///< of all links to that group, at the first of them; else 0
   double diagonal;
-  bool is_bound = false;
+  bool is_eliminated = false;
   int joined = 0;  ///< pairs of groups
 
   LICHTENBERG_HOST_DEVICE LinksOfCell(const ProblemView& problem, const GridView& grid, int k)
@@ -40,8 +40,8 @@ struct LinksOfCell {
       conductance[first] += c;
       groups += first == side;
     }
-    is_bound = is_close && floats;
-    joined = is_bound ? groups * (groups - 1) / 2 : 0;
+    is_eliminated = is_close && floats;
+    joined = is_eliminated ? groups * (groups - 1) / 2 : 0;
   }
   /// Returns the first side with the same group.
   LICHTENBERG_HOST_DEVICE int first_of(int side) const {
@@ -52,10 +52,10 @@ struct LinksOfCell {
 };
 
 /// Returns whether thin conductors, which the cell's lists do not contain, exchange flux with a cell.
-LICHTENBERG_HOST_DEVICE inline bool has_thin_conductors(const GridView& grid, int slot) {
-  if (!grid.has_medium || !grid.may_have(Items::thin_conductors)) return false;
+LICHTENBERG_HOST_DEVICE inline bool has_subgrid_conductors(const GridView& grid, int slot) {
+  if (!grid.has_medium || !grid.may_have(Items::subgrid_conductors)) return false;
   const CellIndex cell = cell_of(grid.layout, slot);
-  return gathered(grid.layout, grid.medium.thin_conductors, cell.i, cell.j, [](int, float c) { return c; }) > 0;
+  return gathered(grid.layout, grid.medium.subgrid_conductors, cell.i, cell.j, [](int, float c) { return c; }) > 0;
 }
 
 /// Finds bound cells and the terms that their elimination leaves at their links. `joined_before`: by boundary cell,
@@ -67,9 +67,9 @@ void find_bound_cells(const Executor& run, ProblemView problem, GridView grid, i
     joined_before[k] = 0;
     if (k >= grid.number[Items::boundary]) return;
     const LinksOfCell of(problem, grid, k);
-    const bool is_bound = of.is_bound && !has_thin_conductors(grid, grid.boundary.slot[k]);
-    grid.bound.is_bound[k] = is_bound;
-    if (!is_bound) return;
+    const bool is_eliminated = of.is_eliminated && !has_subgrid_conductors(grid, grid.boundary.slot[k]);
+    grid.bound.is_eliminated[k] = is_eliminated;
+    if (!is_eliminated) return;
     joined_before[k] = 2 * of.joined;
     for (int side = 0; side < 4; ++side) {
       if (of.group[side] < 0) continue;
@@ -103,8 +103,8 @@ void list_joined(const Executor& run, ProblemView problem, GridView grid, const 
         if (of.conductance[a] == 0 || of.conductance[b] == 0) continue;
         const double c = EliminatedCells::schur_offdiagonal(of.conductance[a], of.conductance[b], of.diagonal);
         const int body_a = grid.links.end[of.link[a]].body(), body_b = grid.links.end[of.link[b]].body();
-        list[at++] = {.own = body_a, .other = body_b, .kind = DirectLink::Kind::bound_cell, .conductance = c};
-        list[at++] = {.own = body_b, .other = body_a, .kind = DirectLink::Kind::bound_cell, .conductance = c};
+        list[at++] = {.own = body_a, .other = body_b, .kind = DirectLink::Kind::eliminated_cell, .conductance = c};
+        list[at++] = {.own = body_b, .other = body_a, .kind = DirectLink::Kind::eliminated_cell, .conductance = c};
       }
   });
 }
@@ -148,7 +148,7 @@ void sum_bound_cells(const Executor& run, ProblemView problem, GridView grid) {
 template <class V, class Executor>
 void update_bound_cells(const Executor& run, GridView grid, V* v) {
   for_each_item(run, grid, Items::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
-    if (!grid.bound.is_bound[k]) return;
+    if (!grid.bound.is_eliminated[k]) return;
     const int slot = grid.boundary.slot[k];
     float flux = 0;
     for (int m = 4 * k; m < 4 * k + 4; ++m)

@@ -199,21 +199,21 @@ void compute_level(const Executor& run, ProblemView problem, GridView grid, cons
       [=] LICHTENBERG_HOST_DEVICE(int k) {
         if (k < links) {
           if (k >= grid.number[Items::links] || problem.floating[grid.links.group[k]]) return LevelSums{};
-          return LevelSums::of_link(grid.links.conductance[k], problem.potential[grid.links.group[k]] / unit,
-                                    x[grid.links.slot[k]]);
+          return LevelSums::from_link(grid.links.conductance[k], problem.potential[grid.links.group[k]] / unit,
+                                      x[grid.links.slot[k]]);
         }
         if (k < links + faces) {
           const int side = (k - links) / problem.faces, face = (k - links) % problem.faces;
           if (!problem.electrode[side] || face >= faces_of(grid.layout, side)) return LevelSums{};
           const auto [i, j] = cell_at_face(grid.layout, side, face);
           const int slot = slot_of(grid.layout, i, j);
-          if (!grid.cells.cover[slot].is_fluid()) return LevelSums{};
-          return LevelSums::of_link(2, problem.side_potential[k - links] / unit, x[slot]);
+          if (!grid.cells.owner[slot].is_fluid()) return LevelSums{};
+          return LevelSums::from_link(2, problem.side_potential[k - links] / unit, x[slot]);
         }
         const int g = k - links - faces;
         if (!(grid.groups.diagonal[g] > 0)) return LevelSums{};
-        return LevelSums::of_group(correction.to_cells[g], x[cells + g] + correction.shift[g], correction.from_cells[g],
-                                   correction.held[g]);
+        return LevelSums::from_group(correction.to_cells[g], x[cells + g] + correction.shift[g],
+                                     correction.from_cells[g], correction.held[g]);
       },
       [=] LICHTENBERG_HOST_DEVICE(const LevelSums& sums) { *correction.level = sums.level(); });
 }

@@ -114,13 +114,13 @@ class Clustering {
   const ClusterView* exact_clusters() const { return clusters_.view(grids_); }
   SetsView reserve_sets(int groups) {
     const auto n = static_cast<std::size_t>(groups);
-    std::tie(of_group_, start_, group_, is_alone_, held_) =
+    std::tie(first_group_, start_, group_, is_alone_, held_) =
         sets_.template divide<int, int, int, int, int>({n, n + 1, n, n, n});
-    return {of_group_.device, start_.device, group_.device, is_alone_.device, held_.device};
+    return {first_group_.device, start_.device, group_.device, is_alone_.device, held_.device};
   }
   /// Reserves memory for the links of the finest grid, and for those of all others, which are fetched together.
   void reserve_links(int groups, const std::vector<GridView>& grids) {
-    of_grid_.clear();
+    grid_links_.clear();
     for (int part = 0; part < 2; ++part) {
       const std::size_t from = part, to = part == 0 ? 1 : grids.size();
       if (from == to) continue;
@@ -131,7 +131,7 @@ class Clustering {
           reports_[part]->template divide<NetworkLink, double>({links, diagonals * static_cast<std::size_t>(groups)});
       for (std::size_t l = from; l < to; ++l) {
         const int capacity = all_links(grids[l]);
-        of_grid_.push_back({link, diagonal, grids[l].capacity[Items::direct_links], capacity});
+        grid_links_.push_back({link, diagonal, grids[l].capacity[Items::direct_links], capacity});
         link = {link.host + capacity, link.device + capacity};
         diagonal = {diagonal.host + groups, diagonal.device + groups};
       }
@@ -140,15 +140,15 @@ class Clustering {
   }
 
   void list_links(const ProblemView& problem, const GridView& grid, int l) const {
-    list_group_links(run_, problem, grid, of_grid_[l].link.device, of_grid_[l].diagonal.device);
+    list_group_links(run_, problem, grid, grid_links_[l].link.device, grid_links_[l].diagonal.device);
   }
 
   /// Computes the sets from the finest grid's links. `h`: cell size of the coarsest grid (m).
   void find_sets(const LaplaceProblem& problem, double h) {
     reports_[0]->fetch();
-    const SetLists lists = list_sets(problem, links(0, of_grid_[0].capacity), h, groups_);
+    const AgglomerateLists lists = list_agglomerates(problem, links(0, grid_links_[0].capacity), h, groups_);
     const auto copy = [](const std::vector<int>& from, int* to) { std::copy(from.begin(), from.end(), to); };
-    copy(lists.of_group, of_group_.host);
+    copy(lists.first_group, first_group_.host);
     copy(lists.start, start_.host);
     copy(lists.group, group_.host);
     copy(lists.is_alone, is_alone_.host);
@@ -157,23 +157,23 @@ class Clustering {
   }
   /// Computes the clusters of all grids and, for coupled groups, those of the finest grid that are solved exactly.
   void find_clusters(const LaplaceProblem& problem) {
-    constexpr int most = 64;                 // groups in a cluster; longer chains are cut
-    reports_[of_grid_.size() > 1]->fetch();  // the finest grid's is there, unless it is the only one
+    constexpr int most = 64;                    // groups in a cluster; longer chains are cut
+    reports_[grid_links_.size() > 1]->fetch();  // the finest grid's is there, unless it is the only one
     std::vector<Clusters> clusters;
     const bool is_coupled = !problem.couplings.empty();
     const double least = least_in_cycle(problem);
-    for (std::size_t l = 0; l < of_grid_.size(); ++l) {
+    for (std::size_t l = 0; l < grid_links_.size(); ++l) {
       if (!is_coupled) {
         clusters.push_back(clusters_of_linked(l, most));
         continue;
       }
-      GroupNetwork of_grid{{diagonal(l).begin(), diagonal(l).end()}, links(l, of_grid_[l].capacity)};
-      couple(problem, l == 0 ? infinite : largest_coarse_coupling, least, of_grid);
-      clusters.push_back(clusters_of(std::move(of_grid), most, l == 0));
+      GroupNetwork network{{diagonal(l).begin(), diagonal(l).end()}, links(l, grid_links_[l].capacity)};
+      couple(problem, l == 0 ? infinite : largest_coarse_coupling, least, network);
+      clusters.push_back(clusters_of(std::move(network), most, l == 0));
     }
     if (is_coupled) {
-      GroupNetwork exact{{of_grid_[0].diagonal.host + groups_, of_grid_[0].diagonal.host + 2 * groups_},
-                         links(0, of_grid_[0].direct)};
+      GroupNetwork exact{{grid_links_[0].diagonal.host + groups_, grid_links_[0].diagonal.host + 2 * groups_},
+                         links(0, grid_links_[0].direct)};
       couple(problem, infinite, 0, exact);
       clusters.push_back(clusters_of(std::move(exact), most, true));
     }
@@ -182,10 +182,10 @@ class Clustering {
 
  private:
   template <class T>
-  using Part = typename parallel::PackedTransfer<Executor>::template MirroredArray<T>;
-  struct OfGrid {
-    Part<NetworkLink> link;
-    Part<double> diagonal;
+  using Transferred = typename parallel::PackedTransfer<Executor>::template MirroredArray<T>;
+  struct GridLinks {
+    Transferred<NetworkLink> link;
+    Transferred<double> diagonal;
     int direct, capacity;  // capacity for direct links; for these and joined ones
   };
   static int all_links(const GridView& grid) {
@@ -193,10 +193,10 @@ class Clustering {
   }
   static constexpr double infinite = std::numeric_limits<double>::infinity();
   std::span<const double> diagonal(std::size_t l) const {
-    return {of_grid_[l].diagonal.host, static_cast<std::size_t>(groups_)};
+    return {grid_links_[l].diagonal.host, static_cast<std::size_t>(groups_)};
   }
   Clusters clusters_of_linked(std::size_t l, int most) {
-    LinkedGroups linked = LinkedGroups::of(diagonal(l), links(l, of_grid_[l].capacity), place_);
+    LinkedGroups linked = LinkedGroups::of(diagonal(l), links(l, grid_links_[l].capacity), index_);
     Clusters clusters = clusters_of(std::move(linked.network), most);
     for (int& g : clusters.group) g = linked.group[g];
     return clusters;
@@ -204,18 +204,18 @@ class Clustering {
   std::vector<NetworkLink> links(std::size_t l, int end) const {
     std::vector<NetworkLink> links;
     for (int m = 0; m < end; ++m)
-      if (of_grid_[l].link.host[m].a >= 0) links.push_back(of_grid_[l].link.host[m]);
+      if (grid_links_[l].link.host[m].a >= 0) links.push_back(grid_links_[l].link.host[m]);
     return links;
   }
 
   const Executor& run_;
   int groups_ = 0;
-  std::vector<int> place_;  // of LinkedGroups::of
+  std::vector<int> index_;  // of LinkedGroups::of
   int grids_;
   std::vector<std::unique_ptr<parallel::PackedTransfer<Executor>>> reports_;  // of the finest grid, of the others
-  std::vector<OfGrid> of_grid_;
+  std::vector<GridLinks> grid_links_;
   parallel::PackedTransfer<Executor> sets_;
-  Part<int> of_group_, start_, group_, is_alone_, held_;
+  Transferred<int> first_group_, start_, group_, is_alone_, held_;
   DeviceClusters<Executor> clusters_;
 };
 

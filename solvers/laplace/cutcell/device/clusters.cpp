@@ -98,9 +98,9 @@ void invert(Clusters& clusters, const GroupNetwork& network) {
   for (const NetworkLink& coupling : network.couplings) join(coupling);
   for (std::size_t g = 0; g < network.hold.size(); ++g) ground[g] += network.hold[g];
   for (int first = 0; first < rows; first += clusters.size[first]) {
-    std::vector<double> of_cluster;
-    for (int k = 0; k < clusters.size[first]; ++k) of_cluster.push_back(ground[clusters.group[first + k]]);
-    const std::vector<double> inverse = NetworkFactors(std::move(of_cluster), within[first]).inverse();
+    std::vector<double> cluster_ground;
+    for (int k = 0; k < clusters.size[first]; ++k) cluster_ground.push_back(ground[clusters.group[first + k]]);
+    const std::vector<double> inverse = NetworkFactors(std::move(cluster_ground), within[first]).inverse();
     std::copy(inverse.begin(), inverse.end(), clusters.inverse.begin() + clusters.start[first]);
   }
 }
@@ -108,32 +108,32 @@ void invert(Clusters& clusters, const GroupNetwork& network) {
 /// Returns the number of groups, in sets of several, that are unknowns of a grid with cells of h m: their set is too
 /// wide, or has a given potential.
 int unknowns(const LaplaceProblem& problem, const Agglomerates& sets, double h) {
-  struct Several {
+  struct SetExtent {
     int set, members;
     Vec2 low{1e300, 1e300}, high{-1e300, -1e300};
   };
-  std::vector<Several> several;
-  std::vector<int> number(problem.groups.size(), -1);  // by set: in `several`
+  std::vector<SetExtent> extents;
+  std::vector<int> number(problem.groups.size(), -1);  // by set: in `extents`
   for (std::size_t g = 0; g < number.size(); ++g) {
-    const int set = sets.of_group[g];
+    const int set = sets.first_group[g];
     if (set == static_cast<int>(g)) continue;  // the set is named after this group
     if (number[set] < 0) {
-      number[set] = static_cast<int>(several.size());
-      several.push_back({set, 1});
+      number[set] = static_cast<int>(extents.size());
+      extents.push_back({set, 1});
     }
-    ++several[number[set]].members;
+    ++extents[number[set]].members;
   }
   for (const Body& body : problem.bodies) {
-    const int k = number[sets.of_group[body.group]];
+    const int k = number[sets.first_group[body.group]];
     if (k < 0) continue;
     const Outline outline = outline_in_cells(body.shape, h);
     const Vec2 c = outline.centre, r{outline.size, outline.size};
-    Vec2 &from = several[k].low, &to = several[k].high;
+    Vec2 &from = extents[k].low, &to = extents[k].high;
     from = {std::min(from.x, c.x - r.x), std::min(from.y, c.y - r.y)};
     to = {std::max(to.x, c.x + r.x), std::max(to.y, c.y + r.y)};
   }
   int count = 0;
-  for (const Several& of : several) {
+  for (const SetExtent& of : extents) {
     const Vec2 extent = of.high - of.low;
     if (sets.is_grounded[of.set] || std::max(extent.x, extent.y) > least_extent) count += of.members;
   }
@@ -142,7 +142,8 @@ int unknowns(const LaplaceProblem& problem, const Agglomerates& sets, double h) 
 
 }  // namespace
 
-SetLists list_sets(const LaplaceProblem& problem, std::vector<NetworkLink> links, double h, int groups) {
+AgglomerateLists list_agglomerates(const LaplaceProblem& problem, std::vector<NetworkLink> links, double h,
+                                   int groups) {
   constexpr int most_unknowns = 300;
   Agglomerates sets = find_agglomerates(problem, links);
   // Discards links too weak to join groups.
@@ -152,22 +153,22 @@ SetLists list_sets(const LaplaceProblem& problem, std::vector<NetworkLink> links
     sets = find_agglomerates(problem, links);
   }
   std::vector<int> bodies(groups, 0);
-  for (const Body& body : problem.bodies) ++bodies[sets.of_group[body.group]];
-  SetLists lists;
-  for (auto* list : {&lists.of_group, &lists.group, &lists.is_alone, &lists.held}) list->resize(groups);
+  for (const Body& body : problem.bodies) ++bodies[sets.first_group[body.group]];
+  AgglomerateLists lists;
+  for (auto* list : {&lists.first_group, &lists.group, &lists.is_alone, &lists.held}) list->resize(groups);
   lists.start.assign(groups + 1, 0);
   for (int g = 0; g < groups; ++g) {
     const bool is_own = g < static_cast<int>(problem.groups.size());
-    const int set = is_own ? sets.of_group[g] : g;
+    const int set = is_own ? sets.first_group[g] : g;
     const bool held = !is_own || sets.is_grounded[set];
-    lists.of_group[g] = set;
+    lists.first_group[g] = set;
     lists.held[g] = held;
     lists.is_alone[g] = !held && bodies[set] == 1;
     ++lists.start[set + 1];
   }
   std::partial_sum(lists.start.begin(), lists.start.end(), lists.start.begin());
   std::vector<int> next(lists.start.begin(), lists.start.end() - 1);
-  for (int g = 0; g < groups; ++g) lists.group[next[lists.of_group[g]]++] = g;
+  for (int g = 0; g < groups; ++g) lists.group[next[lists.first_group[g]]++] = g;
   return lists;
 }
 
@@ -184,20 +185,20 @@ void couple(const LaplaceProblem& problem, double largest, double least, GroupNe
 }
 
 LinkedGroups LinkedGroups::of(std::span<const double> diagonal, std::vector<NetworkLink> links,
-                              std::vector<int>& place) {
+                              std::vector<int>& index) {
   std::erase_if(links, [&](const NetworkLink& link) { return diagonal[link.a] == 0 || diagonal[link.b] == 0; });
   LinkedGroups linked;
-  place.resize(diagonal.size(), -1);
+  index.resize(diagonal.size(), -1);
   for (const NetworkLink& link : links)
     for (const int g : {link.a, link.b})
-      if (std::exchange(place[g], 0) < 0) linked.group.push_back(g);
+      if (std::exchange(index[g], 0) < 0) linked.group.push_back(g);
   std::ranges::sort(linked.group);
   for (const int g : linked.group) {
-    place[g] = static_cast<int>(linked.network.diagonal.size());
+    index[g] = static_cast<int>(linked.network.diagonal.size());
     linked.network.diagonal.push_back(diagonal[g]);
   }
-  for (NetworkLink& link : links) link = {place[link.a], place[link.b], link.conductance};
-  for (const int g : linked.group) place[g] = -1;
+  for (NetworkLink& link : links) link = {index[link.a], index[link.b], link.conductance};
+  for (const int g : linked.group) index[g] = -1;
   linked.network.links = std::move(links);
   return linked;
 }

@@ -31,8 +31,8 @@ struct LinkedGroups {
   GroupNetwork network;
   std::vector<int> group;  ///< by the network's numbers, ascending
 
-  /// `diagonal`: by group. `place`: scratch memory that is reused; empty at first, then -1 by group.
-  static LinkedGroups of(std::span<const double> diagonal, std::vector<NetworkLink> links, std::vector<int>& place);
+  /// `diagonal`: by group. `index`: scratch memory that is reused; empty at first, then -1 by group.
+  static LinkedGroups of(std::span<const double> diagonal, std::vector<NetworkLink> links, std::vector<int>& index);
 };
 
 /// Adds the problem's couplings (set_couplings). `largest`: upper bound of conductances; `least`: lower bound of those
@@ -46,14 +46,14 @@ Clusters clusters_of(GroupNetwork network, int most, bool all = false);
 
 /// Sets of groups that coarse grids treat as one (../agglomerates.hpp), for `groups` groups, of which the problem has
 /// the first.
-struct SetLists {
-  std::vector<int> of_group;        ///< a set's first group
+struct AgglomerateLists {
+  std::vector<int> first_group;     ///< a set's first group
   std::vector<int> start, group;    ///< by first group: its set's groups
   std::vector<int> is_alone, held;  ///< by group: whether its set is one body that floats; Agglomerates::is_grounded
 };
 
 /// Makes sets by couplings and the finest grid's direct links. Weaker links are left out until few groups of sets
 /// remain unknowns of the coarsest grid, which has cells of h m.
-SetLists list_sets(const LaplaceProblem& problem, std::vector<NetworkLink> links, double h, int groups);
+AgglomerateLists list_agglomerates(const LaplaceProblem& problem, std::vector<NetworkLink> links, double h, int groups);
 
 }  // namespace lichtenberg::laplace::device

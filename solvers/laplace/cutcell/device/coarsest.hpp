@@ -150,11 +150,11 @@ LICHTENBERG_HOST_DEVICE void invert_in_block(const Block& block, double* matrix,
     });
     block.each(n * n, [&](int e) {
       const int a = e / n, b = e % n;
-      const double of_pivot = 1 / row[k];
+      const double inverse_pivot = 1 / row[k];
       if (a == k)
-        matrix[e] = b == k ? of_pivot : row[b] * of_pivot;
+        matrix[e] = b == k ? inverse_pivot : row[b] * inverse_pivot;
       else
-        matrix[e] = b == k ? -column[a] * of_pivot : matrix[e] - column[a] * row[b] * of_pivot;
+        matrix[e] = b == k ? -column[a] * inverse_pivot : matrix[e] - column[a] * row[b] * inverse_pivot;
     });
   }
 }

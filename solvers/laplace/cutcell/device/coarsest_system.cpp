@@ -7,20 +7,20 @@ namespace lichtenberg::laplace::device {
 SparseSystem assemble(const CoarsestArrays& arrays, bool pin) {
   SparseSystem system;
   std::vector<std::vector<SparseSystem::Entry>> rows;
-  std::vector<int> of_slot(arrays.inverse_diagonal.size(), -1), of_group(arrays.group_diagonal.size(), -1);
+  std::vector<int> slot_number(arrays.inverse_diagonal.size(), -1), group_number(arrays.group_diagonal.size(), -1);
   const auto add = [&](double diagonal) {
     const int index = static_cast<int>(rows.size());
     rows.push_back({{index, diagonal}});
     return index;
   };
-  for (std::size_t slot = 0; slot < of_slot.size(); ++slot) {
+  for (std::size_t slot = 0; slot < slot_number.size(); ++slot) {
     if (!(arrays.inverse_diagonal[slot] > 0)) continue;
-    of_slot[slot] = add(1.0 / arrays.inverse_diagonal[slot]);
+    slot_number[slot] = add(1.0 / arrays.inverse_diagonal[slot]);
     system.slot.push_back(static_cast<std::ptrdiff_t>(slot));
   }
-  for (std::size_t g = 0; g < of_group.size(); ++g) {
+  for (std::size_t g = 0; g < group_number.size(); ++g) {
     if (!(arrays.group_diagonal[g] > 0)) continue;
-    of_group[g] = add(arrays.group_diagonal[g]);
+    group_number[g] = add(arrays.group_diagonal[g]);
     system.group.push_back(static_cast<int>(g));
   }
   if (pin && !rows.empty()) rows.back().front().value *= 2;
@@ -34,13 +34,13 @@ SparseSystem assemble(const CoarsestArrays& arrays, bool pin) {
       const auto face = [&](const std::vector<float>& conductance) {
         return conductance.empty() ? 1.0f : conductance[slot];
       };
-      if (i + 1 < at.nx) couple(of_slot[slot], of_slot[at(i + 1, j)], face(arrays.east));
-      if (j + 1 < at.ny) couple(of_slot[slot], of_slot[at(i, j + 1)], face(arrays.north));
+      if (i + 1 < at.nx) couple(slot_number[slot], slot_number[at(i + 1, j)], face(arrays.east));
+      if (j + 1 < at.ny) couple(slot_number[slot], slot_number[at(i, j + 1)], face(arrays.north));
     }
   for (std::size_t m = 0; m < arrays.link_slot.size(); ++m)
-    couple(of_slot[arrays.link_slot[m]], of_group[arrays.link_group[m]], arrays.conductance[m]);
+    couple(slot_number[arrays.link_slot[m]], group_number[arrays.link_group[m]], arrays.conductance[m]);
   for (const auto& [own, other, conductance] : arrays.direct_links)
-    if (own < other) couple(of_group[own], of_group[other], conductance);
+    if (own < other) couple(group_number[own], group_number[other], conductance);
   for (std::vector<SparseSystem::Entry>& row : rows) system.append(row);
   return system;
 }

@@ -12,7 +12,7 @@ void make_links(const Executor& run, ProblemView problem, GridView grid) {
   for_each_item(run, grid, Items::links, [=] LICHTENBERG_HOST_DEVICE(int m) {
     const int slot = grid.links.slot[m];
     const LinkEnd end = grid.links.end[m];
-    if (end.is_thin_conductor()) {
+    if (end.is_subgrid_conductor()) {
       grid.links.conductance[m] = grid.medium.absorbed_bodies.points[grid.medium.point[end.body()]].share[end.corner()];
       return;
     }
@@ -24,7 +24,7 @@ void make_links(const Executor& run, ProblemView problem, GridView grid) {
     int partner = -1;
     Vec2 partner_gradient;
     const int bi = cell.i + step_i(side ^ 1), bj = cell.j + step_j(side ^ 1);
-    const CellOwner behind = inside(grid.layout, bi, bj) ? grid.cells.cover[slot_of(grid.layout, bi, bj)] : CellOwner();
+    const CellOwner behind = inside(grid.layout, bi, bj) ? grid.cells.owner[slot_of(grid.layout, bi, bj)] : CellOwner();
     if (!behind.is_fluid() && problem.group_of[behind.body()] != problem.group_of[body]) {
       const int other = behind.body();
       const Outline& beyond = grid.bodies.outline[other];
@@ -37,7 +37,7 @@ void make_links(const Executor& run, ProblemView problem, GridView grid) {
       }
     }
     grid.links.conductance[m] = grid.has_medium ? c.value * grid.medium.permittivity[slot] : c.value;
-    const int k = grid.cells.cover[slot].boundary_number();
+    const int k = grid.cells.owner[slot].boundary_number();
     grid.boundary.link[side * grid.capacity[Items::boundary] + k] = m;
     grid.boundary.coupling[4 * k + side] = {static_cast<float>(grid.links.conductance[m]), grid.links.group[m]};
     if (!grid.finest) return;
@@ -54,8 +54,8 @@ void make_faces(const Executor& run, GridView grid) {
     const Layout& at = grid.layout;
     const int slot = slot_of(at, i, j);
     const auto face = [&](int ni, int nj) {
-      if (!inside(at, ni, nj) || !grid.cells.cover[slot].is_fluid() ||
-          !grid.cells.cover[slot_of(at, ni, nj)].is_fluid())
+      if (!inside(at, ni, nj) || !grid.cells.owner[slot].is_fluid() ||
+          !grid.cells.owner[slot_of(at, ni, nj)].is_fluid())
         return 0.0f;
       return face_conductance(grid.medium.permittivity[slot], grid.medium.permittivity[slot_of(at, ni, nj)]);
     };
@@ -71,21 +71,21 @@ void make_medium_diagonals(const Executor& run, ProblemView problem, GridView gr
     const Layout& at = grid.layout;
     const int slot = slot_of(at, i, j);
     double sum = 0;
-    const CellOwner cover = grid.cells.cover[slot];
-    if (cover.is_fluid()) {
+    const CellOwner owner = grid.cells.owner[slot];
+    if (owner.is_fluid()) {
       const Neighbours n = neighbours(at, slot);
       sum = static_cast<double>(grid.medium.east[n.west]) + grid.medium.east[slot] + grid.medium.north[n.south] +
             grid.medium.north[slot];
-      if (grid.may_have(Items::thin_conductors))
-        sum += gathered(grid.layout, grid.medium.thin_conductors, i, j,
+      if (grid.may_have(Items::subgrid_conductors))
+        sum += gathered(grid.layout, grid.medium.subgrid_conductors, i, j,
                         [](int, float conductance) { return conductance; });
       for (int side = 0; side < 4; ++side) {
         if (!inside(at, i + step_i(side), j + step_j(side)) && problem.electrode[side])
           sum += 2 * grid.medium.permittivity[slot];
-        const int link = cover.is_boundary_cell() ? grid.boundary_link_of(cover.boundary_number(), side) : -1;
+        const int link = owner.is_boundary_cell() ? grid.boundary_link_of(owner.boundary_number(), side) : -1;
         if (link >= 0) sum += grid.links.conductance[link];
       }
-      if (cover.is_boundary_cell()) grid.boundary.diagonal[cover.boundary_number()] = sum;
+      if (owner.is_boundary_cell()) grid.boundary.diagonal[owner.boundary_number()] = sum;
     }
     grid.cells.inverse_diagonal[slot] = sum > 0 ? static_cast<float>(1.0 / sum) : 0.0f;
   });
@@ -118,9 +118,9 @@ void make_diagonals(const Executor& run, ProblemView problem, GridView grid) {
     float inverse = 0;
     const int i = 2 * k + Layout::parity(colour, j);
     if (k >= 0 && inside(at, i, j)) {
-      if (grid.cells.cover[slot].is_boundary_cell()) return;  // below
+      if (grid.cells.owner[slot].is_boundary_cell()) return;  // below
       const int sum = diagonal_without_links(problem, at, i, j);
-      if (grid.cells.cover[slot].is_fluid() && sum > 0) inverse = 1.0f / static_cast<float>(sum);
+      if (grid.cells.owner[slot].is_fluid() && sum > 0) inverse = 1.0f / static_cast<float>(sum);
     }
     grid.cells.inverse_diagonal[slot] = inverse;
   });

@@ -181,10 +181,10 @@ class CutCell : public DeviceSolver {
   Field last_field() const override {
     const GridView& grid = finest().view();
     std::vector<double> cell(grid.layout.size());
-    std::vector<CellOwner> cover(grid.layout.size());
+    std::vector<CellOwner> owner(grid.layout.size());
     run_->to_host(cell.data(), history_[0].view.cell, cell.size() * sizeof(double));
-    run_->to_host(cover.data(), grid.cells.cover, cover.size() * sizeof(CellOwner));
-    return field_on(grid.layout, grid.h, cell.data(), cover.data());
+    run_->to_host(owner.data(), grid.cells.owner, owner.size() * sizeof(CellOwner));
+    return field_on(grid.layout, grid.h, cell.data(), owner.data());
   }
 
  private:
@@ -192,7 +192,7 @@ class CutCell : public DeviceSolver {
   using TimePoint = typename Executor::TimePoint;
   using Recording = typename Executor::Recording;
   template <class T>
-  using Part = typename parallel::PackedTransfer<Executor>::template MirroredArray<T>;
+  using Transferred = typename parallel::PackedTransfer<Executor>::template MirroredArray<T>;
   struct Moments {
     TimePoint begun, discretized, iterated;
   };
@@ -210,10 +210,10 @@ class CutCell : public DeviceSolver {
   struct Report {
     explicit Report(const Executor& run) : parcel(run) {}
     parallel::PackedTransfer<Executor> parcel;
-    Part<Iterations> iterations;
-    Part<double> potential;  ///< by group, followed by the mean or level of x
-    Part<BodyResult> body_result;
-    Part<SideResult> side_result;
+    Transferred<Iterations> iterations;
+    Transferred<double> potential;  ///< by group, followed by the mean or level of x
+    Transferred<BodyResult> body_result;
+    Transferred<SideResult> side_result;
   };
   /// Arrays of a solve.
   struct Vectors {
@@ -404,8 +404,8 @@ class CutCell : public DeviceSolver {
   }
 
   /// An iteration: a V-cycle, and unless the residual is small enough by then, a step.
-  template <class Again>
-  void iterate_once(Again again) {
+  template <class Continuation>
+  void iterate_once(Continuation again) {
     const ProblemView& problem = problem_->view();
     const GridView& grid = finest().view();
     const SolveVectors& v = arrays_->view.solve;

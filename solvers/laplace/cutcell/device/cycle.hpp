@@ -59,12 +59,13 @@ struct DirectFluxes {
 template <class Executor>
 void relax_direct_links(const Executor& run, ProblemView problem, GridView grid, GroupSweep sweep) {
   if (grid.groups.clusters) return relax_clusters(run, problem, grid, sweep);
-  const CycleFluxes of_phi{problem, grid, sweep.phi};
+  const CycleFluxes phi_fluxes{problem, grid, sweep.phi};
   run.template sum_segments<group_lanes>(
-      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return of_phi.count(g); },
+      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return phi_fluxes.count(g); },
       [=] LICHTENBERG_HOST_DEVICE(int g, int t) {
-        const float own = of_phi.value(g, t);
-        return sweep.correction ? own + CycleFluxes{of_phi.problem, of_phi.grid, sweep.correction}.value(g, t) : own;
+        const float own = phi_fluxes.value(g, t);
+        return sweep.correction ? own + CycleFluxes{phi_fluxes.problem, phi_fluxes.grid, sweep.correction}.value(g, t)
+                                : own;
       },
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
         sweep.next[g] = (sweep.flux[g] + sum) * grid.groups.inverse_diagonal[g];

@@ -9,12 +9,12 @@ namespace lichtenberg::laplace::device {
 
 /// Times of the two parts of an iteration.
 struct Profile {
-  struct Part {
+  struct Traffic {
     double seconds = 0;
     /// Minimum traffic (bytes): each array's entries once per read and once per write.
     double bytes = 0;
   };
-  Part apply_operator, cycle, copy;  ///< copy: device to device
+  Traffic apply_operator, cycle, copy;  ///< copy: device to device
   int levels = 0;
   long coarse_unknowns = 0;
 };

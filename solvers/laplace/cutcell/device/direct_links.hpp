@@ -37,12 +37,12 @@ LICHTENBERG_HOST_DEVICE void for_each_owner(const ProblemView& problem, const Gr
   if (const int owner = grid.bodies.cell_owner[body]; owner >= 0 && problem.group_of[owner] != group)
     f(owner, DirectLink::Kind::shared_cell, 0);
   if (grid.inherited.link) for_each_inherited(problem, grid, body, f);
-  if (!grid.has_medium || !is_thin(problem, grid, body)) return;
+  if (!grid.has_medium || !is_subgrid_body(problem, grid, body)) return;
   const Interpolation around = interpolate(grid.layout, grid.bodies.outline[body].centre, problem.electrode);
   for (int k = 0; k < 4; ++k) {
-    const CellOwner cover = grid.cells.cover[around.cell[k]];
-    if (around.weight[k] != 0 && !cover.is_fluid() && problem.group_of[cover.body()] != group)
-      f(cover.body(), DirectLink::Kind::thin_conductor, k);
+    const CellOwner owner = grid.cells.owner[around.cell[k]];
+    if (around.weight[k] != 0 && !owner.is_fluid() && problem.group_of[owner.body()] != group)
+      f(owner.body(), DirectLink::Kind::subgrid_conductor, k);
   }
 }
 
@@ -52,8 +52,8 @@ void count_without_cells(const Executor& run, ProblemView problem, GridView grid
     WithoutCells own;
     if (body < problem.bodies) {
       for_each_owner(problem, grid, body, [&](int, DirectLink::Kind, int) { ++own.direct_links; });
-      own.thin_conductors = grid.has_medium && is_thin(problem, grid, body);
-      own.floating_thin_conductors = own.thin_conductors > 0 && problem.floating[problem.group_of[body]];
+      own.subgrid_conductors = grid.has_medium && is_subgrid_body(problem, grid, body);
+      own.floating_subgrid_conductors = own.subgrid_conductors > 0 && problem.floating[problem.group_of[body]];
     }
     number[body] = own;
   });
@@ -96,7 +96,7 @@ void make_direct_links(const Executor& run, ProblemView problem, GridView grid) 
     if (link.kind != DirectLink::Kind::face) {
       const bool own_has_cell = link.own_has_cell;
       const Outline& other = grid.bodies.outline[link.other];
-      if (link.kind == DirectLink::Kind::thin_conductor) {
+      if (link.kind == DirectLink::Kind::subgrid_conductor) {
         const Outline& disk = own_has_cell ? other : own;
         const Interpolation around = interpolate(grid.layout, disk.centre, problem.electrode);
         link.conductance = std::abs(around.weight[link.corner]) * subgrid_conductance(disk, grid.layout);

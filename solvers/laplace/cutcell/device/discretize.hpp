@@ -17,7 +17,7 @@ LICHTENBERG_HOST_DEVICE inline int strips_of(const CellRange& range) {
 
 /// Returns whether a body is a thin conductor (../medium.hpp): a disk that the grid does not resolve and that is no
 /// part of the medium.
-LICHTENBERG_HOST_DEVICE inline bool is_thin(const ProblemView& problem, const GridView& grid, int body) {
+LICHTENBERG_HOST_DEVICE inline bool is_subgrid_body(const ProblemView& problem, const GridView& grid, int body) {
   return !grid.bodies.resolved[body] && !grid.medium.absorbed[problem.group_of[body]];
 }
 
@@ -61,7 +61,7 @@ void count_strips(const Executor& run, ProblemView problem, GridView grid) {
       if (grid.bodies.resolved[body])
         strips = strips_of(cells_around(grid.bodies.outline[body], grid.layout.nx, grid.layout.ny));
       else
-        strips = is_thin(problem, grid, body) && grid.medium.point[body] >= 0;
+        strips = is_subgrid_body(problem, grid, body) && grid.medium.point[body] >= 0;
     }
     grid.strips.start[rank] = strips;
   });
@@ -93,13 +93,13 @@ void finalize_list_counts(const Executor& run, ProblemView problem, GridView gri
     grid.required[Items::boundary] = total.boundary;
     grid.required[Items::direct_links] = total.direct_links + 2 * without.direct_links;
     grid.required[Items::without_cells] = 2 * without.direct_links;
-    grid.required[Items::thin_conductors] = without.thin_conductors;
-    grid.required[Items::floating_thin_conductors] = without.floating_thin_conductors;
+    grid.required[Items::subgrid_conductors] = without.subgrid_conductors;
+    grid.required[Items::floating_subgrid_conductors] = without.floating_subgrid_conductors;
     bool fits = true;
-    for (int kind = Items::covered; kind <= Items::floating_thin_conductors; ++kind)
+    for (int kind = Items::covered; kind <= Items::floating_subgrid_conductors; ++kind)
       fits = fits && grid.required[kind] <= grid.capacity[kind];
     if (!fits) grid.number[Items::strips] = 0;
-    for (int kind = Items::covered; kind <= Items::floating_thin_conductors; ++kind)
+    for (int kind = Items::covered; kind <= Items::floating_subgrid_conductors; ++kind)
       grid.number[kind] = fits ? grid.required[kind] : 0;
   });
 }
@@ -113,28 +113,28 @@ void cover_cells(const Executor& run, ProblemView problem, GridView grid) {
     if (!grid.bodies.resolved[strip.body]) return;
     const Outline& outline = grid.bodies.outline[strip.body];
     for (int i = strip.from_i; i <= strip.to_i; ++i)
-      if (covers(outline, i, strip.j)) claim(&grid.cells.cover[slot_of(grid.layout, i, strip.j)], strip.body);
+      if (covers(outline, i, strip.j)) claim(&grid.cells.owner[slot_of(grid.layout, i, strip.j)], strip.body);
   });
   for_each_item(run, grid, Items::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
     const Strip strip = strip_at(problem, grid, index);
     for (int i = strip.from_i; i <= strip.to_i; ++i)
-      if (grid.cells.cover[slot_of(grid.layout, i, strip.j)].is(strip.body)) grid.bodies.present[strip.body] = 1;
+      if (grid.cells.owner[slot_of(grid.layout, i, strip.j)].is(strip.body)) grid.bodies.present[strip.body] = 1;
   });
   const auto own_cell = [=] LICHTENBERG_HOST_DEVICE(int body) {
     const Outline& outline = grid.bodies.outline[body];
     if (outline.kind != Outline::Kind::disk || grid.bodies.present[body]) return static_cast<CellOwner*>(nullptr);
     const Layout& at = grid.layout;
-    return &grid.cells.cover[slot_of(at, cell_at(outline.centre.x, at.nx), cell_at(outline.centre.y, at.ny))];
+    return &grid.cells.owner[slot_of(at, cell_at(outline.centre.x, at.nx), cell_at(outline.centre.y, at.ny))];
   };
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
-    if (CellOwner* cover = own_cell(body)) claim(cover, problem.bodies + body);  // behind all bodies of the first round
+    if (CellOwner* owner = own_cell(body)) claim(owner, problem.bodies + body);  // behind all bodies of the first round
   });
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
-    if (CellOwner* cover = own_cell(body)) {
-      const int had = cover->body();  // read once: the winner may be writing it
+    if (CellOwner* owner = own_cell(body)) {
+      const int had = owner->body();  // read once: the winner may be writing it
       const int winner = had < problem.bodies ? had : had - problem.bodies;
       if (winner == body)
-        *cover = CellOwner::by(body);
+        *owner = CellOwner::by(body);
       else
         grid.bodies.cell_owner[body] = winner;
     }
@@ -152,13 +152,13 @@ LICHTENBERG_HOST_DEVICE void visit(const ProblemView& problem, const GridView& g
     for (int k = 0; k < 4; ++k) {
       if (share[k] == 0) continue;  // as beyond the box
       const int slot = slot_of(at, i + k % 2, j + k / 2);
-      if (grid.cells.cover[slot].is_fluid()) visitor.link(slot, LinkEnd::of_thin_conductor(strip.body, k), false);
+      if (grid.cells.owner[slot].is_fluid()) visitor.link(slot, LinkEnd::at_subgrid_conductor(strip.body, k), false);
     }
     return;
   }
   for (int i = strip.from_i; i <= strip.to_i; ++i) {
     const int slot = slot_of(at, i, strip.j);
-    if (!grid.cells.cover[slot].is(strip.body)) continue;
+    if (!grid.cells.owner[slot].is(strip.body)) continue;
     visitor.covered(slot);
     for (int side = 0; side < 4; ++side) {
       const int ni = i + step_i(side), nj = strip.j + step_j(side);
@@ -168,7 +168,7 @@ LICHTENBERG_HOST_DEVICE void visit(const ProblemView& problem, const GridView& g
         continue;
       }
       const int next = slot_of(at, ni, nj);
-      const CellOwner beside = grid.cells.cover[next];
+      const CellOwner beside = grid.cells.owner[next];
       if (!beside.is_fluid()) {
         const int other = beside.body();
         if (other != strip.body && problem.group_of[other] != problem.group_of[strip.body])
@@ -179,7 +179,7 @@ LICHTENBERG_HOST_DEVICE void visit(const ProblemView& problem, const GridView& g
       bool first = true;
       for (int s = 0; s < (side ^ 1); ++s) {
         const int bi = ni + step_i(s), bj = nj + step_j(s);
-        first = first && !(inside(at, bi, bj) && !grid.cells.cover[slot_of(at, bi, bj)].is_fluid());
+        first = first && !(inside(at, bi, bj) && !grid.cells.owner[slot_of(at, bi, bj)].is_fluid());
       }
       visitor.link(next, LinkEnd::at_side(strip.body, side ^ 1), first);
     }
@@ -216,7 +216,7 @@ struct FillVisitor {
     grid.links.group[at.links] = group;
     grid.links.end[at.links++] = end;
     if (!first) return;
-    grid.cells.cover[slot] = CellOwner::boundary_cell(at.boundary);
+    grid.cells.owner[slot] = CellOwner::boundary_cell(at.boundary);
     grid.boundary.slot[at.boundary] = slot;
     for (int side = 0; side < 4; ++side) {
       grid.boundary.link[side * grid.capacity[Items::boundary] + at.boundary] = -1;
@@ -244,10 +244,11 @@ void fill_strips(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Sets `start[k]` to the first of the n ascending keys that is at least k or, if `place` is given, to that key's
+/// Sets `start[k]` to the first of the n ascending keys that is at least k or, if `position` is given, to that key's
 /// place.
 template <class Executor>
-void start_segments(const Executor& run, const int* key, int n, int segments, int* start, const int* place = nullptr) {
+void start_segments(const Executor& run, const int* key, int n, int segments, int* start,
+                    const int* position = nullptr) {
   run.for_each(segments + 1, [=] LICHTENBERG_HOST_DEVICE(int segment) {
     int low = 0, high = n;
     while (low < high) {
@@ -257,7 +258,7 @@ void start_segments(const Executor& run, const int* key, int n, int segments, in
       else
         high = middle;
     }
-    start[segment] = place ? place[low] : low;
+    start[segment] = position ? position[low] : low;
   });
 }
 

@@ -14,7 +14,7 @@ namespace lichtenberg::laplace::device {
 
 /// Sets of groups that coarse grids treat as one (../agglomerates.hpp); null: each group is its own set.
 struct SetsView {
-  const int* of_group;         ///< a set's first group
+  const int* first_group;      ///< a set's first group
   const int *start, *group;    ///< by first group: its set's groups
   const int *is_alone, *held;  ///< by group: whether its set is one floating body; Agglomerates::is_grounded
   bool operator==(const SetsView&) const = default;
@@ -68,8 +68,8 @@ struct Items {
     direct_links,
     without_cells,  ///< direct links of bodies that cover no cell
     newly_absorbed,
-    thin_conductors,
-    floating_thin_conductors,
+    subgrid_conductors,
+    floating_subgrid_conductors,
     unknown_groups,   ///< 1 if any group has an unknown potential
     own_groups,       ///< on a small grid: groups with an unknown potential
     joined_links,     ///< links made by the elimination of bound cells (bound.hpp)
@@ -92,11 +92,11 @@ struct Counts {
 /// listed once for each.
 struct DirectLink {
   enum class Kind : std::uint8_t {
-    face,            ///< `side` of the own cell `slot`: the other body's cell is behind it, or an electrode side
-    shared_cell,     ///< one of the two covers no cell's centre and lies in a cell of the other
-    thin_conductor,  ///< one of the two is thin, and the other has the `corner`-th of the four cells around it
-    inherited,   ///< one of the two is thin: the finest grid's direct link number `slot`, or joined link -1 - `slot`
-    bound_cell,  ///< both have strong links to a cell that the cycle eliminates: a link in the cycle alone
+    face,               ///< `side` of the own cell `slot`: the other body's cell is behind it, or an electrode side
+    shared_cell,        ///< one of the two covers no cell's centre and lies in a cell of the other
+    subgrid_conductor,  ///< one of the two is thin, and the other has the `corner`-th of the four cells around it
+    inherited,  ///< one of the two is thin: the finest grid's direct link number `slot`, or joined link -1 - `slot`
+    eliminated_cell,  ///< both have strong links to a cell that the cycle eliminates: a link in the cycle alone
   };
   int own;  ///< body
   /// Body; or -1 - the electrode side's face, as ProblemView::side_potential counts them.
@@ -118,10 +118,10 @@ struct DirectLink {
 class LinkEnd {
  public:
   LICHTENBERG_HOST_DEVICE static constexpr LinkEnd at_side(int body, int side) { return LinkEnd(4 * body + side); }
-  LICHTENBERG_HOST_DEVICE static constexpr LinkEnd of_thin_conductor(int body, int corner) {
+  LICHTENBERG_HOST_DEVICE static constexpr LinkEnd at_subgrid_conductor(int body, int corner) {
     return LinkEnd(-1 - (4 * body + corner));
   }
-  LICHTENBERG_HOST_DEVICE constexpr bool is_thin_conductor() const { return code_ < 0; }
+  LICHTENBERG_HOST_DEVICE constexpr bool is_subgrid_conductor() const { return code_ < 0; }
   LICHTENBERG_HOST_DEVICE constexpr int body() const { return (code_ < 0 ? -1 - code_ : code_) / 4; }
   LICHTENBERG_HOST_DEVICE constexpr int side() const { return code_ % 4; }           ///< not of a thin conductor
   LICHTENBERG_HOST_DEVICE constexpr int corner() const { return (-1 - code_) % 4; }  ///< of a thin conductor
@@ -134,10 +134,10 @@ class LinkEnd {
 /// Numbers of items of a body without cells: direct links to bodies with cells; whether it is a thin conductor; whether
 /// that floats.
 struct WithoutCells {
-  int direct_links = 0, thin_conductors = 0, floating_thin_conductors = 0;
+  int direct_links = 0, subgrid_conductors = 0, floating_subgrid_conductors = 0;
   LICHTENBERG_HOST_DEVICE friend WithoutCells operator+(WithoutCells a, WithoutCells b) {
-    return {a.direct_links + b.direct_links, a.thin_conductors + b.thin_conductors,
-            a.floating_thin_conductors + b.floating_thin_conductors};
+    return {a.direct_links + b.direct_links, a.subgrid_conductors + b.subgrid_conductors,
+            a.floating_subgrid_conductors + b.floating_subgrid_conductors};
   }
 };
 
@@ -196,7 +196,7 @@ struct MediumArrays {
   Vec2* centre;          ///< by group
   Extent* extent;        ///< by group, then by the set's first group; null: no sets
   Bins absorbed_bodies;  ///< the start, and likewise of thin conductors, in one array
-  Bins thin_conductors;
+  Bins subgrid_conductors;
   Bins absorbed_groups;  ///< groups that the next finer grid does not absorb
   int* point;            ///< by body: number of the point whose first body it is, or -1
   float* permittivity;   ///< by slot
@@ -205,7 +205,7 @@ struct MediumArrays {
 
 /// Arrays by slot. A boundary cell is a fluid cell with a link.
 struct CellArrays {
-  CellOwner* cover;
+  CellOwner* owner;
   float* inverse_diagonal;  ///< 0 in covered cells and padding
 };
 
@@ -240,7 +240,7 @@ struct BoundaryArrays {
 
 /// Bound cells of a grid on which the cycle eliminates them.
 struct BoundArrays {
-  int* is_bound;       ///< by boundary cell
+  int* is_eliminated;  ///< by boundary cell
   float* share;        ///< by link: conductance / diagonal of its cell if the cell is bound, else 0
   double* kept;        ///< by link of a bound cell: contribution to its group's diagonal
   DirectLink* joined;  ///< sorted by body
@@ -403,11 +403,11 @@ LICHTENBERG_HOST_DEVICE inline int segment_of(const int* start, int n, int value
 }
 
 /// Assigns a cell to a body: the lowest index wins; fluid, -1, counts as the highest.
-LICHTENBERG_HOST_DEVICE inline void claim(CellOwner* cover, int body) {
+LICHTENBERG_HOST_DEVICE inline void claim(CellOwner* owner, int body) {
 #ifdef __CUDA_ARCH__
-  atomicMin(reinterpret_cast<unsigned*>(cover), static_cast<unsigned>(body));
+  atomicMin(reinterpret_cast<unsigned*>(owner), static_cast<unsigned>(body));
 #else
-  if (cover->is_fluid() || body < cover->body()) *cover = CellOwner::by(body);
+  if (owner->is_fluid() || body < owner->body()) *owner = CellOwner::by(body);
 #endif
 }
 

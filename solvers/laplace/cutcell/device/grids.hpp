@@ -34,7 +34,7 @@ class DeviceGrid {
     grid.formula = formula;
     grid.finest = finest;
     resize_with_zeros(grid.layout.size(), grid.cells.inverse_diagonal, grid.cycle.f);
-    arrays_.resize(grid.layout.size(), grid.cells.cover);
+    arrays_.resize(grid.layout.size(), grid.cells.owner);
     if (!finest) resize_with_zeros(grid.layout.size(), grid.cycle.v);
   }
 
@@ -63,7 +63,8 @@ class DeviceGrid {
       grid.inherited.joined_start = role.finest->bound.joined_start;
     }
     if (!role.has_medium)  // the bins still hold points of an earlier set-up
-      for (const Items::Kind kind : {Items::newly_absorbed, Items::thin_conductors, Items::floating_thin_conductors})
+      for (const Items::Kind kind :
+           {Items::newly_absorbed, Items::subgrid_conductors, Items::floating_subgrid_conductors})
         grid.capacity[kind] = 0;
     reserve_bodies(problem);
     if (role.has_medium) reserve_medium(problem);
@@ -82,7 +83,8 @@ class DeviceGrid {
     Numbers& capacity = own().capacity;
     if (view().has_medium && required[Items::strips] > 0) {
       // Groups in motion become thin conductors on one grid after the other; reserves memory for all at once.
-      for (const Items::Kind kind : {Items::newly_absorbed, Items::thin_conductors, Items::floating_thin_conductors})
+      for (const Items::Kind kind :
+           {Items::newly_absorbed, Items::subgrid_conductors, Items::floating_subgrid_conductors})
         capacity[kind] = std::max(capacity[kind], problem.bodies);
       capacity[Items::strips] = std::max(capacity[Items::strips], required[Items::strips] + problem.bodies);
       capacity[Items::links] = std::max(capacity[Items::links], required[Items::links] + 4 * problem.bodies);
@@ -109,7 +111,7 @@ class DeviceGrid {
   /// Discretizes the grid; the outlines of all grids must exist.
   void build(const ProblemView& problem) {
     if (view().has_medium) homogenize(problem);
-    cover(problem);
+    assign_cells(problem);
     count(problem);
     fill_strips(run_, problem, filled());
     if (view().has_medium) make_permittivity(run_, view());
@@ -160,7 +162,7 @@ class DeviceGrid {
     arrays_.resize(problem.groups, medium.absorbed, medium.centre, medium.absorbed_groups.points,
                    medium.absorbed_groups.item);
     medium.extent = nullptr;
-    if (problem.sets.of_group) arrays_.resize(2L * problem.groups, medium.extent);
+    if (problem.sets.first_group) arrays_.resize(2L * problem.groups, medium.extent);
     const int bins = bins_of(at);
     arrays_.resize(bins + 1, medium.absorbed_groups.start);
     arrays_.resize(2 * bins + 1, medium.absorbed_bodies.start);
@@ -168,8 +170,8 @@ class DeviceGrid {
     arrays_.resize(problem.bodies, medium.absorbed_bodies.points, medium.absorbed_bodies.item, medium.point,
                    points.share);
     arrays_.resize(problem.bodies + 1, points.before, points.first);
-    medium.thin_conductors = medium.absorbed_bodies;
-    medium.thin_conductors.start += bins;  // behind them
+    medium.subgrid_conductors = medium.absorbed_bodies;
+    medium.subgrid_conductors.start += bins;  // behind them
   }
 
   void reserve_lists() {
@@ -189,7 +191,7 @@ class DeviceGrid {
     if (grid.may_have(Items::without_cells)) arrays_.resize(capacity[Items::direct_links], scratch.unsorted_direct);
     arrays_.resize(std::max(capacity[Items::direct_links], capacity[Items::joined_links]), scratch.sort.index);
     if (!grid.binds) return;
-    arrays_.resize(capacity[Items::boundary], grid.bound.is_bound);
+    arrays_.resize(capacity[Items::boundary], grid.bound.is_eliminated);
     arrays_.resize(capacity[Items::boundary] + 1, scratch.joined_before);
     arrays_.resize(capacity[Items::links], grid.bound.share, grid.bound.kept);
     arrays_.resize(capacity[Items::joined_links], grid.bound.joined, scratch.unsorted_joined);
@@ -229,12 +231,12 @@ class DeviceGrid {
     distribute_points(run_, problem, grid, points);
   }
 
-  void cover(const ProblemView& problem) {
+  void assign_cells(const ProblemView& problem) {
     const GridView& grid = view();
     count_strips(run_, problem, grid);
     run_.exclusive_scan(grid.strips.start, problem.bodies + 1);
     finalize_strip_count(run_, problem, grid);
-    run_.fill(grid.cells.cover, 0xff, grid.layout.size() * sizeof(CellOwner));  // fluid
+    run_.fill(grid.cells.owner, 0xff, grid.layout.size() * sizeof(CellOwner));  // fluid
     cover_cells(run_, problem, grid);
   }
 

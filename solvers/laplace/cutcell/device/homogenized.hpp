@@ -72,12 +72,12 @@ void absorb_groups(const Executor& run, ProblemView problem, GridView grid, cons
       });
   if (!grid.medium.extent) return;
   const SetsView sets = problem.sets;
-  Extent *of_group = grid.medium.extent, *of_set = grid.medium.extent + problem.groups;
+  Extent *group_extent = grid.medium.extent, *set_extent = grid.medium.extent + problem.groups;
   run.sum_segments(
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int set) { return sets.start[set + 1] - sets.start[set]; },
-      [=] LICHTENBERG_HOST_DEVICE(int set, int t) { return of_group[sets.group[sets.start[set] + t]]; },
-      [=] LICHTENBERG_HOST_DEVICE(int set, const Extent& extent) { of_set[set] = extent; });
-  run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { absorb(g, of_set[sets.of_group[g]]); });
+      [=] LICHTENBERG_HOST_DEVICE(int set, int t) { return group_extent[sets.group[sets.start[set] + t]]; },
+      [=] LICHTENBERG_HOST_DEVICE(int set, const Extent& extent) { set_extent[set] = extent; });
+  run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { absorb(g, set_extent[sets.first_group[g]]); });
 }
 
 /// Makes sort keys: bins of absorbed bodies, then bins of thin conductors. Items are in the order of groups, so that
@@ -87,7 +87,7 @@ void homogenized_keys(const Executor& run, ProblemView problem, GridView grid, S
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int rank) {
     const int body = problem.body_at[rank];
     const int bins = bins_of(grid.layout), bin = bin_of(grid.layout, grid.bodies.outline[body].centre);
-    sort.key[rank] = grid.bodies.resolved[body] ? 2 * bins : is_thin(problem, grid, body) ? bins + bin : bin;
+    sort.key[rank] = grid.bodies.resolved[body] ? 2 * bins : is_subgrid_body(problem, grid, body) ? bins + bin : bin;
     sort.index[rank] = body;
   });
 }

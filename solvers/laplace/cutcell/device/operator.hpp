@@ -55,12 +55,12 @@ void apply_field(const Executor& run, ProblemView problem, GridView grid, const 
                      colour * static_cast<int>(at.colour_size()) + row * static_cast<int>(at.stride) + column;
                  const int j = row - 1, i = 2 * (column - Layout::pad) + Layout::parity(colour, j);
                  double value = 0;
-                 const CellOwner cover = grid.cells.cover[slot];
-                 if (column >= Layout::pad && inside(at, i, j) && cover.is_fluid()) {
+                 const CellOwner owner = grid.cells.owner[slot];
+                 if (column >= Layout::pad && inside(at, i, j) && owner.is_fluid()) {
                    const Neighbours n = neighbours(at, colour, row, column);
                    const double around = x[n.west] + x[n.east] + x[n.south] + x[n.north];
-                   if (cover.is_boundary_cell()) {
-                     const int k = cover.boundary_number();
+                   if (owner.is_boundary_cell()) {
+                     const int k = owner.boundary_number();
                      value = grid.boundary.diagonal[k] * x[slot] - around;
                      for (int side = 0; side < 4; ++side) {
                        const int link = grid.boundary_link_of(k, side);
@@ -90,11 +90,11 @@ void apply_operator(const Executor& run, ProblemView problem, GridView grid, con
 
 /// Sums for the scale of the initial guess x, with q = A x without couplings (Iterations::set_guess_scale).
 struct GuessSums {
-  double product = 0, energy = 0, largest = 0, of_couplings = 0;
+  double product = 0, energy = 0, largest = 0, coupling_part = 0;
   LICHTENBERG_HOST_DEVICE GuessSums& operator+=(const GuessSums& other) {
     product += other.product;
     energy += other.energy;
-    of_couplings += other.of_couplings;
+    coupling_part += other.coupling_part;
     largest = other.largest > largest ? other.largest : largest;
     return *this;
   }
@@ -120,11 +120,11 @@ void scale_guess(const Executor& run, ProblemView problem, GridView grid, SolveV
       v.size,
       [=] LICHTENBERG_HOST_DEVICE(int k) {
         GuessSums sums{v.b[k] * v.x[k], v.x[k] * v.q[k], std::abs(v.x[k])};
-        if (is_coupled && k >= cells) sums.of_couplings = coupling_energy(problem, v.x + cells, k - cells);
+        if (is_coupled && k >= cells) sums.coupling_part = coupling_energy(problem, v.x + cells, k - cells);
         return sums;
       },
       [=] LICHTENBERG_HOST_DEVICE(const GuessSums& sums) {
-        const double energy = sums.energy + sums.of_couplings;
+        const double energy = sums.energy + sums.coupling_part;
         v.iterations->set_guess_scale(sums.product, energy, sums.largest, static_cast<double>(v.size));
         if (is_coupled) v.iterations->set_energy_of_field(sums.energy);
       });
@@ -196,8 +196,8 @@ void begin_iterations(const Executor& run, double tolerance, int most, Iteration
 }
 
 /// Computes the step length along p, and calls again(whether another iteration follows).
-template <class Executor, class Again>
-void compute_step(const Executor& run, SolveVectors v, Again again) {
+template <class Executor, class Continuation>
+void compute_step(const Executor& run, SolveVectors v, Continuation again) {
   run.sum(
       v.size, [=] LICHTENBERG_HOST_DEVICE(int k) { return v.p[k] * v.q[k]; },
       [=] LICHTENBERG_HOST_DEVICE(double curvature) {
@@ -259,7 +259,7 @@ void right_hand_side(const Executor& run, ProblemView problem, GridView grid, do
       if (!problem.electrode[side] || face >= faces_of(grid.layout, side)) return;
       const auto [i, j] = cell_at_face(grid.layout, side, face);
       const int slot = slot_of(grid.layout, i, j);
-      if (grid.cells.cover[slot].is_fluid()) b[slot] += 2 * problem.side_potential[side * problem.faces + face] / unit;
+      if (grid.cells.owner[slot].is_fluid()) b[slot] += 2 * problem.side_potential[side * problem.faces + face] / unit;
     });
   run.sum_segments(
       problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return grid.direct_links_of(problem, g); },

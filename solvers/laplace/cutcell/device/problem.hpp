@@ -34,7 +34,7 @@ class DeviceProblem {
 
  private:
   template <class T>
-  using Part = typename parallel::PackedTransfer<Executor>::template MirroredArray<T>;
+  using Transferred = typename parallel::PackedTransfer<Executor>::template MirroredArray<T>;
 
   void reserve(const LaplaceProblem& problem) {
     const std::size_t bodies = problem.bodies.size(), groups = problem.groups.size();
@@ -149,12 +149,12 @@ class DeviceProblem {
 
   ProblemView view_{};
   parallel::PackedTransfer<Executor> parcel_;
-  Part<Outline> shape_;
-  Part<int> group_of_, body_at_, rank_of_, first_rank_, floating_;
-  Part<double> charge_, potential_;
+  Transferred<Outline> shape_;
+  Transferred<int> group_of_, body_at_, rank_of_, first_rank_, floating_;
+  Transferred<double> charge_, potential_;
   parallel::PackedTransfer<Executor> couplings_;
-  Part<int> coupling_start_, coupled_to_;
-  Part<double> coupling_, to_given_;
+  Transferred<int> coupling_start_, coupled_to_;
+  Transferred<double> coupling_, to_given_;
   std::size_t coupling_capacity_ = 0, coupling_groups_ = 0;
   parallel::Array<double, Executor> side_potential_;
   std::array<double, 4> constant_{};  ///< V, of sides; NaN: it varies

@@ -68,13 +68,13 @@ struct SolvedView {
   LICHTENBERG_HOST_DEVICE SideResult face_result(int side, int face) const {
     const auto [i, j] = cell_at_face(grid.layout, side, face);
     const int slot = slot_of(grid.layout, i, j);
-    const CellOwner cover = grid.cells.cover[slot];
+    const CellOwner owner = grid.cells.owner[slot];
     const double given = problem.side_potential[side * problem.faces + face];
     double conductance = 2, other = 0;
-    if (cover.is_fluid()) {
+    if (owner.is_fluid()) {
       other = potential(slot);
     } else {
-      const int body = cover.body();
+      const int body = owner.body();
       conductance = conductor_link(grid.bodies.outline[body], cell_centre(i, j), direction(side), 0.5, nullptr).value;
       other = body_potential(body);
     }
@@ -86,8 +86,8 @@ struct SolvedView {
 template <class Executor>
 void store_solution(const Executor& run, SolvedView solved, SolutionView solution) {
   run.for_each(static_cast<long>(solved.grid.layout.size()), [=] LICHTENBERG_HOST_DEVICE(int slot) {
-    const CellOwner cover = solved.grid.cells.cover[slot];
-    solution.cell[slot] = cover.is_fluid() ? solved.cell[slot] : solved.body_potential(cover.body()) / solved.scale;
+    const CellOwner owner = solved.grid.cells.owner[slot];
+    solution.cell[slot] = owner.is_fluid() ? solved.cell[slot] : solved.body_potential(owner.body()) / solved.scale;
   });
   run.for_each(solved.problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
     solution.body[body] = solved.body_potential(body) / solved.scale;

@@ -202,7 +202,7 @@ struct SmallGrids {
 
   /// Flux from groups to a cell, if the grid has any.
   struct FromGroups {
-    const CellOwner* cover;
+    const CellOwner* owner;
     const Coupling* coupling;
     Bins thin;
     Layout layout;
@@ -210,17 +210,17 @@ struct SmallGrids {
     bool any, any_thin;
 
     LICHTENBERG_HOST_DEVICE FromGroups(const SmallGrids& all, int l, const float* phi_)
-        : cover(all.grid[l].cells.cover),
+        : owner(all.grid[l].cells.owner),
           coupling(all.grid[l].boundary.coupling),
-          thin(all.grid[l].medium.thin_conductors),
+          thin(all.grid[l].medium.subgrid_conductors),
           layout(all.grid[l].layout),
           phi(phi_),
           any(all.has(l, Items::unknown_groups)),
-          any_thin(all.has(l, Items::floating_thin_conductors)) {}
+          any_thin(all.has(l, Items::floating_subgrid_conductors)) {}
     LICHTENBERG_HOST_DEVICE float operator()(int slot, int i, int j) const {
       float sum = 0;
       if (!any) return sum;
-      if (const CellOwner own = cover[slot]; own.is_boundary_cell())
+      if (const CellOwner own = owner[slot]; own.is_boundary_cell())
         for (int k = 4 * own.boundary_number(), end = k + 4; k < end; ++k)
           sum += coupling[k].conductance * phi[coupling[k].group];
       if (any_thin) sum += gathered(layout, thin, i, j, [&](int g, float conductance) { return conductance * phi[g]; });

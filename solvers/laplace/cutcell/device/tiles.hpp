@@ -26,18 +26,19 @@ LICHTENBERG_HOST_DEVICE inline GroupSums group_sums(const GridView& grid, int sl
     if (other) sum.other += conductance * other[group];
     return 0.0f;
   };
-  if (const CellOwner cover = grid.cells.cover[slot]; cover.is_boundary_cell()) {
-    const Coupling* coupling = grid.boundary.coupling + 4 * cover.boundary_number();
+  if (const CellOwner owner = grid.cells.owner[slot]; owner.is_boundary_cell()) {
+    const Coupling* coupling = grid.boundary.coupling + 4 * owner.boundary_number();
     for (int side = 0; side < 4; ++side) add(coupling[side].group, coupling[side].conductance);
   }
-  if (grid.may_have(Items::floating_thin_conductors)) gathered(grid.layout, grid.medium.thin_conductors, i, j, add);
+  if (grid.may_have(Items::floating_subgrid_conductors))
+    gathered(grid.layout, grid.medium.subgrid_conductors, i, j, add);
   return sum;
 }
 
 /// Returns whether the cycle eliminates a fluid cell.
-LICHTENBERG_HOST_DEVICE inline bool is_bound(const GridView& grid, int slot) {
-  const CellOwner cover = grid.cells.cover[slot];
-  return cover.is_boundary_cell() && grid.bound.is_bound[cover.boundary_number()];
+LICHTENBERG_HOST_DEVICE inline bool is_eliminated(const GridView& grid, int slot) {
+  const CellOwner owner = grid.cells.owner[slot];
+  return owner.is_boundary_cell() && grid.bound.is_eliminated[owner.boundary_number()];
 }
 
 /// Cells of a tile in a block's memory, with `halo` more on all sides. The lower left cell is red.
@@ -76,9 +77,9 @@ struct Tile {
       north[at] = is_inside ? grid.medium.north[slot] : 0.0f;
     }
     if (!is_inside) return;
-    const GroupSums of_groups = phi ? group_sums(grid, slot, i, j, phi, more_phi) : GroupSums{};
-    f[at] = grid.cycle.f[slot] + of_groups.one;
-    more[at] = of_groups.other;
+    const GroupSums from_groups = phi ? group_sums(grid, slot, i, j, phi, more_phi) : GroupSums{};
+    f[at] = grid.cycle.f[slot] + from_groups.one;
+    more[at] = from_groups.other;
   }
   /// Returns the k-th cell of a colour, row by row: `width / 2` per row.
   LICHTENBERG_HOST_DEVICE static int cell(int k, int colour) {
@@ -164,10 +165,10 @@ struct Descend {
     const int i = from_i + at % Cells::width, j = from_j + at / Cells::width;
     if (!inside(fine.layout, i, j)) return;
     const int slot = slot_of(fine.layout, i, j);
-    if (fine.binds && is_bound(fine, slot)) {
+    if (fine.binds && is_eliminated(fine, slot)) {
       const bool is_red = slot < static_cast<int>(fine.layout.colour_size());
       v[slot] = (fine.cycle.f[slot] + (is_red ? 0.0f : tile.flux(at))) * tile.inverse[at];
-    } else if (fine.has_medium || fine.cells.cover[slot].is_boundary_cell()) {
+    } else if (fine.has_medium || fine.cells.owner[slot].is_boundary_cell()) {
       v[slot] = tile.value[at];
     }
   }
@@ -180,8 +181,8 @@ struct Descend {
 
 /// Returns a coarse cell's potential, or its conductor's, for bilinear interpolation.
 LICHTENBERG_HOST_DEVICE inline float potential_at(const ProblemView& problem, const GridView& grid, int slot) {
-  const CellOwner cover = grid.cells.cover[slot];
-  return cover.is_fluid() ? grid.cycle.v[slot] : grid.cycle.phi[problem.group_of[cover.body()]];
+  const CellOwner owner = grid.cells.owner[slot];
+  return owner.is_fluid() ? grid.cycle.v[slot] : grid.cycle.phi[problem.group_of[owner.body()]];
 }
 
 /// Returns the coarse potential of a cell or, beyond the box, of its mirror image.
@@ -244,7 +245,7 @@ struct Ascend {
       if (!inside(fine.layout, from_i + x, from_j + y)) return;
       const bool red = ((x + y) & 1) == 0;
       const int slot = slot_of(fine.layout, from_i + x, from_j + y);
-      if (phi && fine.binds && is_bound(fine, slot))  // until groups have been relaxed (bound.hpp)
+      if (phi && fine.binds && is_eliminated(fine, slot))  // until groups have been relaxed (bound.hpp)
         v[slot] = (fine.cycle.f[slot] + tile.flux(at)) * tile.inverse[at];
       else
         v[slot] = red ? (tile.f[at] + tile.more[at] + tile.flux(at)) * tile.inverse[at] : tile.value[at];

@@ -92,8 +92,7 @@ const EffectKind& ContactPotentialOptions::kind() {
       .alone = "which permits no other effect",
       .dimensions = {2, 3},
       .packing = true,
-      .make = [](const Scene& scene) { return std::make_unique<ContactPotential>(scene); },
-      .old_name = "contact_potential"};
+      .make = [](const Scene& scene) { return std::make_unique<ContactPotential>(scene); }};
   return kind;
 }
 

@@ -16,11 +16,9 @@ const EffectKind& CurrentSourceOptions::kind() {
       .needs = {{"floating_conductors"}},
       .dimensions = {2, 3},
       .periodic = true,
-      .make =
-          [](const Scene& scene) {
-            return std::make_unique<CurrentSource>(scene.effects.find<CurrentSourceOptions>()->current);
-          },
-      .old_name = "current_source"};
+      .make = [](const Scene& scene) {
+        return std::make_unique<CurrentSource>(scene.effects.find<CurrentSourceOptions>()->current);
+      }};
   return kind;
 }
 

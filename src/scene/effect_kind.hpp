@@ -149,7 +149,6 @@ struct EffectKind {
   /// (effects::refuse_on_device) for features that a device does not compute. Null: the effect is refused on a device.
   void (*device)(const Scene&, effects::DeviceForces&) = nullptr;
   std::string energy_advice{};  ///< remedy if a run's energy does not balance; empty: steps and grid
-  std::string old_name{};       ///< former name, which is read with a warning
 
   /// Throws InputError unless the effect supports this dimension. `where` ("scene.toml:3: ", say) precedes the message.
   void check_dimension(int dimension, const std::string& where = "") const;

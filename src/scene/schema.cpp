@@ -7,6 +7,7 @@
 #include <cmath>
 #include <iterator>
 #include <stdexcept>
+#include <utility>
 
 #include "src/scene/effect_kind.hpp"
 #include "src/scene/value.hpp"
@@ -15,12 +16,22 @@ namespace lichtenberg {
 
 namespace {
 
+/// Effects with a former name.
+constexpr std::pair<std::string_view, const char*> former_paths[] = {{"current_injection", "effects.current_source"},
+                                                                     {"soft_repulsion", "effects.contact_potential"}};
+
+std::string former_path(const std::string& effect) {
+  const auto found =
+      std::ranges::find(former_paths, std::string_view(effect), [](const auto& entry) { return entry.first; });
+  return found == std::end(former_paths) ? "" : found->second;
+}
+
 Table table_of(const EffectKind& kind) {
   return {.path = "effects." + kind.name,
           .help = kind.help,
           .open = [&kind](Draft& draft, int) { draft.scene.effects.add(kind, kind.options); },
           .keys = kind.keys,
-          .old_path = kind.old_name.empty() ? "" : "effects." + kind.old_name};
+          .old_path = former_path(kind.name)};
 }
 
 }  // namespace

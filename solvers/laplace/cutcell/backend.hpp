@@ -9,8 +9,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Sweeps over the cells beside conductors that smooth an initial guess. Four cost a third of a residual evaluation and
-/// reduce the guess's error in the energy norm to an eighth.
+/// Number of sweeps over the cells next to conductors that smooth an initial guess. Four cost a third of a residual
+/// evaluation and reduce the guess's error in the energy norm to an eighth.
 constexpr int edge_sweeps = 4;
 
 /// Solver behind CutCellSolver, on the CPU or on a device: the sequence of a solve, and the state that both have in

@@ -9,9 +9,9 @@
 
 namespace lichtenberg::laplace {
 
-/// Last solutions, from which the next solve gets its initial guess: the combination of them that is closest to the new
-/// solution in the energy norm (a Galerkin projection with the new operator; Fischer 1998). In a scene in motion it
-/// extrapolates in time, for steps of any length.
+/// Last solutions, for the initial guess of the next solve: their combination that is closest to the new solution in
+/// the energy norm (a Galerkin projection with the new operator; Fischer 1998). In a scene in motion it extrapolates in
+/// time, for steps of any length.
 class SolutionHistory {
  public:
   bool empty() const { return solutions_.empty(); }

@@ -310,8 +310,8 @@ CutCellSolver::~CutCellSolver() = default;
 
 namespace {
 
-/// Throws InputError for a body with a link model that would need other formulas: if the grid does not resolve it, or
-/// if a gap next to it is narrower than three cells.
+/// Throws InputError for a body with a link model that would need other formulas: one that the grid does not resolve,
+/// or one with a gap narrower than three cells next to it.
 void check_link_models(const LaplaceProblem& problem, const CutCellOptions& options) {
   const double h = std::max(problem.size.x, problem.size.y) / options.cells, least = 3 * h;
   for (const Body& body : problem.bodies) {

@@ -125,8 +125,8 @@ void make_cycle_diagonals(const Executor& run, ProblemView problem, GridView gri
       });
 }
 
-/// Computes, before groups are relaxed for the first time, the flux from bound cells' right-hand sides (`flux`; with
-/// the charges if there are no clusters), potentials from it, and the right-hand side of clusters.
+/// Computes the flux from bound cells' right-hand sides before groups are relaxed for the first time (`flux`; with the
+/// charges if there are no clusters). Sets potentials from it, or the right-hand side of clusters.
 template <class Executor>
 void sum_bound_cells(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(

@@ -1,7 +1,7 @@
 #pragma once
 
-// Correction of charges (CutCellOperator::balance): a shift of each group's potential and one of all potentials, so
-// that each group's charge and the sum of all charges are exact to rounding.
+// Correction of charges (CutCellOperator::balance): shifts each group's potential, and all potentials together. Each
+// group's charge and the sum of all charges become exact to rounding.
 
 #include "solvers/laplace/cutcell/device/operator.hpp"
 #include "solvers/laplace/cutcell/level_sums.hpp"

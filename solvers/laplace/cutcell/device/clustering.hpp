@@ -1,7 +1,7 @@
 #pragma once
 
-// Set-up on the host where direct links of groups outweigh their links to cells: sets of groups that coarse grids treat
-// as one, and inverses of clusters of groups that are relaxed together.
+// Set-up on the host where direct links of groups outweigh their links to cells. It makes sets of groups that coarse
+// grids treat as one, and inverts clusters of groups that are relaxed together.
 
 #include <algorithm>
 #include <array>
@@ -19,7 +19,7 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Lists direct links between groups, each once (else a = -1), then the links that bound cells make; and the groups'
+/// Lists direct links between groups, each once (else a = -1), then the links that bound cells make. Lists the groups'
 /// diagonals in the cycle and, on the finest grid, in the system.
 template <class Executor>
 void list_group_links(const Executor& run, ProblemView problem, GridView grid, NetworkLink* link, double* diagonal) {

@@ -183,8 +183,8 @@ struct InvertCoarsest {
   }
 };
 
-/// Inverts a matrix beyond one block's memory by the same elimination in place: one block inverts the square of a panel
-/// of rows and columns, and the whole device updates the rest of the matrix.
+/// Inverts a matrix beyond one block's memory by the same elimination in place, for panels of rows and columns. One
+/// block inverts the panel's square, and the whole device updates the rest of the matrix.
 struct Panel {
   static constexpr int width = 32;
   GridView grid;

@@ -27,7 +27,7 @@
 namespace lichtenberg::laplace::device {
 
 /// Names of PETSc for an executor, specialized where a solver is made on it: `vector_type`; `method`, the name of the
-/// fused conjugate gradients; make(), which makes the executor on PETSc's device while PETSc runs.
+/// fused conjugate gradients. make() makes the executor on PETSc's device while PETSc runs.
 template <class Executor>
 struct PetscSide;
 
@@ -262,7 +262,7 @@ class CutCell : public DeviceSolver {
     krylov_.release();
   }
 
-  /// Vectors for as many groups as there is room for, and the KSP on them.
+  /// Makes vectors for the capacity of groups, and the KSP on them.
   void prepare_system(const LaplaceProblem& problem) {
     const int groups = problem_->view().groups;
     const auto n = static_cast<PetscInt>(finest().view().layout.size()) + groups;
@@ -418,7 +418,7 @@ class CutCell : public DeviceSolver {
     take_step(*run_, grid, v);
   }
 
-  /// By a method that the user has asked for.
+  /// Solves by a method of PETSc that options name.
   void solve_by_petsc(LaplaceSolution& solution) {
     begin_iterations(*run_, 0, 0, report_->iterations.device);
     improve_guess();
@@ -429,7 +429,7 @@ class CutCell : public DeviceSolver {
     finish_on_device();
   }
 
-  /// Records f as a graph, or does what it says where the host has a part in each cycle.
+  /// Records f as a graph or, if the host takes part in each cycle, calls it.
   template <class F>
   void run_as_graph(typename Executor::Recording& recording, F f) {
     if (multigrid_->on_device())
@@ -451,7 +451,7 @@ class CutCell : public DeviceSolver {
   std::vector<StoredSolution> history_;         // newest first
   int history_size_ = 0, phase_ = 0;            // phase_: says where in memory the newest is
   const CutCell* followed_ = nullptr;           // the solver on a coarser grid
-  std::optional<Follower<Executor>> follower_;  // what it had found at the last solve here
+  std::optional<Follower<Executor>> follower_;  // its solution at the last solve here
   std::optional<Report> report_;
   bool is_complete_ = false;
 };

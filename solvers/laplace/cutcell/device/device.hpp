@@ -7,11 +7,11 @@
 
 namespace lichtenberg::laplace::device {
 
-/// What the two parts of an iteration cost.
+/// Times of the two parts of an iteration.
 struct Profile {
   struct Part {
     double seconds = 0;
-    /// Bytes that it must move: each array's entries once where they are read and once where they are written.
+    /// Minimum traffic (bytes): each array's entries once per read and once per write.
     double bytes = 0;
   };
   Part apply_operator, cycle, copy;  ///< copy: device to device
@@ -19,8 +19,8 @@ struct Profile {
   long coarse_unknowns = 0;
 };
 
-/// The cut-cell solver with everything on an executor's device: links, grids, Krylov iterations and results. Only the
-/// bodies go there and only what belongs to a body or a group comes back.
+/// Cut-cell solver on an executor's device: links, grids, iterations and results. The host sends the bodies and fetches
+/// the results by body and group.
 class DeviceSolver : public CutCellBackend {
  public:
   using CutCellBackend::CutCellBackend;
@@ -28,10 +28,10 @@ class DeviceSolver : public CutCellBackend {
   virtual Profile profile(int repeats) = 0;
 };
 
-/// On the CUDA device that PETSc uses. Throws InputError if there is none, or if the program was built without CUDA.
+/// Makes a solver on PETSc's CUDA device. Throws InputError without such a device, or without CUDA in the build.
 std::unique_ptr<DeviceSolver> make_cuda_solver(const CutCellOptions& options);
 
-/// The device's algorithm run by the CPU, for comparison.
+/// Makes a solver that runs the device's algorithm on the CPU, for comparison.
 std::unique_ptr<DeviceSolver> make_host_solver(const CutCellOptions& options);
 
 }  // namespace lichtenberg::laplace::device

@@ -62,7 +62,7 @@ class DeviceGrid {
       grid.inherited.joined = role.finest->bound.joined;
       grid.inherited.joined_start = role.finest->bound.joined_start;
     }
-    if (!role.has_medium)  // the bins still hold what an earlier set-up homogenized
+    if (!role.has_medium)  // the bins still hold points of an earlier set-up
       for (const Items::Kind kind : {Items::newly_absorbed, Items::thin_conductors, Items::floating_thin_conductors})
         grid.capacity[kind] = 0;
     reserve_bodies(problem);
@@ -212,7 +212,7 @@ class DeviceGrid {
     if (groups.clusters) arrays_.resize(problem.groups, cycle.group_rhs);
   }
 
-  /// Sorts groups and bodies that are homogenized here by bins, and computes what each brings to its cells.
+  /// Sorts groups and bodies that are homogenized here by bins, and computes their shares in cells.
   void homogenize(const ProblemView& problem) {
     const GridView& grid = view();
     const int bins = bins_of(grid.layout);

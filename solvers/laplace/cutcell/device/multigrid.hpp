@@ -60,7 +60,8 @@ class DeviceMultigrid {
     single_grid_v_.zero();
   }
 
-  /// Discretizes on all grids. Only the device knows whether the arrays are large enough: see check_capacity().
+  /// Discretizes on all grids. check_capacity() tells whether the arrays were large enough, which is computed on the
+  /// device.
   void build(const LaplaceProblem& problem, const ProblemView& view) {
     prepare(problem, view);
     if (fits_) {

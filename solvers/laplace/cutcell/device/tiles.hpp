@@ -191,8 +191,8 @@ LICHTENBERG_HOST_DEVICE inline float mirrored_potential(const ProblemView& probl
   return cell.sign * potential_at(problem, grid, slot_of(grid.layout, cell.i, cell.j));
 }
 
-/// Interpolates bilinearly to a red cell, which lies left and below in its coarse cell in even rows, right and above in
-/// odd rows: from the coarse cell's own potential and those of its neighbours.
+/// Interpolates bilinearly to a red cell from the coarse cell's own potential and those of its neighbours. The red cell
+/// lies left and below in its coarse cell in even rows, right and above in odd rows.
 LICHTENBERG_HOST_DEVICE inline float interpolated(float own, float beside, float above, float both) {
   return 0.75f * (0.75f * own + 0.25f * beside) + 0.25f * (0.75f * above + 0.25f * both);
 }

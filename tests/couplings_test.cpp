@@ -192,7 +192,7 @@ TEST_CASE("elimination: a star of three nodes becomes the known triangle") {
 TEST_CASE("two disks and a resistor: the exact field with a lumped conductance") {
   // Two disks of radius R at distance d, one of them at 0 V. The walls have the exact potential in bipolar coordinates:
   // per charge q on the other, V = q acosh(d / 2R) / (pi eps). A coupling K to the fixed disk gives Q = q + K V.
-  // Log-fitted links with R = 4 cells have an error of about 3e-4 (README of the solver).
+  // Log-fitted links with R = 4 cells have an error of about 3e-4.
   const double R = 8, d = 24, side = 128;
   const Vec2 middle{64.3, 63.8}, e{std::cos(0.4), std::sin(0.4)};
   const double a = std::sqrt(0.25 * d * d - R * R), per_charge = std::acosh(0.5 * d / R) / pi;
@@ -382,7 +382,8 @@ TEST_CASE("coupling charges: they balance each group for any potential differenc
 
 TEST_CASE("iterations: they do not depend on the strength of couplings") {
   // Coarse grids treat disks of 1 to 3 cells as a medium, or as subgrid conductors if their couplings exceed 0.05 eps.
-  // Just above this limit a few more iterations are needed (README of the solver), over 27 decades and for any ground.
+  // Just above this limit a few more iterations are needed (docs/numerics/multigrid.md), over 27 decades and for any
+  // ground.
   for (const int ground : {0, 1, 2})
     for (const bool chain : {true, false}) {
       LaplaceProblem problem = ground == 0 ? random_disks(60) : ungrounded(random_disks(60));

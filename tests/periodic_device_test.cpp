@@ -173,7 +173,7 @@ TEST_CASE("device: charges use prolate windows and keep the accuracy") {
     const MeshChoice choice = choose_quick_mesh(request);
     REQUIRE(choice.mesh.window == Window::prolate);
     const auto device = device::make_host_mesh(choice.mesh, choice.cloud());
-    // Estimated over found error is 0.8 to 1.17 (README) for equal charges; these are unequal.
+    // Estimated over found error is 0.8 to 1.17 (docs/measurements/periodic.json) for equal charges; these are unequal.
     CHECK(relative(evaluated_near(*device, charges).force, exact.force) < 1.5 * accuracy);
     request.polarizability = 0.02;
     CHECK(choose_quick_mesh(request).mesh.window == Window::spline);

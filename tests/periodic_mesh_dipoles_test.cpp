@@ -81,7 +81,7 @@ constexpr DipoleSum variants[] = {DipoleSum::ewald, DipoleSum::mixed_consistent,
 // Errors are waves, and a dipole at either end multiplies them by k / sqrt(3). Their wavenumbers lie between the
 // cloud's band limit, where the transform is cut off, and the mesh's first alias, 2 pi over its spacing. For positions
 // at least 1 apart the squared forces sum to 4 pi between charges, 8 pi / 3 from charges on dipoles and 8 pi between
-// dipoles. The errors of charges are at most 1.25 of the estimate (README).
+// dipoles. The errors of charges are at most 1.25 of the estimate.
 TEST_CASE("random dipoles: the error is that of charges times the wavenumber") {
   const SourceSet sources = gas(1), dipoles = without_charges(sources);
   const Response exact = by_ewald(sources, 1e-11), exact_of_dipoles = by_ewald(dipoles, 1e-11);

@@ -1,4 +1,4 @@
-// Tests of forces predicted on a coarser grid between field solves (src/mechanics/README.md).
+// Tests of forces predicted on a coarser grid between field solves (docs/numerics/coupling.md).
 #include <doctest/doctest.h>
 
 #include "src/effects/field_choice.hpp"

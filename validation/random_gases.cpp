@@ -283,7 +283,8 @@ void steps(Report& report, std::uint64_t first, int count) {
       fmt::format("{} random motions of few grains, multirate against cvode: rms distance of a grain", count));
   SampleBySeed coarse, ratio;
   int refused = 0;
-  // Contacts with 45 substeps have an error of about 1e-6, depending on the phase of onset (src/granular/README.md).
+  // Contacts with 45 substeps have an error of about 1e-6, depending on the phase of onset
+  // (docs/measurements/granular.json).
   constexpr double contact_error = 1e-6;
   for (std::uint64_t seed = first; seed < first + count; ++seed) {
     Sampler sampler(seed + 1'000'000'000);

@@ -1,4 +1,4 @@
-"""Contents of a result file as numpy arrays with units (src/record/README.md describes the file)."""
+"""Contents of a result file as numpy arrays with units (docs/reference/result-file.md describes the file)."""
 import os
 import re
 import warnings

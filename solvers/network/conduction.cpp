@@ -93,7 +93,7 @@ void check_power(Conduction& result, const Network& network, const ConductionOpt
 /// Ratio of conductances above which only the elimination is accurate: the multigrid's potentials lose digits.
 constexpr double widest_for_multigrid = 1e6;
 /// Number of elimination operations per link that take as long as the multigrid, times two in favour of the
-/// elimination, whose time is predictable (README.md).
+/// elimination, whose time is predictable (docs/numerics/networks.md).
 constexpr double operations_a_link = 3e4;
 
 Elimination::Limits limits(const Network& network, const ConductionOptions& options) {

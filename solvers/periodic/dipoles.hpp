@@ -27,7 +27,8 @@ int solve_dipoles(const DipoleField& field_of, std::span<const double> field, do
 /// positions hides an eigenvector. Stops early at a value that is at most `enough`.
 double largest_polarizability(const DipoleField& field_of, int n, double enough = 0);
 
-/// Sums used for induced dipoles (README): nearest images closer than half the box (near), or all images (far).
+/// Sums used for induced dipoles (docs/numerics/induced-dipoles.md): nearest images closer than half the box (near), or
+/// all images (far).
 enum class DipoleSum {
   ewald,             ///< All interactions far
   mixed_consistent,  ///< Far, except near between dipoles

@@ -22,9 +22,9 @@ struct Splitting {
 /// tolerance is positive.
 Splitting splitting_for(const Sources& sources, double tolerance, double alpha = 0);
 
-/// Ewald's sum, term by term with all images (Allen and Tildesley 2017; G 3.19, 3.20 as corrected in the README). It is
-/// the reference for all other sums, to about 1e-15 of the largest terms. The work grows with N^(3/2), apart from N^2
-/// distance comparisons.
+/// Ewald's sum, term by term with all images (Allen and Tildesley 2017; G 3.19, 3.20 as corrected in
+/// docs/theory/grains.md). It is the reference for all other sums, to about 1e-15 of the largest terms. The work grows
+/// with N^(3/2), apart from N^2 distance comparisons.
 class Ewald : public Sum {
  public:
   /// Makes a sum with the parameters of splitting_for.

@@ -37,7 +37,7 @@ Influence optimal_influence(const Mesh& mesh, const Cloud& cloud);
 /// Squared error of the force between two unit charges with the optimal influence function (Hockney and Eastwood 1988,
 /// 8-23). It is integrated over space and averaged over the first charge's position on the mesh. It hardly depends on
 /// the size of the box. `dipole2`: mean square of randomly oriented dipoles, in addition to charges of mean square 1. A
-/// wave k of a source is q + i k.mu, and counts q^2 + k^2 mu^2 / 3 (README, dipoles on a mesh).
+/// wave k of a source is q + i k.mu, and counts q^2 + k^2 mu^2 / 3 (docs/numerics/ewald.md).
 double mesh_error(const Mesh& mesh, const Cloud& cloud, double dipole2 = 0);
 /// Like mesh_error above, for charges without dipoles and with another window than the mesh's.
 double mesh_error(const Mesh& mesh, const Cloud& cloud, const WindowTransform& window);

@@ -9,7 +9,7 @@
 #include "solvers/periodic/sources.hpp"
 
 // Near part of two charges or dipoles with clouds: B_0 = 1/r less the cloud's potential, and B_(n+1) = -B_n' / r. The
-// cloud's potential and its derivatives are polynomials in r^2 (README).
+// cloud's potential and its derivatives are polynomials in r^2 (docs/numerics/ewald.md).
 namespace lichtenberg::periodic {
 
 /// Returns the coefficients of powers of 2 (r / cutoff)^2 - 1 of a polynomial that approximates the cloud's potential

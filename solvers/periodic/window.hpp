@@ -8,7 +8,7 @@ namespace lichtenberg::periodic {
 /// Function by which a charge is spread along each axis of a mesh; its width in points is its order.
 enum class Window {
   spline,   ///< Cardinal B-spline: `order` boxes, each one spacing wide, convolved with each other
-  prolate,  ///< Some boxes convolved with a prolate spheroidal wave function of the remaining width (README, windows)
+  prolate,  ///< Some boxes convolved with a prolate spheroidal wave function of the remaining width
 };
 
 /// Recipe of a prolate window: number of boxes, and the prolate function's band limit over pi times its width. The

@@ -41,7 +41,7 @@ bool has_injection_drag_and_discharge(const Scene& scene) {
          number_in(scene, &EffectKind::contact_gap);
 }
 
-/// Estimates the field solves of a plane scene from runs of 324, 2500 and 20000 conductors (README.md of this folder).
+/// Estimates the field solves of a plane scene from runs of 324, 2500 and 20000 conductors (docs/numerics/coupling.md).
 /// `groups_by_filling`: floating groups divided by the conductors' area fraction. With many groups, more group merges
 /// share one solve.
 FieldSolves solves_in_plane(const Scene& scene, double groups_by_filling) {
@@ -66,8 +66,8 @@ double filling(const Scene& scene) {
   return std::numbers::pi * content / (size.x * size.y * (in_space ? size.z : 1));
 }
 
-/// Returns the iterations of lbfgs-newton as a function of the distance to the jamming density (README.md of this
-/// folder).
+/// Returns the iterations of lbfgs-newton as a function of the distance to the jamming density
+/// (docs/measurements/packing_speed.json).
 double iterations_to_rest(double filling, double particles, bool in_space) {
   const double above = filling - (in_space ? 0.63 : 0.842), far = 22 * std::sqrt(particles);
   if (above >= 0) return far * (1 + 0.02 / (above + 0.003));

@@ -6,8 +6,8 @@
 
 namespace lichtenberg {
 
-/// Cost of a field solve on one core or on the selected device, from measured figures per unknown (README.md of this
-/// folder). Machines differ by factors of two and more.
+/// Cost of a field solve on one core or on the selected device, from measured figures per unknown
+/// (docs/measurements/explain.json). Machines differ by factors of two and more.
 struct FieldCost {
   double bytes = 0;           ///< memory on the host or device, including libraries at program start
   double single_seconds = 0;  ///< a single solve, at field.tolerance
@@ -26,9 +26,9 @@ struct FieldSolves {
   double predictions = 0;  ///< on the coarser grid of the predictor
 };
 
-/// Estimates the field solves of a run. Exact for Euler's method. Accurate to a factor of two for CVODE (README.md of
-/// this folder) if conductors are charged, dragged and discharged until they rest. They must be in the plane or lie in
-/// a dish. Empty for other scenes. Throws InputError if contacts at the start form a short circuit.
+/// Estimates the field solves of a run. Exact for Euler's method. Accurate to a factor of two for CVODE
+/// (docs/measurements/explain.json) if conductors are charged, dragged and discharged until they rest. They must be in
+/// the plane or lie in a dish. Empty for other scenes. Throws InputError if contacts at the start form a short circuit.
 std::optional<FieldSolves> estimate_field_solves(const Scene& scene);
 
 /// Work until a packing is at rest, with the method of its [minimize].
@@ -38,7 +38,7 @@ struct PackingCost {
   double seconds = 0;  ///< on one core
 };
 
-/// Estimates the work, accurate to a factor of three (README.md of this folder). Empty for gradient descent, which is
+/// Estimates the work, accurate to a factor of three. Empty for gradient descent, which is
 /// impractically slow.
 std::optional<PackingCost> estimate_packing_cost(const Scene& scene);
 

@@ -271,7 +271,7 @@ void explain_packing_cost(const Scene& scene) {
       duration(cost->seconds), cost->iterations);
 }
 
-/// Prints the time for the picture at the end of a run (README.md of this folder).
+/// Prints the time for the picture at the end of a run (docs/measurements/explain.json).
 void explain_pictures(const Scene& scene) {
   if (!scene.output.picture || scene.conductors.empty()) return;
   const double series = scene.reference ? 1 : 0;

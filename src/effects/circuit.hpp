@@ -25,7 +25,7 @@ struct Resistor {
 };
 
 /// Throws InputError for field methods and couplings that do not support resistors. Charge transport at a finite rate
-/// is one implicit step together with the field (README.md).
+/// is one implicit step together with the field (docs/numerics/coupling.md).
 void check_resistors(const Draft& draft);
 
 /// Throws InputError for two effects with a sharing law, or for a sharing law without contact detection.

@@ -52,7 +52,7 @@ void check_device(const Scene& scene);
 std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& options);
 
 /// Returns the number of cells along the longer side of the predictor's grid, which gives forces between field solves
-/// (mechanics/README.md). It is the number of the field's grid, halved while the smallest radius has at least 1.9
+/// (docs/numerics/coupling.md). It is the number of the field's grid, halved while the smallest radius has at least 1.9
 /// cells. 0: no predictor, because the scene disables it or has a circuit, or because its grid is not at least four
 /// times as coarse.
 int predictor_cells(const Scene& scene);

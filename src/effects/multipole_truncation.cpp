@@ -22,7 +22,7 @@ double difference_of_forces(const laplace::SphereProblem& problem, int degree, i
 }
 
 /// Returns the error in contact. Coefficients near a contact decay like exp(-2 sqrt(l (-ln k))), k = (eps_r - 1) /
-/// (eps_r + 1) (solvers/laplace/spheres/README.md). With 100 more degrees the error of the second solution is
+/// (eps_r + 1) (docs/numerics/spheres.md). With 100 more degrees the error of the second solution is
 /// negligible.
 double error_in_contact(double radius, const InducedDipolesOptions& options) {
   const double permittivity = options.relative_permittivity(radius);

@@ -45,7 +45,8 @@ double step_that_resolves_contacts(const Gas& gas, const Instant& now, double st
 
 /// Returns the longest step (t0) of constant forces by charges. This is a quarter of the oscillation period of a bound
 /// pair with the largest charges, 2 pi sqrt(m_eff / slope of the contact force) at equilibrium. Infinite without an
-/// attraction. Steps above a period excite this oscillation. Shorter steps damp it, up to a quarter hardly (README.md).
+/// attraction. Steps above a period excite this oscillation. Shorter steps damp it, up to a quarter hardly
+/// (docs/numerics/contact-integration.md).
 double max_outer_step(const Gas& gas);
 
 }  // namespace lichtenberg::granular

@@ -55,7 +55,7 @@ inline double time_to_resolve(const GrainContactLaw& law, double impact, const G
 
 /// Returns the path (d0) of the fastest of `grains` grains during a step of constant Coulomb forces. With it the error
 /// by the step equals a relative rms error `accuracy` of these forces: sqrt(T/m) h = sqrt(accuracy) diameters of the
-/// smallest grain (src/granular/README.md).
+/// smallest grain (docs/numerics/contact-integration.md).
 inline double path_for_accuracy(double accuracy, std::size_t grains, double diameter) {
   return diameter * std::min(max_relative_path, std::sqrt(accuracy) * fastest_of(grains));
 }

@@ -74,7 +74,8 @@ LICHTENBERG_HOST_DEVICE ContactTransfer<typename VecOf<d, Real>::type> transfer(
 /// Relative motion of two grains that are in contact or come into contact within a step, r'' = outside(t) + force /
 /// mass along r. The classical Runge-Kutta method integrates it in sigma = sqrt(time since the onset). The force of a
 /// viscoelastic contact begins like sqrt(overlap) ~ sqrt(t), so a fixed step in t has order 3/2 at most. In sigma the
-/// force is smooth, and four evaluations a step leave an error hundreds of times smaller (src/granular/README.md).
+/// force is smooth, and four evaluations a step leave an error hundreds of times smaller
+/// (docs/measurements/granular.json).
 ///
 /// `Real` is double, or a vector of several pairs with the same arithmetic in each lane. `Law` returns the
 /// ContactForceTerms of this pair for an overlap.

@@ -12,11 +12,11 @@
 
 namespace lichtenberg::mechanics {
 
-/// Integrator that splits mechanics and field, with one field solve for each coupling step (README.md). Between solves
-/// the electric force is extrapolated linearly in time from the last two solves. The solve at the end of a step gives
-/// the force's defect; the displacement that it causes decides whether the step is accepted and how long the next one
-/// is. Contacts are located as events: a merge of groups ends a step, a split needs no solve. With a predictor these
-/// solves use its coarser grid, and field solves at intervals check and correct them.
+/// Integrator that splits mechanics and field, with one field solve for each coupling step (docs/numerics/coupling.md).
+/// Between solves the electric force is extrapolated linearly in time from the last two solves. The solve at the end of
+/// a step gives the force's defect; the displacement that it causes decides whether the step is accepted and how long
+/// the next one is. Contacts are located as events: a merge of groups ends a step, a split needs no solve. With a
+/// predictor these solves use its coarser grid, and field solves at intervals check and correct them.
 class Split : public Stepper {
  public:
   explicit Split(StepperContext context);

@@ -28,7 +28,7 @@ struct Milestone {
   std::vector<ColumnGroup> findings;  ///< quantities of the last frame; removed by the next save
 };
 
-/// Writes the result file of a run. README.md describes its contents and how it stays consistent.
+/// Writes the result file of a run. docs/reference/result-file.md describes its contents and consistency.
 ///
 /// save() adds frames to the result, together with a checkpoint. So the result on disk is complete and consistent at
 /// any time: it has a checkpoint and the frames up to it. A killed run is resumed from there. From start() or resume()

@@ -13,7 +13,7 @@ constexpr double usual_contact_accuracy = 1e-3;
 /// isolated elastic contact has an error of up to .7 n^-2.5. Its force ends anywhere within a step and is not smooth in
 /// sqrt(t). Where several grains are in contact, the forces of the others are linear in time over a step, which is of
 /// second order. Energy budgets of gases show .04 to .17 n^-2, and up to .44 n^-2 for a dense gas that was elastic for
-/// a long time (src/granular/README.md, how many steps a contact has).
+/// a long time (docs/measurements/granular.json).
 inline double contact_error(int steps) { return 0.25 / (static_cast<double>(steps) * steps); }
 
 constexpr int fewest_contact_steps = 16;  ///< error 1e-3: below 16 steps a contact's error does not follow the formula

@@ -5,7 +5,7 @@
 namespace lichtenberg::laplace {
 
 /// Cost model of a solve per unknown (for grids: per cell, including those under conductors), on one core or on a
-/// device. The values are measured; src/commands/README.md describes how. Machines differ by factors of two and more.
+/// device. The values are measured (docs/measurements/explain.json). Machines differ by factors of two and more.
 struct CostModel {
   double bytes = 0;
   double setup = 0;                ///< Setup (s)

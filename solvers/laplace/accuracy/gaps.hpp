@@ -15,7 +15,7 @@ struct NarrowGap {
 NarrowGap narrowest(const LaplaceProblem& problem);
 
 /// Returns a measure of the cut-cell method's error: (h/R)^(1/2) (h/gap)^(3/2) with h the cell edge, and (h/R)^(1/2) if
-/// the gap has less than a cell (README.md).
+/// the gap has less than a cell (docs/numerics/cut-cells.md).
 double difficulty(const NarrowGap& narrow_gap, double cell);
 /// Error of the method over the difficulty, within a factor of five either way.
 constexpr double likely_error = 0.04;

@@ -29,7 +29,8 @@ struct Agglomerates {
 
 /// Minimum conductance of direct links between groups of one set. A gap that conducts four times as much as a face
 /// between two cells has no equivalent in a medium of small disks. With a smaller value, sets in dense systems extend
-/// over the box, and their disks remain subgrid conductors where a medium would suffice. Table in README.md.
+/// over the box, and their disks remain subgrid conductors where a medium would suffice
+/// (docs/measurements/negative-results.md).
 constexpr double least_joining = 4;
 
 /// Returns the sets connected by strong couplings and by those of the finest grid's direct links that exceed

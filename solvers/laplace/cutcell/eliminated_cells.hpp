@@ -17,7 +17,8 @@ struct Level;
 /// relaxed alternately, a sweep would leave c / d of their common error (c: conductance to a group; d: the cell's sum).
 /// Elimination changes a group's conductance from c to c - c^2 / d, and adds c_a c_b / d between two groups.
 struct EliminatedCells {
-  /// Minimum link conductance for the elimination of a cell; a face between two cells has 1. Table in README.md.
+  /// Minimum link conductance for the elimination of a cell; a face between two cells has 1
+  /// (docs/numerics/multigrid.md).
   static constexpr double least_conductance = 8;
   /// Schur complement of a cell: conductance of a group to the rest, and between two groups. `all`: sum of the cell's
   /// conductances.

@@ -33,8 +33,8 @@ inline PetscErrorCode report_norm(KSP ksp, double squared) {
 }
 
 /// Ends the iterations if the step just taken is predicted to be the last. Nothing is known of the first step: it is
-/// taken for one of steepest descent in the spectrum of M A, .38 to 1.45 (README.md), which reduces the norm to (1.45 -
-/// .38) / (1.45 + .38).
+/// taken for one of steepest descent in the spectrum of M A, .38 to 1.45 (docs/numerics/multigrid.md), which reduces
+/// the norm to (1.45 - .38) / (1.45 + .38).
 inline PetscErrorCode predict_end(KSP ksp, const CgScalars& scalars) {
   constexpr double first_step = 0.6;
   const double predicted = scalars.predicted_norm(ksp->its == 0 ? first_step : CgScalars::slow_step);

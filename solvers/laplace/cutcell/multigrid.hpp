@@ -47,7 +47,8 @@ class Multigrid {
   /// iteration: Brandt 1977), and interpolates to x, in units of `scale` (V). Without a coarser grid x is not changed.
   void nested_guess(const LaplaceProblem& problem, double scale, double* x);
 
-  /// Returns the work since the last call, in units of one residual evaluation on the finest grid (README.md).
+  /// Returns the work since the last call, in units of one residual evaluation on the finest grid
+  /// (docs/numerics/multigrid.md).
   double take_work();
 
   int levels() const;

@@ -24,12 +24,11 @@ struct CutCellOptions {
   enum class Device { cpu, cuda } device = Device::cpu;
 };
 
-/// Direct cut-cell finite-volume scheme (README.md) with log-fitted boundary fluxes. Floating potentials are unknowns
-/// of the same symmetric positive definite system, which conjugate gradients solve. The scheme is second-order. Charges
-/// are conserved to rounding, on a device to the tolerance. Forces are the exact derivative of the discrete energy
-/// (virtual work). Where bodies overlap, a cell belongs to the body whose centre is in the lower row, in one row to the
-/// first body; on a device always to the first. KSP options have the prefix "field_"; -field_ksp_rtol overrules
-/// `tolerance`.
+/// Direct cut-cell finite-volume scheme (docs/numerics/cut-cells.md) with log-fitted boundary fluxes. Floating
+/// potentials are unknowns of the same symmetric positive definite system, which conjugate gradients solve. The scheme
+/// is second-order. Charges are conserved to rounding. Forces are the exact derivative of the discrete energy (virtual
+/// work). Where bodies overlap, a cell belongs to the body whose centre is in the lower row, in one row to the first
+/// body; on a device always to the first. KSP options have the prefix "field_"; -field_ksp_rtol overrules `tolerance`.
 class CutCellSolver : public LaplaceSolver {
  public:
   explicit CutCellSolver(CutCellOptions options);

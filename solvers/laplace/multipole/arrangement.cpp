@@ -99,14 +99,14 @@ double nearest_jump(const LaplaceProblem& problem, const Source& disk) {
 
 /// Returns -ln of the size below which coefficients that decrease like exp(-alpha k) are neglected. The error of
 /// potentials and charges is the square of the neglected coefficients. The error of forces is a product of two
-/// neighbours, summed over 1 / alpha terms (README.md derives the factor).
+/// neighbours, summed over 1 / alpha terms (docs/numerics/multipole-plane.md).
 double geometric_digits(Truncation required, double alpha) {
   if (!required.results_only) return -std::log(required.accuracy);
   return -std::log(1.8 * std::sqrt(required.accuracy) * std::min(1.0, alpha));
 }
 
 /// Like geometric_digits, for circles in contact or with a field across a narrow gap; a factor of 0.1 in the latter
-/// case (empirical: README.md).
+/// case (empirical).
 double contact_digits(Truncation required, double narrowness) {
   if (!required.results_only) return -std::log(required.accuracy);
   const double field_between = narrowness < 1 ? 0.1 * narrowness : 1;
@@ -127,7 +127,7 @@ double geometric_order(double alpha, Truncation required) { return geometric_dig
 
 /// Returns the number of terms for two circles at equal potential at any distance. The field on the first decreases
 /// like exp(-beta / theta) towards the gap with beta = 2 pi / (1 + R / R'), its Fourier coefficients like exp(-sqrt(2
-/// beta k)) (README.md).
+/// beta k)) (docs/numerics/multipole-plane.md).
 double contact_order(double radius, double other, Truncation required, double narrowness) {
   const double digits = contact_digits(required, narrowness);
   return digits * digits * (1 + radius / other) / (4 * std::numbers::pi) + 2;

@@ -12,7 +12,7 @@ namespace lichtenberg::laplace::multipole {
 /// one, and a Taylor series about the origin for the rest.
 /// If both signs are +, the sum diverges: Lambda is then ln theta_1 with rows along one coordinate. A term in the
 /// square of the other coordinate makes it periodic. This term cancels among the four mirror images or, in a fully
-/// insulated box, among the charges (README.md). In the unbounded plane Lambda(z) = ln z.
+/// insulated box, among the charges (docs/numerics/multipole-plane.md). In the unbounded plane Lambda(z) = ln z.
 class LatticeSum {
  public:
   struct Vector {

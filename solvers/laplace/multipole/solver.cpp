@@ -107,7 +107,7 @@ double estimate_with_reserve(const SolutionData& solved, const KrylovResult& kry
 }
 
 /// Estimates the error of charges, potentials and forces only. GMRES's residual is relative to the smaller of their
-/// scales; empirical factors make the estimate an upper bound in most cases (README.md). Charges that are all 0 are
+/// scales; empirical factors make the estimate an upper bound in most cases. Charges that are all 0 are
 /// given, and exact. Returns 0 if everything has the same potential.
 double estimate_of_results(const SolutionData& solved, const KrylovResult& krylov, const LaplaceSolution& solution) {
   const LaplaceProblem& problem = solved.setting->problem;

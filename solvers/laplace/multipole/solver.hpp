@@ -15,7 +15,8 @@ struct MultipoleOptions {
   int cells = 512;            ///< Number of cells of `field()` along the longer side of the box
 };
 
-/// Spectral solver for disks: each disk has a logarithm and Fourier multipoles, and the walls are mirrors (README.md).
+/// Spectral solver for disks: each disk has a logarithm and Fourier multipoles, and the walls are mirrors
+/// (docs/numerics/multipole-plane.md).
 /// Disks lie inside the box or are centred on a side. Disks at equal potential may touch each other or a side, and
 /// overlap by up to 1 % of the smaller radius, like elastic bodies in contact. Sides are insulating or electrodes of
 /// constant potential. If two electrodes of different potential meet in a corner, their charges and the energy are

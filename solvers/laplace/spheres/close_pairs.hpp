@@ -11,7 +11,7 @@ double bispherical_coordinate(double radius, double other, double gap);
 double cosh_less_one(double radius, double other, double gap);
 
 /// Returns the factor by which a narrow gap tightens the accuracy of a solution; 1 for gaps of at least 1/30 of the
-/// smaller radius. The force across the gap varies like the squared potential difference over the gap (README.md).
+/// smaller radius. The force across the gap varies like the squared potential difference over the gap.
 double narrowness(double radius, double other, double gap);
 
 /// Solution for two isolated spheres with equal and opposite charges and a potential difference of 1, for the one of

@@ -47,7 +47,7 @@ DegreeRequirement at_gap(double radius, double other, double gap, double accurac
 }
 
 /// Returns the requirement of a gap at equal potential: however small the gap, harmonics decrease like exp(-sqrt(2 beta
-/// l)), beta = 2 pi / (1 + R / R') (README.md).
+/// l)), beta = 2 pi / (1 + R / R') (docs/numerics/multipole-plane.md).
 DegreeRequirement at_contact(double radius, double other, double accuracy) {
   const double digits = std::log(accuracy), share = (1 + radius / other) / (4 * std::numbers::pi);
   return {digits * digits * share, std::exp(-std::sqrt(largest_degree / share))};

@@ -28,7 +28,7 @@ namespace {
 /// / sqrt(R). An error in the dipole of the largest sphere (R') causes a field error there larger by sqrt(R' / R).
 /// Narrow gaps tighten the tolerance further. It is bounded below by about fifty roundings or the requested value. The
 /// factor 0.2 is empirical: with 0.1 the truncation of the harmonics limits the forces, with 0.3 their error doubles
-/// (README.md).
+/// (docs/numerics/spheres.md).
 double tolerance_for(const System& system, double accuracy) {
   const double requested_tolerance = 0.2 * accuracy;
   if (system.sites().empty()) return requested_tolerance;

@@ -101,11 +101,11 @@ struct SphereOptions {
   int degree = 0;
 };
 
-/// Solver for conducting and dielectric spheres by real solid harmonics on each (README.md). Degrees follow from the
-/// accuracy and the neighbours of each sphere. Electrodes of different potential that meet at an edge are not
-/// supported. The solver keeps data for the next solve of a similar scene. The initial guess is a linear combination of
-/// the last solutions. The preconditioner serves until a sphere has moved by its radius. The scene may move, be charged
-/// and regroup between solves.
+/// Solver for conducting and dielectric spheres by solid harmonics on each (docs/numerics/spheres.md).
+/// Degrees follow from the accuracy and the neighbours of each sphere. Electrodes of different potential that meet at
+/// an edge are not supported. The solver keeps data for the next solve of a similar scene. The initial guess is a
+/// linear combination of the last solutions. The preconditioner serves until a sphere has moved by its radius. The
+/// scene may move, be charged and regroup between solves.
 class SphereSolver {
  public:
   /// Makes a solver. Throws InputError for an accuracy or a degree out of range. `team` must outlive the solver;

@@ -1,20 +1,20 @@
 #!/usr/bin/env python3
 """Writes the pages of measured figures in docs/ from the data in docs/measurements.
 
-Each JSON file holds one measurement or a list of them. A measurement is an object with these keys:
+Each JSON file holds one measurement or a list of them. A measurement is an object with these keys.
 
-    measures  quantity that the rows contain
-    unit      unit of all numbers; "" if the keys of the rows name their units
-    command   command that repeats the measurement, or an object of several
-    machine   processor, cores, compiler and other load
-    date      date of the run, YYYY-MM-DD, or two of them as a range
-    rows      list of objects that map a column to a value; columns are in order of first appearance
-    commit    commit of the programs, if known; several may be named
-    note      remark for the reader, optional
-    page      page that shows the measurement (PAGES); without it no page does
+    measures  Quantity that the rows contain.
+    unit      Unit of all numbers, or an object of units by column; "units" is the same key. It is "" or missing if
+              the keys of the rows contain units, as in "time (s)".
+    command   Command that repeats the measurement, or an object of several.
+    machine   Processor, cores, compiler and other load.
+    date      Text with the date of the run, YYYY-MM-DD.
+    rows      List of objects that map a column to a value. Columns are in order of first appearance.
+    commit    Commit of the programs, if known.
+    note      Remark for the reader, optional.
+    page      Page that shows the measurement (PAGES). Without it no page does.
 
-    docs/render_measurements.py           writes the pages
-    docs/render_measurements.py --check   exits with 1 if a measurement lacks a key or a page differs from the data
+The script writes the pages. With --check it exits with 1 if a measurement lacks a key or a page differs from the data.
 """
 
 import argparse
@@ -26,22 +26,21 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 DATA = HERE / "measurements"
-REQUIRED = {"measures": str, "unit": str, "command": (str, dict), "machine": str, "date": str, "rows": list}
-DATE = re.compile(r"\d{4}-\d{2}-\d{2}( to \d{4}-\d{2}-\d{2})?")
+REQUIRED = {"measures": str, "command": (str, dict), "machine": (str, dict), "date": str, "rows": list}
 
 # Page -> (title, introduction).
 PAGES = {
-    "performance": ("Performance", "Times next to those of other programs, times of whole runs, and times of solves and "
-                    "steps on processors. Ratios are more reliable than times, which depend on the machine. "
+    "performance": ("Performance", "Times next to those of other programs, times of whole runs, of solves and of steps "
+                    "on processors. Ratios are more reliable than times, which depend on the machine. "
                     "[Devices](performance-device.md) and [numerical parameters](performance-parameters.md) have pages "
                     "of their own. [Negative results](measurements/negative-results-benchmarks.md) lists variants "
                     "that were measured and rejected."),
-    "performance-device": ("Performance on a CUDA device", "Times on an NVIDIA H200. A run that is repeated on a device "
-                           "gives bitwise identical results."),
+    "performance-device": ("Performance on a CUDA device", "Times on an NVIDIA H200. Repeated runs on a device give "
+                           "bitwise identical results."),
     "performance-parameters": ("Cost and error by numerical parameter", "Iterations, solves and errors as functions of "
                                "tolerances and scene parameters. Counts of iterations do not depend on the machine."),
-    "validation": ("Validation", "Claims, references and errors. `build/validation NAME` exits with 1 if an error exceeds "
-                   "its bound; `ctest -L validation` runs the quick part of each program."),
+    "validation": ("Validation", "`build/validation NAME` exits with 1 if an error exceeds its bound; "
+                   "`ctest -L validation` runs the quick part of each program."),
     "figures": ("Published figures", "Published values and the values of this program, with a verdict each. D is the "
                 "dissertation on conductors, G the source on grains ([bibliography](bibliography.md)). "
                 "`paper-figures/make.sh` prints this comparison for new runs."),
@@ -59,18 +58,24 @@ def faults(measurement):
     for key, kind in REQUIRED.items():
         if not isinstance(measurement.get(key), kind):
             yield f"'{key}' is missing or of a wrong type"
-    if not DATE.fullmatch(str(measurement.get("date"))):
-        yield "'date' is not YYYY-MM-DD, or two of these with ' to ' between them"
-    if not measurement.get("rows") or not all(isinstance(row, dict) and row for row in measurement["rows"]):
+    if not re.search(r"\b\d{4}-\d{2}-\d{2}\b", str(measurement.get("date"))):
+        yield "'date' contains no date YYYY-MM-DD"
+    rows = measurement.get("rows")
+    if not rows or not all(isinstance(row, dict) and row for row in rows):
         yield "'rows' is not a list of non-empty objects"
+    elif unit_of(measurement) is None and not any("(" in key for row in rows for key in row):
+        yield "'unit' is missing, and no key of 'rows' contains a unit in parentheses"
     if measurement.get("page", "validation") not in PAGES:
         yield f"'page' is none of {', '.join(PAGES)}"
 
 
+def unit_of(measurement):
+    """Returns the unit of a measurement, or None if it has none."""
+    return measurement.get("unit", measurement.get("units"))
+
+
 def text(value):
     """Returns a value as the text of a table cell."""
-    if isinstance(value, bool):
-        return "yes" if value else "no"
     if isinstance(value, list):
         return ", ".join(map(text, value))
     if isinstance(value, dict):
@@ -78,15 +83,8 @@ def text(value):
     return str(value).replace("|", "\\|").replace("\n", " ")
 
 
-def code(command):
-    """Returns a command, or each of several with its name, as inline code."""
-    if isinstance(command, dict):
-        return "; ".join(f"{name}: `{part}`" for name, part in command.items())
-    return f"`{command}`"
-
-
 def wrapped(line):
-    """Returns a line of prose or of a list in lines of at most 100 columns, any other line unchanged."""
+    """Returns prose or an item of a list in lines of at most 100 columns, any other line unchanged."""
     if line.startswith(("|", "#")) or not line:
         return line
     indent = "  " if line.startswith("- ") else ""
@@ -96,7 +94,7 @@ def wrapped(line):
 def section(measurement):
     """Returns the lines of one measurement: heading, table and conditions."""
     columns = list(dict.fromkeys(key for row in measurement["rows"] for key in row))
-    unit = f" ({measurement['unit']})" if measurement["unit"] else ""
+    unit = f" ({text(unit_of(measurement))})" if unit_of(measurement) else ""
     yield from (f"## {measurement['measures'][0].upper()}{measurement['measures'][1:]}{unit}", "")
     yield "|" + "|".join(text(column) for column in columns) + "|"
     yield "|" + "-|" * len(columns)
@@ -105,14 +103,16 @@ def section(measurement):
     yield ""
     if "note" in measurement:
         yield from (text(measurement["note"]), "")
-    yield from (f"- Command: {code(measurement['command'])}", f"- Machine: {text(measurement['machine'])}",
-                f"- Date: {measurement['date']}", "")
+    command = measurement["command"]
+    named = command.items() if isinstance(command, dict) else [("", command)]
+    yield from (f"- Command{name and f' ({name})'}: `{part}`" for name, part in named)
+    yield from (f"- Machine: {text(measurement['machine'])}", f"- Date: {measurement['date']}", "")
 
 
 def page(name):
     """Returns the text of a page: its introduction and all measurements that name it, in the order of the files."""
     title, introduction = PAGES[name]
-    lines = [f"# {title}", "", introduction, "", "`docs/render_measurements.py` writes this page from `docs/measurements`.", ""]
+    lines = [f"# {title}", "", f"{introduction} `docs/render_measurements.py` writes this page from its data.", ""]
     for path in sorted(DATA.glob("*.json")):
         for measurement in measurements(path):
             if measurement.get("page") == name:

@@ -23,6 +23,11 @@ class Measurements(unittest.TestCase):
             with self.subTest(key):
                 self.assertTrue(list(render.faults({k: v for k, v in WHOLE.items() if k != key})))
 
+    def test_unit_may_be_in_keys_of_rows(self):
+        without = {k: v for k, v in WHOLE.items() if k != "unit"}
+        self.assertEqual(list(render.faults(without | {"rows": [{"time (s)": 1}]})), [])
+        self.assertEqual(list(render.faults(without | {"units": {"n": "1"}})), [])
+
     def test_wrong_date_empty_rows_and_unknown_page_are_faults(self):
         for change in ({"date": "January"}, {"rows": []}, {"rows": [1]}, {"page": "nowhere"}):
             with self.subTest(change):

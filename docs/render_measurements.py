@@ -4,8 +4,8 @@
 Each JSON file holds one measurement or a list of them. A measurement is an object with these keys.
 
     measures  Quantity that the rows contain.
-    unit      Unit of all numbers, or an object of units by column; "units" is the same key. It is "" or missing if
-              the keys of the rows contain units, as in "time (s)".
+    unit      Unit of all numbers, or an object of units by column; "units" is the same key. It is empty if the
+              keys of the rows contain units: `time (s)`.
     command   Command that repeats the measurement, or an object of several.
     machine   Processor, cores, compiler and other load.
     date      Text with the date of the run, YYYY-MM-DD.

@@ -3,16 +3,16 @@
 
 Each JSON file holds one measurement or a list of them. A measurement is an object with these keys.
 
-    measures  Quantity that the rows contain.
-    unit      Unit of all numbers, or an object of units by column; "units" is the same key. It is empty if the
-              keys of the rows contain units: `time (s)`.
-    command   Command that repeats the measurement, or an object of several.
-    machine   Processor, cores, compiler and other load.
-    date      Text with the date of the run, YYYY-MM-DD.
-    rows      List of objects that map a column to a value. Columns are in order of first appearance.
-    commit    Commit of the programs, if known.
-    note      Remark for the reader, optional.
-    page      Page that shows the measurement (PAGES). Without it no page does.
+    `measures`  Quantity that the rows contain.
+    `unit`      Unit of all numbers, or an object of units by column; "units" is the same key. It is empty if the
+                keys of the rows contain units.
+    `command`   Command that repeats the measurement, or an object of several.
+    `machine`   Processor, cores, compiler and other load.
+    `date`      Text with the date of the run, YYYY-MM-DD.
+    `rows`      List of objects that map a column to a value. Columns are in order of first appearance.
+    `commit`    Commit of the programs, if known.
+    `note`      Remark for the reader, optional.
+    `page`      Page that shows the measurement (PAGES). Without it no page does.
 
 The script writes the pages. With --check it exits with 1 if a measurement lacks a key or a page differs from the data.
 """

@@ -19,7 +19,7 @@ SIDE, RADIUS = 5.12e-2, 0.775e-3  # m
 RELATIVE_PERMITTIVITY, VACUUM = 4.7, 8.8541878128e-12
 CHARGE = 1e-10  # C, at a depth of 1 m
 TOLERANCE = {"cut-cell": 1e-8, "relaxation": 1e-4}
-BY_EYE = 5  # %; the box, absent from 6.37, lowers both schemes by up to 2 % (README); no error bound
+BY_EYE = 5  # %; the box, absent from 6.37, lowers both schemes by up to 2 % (docs/figures.md); no error bound
 RATIOS = [1.02, 1.05, 1.1, 1.2, 1.35, 1.5, 1.75, 2, 2.5, 3, 3.5, 4, 5, 6]
 
 SCENE = """

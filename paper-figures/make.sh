@@ -7,7 +7,6 @@
 #   paper-figures/make.sh granular_4_5   this one of them
 #   paper-figures/make.sh --build DIR    with the programs built there
 #   paper-figures/make.sh --results DIR  with the runs kept there (default: output/)
-#   paper-figures/make.sh --results DIR  with the runs kept there (default: output/)
 set -uo pipefail
 
 folder=$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")

@@ -153,7 +153,7 @@ TEST_CASE("accuracy: with equal potentials rounding is no field") {
 }
 
 TEST_CASE("multipoles: the actual error is below the request and close to it") {
-  // The median ratio of some scenes exceeds 5 % of the request: 0.1 to 0.2 in validation/accuracy (README.md). This
+  // The median ratio of some scenes exceeds 5 % of the request: 0.1 to 0.2 in docs/validation.md. This
   // holds also if the charge of a half-disk on an electrode, an integral over a part of its circle, dominates.
   for (const double accuracy : {1e-2, 1e-4, 1e-8}) {
     CAPTURE(accuracy);

@@ -80,8 +80,8 @@ SumMethod in_single_precision(Vec3 lengths, const std::vector<Window>& windows) 
   return {quick_numbers(), windows, 4, 8, Near<float>::longest_cutoff(lengths), 1.05, near, 28, 1.1, point};
 }
 
-/// Cost model of an H200, where memory access limits all threads (validation/device/README.md). Neighbour lists have a
-/// skin. Tiles add to each point of the mesh when they spread, and copy it when they interpolate.
+/// Cost model of an H200, where memory access limits all threads (docs/measurements/device-gas.json). Neighbour lists
+/// have a skin. Tiles add to each point of the mesh when they spread, and copy it when they interpolate.
 SumMethod on_device(Vec3 lengths, const std::vector<Window>& windows) {
   constexpr double partner = 0.0036, skin = 0.5;
   const auto near = [](double density, double cutoff) {

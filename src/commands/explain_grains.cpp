@@ -255,7 +255,7 @@ void explain_stages(const Scene& scene) {
 }
 
 /// Prints the memory, from the largest resident size of runs of 3e5 to 1e7 grains on one core, with charges at an
-/// accuracy of 1e-4 (validation/benchmarks/README.md).
+/// accuracy of 1e-4 (docs/measurements/benchmarks-gas.json).
 void explain_memory(const Scene& scene) {
   constexpr double at_start = 60e6, grain = 660;  // bytes
   double each = grain;
@@ -270,7 +270,7 @@ struct Slowdown {
   double contacts, forces;
 };
 
-/// Returns the factors measured on an AMD EPYC without AVX-512 (validation/benchmarks/README.md, section on explain).
+/// Returns the factors measured on an AMD EPYC without AVX-512 (docs/measurements/benchmarks-gas.json).
 /// Contacts: neutral gas, 3.2 s instead of 2.0 s. Forces of charges: a step of 50016 grains, factor 4. Forces of
 /// dipoles: polarized gas, 9.9 s instead of 4.2 s, contacts subtracted.
 Slowdown slowdown_of(const Scene& scene) {
@@ -297,7 +297,7 @@ double seconds_of_forces(granular::Gas& gas, const Slowdown& slowdown) {
 }
 
 /// Prints the cost from measurements on one otherwise idle core of an AMD EPYC with AVX-512
-/// (validation/benchmarks/README.md).
+/// (docs/measurements/benchmarks-gas.json).
 void explain_cost(granular::Gas& gas, const Work& work) {
   const Scene& scene = gas.scene();
   // Times in s per grain: a contact substep; changes of pairs and neighbour lists, per d0 of the fastest grain's path;

@@ -17,7 +17,7 @@ ElectricalGroups groups_at_start(const Scene& scene, const Bodies& bodies);
 /// a mechanics.position_tolerance of at least 1e-3 of the smallest radius. Below, it decreases with the square of the
 /// position tolerance to 1e-5, the error of the stencil. The relation is empirical, not a bound, because the norm is
 /// global and one body may have more of the error than another. At 1e-3 of a radius, 1e-4 gives the same errors as
-/// 1e-5. At 2.5e-4 of a radius, 2.5e-5 gives 10 % more error (validation/benchmarks/README.md).
+/// 1e-5. At 2.5e-4 of a radius, 2.5e-5 gives 10 % more error (docs/measurements/benchmarks-field.json).
 ///
 /// The tolerance is 1e-5 where charges follow potentials (a circuit) and for CVODE, which estimates its errors by
 /// differences of such solves. It is also 1e-5 for Euler's method, whose positions have no tolerance.

@@ -89,7 +89,7 @@ void Split::rollback(const Start& start) {
 /// one is known. Returns the time reached.
 double Split::predict(double since, double target) {
   // A field solve costs about 15 predictions, 4 on a device. A check after 64 predictions thus adds 25 % of their cost,
-  // or 6 % on a device. Longer intervals are rejected too often (validation/benchmarks/README.md).
+  // or 6 % on a device. Longer intervals are rejected too often (docs/measurements/benchmarks-field.json).
   constexpr int most = 64;
   double time = since;
   for (int done = 0; time < target; ++done) {

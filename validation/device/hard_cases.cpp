@@ -1,4 +1,4 @@
-// Known difficult cases of gases of charged grains (../README.md) on a device. These are the rows of
+// Known difficult cases of gases of charged grains (docs/validation.md) on a device. These are the rows of
 // ../hard_cases_gas.cpp on steps, lists, contacts and sums, with the bounds derived there and in ../gas_cases.hpp.
 //
 //   device_hard_cases [--host] [SECTION]

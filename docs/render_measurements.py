@@ -1,0 +1,149 @@
+#!/usr/bin/env python3
+"""Writes the pages of measured figures in docs/ from the data in docs/measurements.
+
+Each JSON file holds one measurement or a list of them. A measurement is an object with these keys.
+
+    `measures`  Quantity that the rows contain.
+    `unit`      Unit of all numbers, or an object of units by column; "units" is the same key. It is empty if the
+                keys of the rows contain units.
+    `command`   Command that repeats the measurement, or an object of several.
+    `machine`   Processor, cores, compiler and other load.
+    `date`      Text with the date of the run, YYYY-MM-DD.
+    `rows`      List of objects that map a column to a value. Columns are in order of first appearance.
+    `commit`    Commit of the programs, if known.
+    `note`      Remark for the reader, optional.
+    `page`      Page that shows the measurement (PAGES). Without it no page does.
+
+The script writes the pages. With --check it exits with 1 if a measurement lacks a key or a page differs from the data.
+"""
+
+import argparse
+import json
+import re
+import sys
+import textwrap
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+DATA = HERE / "measurements"
+REQUIRED = {"measures": str, "command": (str, dict), "machine": (str, dict), "date": str, "rows": list}
+
+# Page -> (title, introduction).
+PAGES = {
+    "performance": ("Performance", "Times next to those of other programs, times of whole runs, of solves and of steps "
+                    "on processors. Ratios are more reliable than times, which depend on the machine. "
+                    "[Devices](performance-device.md) and [numerical parameters](performance-parameters.md) have pages "
+                    "of their own. [Negative results](measurements/negative-results-benchmarks.md) lists variants "
+                    "that were measured and rejected."),
+    "performance-device": ("Performance on a CUDA device", "Times on an NVIDIA H200. Repeated runs on a device give "
+                           "bitwise identical results."),
+    "performance-parameters": ("Cost and error by numerical parameter", "Iterations, solves and errors as functions of "
+                               "tolerances and scene parameters. Counts of iterations do not depend on the machine."),
+    "validation": ("Validation", "`build/validation NAME` exits with 1 if an error exceeds its bound; "
+                   "`ctest -L validation` runs the quick part of each program."),
+    "figures": ("Published figures", "Published values and the values of this program, with a verdict each. D is the "
+                "dissertation on conductors, G the source on grains ([bibliography](bibliography.md)). "
+                "`paper-figures/make.sh` prints this comparison for new runs."),
+}
+
+
+def measurements(path):
+    """Returns the measurements of a file as a list of objects."""
+    data = json.loads(path.read_text(encoding="utf-8"))
+    return data if isinstance(data, list) else [data]
+
+
+def faults(measurement):
+    """Yields one message for each missing, unknown or misused key of a measurement."""
+    for key, kind in REQUIRED.items():
+        if not isinstance(measurement.get(key), kind):
+            yield f"'{key}' is missing or of a wrong type"
+    if not re.search(r"\b\d{4}-\d{2}-\d{2}\b", str(measurement.get("date"))):
+        yield "'date' contains no date YYYY-MM-DD"
+    rows = measurement.get("rows")
+    if not rows or not all(isinstance(row, dict) and row for row in rows):
+        yield "'rows' is not a list of non-empty objects"
+    elif unit_of(measurement) is None and not any("(" in key for row in rows for key in row):
+        yield "'unit' is missing, and no key of 'rows' contains a unit in parentheses"
+    if measurement.get("page", "validation") not in PAGES:
+        yield f"'page' is none of {', '.join(PAGES)}"
+
+
+def unit_of(measurement):
+    """Returns the unit of a measurement, or None if it has none."""
+    return measurement.get("unit", measurement.get("units"))
+
+
+def text(value):
+    """Returns a value as the text of a table cell."""
+    if isinstance(value, list):
+        return ", ".join(map(text, value))
+    if isinstance(value, dict):
+        return "; ".join(f"{key}: {text(part)}" for key, part in value.items())
+    return str(value).replace("|", "\\|").replace("\n", " ")
+
+
+def wrapped(line):
+    """Returns prose or an item of a list in lines of at most 100 columns, any other line unchanged."""
+    if line.startswith(("|", "#")) or not line:
+        return line
+    indent = "  " if line.startswith("- ") else ""
+    return textwrap.fill(line, 100, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
+
+
+def section(measurement):
+    """Returns the lines of one measurement: heading, table and conditions."""
+    columns = list(dict.fromkeys(key for row in measurement["rows"] for key in row))
+    unit = f" ({text(unit_of(measurement))})" if unit_of(measurement) else ""
+    yield from (f"## {measurement['measures'][0].upper()}{measurement['measures'][1:]}{unit}", "")
+    yield "|" + "|".join(text(column) for column in columns) + "|"
+    yield "|" + "-|" * len(columns)
+    for row in measurement["rows"]:
+        yield "|" + "|".join(text(row.get(column, "")) for column in columns) + "|"
+    yield ""
+    if "note" in measurement:
+        yield from (text(measurement["note"]), "")
+    command = measurement["command"]
+    named = command.items() if isinstance(command, dict) else [("", command)]
+    yield from (f"- Command{name and f' ({name})'}: `{part}`" for name, part in named)
+    yield from (f"- Machine: {text(measurement['machine'])}", f"- Date: {measurement['date']}", "")
+
+
+def page(name):
+    """Returns the text of a page: its introduction and all measurements that name it, in the order of the files."""
+    title, introduction = PAGES[name]
+    lines = [f"# {title}", "", f"{introduction} `docs/render_measurements.py` writes this page from its data.", ""]
+    for path in sorted(DATA.glob("*.json")):
+        for measurement in measurements(path):
+            if measurement.get("page") == name:
+                lines += section(measurement)
+    return "\n".join(map(wrapped, lines)).rstrip() + "\n"
+
+
+def check():
+    """Returns messages for faulty measurements and for pages that differ from the data."""
+    messages = [f"{path.name}, measurement {number}: {fault}" for path in sorted(DATA.glob("*.json"))
+                for number, measurement in enumerate(measurements(path), 1) for fault in faults(measurement)]
+    if not messages:
+        for name in PAGES:
+            path = HERE / f"{name}.md"
+            if not path.exists() or path.read_text(encoding="utf-8") != page(name):
+                messages.append(f"docs/{name}.md differs from the data: run docs/render_measurements.py")
+    return messages
+
+
+def main():
+    """Writes or checks the pages."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--check", action="store_true", help="compare only; exit status 1 if anything is wrong")
+    if parser.parse_args().check:
+        messages = check()
+        print("\n".join(messages) or "all pages agree with the data")
+        return 1 if messages else 0
+    for name in PAGES:
+        (HERE / f"{name}.md").write_text(page(name), encoding="utf-8")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -10,14 +10,25 @@ from pathlib import Path
 
 HOME = Path(__file__).resolve().parents[1]
 TYPES = re.compile(r'(?:one of "|a number|an integer|true or false|a text|two numbers|a list|two corners|"periodic", )')
-HEADERS = (
-    "solvers/laplace/problem.hpp",
-    "solvers/laplace/cutcell/solver.hpp",
-    "solvers/laplace/multipole/solver.hpp",
-    "solvers/laplace/spheres/spheres.hpp",
-    "src/model/effect.hpp",
-    "src/model/motion.hpp",
-)
+CPP_TYPES = {  # by kind in Doxygen, in the order of the page
+    "laplace::LaplaceProblem": "struct",
+    "laplace::LaplaceSolution": "struct",
+    "laplace::LaplaceSolver": "class",
+    "laplace::CutCellSolver": "class",
+    "laplace::CutCellOptions": "struct",
+    "laplace::MultipoleSolver": "class",
+    "laplace::MultipoleOptions": "struct",
+    "laplace::SphereProblem": "struct",
+    "laplace::SphereSolution": "struct",
+    "laplace::SphereSolver": "class",
+    "Scene": "struct",
+    "Bodies": "struct",
+    "Effect": "class",
+    "EffectKind": "struct",
+    "FieldMethodKind": "struct",
+    "Motion": "class",
+    "Frame": "struct",
+}
 
 
 def help_of(program, *words):
@@ -108,9 +119,10 @@ def write_commands(program, folder):
 
 
 def write_cpp(folder):
+    """Writes the page of the main types of the C++ library, which Breathe fills from the docstrings."""
     lines = ["# C++ library", ""]
-    for header in HEADERS:
-        lines += [f"## `{header}`", "", f"```{{doxygenfile}} {header}", "```", ""]
+    for name, kind in CPP_TYPES.items():
+        lines += [f"## {name}", "", f"```{{doxygen{kind}}} lichtenberg::{name}", ":members:", "```", ""]
     (folder / "cpp.md").write_text("\n".join(lines))
 
 

@@ -53,7 +53,7 @@ struct Reader {
 TEST_CASE("tutorial: each command has the described result") {
   Reader reader;
   std::filesystem::create_directory_symlink(source_folder() + "/scenes", reader.folder / "scenes");
-  reader.follow(text_of(source_folder() + "/TUTORIAL.md"));
+  reader.follow(text_of(source_folder() + "/docs/tutorials/first-scene.md"));
   CHECK(reader.commands == 14);
   for (const auto& [arguments, ended] : reader.ended) {
     const bool refused = arguments == "solve scenes/two-disks.toml --set field.accuracy=1e-3";

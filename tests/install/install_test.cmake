@@ -1,6 +1,6 @@
-# Installs the build into an empty folder, then builds and runs programs there that know lichtenberg only by
-# find_package: the README's example, in C++ alone, and reader.cpp. The installed program must start as well, and find
-# its scripts and its Python package, which must find the program.
+# Installs the build into an empty folder, then builds and runs programs there that find lichtenberg by find_package
+# only: the example of docs/how-to/cpp-library.md, and reader.cpp. The installed program must start as well, and find its
+# scripts and its Python package, which must find the program.
 set(stage ${BUILD}/install-test)
 file(REMOVE_RECURSE ${stage})
 
@@ -21,9 +21,9 @@ function(expect text)
 endfunction()
 
 function(write_example language file)
-  file(READ ${SOURCE}/README.md readme)
-  if(NOT readme MATCHES "```${language}\n([^`]*)```")
-    message(FATAL_ERROR "the README has no example in ${language}")
+  file(READ ${SOURCE}/docs/how-to/cpp-library.md page)
+  if(NOT page MATCHES "```${language}\n([^`]*)```")
+    message(FATAL_ERROR "docs/how-to/cpp-library.md has no example in ${language}")
   endif()
   file(WRITE ${file} "${CMAKE_MATCH_1}")
 endfunction()

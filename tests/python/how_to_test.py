@@ -1,4 +1,4 @@
-"""Runs every whole command of the README's table, in its order, on small scenes of the same names."""
+"""Runs every whole command of the table in docs/how-to/index.md, in its order, on small scenes of the same names."""
 import json
 import os
 import re
@@ -164,13 +164,13 @@ class Table(unittest.TestCase):
         return ended.stdout
 
     def test_each_command(self):
-        readme = (runs.HOME / "README.md").read_text()
-        table = readme[readme.index("## Where to go from there") : readme.index("## In your own program")]
+        page = (runs.HOME / "docs/how-to/index.md").read_text()
+        table = page[page.index("## Commands by task") : page.index("## Questions")]
         commands = [command for command in re.findall(r"`\./lichtenberg ([^`]*)`", table) if "..." not in command]
         self.assertEqual(commands, list(self.CHECKS))
         before = os.getcwd()
-        os.makedirs(runs.FOLDER / "readme")
-        os.chdir(runs.FOLDER / "readme")
+        os.makedirs(runs.FOLDER / "how-to")
+        os.chdir(runs.FOLDER / "how-to")
         self.addCleanup(os.chdir, before)
         self.make_scenes()
         self.call("run scenes/dendrite.toml --quiet --set stop.time=0.5")  # --resume continues this run.

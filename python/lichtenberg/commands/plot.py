@@ -2,7 +2,7 @@
 import os
 
 from ..errors import InputError
-from ..messages import tell
+from ..messages import write_error
 from . import argument, frames_argument
 
 # Arguments that plot and film share for pictures of frames.
@@ -57,7 +57,7 @@ def replace_old_colour(request):
     """Replaces a value of --colour that had another name in earlier versions, and prints a warning."""
     if request.colour in OLD_COLOURS:
         name = OLD_COLOURS[request.colour]
-        tell(f"lichtenberg: --colour {request.colour} is an old name: it is called {name} now")
+        write_error(f"lichtenberg: --colour {request.colour} is an old name: it is called {name} now")
         request.colour = name
 
 

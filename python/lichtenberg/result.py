@@ -361,6 +361,7 @@ class Result:
 
     def view(self, out=None, frames=None, overwrite=False):
         """Writes an HTML page that shows the run (view.py). Returns its path."""
+        from .files import default_output
         from .view import write_page
 
         return write_page(self, out or default_output(self.path, ".html"), frames, overwrite)

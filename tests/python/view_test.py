@@ -35,6 +35,14 @@ def unpacked(text, size, row):
     return np.cumsum(differences, axis=0, dtype=f"u{size}")
 
 
+class ResultViewTest(unittest.TestCase):
+    def test_the_page_of_a_result_without_a_name_is_beside_it(self):
+        with load(runs.seedling()) as result:
+            page = result.view(overwrite=True)
+        self.assertEqual(str(page), os.path.splitext(str(runs.seedling()))[0] + ".html")
+        self.assertGreater(os.path.getsize(page), 0)
+
+
 class ArraysTest(unittest.TestCase):
     def test_places_are_within_half_a_step(self):
         for path in (runs.seedling(), runs.gas()):

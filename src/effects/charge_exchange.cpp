@@ -61,8 +61,8 @@ const EffectKind& ChargeExchangeOptions::kind() {
       .name = "charge_exchange",
       .description = "grains in contact exchange charge at random",
       .help =
-          "Grains in contact transfer equal and opposite charges of random sign (G 3.45 to 3.51, 4.3). The energy "
-          "balance includes the resulting change of the energy of coulomb.",
+          "Grains in contact transfer equal and opposite charges of random sign (Singh 2019, equations 3.45 to 3.51 "
+          "and 4.3). The energy balance includes the resulting change of the Coulomb energy (effects.coulomb).",
       .options = ChargeExchangeOptions{},
       .keys =
           {{.name = "model",

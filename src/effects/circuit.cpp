@@ -118,8 +118,8 @@ double contact_conductance(const Scene& scene, Contact contact, ContactState sta
   const double conductance = law.conductance_in_state(state);
   if (conductance >= 0 && std::isfinite(conductance)) return conductance;
   throw InputError(
-      fmt::format("{}: effects.{} gives a contact a conductance of {:g} S at a gap of {:g} m and {:g} V: at "
-                  "least 0 and finite is allowed of a law that depends on the state",
+      fmt::format("{}: effects.{} gives a contact a conductance of {:g} S at a gap of {:g} m and {:g} V: a law that "
+                  "depends on the state must give a finite value of at least 0",
                   scene.path, sharing_effect(scene)->name, conductance, gap.value_or(NAN), state.potential_difference));
 }
 

@@ -81,7 +81,8 @@ class ContactRows {
   };
 
   void resize(int pairs);
-  /// Calls visit(row) for the rows from `first`, a multiple of the width, to `last`.
+  /// Calls visit for each row, i.e. `width` successive pairs, of the pairs from `first` to `last` (excluded). `first`
+  /// must be a multiple of `width`.
   template <class Visit>
   void for_each_row(int first, int last, parallel::Team& team, const Visit& visit) {
     team.for_each((last - first + pairs_a_task - 1) / pairs_a_task, [&](int task) {

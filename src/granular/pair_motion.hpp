@@ -17,8 +17,9 @@ template <int d, class Real = double>
 struct ExternalAcceleration {
   typename VecOf<d, Real>::type start, slope;
 
-  /// Change of the relative velocity, and displacement, by this acceleration alone from 0 to t.
+  /// Returns the change of the relative velocity from time 0 to t by this acceleration alone.
   LICHTENBERG_HOST_DEVICE auto velocity(const Real& t) const { return t * start + (0.5 * t * t) * slope; }
+  /// Returns the relative displacement from time 0 to t by this acceleration alone.
   LICHTENBERG_HOST_DEVICE auto path(const Real& t) const {
     return (0.5 * t * t) * start + (t * t * t * (1.0 / 6)) * slope;
   }
@@ -224,7 +225,7 @@ class PairMotion {
     return step;
   }
 
-  /// The contact at one instant.
+  /// Distance, closing speed, elastic force and stored energy of the contact at one instant.
   struct Contact {
     WithInverse<Real> distance;
     Real closing, elastic, stored;

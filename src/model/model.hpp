@@ -62,7 +62,7 @@ struct Model {
  private:
   void add_drag_of(std::size_t effect);
   State state(double time, RequestedBodies& requested);
-  /// Returns the input of the effects without neighbours, whose search would be a pass over all bodies.
+  /// Returns the input of the effects, without neighbours. Their search would take a pass over all bodies.
   State state_without_neighbours(double time) { return {time, bodies, {}, *team, all_bodies_.bodies()}; }
 
   /// First effect with drag, after whose forces all drag is added; number of effects if there is none.

@@ -53,7 +53,9 @@ struct StoredFrames {
 };
 
 /// Writes a file with the contents of `rest` and with frames: those stored in the files `before`, then `frames`. Rows
-/// are written in blocks of a few megabytes. Throws Failure.
+/// are written in blocks of a few megabytes. `check` is called just before the file gets its name and may refuse by an
+/// exception. Returns the file's seal. Throws Failure if the file cannot be written, std::system_error or hdf5::Error
+/// if stored frames cannot be read.
 Seal write_with_frames(
     const std::string& path, hdf5::Pages rest, const std::vector<Series>& series, std::span<const StoredFrames> before,
     std::span<const Rows> frames, const std::function<void()>& check = [] {});

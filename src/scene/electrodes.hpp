@@ -9,8 +9,8 @@ namespace lichtenberg {
 /// an electrode side at another potential.
 std::vector<Electrode> build_electrodes(const Draft& draft);
 
-/// Returns the surface-to-surface distance (m) of a disk, or of a sphere in three dimensions, from an electrode.
-/// Periodic images are included. The distance is negative if the bodies overlap.
+/// Returns the surface-to-surface distance (m) of a disk, or of a sphere in three dimensions, from an electrode. In
+/// three dimensions, periodic images are included. The distance is negative if the bodies overlap.
 double gap(const Conductor& conductor, const Electrode& electrode, const Domain& domain);
 
 /// Throws InputError for electrodes that the multipole method cannot solve. It allows whole disks and disks centred on

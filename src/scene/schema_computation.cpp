@@ -128,8 +128,8 @@ std::vector<Key> field_solvers() {
                "small grids"},
       {.name = "boundary_stencil",
        .target = [](Draft& d) { return &d.field.options.links; },
-       .help = "conductance from a cell to a disk: exact for a logarithmic or for a linear potential; aperture: first "
-               "order, for comparison (linear_solver = \"assembled\")",
+       .help = "conductance from a cell to a disk; log-fitted: exact for a logarithmic potential; plain: for a linear "
+               "one; aperture: first order, for comparison (linear_solver = \"assembled\")",
        .old_name = "links"},
       {.name = "linear_solver",
        .target = [](Draft& d) { return &d.field.options.linear_solver; },

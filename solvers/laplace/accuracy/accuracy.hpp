@@ -33,7 +33,8 @@ struct Choice {
 };
 
 /// Predicts the choice from geometry alone, without a solve. The method is final; cells and estimate are empirical
-/// predictions. Throws InputError if the requested method does not support the problem.
+/// predictions. Throws InputError if the accuracy is out of range or far from attainable, or if the requested method
+/// does not support the problem.
 Choice predict_choice(const LaplaceProblem& problem, const AccuracyRequest& request);
 
 /// Returns an upper estimate of the error for the choice's method, cells and tolerance. It uses coarser solutions on

@@ -116,8 +116,9 @@ class SphereSolver {
   ~SphereSolver();
   SphereSolver(SphereSolver&&) noexcept;
 
-  /// Solves the problem. Throws the exceptions of SphereProblem::check. Throws InputError if the accuracy needs a
-  /// degree beyond double precision or memory. Throws Failure if the iteration does not converge.
+  /// Solves the problem. Throws the exceptions of SphereProblem::check. Throws InputError if electrode sides differ in
+  /// potential and are not two opposite sides. Throws InputError if the accuracy needs a degree beyond double precision
+  /// or memory. Throws Failure if the iteration does not converge, or if a gap is too narrow for the accuracy.
   SphereSolution solve(const SphereProblem& problem);
   /// Estimates the size of a solve. Throws the exceptions that solve throws before it iterates.
   SphereForecast forecast(const SphereProblem& problem) const;

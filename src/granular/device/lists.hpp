@@ -184,7 +184,7 @@ class GasLists {
 
   /// Returns the skin (d0) with the least cost. Lists that take a time L to build are valid for about skin / travel
   /// steps, because `travel` is twice the path of the fastest grain. A skin adds a * skin to the time of a step. The
-  /// sum is least at sqrt(L travel / a), with L / a of about 10 d0. Lists should be valid for at least two steps.
+  /// sum is least at sqrt(L travel / a), with L / a of about 8 d0. Lists should be valid for at least two steps.
   static double skin_for(double travel) { return std::max(2.8 * std::sqrt(travel), 3 * travel); }
 
   static Vec3 cell_edges(const GasOptions& options) {

@@ -6,7 +6,8 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Returns whether a body's potential is an unknown or given.
+/// Returns true if the body's potential is given or an unknown of this grid. Returns false if the grid's medium has
+/// absorbed the body's group.
 LICHTENBERG_HOST_DEVICE inline bool has_potential(const ProblemView& problem, const GridView& grid, int body) {
   return !grid.has_medium || !grid.medium.absorbed[problem.group_of[body]];
 }

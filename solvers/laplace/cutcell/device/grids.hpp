@@ -44,7 +44,7 @@ class DeviceGrid {
     return static_cast<long>(view().layout.nx) * view().layout.ny - numbers[Items::covered];
   }
 
-  /// Reserves memory for `capacity` items of each kind. Arrays may move.
+  /// Sets the grid's role and reserves memory for GridView::capacity items of each Items::Kind. Arrays may move.
   void reserve(const ProblemView& problem, const GridRole& role) {
     GridView& grid = own();
     grid.has_medium = role.has_medium;

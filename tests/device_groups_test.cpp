@@ -198,7 +198,7 @@ TEST_CASE("device: couplings of any strength are solved as on the CPU") {
   }
 }
 
-TEST_CASE("device: charges of coupled groups are exact for any tolerance") {
+TEST_CASE("device: couplings keep the total floating charge at any tolerance") {
   for (const double capacitance : {1e-3, 1.0, 1e12}) {
     CAPTURE(capacitance);
     CutCellOptions options;

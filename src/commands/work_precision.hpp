@@ -20,7 +20,8 @@ using Settings = std::vector<std::pair<std::string, double>>;
 class Trial {
  public:
   virtual ~Trial() = default;
-  /// Throws InputError if the method is not applicable, Failure if it fails.
+  /// Runs the computation once, from its initial state. Throws InputError if the method is not applicable, Failure if
+  /// the computation fails.
   virtual void run() = 0;
   /// Returns the largest relative error of each quantity of the last run against the reference.
   virtual std::vector<double> errors() const = 0;
@@ -105,7 +106,7 @@ void sweep_grains(const Scene& scene, const Request& request);
 /// Returns the requested methods of `all`. Throws InputError for names that are neither of `all` nor of request.others.
 std::vector<Method> choose(std::vector<Method> all, const Request& request);
 /// Measures a candidate. The time is the median of up to five runs after a warm-up run; slow candidates run less often.
-/// Throws InputError if the method is not applicable, Failure if it fails.
+/// Throws InputError if the method is not applicable, Failure if a run fails.
 Point measure(const Candidate& candidate);
 
 /// Returns the processor time (s) of this thread.

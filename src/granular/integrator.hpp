@@ -21,7 +21,7 @@ class GasIntegrator {
 
   /// Resets the memory after a jump of forces or velocities.
   virtual void reset_history() {}
-  /// Saves it to a checkpoint, and restores it.
+  /// Saves the memory of earlier steps to a checkpoint, and restores it.
   virtual void save(Checkpoint& checkpoint) const { (void)checkpoint; }
   virtual void restore(const Checkpoint& checkpoint) { (void)checkpoint; }
 };

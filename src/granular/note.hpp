@@ -13,7 +13,7 @@
 
 namespace lichtenberg::granular {
 
-/// Observables of a gas at one instant. Instants between frames are included.
+/// Observables of a gas at one instant, which may lie between frames.
 struct Note {
   /// Predictions for a homogeneous gas.
   struct Expected {

@@ -33,7 +33,8 @@ struct GrainProperties {
 };
 
 /// Returns the law that moves two grains of mass 1 and diameter 1 as `law` moves the two lightest grains, whose
-/// contacts are the shortest: the forces are divided by the mass. For grains of mass 1 or more it is the law itself.
+/// contacts are the shortest. The factor of the forces is their scale by the radii over the mass. If it is at most 1,
+/// the law itself is returned.
 template <class Law>
 LICHTENBERG_HOST_DEVICE Law for_lightest(const Law& law, const GrainProperties& grains) {
   const double by = law.scale(grains.smallest, grains.smallest) / grains.lightest;

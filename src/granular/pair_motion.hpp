@@ -57,7 +57,7 @@ LICHTENBERG_HOST_DEVICE PairStep<d, Real> chosen(const MaskOf<Real>& which, cons
           no.impact_speed};
 }
 
-/// Effect of a contact on the second grain of a pair within a step.
+/// Impulse and displacement that a contact gives the second grain of a pair within a step.
 template <class Vector>
 struct ContactTransfer {
   Vector impulse;
@@ -200,7 +200,7 @@ class PairMotion {
   }
 
   /// Integrates to the end of the step. If the force ends within it, regula falsi finds that instant, and the pair
-  /// flies on from there. Several pairs: the force of all that move ends within the step.
+  /// flies on from there. For several pairs at once, the caller passes only pairs whose force ends within the step.
   LICHTENBERG_HOST_DEVICE Step integrate_to_end(const PartialStep& begun, const Load& first, double dt) const {
     Step step;
     Real low = begun.from, high = dt, f_low = first.unclamped, f_high = 0, end = dt;

@@ -47,8 +47,8 @@ class EnergyBudget {
   const EnergyFlows& flows() const { return flows_; }
   const std::vector<double>& delivered() const { return delivered_; }  ///< C, by source since the start
 
-  /// Returns the state right after a record: energies (J), time (s), and by node, terminal and source the values of the
-  /// last instant and their rates.
+  /// Returns the state right after a record: energies (J), time (s), by node and terminal the last values and their
+  /// rates, and by source the charges collected and delivered.
   std::vector<double> save() const;
   /// Length of save(): 9 + 2 (nodes + terminals + sources).
   std::size_t saved_size() const;

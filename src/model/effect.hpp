@@ -123,8 +123,8 @@ class Effect {
   virtual void exchange_charges(const ContactRecord& contacts, const Bodies& bodies, std::span<double> charge) {
     (void)contacts, (void)bodies, (void)charge;
   }
-  /// Changes momenta from `time` to `time` + dt as a gas around the grains does, and returns the energy that they gain.
-  /// Empty: no momentum has changed.
+  /// Changes momenta from `time` to `time` + dt by an external drive, such as a surrounding gas or weight. Returns the
+  /// energy that the bodies gain; empty: no momentum has changed.
   virtual std::optional<double> drive(double time, double dt, Bodies& bodies) {
     return (void)time, (void)dt, (void)bodies, std::nullopt;
   }

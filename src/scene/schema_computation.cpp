@@ -320,7 +320,7 @@ Table stop() {
               {.name = "force",
                .target = [](Draft& d) { return &d.scene.stop.force; },
                .range = accuracy,
-               .help = "negligible: this fraction of the largest force of the run"},
+               .help = "forces below this fraction of the run's largest force are negligible for stop.stationary"},
           }};
 }
 

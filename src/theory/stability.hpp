@@ -31,8 +31,8 @@ struct Modes {
   std::array<std::complex<double>, 3> longitudinal{};
   double shear = 0;  ///< zeta*/4 - eta* k^2, for both velocities across k
 };
-/// Returns the growth rates at these wave numbers, rising, > 0. At the first wave number the modes are in descending
-/// order of their real parts. R >= 0.
+/// Returns the growth rates at these positive wave numbers, in ascending order. At the first wave number the modes are
+/// in descending order of their real parts. `charge_number`: R >= 0.
 std::vector<Modes> growth_rates(const TransportCoefficients& c, double charge_number, std::span<const double> k);
 
 /// Amplitudes of a disturbance exp(i k x); charges move with the grains.

@@ -4,9 +4,9 @@
 
 namespace lichtenberg::laplace {
 
-/// Numbers of cells along the longer side of a box that the cut-cell method supports. The fractions 1/2, 7/16, 6/16,
-/// ... 1/4 of them are supported as well. The shorter side has whole cells, and fine grids can be halved often enough
-/// for fast multigrid.
+/// Numbers of cells along the longer side of a box that the cut-cell method supports. Each of these numbers times 1/2,
+/// 7/16, 6/16, 5/16 or 1/4 is also supported. On all these grids the shorter side has an integer number of cells. Fine
+/// grids can be halved often enough for fast multigrid.
 class Grids {
  public:
   /// Finds the grids of a box. Throws InputError if no grid fits a box of these proportions.

@@ -320,7 +320,8 @@ class Coarsest {
     run_.to_device(v, v_.data(), cells * sizeof(float));
     if (!phi_.empty()) run_.to_device(grid.cycle.phi, phi_.data(), phi_.size() * sizeof(float));
   }
-  /// Device pointers to each unknown's cell slot, or -1 - group; and to the inverse by rows.
+  /// Device pointers: by unknown, its cell's slot or -1 - group; and the inverse of the coarsest grid's matrix by rows.
+  /// Of the two inverses one is null.
   const int* unknown() const { return view().unknown; }
   const float* inverse() const { return view().inverse; }
   const double* precise_inverse() const { return view().precise_inverse; }

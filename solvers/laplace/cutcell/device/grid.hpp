@@ -161,7 +161,7 @@ struct Bins {
   int* item;                 ///< groups or bodies, sorted by bin
 };
 LICHTENBERG_HOST_DEVICE inline int bins_of(const Layout& at) { return (at.nx + 1) * (at.ny + 1); }
-/// Returns the lower left cell of a bin; indices begin at -1.
+/// Returns the lower left of the four cells of a bin (Bins). Its indices begin at -1, outside the box.
 LICHTENBERG_HOST_DEVICE inline InterpolationBase base_of_bin(const Layout& at, int bin) {
   return {bin % (at.nx + 1) - 1, bin / (at.nx + 1) - 1};
 }

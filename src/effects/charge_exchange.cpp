@@ -98,8 +98,8 @@ const EffectKind& ChargeExchangeOptions::kind() {
             .help = "C, the largest charge of a grain (G 3.47)"},
            {.name = "over_capacity",
             .target = target<&ChargeExchangeOptions::over_capacity>,
-            .help = "treatment of a transfer beyond the capacity: it does not take place, or it empties the grain as "
-                    "printed in G, which loses charge"}},
+            .help = "treatment of a transfer beyond the capacity; refuse: it does not take place; reset: it empties "
+                    "the grain as printed in G, which loses charge"}},
       .dimensions = {2, 3},
       .periodic = true,
       .grains = true,

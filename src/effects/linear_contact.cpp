@@ -34,7 +34,7 @@ const EffectKind& LinearContactOptions::kind() {
                 .target = target<&LinearContactOptions::damping>,
                 .range = ranges::not_negative,
                 .computed_default = "from restitution",
-                .help = "B, in m0 / t0; instead of restitution"}},
+                .help = "B in the force above, in m0 / t0; give it instead of restitution"}},
       .dimensions = {2, 3},
       .periodic = true,
       .grains = true,

@@ -13,9 +13,9 @@
 
 namespace lichtenberg::granular {
 
-/// Head-on collision of two grains by the law of their contact, at a speed > 0. `scale`: the law's factor by the radii.
-/// Of viscoelastic grains, a restitution below 1e-3, where theory::RestitutionCurve ends, is given as 0, and its
-/// duration as 0.
+/// Returns the head-on collision of two grains by the law of their contact, at a speed > 0. `scale`: the law's factor
+/// by the radii. For viscoelastic grains beyond the end of theory::RestitutionCurve, whose restitution is below 1e-3,
+/// restitution and duration are 0.
 HeadOnCollision expected_collision(const GrainContactLaw& law, double effective_mass, double scale, double speed);
 
 /// Errors of the restitution in a run, by decade of the impact speed.

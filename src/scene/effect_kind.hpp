@@ -175,7 +175,7 @@ void check_names(const EffectKinds& kinds);
 template <class Options, class Value>
 Options options_of(Value Options::*);  // declared only
 
-/// Returns the target of a key's value: Key{.place = place<&HertzContactOptions::young>, ...}.
+/// Returns the target of a key's value: Key{.target = target<&HertzContactOptions::young>, ...}.
 template <auto member>
 auto* target(Draft& draft) {
   return &(draft.scene.effects.find<decltype(options_of(member))>()->*member);

@@ -70,7 +70,7 @@ Table stage() {
                .unit = "t0",
                .range = positive,
                .required = true,
-               .help = "of the stage"},
+               .help = "duration of the stage"},
               {.name = "elastic",
                .target = [](Draft& d) { return &d.scene.stages.back().elastic; },
                .help = "contacts dissipate no energy and transfer no charge, and gas_drag does not act"},

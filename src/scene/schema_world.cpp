@@ -119,8 +119,8 @@ std::vector<Key> electrode_source_keys() {
        .target = [](Draft& d) { return &d.electrodes.back().shape; },
        .texts = {"disk", "half-disk", "bar", "ring", "sphere"},
        .required = true,
-       .help = "half-disk: a disk centred on a side of the domain; ring: conducting outside its circle; sphere: the "
-               "only shape in three dimensions"},
+       .help = "disk: a whole disk; half-disk: a disk centred on a side of the domain; bar: a straight bar with flat "
+               "ends; ring: conducting outside its circle; sphere: the only shape in three dimensions"},
       {.name = "potential",
        .target = [](Draft& d) { return &d.electrodes.back().potential; },
        .unit = "V",
@@ -334,7 +334,8 @@ std::vector<Key> population_radii() {
        .help = "list of radii instead of radius; it repeats if count is larger"},
       {.name = "distribution",
        .target = [](Draft& d) { return &d.populations.back().distribution; },
-       .help = "of the radii in their interval, which truncates it"},
+       .help = "distribution of the radii, truncated to their interval; uniform: constant density; normal: by mean and "
+               "deviation; lognormal: normal distribution of the logarithm"},
       {.name = "mean",
        .target = [](Draft& d) { return &d.populations.back().mean; },
        .unit = "m",
@@ -360,9 +361,9 @@ std::vector<Key> population_charges() {
        .help = "initial charge of each; with charge_distribution the width of the distribution"},
       {.name = "charge_distribution",
        .target = [](Draft& d) { return &d.populations.back().charge_distribution; },
-       .help = "of grains: all have the same charge; gaussian, with the standard deviation charge; or "
-               "exponential-power, of the density z / (2 Gamma(1/z)) exp(-|q|^z), q in units of charge (G 3.49). "
-               "Random charges add up to exactly 0"},
+       .help = "charges of grains; equal: all have the same charge; gaussian: normal with the standard deviation "
+               "charge; exponential-power: of the density z / (2 Gamma(1/z)) exp(-|q|^z), q in units of charge (G "
+               "3.49). Random charges add up to exactly 0"},
       {.name = "charge_exponent",
        .target = [](Draft& d) { return &d.populations.back().charge_exponent; },
        .range = {.low = 0.25},

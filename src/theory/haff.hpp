@@ -17,7 +17,7 @@ namespace lichtenberg::theory {
 /// density / 6.
 double contact_value(double density);
 
-/// Returns the collision frequency of a grain, omega = 4 n g sqrt(pi T).
+/// Returns the collision frequency of a grain, omega = 4 n g sqrt(pi T), with density n and g = contact_value(n).
 double collision_frequency(double density, double temperature);
 
 /// Returns tau of Haff's law for a constant restitution: 1/tau = (2/3) sqrt(pi) (1 - eps^2) n g sqrt(T_0) (1 + 3

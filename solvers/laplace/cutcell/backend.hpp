@@ -23,7 +23,7 @@ class CutCellBackend : public LaplaceSolver {
   Field field() const override;
   void forget() override { clear_history(); }
   void set_tolerance(double tolerance) { options_.tolerance = tolerance; }
-  /// CutCellSolver::follow; a `coarser` backend of another kind is ignored, and nothing is followed then.
+  /// Implements CutCellSolver::follow. The solver follows no other one if `coarser` is a backend of another kind.
   virtual void follow(const CutCellBackend& coarser) = 0;
 
  protected:

@@ -309,7 +309,9 @@ class Coarsest {
     phi_.resize(problem.groups.size());
   }
 
-  /// Computes v of fluid cells and phi from f and charge, on the host.
+  /// Solves the coarsest grid's system on the host. The right-hand sides are the grid's `cycle.f` (of cells) and
+  /// `cycle.charge` (of groups). Writes the potentials of fluid cells to `v` and those of groups to `cycle.phi`; others
+  /// are 0.
   void solve(const GridView& grid, float* v) {
     const std::size_t cells = grid.layout.size();
     get(f_, grid.cycle.f, cells);

@@ -308,7 +308,8 @@ class CutCell : public DeviceSolver {
     combine(*run_, v.solve.size, v.basis, v.shares, v.solve.x);
   }
 
-  /// The guess made better where it is worst, and its residual.
+  /// Relaxes the initial guess near the conductors, where its error is largest, and scales it. Computes its residual.
+  /// If only couplings lead to given potentials, it also fixes the level of the potentials.
   void improve_guess() {
     const SolveVectors& v = arrays_->view.solve;
     const ProblemView& problem = problem_->view();

@@ -193,7 +193,8 @@ void relax_groups_first(const Executor& run, const ProblemView& problem, const G
         GroupSweep{grid.binds ? grid.cycle.flux : grid.cycle.charge, grid.cycle.phi, nullptr, grid.cycle.phi_down});
 }
 
-/// Way down on a grid: groups, red cells, black cells, and the residual for the next coarser grid.
+/// First half of a V-cycle on a grid: relaxes groups, red cells and black cells, and computes the residual for the next
+/// coarser grid.
 template <class V, class Executor>
 void descend(const Executor& run, const ProblemView& problem, const GridView& grid, const GridView& coarse, V* v) {
   const float* phi = potentials_down(grid);

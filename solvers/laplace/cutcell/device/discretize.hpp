@@ -244,8 +244,8 @@ void fill_strips(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Sets `start[k]` to the first of the n ascending keys that is at least k or, if `position` is given, to that key's
-/// place.
+/// Sets `start[k]` to the index of the first of the n ascending keys that is at least k. If `position` is given, sets
+/// it to the entry of `position` at that index.
 template <class Executor>
 void start_segments(const Executor& run, const int* key, int n, int segments, int* start,
                     const int* position = nullptr) {

@@ -253,7 +253,8 @@ struct DirectArrays {
   int* start;  ///< by rank
 };
 
-/// Direct links of the finest grid, and links made by its bound cells, on coarse grids that keep them; else null.
+/// Links of the finest grid that a coarse grid keeps: direct links, and links (`joined`) that the elimination of bound
+/// cells has made. Null on grids that keep none.
 struct InheritedArrays {
   const DirectLink *link, *joined;
   const int *link_start, *joined_start;  ///< by rank

@@ -116,7 +116,7 @@ void sum_bodies(const Executor& run, SolvedView solved, BodyResult* result) {
 /// Each side is summed in this many parts.
 constexpr int side_parts = 64;
 
-/// By side and part: 4 side_parts.
+/// Sums the results of the faces of each electrode side. `result` has 4 side_parts entries, by side and part.
 template <class Executor>
 void sum_sides(const Executor& run, SolvedView solved, SideResult* result) {
   const Layout& at = solved.grid.layout;

@@ -12,12 +12,12 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Sums over a cell's links to groups of conductance times one and another potential.
+/// Sums over a cell's links to groups: conductance times the group's potential, for two vectors of potentials.
 struct GroupSums {
   float one = 0, other = 0;
 };
 
-/// `other`: null for none.
+/// Returns the sums for the potentials `one` and `other` of groups; `other` may be null.
 LICHTENBERG_HOST_DEVICE inline GroupSums group_sums(const GridView& grid, int slot, int i, int j, const float* one,
                                                     const float* other) {
   GroupSums sum;
@@ -118,8 +118,8 @@ LICHTENBERG_HOST_DEVICE float full_weighting(const ProblemView& problem, int nx,
   return 0.75f * (own_even + own_odd) + 0.25f * (odd_before + even_behind);
 }
 
-/// Way down: relaxes from zero with the groups' potentials `phi`. Stores potentials in cells with links to groups, and
-/// the coarse f by full weighting.
+/// First half of a V-cycle on a grid: relaxes from zero with the groups' potentials `phi`. Stores potentials in cells
+/// with links to groups, and the coarse f by full weighting.
 template <class V, class Tiles>
 struct Descend {
   ProblemView problem;
@@ -198,8 +198,8 @@ LICHTENBERG_HOST_DEVICE inline float interpolated(float own, float beside, float
   return 0.75f * (0.75f * own + 0.25f * beside) + 0.25f * (0.75f * above + 0.25f * both);
 }
 
-/// Way up: black cells, then red ones. `phi`: groups' potentials of the way down, to which the coarse grid's are added;
-/// null: none.
+/// Second half of a V-cycle on a grid: adds the coarse grid's correction, then relaxes black cells and red cells.
+/// `phi`: groups' potentials of the first half, to which those of the coarse grid are added; null: none.
 template <class V, class Tiles>
 struct Ascend {
   ProblemView problem;

@@ -47,8 +47,8 @@ void check_sharing(const Scene& scene) {
   if (!first) return;
   if (first->grains)
     throw InputError(
-        fmt::format("{}: effects.{} has a law of sharing, which grains do not follow: they have "
-                    "Effect::exchange_charges",
+        fmt::format("{}: effects.{} defines EffectKind::sharing, which is not for grains: it must define "
+                    "Effect::exchange_charges instead",
                     scene.path, first->name));
   if (!scene.effects.has<ContactDischargeOptions>())
     throw InputError(
@@ -57,7 +57,7 @@ void check_sharing(const Scene& scene) {
                     scene.path, first->name));
   for (const Effects::Entry& effect : scene.effects)
     if (effect.kind->sharing && effect.kind != first)
-      throw InputError(fmt::format("{}: effects.{} and effects.{} both say how contacts share charge: leave one out",
+      throw InputError(fmt::format("{}: effects.{} and effects.{} both define how contacts share charge: leave one out",
                                    scene.path, first->name, effect.kind->name));
 }
 

@@ -27,14 +27,15 @@ struct Series {
 };
 
 /// Returns the series of a frame with these columns: step and time, its columns, and the end index of each list. Throws
-/// InputError that names a column with an invalid name, unit or number of values. `particles`: number of rows of the
-/// columns of particles.
+/// InputError that names a column with an invalid or duplicate name, an invalid unit or number of values. Throws
+/// InputError without a column of particles or of the system. `particles`: number of rows of the columns of particles.
 std::vector<Series> series_of(const Frame& frame, std::size_t particles);
 
 /// Returns the series of the box's edges, which H5MD stores in every frame: three vectors, the rows of a matrix.
 Series series_of_box_edges(const std::string& unit);
 
-/// Returns the series of a file, step and time first. Throws hdf5::Error if it has no frames.
+/// Returns the series of a file, step and time first. Throws hdf5::Error if it has no frames or a dataset of frames is
+/// damaged.
 std::vector<Series> series_in(const hdf5::Handle& file);
 
 /// Returns the element of a file that contains step and time. Empty in a file without frames.
@@ -45,7 +46,7 @@ using Rows = std::vector<Values>;
 
 /// Returns a frame's columns in the order of the series, with step and time and the ends of lists, which are added to
 /// `ends`. `box_edges`: the nine numbers of the series of that name, if there is one. Throws InputError that names a
-/// column which earlier frames lack.
+/// column which earlier frames lack, which only they have, or which has changed its unit, type or width.
 Rows rows_of(Frame frame, std::size_t particles, const std::vector<Series>& series, std::int64_t step,
              std::map<std::string, std::int64_t>& ends, const std::vector<double>& box_edges);
 

@@ -9,9 +9,10 @@ namespace lichtenberg::laplace {
 /// grids can be halved often enough for fast multigrid.
 class Grids {
  public:
-  /// Finds the grids of a box. Throws InputError if no grid fits a box of these proportions.
+  /// Finds the grids of a box. Throws InputError if the ratio of its sides is no ratio of whole numbers up to 2048.
   explicit Grids(Vec2 size);
 
+  /// Returns the coarsest grid with at least this many cells.
   int at_least(int cells) const;
   /// Returns the finest grid with at most this many cells. Throws InputError if even the coarsest has more.
   int at_most(int cells) const;

@@ -60,7 +60,7 @@ struct ClosePair {
 };
 
 /// Makes close pairs for `gaps`, each pair given in one direction. Omits gaps for which the spheres' harmonics suffice.
-/// Throws Failure for a gap that takes too long.
+/// Throws Failure for a gap so narrow that its correction needs a degree above 30000.
 std::vector<ClosePair> close_pairs(const std::vector<Site>& sites, const std::vector<NearPair>& gaps, double accuracy,
                                    parallel::Team& team = parallel::Team::single());
 

@@ -31,7 +31,7 @@ struct ResponseMultipoles;
 class Fields {
  public:
   /// Chooses the spheres' degrees unless the options give one. `past`: earlier fields whose tables are used again if
-  /// possible. Throws InputError if a required degree is too large.
+  /// possible. Throws InputError if a required degree is too large, and the exceptions of close_pairs().
   Fields(const SphereProblem& problem, const Mirrors& mirrors, const SphereOptions& options, const Fields* past,
          parallel::Team& team);
 

@@ -11,7 +11,7 @@ namespace lichtenberg::parallel {
 /// first solver that uses PETSc is made; PETSc starts with that solver only.
 void set_petsc_options(std::vector<std::string> options);
 
-/// Starts PETSc if it is not running (once per process). Throws Failure.
+/// Starts PETSc if it is not running (once per process). Throws Failure if PETSc cannot start.
 void start_petsc();
 
 /// Ends PETSc, which otherwise ends with the process. A program that has used a CUDA device must call this before main

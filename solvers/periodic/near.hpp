@@ -22,8 +22,9 @@ class Near {
   /// needs a higher degree.
   Near(Vec3 lengths, const Cloud& cloud);
 
-  /// Longest cut-off in a box. In double precision half of the shortest side, so that a source meets one image of each
-  /// other source. In single precision a third of it, so that clusters may be as long as the cut-off.
+  /// Returns the longest cut-off in a box. In double precision it is half of the shortest side, so that a source meets
+  /// one image of each other source. In single precision it is a third of the shortest side, so that clusters may be as
+  /// long as the cut-off.
   static double longest_cutoff(Vec3 lengths);
   double cutoff() const { return cutoff_; }
   int degree(Kind kind) const { return table(kind).terms - 1; }

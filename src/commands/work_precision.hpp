@@ -67,9 +67,9 @@ struct Diagram {
   std::string clock = "wall time";       ///< clock of Point::seconds
   std::string reference;                 ///< description of the reference
   std::vector<double> reference_errors;  ///< estimated errors of the reference, per quantity
-  /// For other programs' methods (python/lichtenberg/methods): description of the problem; errors of an answer, per
-  /// quantity.
+  /// Returns the description of the problem for other programs' methods (python/lichtenberg/methods).
   std::function<nlohmann::ordered_json()> subject;
+  /// Returns the errors of another program's answer, per quantity.
   std::function<std::vector<double>(const nlohmann::ordered_json& answer)> errors;
 };
 

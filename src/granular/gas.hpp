@@ -74,8 +74,9 @@ class Gas {
   GasEnergy energy(std::optional<double> potential = {});
   double fastest() const { return instant().statistics.fastest; }  ///< v0, largest speed
   double kinetic_energy() const { return instant().statistics.kinetic; }
-  /// Returns the present instant, without forces; the second function includes them.
+  /// Returns the present instant, without forces.
   Instant instant() const { return {.statistics = grain_statistics(model_.bodies, *team_)}; }
+  /// Returns the present instant with forces; with Want::energy it includes the energy of smooth forces.
   Instant instant(Want want);
   /// Adds forces to an instant that lacks them.
   void find_forces(Instant& now, Want want = Want::forces);

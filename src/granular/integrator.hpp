@@ -21,8 +21,9 @@ class GasIntegrator {
 
   /// Resets the memory after a jump of forces or velocities.
   virtual void reset_history() {}
-  /// Saves the memory of earlier steps to a checkpoint, and restores it.
+  /// Saves the memory of earlier steps to a checkpoint.
   virtual void save(Checkpoint& checkpoint) const { (void)checkpoint; }
+  /// Restores the memory of earlier steps.
   virtual void restore(const Checkpoint& checkpoint) { (void)checkpoint; }
 };
 

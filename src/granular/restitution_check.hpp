@@ -44,9 +44,9 @@ class RestitutionCheck {
     const int index = static_cast<int>(std::floor(std::log10(speed))) - first_decade;
     return index < 0 ? 0 : index < decades ? index : decades - 1;
   }
-  /// Whether a collision counts: it began at `since` or later, under the present law, and it is central. A pair with
-  /// tangential speed u gains about u^2 t / reach along its line of centres within t, which must be less than a part
-  /// `share` of the impact speed. `reach`: the sum of the radii.
+  /// Returns true if a collision counts: it began at `since` or later, under the present law, and it is central. A pair
+  /// with tangential speed u gains about u^2 t / reach along its line of centres within t, which must be less than a
+  /// part `share` of the impact speed. `reach`: the sum of the radii.
   LICHTENBERG_HOST_DEVICE static bool counts(const IsolatedCollision& c, double since, double reach) {
     constexpr double share = 1e-3;
     return c.impact_speed > 0 && c.began >= since &&
@@ -55,7 +55,9 @@ class RestitutionCheck {
 
   /// Counts the collisions of isolated pairs among those that have ended; `law` holds since the time `since`.
   void count(std::span<const Collision> ended, const Bodies& bodies, const GrainContactLaw& law, double since);
+  /// Returns the errors by decade of the impact speed.
   const std::array<Decade, decades>& by_speed() const { return decade_; }
+  /// Returns the errors of all decades together.
   Decade all() const;
 
   void save(Checkpoint& checkpoint) const;

@@ -46,11 +46,13 @@ struct Model {
 
   /// Commits a step of length dt (s) to `time` in every effect, without neighbours.
   void accept(double time, double dt);
-  /// Saves and restores the effects' states, as arrays "effects.NAME.ARRAY".
+  /// Saves the effects' states as arrays "effects.NAME.ARRAY".
   void save(Checkpoint& checkpoint) const;
+  /// Restores the effects' states. Throws the exceptions of Effect::restore.
   void restore(const Checkpoint& checkpoint);
-  /// Adds the effects' columns to a frame, and their lines to a summary.
+  /// Adds the effects' columns to a frame.
   void add_columns(double time, Frame& frame);
+  /// Adds the effects' lines and quantities to a summary.
   void summarize(double time, Summary& summary);
 
   /// Returns the smallest of the effects' Needs::largest_move as a length (m); infinite if no effect sets one.

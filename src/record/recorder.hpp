@@ -54,7 +54,8 @@ class Recorder {
   /// Returns a warning for a resumed run if another build of this program wrote its last session, because defaults may
   /// differ; otherwise empty.
   const std::string& warning() const { return warning_; }
-  /// See FrameStore::warning_of_columns.
+  /// Names the columns of a resumed run that its file lacks and that are therefore not recorded. Empty if there are
+  /// none.
   std::string warning_of_columns() const { return frames_.warning_of_columns(); }
   /// Returns the checkpoint from which to continue; empty for a new run.
   const std::optional<Checkpoint>& checkpoint() const { return checkpoint_; }

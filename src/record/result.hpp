@@ -39,13 +39,13 @@ class Result {
   std::vector<Conductor> bodies(int index) const;
   /// Returns a frame of a run of conductors.
   ConductorFrame conductor_frame(int index) const;
-  /// See ResultFile::warnings.
+  /// Returns reasons why the result may be unreliable, from the end of its run.
   std::vector<std::string> warnings() const;
   /// Returns a quantity of /observables, one number or several; empty if the run has not recorded it.
   std::vector<double> observable(const std::string& name, int index) const;
   /// Returns true if the scene has contacts, and thus a network.
   bool has_network() const;
-  /// See analysis::successors(). Requires a network.
+  /// Returns the successor of each conductor in a frame (analysis::successors). Requires a network.
   std::vector<int> successor(int index) const;
   /// Returns the closed contacts of a frame. Empty if an older version wrote the file, which stored only those of the
   /// last frame.

@@ -129,7 +129,7 @@ struct EffectKind {
   /// Compares the keys again after all defaults are filled in and the conductors are placed. Fills in those defaults of
   /// the effect's keys that depend on them.
   void (*complete)(const Draft&, Scene&) = nullptr;
-  /// Checks limits that apply to a run but not to other commands. Throws InputError.
+  /// Checks limits that apply to a run but not to other commands. Throws InputError if a limit is exceeded.
   void (*check_run)(const Scene&) = nullptr;
   EffectMaker make{};
   std::vector<ExplanationLine> (*explain)(const Scene&) = nullptr;

@@ -14,7 +14,9 @@ void fill_in_grains(Draft& draft);
 /// Fills in defaults of steps, which depend on effects and placed grains.
 void fill_in_steps(const Draft& draft, Scene& scene);
 
-/// Sets the charges of the populations, and the velocities of populations that have a temperature. Throws InputError.
+/// Sets the charges of the populations, and the velocities of populations that have a temperature. Throws InputError
+/// for keys of charges that contradict each other, a domain shorter than two diameters, a stage too short for the
+/// rounding of time, and too many grains for the integrator.
 void complete_grains(const Draft& draft, Scene& scene);
 
 }  // namespace lichtenberg

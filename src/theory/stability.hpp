@@ -40,8 +40,8 @@ struct Disturbance {
   std::complex<double> density, temperature;
   std::complex<double> speed;  ///< i times velocity along k
 };
-/// Returns a disturbance of wave number k > 0 at these times (t_0, rising, >= 0) by G 6.39. `charges_last`: charges do
-/// not decay with the thermal speed, so that R grows as 1/T.
+/// Returns a disturbance of wave number k > 0 at these times (t_0, ascending, >= 0) by G 6.39. `charges_last`: charges
+/// do not decay with the thermal speed, so that R grows as 1/T.
 std::vector<Disturbance> disturbance_evolution(const TransportCoefficients& c, double charge_number, bool charges_last,
                                                double k, const Disturbance& start, std::span<const double> times);
 
@@ -56,8 +56,8 @@ struct CriticalWave {
   double wave_number = 0;
   bool oscillates = false;  ///< true: a pair of sound modes; false: the heat mode
 };
-/// Returns all critical wave numbers between `least` and `most`, rising, by bracketing the real parts of the
-/// eigenvalues.
+/// Returns all critical wave numbers between `least` and `most` (1/l_0), in ascending order, by bracketing the real
+/// parts of the eigenvalues.
 std::vector<CriticalWave> critical_waves(const TransportCoefficients& c, double charge_number, double least = 1e-3,
                                          double most = 1);
 /// Returns the critical wave numbers from the cubic's coefficients: zeros of c and of a b - c.

@@ -46,7 +46,8 @@ class CutCellBackend : public LaplaceSolver {
   virtual void clear_history() = 0;
   virtual Field last_field() const = 0;
 
-  /// The field of a grid with cells of h m, from potentials by slot in units of the potential unit.
+  /// Returns the field on the grid `at` with cells of edge h (m). `cell`: potentials by Layout slot, in units of
+  /// `unit_`; `owner`: by slot.
   Field field_on(const Layout& at, double h, const double* cell, const CellOwner* owner) const;
   /// Wall time since the begin of the solve (s).
   double seconds() const;

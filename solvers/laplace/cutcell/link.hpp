@@ -13,8 +13,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Returns the larger of the two. std::max takes references, and CUDA device code has no addresses of the constants
-/// below.
+/// Returns the larger of `value` and `least`. std::max takes references, and CUDA device code has no addresses of the
+/// constants below.
 LICHTENBERG_HOST_DEVICE constexpr double at_least(double value, double least) { return value < least ? least : value; }
 
 /// A conductance and its derivative with respect to the position of the conductor at the link's end.

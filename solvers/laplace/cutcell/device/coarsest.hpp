@@ -202,9 +202,9 @@ struct Panel {
   }
   /// Returns the inverse of the panel's own square, by rows.
   LICHTENBERG_HOST_DEVICE double* square() const { return coarsest.scratch; }
-  /// Returns row p of the product of that inverse and the panel's rows; and column p of the panel before the
-  /// elimination.
+  /// Returns row p of the product of square() and the panel's rows.
   LICHTENBERG_HOST_DEVICE double* row(int p) const { return square() + width * width + p * all(); }
+  /// Returns column p of the panel before the elimination.
   LICHTENBERG_HOST_DEVICE double* column(int p) const { return row(width) + p * all(); }
 
   /// Inverts the panel's square, in a block's memory.
@@ -241,7 +241,8 @@ struct Panel {
   }
 };
 
-/// Computes the inverse in double precision of a matrix of at most `capacity` rows; `pin` as above.
+/// Computes the inverse in double precision of a matrix of at most `capacity` rows. `pin`: nothing is grounded; the
+/// potential of the last unknown is then fixed.
 template <class Executor>
 void invert_in_panels(const Executor& run, GridView grid, CoarsestView coarsest, int capacity, bool pin) {
   run.for_each(capacity, capacity, [=] LICHTENBERG_HOST_DEVICE(int a, int b) {

@@ -397,7 +397,7 @@ class CutCell : public DeviceSolver {
     parallel::check_petsc(KSPSetUp(krylov_.ksp));
   }
 
-  /// For the methods of PETSc.
+  /// Sets the null space of equal potentials for PETSc's methods if nothing is grounded.
   void set_null_space(const LaplaceProblem& problem) {
     if (problem.has_ground()) return krylov_.set_null_space(nullptr);
     krylov_.set_constant_null_space(

@@ -33,7 +33,7 @@ class Follower {
  public:
   explicit Follower(const Executor& run) : run_(run), then_(run), change_(run) {}
 
-  /// Stores the solution.
+  /// Stores the potentials of `now`, with which compare() compares later ones.
   void keep(const CoarseSolution& now) {
     layout_ = now.layout;
     bodies_ = now.bodies;

@@ -94,7 +94,8 @@ void store_solution(const Executor& run, SolvedView solved, SolutionView solutio
   });
 }
 
-/// By body.
+/// Sums the results of each body over its links to cells and its direct links. `result`: by index of the body in the
+/// problem.
 template <class Executor>
 void sum_bodies(const Executor& run, SolvedView solved, BodyResult* result) {
   const ProblemView& problem = solved.problem;

@@ -80,7 +80,7 @@ const EffectKind& ChargeExchangeOptions::kind() {
             .target = target<&ChargeExchangeOptions::exponent>,
             // Exponent of energies, bounded to avoid overflow.
             .range = {.low = 0, .high = 10, .low_itself = false},
-            .help = "eta, of impact"},
+            .help = "eta, exponent of the impact energy in the model impact"},
            {.name = "rate",
             .target = target<&ChargeExchangeOptions::rate>,
             .unit = "1/t0",

@@ -29,7 +29,7 @@ const EffectKind& LinearContactOptions::kind() {
                 .target = target<&LinearContactOptions::restitution>,
                 .range = {.low = 0, .high = 1, .low_itself = false},
                 .computed_default = "0.9, unless damping is given",
-                .help = "of two grains of mass m0; determines the damping B"},
+                .help = "restitution coefficient of two grains of mass m0; determines the damping B"},
                {.name = "damping",
                 .target = target<&LinearContactOptions::damping>,
                 .range = ranges::not_negative,

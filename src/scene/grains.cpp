@@ -45,12 +45,12 @@ Table reference() {
                    .target = [](Draft& d) { return &d.scene.reference->velocity; },
                    .unit = "m/s",
                    .range = positive,
-                   .help = "v0"},
+                   .help = "v0, the unit of velocity"},
                   {.name = "charge",
                    .target = [](Draft& d) { return &d.scene.reference->charge; },
                    .unit = "C",
                    .range = positive,
-                   .help = "q0"},
+                   .help = "q0, the unit of charge"},
               },
           .old_path = "reference"};
 }

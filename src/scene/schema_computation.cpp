@@ -39,7 +39,8 @@ Table minimize() {
               {.name = "step",
                .target = [](Draft& d) { return &d.scene.minimize.step; },
                .range = positive,
-               .help = "of gradient-descent, in units of the mean diameter squared over stiffness"},
+               .help = "for gradient-descent: length of a step over the force, in units of the mean diameter squared "
+                       "over stiffness"},
               {.name = "record_every",
                .target = [](Draft& d) { return &d.scene.minimize.record_every; },
                .range = not_negative,

@@ -93,7 +93,7 @@ Table medium() {
                .target = [](Draft& d) { return &d.scene.medium.temperature; },
                .unit = "K",
                .range = positive,
-               .help = "for the entropy production of the dissipated power; it has no other effect"},
+               .help = "temperature for the entropy production of the dissipated power; it has no other effect"},
           }};
 }
 
@@ -105,7 +105,7 @@ Table material() {
                .target = [](Draft& d) { return &d.scene.material.density; },
                .unit = "kg/m^3",
                .range = positive,
-               .help = "of the conductors, whose masses are those of spheres; default: steel"},
+               .help = "density of the conductors, whose masses are those of spheres; default: steel"},
           }};
 }
 
@@ -142,18 +142,18 @@ std::vector<Key> electrode_shape() {
        .target = [](Draft& d) { return &d.electrodes.back().centre; },
        .unit = "m",
        .shapes = {"disk", "ring"},
-       .help = "of the circle"},
+       .help = "centre of the circle"},
       {.name = "position",
        .target = [](Draft& d) { return &d.electrodes.back().position; },
        .unit = "m",
        .shapes = {"sphere"},
-       .help = "of the centre"},
+       .help = "position of the centre"},
       {.name = "radius",
        .target = [](Draft& d) { return &d.electrodes.back().radius; },
        .unit = "m",
        .range = positive,
        .shapes = {"disk", "half-disk", "ring", "sphere"},
-       .help = "of the circle or the sphere"},
+       .help = "radius of the circle or the sphere"},
       {.name = "side",
        .target = [](Draft& d) { return &d.electrodes.back().side; },
        .texts = {"left", "right", "bottom", "top"},
@@ -180,7 +180,7 @@ std::vector<Key> electrode_shape() {
        .unit = "m",
        .range = positive,
        .shapes = {"bar"},
-       .help = "across the axis"},
+       .help = "width of the bar across its axis"},
   };
 }
 
@@ -242,13 +242,13 @@ std::vector<Key> conductor_sphere() {
        .target = [](Draft& d) { return &d.conductors.back().position; },
        .unit = "m",
        .required = true,
-       .help = "of the centre"},
+       .help = "position of the centre"},
       {.name = "radius",
        .target = [](Draft& d) { return &d.conductors.back().conductor.radius; },
        .unit = "m",
        .range = positive,
        .required = true,
-       .help = "its radius"},
+       .help = "radius of the conductor"},
   };
 }
 
@@ -325,7 +325,7 @@ std::vector<Key> population_radii() {
        .unit = "m",
        .range = positive,
        .computed_default = "none; needed unless radii are given; 0.5 of grains",
-       .help = "of all, or an interval for random radii"},
+       .help = "radius of all, or an interval for random radii"},
       {.name = "radii",
        .target = [](Draft& d) { return &d.populations.back().radii; },
        .unit = "m",
@@ -341,12 +341,12 @@ std::vector<Key> population_radii() {
        .unit = "m",
        .range = positive,
        .computed_default = "the middle of the interval",
-       .help = "of normal: mean before the truncation; of lognormal: the median"},
+       .help = "for normal: mean before the truncation; for lognormal: the median"},
       {.name = "deviation",
        .target = [](Draft& d) { return &d.populations.back().deviation; },
        .range = positive,
        .computed_default = "none; needed for normal and lognormal",
-       .help = "standard deviation; of normal: over the mean; of lognormal: of the radius's logarithm"},
+       .help = "standard deviation; for normal: over the mean; for lognormal: of the radius's logarithm"},
       {.name = "overlapping",
        .target = [](Draft& d) { return &d.populations.back().overlapping; },
        .help = "initial positions may overlap; needs effects.soft_repulsion"},
@@ -380,8 +380,8 @@ std::vector<Key> population_places() {
        .unit = "m0 v0^2",
        .range = not_negative,
        .computed_default = "0: at rest",
-       .help = "of grains: velocities are Gaussian; mass times the variance of a component is the temperature, and "
-               "momenta add up to 0"},
+       .help = "initial temperature of grains: velocities are Gaussian; mass times the variance of a component is the "
+               "temperature, and momenta add up to 0"},
       {.name = "min_gap",
        .target = [](Draft& d) { return &d.populations.back().min_gap; },
        .unit = "m",

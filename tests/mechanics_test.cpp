@@ -233,7 +233,7 @@ TEST_CASE("electrics: a dropped trial has no effect, a restored state undoes one
   CHECK(electrics.now().time == 0);
 }
 
-TEST_CASE("Hertz contact: compressed steel in oil comes to rest at no cost") {
+TEST_CASE("Hertz contact: compressed steel in oil comes to rest in few steps") {
   Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 2 * radius, 0.05}});
   scene.effects.remove<effects::ContactDischargeOptions>();
   scene.effects.add<effects::HertzContactOptions>();

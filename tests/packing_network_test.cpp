@@ -128,7 +128,7 @@ TEST_CASE("frame without a path: infinite resistance and no error") {
   CHECK(run_command_line({"network", file.path(), "--frame", "0", "--no-picture", "--json"}) == 0);
 }
 
-TEST_CASE("electrodes: particles can be electrodes") {
+TEST_CASE("electrodes: particles and walls by number and name give the resistance") {
   const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
   CHECK(solve_network(frame, NetworkModel::particle, {.between = "0,2"}, 1).conduction.resistance ==
@@ -149,7 +149,7 @@ TEST_CASE("electrodes: particles can be electrodes") {
   }
 }
 
-TEST_CASE("electrodes in contact: the particle-centred value and a reason") {
+TEST_CASE("electrodes in contact: only the particle-centred network, with a reason") {
   const Folder folder;
   triangle(folder / "triangle.h5");
   // Two contacts of 1 Ohm in series, in parallel to a third.

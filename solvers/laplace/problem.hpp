@@ -71,11 +71,11 @@ struct LaplaceProblem {
   /// then. The potential is determined up to a constant, chosen such that the groups' potentials, weighted by their
   /// number of bodies, have zero mean.
   bool has_ground() const;
-  /// Checks the problem. Throws InputError if a body or a coupling refers to no group, if a coupling joins a group to
-  /// itself, if a size, radius or permittivity is not positive, or if a capacitance is negative. Throws InputError if a
-  /// number is not finite or an insulating side has a potential profile. Throws InputError for a floating group without
-  /// a body or a coupling to a group that has a body or a given potential. Throws InputError if nothing is grounded and
-  /// the charges do not sum to zero.
+  /// Checks the problem. Throws InputError if a body or a coupling refers to no group, or if a coupling joins a group
+  /// to itself. Throws InputError if a size, radius or permittivity is not positive, or if a capacitance is negative.
+  /// Throws InputError if a number is not finite or an insulating side has a potential profile. Throws InputError for a
+  /// floating group without a body or a coupling to a group that has a body or a given potential. Throws InputError if
+  /// nothing is grounded and the charges do not sum to zero.
   void check() const;
 };
 

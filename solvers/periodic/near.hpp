@@ -31,7 +31,8 @@ class Near {
   /// Returns the layout of columns with a reach of at least the cut-off and `reach`.
   typename Columns<Real>::Layout layout(double reach) const;
   /// Overwrites `sums`, in units of the cut-off and charge_unit(). Without `potentials` the potentials are 0 and the
-  /// fields are bitwise identical. Results are bitwise identical for any number of threads.
+  /// fields are bitwise identical. Results are bitwise identical for any number of threads. Throws InputError for
+  /// dipoles in single precision.
   void compute(const Columns<Real>& columns, Kind kind, bool potentials, const FieldSums<Real>& sums,
                parallel::Team& team) const;
 

@@ -88,7 +88,7 @@ class Gas {
   double time_to_resolve(double impact) const;
   const GrainProperties& grain_properties() const { return grain_properties_; }
 
-  /// Returns the pairs that may touch within dt.
+  /// Returns the pairs that may touch within dt. Throws Failure if grains may move too far for the box within dt.
   std::span<const Pair> candidate_pairs(double dt);
   /// Returns the contact forces; `pairs`: all candidate pairs.
   ContactLoad contact_load(std::span<const Pair> pairs);
@@ -105,7 +105,9 @@ class Gas {
   /// Applies Effect::drive of all effects from the time `begin` to begin + dt.
   void drive(Instant& now, double begin, double dt);
   /// Advances the grains to `end` under contact forces and the present smooth forces, in substeps that resolve the
-  /// shortest contact. Momenta are then corrected for a linear change of the smooth forces. Returns that instant.
+  /// shortest contact. Momenta are then corrected for a linear change of the smooth forces. Returns the instant `end`.
+  /// Throws Failure if the shortest contact is too short for the step, or if grains may move too far for the box.
+  /// Throws Failure if grains fly through each other, or if positions are not finite.
   Instant follow_contacts(const Instant& now, double end, Want want = Want::forces);
   /// Exchanges charges between grains in contact, once per step.
   void exchange_charges(Instant& now);
@@ -119,6 +121,7 @@ class Gas {
   /// Returns whether temperature and charges are continuous at the end of the stage.
   bool cools_on_after_stage() const;
   /// Begins the next stage, with another contact law and perhaps another temperature. Returns the updated instant.
+  /// Throws Failure for a temperature if all grains are at rest.
   Instant leave_stage(Instant now = {});
 
   Checkpoint save() const;

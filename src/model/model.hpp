@@ -14,8 +14,8 @@ namespace lichtenberg {
 /// Bodies and the effects that act on them. Charges and a neighbour list exist only if an effect needs them.
 struct Model {
   /// `charge`: C, [N]; used only if an effect needs charges. Throws InputError for an effect that does not support the
-  /// bodies' dimension or their box's periodic sides, and for two effects of one name. Throws it also unless required
-  /// charges are one for each body, and for drag of grains or negative drag.
+  /// bodies' dimension or their box's periodic sides, and for two effects of one name. Throws InputError unless
+  /// required charges are one for each body, and for drag of grains or negative drag.
   Model(Bodies bodies, std::vector<std::unique_ptr<Effect>> effects, const std::vector<double>& charge);
 
   Bodies bodies;

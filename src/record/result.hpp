@@ -33,6 +33,8 @@ class Result {
   const std::vector<double>& times() const { return times_; }  ///< s
   std::vector<double> radius() const;                          ///< m
   std::vector<double> mass() const;                            ///< kg
+  // The following functions throw InputError if their data in the file are missing or damaged.
+
   /// Returns all columns of a frame except lists, with numbers as doubles and without units.
   Frame frame(int index) const;
   /// Returns the positions and radii (m) in a frame.

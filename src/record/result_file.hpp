@@ -42,12 +42,13 @@ class ResultFile {
   /// Returns the rows of `count` frames from frame `first`. Throws hdf5::Error if there are fewer.
   template <class Number>
   std::vector<Number> rows(const std::string& dataset, std::int64_t first, std::int64_t count) const;
-  /// Returns the rows of all frames.
+  /// Returns the rows of all frames. Throws hdf5::Error if the dataset is missing.
   template <class Number>
   std::vector<Number> rows(const std::string& dataset) const {
     return rows<Number>(dataset, 0, frames_);
   }
   /// Returns the rows of a list ("contacts") of `count` frames in one file; `ends`: index after each frame's last row.
+  /// Throws hdf5::Error for frames that the file lacks or descending `ends`.
   template <class Number>
   std::vector<Number> list(const std::string& name, const std::vector<std::int64_t>& ends, std::int64_t frame,
                            std::int64_t count = 1) const;

@@ -52,10 +52,11 @@ Rows rows_of(Frame frame, std::size_t particles, const std::vector<Series>& seri
 
 std::uint64_t bytes_of(const Rows& rows);
 std::span<const std::byte> bytes_of(const Values& values);
-/// Returns the number of rows of the dataset that a frame's values fill.
+/// Returns the number of rows that a frame's values fill in the dataset of the series.
 hsize_t rows_in(const Values& values, const Series& series);
 
-/// Reads rows of a dataset with the number type of the series.
+/// Reads `count` rows of a dataset from row `first`, with the number type of the series. Throws hdf5::Error if there
+/// are fewer rows.
 Values read_rows(hid_t file, const std::string& dataset, const Series& series, hsize_t first, hsize_t count);
 
 // Each of these functions writes all series to a file, below `prefix`, with units and labels. All elements share step
@@ -80,7 +81,8 @@ void put_virtual(const hdf5::Handle& file, const std::vector<Series>& series, st
 
 /// Writes columns as datasets of a group, with their units.
 void put_columns(hid_t group, const std::vector<Column>& columns);
-/// Returns all datasets of a group as list columns.
+/// Returns all datasets of a group as list columns. Throws hdf5::Error for a dataset without or with more than two
+/// dimensions.
 std::vector<Column> get_columns(hid_t group);
 
 }  // namespace lichtenberg

@@ -15,8 +15,8 @@ void fill_in_grains(Draft& draft);
 void fill_in_steps(const Draft& draft, Scene& scene);
 
 /// Sets the charges of the populations, and the velocities of populations that have a temperature. Throws InputError
-/// for keys of charges that contradict each other, a domain shorter than two diameters, a stage too short for the
-/// rounding of time, and too many grains for the integrator.
+/// for keys of charges that contradict each other, and for too many grains for the integrator. Throws InputError for a
+/// domain shorter than two diameters, and for a stage too short for the rounding of time.
 void complete_grains(const Draft& draft, Scene& scene);
 
 }  // namespace lichtenberg

@@ -65,7 +65,7 @@ struct CoolingState {
   double collisions = 0;     ///< number of collisions of a grain since the start
 };
 
-/// Returns the state of the cooling gas at these times (rising, >= 0), to 1e-9:
+/// Returns the state of the cooling gas at these times (ascending, >= 0), to 1e-9:
 ///
 ///   dT/dt = -(omega/3) T <(1 - eps(v)^2) x>,   d<q^2>/dt = omega <dq^2>,
 ///

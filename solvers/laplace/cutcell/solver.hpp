@@ -37,8 +37,8 @@ class CutCellSolver : public LaplaceSolver {
   ~CutCellSolver() override;
 
   /// Solves the problem. Throws the exceptions of LaplaceSolver::solve. Throws InputError for a number of cells that
-  /// does not fit the box, a link model that the options or the grid do not support, and an unused PETSc option of the
-  /// solver.
+  /// does not fit the box, and for an unused PETSc option of the solver. Throws InputError for a link model that the
+  /// options or the grid do not support.
   LaplaceSolution solve(const LaplaceProblem& problem) override;
   Field field() const override;
   void forget() override;

@@ -21,8 +21,9 @@ void finish_petsc();
 /// Returns true once PETSc has been started in this process.
 bool petsc_started();
 
-/// Return this process's number among those that mpirun started, from 0, and their count (0 and 1 before PETSc runs).
+/// Returns this process's number, from 0, among those that mpirun started; 0 before PETSc runs.
 int process_rank();
+/// Returns the number of processes that mpirun started; 1 before PETSc runs.
 int process_count();
 
 /// Returns the options of `set_petsc_options` that have not been read yet: all of them before PETSc runs.

@@ -92,7 +92,7 @@ class Electrics {
   bool stationary(double fraction) const;
 
   void save(Checkpoint& checkpoint) const;
-  /// `time`: s, of the checkpoint. Throws Failure for a checkpoint of another scene.
+  /// Restores the electrical state. `time`: s, of the checkpoint. Throws Failure for a checkpoint of another scene.
   void restore(const Checkpoint& checkpoint, double time);
 
  private:

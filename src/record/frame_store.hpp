@@ -18,7 +18,8 @@ namespace lichtenberg {
 /// written to a segment when the tail exceeds its limit, or immediately if the frame exceeds the limit by itself.
 class FrameStore {
  public:
-  /// `particles`: number of rows of each column of particles; `tail_limit`: bytes.
+  /// Makes an empty store for the result at `path`. `particles`: number of rows of each column of particles;
+  /// `tail_limit`: bytes.
   FrameStore(std::string path, const Scene& scene, std::size_t particles, std::uint64_t tail_limit);
 
   /// Continues with the first `frames` of a result. Later frames stay on the disk until remove_stale_segments(). Throws

@@ -35,8 +35,8 @@ inline Sphere sphere_of(const Conductor& conductor) { return {conductor.position
 /// distances are to the nearest image.
 class SphereGrid {
  public:
-  /// `reach`: the largest centre distance (m) at which two bodies can conflict. `count`: expected number of bodies; the
-  /// number of buckets is at most a few times as large.
+  /// Makes an empty grid. `reach`: the largest centre distance (m) at which two bodies can conflict. `count`: expected
+  /// number of bodies; the number of buckets is at most a few times as large.
   SphereGrid(double reach, std::size_t count, const Domain& domain);
 
   void insert(const Sphere& sphere);

@@ -271,7 +271,7 @@ std::vector<Key> conductor_state() {
       {.name = "group",
        .target = [](Draft& d) { return &d.conductors.back().group; },
        .computed_default = "none",
-       .help = "name of the [[group]] that it belongs to"},
+       .help = "name of the [[group]] that the conductor belongs to"},
   };
 }
 
@@ -309,7 +309,7 @@ Table group() {
                .target = [](Draft& d) { return &d.groups.back().potential; },
                .unit = "V",
                .computed_default = "none",
-               .help = "fixed potential; the charge follows"},
+               .help = "fixed potential of all its conductors; their charge follows from the field"},
           }};
 }
 

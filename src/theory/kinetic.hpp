@@ -65,7 +65,7 @@ struct KineticRates {
   double merging_charge = 0;  ///< S_m, loss of n <q^2> by coalescence
 };
 
-/// Returns the rates of the theory above; `coupling`: K.
+/// Returns the rates of the kinetic theory at the head of this file; `coupling`: K.
 KineticRates kinetic_rates(const Aggregates& gas, double coupling, const ImpactMeans& means);
 
 /// Returns the rates with the contact speed including the acceleration by charges, v_n^2 = (4T/m) (x - s b) u. Pairs

@@ -13,7 +13,8 @@ namespace lichtenberg::laplace {
 /// fluxes from cells.
 class GroupRelaxation {
  public:
-  /// `diagonal`: sum of each group's conductances without couplings; 0 for groups of given potential.
+  /// Sets up the relaxation of a level's groups. `diagonal`: sum of each group's conductances without couplings; 0 for
+  /// groups of given potential.
   void build(const LaplaceProblem& problem, const Level& level, const std::vector<float>& diagonal);
 
   /// Sets phi: the single groups in their order, then the block, or in the reverse order if not `forward`.

@@ -51,7 +51,7 @@ struct LinksOfCell {
   }
 };
 
-/// Returns whether thin conductors, which the cell's lists do not contain, exchange flux with a cell.
+/// Returns true if subgrid conductors, which the cell's lists do not contain, exchange flux with a cell.
 LICHTENBERG_HOST_DEVICE inline bool has_subgrid_conductors(const GridView& grid, int slot) {
   if (!grid.has_medium || !grid.may_have(Items::subgrid_conductors)) return false;
   const CellIndex cell = cell_of(grid.layout, slot);

@@ -268,7 +268,7 @@ class Coarsest {
     arrays_.zero(view().is_singular);
   }
 
-  /// `precise`: use double precision, because links may be strong.
+  /// Reserves memory for the inverse. `precise`: use double precision, because links may be strong.
   void reserve(const ProblemView& problem, const GridView& grid, bool precise) {
     const std::size_t capacity = grid.capacity[Items::coarse_unknowns];
     // The host factorizes larger systems. Beyond one block's memory the device keeps only systems with strong links,

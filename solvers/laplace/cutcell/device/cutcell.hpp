@@ -404,7 +404,7 @@ class CutCell : public DeviceSolver {
         [this](double* value) { mark_unknowns(*run_, problem_->view(), finest().view(), value); });
   }
 
-  /// An iteration: a V-cycle, and unless the residual is small enough by then, a step.
+  /// Makes one CG iteration: a V-cycle, then a step unless the residual is already small enough.
   template <class Continuation>
   void iterate_once(Continuation again) {
     const ProblemView& problem = problem_->view();

@@ -156,7 +156,7 @@ void relax_groups(const Executor& run, ProblemView problem, GridView grid, const
       });
 }
 
-/// Returns the groups' potentials on the way down; null if there are none.
+/// Returns the groups' potentials in the first half of a V-cycle; null if there are none.
 inline const float* potentials_down(const GridView& grid) {
   if (!grid.may_have(Items::unknown_groups)) return nullptr;
   return grid.may_link_groups() ? grid.cycle.phi_down : grid.cycle.phi;

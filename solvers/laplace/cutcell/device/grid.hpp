@@ -92,10 +92,12 @@ struct Counts {
 /// listed once for each.
 struct DirectLink {
   enum class Kind : std::uint8_t {
-    face,               ///< `side` of the own cell `slot`: the other body's cell is behind it, or an electrode side
-    shared_cell,        ///< one of the two covers no cell's centre and lies in a cell of the other
-    subgrid_conductor,  ///< one of the two is thin, and the other has the `corner`-th of the four cells around it
-    inherited,  ///< one of the two is thin: the finest grid's direct link number `slot`, or joined link -1 - `slot`
+    face,         ///< `side` of the own cell `slot`: the other body's cell is behind it, or an electrode side
+    shared_cell,  ///< one of the two covers no cell's centre and lies in a cell of the other
+    /// One of the two is a subgrid conductor, the other has the `corner`-th of the four cells around it.
+    subgrid_conductor,
+    /// With a subgrid conductor: the finest grid's direct link number `slot`, or joined link -1 - `slot`.
+    inherited,
     eliminated_cell,  ///< both have strong links to a cell that the cycle eliminates: a link in the cycle alone
   };
   int own;  ///< body
@@ -104,7 +106,7 @@ struct DirectLink {
   int slot;  ///< this and `side` only of Kind::face
   Kind kind;
   std::uint8_t side, corner;
-  bool own_has_cell;  ///< of a shared cell or a thin conductor: whether the own body has the cell
+  bool own_has_cell;  ///< of a shared cell or a subgrid conductor: whether the own body has the cell
   double conductance;
   Vec2 gradient;  ///< of the conductance with respect to the own body's position, per cell
 
@@ -113,7 +115,7 @@ struct DirectLink {
   LICHTENBERG_HOST_DEVICE int face() const { return -1 - other; }
 };
 
-/// End of a link from a fluid cell: the body, and either the cell's side or, for a thin conductor, which of the four
+/// End of a link from a fluid cell: the body, and either the cell's side or, for a subgrid conductor, which of the four
 /// cells around it the cell is. One integer: 4 body + side, or -1 - (4 body + corner).
 class LinkEnd {
  public:
@@ -123,7 +125,7 @@ class LinkEnd {
   }
   LICHTENBERG_HOST_DEVICE constexpr bool is_subgrid_conductor() const { return code_ < 0; }
   LICHTENBERG_HOST_DEVICE constexpr int body() const { return (code_ < 0 ? -1 - code_ : code_) / 4; }
-  LICHTENBERG_HOST_DEVICE constexpr int side() const { return code_ % 4; }           ///< not of a thin conductor
+  LICHTENBERG_HOST_DEVICE constexpr int side() const { return code_ % 4; }           ///< not of a subgrid conductor
   LICHTENBERG_HOST_DEVICE constexpr int corner() const { return (-1 - code_) % 4; }  ///< of a thin conductor
 
  private:

@@ -110,7 +110,7 @@ class PairMotion {
     Real age;    ///< of the contact at that instant
     Mask moves;  ///< false: the pair is apart throughout the step
   };
-  /// The motion up to the onset of the contact.
+  /// Returns the motion up to the onset of the contact.
   LICHTENBERG_HOST_DEVICE PartialStep begin(const State& start, const Mask& touching, const Real& age,
                                             double dt) const {
     PartialStep begun{{start}, 0, age, touching};
@@ -126,8 +126,8 @@ class PairMotion {
     return begun;
   }
 
-  /// The motion from there to the end of the step. Returns true for pairs whose force ends within the step, and leaves
-  /// them unchanged: the formula for smooth forces does not resolve the kink.
+  /// Advances the pairs from the end of begin() to the end of the step. Returns true for pairs whose force ends within
+  /// the step, and leaves them unchanged: the formula for smooth forces does not resolve the kink.
   Mask advance(PartialStep& begun, double dt) const {
     Mask rest = begun.moves;
     if (!any(rest)) return rest;
@@ -142,7 +142,7 @@ class PairMotion {
     return releases;
   }
 
-  /// The motion to the end of the step of pairs whose force ends within it.
+  /// Returns the motion to the end of the step of pairs whose force ends within it.
   Step release_within(const PartialStep& begun, double dt) const {
     return integrate_to_end(begun, load(begun.step.end), dt);
   }

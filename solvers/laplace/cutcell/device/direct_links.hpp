@@ -12,7 +12,7 @@ LICHTENBERG_HOST_DEVICE inline bool has_potential(const ProblemView& problem, co
   return !grid.has_medium || !grid.medium.absorbed[problem.group_of[body]];
 }
 
-/// Calls f(other, kind, DirectLink::slot) once per inherited link if one of the two bodies is a subgrid conductor: flux
+/// Calls f(other, kind, DirectLink::slot) once per inherited link if one of the two bodies is a subgrid conductor. Flux
 /// between conductors that nearly touch passes no cells, or only bound ones. The conductances do not depend on the cell
 /// size.
 template <class F>

@@ -94,7 +94,7 @@ struct DirectLink {
   enum class Kind : std::uint8_t {
     face,         ///< `side` of the own cell `slot`: the other body's cell is behind it, or an electrode side
     shared_cell,  ///< one of the two covers no cell's centre and lies in a cell of the other
-    /// One of the two is a subgrid conductor, the other has the `corner`-th of the four cells around it.
+    /// A subgrid conductor, and a body that has the `corner`-th of the four cells around it.
     subgrid_conductor,
     /// With a subgrid conductor: the finest grid's direct link number `slot`, or joined link -1 - `slot`.
     inherited,
@@ -133,8 +133,8 @@ class LinkEnd {
   int code_;
 };
 
-/// Numbers of items of a body without cells: direct links to bodies with cells; whether it is a thin conductor; whether
-/// that floats.
+/// Numbers of items of a body without cells: direct links to bodies with cells; whether it is a subgrid conductor;
+/// whether that floats.
 struct WithoutCells {
   int direct_links = 0, subgrid_conductors = 0, floating_subgrid_conductors = 0;
   LICHTENBERG_HOST_DEVICE friend WithoutCells operator+(WithoutCells a, WithoutCells b) {

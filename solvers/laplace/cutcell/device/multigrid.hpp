@@ -94,7 +94,7 @@ class DeviceMultigrid {
     solves_without_strong_links_ = required(0)[Items::strong_links] > 0 ? 0 : solves_without_strong_links_ + 1;
     return true;
   }
-  /// Number that changes when arrays move.
+  /// Returns a number that changes when arrays move.
   int generation() const { return generation_; }
   bool on_device() const { return coarsest_.on_device(); }
   long fluid_cells() const { return finest().fluid_cells(required(0)); }

@@ -13,8 +13,8 @@ namespace lichtenberg::granular {
 /// Largest path of a grain in a step of constant forces, relative to the length over which they change.
 constexpr double max_relative_path = 0.2;
 
-/// Returns the speed of the fastest of `grains` Maxwellian grains over sqrt(T/m): the tail sqrt(2/pi) u exp(-u^2/2)
-/// holds one grain.
+/// Returns the speed of the fastest of `grains` Maxwellian grains over sqrt(T/m): the tail sqrt(2/pi) u exp(-u^2/2) of
+/// the distribution contains one grain.
 inline double fastest_of(std::size_t grains) {
   const double tail = 0.8 * static_cast<double>(std::max<std::size_t>(grains, 2));
   double u = 3;

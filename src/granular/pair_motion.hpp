@@ -92,8 +92,8 @@ class PairMotion {
                                      const ExternalAcceleration<d, Real>& external)
       : law_(law), reach_(reach), inverse_mass_(inverse_mass), external_(external) {}
 
-  /// A step of length dt of one pair, whose contact has lasted for `age`, or which is apart and may touch. The code
-  /// integrates at a single place, in a loop: the threads of a device's warp run through all code together.
+  /// Returns the step of length dt of one pair, whose contact has lasted for `age`, or whose grains are separate and
+  /// may touch. One loop integrates all cases: the threads of a device's warp run through all code together.
   LICHTENBERG_HOST_DEVICE Step integrate(const State& start, bool touching, const Real& age, double dt) const {
     PartialStep begun = begin(start, touching, age, dt);
     if (!begun.moves) return begun.step;

@@ -13,8 +13,8 @@ LICHTENBERG_HOST_DEVICE inline bool has_potential(const ProblemView& problem, co
 }
 
 /// Calls f(other, kind, DirectLink::slot) once per inherited link if one of the two bodies is a subgrid conductor. Flux
-/// between conductors that nearly touch passes no cells, or only bound ones. The conductances do not depend on the cell
-/// size.
+/// between conductors that nearly touch passes no cells, or only eliminated near-surface cells. The conductances do not
+/// depend on the cell size.
 template <class F>
 LICHTENBERG_HOST_DEVICE void for_each_inherited(const ProblemView& problem, const GridView& grid, int body, F f) {
   if (!has_potential(problem, grid, body)) return;

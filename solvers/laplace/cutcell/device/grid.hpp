@@ -72,7 +72,7 @@ struct Items {
     floating_subgrid_conductors,
     unknown_groups,   ///< 1 if any group has an unknown potential
     own_groups,       ///< on a small grid: groups with an unknown potential
-    joined_links,     ///< links made by the elimination of bound cells (bound.hpp)
+    joined_links,     ///< links made by the elimination of near-surface cells (bound.hpp)
     strong_links,     ///< on the finest grid: 1 if any direct link requires clusters
     coarse_unknowns,  ///< of the coarsest grid
     kinds
@@ -244,7 +244,7 @@ struct BoundaryArrays {
 struct BoundArrays {
   int* is_eliminated;  ///< by boundary cell
   float* share;        ///< by link: conductance / diagonal of its cell if the cell is bound, else 0
-  double* kept;        ///< by link of a bound cell: contribution to its group's diagonal
+  double* kept;        ///< by link of an eliminated cell: contribution to its group's diagonal
   DirectLink* joined;  ///< sorted by body
   int* joined_start;   ///< by rank
 };
@@ -255,8 +255,8 @@ struct DirectArrays {
   int* start;  ///< by rank
 };
 
-/// Links of the finest grid that a coarse grid keeps: direct links, and links (`joined`) that the elimination of bound
-/// cells has made. Null on grids that keep none.
+/// Links of the finest grid that a coarse grid keeps: direct links, and links (`joined`) that the elimination of
+/// near-surface cells has made. Null on grids that keep none.
 struct InheritedArrays {
   const DirectLink *link, *joined;
   const int *link_start, *joined_start;  ///< by rank
@@ -277,7 +277,7 @@ struct GroupArrays {
   const ClusterView* clusters;        ///< groups that are relaxed together (relax_clusters.hpp); null: none
   const ClusterView* exact_clusters;  ///< finest grid with couplings: all coupled or linked groups
   double* diagonal;                   ///< 0: fixed, or a group without any link
-  double* cycle_diagonal;             ///< likewise, with bound cells eliminated
+  double* cycle_diagonal;             ///< likewise, with near-surface cells eliminated
   float* inverse_diagonal;            ///< 1 / cycle_diagonal
 };
 
@@ -296,7 +296,7 @@ struct GridView {
   LinkFormula formula;
   bool finest;
   bool has_medium;  ///< some bodies are smaller than this grid resolves (../medium.hpp)
-  bool binds;       ///< the cycle eliminates bound cells (bound.hpp)
+  bool binds;       ///< the cycle eliminates near-surface cells (bound.hpp)
 
   Numbers capacity;  ///< the number of items that arrays have memory for
   int* number;       ///< by Items::Kind; 0 for all lists if one exceeds its capacity
@@ -332,11 +332,11 @@ struct GridView {
   LICHTENBERG_HOST_DEVICE int direct_links_of(const ProblemView& problem, int g) const {
     return first_direct_link(problem, g + 1) - first_direct_link(problem, g);
   }
-  /// Number of a group's direct links and links made by bound cells, which the cycle treats as equal; and the t-th of
-  /// them.
+  /// Returns the number of a group's direct links and links made by eliminated cells, which the cycle treats as equal.
   LICHTENBERG_HOST_DEVICE int cycle_links_of(const ProblemView& problem, int g) const {
     return direct_links_of(problem, g) + joined_before(problem, g + 1) - joined_before(problem, g);
   }
+  /// Returns the t-th of the links that cycle_links_of() counts.
   LICHTENBERG_HOST_DEVICE const DirectLink& cycle_link(const ProblemView& problem, int g, int t) const {
     const int n = direct_links_of(problem, g);
     return t < n ? direct.link[first_direct_link(problem, g) + t] : bound.joined[joined_before(problem, g) + t - n];

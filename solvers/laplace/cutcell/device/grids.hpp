@@ -16,7 +16,7 @@ namespace lichtenberg::laplace::device {
 struct GridRole {
   bool has_medium = false;  ///< some bodies are smaller than this grid resolves
   bool is_small = false;    ///< its groups with unknown potentials are listed
-  bool binds = false;       ///< the cycle eliminates bound cells
+  bool binds = false;       ///< the cycle eliminates near-surface cells
   int *number = nullptr, *required = nullptr;
   const ClusterView *clusters = nullptr, *exact_clusters = nullptr;  ///< null: none
   const GridView* finest = nullptr;  ///< the grid whose direct links this coarse one inherits

@@ -4,9 +4,9 @@
 // cells that tiles share once per tile. V is the type of the potentials: double on the finest grid, whose potentials
 // are the preconditioned residual, else float. The arithmetic is in single precision.
 //
-// On the way down red cells (colour 0) hold f / diagonal. Black cells are relaxed, which leaves residuals in red cells
-// only. On the way up black cells are relaxed after the red ones have received the coarse correction; red ones last.
-// Fluxes from groups are computed where they are needed and never added to f.
+// In the first half, red cells (colour 0) contain f / diagonal. Black cells are relaxed, which leaves residuals in red
+// cells only. In the second half, black cells are relaxed after the red cells have received the coarse correction; red
+// cells are last. Fluxes from groups are computed where they are needed and never added to f.
 
 #include "solvers/laplace/cutcell/device/homogenized.hpp"
 

@@ -413,7 +413,7 @@ TEST_CASE("fixed conductor: it does not move, and the other one does") {
   }
   folder.write("fast.toml", replaced(scene, "fixed = true", "held = true\n  velocity = [1.0, 0.0]"));
   check_refused(run(folder, "explain fast.toml --set medium.viscosity=0.7"),
-                "conductor.velocity is not allowed for a fixed conductor (held)");
+                "conductor.velocity is not allowed with conductor.fixed");
 }
 
 TEST_CASE("field.cells: a number that does not fit is refused with two that do") {

@@ -38,7 +38,7 @@ class TwoFrames {
     recorder.save({});
   }
   std::string path() const { return (folder_ / "column.h5").string(); }
-  /// Whether the folder contains no other file.
+  /// Returns true if the folder contains no other file.
   bool alone() const { return std::distance(std::filesystem::directory_iterator(folder_.path), {}) == 1; }
   /// Resumes the run.
   void save_another_frame() const {

@@ -32,7 +32,7 @@ class Trial {
   /// Returns the seconds of the last run if wall time is not appropriate: processor time of one thread, or time of
   /// another program or device without start and transfers.
   virtual std::optional<double> measured_seconds() const { return {}; }
-  /// Returns whether another program or a device does the work, whose memory is not that of this process.
+  /// Returns true if another program or a device does the work, whose memory is not that of this process.
   virtual bool uses_other_memory() const { return false; }
 };
 

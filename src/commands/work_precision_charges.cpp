@@ -274,7 +274,7 @@ std::vector<double> exact_forces(const ChargedSubject& subject, double tolerance
   return response.force;
 }
 
-/// Returns whether Ewald sums with dipoles take at most a minute. Dipoles need the fields at all grains.
+/// Returns true if Ewald sums with dipoles take at most a minute. Dipoles need the fields at all grains.
 bool is_small(const ChargedSubject& subject) { return subject.bodies.size() <= 2000; }
 
 std::vector<double> exact_forces_with_dipoles(const ChargedSubject& subject, double tolerance) {

@@ -25,7 +25,7 @@ struct SphereSubject {
   laplace::SphereProblem problem;
   SphereAnswer reference;
 
-  /// Returns whether some charges are unknown.
+  /// Returns true if some charges are unknown.
   bool has_unknown_charges() const;
   /// Returns the largest errors of potentials, forces and, if some are unknown, charges, each relative to the largest
   /// magnitude in the reference.

@@ -42,8 +42,8 @@ struct GasSeconds {
 /// Results that a step needs at its end: smooth forces, or these with their energy.
 enum class Want { forces, energy };
 
-/// Values that follow from the grains at one instant. Functions of Gas that change the grains and take an Instant keep
-/// it true; after any other change a new one is needed.
+/// Values that follow from the grains at one instant. Functions of Gas that change the grains and take an Instant
+/// update it; after any other change a new Instant is needed.
 struct Instant {
   GrainStatistics statistics;
   std::vector<double> force{};        ///< smooth forces on the grains, [N * d]; empty: not found, or there are none
@@ -114,11 +114,11 @@ class Gas {
 
   /// Time (t0) at which the present stage began.
   double stage_begin() const;
-  /// Returns whether contacts are elastic and move no charge, in a stage that mixes the grains.
+  /// Returns true if contacts are elastic and move no charge, in a stage that mixes the grains.
   bool in_elastic_stage() const;
   /// Time (t0) at which the present stage ends; infinite in the last one.
   double stage_end() const;
-  /// Returns whether temperature and charges are continuous at the end of the stage.
+  /// Returns true if temperature and charges are continuous at the end of the stage.
   bool cools_on_after_stage() const;
   /// Begins the next stage, with another contact law and perhaps another temperature. Returns the updated instant.
   /// Throws Failure for a temperature if all grains are at rest.

@@ -36,7 +36,7 @@ class CutCellBackend : public LaplaceSolver {
   virtual void begin(const LaplaceProblem& problem, LaplaceSolution& solution) = 0;
   /// Solves the system and corrects the potentials until charges are exact.
   virtual void iterate(LaplaceSolution& solution) = 0;
-  /// Returns whether all arrays were large enough. If not, the steps from discretize() on are repeated with larger
+  /// Returns true if all arrays were large enough. If not, the steps from discretize() on are repeated with larger
   /// ones.
   virtual bool is_complete() const { return true; }
   /// Evaluates the results and adds the potentials to the history. Sets `unknowns` to the number of fluid cells.

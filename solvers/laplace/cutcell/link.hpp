@@ -97,7 +97,7 @@ LICHTENBERG_HOST_DEVICE inline Exit circle_exit(Vec2 p, Vec2 e, const SurfaceCir
   return {-dot(w, e) + sign * root, -sign * size * size / (root * root * root), normal * (size / root)};
 }
 
-/// Returns whether the shifted line meets the circle.
+/// Returns true if the shifted line meets the circle.
 LICHTENBERG_HOST_DEVICE inline bool meets(Vec2 p, Vec2 e, const SurfaceCircle& surface, double offset) {
   return std::abs(cross(e, p - surface.centre) + offset) < std::abs(surface.radius);
 }

@@ -122,8 +122,8 @@ class SphereSolver {
   SphereSolution solve(const SphereProblem& problem);
   /// Estimates the size of a solve. Throws the exceptions that solve throws before it iterates.
   SphereForecast forecast(const SphereProblem& problem) const;
-  /// Returns potential and field of the last solve at the points. Throws Failure if nothing has been solved, or if a
-  /// sphere of the scene is so much larger than its neighbour that its response is a Reflection (reflections.hpp).
+  /// Returns potential and field of the last solve at the points. Throws Failure if nothing has been solved, or if the
+  /// scene has a Reflection (reflections.hpp), i.e. a sphere that is much larger than its neighbour.
   std::vector<PointField> field(std::span<const Vec3> points) const;
   /// Returns the capacitance matrix C (row-major, groups x groups; F): charge on group i with group j at 1 V, all other
   /// groups and the electrodes at 0. If nothing is grounded its rows sum to zero. Throws the exceptions of solve().

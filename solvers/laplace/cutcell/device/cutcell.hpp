@@ -166,7 +166,7 @@ class CutCell : public DeviceSolver {
       solve_by_petsc(solution);
   }
 
-  /// Returns whether the arrays were large enough: in a scene in motion lists grow.
+  /// Returns true if the arrays were large enough. In a scene in motion, lists grow.
   bool is_complete() const override { return is_complete_; }
 
   void finish(const LaplaceProblem& problem, LaplaceSolution& solution) override {
@@ -234,7 +234,7 @@ class CutCell : public DeviceSolver {
     // Double precision: x, b, four vectors of CG, the basis, its image and the history; then the grids' cover,
     // diagonals, v, f and media.
     constexpr double a_cell = (6 + 3 * history_length) * sizeof(double) + 12 + 28 / 3.0;
-    // A disk of R cells has 8 R links, 5.7 R cells beside it and pi R^2 in it; the coarser grids' edges are as long
+    // A disk of R cells has 8 R links, 5.7 R cells next to it and pi R^2 in it; the coarser grids' edges are as long
     // together as the finest's; a quarter to spare.
     constexpr double a_link = 68, a_boundary_cell = 36, a_covered_cell = 8, spare = 1.25;
     double bytes = a_cell * finest_.nx * finest_.ny;

@@ -42,7 +42,7 @@ class Follower {
     double* then = then_.data();
     run_.for_each(size(), [=] LICHTENBERG_HOST_DEVICE(int k) { then[k] = now.potential(k); });
   }
-  /// Returns whether a stored solution has the grid and bodies of `now`.
+  /// Returns true if a stored solution has the grid and bodies of `now`.
   bool is_comparable(const CoarseSolution& now) const {
     return now.bodies > 0 && now.bodies == bodies_ && now.layout.nx == layout_.nx && now.layout.ny == layout_.ny;
   }

@@ -126,7 +126,7 @@ class LinkEnd {
   LICHTENBERG_HOST_DEVICE constexpr bool is_subgrid_conductor() const { return code_ < 0; }
   LICHTENBERG_HOST_DEVICE constexpr int body() const { return (code_ < 0 ? -1 - code_ : code_) / 4; }
   LICHTENBERG_HOST_DEVICE constexpr int side() const { return code_ % 4; }           ///< not of a subgrid conductor
-  LICHTENBERG_HOST_DEVICE constexpr int corner() const { return (-1 - code_) % 4; }  ///< of a thin conductor
+  LICHTENBERG_HOST_DEVICE constexpr int corner() const { return (-1 - code_) % 4; }  ///< of a subgrid conductor
 
  private:
   LICHTENBERG_HOST_DEVICE constexpr explicit LinkEnd(int code) : code_(code) {}
@@ -197,7 +197,7 @@ struct MediumArrays {
   int* absorbed;         ///< by group
   Vec2* centre;          ///< by group
   Extent* extent;        ///< by group, then by the set's first group; null: no sets
-  Bins absorbed_bodies;  ///< the start, and likewise of thin conductors, in one array
+  Bins absorbed_bodies;  ///< the start, and likewise of subgrid conductors, in one array
   Bins subgrid_conductors;
   Bins absorbed_groups;  ///< groups that the next finer grid does not absorb
   int* point;            ///< by body: number of the point whose first body it is, or -1
@@ -240,7 +240,7 @@ struct BoundaryArrays {
   Coupling* coupling;  ///< by boundary cell and side: 4 k + side
 };
 
-/// Bound cells of a grid on which the cycle eliminates them.
+/// Near-surface cells of a grid on which the cycle eliminates them.
 struct BoundArrays {
   int* is_eliminated;  ///< by boundary cell
   float* share;        ///< by link: conductance / diagonal of its cell if the cell is bound, else 0
@@ -344,13 +344,13 @@ struct GridView {
   LICHTENBERG_HOST_DEVICE int joined_before(const ProblemView& problem, int g) const {
     return may_have(Items::joined_links) ? bound.joined_start[problem.first_rank[g]] : 0;
   }
-  /// Returns whether the k-th entry of a vector, by slot and then by group, is an unknown.
+  /// Returns true if the k-th entry of a vector, by slot and then by group, is an unknown.
   LICHTENBERG_HOST_DEVICE bool is_unknown(int k) const {
     const int size = static_cast<int>(layout.size());
     return k < size ? cells.inverse_diagonal[k] > 0 : groups.diagonal[k - size] > 0;
   }
   LICHTENBERG_HOST_DEVICE bool may_have(Items::Kind kind) const { return capacity[kind] > 0; }
-  /// Returns whether groups may be linked to each other.
+  /// Returns true if groups may be linked to each other.
   LICHTENBERG_HOST_DEVICE bool may_link_groups() const {
     return groups.clusters || may_have(Items::direct_links) || may_have(Items::joined_links);
   }

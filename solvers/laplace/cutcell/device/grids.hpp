@@ -82,7 +82,7 @@ class DeviceGrid {
   void enlarge(const ProblemView& problem, const Numbers& required) {
     Numbers& capacity = own().capacity;
     if (view().has_medium && required[Items::strips] > 0) {
-      // Groups in motion become thin conductors on one grid after the other; reserves memory for all at once.
+      // Groups in motion become subgrid conductors on one grid after the other; memory for all is reserved at once.
       for (const Items::Kind kind :
            {Items::newly_absorbed, Items::subgrid_conductors, Items::floating_subgrid_conductors})
         capacity[kind] = std::max(capacity[kind], problem.bodies);

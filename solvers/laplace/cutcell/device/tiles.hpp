@@ -35,7 +35,7 @@ LICHTENBERG_HOST_DEVICE inline GroupSums group_sums(const GridView& grid, int sl
   return sum;
 }
 
-/// Returns whether the cycle eliminates a fluid cell.
+/// Returns true if the cycle eliminates a fluid cell.
 LICHTENBERG_HOST_DEVICE inline bool is_eliminated(const GridView& grid, int slot) {
   const CellOwner owner = grid.cells.owner[slot];
   return owner.is_boundary_cell() && grid.bound.is_eliminated[owner.boundary_number()];
@@ -86,7 +86,7 @@ struct Tile {
     const int y = k / (width / 2), x = 2 * (k % (width / 2)) + ((y + colour) & 1);
     return y * width + x;
   }
-  /// Returns whether a cell is at least `edge` cells from the tile's edge.
+  /// Returns true if a cell is at least `edge` cells from the tile's edge.
   LICHTENBERG_HOST_DEVICE static bool is_within(int at, int edge) {
     const int x = at % width, y = at / width;
     return x >= edge && x < width - edge && y >= edge && y < height - edge;

@@ -27,7 +27,7 @@
 
 namespace lichtenberg {
 
-/// Whether the program was compiled for each of the sets. Can be read before any constructor has run.
+/// States for each of the sets whether the program was compiled for it. Can be read before any constructor has run.
 extern const bool compiled_for[];
 
 }  // namespace lichtenberg

@@ -140,7 +140,7 @@ TEST_CASE("accuracy: the actual error is below the request with either method") 
     }
 }
 
-TEST_CASE("accuracy: with equal potentials rounding is no field") {
+TEST_CASE("accuracy: differences of equal potentials by rounding are no field") {
   LaplaceProblem problem{.size = {0.02, 0.02}, .permittivity = 4e-11};  // An insulated box.
   problem.groups = {{.floating = false, .potential = -100}, {.charge = 0}};
   problem.bodies = {{Disk{{0.0160657, 0.0149699}, 1.772e-4}, 0}, {Disk{{0.0160165, 0.0145738}, 2.218e-4}, 1}};

@@ -230,7 +230,7 @@ TEST_CASE("analyse: energy stored in elastic contacts is not dissipated") {
            doctest::Approx(14e-9 + 4e-9 - (kinetic + stored) / 0.5).epsilon(1e-9).scale(0));
 }
 
-TEST_CASE("analyse: electrodes at other potentials than 0 V give no dissipation") {
+TEST_CASE("analyse: if an electrode is not at 0 V, the dissipated power is null") {
   const Folder folder;
   std::string text = scene_text;
   text.replace(text.find("potential = 0.0"), 15, "potential = 5.0");

@@ -125,7 +125,7 @@ ClusterShape shape_of(Cluster3 cluster) {
 
 }  // namespace
 
-TEST_CASE("shapes: a chain across the box's corner is whole, a ring has no extent") {
+TEST_CASE("shapes: a chain across the box's corner is whole, a ring percolates") {
   std::vector<Vec3> chain, ring;
   for (int k = 0; k < 7; ++k) chain.push_back({18.5 + k, 19.7, 0.1});
   for (int k = 0; k < 20; ++k) ring.push_back({0.5 + k, 10, 10});

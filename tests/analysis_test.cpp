@@ -42,7 +42,7 @@ TEST_CASE("contacts: they exist for gaps below the contact gap") {
   CHECK(in_contact(1.5, 1, 1, 1));  // Overlapping, as Hertz contacts are.
 }
 
-TEST_CASE("contacts: listed once, in ascending order, the ground first") {
+TEST_CASE("contacts: each is listed once, in ascending order") {
   const std::vector<Vec2> position{{5, 4}, {5, 1.5}, {20, 1.5}};
   CHECK_EQ(contacts(position, ones(3), 1, bottom), std::vector<Edge>{{0, 1}, {1, to_ground}, {2, to_ground}});
 }
@@ -84,7 +84,7 @@ TEST_CASE("successors: they are found round by round") {
   CHECK_EQ(network_on_bottom(rounds).successor, std::vector<int>{to_ground, 0, 0, 2, unconnected, unconnected});
 }
 
-TEST_CASE("successors: the numbering of conductors does not matter") {
+TEST_CASE("successors towards the ground: conductors may be numbered in any order") {
   const std::vector<int> number{3, 5, 0, 2, 4, 1};  // Numbers of a, b, ... f.
   std::vector<Vec2> position(rounds.size());
   for (size_t k = 0; k < number.size(); ++k) position[number[k]] = rounds[k];

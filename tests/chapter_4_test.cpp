@@ -191,7 +191,7 @@ TEST_CASE("broken wire: largest displacement of the cubic") {
   CHECK(largest_displacement(wire, 3.0) == Approx(largest).epsilon(1e-7));
 }
 
-TEST_CASE("broken wire: the critical field solves F sin(theta) = T, D's slope") {
+TEST_CASE("broken wire: the critical field solves F sin(theta) = T, given a slope") {
   const BrokenWire wire = wire_of_d();
   const double wire_tension = tension(wire, wire.mean_gap());
   for (const double slope : {printed_slope, slope_at_end(wire)}) {

@@ -135,7 +135,7 @@ TEST_CASE("explain and work-precision: degree and cost of harmonics") {
   }
   CHECK(best < 1e-9);
   CHECK(dipoles > 1e3 * best);  // The images contribute more than a dipole for a sphere between plates.
-  check_refused(run(folder, "work-precision plates.toml --sizes 64"), "--sizes goes with grids");
+  check_refused(run(folder, "work-precision plates.toml --sizes 64"), "--sizes is for methods with a grid");
 }
 
 }  // namespace commands_capacitance_test

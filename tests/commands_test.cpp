@@ -20,7 +20,7 @@ using namespace lichtenberg::command_line_tests;
 
 using nlohmann::json;
 
-TEST_CASE("command line: a wrong one is one message and status 2") {
+TEST_CASE("command line: a wrong one gives one message and status 2") {
   check_refused(run(""), "lichtenberg help");
   check_refused(run("slove scene.toml"), "`solve`");
   check_refused(run("solve"), "SCENE is required");
@@ -29,7 +29,7 @@ TEST_CASE("command line: a wrong one is one message and status 2") {
   check_refused(run("help scne"), "`scene`");
 }
 
-TEST_CASE("scene: an unusable one is one message and status 2") {
+TEST_CASE("scene: an unusable one gives one message and status 2") {
   check_refused(run("solve nowhere.toml"), "nowhere.toml");
   check_refused(run("explain nowhere.toml"), "nowhere.toml");
   const Folder folder;
@@ -413,7 +413,7 @@ TEST_CASE("fixed conductor: it does not move, and the other one does") {
   }
   folder.write("fast.toml", replaced(scene, "fixed = true", "held = true\n  velocity = [1.0, 0.0]"));
   check_refused(run(folder, "explain fast.toml --set medium.viscosity=0.7"),
-                "conductor.velocity is not allowed for a fixed conductor (held)");
+                "conductor.velocity is not allowed with conductor.fixed");
 }
 
 TEST_CASE("field.cells: a number that does not fit is refused with two that do") {

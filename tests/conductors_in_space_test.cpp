@@ -127,7 +127,7 @@ TEST_CASE("electrode: its surface is found through a periodic side") {
                 {"on or through a side"});
 }
 
-TEST_CASE("sphere problem: a sphere on a side at its own potential is shifted") {
+TEST_CASE("sphere problem: a sphere in contact with a side is moved to a gap") {
   Scene scene = cube_of({{0.03, 0.03, 1.0005 * radius}}, 1e-3);
   scene.domain.sides[4].electrode = true;
   const Bodies bodies = make_bodies(scene);

@@ -261,7 +261,7 @@ TEST_CASE("contacts: cached gaps of moving bodies give those of a new search") {
   CHECK(lost > 20);
 }
 
-TEST_CASE("blind_way: between two checks a gap decreases by at most a tolerance") {
+TEST_CASE("undetected_travel: on it a gap falls below the threshold by a tolerance") {
   // The path is a straight line whose minimum gap lies a tolerance below the threshold. Two checks at the threshold are
   // separated by at most the chord.
   Scene scene = scene_of({{0.05, 0.05}, {0.05, 0.05}});

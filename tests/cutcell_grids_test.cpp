@@ -294,7 +294,7 @@ TEST_CASE("multigrid cycle: a small grounded half-disk sets the potential level"
   CHECK(std::abs(level_found / level_exact - 1) < 0.2);
 }
 
-TEST_CASE("coarse grids: a group that fits into 1.5 cells is absorbed permanently") {
+TEST_CASE("coarse grids: a group below 1.5 cells has no unknown there and coarser") {
   LaplaceProblem problem = lattice(16, 0.2);
   for (std::size_t k = 0; k < problem.bodies.size(); ++k) problem.bodies[k].group = k == 1 ? 0 : static_cast<int>(k);
   problem.groups[1].floating = false;  // No body belongs to this group.

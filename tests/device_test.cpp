@@ -425,7 +425,7 @@ TEST_CASE("device: it increases capacity for more links, gaps or groups") {
   }
 }
 
-TEST_CASE("device memory: too little is refused with the need") {
+TEST_CASE("device memory: too little is refused with the amount needed") {
   CutCellOptions options;
   options.cells = 192;
   device::CutCell<Cramped> solver(options);

@@ -76,7 +76,7 @@ TEST_CASE("impact exchange: its noise has the limits of G 4.3") {
   CHECK(most > 10);
 }
 
-TEST_CASE("random walks: one step or many steps have the same distribution") {
+TEST_CASE("random walks: the charge's variance is proportional to the time step") {
   const RandomWalkExchange walk{2, 5};
   const ContactAreaExchange area{2, 5};
   for (const double dt : {0.01, 0.04}) {

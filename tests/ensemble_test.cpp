@@ -260,7 +260,7 @@ TEST_CASE("ensemble: a result with an empty dataset is reported as damaged") {
   }
 }
 
-TEST_CASE("ensemble: an impossible member is one message and the others run") {
+TEST_CASE("ensemble: impossible members fail with a message and the others run") {
   const ScenesFolder folder;
   const Ended result =
       ensemble(folder, "neutral.toml --vary population.count=1,1000 --vary population.min_gap=0.0,1.0");
@@ -296,7 +296,7 @@ TEST_CASE("ensemble: a member that fails during its run is reported") {
   CHECK(contains(result.err, "1 of 2 members failed"));
 }
 
-TEST_CASE("ensemble: an invalid command is one message and status 2") {
+TEST_CASE("ensemble: an invalid command gives one message and status 2") {
   const ScenesFolder folder;
   const auto check_refused = [&](const std::string& arguments, const std::string& part) {
     const Ended result = ensemble(folder, arguments);

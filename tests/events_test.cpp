@@ -94,7 +94,7 @@ TEST_CASE("contacts: one that closes and opens between steps is not missed") {
     }
 }
 
-TEST_CASE("step control: a distant force that leads to a contact is no exception") {
+TEST_CASE("step control: a force that reverses before contact causes no contact") {
   // In a harmonic trap the body reverses half a contact gap before contact. From rest the force would lead it to the
   // contact.
   Scene scene = conductor_scene({{0.05 - 6 * radius, 0.05}});
@@ -298,7 +298,7 @@ TEST_CASE("current source: current into a grounded conductor leaves at once") {
   CHECK(simulation.stationary());
 }
 
-TEST_CASE("wires: a prescribed potential collects, a prescribed charge is shared") {
+TEST_CASE("wires: one at a fixed potential takes charge, one of given charge shares") {
   Scene scene = conductor_scene({{0.03, 0.03}, {0.07, 0.03}, {0.05, 0.07}, {0.02, 0.08}});
   scene.groups = {{.name = "held", .potential = 100.0}, {.name = "charged", .charge = 6e-12}};
   scene.conductors[0].group = 0;

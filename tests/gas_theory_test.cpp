@@ -207,8 +207,8 @@ TEST_CASE("barrier of repelling grains: it is fitted to a run if it is measurabl
                         "temperature = 1\n", "temperature = 1\ncharge = 1\n"),
                "[[equilibration]]\nduration = 0.5\ntemperature = 2\n", "") +
       "[mechanics]\nstep = 0.02\n";
-  folder.write("strong.toml",
-               replaced(replaced(repelling, "coupling_constant = 3", "coupling_constant = 0.5"), "time = 1.5", "time = 40"));
+  folder.write("strong.toml", replaced(replaced(repelling, "coupling_constant = 3", "coupling_constant = 0.5"),
+                                       "time = 1.5", "time = 40"));
   folder.write("weak.toml", replaced(repelling, "coupling_constant = 3", "coupling_constant = 1e-4"));
   for (const std::string name : {"strong", "weak"}) {
     const Ended run = run_program(folder, "run " + name + ".toml --quiet");
@@ -294,7 +294,8 @@ TEST_CASE("theory: parameters outside its range are refused with the range") {
   refused("hydrodynamics --charge-number 101", "theory hydrodynamics is for R in [0, 100], not for 101");
   refused("hydrodynamics --cells 7", "--cells is for 8 to 1024 cells along an edge, not for 7");
   refused("hydrodynamics --seed -1", "--seed is 0 or more, not -1");
-  refused("hydrodynamics --scene gas.toml", "the thermal noise of 60 grains empties cells");
+  refused("hydrodynamics --scene gas.toml",
+          "the thermal noise of 60 grains makes the density or temperature of a cell");
   folder.write("narrow.toml", replaced(scene(), "count = 60", "count = 20"));
   refused("hydrodynamics --scene narrow.toml", "for boxes of ten mean free paths");
   refused("stability --restitution 1.5", "a restitution in (0, 1], not for 1.5");

@@ -111,7 +111,7 @@ std::pair<End, End> check_scaled(const auto& end) {
 
 }  // namespace
 
-TEST_CASE("pair search: its time and its candidates change no bit of a gas") {
+TEST_CASE("pair search: earlier searches for longer times change no bit of a gas") {
   Scene scene = viscoelastic(9);
   add_gas(scene, 200, 8.9, 4);
   check_waiting(scene);

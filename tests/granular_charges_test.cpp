@@ -197,7 +197,7 @@ TEST_CASE("multipoles of a gas: forces are energy derivatives at degrees 1 to 6"
   }
 }
 
-TEST_CASE("dielectric grains: a run pauses only at checkpoints of its frames") {
+TEST_CASE("dielectric grains: a pause between frames throws, for dipoles it stops") {
   Scene scene = two_dielectric_grains(1.6, 6);
   scene.mechanics.integrator = Integrator::multirate;
   scene.stop.time = scene.output.every = 1;

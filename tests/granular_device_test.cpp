@@ -85,7 +85,8 @@ TEST_CASE("device lists: a gas with too many list entries is refused") {
   // The grains coincide; check_scene() does not compare positions.
   scene.conductors.resize(300000, scene.conductors.front());
   const std::string sentence = message_of([&] { granular::device::check_scene(scene); });
-  CHECK_MESSAGE(sentence.starts_with("gas.toml: device = \"cuda\" has no lists for 300000 grains with "), sentence);
+  CHECK_MESSAGE(sentence.starts_with("gas.toml: device = \"cuda\" does not support lists for 300000 grains with "),
+                sentence);
 }
 
 TEST_CASE("device: a step of a neutral gas equals the CPU's within rounding") {
@@ -438,17 +439,17 @@ TEST_CASE("device: a scene with an unsupported feature is refused with its name"
   Scene scene = charged_gas(10, 8, 1);
   CHECK(sentence(scene).empty());
   scene.effects.find<effects::ChargeExchangeOptions>()->capacity = 1;
-  CHECK(sentence(scene).find("has no effects.charge_exchange.capacity") != std::string::npos);
+  CHECK(sentence(scene).find("does not support effects.charge_exchange.capacity") != std::string::npos);
   scene = charged_gas(10, 8, 1);
   scene.effects.find<effects::CoulombOptions>()->accuracy = 1e-8;
   CHECK(sentence(scene).find("single precision reaches 1e-6") != std::string::npos);
   scene = charged_gas(10, 8, 1);
   scene.effects.find<effects::CoulombOptions>()->cutoff = 3;
-  CHECK(sentence(scene).find("has no effects.coulomb.cutoff") != std::string::npos);
+  CHECK(sentence(scene).find("does not support given effects.coulomb.cutoff") != std::string::npos);
   scene = polarized_gas();
   CHECK(sentence(scene).empty());
   scene.effects.find<effects::InducedDipolesOptions>()->sum = periodic::DipoleSum::minimum_image;
-  CHECK(sentence(scene).find("has no effects.induced_dipoles.sum = \"minimum-image\"") != std::string::npos);
+  CHECK(sentence(scene).find("does not support effects.induced_dipoles.sum = \"minimum-image\"") != std::string::npos);
   scene = gas(10, 8, 1);
   scene.mechanics.integrator = Integrator::verlet;
   CHECK(sentence(scene).find("mechanics.integrator = \"verlet\"") != std::string::npos);

@@ -259,7 +259,7 @@ TEST_CASE("resume: output is identical, with or without intermediate output") {
     CHECK(reals_of(a, name) == reals_of(b, name));
 }
 
-TEST_CASE("resume: force evaluations are equal, with or without output") {
+TEST_CASE("resume: the number of force evaluations does not depend on output") {
   for (const bool exchange : {true, false}) {
     Scene charged = parse_scene(gas_text(120, 8, 1, 0.5), "gas.toml");
     if (!exchange) charged.effects.remove("charge_exchange");

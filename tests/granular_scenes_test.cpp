@@ -263,7 +263,7 @@ TEST_CASE("grains: impossible scenes are refused with an error message") {
       {box + few + contact + "stiffness = 1e200\n", "effects.viscoelastic_contact.stiffness"},
       {box + few + contact + "stiffness = 1e60\n[stop]\ntime = 1\n", "too short for steps of"},
       {box + "[[population]]\ncount = 20\n" + contact + "[[equilibration]]\nduration = 0.1\ntemperature = 2\n",
-       "equilibration.temperature = 2 cannot be had: all grains are at rest"},
+       "equilibration.temperature = 2 is impossible: all grains are at rest"},
       {box + few + contact + coulomb + "[effects.induced_dipoles]\npolarizability = 0.5\n", "less than 0.5 is allowed"},
       {box + chain + contact + coulomb + "[effects.induced_dipoles]\npolarizability = 0.4\n", "it must be below 0.3"},
       {box + ring + contact + coulomb + "[effects.induced_dipoles]\npolarizability = 0.25\n", "it must be below 0.20"},

@@ -26,7 +26,7 @@ using granular::Gas;
 using granular::GasEnergy;
 using namespace lichtenberg::grains;
 
-TEST_CASE("contact: an onset delayed by rounding beyond the step's end is handled") {
+TEST_CASE("contact: an onset that rounding puts beyond the step still decelerates") {
   Scene scene = grains::cube(10);
   grains::add(scene, {4.5 + 1e-7, 5, 5}, {1, 0, 0});
   grains::add(scene, {5.5, 5, 5}, {-1, 0, 0});

@@ -182,7 +182,7 @@ TEST_CASE("frames in space: they have z, and images on periodic axes") {
   CHECK(std::ranges::any_of(turns, [](int turn) { return turn != 0; }));
 }
 
-TEST_CASE("periodic box: one shorter than twice the neighbour range is refused") {
+TEST_CASE("periodic box: sides below twice the largest pair distance are refused") {
   const Scene scene = parse_scene(
       "domain = { size = [1.9, 9.0], left = \"periodic\", right = \"periodic\" }\neffects.hertz_contact = {}\n"
       "[[conductor]]\nposition = [1.0, 4.0]\nradius = 0.5\n[[conductor]]\nposition = [1.0, 6.0]\nradius = 0.5\n",

@@ -233,7 +233,7 @@ TEST_CASE("electrics: a dropped trial has no effect, a restored state undoes one
   CHECK(electrics.now().time == 0);
 }
 
-TEST_CASE("Hertz contact: compressed steel in oil comes to rest at no cost") {
+TEST_CASE("Hertz contact: compressed steel in oil comes to rest in few steps") {
   Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 2 * radius, 0.05}});
   scene.effects.remove<effects::ContactDischargeOptions>();
   scene.effects.add<effects::HertzContactOptions>();
@@ -456,7 +456,7 @@ TEST_CASE("neutral scene: it has no field, no charges and no PETSc") {
   CHECK(!parallel::petsc_started());
 }
 
-TEST_CASE("leakage and resistors: they cost few solves and exert no force") {
+TEST_CASE("leakage: it costs few solves and exerts no force") {
   Scene scene = conductor_scene({{0.03, 0.05}, {0.05, 0.05}});
   scene.effects.remove<effects::ContactDischargeOptions>();
   scene.effects.add(effects::LeakageOptions{.conductivity = 1e-12});

@@ -108,7 +108,7 @@ TEST_CASE("periodic box: pairs across faces, edges and corners are found once") 
       }
 }
 
-TEST_CASE("periodic box: one shorter than twice the range is refused") {
+TEST_CASE("periodic box: sides below twice the largest pair distance are refused") {
   const std::vector<double> position = {1, 1, 2, 2}, radius = {0.5, 0.5};
   Box<2> box = periodic_box<2>(4, 1);
   CHECK(pairs_closer_than(Spheres<2>{position, radius, box}, 1.0).size() == 1);  // The distance of 2 is half of 4.

@@ -38,7 +38,7 @@ class TwoFrames {
     recorder.save({});
   }
   std::string path() const { return (folder_ / "column.h5").string(); }
-  /// Whether the folder contains no other file.
+  /// Returns true if the folder contains no other file.
   bool alone() const { return std::distance(std::filesystem::directory_iterator(folder_.path), {}) == 1; }
   /// Resumes the run.
   void save_another_frame() const {
@@ -128,7 +128,7 @@ TEST_CASE("frame without a path: infinite resistance and no error") {
   CHECK(run_command_line({"network", file.path(), "--frame", "0", "--no-picture", "--json"}) == 0);
 }
 
-TEST_CASE("electrodes: particles can be electrodes") {
+TEST_CASE("electrodes: particles and walls by number and name give the resistance") {
   const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
   CHECK(solve_network(frame, NetworkModel::particle, {.between = "0,2"}, 1).conduction.resistance ==
@@ -149,7 +149,7 @@ TEST_CASE("electrodes: particles can be electrodes") {
   }
 }
 
-TEST_CASE("electrodes in contact: the particle-centred value and a reason") {
+TEST_CASE("electrodes in contact: only the particle-centred network, with a reason") {
   const Folder folder;
   triangle(folder / "triangle.h5");
   // Two contacts of 1 Ohm in series, in parallel to a third.
@@ -217,7 +217,7 @@ TEST_CASE("one to all: a triangle of 1 Ohm contacts gives 2/3 Ohm in one call") 
   for (const std::string option : {"--voltage 2", "--out a.png", "--overwrite"})
     check_refused(run(folder, "network triangle.h5 --between 0,all " + option), "is not allowed with --between");
   check_refused(run(folder, "network triangle.h5 --between 0,1 --no-picture --overwrite"),
-                "--overwrite is not allowed where no file is written: it goes with a picture or --json=FILE");
+                "--overwrite is not allowed where no file is written: it is for a picture or --json=FILE");
   check_refused(run(folder, "analyse triangle.h5 --overwrite"), "--overwrite is not allowed where no file is written");
   check_refused(run(folder, "network triangle.h5 --between 3,all"), "there is no particle 3; allowed are 0 to 2");
   check_refused(run(folder, "network triangle.h5 --between lid,all"), "there is no wall \"lid\"");

@@ -143,7 +143,7 @@ TEST_CASE("minimum image: the cutoff is half the box or the whole box") {
   CHECK(evaluated(all, far).energy == doctest::Approx(1 / std::hypot(5, 0.1)).epsilon(1e-15));
 }
 
-TEST_CASE("few neutral sources in a large box: nearly isolated with either sum") {
+TEST_CASE("large box, total charge zero: Ewald's sum agrees with the minimum image") {
   SourceSet sources = random_sources(6, {1, 1, 1}, 0.2, true, 9);
   sources.charge.back() -= std::accumulate(sources.charge.begin(), sources.charge.end(), 0.0);
   sources.lengths = {400, 400, 400};

@@ -176,7 +176,7 @@ TEST_CASE("dipoles of 10 % of the charges: forces keep the requested accuracy") 
   }
 }
 
-TEST_CASE("near field of dipoles: it equals the derivatives of the cloud") {
+TEST_CASE("near field of multipoles: derivatives of the screened potential") {
   constexpr double alpha = 0.75, cutoff = 4.5;
   const Vec3 lengths{12, 12, 12}, direction{2.0 / 3, -1.0 / 3, 2.0 / 3};
   const Cloud cloud = gauss_cloud(alpha, cutoff);

@@ -280,7 +280,7 @@ TEST_CASE("single precision: impossible meshes are refused") {
   SourceSet twice = sources;
   std::copy_n(twice.position.begin(), 3, twice.position.begin() + 30);
   CHECK(message_of([&] { evaluated(sum, twice); }) ==
-        "the energy of the charges is no finite number: two of them lie at the same place");
+        "the energy of the charges is not finite: two of them have the same position");
 }
 
 }  // namespace periodic_single_test

@@ -26,7 +26,7 @@ Scene resolved_spheres() {
 
 }  // namespace
 
-TEST_CASE("predictor grid: the field's, halved while a radius has two cells") {
+TEST_CASE("predictor grid: halved from the field while a radius has two cells") {
   Scene scene = resolved_spheres();
   CHECK(effects::predictor_cells(scene) == 64);
   scene.field().cells = 512;

@@ -59,7 +59,7 @@ Ended command(const std::function<void()>& read) {
 
 }  // namespace
 
-TEST_CASE("read_in_child: a crash that no file causes is one message, status 1") {
+TEST_CASE("read_in_child: a crash that no file causes gives one message, status 1") {
   for (const int number : crashes) {
     CAPTURE(number);
     const Ended ended = command([=] { end_by(number); });

@@ -33,7 +33,7 @@ void change(const Folder& folder, const std::string& lines) {
 
 }  // namespace
 
-TEST_CASE("lock: a link, another's file or a pipe of its name stays") {
+TEST_CASE("lock: a link, a foreign file or a pipe at its path is not replaced") {
   const Folder folder;
   folder.write("diary", diary);
   const fs::path lock = folder / "run.h5.lock";

@@ -233,7 +233,7 @@ TEST_CASE("descent: the first error is half the sum of squared charges (D 6.22)"
   CHECK(solver.error_history().front() == Approx(0.5 * (1 + 0.25 * 0.25 + 0.75 * 0.75)));
 }
 
-TEST_CASE("group at a given potential: its charge follows") {
+TEST_CASE("group at a given potential: its charge balances that of the others") {
   LaplaceProblem problem = neutral_quartet();
   problem.groups[1] = {.floating = false, .potential = -2};
   RelaxationSolver solver({.sites = 64});

@@ -74,7 +74,7 @@ TEST_CASE("old names: a scene of conductors has the values of their new names") 
                            "old.toml:10: conductor.held is an old name: it is called conductor.fixed now") == 1);
 }
 
-TEST_CASE("old names: a scene of grains has the values of their new names, one warning a name") {
+TEST_CASE("old names: those of grains have their new values, one warning per name") {
   const Scene scene = parse_scene(grains, "old.toml");
   REQUIRE(scene.reference);
   CHECK(scene.reference->length == 1e-3);

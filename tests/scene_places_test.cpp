@@ -252,7 +252,7 @@ TEST_CASE("group: a wrong charge, potential or member is refused") {
   CHECK(two.conductors[2].group == 0);
 }
 
-TEST_CASE("charge: an insulated box needs a ground") {
+TEST_CASE("charge: a net charge in an insulated box needs a ground") {
   const std::string start = box + electrostatics;
   const std::string plus = disk("[0.01, 0.01]", "charge = 3e-10\n");
   const auto needs_ground = {std::string("without any ground"), std::string("[[electrode]]")};

@@ -168,7 +168,7 @@ TEST_CASE("many contacts: energy and forces are sums over all pairs and walls") 
   }
 }
 
-TEST_CASE("neighbour search: its time changes no bit of energy and forces") {
+TEST_CASE("neighbour search: an earlier one changes no bit of energy and forces") {
   std::mt19937 random(2);
   std::uniform_real_distribution<double> little(-0.05, 0.05);
   for (int trial = 0; trial < 20; ++trial) {

@@ -124,7 +124,7 @@ TEST_CASE("flight kernel: it is homogeneous") {
   CHECK(flight_exponent(3) == near(1.5, 1e-15));
 }
 
-TEST_CASE("flight kernel: growth accelerates towards the kernel's exponent") {
+TEST_CASE("flight kernel: the growth exponent of the mean size rises to its limit") {
   const std::vector<double> sizes = size_classes(30, 1.1, 1e6), times = {1, 2, 4, 8, 16, 32, 64};
   for (const double beta : {2.0, 3.0}) {
     const auto found = coagulate(flight_kernel(beta), sizes, times);

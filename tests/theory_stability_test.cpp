@@ -151,7 +151,7 @@ TEST_CASE("disturbance: it evolves as the sum of its modes") {
   }
 }
 
-TEST_CASE("constant charges: R grows with the inverse square of the thermal speed") {
+TEST_CASE("constant charges: the charge number R grows as 1/T") {
   const TransportCoefficients c = transport_coefficients(0.7);
   const double k = 0.12, r = 0.3, later = 20, step = 0.05;
   const Disturbance start{1, 0, 0};

@@ -16,7 +16,7 @@
 
 namespace lichtenberg::validation {
 
-/// Returns whether the first argument is `long`, which adds the cases that take minutes.
+/// Returns true if the first argument is `long`, which adds the cases that take minutes.
 inline bool long_run_requested(int argc, char** argv) { return argc > 1 && std::string_view(argv[1]) == "long"; }
 
 /// Mean, largest magnitude and scatter about the signed mean of a sample. NaN, which fails every bound, for an empty

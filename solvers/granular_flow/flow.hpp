@@ -46,7 +46,7 @@ struct Fields {
   std::array<std::vector<double>, 3> velocity;       ///< u, one component per dimension
 };
 
-/// Returns a homogeneous gas at rest, n = T = c = 1.
+/// Returns a homogeneous gas at rest. Density n, temperature T and charge density c are 1.
 Fields homogeneous(const Grid& grid);
 
 /// Options of `evolve`.

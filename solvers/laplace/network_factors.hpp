@@ -31,9 +31,9 @@ class NetworkFactors {
   /// Returns the matrix, by rows, that solve() applies if all nodes are eliminated. Its entries are sums of positive
   /// terms and have all digits.
   std::vector<double> inverse() const;
-  /// Parts of solve(): `eliminate` distributes the current into eliminated nodes to those kept; `substitute` computes
-  /// the potentials of eliminated nodes from theirs.
+  /// First part of solve(): distributes the current into eliminated nodes among the kept ones.
   void eliminate(double* flow) const;
+  /// Last part of solve(): computes the potentials of eliminated nodes from those of the kept ones.
   void substitute(double* potential) const;
 
   /// Returns the links between kept nodes, including those that elimination has added.

@@ -71,9 +71,11 @@ struct LaplaceProblem {
   /// then. The potential is determined up to a constant, chosen such that the groups' potentials, weighted by their
   /// number of bodies, have zero mean.
   bool has_ground() const;
-  /// Checks the problem. Throws InputError if a body or a coupling refers to no group, a size or radius is not positive
-  /// or a capacitance is negative. Also throws it for a floating group without a body or a coupling to one that has,
-  /// and if nothing is grounded and the charges do not sum to zero.
+  /// Checks the problem. Throws InputError if a body or a coupling refers to no group, or if a coupling joins a group
+  /// to itself. Throws InputError if a size, radius or permittivity is not positive, or if a capacitance is negative.
+  /// Throws InputError if a number is not finite or an insulating side has a potential profile. Throws InputError for a
+  /// floating group without a body or a coupling to a group that has a body or a given potential. Throws InputError if
+  /// nothing is grounded and the charges do not sum to zero.
   void check() const;
 };
 
@@ -120,16 +122,17 @@ struct Field {
 class LaplaceSolver {
  public:
   virtual ~LaplaceSolver() = default;
-  /// Solves the problem. Throws InputError for a problem without a solution, Failure if the iteration does not
-  /// converge.
+  /// Solves the problem. Throws the exceptions of LaplaceProblem::check. Throws InputError for a problem that the
+  /// method does not support, Failure if the iteration does not converge.
   virtual LaplaceSolution solve(const LaplaceProblem& problem) = 0;
-  /// Returns the potential of the last solve.
+  /// Returns the potential of the last solve. Throws Failure if nothing has been solved.
   virtual Field field() const = 0;
   virtual void forget() = 0;
 };
 
 /// Returns the capacitance matrix C (row-major, groups x groups; F/m): charge on group i with group j at 1 V, every
-/// other group and electrode side at 0 V (D 6.20). In a box without an electrode the rows sum to zero.
+/// other group and electrode side at 0 V (D 6.20). In a box without an electrode the rows sum to zero. Throws the
+/// exceptions of `solver`.
 std::vector<double> capacitance_matrix(LaplaceSolver& solver, const LaplaceProblem& problem);
 
 }  // namespace lichtenberg::laplace

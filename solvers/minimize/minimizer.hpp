@@ -49,8 +49,8 @@ class Minimizer {
   Minimizer(Objective& objective, std::vector<double> x);
   virtual ~Minimizer() = default;
 
-  /// Moves to a point of finite value. It is not higher, up to rounding, except for Fire, which goes uphill at times.
-  /// Returns false, without moving, if there is no such point.
+  /// Moves to a point of finite value. The value does not increase beyond rounding, except for Fire, with which it may
+  /// increase. Returns false, without moving, if there is no such point.
   virtual bool iterate() = 0;
   const Point& point() const { return point_; }
   std::int64_t evaluations() const { return evaluations_; }  ///< Number of evaluations of value and gradient

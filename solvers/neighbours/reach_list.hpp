@@ -16,7 +16,7 @@ class ReachList {
   /// Returns pairs_within_reach(spheres, range, reach). Throws its exceptions.
   template <int d>
   std::vector<Pair> pairs(const Spheres<d>& spheres, double range, std::span<const double> reach);
-  /// Displacement (m) of each particle since the last rebuild.
+  /// Returns the distance (m) that each particle has moved since the last rebuild.
   std::span<const double> moved() const { return moved_; }
   int searches() const { return searches_; }
 

@@ -187,7 +187,7 @@ struct RowParts {
   }
 };
 
-/// Rows of partners.
+/// Partners of each particle s: entries begin(s) to end(s), excluded, of `partner`.
 struct TableView {
   const int *start = nullptr, *partner = nullptr;
   int columns = 1;  ///< Numbers of `start` per row

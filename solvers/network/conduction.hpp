@@ -39,10 +39,11 @@ struct Conduction {
   int iterations = 0;        ///< Iterations of the multigrid
 };
 
-/// Computes potentials and currents between node `low` at 0 V and node `high` at options.voltage. Components without a
-/// path to an electrode float, and dead ends have the potential of the node where they begin. Both follow from the
-/// graph, so that rounding cannot connect a network without a path. Throws InputError if the electrodes are the same
-/// node or not in the network, or if a conductance is not positive. Throws Failure if powers do not balance.
+/// Solves Kirchhoff's laws: computes potentials and currents between node `low` at 0 V and node `high` at
+/// options.voltage. Components without a path to an electrode float, and dead ends have the potential of the node where
+/// they begin. Both follow from the graph, so that rounding cannot connect a network without a path. Throws InputError
+/// if the electrodes are the same node or not in the network, or if a conductance is not positive. Throws Failure if
+/// powers do not balance.
 Conduction conduct(const Network& network, int low, int high, const ConductionOptions& options = {});
 
 /// Returns the effective resistances (Ohm) from a node to each, [nodes], by one elimination: 0 to itself, infinite

@@ -41,9 +41,9 @@ class Elimination {
   /// the kept nodes (V); `injected`: [nodes, m] injected currents at the other nodes (A), or empty for none.
   Eigen::MatrixXd potentials(const Eigen::MatrixXd& kept_potential, const Eigen::MatrixXd& injected = {}) const;
 
-  /// Returns the effective resistances (Ohm) between each node, [nodes], and the kept ones, which are connected to each
-  /// other; zero for those. They are the diagonal of the inverse of the grounded conductance matrix. Only the entries
-  /// of the inverse within the fronts are computed (Erisman & Tinney 1975), with twice the operations of the
+  /// Returns the effective resistances (Ohm) between each node, [nodes], and the kept nodes, which are connected to
+  /// each other; zero for kept nodes. They are the diagonal of the inverse of the grounded conductance matrix. Only the
+  /// entries of the inverse within the fronts are computed (Erisman & Tinney 1975), with twice the operations of the
   /// elimination. All sums are of positive numbers.
   Eigen::VectorXd resistances() const;
 
@@ -60,7 +60,7 @@ class Elimination {
   void invert_stars(int front, Eigen::MatrixXd& inverse) const;
   std::vector<int> parents() const;
 
-  /// Returns the node with a number in the order of elimination; kept ones are in the order of `kept`.
+  /// Returns the node with a number in the order of elimination; kept nodes are in the order of `kept`.
   int node(int number) const { return dissection_.order[number]; }
 
   int nodes_, kept_;

@@ -48,9 +48,9 @@ constexpr double contact_margin = 1e-9;
 /// Finds all contacts, by cells of the size of the largest particle; the work grows with the number of particles.
 Contacts find_contacts(const ParticlePacking& packing);
 
-/// Returns the contact point. Between two particles it divides the line of centres in proportion to the radii; at a
-/// wall it is the foot of the perpendicular.
+/// Returns the contact point of two particles, which divides the line of centres in proportion to the radii.
 Point contact_point(const ParticlePacking& packing, const ParticleContact& contact);
+/// Returns the contact point of a particle with a wall: the foot of the perpendicular from the centre.
 Point contact_point(const ParticlePacking& packing, const ParticleWallContact& contact);
 
 }  // namespace lichtenberg::network

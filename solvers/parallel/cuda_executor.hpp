@@ -400,7 +400,7 @@ class CudaExecutor {
     check_cuda(cudaStreamDestroy(second_body));
   }
 
-  /// Launches a kernel; the following kernel may be loaded before this one has finished (begin_kernel).
+  /// Launches a kernel; the following kernel may be loaded before the launched kernel has finished (begin_kernel).
   template <class... Parameters, class... Arguments>
   void launch(void (*kernel)(Parameters...), dim3 blocks, dim3 threads, std::size_t bytes,
               const Arguments&... arguments) const {

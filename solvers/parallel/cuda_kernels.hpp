@@ -77,8 +77,9 @@ __device__ inline bool is_last_call(int* count, int n) {
   return last;
 }
 
-/// Sums segments by pieces with `lanes` lanes per piece. Further lanes handle the segments without pieces. For a
-/// segment of several pieces, the lanes that finish last add up the partial sums.
+/// Sums each segment in pieces, by `lanes` threads per piece, and adds the values of `more`. Further groups of `lanes`
+/// threads handle the segments without pieces. For a segment of several pieces, the threads that finish last add up the
+/// partial sums.
 template <int lanes, class Sum, class Value, class More, class Finish>
 __global__ void pieces_kernel(SegmentPieces pieces, Sum* partial, Value value, More more, Finish finish) {
   begin_kernel();

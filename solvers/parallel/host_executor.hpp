@@ -188,7 +188,7 @@ class HostExecutor {
     void begin_last(int n, F f) const {
       each(n, f);
     }
-    /// Like HostExecutor::select.
+    /// Calls put(index, k) for all k = 0 ... n - 1 with keep(k), as HostExecutor::select does.
     template <class Keep, class Put>
     void select(int n, int* taken, Keep keep, Put put) const {
       for (int k = 0; k < n; ++k)
@@ -272,10 +272,12 @@ class HostExecutor {
   void copy(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
   void to_device(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
   void to_host(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
-  /// Allocates host memory with fast transfers; these are complete after wait().
+  /// Allocates host memory from which begin_to_device() and begin_to_host() copy fast.
   void* allocate_on_host(std::size_t bytes) const { return std::malloc(bytes); }
   void release_on_host(void* memory) const { std::free(memory); }
+  /// Starts a copy to the device, which is complete after wait().
   void begin_to_device(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
+  /// Starts a copy to the host, which is complete after wait().
   void begin_to_host(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
   void wait() const {}
 

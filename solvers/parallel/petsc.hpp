@@ -11,7 +11,7 @@ namespace lichtenberg::parallel {
 /// first solver that uses PETSc is made; PETSc starts with that solver only.
 void set_petsc_options(std::vector<std::string> options);
 
-/// Starts PETSc if it is not running (once per process). Throws Failure.
+/// Starts PETSc if it is not running (once per process). Throws Failure if PETSc cannot start.
 void start_petsc();
 
 /// Ends PETSc, which otherwise ends with the process. A program that has used a CUDA device must call this before main
@@ -21,8 +21,9 @@ void finish_petsc();
 /// Returns true once PETSc has been started in this process.
 bool petsc_started();
 
-/// Return this process's number among those that mpirun started, from 0, and their count (0 and 1 before PETSc runs).
+/// Returns this process's number, from 0, among those that mpirun started; 0 before PETSc runs.
 int process_rank();
+/// Returns the number of processes that mpirun started; 1 before PETSc runs.
 int process_count();
 
 /// Returns the options of `set_petsc_options` that have not been read yet: all of them before PETSc runs.

@@ -76,7 +76,7 @@ void Columns<Real>::sort(const Sources& sources, parallel::Team& team) {
   const int n = sources.size();
   int not_finite = 0;
   for (const double x : sources.position) not_finite |= !(std::abs(x) < INFINITY);
-  if (not_finite) throw Failure("the place of a charge is no finite number");
+  if (not_finite) throw Failure("the position of a charge is not finite");
   if (n != laid_out_for_) lay_out(n);
   unsorted_.resize(n), bin_.resize(n), sorted_.resize(n);
   for (auto& axis : coordinate_) axis.resize(n + spare);

@@ -21,7 +21,7 @@ class Convolution {
   Convolution(std::array<int, 3> points, int halo, std::span<const double> factor, double scale);
 
   std::array<int, 3> points() const { return points_; }
-  /// Mesh values; point (x, y, z) is at x * plane() + y * row() + z, with z below points()[2] + halo.
+  /// Returns the mesh values; point (x, y, z) is at x * plane() + y * row() + z, with z below points()[2] + halo.
   Real* data() { return mesh_.get(); }
   const Real* data() const { return mesh_.get(); }
   std::ptrdiff_t row() const { return row_; }

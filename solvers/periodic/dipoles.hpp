@@ -73,6 +73,7 @@ class DipolePredictor {
 
   /// Returns the initial guess for solve_dipoles; empty without history.
   std::vector<double> predict() const;
+  /// Adds the dipoles of a new step to the history.
   void keep(std::vector<double> dipole);
   /// Replaces the last dipoles kept, if any: for a second solution at the same step with other charges.
   void replace(std::vector<double> dipole);

@@ -139,7 +139,7 @@ void MeshSum<Real>::fill(const Sources& sources, parallel::Team& team, std::vect
   team.for_each(tasks, fill_task);
   if (rest) rest->energy = all[4];
   if (!std::isfinite(all[0] + all[1] + all[2] + all[4]))
-    throw InputError("the energy of the charges is no finite number: two of them lie at the same place");
+    throw InputError("the energy of the charges is not finite: two of them have the same position");
 }
 
 template class MeshSum<float>;

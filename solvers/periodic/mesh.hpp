@@ -21,7 +21,7 @@ class MeshSum : public Sum {
 
   double cutoff() const override { return 0; }
   /// Computes the response; `pairs` is not used. Throws InputError if the box is not the mesh's, for dipoles in single
-  /// precision or with splines below lowest_dipole_order. Also throws it if the energy is not finite, as for two
+  /// precision or with splines below lowest_dipole_order. Throws InputError if the energy is not finite, as for two
   /// sources at the same position.
   void evaluate(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team, Response& response) override;
   /// Like `evaluate`, without the potentials of near pairs of charges. Throws the exceptions of `evaluate`.

@@ -22,15 +22,17 @@ class Near {
   /// needs a higher degree.
   Near(Vec3 lengths, const Cloud& cloud);
 
-  /// Longest cut-off in a box. In double precision half of the shortest side, so that a source meets one image of each
-  /// other source. In single precision a third of it, so that clusters may be as long as the cut-off.
+  /// Returns the longest cut-off in a box. In double precision it is half of the shortest side, so that a source meets
+  /// one image of each other source. In single precision it is a third of the shortest side, so that clusters may be as
+  /// long as the cut-off.
   static double longest_cutoff(Vec3 lengths);
   double cutoff() const { return cutoff_; }
   int degree(Kind kind) const { return table(kind).terms - 1; }
   /// Returns the layout of columns with a reach of at least the cut-off and `reach`.
   typename Columns<Real>::Layout layout(double reach) const;
   /// Overwrites `sums`, in units of the cut-off and charge_unit(). Without `potentials` the potentials are 0 and the
-  /// fields are bitwise identical. Results are bitwise identical for any number of threads.
+  /// fields are bitwise identical. Results are bitwise identical for any number of threads. Throws InputError for
+  /// dipoles in single precision.
   void compute(const Columns<Real>& columns, Kind kind, bool potentials, const FieldSums<Real>& sums,
                parallel::Team& team) const;
 

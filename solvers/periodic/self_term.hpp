@@ -28,8 +28,8 @@ LICHTENBERG_HOST_DEVICE SelfTerm<Number> self_term(const Number& cosine, const N
           minus_4_pi2 * (first * cosine + 4 * second * twice) * inverse_spacing * inverse_spacing};
 }
 
-/// Returns Influence::self_wave, by wave and axis, relative to the middle between two points. Half a spacing changes
-/// the sign of the first wave. So does the half-spacing offset of windows of odd order.
+/// Returns the amplitudes Influence::self_wave, by wave and axis, with the middle between two mesh points as origin.
+/// Half a spacing changes the sign of the first wave (n = 1). So does the half-spacing offset of windows of odd order.
 inline std::array<std::array<double, 4>, 2> waves_from_middle(const Influence& influence, int order) {
   std::array<std::array<double, 4>, 2> waves{};
   for (int k = 0; k < 3; ++k) {

@@ -5,8 +5,8 @@
 // Sums over pairs only. They approximate the sum over all images at lower cost, without an error bound.
 namespace lichtenberg::periodic {
 
-/// Sums over the nearest image of every other source only, without further images or a background. The energy jumps
-/// where another image becomes the nearest, or where a pair comes within the cut-off.
+/// Minimum-image sums: over the nearest image of every other source only, without further images or a background. The
+/// energy jumps where another image becomes the nearest, or where a pair comes within the cut-off.
 class MinimumImage : public Sum {
  public:
   enum class Reach {

@@ -19,7 +19,8 @@ class Sum {
   /// Distance up to which `evaluate` needs all pairs of nearest images; 0: it needs none.
   virtual double cutoff() const = 0;
   /// Overwrites `response`. `pairs`: in ascending order, each once; pairs beyond the cut-off do not change the result.
-  /// Results are bitwise identical for any number of threads.
+  /// Results are bitwise identical for any number of threads. Throws InputError for inconsistent sources and for
+  /// sources or boxes that the method does not support.
   virtual void evaluate(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team,
                         Response& response) = 0;
   /// Overwrites `force` ([3 N]) with the forces of `evaluate`, bitwise identical, at lower cost if the method allows.

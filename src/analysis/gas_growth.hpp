@@ -7,7 +7,7 @@
 namespace lichtenberg::analysis {
 
 /// Returns ln(S(t)/S(t/p)) / ln p [N] at each time (G 4.11). S is interpolated between two times by a power of t. NaN
-/// if t/p is before the first time. Times must be > 0 and rising, sizes > 0.
+/// if t/p is before the first time. Times must be > 0 and in ascending order, sizes > 0.
 std::vector<double> local_slopes(std::span<const double> time, std::span<const double> size, double p = 2);
 
 /// Power law S = amplitude (t + shift)^exponent. Without the shift, the initial stage makes exponents at finite times

@@ -11,7 +11,7 @@ namespace lichtenberg::analysis {
 /// Shape of a cluster, unwrapped along its pairs across periodic sides.
 struct ClusterShape {
   int grains = 0;
-  double gyration = 0;       ///< R_g: rms distance of the grains' centres from their mean
+  double gyration = 0;       ///< radius of gyration R_g: rms distance of the grains' centres from their mean
   double charge_dipole = 0;  ///< |sum (q_i - <q>) (r_i - mean)|; 0 without charges
   /// True if its pairs connect around the box. It then has no extent, and R_g and charge_dipole are NaN.
   bool percolates = false;

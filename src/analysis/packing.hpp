@@ -30,7 +30,7 @@ struct Packing {
   double smallest_q = 1;
 
   int rattlers = 0;
-  double coordination = 0;  ///< mean number of contacts of a particle, including walls
+  double coordination = 0;  ///< coordination number: mean number of contacts of a particle, including walls
   /// Mean without rattlers and their contacts
   double backbone_coordination = 0;
 

@@ -14,8 +14,8 @@ struct FieldCost {
   double moving_seconds = 0;  ///< a solve in a moving scene, at field.moving_tolerance
 };
 
-/// `size`: number of cells of the whole grid, including cells inside conductors; without a grid, the number of
-/// unknowns.
+/// Estimates the cost of a field solve. `size`: number of cells of the whole grid, including cells inside conductors;
+/// without a grid, the number of unknowns.
 FieldCost estimate_field_cost(const FieldOptions& options, double size);
 /// Estimates the cost for spheres in space, whose unknowns follow from the tolerance.
 FieldCost estimate_sphere_cost(const FieldOptions& options, double single_unknowns, double moving_unknowns);

@@ -92,7 +92,7 @@ std::vector<float> values_of(laplace::LaplaceSolver& solver, const laplace::Lapl
   return {field.value.begin(), field.value.end()};
 }
 
-/// Returns whether the run has a field that can be solved for its frames.
+/// Returns true if the run has a field that can be solved for its frames.
 bool has_field(const Result& result) {
   if (result.conductor_frame(0).potential.empty()) return false;
   try {

@@ -17,7 +17,7 @@ class Interruption {
   /// Marks the start of the run.
   void begin();
   static bool requested();
-  /// Returns whether SIGTERM or SIGHUP was recorded. Their senders (a scheduler, a closing terminal) do not wait long.
+  /// Returns true if SIGTERM or SIGHUP was recorded. Their senders (a scheduler, a closing terminal) do not wait long.
   static bool urgent();
   /// Disables the time limit while a file is written: until the next requested(), only a second signal ends the
   /// program.

@@ -66,7 +66,7 @@ void check_outputs(const std::vector<std::string>& written, const std::vector<st
 
 void check_overwrite(bool overwrite, const std::vector<std::string>& written, const std::string& options) {
   if (!overwrite || !std::ranges::all_of(written, &std::string::empty)) return;
-  throw InputError(fmt::format("--overwrite is not allowed where no file is written: it goes with {}", options));
+  throw InputError(fmt::format("--overwrite is not allowed where no file is written: it is for {}", options));
 }
 
 void JsonTarget::put(const nlohmann::ordered_json& json, int indent) const {

@@ -72,7 +72,7 @@ std::vector<network::PackingElectrode> electrodes_of(const PackingFrame& frame, 
   return electrodes_by(network::read_electrodes, frame, between);
 }
 
-/// Sets a resistance of 1 Ohm if neither a resistor nor a resistance is given. Returns whether it did.
+/// Sets a resistance of 1 Ohm if neither a resistor nor a resistance is given. Returns true if it did.
 bool assume_resistance(NetworkOptions& options) {
   if (options.resistor || options.parameters.resistance) return false;
   options.parameters.resistance = 1;

@@ -24,7 +24,7 @@ class Progress {
   ~Progress() { end_line(); }
   Progress(const Progress&) = delete;
 
-  /// Returns whether another line is due.
+  /// Returns true if another line is due.
   bool due() const;
   /// Shows a line with the remaining time from `now` to the end, or an upper bound if the run may end earlier. Omits
   /// the time as seconds_left() does.

@@ -13,7 +13,7 @@ namespace lichtenberg {
 /// Temporary folder that the destructor removes.
 class ScratchFolder {
  public:
-  /// Throws Failure if the folder cannot be created.
+  /// Creates the folder. Throws Failure if it cannot be created.
   ScratchFolder() : path_((std::filesystem::temp_directory_path() / "lichtenberg-XXXXXX").string()) {
     if (mkdtemp(path_.data()) == nullptr) throw Failure("no folder for temporary files can be made at " + path_);
   }

@@ -379,7 +379,7 @@ void check_finite(const Answer& answer) {
 
 void solve_in_space(Answer& answer, const SolveArguments& request) {
   if (!request.field.empty())
-    throw InputError("--field is for scenes in two dimensions: that of spheres in space is not on a grid");
+    throw InputError("--field is for scenes in two dimensions: the field of spheres in space is not on a grid");
   laplace::SphereSolution found;
   laplace::SphereSolver solver = solve_spheres(answer, found);
   answer.force = std::move(found.sphere_force);

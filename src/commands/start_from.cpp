@@ -39,7 +39,7 @@ void check_bodies(const Result& result, const Scene& scene, const StopRequest& s
 void check_positions(const std::string& path, const Scene& scene) {
   const auto refuse_it = [&](const std::string& why) {
     throw InputError(
-        fmt::format("--from {}: {}; the domain.size of {} must be large enough for all", path, why, scene.path));
+        fmt::format("--from {}: {}; the domain.size of {} must be large enough for all bodies", path, why, scene.path));
   };
   const Box<3> box = scene.domain.box();
   for (std::size_t i = 0; i < scene.conductors.size() && !scene.domain.open; ++i)

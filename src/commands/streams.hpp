@@ -23,7 +23,7 @@ bool is_output_optional();
 /// Flushes standard output. Returns the errno of the first failed write since prepare_streams(); 0 if there was none.
 int output_error();
 
-/// Returns whether the reader of standard output has closed the pipe and the program should end by SIGPIPE. False if
+/// Returns true if the reader of standard output has closed the pipe and the program should end by SIGPIPE. False if
 /// the parent had SIGPIPE ignored, or if the output is optional.
 bool closed_pipe_ends_program();
 void end_by_closed_pipe();

@@ -118,8 +118,10 @@ Fields disturbed(const FlowRequest& request, const Grid& grid) {
   }
   const auto least = std::min(std::ranges::min(fields.density), std::ranges::min(fields.temperature));
   if (least <= 0)
-    throw InputError(fmt::format(
-        "the thermal noise of {:g} grains empties cells: theory hydrodynamics is for more of them", request.grains));
+    throw InputError(
+        fmt::format("the thermal noise of {:g} grains makes the density or temperature of a cell zero or negative: "
+                    "theory hydrodynamics needs more grains",
+                    request.grains));
   fields.charge = fields.density;
   if (request.separated)
     for (std::size_t cell = 0; cell < grid.size(); ++cell) {

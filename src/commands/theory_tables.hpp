@@ -114,7 +114,7 @@ class GasTimeSeries {
 std::vector<TheoryFigure> common_figures(const GasParameters& gas);
 /// Returns the constant restitution coefficient with the same energy loss as the gas's own at its temperature.
 double mean_restitution(const GasParameters& gas);
-/// Returns times from 0.01 to `end`, twenty per decade.
+/// Returns times from 0.01, or from end / 100 if that is less, to `end`, at least twenty per decade.
 std::vector<double> times_until(double end);
 /// Returns the states by kinetic theory with finite contact durations. Throws InputError for grains that do not charge
 /// each other or do not attract.
@@ -128,7 +128,8 @@ struct PacedGrowth {
 /// `states`: result of `merging_states`.
 PacedGrowth paced_growth(double beta, const GasParameters& gas, const std::vector<theory::KineticState>& states);
 
-/// Adds the wave numbers below which modes grow: shear, then heat and sound modes at this charge number R.
+/// Adds the wave number below which shear grows. Then adds those at which heat or sound modes begin or cease to grow,
+/// at `charge_number` R.
 void add_critical(std::vector<TheoryFigure>& figures, const theory::TransportCoefficients& c, double charge_number);
 
 /// Returns `count` values in geometric progression from `first` to `last`.

@@ -20,7 +20,8 @@ using Settings = std::vector<std::pair<std::string, double>>;
 class Trial {
  public:
   virtual ~Trial() = default;
-  /// Throws InputError if the method is not applicable, Failure if it fails.
+  /// Runs the computation once, from its initial state. Throws InputError if the method is not applicable, Failure if
+  /// the computation fails.
   virtual void run() = 0;
   /// Returns the largest relative error of each quantity of the last run against the reference.
   virtual std::vector<double> errors() const = 0;
@@ -31,7 +32,7 @@ class Trial {
   /// Returns the seconds of the last run if wall time is not appropriate: processor time of one thread, or time of
   /// another program or device without start and transfers.
   virtual std::optional<double> measured_seconds() const { return {}; }
-  /// Returns whether another program or a device does the work, whose memory is not that of this process.
+  /// Returns true if another program or a device does the work, whose memory is not that of this process.
   virtual bool uses_other_memory() const { return false; }
 };
 
@@ -66,9 +67,9 @@ struct Diagram {
   std::string clock = "wall time";       ///< clock of Point::seconds
   std::string reference;                 ///< description of the reference
   std::vector<double> reference_errors;  ///< estimated errors of the reference, per quantity
-  /// For other programs' methods (python/lichtenberg/methods): description of the problem; errors of an answer, per
-  /// quantity.
+  /// Returns the description of the problem for other programs' methods (python/lichtenberg/methods).
   std::function<nlohmann::ordered_json()> subject;
+  /// Returns the errors of another program's answer, per quantity.
   std::function<std::vector<double>(const nlohmann::ordered_json& answer)> errors;
 };
 
@@ -105,7 +106,7 @@ void sweep_grains(const Scene& scene, const Request& request);
 /// Returns the requested methods of `all`. Throws InputError for names that are neither of `all` nor of request.others.
 std::vector<Method> choose(std::vector<Method> all, const Request& request);
 /// Measures a candidate. The time is the median of up to five runs after a warm-up run; slow candidates run less often.
-/// Throws InputError if the method is not applicable, Failure if it fails.
+/// Throws InputError if the method is not applicable, Failure if a run fails.
 Point measure(const Candidate& candidate);
 
 /// Returns the processor time (s) of this thread.

@@ -274,7 +274,7 @@ std::vector<double> exact_forces(const ChargedSubject& subject, double tolerance
   return response.force;
 }
 
-/// Returns whether Ewald sums with dipoles take at most a minute. Dipoles need the fields at all grains.
+/// Returns true if Ewald sums with dipoles take at most a minute. Dipoles need the fields at all grains.
 bool is_small(const ChargedSubject& subject) { return subject.bodies.size() <= 2000; }
 
 std::vector<double> exact_forces_with_dipoles(const ChargedSubject& subject, double tolerance) {
@@ -329,7 +329,7 @@ void sweep_charges(const Scene& scene, const Request& request) {
                      ": work-precision compares methods to sum the forces of charges, but the scene has no "
                      "effects.coulomb; with --time it compares integrators");
   if (!request.sizes.empty())
-    throw InputError("--sizes goes with conductors: the meshes of charges follow from their accuracy");
+    throw InputError("--sizes is for conductors: the meshes of charges follow from their accuracy");
   if (scene.conductors.size() < 2)
     throw InputError(scene.path + ": a single charge has no force, and errors are relative to forces");
   ChargedSubject subject = make_subject(scene);

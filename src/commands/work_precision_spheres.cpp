@@ -25,7 +25,7 @@ struct SphereSubject {
   laplace::SphereProblem problem;
   SphereAnswer reference;
 
-  /// Returns whether some charges are unknown.
+  /// Returns true if some charges are unknown.
   bool has_unknown_charges() const;
   /// Returns the largest errors of potentials, forces and, if some are unknown, charges, each relative to the largest
   /// magnitude in the reference.
@@ -149,7 +149,7 @@ SphereAnswer answer_of(const Json& json) {
 
 void sweep_spheres(const Scene& scene, const Request& request) {
   if (!request.sizes.empty())
-    throw InputError("--sizes goes with grids: the field of spheres in three dimensions has none");
+    throw InputError("--sizes is for methods with a grid: the field of spheres in three dimensions has none");
   SphereSubject subject{.problem = make_field_problem(scene).spheres, .reference = {}};
   subject.problem.check();
   const std::vector<Method> methods = choose(all_methods(subject), request);

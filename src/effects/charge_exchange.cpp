@@ -61,8 +61,8 @@ const EffectKind& ChargeExchangeOptions::kind() {
       .name = "charge_exchange",
       .description = "grains in contact exchange charge at random",
       .help =
-          "Grains in contact transfer equal and opposite charges of random sign (G 3.45 to 3.51, 4.3). The energy "
-          "balance includes the resulting change of the energy of coulomb.",
+          "Grains in contact transfer equal and opposite charges of random sign (Singh 2019, equations 3.45 to 3.51 "
+          "and 4.3). The energy balance includes the resulting change of the Coulomb energy (effects.coulomb).",
       .options = ChargeExchangeOptions{},
       .keys =
           {{.name = "model",
@@ -80,7 +80,7 @@ const EffectKind& ChargeExchangeOptions::kind() {
             .target = target<&ChargeExchangeOptions::exponent>,
             // Exponent of energies, bounded to avoid overflow.
             .range = {.low = 0, .high = 10, .low_itself = false},
-            .help = "eta, of impact"},
+            .help = "eta, exponent of the impact energy in the model impact"},
            {.name = "rate",
             .target = target<&ChargeExchangeOptions::rate>,
             .unit = "1/t0",
@@ -98,8 +98,8 @@ const EffectKind& ChargeExchangeOptions::kind() {
             .help = "C, the largest charge of a grain (G 3.47)"},
            {.name = "over_capacity",
             .target = target<&ChargeExchangeOptions::over_capacity>,
-            .help = "treatment of a transfer beyond the capacity: it does not take place, or it empties the grain as "
-                    "printed in G, which loses charge"}},
+            .help = "treatment of a transfer beyond the capacity; refuse: it does not take place; reset: it empties "
+                    "the grain as printed in G, which loses charge"}},
       .dimensions = {2, 3},
       .periodic = true,
       .grains = true,

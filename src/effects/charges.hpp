@@ -15,8 +15,8 @@ namespace lichtenberg::effects {
 /// the accuracy of the field solver. The field only determines how a group's charge is divided among its members.
 class Charges {
  public:
-  /// `initial`: C, for each node of ElectricalGroups. `supplies`: number of potential sources that collect charge
-  /// (potential_sources_of).
+  /// Makes the charges at the start. `initial`: C, for each node of ElectricalGroups. `supplies`: number of potential
+  /// sources that collect charge (potential_sources_of).
   Charges(std::span<const double> initial, std::size_t supplies);
 
   /// Adds current * dt to each conductor (A, s; D 5.5) and subtracts the charge that leaks through the fluid in this

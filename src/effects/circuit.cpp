@@ -47,8 +47,8 @@ void check_sharing(const Scene& scene) {
   if (!first) return;
   if (first->grains)
     throw InputError(
-        fmt::format("{}: effects.{} has a law of sharing, which grains do not follow: they have "
-                    "Effect::exchange_charges",
+        fmt::format("{}: effects.{} defines EffectKind::sharing, which is not for grains: it must define "
+                    "Effect::exchange_charges instead",
                     scene.path, first->name));
   if (!scene.effects.has<ContactDischargeOptions>())
     throw InputError(
@@ -57,7 +57,7 @@ void check_sharing(const Scene& scene) {
                     scene.path, first->name));
   for (const Effects::Entry& effect : scene.effects)
     if (effect.kind->sharing && effect.kind != first)
-      throw InputError(fmt::format("{}: effects.{} and effects.{} both say how contacts share charge: leave one out",
+      throw InputError(fmt::format("{}: effects.{} and effects.{} both define how contacts share charge: leave one out",
                                    scene.path, first->name, effect.kind->name));
 }
 
@@ -118,8 +118,8 @@ double contact_conductance(const Scene& scene, Contact contact, ContactState sta
   const double conductance = law.conductance_in_state(state);
   if (conductance >= 0 && std::isfinite(conductance)) return conductance;
   throw InputError(
-      fmt::format("{}: effects.{} gives a contact a conductance of {:g} S at a gap of {:g} m and {:g} V: at "
-                  "least 0 and finite is allowed of a law that depends on the state",
+      fmt::format("{}: effects.{} gives a contact a conductance of {:g} S at a gap of {:g} m and {:g} V: a law that "
+                  "depends on the state must give a finite value of at least 0",
                   scene.path, sharing_effect(scene)->name, conductance, gap.value_or(NAN), state.potential_difference));
 }
 

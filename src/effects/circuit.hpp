@@ -28,7 +28,8 @@ struct Resistor {
 /// is one implicit step together with the field (docs/numerics/coupling.md).
 void check_resistors(const Draft& draft);
 
-/// Throws InputError for two effects with a sharing law, or for a sharing law without contact detection.
+/// Throws InputError for two effects with a sharing law, for a sharing law of an effect of grains, or for one without
+/// effects.contact_discharge, which detects contacts.
 void check_sharing(const Scene& scene);
 
 /// Returns true if the scene may have resistors: an electrode behind a resistor, or contacts that do not join their
@@ -44,7 +45,8 @@ bool has_circuit(const Scene& scene);
 std::vector<Resistor> resistors_of(const Scene& scene, std::span<const Contact> contacts);
 
 /// Returns the current (A) of a contact whose law depends on its state. Throws InputError unless the law's conductance
-/// is at least 0 and finite, for a law that reads the gap without a `gap_scale`, and unless that is greater than 0.
+/// is finite and at least 0. Throws InputError for a law that reads the gap without a `gap_scale`, or with one that is
+/// not greater than 0.
 double contact_current(const Scene& scene, Contact contact, const ContactState& state);
 
 /// Linearizes the current of contact_current() about a state. The conductance is its derivative with respect to the

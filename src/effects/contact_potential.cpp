@@ -85,7 +85,7 @@ const EffectKind& ContactPotentialOptions::kind() {
                 .target = target<&ContactPotentialOptions::stiffness>,
                 .unit = "J",
                 .range = ranges::positive,
-                .help = "k: scales energies and forces without effect on the final positions"},
+                .help = "scales energies and forces without effect on the final positions"},
                {.name = "box",
                 .target = [](Draft& draft) { return &draft.scene.domain.walled; },
                 .help = "the sides of the domain are walls; otherwise every [[wall]] must be given"}},

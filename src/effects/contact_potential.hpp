@@ -33,7 +33,7 @@ struct Overlap {
 /// beyond a wall has infinite energy and no outward force. Two or three dimensions.
 class ContactPotential : public Effect {
  public:
-  /// `stiffness`: k, J.
+  /// Makes the effect. `stiffness`: factor of the potential (J).
   ContactPotential(double stiffness, std::vector<Wall> walls) : stiffness_(stiffness), walls_(std::move(walls)) {}
   /// `scene` must have the effect.
   explicit ContactPotential(const Scene& scene)

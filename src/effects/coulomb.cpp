@@ -191,7 +191,7 @@ std::vector<Key> keys() {
        .target = target<&CoulombOptions::accuracy>,
        .range = {.low = 1e-12, .high = 0.1},
        .help =
-           "of mesh and ewald: rms error of forces over the rms force; determines the parameters that are not given"},
+           "for mesh and ewald: rms error of forces over the rms force; determines the parameters that are not given"},
       {.name = "cutoff",
        .target = target<&CoulombOptions::cutoff>,
        .unit = "d0",
@@ -203,22 +203,23 @@ std::vector<Key> keys() {
        .unit = "1/d0",
        .range = ranges::positive,
        .computed_default = "none: a prolate splitting",
-       .help = "of mesh: Ewald's splitting, near part erfc(alpha r) / r, instead of the prolate splitting"},
+       .help = "for mesh: alpha of Ewald's splitting, near part erfc(alpha r) / r, instead of the prolate splitting"},
       {.name = "mesh",
        .target = target<&CoulombOptions::mesh>,
        .range = {.low = 8, .high = 1024},
        .computed_default = "from the accuracy",
-       .help = "of mesh: points along the longest side"},
+       .help = "for mesh: number of mesh points along the longest side"},
       {.name = "order",
        .target = target<&CoulombOptions::order>,
        .range = {.low = 4, .high = 8},
        .computed_default = "from the accuracy",
-       .help = "of mesh: order of its windows; with cutoff, mesh and order the accuracy has no effect"},
+       .help = "for mesh: order of the windows that spread charges; with cutoff, mesh and order the accuracy has no "
+               "effect"},
       {.name = "damping",
        .target = target<&CoulombOptions::damping>,
        .unit = "1/d0",
        .range = ranges::not_negative,
-       .help = "of shifted-force: alpha of erfc(alpha r) / r; 0: none"}};
+       .help = "for shifted-force: alpha of erfc(alpha r) / r; 0: none"}};
 }
 
 }  // namespace

@@ -19,7 +19,8 @@ double longest_cutoff(const Scene& scene);
 
 periodic::MeshRequest mesh_request(const Scene& scene);
 periodic::MeshChoice mesh_for(const Scene& scene);
-/// Returns a warning about a mesh whose force error exceeds the required accuracy; empty if it does not.
+/// Returns a warning if a mesh's force error exceeds effects.coulomb.accuracy, or 0.1 if cutoff, mesh and order are
+/// given; empty otherwise.
 std::string accuracy_warning(const Scene& scene, const periodic::MeshChoice& choice);
 /// Makes the sum of the scene's charges; `warning` gets the warning of a mesh.
 std::unique_ptr<periodic::Sum> make_sum(const Scene& scene, std::string& warning);

@@ -10,7 +10,7 @@
 namespace lichtenberg::effects {
 
 void refuse_on_device(const Scene& scene, const std::string& what) {
-  throw InputError(fmt::format("{}: device = \"cuda\" has no {}: \"cpu\" has", scene.path, what));
+  throw InputError(fmt::format("{}: device = \"cuda\" does not support {}: use device = \"cpu\"", scene.path, what));
 }
 
 double grains_within(const Scene& scene, double range) {

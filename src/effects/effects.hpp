@@ -25,8 +25,9 @@ EffectList made(std::unique_ptr<E>... effects) {
 
 /// Returns the scene's bodies with the effects that have a table in the scene: those of all_kinds() in its order, then
 /// those of other kinds. Callers that need access to an effect make it and pass it in `made`. Throws InputError for
-/// limits of a run that other effects exceed and for an effect in `made` that is not in the scene. Throws it also for a
-/// periodic box that is too short for a neighbour list.
+/// limits of a run that other effects exceed. Throws InputError for an effect in `made` that is not in the scene or is
+/// given twice. Throws InputError for an effect that overrides a function which its kind of scene never calls. Throws
+/// the exceptions of check_sharing. Throws InputError for a periodic box that is too short for a neighbour list.
 Model make_model(const Scene& scene, EffectList made = {});
 
 /// Makes a model without field solvers, for callers that have field results or need only other effects.

@@ -44,13 +44,13 @@ NodeGroups groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& ch
 /// Computes the result of groups_of_nodes in `nodes`, whose memory is reused.
 void find_groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& charges, double depth, NodeGroups& nodes);
 
-/// Appends the lumped conductances of resistors between groups, and a group for each potential source at the end of
-/// such a resistor. `group_of_node`: groups of the nodes.
+/// Appends the capacitance of a step (laplace::Coupling) for each resistor between two groups. Appends a group for each
+/// potential source at such a resistor. `group_of_node`: groups of the nodes.
 void add_couplings(const ElectricalGroups& groups, const NodeCharges& charges, const std::vector<int>& group_of_node,
                    double depth, std::vector<laplace::Group>& to, std::vector<laplace::Coupling>& couplings);
 
-/// Returns the charge (C) through each resistor. `flowed` (C per metre of depth) are the charges through the lumped
-/// conductances of add_couplings.
+/// Returns the charge (C) through each resistor. `flowed` (C per metre of depth) are the charges through the couplings
+/// of add_couplings.
 std::vector<double> carried_by_resistors(const ElectricalGroups& groups, const NodeCharges& charges,
                                          const std::vector<double>& flowed, double depth);
 

@@ -37,7 +37,7 @@ laplace::AccurateSpheres solve_to_accuracy(Scene& scene, const laplace::SpherePr
 
 /// Returns the scene with field options chosen for a run, if it requests an accuracy. Errors are estimated at the
 /// conductors' initial positions, with their charges after the first output.every. Throws InputError if the accuracy
-/// cannot be reached.
+/// cannot be reached, and the exceptions of the solver.
 Scene with_field_chosen(Scene scene);
 
 /// Returns a warning if a conductor or a disk electrode has a radius below a cell of the scene's grid, which then

@@ -248,8 +248,8 @@ void check_can_move(const Scene& scene) {
   if (!method || !method->only_separate || !scene.effects.has<FloatingConductorsOptions>()) return;
   if (scene.effects.has<HertzContactOptions>() && scene.effects.has<WallContactOptions>()) return;
   throw InputError(
-      fmt::format("{}: field.method = \"{}\" in a run needs [effects.{}]: it cannot solve disks that "
-                  "overlap{}, and nothing else keeps moving ones from it; methods that can do without: {}",
+      fmt::format("{}: field.method = \"{}\" in a run needs [effects.{}]: it cannot solve disks that overlap{}, which "
+                  "no other effect prevents; methods without this need: {}",
                   scene.path, method->name, scene.effects.has<HertzContactOptions>() ? "wall_contact" : "hertz_contact",
                   scene.effects.has<HertzContactOptions>() ? " a side or an electrode" : "",
                   field_methods_that(2, [](const FieldMethodKind& other) { return !other.only_separate; })));

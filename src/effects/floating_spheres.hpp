@@ -16,7 +16,7 @@ namespace lichtenberg::effects {
 laplace::SphereProblem make_sphere_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
                                            const NodeCharges& charges);
 
-/// Converts the solution of such a problem to the scene's quantities.
+/// Converts the solution of a problem of make_sphere_problem to the scene's quantities.
 Electrostatics electrostatics_of(const Scene& scene, const laplace::SphereProblem& problem,
                                  const laplace::SphereSolution& solution);
 

@@ -136,7 +136,7 @@ SharingLaw sharing_law(const Scene& scene, Contact contact) {
   if (!kind) return {};
   const SharingLaw law = kind->sharing(scene, contact);
   if (law.conductance >= 0) return law;
-  throw InputError(fmt::format("{}: effects.{} gives a contact a conductance of {:g} S: at least 0 is allowed",
+  throw InputError(fmt::format("{}: effects.{} gives a contact a conductance of {:g} S: it must be at least 0",
                                scene.path, kind->name, law.conductance));
 }
 

@@ -61,7 +61,8 @@ struct ElectricalGroups {
 /// have the potential of its source.
 bool shares_group(const ElectricalGroups& groups, int conductor, const Terminal& terminal);
 
-/// Returns the effect whose law contacts obey (EffectKind::sharing). Null: all contacts join their bodies.
+/// Returns the effect that gives contacts their conductance (EffectKind::sharing). Null: all contacts join their bodies
+/// to one equipotential group.
 const EffectKind* sharing_effect(const Scene& scene);
 
 /// Returns the law of a contact. Throws InputError for a conductance below 0.

@@ -24,7 +24,7 @@ const EffectKind& LeakageOptions::kind() {
                 .unit = "S/m",
                 .range = ranges::positive,
                 .required = true,
-                .help = "of the fluid"}},
+                .help = "conductivity of the fluid"}},
       .needs = {{"floating_conductors"}},
       .dimensions = {2, 3},
       .periodic = true,

@@ -21,7 +21,7 @@ struct MultipoleTruncation {
 };
 
 /// Estimates the truncation errors. Empty if grains are as polarizable as conductors and thus no dielectric spheres.
-/// Throws InputError for grains that laplace::SphereSolver refuses.
+/// Throws the exceptions of laplace::SphereSolver::solve.
 std::optional<MultipoleTruncation> multipole_truncation(const Scene& scene);
 
 }  // namespace lichtenberg::effects

@@ -8,7 +8,7 @@ namespace lichtenberg {
 const FieldMethodKind& relaxation_method() {
   static const FieldMethodKind kind = {
       .name = "relaxation",
-      .help = "lattice and gradient descent (D 6.3-6.5)",
+      .help = "over-relaxation on a lattice, with gradient descent to the charges (D 6.3-6.5)",
       .describe =
           [](const FieldOptions&) {
             return std::string(

@@ -73,7 +73,7 @@ class ContactEventQueue {
   }
   /// Returns the largest acceleration since the search.
   double max_contact_acceleration() const { return max_contact_acceleration_; }
-  /// Returns whether the queue holds all pairs that may touch within a step of length `time`; `fastest` is the largest
+  /// Returns true if the queue holds all pairs that may touch within a step of length `time`; `fastest` is the largest
   /// speed. The step may be longer than that of the search by the factor `longer`, for which `excess` allows.
   bool is_valid_for(double time, double fastest) const {
     return now_ + time <= horizon_ && time <= longer * bucket_ && fastest <= bounds_.speed() &&

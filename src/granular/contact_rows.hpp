@@ -81,7 +81,8 @@ class ContactRows {
   };
 
   void resize(int pairs);
-  /// Calls visit(row) for the rows from `first`, a multiple of the width, to `last`.
+  /// Calls visit for each row, i.e. `width` successive pairs, of the pairs from `first` to `last` (excluded). `first`
+  /// must be a multiple of `width`.
   template <class Visit>
   void for_each_row(int first, int last, parallel::Team& team, const Visit& visit) {
     team.for_each((last - first + pairs_a_task - 1) / pairs_a_task, [&](int task) {
@@ -261,7 +262,7 @@ void ContactRows<d, Law>::sum_contact_forces(parallel::Team& team) {
   for (int p = 0; p < count_; ++p) add(&GrainForces::halfway, pair_[p], columns_.halfway_force[p]);
 }
 
-/// The few pairs whose force ends within the step are collected and computed together.
+/// Follows all pairs over a step. The few pairs whose force ends within the step are collected and computed together.
 template <int d, class Law>
 void ContactRows<d, Law>::follow(parallel::Team& team) {
   sum_contact_forces(team);

@@ -38,8 +38,8 @@ void check_damping(const Scene& scene, const GrainContactLaw& law) {
   constexpr double most = theory::RestitutionCurve::largest;
   if (number <= most) return;
   throw InputError(
-      fmt::format("{}: effects.viscoelastic_contact.damping = {:g} is too large for its stiffness = {:g}: an impact at "
-                  "speed 1 loses nearly all it has from {:.3g} on, which is the most that is allowed",
+      fmt::format("{}: effects.viscoelastic_contact.damping = {:g} is too large for its stiffness = {:g}: at most "
+                  "{:.3g} is allowed, with which an impact at speed 1 loses nearly all its energy",
                   scene.path, soft->dissipative, soft->elastic, soft->dissipative * most / number));
 }
 

@@ -11,7 +11,8 @@
 
 namespace lichtenberg::granular {
 
-/// Returns the contact law of the model's grains. Throws InputError unless exactly one effect gives one.
+/// Returns the contact law of the model's grains. Throws InputError unless exactly one effect defines a law. Throws
+/// InputError if its damping is beyond the table of theory::RestitutionCurve.
 GrainContactLaw contact_law(const Scene& scene, const Model& model);
 
 /// Contact forces at one instant.

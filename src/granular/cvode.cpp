@@ -46,8 +46,8 @@ class Cvode final : public GasIntegrator {
       if (++segments % many != 0) return;
       if (!(gas.time() - since > hardly * step))
         throw Failure(
-            fmt::format("{}: time does not go on from t = {:.9g} t0: contacts have begun or ended {} times "
-                        "there; mechanics.integrator = \"multirate\" has no such events",
+            fmt::format("{}: time does not advance beyond t = {:.9g} t0: contacts have begun or ended {} times there; "
+                        "mechanics.integrator = \"multirate\" has no such events",
                         gas.scene().path, gas.time(), many));
       since = gas.time();
     }

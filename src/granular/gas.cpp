@@ -319,8 +319,8 @@ void Gas::rescale(double temperature) {
   const double now = 2 * kinetic_energy() / (b.dimension * std::max(1, b.size()));
   if (!(now > 0))
     throw Failure(
-        fmt::format("{}: equilibration.temperature = {:g} cannot be had: all grains are at rest when the stage ends, "
-                    "and nothing of them can be scaled; give them population.temperature or velocities",
+        fmt::format("{}: equilibration.temperature = {:g} is impossible: all grains are at rest when the stage ends, "
+                    "and zero velocities cannot be scaled; give them population.temperature or velocities",
                     scene_.path, temperature));
   for (double& p : b.momentum) p *= std::sqrt(temperature / now);
 }

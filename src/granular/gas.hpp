@@ -42,8 +42,8 @@ struct GasSeconds {
 /// Results that a step needs at its end: smooth forces, or these with their energy.
 enum class Want { forces, energy };
 
-/// Values that follow from the grains at one instant. Functions of Gas that change the grains and take an Instant keep
-/// it true; after any other change a new one is needed.
+/// Values that follow from the grains at one instant. Functions of Gas that change the grains and take an Instant
+/// update it; after any other change a new Instant is needed.
 struct Instant {
   GrainStatistics statistics;
   std::vector<double> force{};        ///< smooth forces on the grains, [N * d]; empty: not found, or there are none
@@ -74,8 +74,9 @@ class Gas {
   GasEnergy energy(std::optional<double> potential = {});
   double fastest() const { return instant().statistics.fastest; }  ///< v0, largest speed
   double kinetic_energy() const { return instant().statistics.kinetic; }
-  /// Returns the present instant, without forces; the second function includes them.
+  /// Returns the present instant, without forces.
   Instant instant() const { return {.statistics = grain_statistics(model_.bodies, *team_)}; }
+  /// Returns the present instant with forces; with Want::energy it includes the energy of smooth forces.
   Instant instant(Want want);
   /// Adds forces to an instant that lacks them.
   void find_forces(Instant& now, Want want = Want::forces);
@@ -87,7 +88,7 @@ class Gas {
   double time_to_resolve(double impact) const;
   const GrainProperties& grain_properties() const { return grain_properties_; }
 
-  /// Returns the pairs that may touch within dt.
+  /// Returns the pairs that may touch within dt. Throws Failure if grains may move too far for the box within dt.
   std::span<const Pair> candidate_pairs(double dt);
   /// Returns the contact forces; `pairs`: all candidate pairs.
   ContactLoad contact_load(std::span<const Pair> pairs);
@@ -104,20 +105,23 @@ class Gas {
   /// Applies Effect::drive of all effects from the time `begin` to begin + dt.
   void drive(Instant& now, double begin, double dt);
   /// Advances the grains to `end` under contact forces and the present smooth forces, in substeps that resolve the
-  /// shortest contact. Momenta are then corrected for a linear change of the smooth forces. Returns that instant.
+  /// shortest contact. Momenta are then corrected for a linear change of the smooth forces. Returns the instant `end`.
+  /// Throws Failure if the shortest contact is too short for the step, or if grains may move too far for the box.
+  /// Throws Failure if grains fly through each other, or if positions are not finite.
   Instant follow_contacts(const Instant& now, double end, Want want = Want::forces);
   /// Exchanges charges between grains in contact, once per step.
   void exchange_charges(Instant& now);
 
   /// Time (t0) at which the present stage began.
   double stage_begin() const;
-  /// Returns whether contacts are elastic and move no charge, in a stage that mixes the grains.
+  /// Returns true if contacts are elastic and move no charge, in a stage that mixes the grains.
   bool in_elastic_stage() const;
   /// Time (t0) at which the present stage ends; infinite in the last one.
   double stage_end() const;
-  /// Returns whether temperature and charges are continuous at the end of the stage.
+  /// Returns true if temperature and charges are continuous at the end of the stage.
   bool cools_on_after_stage() const;
   /// Begins the next stage, with another contact law and perhaps another temperature. Returns the updated instant.
+  /// Throws Failure for a temperature if all grains are at rest.
   Instant leave_stage(Instant now = {});
 
   Checkpoint save() const;

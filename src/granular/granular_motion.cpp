@@ -162,8 +162,8 @@ struct GranularMotion::Implementation {
     if (before < end) device ? step_on_device(end) : step_on_host(end, time);
     if (!(this->time() > before) && before < end)
       throw Failure(
-          fmt::format("{}: time does not go on from t = {:.9g} t0: a step there is shorter than rounding of "
-                      "the time; softer contacts or lower speeds are needed",
+          fmt::format("{}: time does not advance beyond t = {:.9g} t0: a step there is shorter than rounding of the "
+                      "time; softer contacts or lower speeds are needed",
                       host_gas.scene().path, before));
     if (this->time() >= stage_end) leave_stage();
   }

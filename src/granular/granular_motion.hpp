@@ -18,8 +18,9 @@ class DeviceGas;
 /// Motion of a scene of grains, in reduced units (Scene::reference), by the integrator of its [mechanics].
 class GranularMotion : public Motion {
  public:
-  /// Steps run on `device`, if there is one; frames and checkpoints copy the gas back.
+  /// Makes the motion of a scene on the CPU.
   explicit GranularMotion(const Scene& scene);
+  /// Makes the motion of a scene. Steps run on `device`, unless it is null; frames and checkpoints copy the gas back.
   GranularMotion(const Scene& scene, std::unique_ptr<granular::device::DeviceGas> device);
   ~GranularMotion() override;
 

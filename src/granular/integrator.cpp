@@ -34,8 +34,8 @@ std::map<const IntegratorKind*, Maker>& makers() {
 void add_integrator(const IntegratorKind& kind, Maker make) {
   if (!kind.moves_grains || !(kind.usual_step > 0))
     throw InputError(
-        fmt::format("the integrator \"{}\" must say moves_grains = true and a usual_step greater than 0, in "
-                    "t0, the default of mechanics.step",
+        fmt::format("the integrator \"{}\" must set moves_grains = true and a usual_step greater than 0, in t0, the "
+                    "default of mechanics.step",
                     kind.name));
   list_integrator(kind);
   makers()[&kind] = make;

@@ -15,14 +15,16 @@ class GasIntegrator {
   virtual double longest_step(Gas& gas, Instant& now) const = 0;
   /// Advances the gas from `now` to the time `end`, at most a longest step away. Returns that instant with the values
   /// that the next step can reuse. With Want::energy it includes the energy of smooth forces if it has these forces.
+  /// Throws Failure if the step cannot be computed.
   virtual Instant step(Gas& gas, Instant now, double end, Want want) = 0;
 
   // For integrators with a memory of earlier steps.
 
   /// Resets the memory after a jump of forces or velocities.
   virtual void reset_history() {}
-  /// Saves it to a checkpoint, and restores it.
+  /// Saves the memory of earlier steps to a checkpoint.
   virtual void save(Checkpoint& checkpoint) const { (void)checkpoint; }
+  /// Restores the memory of earlier steps.
   virtual void restore(const Checkpoint& checkpoint) { (void)checkpoint; }
 };
 

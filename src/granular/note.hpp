@@ -13,7 +13,7 @@
 
 namespace lichtenberg::granular {
 
-/// Observables of a gas at one instant. Notes are taken between frames, too.
+/// Observables of a gas at one instant, which may lie between frames.
 struct Note {
   /// Predictions for a homogeneous gas.
   struct Expected {
@@ -32,17 +32,18 @@ struct Note {
 
 std::vector<Pair> pairs_in_contact(const Gas& gas);
 
-/// Takes a note, and advances `theory`, if there is one. `potential`: the potential energy, if it is known.
+/// Computes the observables of the gas at its present instant, and advances `theory`, if there is one. `potential`: the
+/// potential energy, if it is known.
 Note take_note(Gas& gas, std::optional<HomogeneousGas>& theory, double& analysis_seconds,
                std::optional<double> potential = {});
-/// Makes the note of a gas on a device, without predictions. `like` has its masses, radii and box. `before` has the
-/// entries of the energy budget that devices do not change.
+/// Returns the observables of a gas on a device, without predictions. `like` has its masses, radii and box. `before`
+/// has the entries of the energy budget that devices do not change.
 Note note_of(const device::Snapshot& snapshot, const Bodies& like, const GrainContactLaw& law, const GasEnergy& before);
-/// Adds the predictions of `theory` for the time of the note, in the present stage of the gas.
+/// Adds the predictions of `theory` for the instant of `note`, in the present stage of the gas.
 void expect(Note& note, const Gas& gas, HomogeneousGas& theory);
 
-/// Returns the notes as columns of the group "gas", one row per note. Without `theory` the columns of predictions are
-/// missing.
+/// Returns the observables as columns of the group "gas", one row per instant (Note). Without `theory` there are no
+/// columns of predictions.
 ColumnGroup columns_of(std::span<const Note> notes, const std::optional<HomogeneousGas>& theory);
 
 }  // namespace lichtenberg::granular

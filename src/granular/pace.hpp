@@ -13,8 +13,8 @@ namespace lichtenberg::granular {
 /// Largest path of a grain in a step of constant forces, relative to the length over which they change.
 constexpr double max_relative_path = 0.2;
 
-/// Returns the speed of the fastest of `grains` Maxwellian grains over sqrt(T/m): the tail sqrt(2/pi) u exp(-u^2/2)
-/// holds one grain.
+/// Returns the speed of the fastest of `grains` Maxwellian grains over sqrt(T/m): the tail sqrt(2/pi) u exp(-u^2/2) of
+/// the distribution contains one grain.
 inline double fastest_of(std::size_t grains) {
   const double tail = 0.8 * static_cast<double>(std::max<std::size_t>(grains, 2));
   double u = 3;
@@ -33,7 +33,8 @@ struct GrainProperties {
 };
 
 /// Returns the law that moves two grains of mass 1 and diameter 1 as `law` moves the two lightest grains, whose
-/// contacts are the shortest: the forces are divided by the mass. For grains of mass 1 or more it is the law itself.
+/// contacts are the shortest. The factor of the forces is their scale by the radii over the mass. If it is at most 1,
+/// the law itself is returned.
 template <class Law>
 LICHTENBERG_HOST_DEVICE Law for_lightest(const Law& law, const GrainProperties& grains) {
   const double by = law.scale(grains.smallest, grains.smallest) / grains.lightest;

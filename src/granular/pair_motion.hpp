@@ -17,8 +17,9 @@ template <int d, class Real = double>
 struct ExternalAcceleration {
   typename VecOf<d, Real>::type start, slope;
 
-  /// Change of the relative velocity, and displacement, by this acceleration alone from 0 to t.
+  /// Returns the change of the relative velocity from time 0 to t by this acceleration alone.
   LICHTENBERG_HOST_DEVICE auto velocity(const Real& t) const { return t * start + (0.5 * t * t) * slope; }
+  /// Returns the relative displacement from time 0 to t by this acceleration alone.
   LICHTENBERG_HOST_DEVICE auto path(const Real& t) const {
     return (0.5 * t * t) * start + (t * t * t * (1.0 / 6)) * slope;
   }
@@ -56,7 +57,7 @@ LICHTENBERG_HOST_DEVICE PairStep<d, Real> chosen(const MaskOf<Real>& which, cons
           no.impact_speed};
 }
 
-/// Effect of a contact on the second grain of a pair within a step.
+/// Impulse and displacement that a contact gives the second grain of a pair within a step.
 template <class Vector>
 struct ContactTransfer {
   Vector impulse;
@@ -91,8 +92,8 @@ class PairMotion {
                                      const ExternalAcceleration<d, Real>& external)
       : law_(law), reach_(reach), inverse_mass_(inverse_mass), external_(external) {}
 
-  /// A step of length dt of one pair, whose contact has lasted for `age`, or which is apart and may touch. The code
-  /// integrates at a single place, in a loop: the threads of a device's warp run through all code together.
+  /// Returns the step of length dt of one pair, whose contact has lasted for `age`, or whose grains are separate and
+  /// may touch. One loop integrates all cases: the threads of a device's warp run through all code together.
   LICHTENBERG_HOST_DEVICE Step integrate(const State& start, bool touching, const Real& age, double dt) const {
     PartialStep begun = begin(start, touching, age, dt);
     if (!begun.moves) return begun.step;
@@ -109,7 +110,7 @@ class PairMotion {
     Real age;    ///< of the contact at that instant
     Mask moves;  ///< false: the pair is apart throughout the step
   };
-  /// The motion up to the onset of the contact.
+  /// Returns the motion up to the onset of the contact.
   LICHTENBERG_HOST_DEVICE PartialStep begin(const State& start, const Mask& touching, const Real& age,
                                             double dt) const {
     PartialStep begun{{start}, 0, age, touching};
@@ -125,8 +126,8 @@ class PairMotion {
     return begun;
   }
 
-  /// The motion from there to the end of the step. Returns true for pairs whose force ends within the step, and leaves
-  /// them unchanged: the formula for smooth forces does not resolve the kink.
+  /// Advances the pairs from the end of begin() to the end of the step. Returns true for pairs whose force ends within
+  /// the step, and leaves them unchanged: the formula for smooth forces does not resolve the kink.
   Mask advance(PartialStep& begun, double dt) const {
     Mask rest = begun.moves;
     if (!any(rest)) return rest;
@@ -141,7 +142,7 @@ class PairMotion {
     return releases;
   }
 
-  /// The motion to the end of the step of pairs whose force ends within it.
+  /// Returns the motion to the end of the step of pairs whose force ends within it.
   Step release_within(const PartialStep& begun, double dt) const {
     return integrate_to_end(begun, load(begun.step.end), dt);
   }
@@ -199,7 +200,7 @@ class PairMotion {
   }
 
   /// Integrates to the end of the step. If the force ends within it, regula falsi finds that instant, and the pair
-  /// flies on from there. Several pairs: the force of all that move ends within the step.
+  /// flies on from there. For several pairs at once, the caller passes only pairs whose force ends within the step.
   LICHTENBERG_HOST_DEVICE Step integrate_to_end(const PartialStep& begun, const Load& first, double dt) const {
     Step step;
     Real low = begun.from, high = dt, f_low = first.unclamped, f_high = 0, end = dt;
@@ -224,7 +225,7 @@ class PairMotion {
     return step;
   }
 
-  /// The contact at one instant.
+  /// Distance, closing speed, elastic force and stored energy of the contact at one instant.
   struct Contact {
     WithInverse<Real> distance;
     Real closing, elastic, stored;

@@ -13,9 +13,9 @@
 
 namespace lichtenberg::granular {
 
-/// Head-on collision of two grains by the law of their contact, at a speed > 0. `scale`: the law's factor by the radii.
-/// Of viscoelastic grains, a restitution below 1e-3, where theory::RestitutionCurve ends, is given as 0, and its
-/// duration as 0.
+/// Returns the head-on collision of two grains by the law of their contact, at a speed > 0. `scale`: the law's factor
+/// by the radii. For viscoelastic grains beyond the end of theory::RestitutionCurve, whose restitution is below 1e-3,
+/// restitution and duration are 0.
 HeadOnCollision expected_collision(const GrainContactLaw& law, double effective_mass, double scale, double speed);
 
 /// Errors of the restitution in a run, by decade of the impact speed.
@@ -44,9 +44,9 @@ class RestitutionCheck {
     const int index = static_cast<int>(std::floor(std::log10(speed))) - first_decade;
     return index < 0 ? 0 : index < decades ? index : decades - 1;
   }
-  /// Whether a collision counts: it began at `since` or later, under the present law, and it is central. A pair with
-  /// tangential speed u gains about u^2 t / reach along its line of centres within t, which must be less than a part
-  /// `share` of the impact speed. `reach`: the sum of the radii.
+  /// Returns true if a collision counts: it began at `since` or later, under the present law, and it is central. A pair
+  /// with tangential speed u gains about u^2 t / reach along its line of centres within t, which must be less than a
+  /// part `share` of the impact speed. `reach`: the sum of the radii.
   LICHTENBERG_HOST_DEVICE static bool counts(const IsolatedCollision& c, double since, double reach) {
     constexpr double share = 1e-3;
     return c.impact_speed > 0 && c.began >= since &&
@@ -55,7 +55,9 @@ class RestitutionCheck {
 
   /// Counts the collisions of isolated pairs among those that have ended; `law` holds since the time `since`.
   void count(std::span<const Collision> ended, const Bodies& bodies, const GrainContactLaw& law, double since);
+  /// Returns the errors by decade of the impact speed.
   const std::array<Decade, decades>& by_speed() const { return decade_; }
+  /// Returns the errors of all decades together.
   Decade all() const;
 
   void save(Checkpoint& checkpoint) const;

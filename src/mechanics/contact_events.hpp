@@ -51,7 +51,7 @@ class ContactEvents {
   void widen(std::span<double> distances) const;
   /// Returns the gap (m) below which a contact is made; infinite without contacts.
   double contact_gap() const;
-  /// Whether any candidate contact must be made, or lost, at the present positions.
+  /// True members: a candidate contact must be made, or lost, at the present positions.
   struct Due {
     bool made = false, lost = false;
   };

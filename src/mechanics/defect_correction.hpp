@@ -19,7 +19,7 @@ class DefectCorrection {
   /// Corrects a body for a force (N) and its rate (N/s) that were missing for dt (s). For dt < 0 the force acted too
   /// early, and its impulse is removed: drag then brings the body to the right position.
   void apply(FreeFallCache& last, int body, double dt, Vec3 force, Vec3 rate);
-  /// Returns the displacement (m) of that correction for dt > 0 and a force of this magnitude (N).
+  /// Returns the displacement (m) by which apply() corrects for a constant force of this magnitude (N), for dt > 0.
   double displacement(FreeFallCache& last, int body, double dt, double force) const;
 
  private:

@@ -55,10 +55,10 @@ class Electrics {
   void rollback(const ElectricalState& before) { now_ = before; }
   /// Sets the field that acts on the bodies.
   void set_extrapolation(effects::ExtrapolatedField extrapolated) { now_.extrapolated = std::move(extrapolated); }
-  /// Sets it to the last accepted field, with its origin at `time` (s).
+  /// Sets the field that acts on the bodies to the last accepted field, with its origin at `time` (s).
   void set_extrapolation(double time, Rates rates);
 
-  /// Finds contacts and groups of the first instant. Throws InputError for a short circuit.
+  /// Finds the contacts and groups of the first instant. Throws InputError for a short circuit.
   void connect();
   /// Solves the field at the present positions, with the charges at `time` (s).
   Trial solve(double time, FieldGrid grid = FieldGrid::whole);
@@ -66,7 +66,8 @@ class Electrics {
   /// positions and the state for which it was solved. Throws Failure with the message of
   /// ResistorCurrents::unequal_contact_message.
   void accept(Trial trial) { accept(std::move(trial), false); }
-  /// As accept(), at an instant without a solve, with extrapolated charges `by_field` (C). Not with resistors.
+  /// Injects and distributes charges as accept() does, at an instant without a solve, with extrapolated charges
+  /// `by_field` (C). Not with resistors.
   void accept_extrapolated(double time, std::span<const double> by_field);
   /// Updates contacts and groups for the present positions. Charges must be accepted or shared at this instant. Members
   /// of groups that split keep their charges and potentials, so that the accepted field stays valid. If groups merge,
@@ -91,7 +92,7 @@ class Electrics {
   bool stationary(double fraction) const;
 
   void save(Checkpoint& checkpoint) const;
-  /// `time`: s, of the checkpoint. Throws Failure for a checkpoint of another scene.
+  /// Restores the electrical state. `time`: s, of the checkpoint. Throws Failure for a checkpoint of another scene.
   void restore(const Checkpoint& checkpoint, double time);
 
  private:

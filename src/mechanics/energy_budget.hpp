@@ -31,10 +31,10 @@ class EnergyBudget {
     std::vector<double> terminal_charge;  ///< C, by terminal
     std::vector<double> drained;          ///< C, collected by each source since the start
   };
-  /// Records the noted charges and those that resistors have `carried` (C, from a to b; may be empty) since the last
-  /// record.
+  /// Records the charges added since the last record and those that resistors have `carried` (C, from a to b; may be
+  /// empty).
   void record(Instant now, std::span<const effects::Resistor> resistors, std::span<const double> carried);
-  /// Records the noted charges up to an instant at which groups have merged. `work` (J) is the work of the field's
+  /// Records the charges added up to an instant at which groups have merged. `work` (J) is the work of the field's
   /// forces on the bodies since the last record; the remaining loss of field energy is the heat of sparks. Charges are
   /// recorded at the mean of the last potentials and of potentials extrapolated linearly to just before the merge. The
   /// error is of first order only for a merge that follows another jump.
@@ -47,8 +47,8 @@ class EnergyBudget {
   const EnergyFlows& flows() const { return flows_; }
   const std::vector<double>& delivered() const { return delivered_; }  ///< C, by source since the start
 
-  /// Returns the state right after a record: energies (J), time (s), and by node, terminal and source the values of the
-  /// last instant and their rates.
+  /// Returns the state right after a record: energies (J), time (s), by node and terminal the last values and their
+  /// rates, and by source the charges collected and delivered.
   std::vector<double> save() const;
   /// Length of save(): 9 + 2 (nodes + terminals + sources).
   std::size_t saved_size() const;

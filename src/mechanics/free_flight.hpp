@@ -51,7 +51,7 @@ class FreeFlight {
   /// Moves the bodies from time `start` to `end` (s), or to the first event if that is earlier, as Cvode::advance()
   /// does. Returns the time reached.
   double advance(double start, double end, const effects::ExtrapolatedField& extrapolated, const Events& events);
-  /// As above, with CVODE for the bodies `interacting`, at least one.
+  /// Moves the bodies as the function above. Integrates the motion of the bodies `interacting`, at least one, by CVODE.
   double advance(double start, double end, const effects::ExtrapolatedField& extrapolated, const Events& events,
                  const std::vector<int>& interacting, Cvode& cvode);
 

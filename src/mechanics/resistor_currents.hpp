@@ -21,14 +21,14 @@ class ResistorCurrents {
                    const std::vector<effects::PotentialSource>& supplies, ElectricalState& now)
       : scene_(scene), model_(model), discharge_(discharge), terminals_(terminals), supplies_(supplies), now_(now) {}
 
-  /// True if there are resistors. The charge that they carry is known only after a solve.
+  /// Returns true if there are resistors. The charge that they carry is known only after a solve.
   bool any() const { return !now_.carried.resistors.empty(); }
   /// Returns the error of a trial's charges, in tolerances; 0 without resistors. A relative error d of a charge changes
   /// the force by 2 d, like a displacement by about d times the distance to the source of the force, which is at least
   /// a radius. A tolerance is therefore position_tolerance / radius of the largest charge, or less if the field's
   /// accuracy requires it.
   double charge_error(const Trial& trial) const;
-  /// True if the law of a present contact depends on its state.
+  /// Returns true if the law of a present contact depends on its state.
   bool has_state_dependent_laws() const;
   /// Returns the longest step (s) in which no gap changes by more than half the `gap_scale` of its contact's law;
   /// infinite without such laws. Arguments: the present velocities and forces (N, all components of all bodies).

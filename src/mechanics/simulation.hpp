@@ -43,7 +43,8 @@ class Simulation : public Motion {
 
   /// Also resets this simulation to the state of a restored one: the initial guesses of the field solver are dropped.
   Checkpoint checkpoint() override;
-  /// A simulation restored from it continues as this one, except for errors within the field solver's tolerance.
+  /// Returns a checkpoint that discards nothing. A simulation that is restored from it continues as this one, except
+  /// for errors within the field solver's tolerance.
   std::optional<Checkpoint> snapshot() override;
   void restore(const Checkpoint& checkpoint) override;
 

@@ -29,7 +29,7 @@ std::map<const IntegratorKind*, Maker>& makers() {
 
 void add_integrator(const IntegratorKind& kind, Maker make) {
   if (!kind.moves_conductors)
-    throw InputError(fmt::format("the integrator \"{}\" must say moves_conductors = true", kind.name));
+    throw InputError(fmt::format("the integrator \"{}\" must set moves_conductors = true", kind.name));
   list_integrator(kind);
   makers()[&kind] = make;
 }

@@ -32,8 +32,9 @@ class Stepper {
   /// Positions may differ from those of the solve by a correction of force errors. This is at most two position
   /// tolerances, but more for a body without neighbours after a jump much larger than those before.
   virtual void advance(double time, double end) = 0;
-  /// Saves state that bodies and electrics do not have, and restores it.
+  /// Saves the state that bodies and electrics do not have.
   virtual void save(Checkpoint&) const {}
+  /// Restores the state that save() has written.
   virtual void restore(const Checkpoint&) {}
 };
 

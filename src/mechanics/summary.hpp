@@ -29,8 +29,9 @@ double charge_imbalance(const Outcome& outcome);
 /// Returns the error of the energy balance (J) of a scene with a circuit since the start.
 double energy_imbalance(const Outcome& outcome);
 
-/// Returns the largest relative overlap; 0 without overlaps. It is that of two bodies over the sum of their radii, or
-/// of a body with a side of the domain or an electrode over its diameter. Pairs of two fixed bodies do not count.
+/// Returns the largest relative overlap; 0 without overlaps. The overlap of two bodies is relative to the sum of their
+/// radii. The overlap of a body with a side of the domain or an electrode is relative to its diameter. Pairs of two
+/// fixed bodies do not count.
 double largest_overlap(const Scene& scene, const Bodies& bodies);
 
 Summary summarize(const Scene& scene, const Outcome& outcome);

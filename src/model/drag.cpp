@@ -39,7 +39,8 @@ void check_nonlinear(const DragLaw& law) {
 }  // namespace
 
 bool Drag::add(int body, const DragLaw& law) {
-  if (!(law.linear >= 0)) throw InputError(fmt::format("the drag of a body is {:g} kg/s: at least 0", law.linear));
+  if (!(law.linear >= 0))
+    throw InputError(fmt::format("the drag of a body is {:g} kg/s: it must be at least 0", law.linear));
   if (law.nonlinear) check_nonlinear(law);
   linear_[body] += law.linear;
   if (!law.nonlinear) return law.linear > 0;

@@ -32,7 +32,7 @@ class Drag {
   explicit Drag(int bodies = 0) : linear_(bodies) {}
 
   /// Adds a law for a body and returns true if the law is not zero. Throws InputError for a negative linear part.
-  /// Throws it also for a nonlinear part with a force at rest, a negative force or slope, or a slope that is not its
+  /// Throws InputError for a nonlinear part with a force at rest, a negative force or slope, or a slope that is not its
   /// derivative.
   bool add(int body, const DragLaw& law);
 

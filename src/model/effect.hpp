@@ -123,8 +123,8 @@ class Effect {
   virtual void exchange_charges(const ContactRecord& contacts, const Bodies& bodies, std::span<double> charge) {
     (void)contacts, (void)bodies, (void)charge;
   }
-  /// Changes momenta from `time` to `time` + dt as a gas around the grains does, and returns the energy that they gain.
-  /// Empty: no momentum has changed.
+  /// Changes momenta from `time` to `time` + dt by an external drive, such as a surrounding gas or weight. Returns the
+  /// energy that the bodies gain; empty: no momentum has changed.
   virtual std::optional<double> drive(double time, double dt, Bodies& bodies) {
     return (void)time, (void)dt, (void)bodies, std::nullopt;
   }
@@ -135,11 +135,11 @@ class Effect {
   /// bodies have their positions at state.time. dt (s) earlier, they had the positions that the preceding step left.
   /// The state changed here is constant between two calls. `state` has no neighbours.
   virtual void accept(const State& state, double dt) { (void)state, (void)dt; }
-  /// Saves the effect's state to a checkpoint of its own and restores it. restore() throws Failure for a checkpoint
-  /// that is no state of the effect.
+  /// Saves the effect's state to a checkpoint of its own.
   virtual void save(Checkpoint& checkpoint) const { (void)checkpoint; }
   /// Returns true if a call of save never changes later results.
   virtual bool saves_exactly() const { return true; }
+  /// Restores the effect's state. Throws Failure for a checkpoint that is no state of the effect.
   virtual void restore(const Checkpoint& checkpoint) { (void)checkpoint; }
   /// Returns the wall time (s) of the effect's forces since the start, by part; empty if parts are not timed.
   virtual std::map<std::string, double> seconds() const { return {}; }

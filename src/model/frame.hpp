@@ -42,8 +42,9 @@ struct Frame {
 
   /// Returns the column of that name; null if there is none.
   const Column* find(std::string_view name) const;
-  /// Returns the numbers of a column, converted; empty if there is no such column.
+  /// Returns the numbers of a column, converted to double; empty if there is no such column.
   std::vector<double> reals(std::string_view name) const;
+  /// Returns the numbers of a column, converted to int; empty if there is no such column.
   std::vector<int> integers(std::string_view name) const;
   /// Returns the vectors of the particles; empty if there is no such column.
   std::vector<Vec3> vectors(std::string_view name) const;

@@ -107,8 +107,9 @@ void Model::add_drag_of(std::size_t e) {
   for (int i = 0; i < bodies.size(); ++i) drags |= drag.add(i, effect.drag(bodies, i));
   if (!drags) return;
   if (effect.kind().grains)
-    throw InputError(fmt::format("effects.{} has a law of drag, which grains do not follow: they have Effect::drive",
-                                 effect.name()));
+    throw InputError(
+        fmt::format("effects.{} defines Effect::drag, which is not for grains: it must define Effect::drive instead",
+                    effect.name()));
   drag_at_ = std::min(drag_at_, e);
 }
 

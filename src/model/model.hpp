@@ -14,8 +14,8 @@ namespace lichtenberg {
 /// Bodies and the effects that act on them. Charges and a neighbour list exist only if an effect needs them.
 struct Model {
   /// `charge`: C, [N]; used only if an effect needs charges. Throws InputError for an effect that does not support the
-  /// bodies' dimension or their box's periodic sides, and for two effects of one name. Throws it also unless required
-  /// charges are one for each body, and for drag of grains or negative drag.
+  /// bodies' dimension or their box's periodic sides, and for two effects of one name. Throws InputError unless
+  /// required charges are one for each body, and for drag of grains or negative drag.
   Model(Bodies bodies, std::vector<std::unique_ptr<Effect>> effects, const std::vector<double>& charge);
 
   Bodies bodies;
@@ -46,11 +46,13 @@ struct Model {
 
   /// Commits a step of length dt (s) to `time` in every effect, without neighbours.
   void accept(double time, double dt);
-  /// Saves and restores the effects' states, as arrays "effects.NAME.ARRAY".
+  /// Saves the effects' states as arrays "effects.NAME.ARRAY".
   void save(Checkpoint& checkpoint) const;
+  /// Restores the effects' states. Throws the exceptions of Effect::restore.
   void restore(const Checkpoint& checkpoint);
-  /// Adds the effects' columns to a frame, and their lines to a summary.
+  /// Adds the effects' columns to a frame.
   void add_columns(double time, Frame& frame);
+  /// Adds the effects' lines and quantities to a summary.
   void summarize(double time, Summary& summary);
 
   /// Returns the smallest of the effects' Needs::largest_move as a length (m); infinite if no effect sets one.
@@ -62,7 +64,7 @@ struct Model {
  private:
   void add_drag_of(std::size_t effect);
   State state(double time, RequestedBodies& requested);
-  /// Returns the input of the effects without neighbours, whose search would be a pass over all bodies.
+  /// Returns the input of the effects, without neighbours. Their search would take a pass over all bodies.
   State state_without_neighbours(double time) { return {time, bodies, {}, *team, all_bodies_.bodies()}; }
 
   /// First effect with drag, after whose forces all drag is added; number of effects if there is none.

@@ -87,8 +87,8 @@ class Motion {
   /// Returns the progress for an estimate of the remaining time.
   virtual ProgressMeasure progress_measure() { return {time(), end_time()}; }
 
-  /// Returns the complete state. A motion restored from it and this one continue with bitwise identical results. For
-  /// this, the motion may discard cached data.
+  /// Returns the complete state. This motion and a motion restored from the state continue with bitwise identical
+  /// results; for this, cached data may be discarded.
   virtual Checkpoint checkpoint() = 0;
   /// Returns a checkpoint that discards nothing, for a motion that fails later. A motion restored from it agrees within
   /// solver tolerances. Empty if it is not supported.

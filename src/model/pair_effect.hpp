@@ -31,7 +31,8 @@ double largest_gap(const Law& law, std::span<const double> radius) {
 template <class Law>
 class PairEffect : public Effect {
  public:
-  /// `radius`: radii of the bodies (m); empty for a law that acts in contact only.
+  /// Makes an effect from the law of its pair force. `radius`: radii of the bodies (m); empty for a law that acts in
+  /// contact only.
   PairEffect(const EffectKind& kind, Law law, std::span<const double> radius)
       : kind_(&kind), law_(std::move(law)), gap_(largest_gap(law_, radius)) {}
   PairEffect(const EffectKind& kind, Law law, const Scene& scene)

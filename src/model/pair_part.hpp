@@ -36,7 +36,7 @@ LICHTENBERG_HOST_DEVICE void for_each_partner(const Law& law, const DeviceGrains
 template <class Law, class Executor>
 class PairPart final : public DevicePart {
  public:
-  /// `strongest`: the pair with about the largest expected force of the law.
+  /// Makes the device part of a pair law. `strongest`: the pair with about the largest expected force of the law.
   PairPart(const Executor& run, const Law& law, const PairGeometry& strongest)
       : run_(&run), law_(law), strongest_(strongest) {}
 

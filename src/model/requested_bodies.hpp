@@ -12,7 +12,7 @@ namespace lichtenberg {
 /// their neighbours depends on their number and not on the number of all bodies.
 class RequestedBodies {
  public:
-  /// `bodies`: indices in ascending order; empty: all bodies.
+  /// Requests these bodies. `bodies`: indices in ascending order; empty: all bodies.
   explicit RequestedBodies(std::vector<int> bodies = {}) : bodies_(std::move(bodies)) {}
 
   std::span<const int> bodies() const { return bodies_; }

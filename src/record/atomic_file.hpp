@@ -44,7 +44,7 @@ FileIdentity identity_of(const std::string& path);
 /// A file opened for reading. Its bytes do not change when another file takes its name.
 class OpenFile {
  public:
-  /// Throws std::system_error.
+  /// Opens the file. Throws std::system_error if it cannot be opened.
   explicit OpenFile(const std::string& path);
   OpenFile(OpenFile&& other) noexcept;
   OpenFile& operator=(OpenFile&& other) noexcept;

@@ -18,11 +18,12 @@ namespace lichtenberg {
 /// written to a segment when the tail exceeds its limit, or immediately if the frame exceeds the limit by itself.
 class FrameStore {
  public:
-  /// `particles`: number of rows of each column of particles; `tail_limit`: bytes.
+  /// Makes an empty store for the result at `path`. `particles`: number of rows of each column of particles;
+  /// `tail_limit`: bytes.
   FrameStore(std::string path, const Scene& scene, std::size_t particles, std::uint64_t tail_limit);
 
   /// Continues with the first `frames` of a result. Later frames stay on the disk until remove_stale_segments(). Throws
-  /// hdf5::Error.
+  /// hdf5::Error if the result is damaged.
   void resume_from(const ResultFile& result, std::int64_t frames);
 
   /// Number of all frames, including those since the last save.
@@ -39,7 +40,7 @@ class FrameStore {
   /// cannot be written.
   void add(Frame frame);
   /// Preserves the frames of a large file as the first segment, before the file at `path` is replaced. The segment is a
-  /// second name of the file without a copy, if the disk has hard links.
+  /// second name of the file without a copy, if the disk has hard links. Throws Failure if the segment cannot be made.
   void link_as_first_segment();
 
   /// Writes the lists of the last frame, such as its contacts.

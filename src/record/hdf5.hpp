@@ -113,8 +113,8 @@ std::string text(hid_t object, const std::string& name);
 /// Returns a list of texts that put_attribute wrote; empty if there is no attribute of this name.
 std::vector<std::string> text_attribute(hid_t object, const std::string& name);
 
-/// Writes a dataset. A dataset of the same name and shape is overwritten in place, which keeps the file from growing;
-/// one of another shape is replaced. An empty unit writes no `unit` attribute.
+/// Writes a dataset. A dataset of the same name and shape is overwritten in place, which keeps the file from growing; a
+/// dataset of another shape is replaced. An empty unit writes no `unit` attribute.
 template <class Number>
 void put(hid_t parent, const std::string& name, std::span<const Number> numbers, const Shape& shape,
          const std::string& unit);

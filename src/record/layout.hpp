@@ -28,8 +28,9 @@ std::vector<double> box_edges(const Scene& scene);
 /// Writes the constant parts of /particles/conductors: box, species, radius, mass (kg, one for each conductor).
 void put_conductors(const hdf5::Handle& file, const Scene& scene, std::span<const double> mass);
 
-/// Writes and reads /checkpoint. The names of the arrays must not contain slashes.
+/// Writes /checkpoint. The names of the arrays must not contain slashes.
 void put_checkpoint(const hdf5::Handle& file, const Checkpoint& checkpoint);
+/// Reads /checkpoint.
 Checkpoint get_checkpoint(const hdf5::Handle& file);
 
 }  // namespace lichtenberg

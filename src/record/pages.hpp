@@ -21,6 +21,7 @@ class Bytes {
   virtual void resize(std::uint64_t size) = 0;
   /// Reads bytes; bytes beyond the end are zeros.
   virtual void read(std::uint64_t offset, std::span<std::byte> bytes) const = 0;
+  /// Writes bytes at an offset.
   virtual void write(std::uint64_t offset, std::span<const std::byte> bytes) = 0;
 };
 

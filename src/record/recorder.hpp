@@ -40,19 +40,22 @@ class Recorder {
 
   /// Starts a new run; `mass` (kg) of each conductor. The function writes nothing, and a file that may be overwritten
   /// is kept until the first save. Throws InputError if `path` exists and may not be overwritten, cannot be created, or
-  /// is being written by another process.
+  /// is being written by another process. Throws InputError if the path of its folder of segments is a link or no
+  /// folder.
   static Recorder start(const std::string& path, const Scene& scene, std::span<const double> mass, bool overwrite,
                         std::uint64_t tail_bytes = usual_tail);
 
   /// Continues a run from the checkpoint in `path`. Throws InputError if there is no result file of this program's
-  /// format, or if another program has changed it or another process is writing it. Throws it also if its scene differs
-  /// from `scene` outside of the keys that first_change() ignores. Throws Failure if it is damaged.
+  /// format, or if another program has changed it or another process is writing it. Throws InputError if its scene
+  /// differs from `scene` outside of the keys that first_change() ignores, or if its run started from another result.
+  /// Throws Failure if it is damaged or cannot be read.
   static Recorder resume(const std::string& path, const Scene& scene, std::uint64_t tail_bytes = usual_tail);
 
   /// Returns a warning for a resumed run if another build of this program wrote its last session, because defaults may
   /// differ; otherwise empty.
   const std::string& warning() const { return warning_; }
-  /// See FrameStore::warning_of_columns.
+  /// Names the columns of a resumed run that its file lacks and that are therefore not recorded. Empty if there are
+  /// none.
   std::string warning_of_columns() const { return frames_.warning_of_columns(); }
   /// Returns the checkpoint from which to continue; empty for a new run.
   const std::optional<Checkpoint>& checkpoint() const { return checkpoint_; }
@@ -75,7 +78,7 @@ class Recorder {
 
   /// Adds all frames since the last save to the result, and merges all frames into one file if there is a summary.
   /// Returns a warning for the user if they stay in several files, otherwise empty. Throws Failure (for a full disk,
-  /// say) and leaves the result unchanged.
+  /// say), or InputError if a column of the history has changed its unit or type, and leaves the result unchanged.
   std::string save(const Milestone& milestone);
 
   /// Adds the frames since the last save to the result of a run that is about to end. The checkpoint stays that of the

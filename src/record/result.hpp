@@ -33,19 +33,21 @@ class Result {
   const std::vector<double>& times() const { return times_; }  ///< s
   std::vector<double> radius() const;                          ///< m
   std::vector<double> mass() const;                            ///< kg
+  // The following functions throw InputError if their data in the file are missing or damaged.
+
   /// Returns all columns of a frame except lists, with numbers as doubles and without units.
   Frame frame(int index) const;
   /// Returns the positions and radii (m) in a frame.
   std::vector<Conductor> bodies(int index) const;
   /// Returns a frame of a run of conductors.
   ConductorFrame conductor_frame(int index) const;
-  /// See ResultFile::warnings.
+  /// Returns reasons why the result may be unreliable, from the end of its run.
   std::vector<std::string> warnings() const;
   /// Returns a quantity of /observables, one number or several; empty if the run has not recorded it.
   std::vector<double> observable(const std::string& name, int index) const;
   /// Returns true if the scene has contacts, and thus a network.
   bool has_network() const;
-  /// See analysis::successors(). Requires a network.
+  /// Returns the successor of each conductor in a frame (analysis::successors). Requires a network.
   std::vector<int> successor(int index) const;
   /// Returns the closed contacts of a frame. Empty if an older version wrote the file, which stored only those of the
   /// last frame.

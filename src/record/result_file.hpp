@@ -15,8 +15,9 @@ namespace lichtenberg {
 /// it neither affects this object nor is affected. All data are read only after their checksum has been verified.
 class ResultFile {
  public:
-  /// Throws InputError unless `path` is a result file of this program's format; the message says that only such a file
-  /// can be `used` ("resumed", say). Throws hdf5::Error if it is damaged.
+  /// Opens a result file. Throws InputError unless `path` is a result file of this program's format; the message says
+  /// that only such a file can be `used` ("resumed", say). Throws hdf5::Error if it is damaged or one of its segments
+  /// cannot be read.
   ResultFile(const std::string& path, const std::string& used);
 
   const std::string& path() const { return path_; }
@@ -41,12 +42,13 @@ class ResultFile {
   /// Returns the rows of `count` frames from frame `first`. Throws hdf5::Error if there are fewer.
   template <class Number>
   std::vector<Number> rows(const std::string& dataset, std::int64_t first, std::int64_t count) const;
-  /// Returns the rows of all frames.
+  /// Returns the rows of all frames. Throws hdf5::Error if the dataset is missing.
   template <class Number>
   std::vector<Number> rows(const std::string& dataset) const {
     return rows<Number>(dataset, 0, frames_);
   }
   /// Returns the rows of a list ("contacts") of `count` frames in one file; `ends`: index after each frame's last row.
+  /// Throws hdf5::Error for frames that the file lacks or descending `ends`.
   template <class Number>
   std::vector<Number> list(const std::string& name, const std::vector<std::int64_t>& ends, std::int64_t frame,
                            std::int64_t count = 1) const;
@@ -77,7 +79,8 @@ class ResultFile {
 
 /// Adds data to the file on the disk: `put` writes them to a copy, which then replaces the file. Throws Failure and
 /// leaves the file unchanged if this fails, if a run is writing the file or if it has been replaced since it was
-/// opened. The frames of a file of more than `in_memory` bytes are copied in blocks of a few megabytes.
+/// opened. Throws the exceptions of WriterLock::if_free. The frames of a file of more than `in_memory` bytes are copied
+/// in blocks of a few megabytes.
 void store(const ResultFile& opened, const std::function<void(const hdf5::Handle& file)>& put,
            std::uint64_t in_memory = 64u << 20);
 

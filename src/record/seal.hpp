@@ -21,7 +21,8 @@ struct Seal {
 Seal seal(NewFile& file, std::uint64_t bytes);
 
 /// Returns the verified seal at the end of a file; empty: another program has written it. Throws hdf5::Error if the
-/// bytes do not match the seal, or if other bytes follow the HDF5 bytes.
+/// bytes do not match the seal, or if the HDF5 bytes end early or other bytes follow them. Throws std::system_error if
+/// the file cannot be read.
 std::optional<Seal> checked_seal(const OpenFile& file);
 
 /// Writes an HDF5 file with its seal. `check`: see NewFile::publish.

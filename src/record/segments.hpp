@@ -26,16 +26,19 @@ std::string segment_file(const std::string& path, std::int64_t number);
 /// Returns the segment's path relative to the result's folder, as stored in the index.
 std::string segment_name(const std::string& path, std::int64_t number);
 
-/// Writes and reads the segments of an index; none in a file that contains all its frames.
+/// Writes the list of segments to an index.
 void put_segments(const hdf5::Handle& index, const std::vector<Segment>& segments);
+/// Returns the segments of an index; none for a file that contains all its frames. Throws hdf5::Error if the list is
+/// incomplete.
 std::vector<Segment> get_segments(const hdf5::Handle& index);
 
-/// Opens a segment. Throws std::system_error if it is missing, hdf5::Error if it is damaged or differs from the index.
+/// Opens a segment. Throws std::system_error if it is missing or cannot be read, hdf5::Error if it is damaged or
+/// differs from the index.
 OpenFile open_segment(const std::string& path, const Segment& segment);
 
 /// Throws InputError if the path of the folder of segments is a link or no folder.
 void check_segments_folder(const std::string& path);
-/// Throws Failure if the folder does not exist and cannot be created.
+/// Creates the folder of segments unless it exists. Throws Failure if it cannot be created or its path is a link.
 void make_segments_folder(const std::string& path);
 
 /// Returns the number of the next segment, which no existing file has.
@@ -43,7 +46,7 @@ std::int64_t next_segment(const std::string& path);
 /// Removes all other segments in the folder, and the folder if it is empty then. Does nothing if the folder is a link.
 void remove_other_segments(const std::string& path, const std::vector<Segment>& segments);
 
-/// Returns the number of rows of each series in a file.
+/// Returns the number of rows of each series in a file. Throws hdf5::Error if the rows of a series have another shape.
 std::vector<hsize_t> rows_in(const hdf5::Handle& file, const std::vector<Series>& series);
 
 /// Frames in a file that is open only while they are copied, because the number of open files is limited.
@@ -53,7 +56,9 @@ struct StoredFrames {
 };
 
 /// Writes a file with the contents of `rest` and with frames: those stored in the files `before`, then `frames`. Rows
-/// are written in blocks of a few megabytes. Throws Failure.
+/// are written in blocks of a few megabytes. `check` is called just before the file gets its name and may refuse by an
+/// exception. Returns the file's seal. Throws Failure if the file cannot be written, std::system_error or hdf5::Error
+/// if stored frames cannot be read.
 Seal write_with_frames(
     const std::string& path, hdf5::Pages rest, const std::vector<Series>& series, std::span<const StoredFrames> before,
     std::span<const Rows> frames, const std::function<void()>& check = [] {});

@@ -35,8 +35,8 @@ struct Lattice {
 /// Writes a lattice as a VTKHDF file; flat lattices get two layers. Throws Failure if the disk refuses a write.
 void write_lattice_vtkhdf(const std::string& path, const Lattice& lattice);
 
-/// Writes the field to a separate file. Throws InputError if the file exists and may not be overwritten or its folder
-/// is not writable, Failure if the disk is full.
+/// Writes the field to a separate file. Throws InputError if the file exists and may not be overwritten, or for the
+/// reasons of check_writable. Throws Failure if the disk refuses a write.
 void write_field_vtkhdf(const std::string& path, const laplace::Field& field, bool overwrite = false);
 
 }  // namespace lichtenberg

@@ -10,9 +10,11 @@ namespace lichtenberg {
 /// process.
 class WriterLock {
  public:
-  /// Throws InputError that names the process with the lock.
+  /// Locks the result file at `path`. Throws InputError that names the process with the lock, and the exceptions of
+  /// if_free.
   explicit WriterLock(const std::string& path);
-  /// Returns the lock; empty if another process has it.
+  /// Returns the lock; empty if another process has it. Throws InputError if `path`.lock exists and is no lock file,
+  /// Failure if it cannot be created.
   static std::optional<WriterLock> if_free(const std::string& path);
   WriterLock(WriterLock&& other) noexcept;
   WriterLock& operator=(WriterLock&& other) noexcept;

@@ -323,7 +323,7 @@ void check_fixed(const Draft& draft, bool can_be_fixed) {
     if (!can_be_fixed)
       refuse(draft.scene.path, conductor.line, "conductor.fixed is only for motions of conductors in time");
     if (conductor.velocity)
-      refuse(draft.scene.path, conductor.line, "conductor.velocity is not allowed for a fixed conductor (held)");
+      refuse(draft.scene.path, conductor.line, "conductor.velocity is not allowed with conductor.fixed");
   }
 }
 

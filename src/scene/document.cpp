@@ -27,7 +27,8 @@ void check_nesting(const std::string& text, const std::string& path) {
     } else if (c == '#') {
       until = '\n';
     } else if (c == '.') {
-      if (++dots == most) throw InputError(fmt::format("{}:{}: a key of {} parts and more is none", path, line, most));
+      if (++dots == most)
+        throw InputError(fmt::format("{}:{}: a key with {} or more parts is not allowed", path, line, most));
     } else if (std::string_view("=,[]{}\n").find(c) != std::string_view::npos) {
       dots = 0;
     }

@@ -143,8 +143,8 @@ std::string location_prefix(const std::string& path, int line);
 void refuse_if_given(const Draft& draft, const std::string& key, const std::string& predicate);
 
 /// Checks positions and velocities against the dimension of the domain, 2 or 3, and stores them in the scene. Throws
-/// InputError for a vector of another dimension and for an axis that is periodic on one side only. Throws it also for
-/// effects and keys that do not support three dimensions or periodic sides, if the scene has them.
+/// InputError for a vector of another dimension and for an axis that is periodic on one side only. Throws InputError
+/// for effects and keys that do not support three dimensions or periodic sides, if the scene has them.
 void set_dimension(Draft& draft);
 
 /// Converts a Draft to a Scene: compares keys with each other, fills in dependent defaults and draws populations.

@@ -129,7 +129,7 @@ struct EffectKind {
   /// Compares the keys again after all defaults are filled in and the conductors are placed. Fills in those defaults of
   /// the effect's keys that depend on them.
   void (*complete)(const Draft&, Scene&) = nullptr;
-  /// Checks limits that apply to a run but not to other commands. Throws InputError.
+  /// Checks limits that apply to a run but not to other commands. Throws InputError if a limit is exceeded.
   void (*check_run)(const Scene&) = nullptr;
   EffectMaker make{};
   std::vector<ExplanationLine> (*explain)(const Scene&) = nullptr;
@@ -175,7 +175,7 @@ void check_names(const EffectKinds& kinds);
 template <class Options, class Value>
 Options options_of(Value Options::*);  // declared only
 
-/// Returns the target of a key's value: Key{.place = place<&HertzContactOptions::young>, ...}.
+/// Returns the target of a key's value: Key{.target = target<&HertzContactOptions::young>, ...}.
 template <auto member>
 auto* target(Draft& draft) {
   return &(draft.scene.effects.find<decltype(options_of(member))>()->*member);

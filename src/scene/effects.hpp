@@ -42,7 +42,8 @@ class Effects {
     return find<O>() != nullptr;
   }
 
-  /// Adds an effect to the scene, or replaces its options if the scene has it.
+  /// Adds an effect to the scene, or replaces its options if the scene has it. Throws InputError if the scene has
+  /// another kind of the same name.
   template <class O>
   O& add(O options = {}) {
     return *std::any_cast<O>(&add(O::kind(), std::any(std::move(options))));

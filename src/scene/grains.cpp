@@ -45,12 +45,12 @@ Table reference() {
                    .target = [](Draft& d) { return &d.scene.reference->velocity; },
                    .unit = "m/s",
                    .range = positive,
-                   .help = "v0"},
+                   .help = "v0, the unit of velocity"},
                   {.name = "charge",
                    .target = [](Draft& d) { return &d.scene.reference->charge; },
                    .unit = "C",
                    .range = positive,
-                   .help = "q0"},
+                   .help = "q0, the unit of charge"},
               },
           .old_path = "reference"};
 }
@@ -70,7 +70,7 @@ Table stage() {
                .unit = "t0",
                .range = positive,
                .required = true,
-               .help = "of the stage"},
+               .help = "duration of the stage"},
               {.name = "elastic",
                .target = [](Draft& d) { return &d.scene.stages.back().elastic; },
                .help = "contacts dissipate no energy and transfer no charge, and gas_drag does not act"},

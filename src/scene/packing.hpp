@@ -12,8 +12,8 @@ void check_packing_keys(const Draft& draft);
 
 /// Returns the walls of a scene with a contact potential. The sides of the domain (left, right, bottom, top; in three
 /// dimensions front and back too) come first, if the box has walls. The [[wall]]s follow. Throws InputError for a wall
-/// without a direction or with a name that no electrode can have. Throws it also for two walls of the same name and for
-/// a packing without walls.
+/// without a direction or with a name that no electrode can have. Throws InputError for two walls of the same name and
+/// for a packing without walls.
 std::vector<Wall> build_walls(const Draft& draft);
 
 /// Throws InputError for particles that are beyond a wall, that have the same position or that cannot fit into the

@@ -35,8 +35,8 @@ inline Sphere sphere_of(const Conductor& conductor) { return {conductor.position
 /// distances are to the nearest image.
 class SphereGrid {
  public:
-  /// `reach`: the largest centre distance (m) at which two bodies can conflict. `count`: expected number of bodies; the
-  /// number of buckets is at most a few times as large.
+  /// Makes an empty grid. `reach`: the largest centre distance (m) at which two bodies can conflict. `count`: expected
+  /// number of bodies; the number of buckets is at most a few times as large.
   SphereGrid(double reach, std::size_t count, const Domain& domain);
 
   void insert(const Sphere& sphere);
@@ -52,7 +52,7 @@ class SphereGrid {
   /// Index of a coordinate's bucket along an axis. Coordinates outside the domain are in the last bucket on their side,
   /// or in that of their image.
   int bucket_along(int axis, double coordinate) const;
-  /// Index of the bucket `steps` further along the axis; `none` beyond a side.
+  /// Returns the index of the bucket `steps` further along the axis; `none` beyond a side.
   int neighbour_bucket(int axis, int bucket, int steps) const;
   std::optional<std::size_t> conflict_in(std::size_t bucket, const Sphere& sphere, double clearance) const;
   double distance(Vec3 a, Vec3 b) const;
@@ -71,19 +71,21 @@ constexpr double touching_slack = 1e-9;
 constexpr double finest_diameter = 1e-9;
 
 /// Throws InputError for individually given conductors that overlap each other, an electrode or a side of the domain.
-/// Throws it also for a centre beyond a periodic side. Touching is allowed.
+/// Throws InputError for a centre beyond a periodic side and for a conductor that overlaps its own image. Touching is
+/// allowed.
 void check_given_conductors(const Draft& draft, const std::vector<Electrode>& electrodes);
 
 /// Returns the individually given conductors, then the populations in the order of the file, with the positions and
-/// radii of `bodies`. Throws InputError if the numbers differ, or if a body has a radius that the file does not give
-/// it.
+/// radii of `bodies`. Throws InputError for an invalid population, if the numbers differ, or if a body has a radius
+/// that the file does not give it.
 std::vector<Conductor> conductors_at(const Draft& draft, const std::vector<Conductor>& bodies);
 
 /// Returns the individually given conductors, then the populations in the order of the file. Each conductor of a
 /// population takes its first free random position (random sequential addition). If overlaps are allowed, it only has
 /// to be free of electrodes and walls. The generator draws the radius, if it is an interval, then x, y (and z) of each
-/// try. Throws InputError if a conductor finds no position because the population is too dense. Throws Stopped if
-/// `stop` returns true, which is called for each conductor and each millisecond.
+/// try. Throws InputError for an invalid count, region or choice of radii of a population, or if a conductor finds no
+/// position because the population is too dense. Throws Stopped if `stop` returns true, which is called for each
+/// conductor and each millisecond.
 std::vector<Conductor> place_conductors(const Draft& draft, const std::vector<Electrode>& electrodes,
                                         const std::vector<Wall>& walls, const StopRequest& stop);
 

@@ -12,7 +12,7 @@ double smallest_radius(const PopulationDraft& population);
 /// Radii of the conductors of a population, in their order.
 class Radii {
  public:
-  /// Throws InputError for incompatible keys.
+  /// Checks the keys of the radii. Throws InputError if they contradict each other or one is missing.
   Radii(const Draft& draft, const PopulationDraft& population);
 
   /// Returns the next radius (m). It draws no random number if there is no choice, one for a uniform distribution, and

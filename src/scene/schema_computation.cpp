@@ -18,36 +18,38 @@ using namespace ranges;
 constexpr Range times{.low = smallest_size};
 
 Table minimize() {
-  return {
-      .path = "minimize",
-      .help = "Method that brings particles with effects.soft_repulsion to rest.",
-      .keys = {
-          {.name = "method",
-           .target = [](Draft& d) { return &d.scene.minimize.method; },
-           .help = "lbfgs-newton: limited-memory BFGS until the contacts no longer change, then Newton's method with "
-                   "conjugate gradients; fire: inertial relaxation; gradient-descent: small constant steps down the "
-                   "gradient, which end in the minimum of the gradient flow. Other methods may end in other minima"},
-          {.name = "force_tolerance",
-           .target = [](Draft& d) { return &d.scene.minimize.force_tolerance; },
-           .range = {.low = 1e-15, .high = 1, .high_itself = false},  // smaller values are below rounding
-           .help = "at rest: the largest net force on a particle, in units of stiffness over the mean diameter"},
-          {.name = "max_iterations",
-           .target = [](Draft& d) { return &d.scene.minimize.max_iterations; },
-           .range = {.low = 0, .high = 1e12},
-           .help = "largest number of iterations of a run"},
-          {.name = "step",
-           .target = [](Draft& d) { return &d.scene.minimize.step; },
-           .range = positive,
-           .help = "of gradient-descent, in units of the mean diameter squared over stiffness"},
-          {.name = "record_every",
-           .target = [](Draft& d) { return &d.scene.minimize.record_every; },
-           .range = not_negative,
-           .help = "iterations between two frames; 0: at 0, 1, 2, 3, 4, 6, 8, 11, 16, ..., and the last"},
-          {.name = "threads",
-           .target = [](Draft& d) { return &d.scene.minimize.threads; },
-           .range = {.low = 0, .high = 1024},
-           .help = "number of threads, without effect on the result; 0: one per core, fewer for few particles"},
-      }};
+  return {.path = "minimize",
+          .help = "Method that brings particles with effects.soft_repulsion to rest.",
+          .keys = {
+              {.name = "method",
+               .target = [](Draft& d) { return &d.scene.minimize.method; },
+               .help = "lbfgs-newton: limited-memory BFGS until the contacts no longer change, then Newton's method "
+                       "with conjugate gradients; lbfgs, newton-cg: only one of the two; fire: inertial relaxation; "
+                       "gradient-descent: small constant steps down the gradient, which end in the minimum of the "
+                       "gradient flow. Other methods may end in other minima"},
+              {.name = "force_tolerance",
+               .target = [](Draft& d) { return &d.scene.minimize.force_tolerance; },
+               .range = {.low = 1e-15, .high = 1, .high_itself = false},  // smaller values are below rounding
+               .help = "the run ends when no net force on a particle exceeds this value, in units of stiffness over "
+                       "the mean diameter"},
+              {.name = "max_iterations",
+               .target = [](Draft& d) { return &d.scene.minimize.max_iterations; },
+               .range = {.low = 0, .high = 1e12},
+               .help = "largest number of iterations of a run"},
+              {.name = "step",
+               .target = [](Draft& d) { return &d.scene.minimize.step; },
+               .range = positive,
+               .help = "for gradient-descent: length of a step over the force, in units of the mean diameter squared "
+                       "over stiffness"},
+              {.name = "record_every",
+               .target = [](Draft& d) { return &d.scene.minimize.record_every; },
+               .range = not_negative,
+               .help = "iterations between two frames; 0: at 0, 1, 2, 3, 4, 6, 8, 11, 16, ..., and the last"},
+              {.name = "threads",
+               .target = [](Draft& d) { return &d.scene.minimize.threads; },
+               .range = {.low = 0, .high = 1024},
+               .help = "number of threads, without effect on the result; 0: one per core, fewer for few particles"},
+          }};
 }
 
 AtChoice field_method() {
@@ -120,7 +122,8 @@ std::vector<Key> field_solvers() {
   return {
       {.name = "device",
        .target = [](Draft& d) { return &d.field.options.device; },
-       .help = "device of the cut-cell solver; --device on the command line has precedence"},
+       .help = "device of the cut-cell solver; cpu: the processor; cuda: a GPU; --device on the command line has "
+               "precedence"},
       {.name = "threads",
        .target = [](Draft& d) { return &d.field.options.threads; },
        .range = {.low = 0, .high = 1024},
@@ -128,8 +131,8 @@ std::vector<Key> field_solvers() {
                "small grids"},
       {.name = "boundary_stencil",
        .target = [](Draft& d) { return &d.field.options.links; },
-       .help = "conductance from a cell to a disk: exact for a logarithmic or for a linear potential; aperture: first "
-               "order, for comparison (linear_solver = \"assembled\")",
+       .help = "conductance from a cell to a disk; log-fitted: exact for a logarithmic potential; plain: for a linear "
+               "one; aperture: first order, for comparison (linear_solver = \"assembled\")",
        .old_name = "links"},
       {.name = "linear_solver",
        .target = [](Draft& d) { return &d.field.options.linear_solver; },
@@ -243,7 +246,7 @@ Table network() {
           {.name = "model",
            .target = [](Draft& d) { return &d.scene.network.model; },
            .computed_default = "both models",
-           .help = "nodes of the network: particles or contacts"},
+           .help = "nodes of the network; particle: the particles; contact: the contacts"},
           {.name = "terminals",
            .target = [](Draft& d) { return &d.scene.network.between; },
            .help = "electrodes, the first at 0 V: names of walls or numbers of particles",
@@ -297,8 +300,8 @@ Table output() {
                .help = "frames between two checkpoints"},
               {.name = "field",
                .target = [](Draft& d) { return &d.scene.output.field; },
-               .help = "stored potential of the last frame: single precision (four bytes per cell before compression), "
-                       "double precision, or none"},
+               .help = "stored potential of the last frame; single: in single precision, four bytes per cell before "
+                       "compression; double: in double precision; none: not stored"},
               {.name = "picture",
                .target = [](Draft& d) { return &d.scene.output.picture; },
                .help = "draw the final state"},
@@ -320,7 +323,7 @@ Table stop() {
               {.name = "force",
                .target = [](Draft& d) { return &d.scene.stop.force; },
                .range = accuracy,
-               .help = "negligible: this fraction of the largest force of the run"},
+               .help = "forces below this fraction of the run's largest force are negligible for stop.stationary"},
           }};
 }
 

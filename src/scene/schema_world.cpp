@@ -93,7 +93,7 @@ Table medium() {
                .target = [](Draft& d) { return &d.scene.medium.temperature; },
                .unit = "K",
                .range = positive,
-               .help = "for the entropy production of the dissipated power; it has no other effect"},
+               .help = "temperature for the entropy production of the dissipated power; it has no other effect"},
           }};
 }
 
@@ -105,7 +105,7 @@ Table material() {
                .target = [](Draft& d) { return &d.scene.material.density; },
                .unit = "kg/m^3",
                .range = positive,
-               .help = "of the conductors, whose masses are those of spheres; default: steel"},
+               .help = "density of the conductors, whose masses are those of spheres; default: steel"},
           }};
 }
 
@@ -114,18 +114,18 @@ std::vector<Key> electrode_source_keys() {
       {.name = "name",
        .target = [](Draft& d) { return &d.electrodes.back().name; },
        .computed_default = "the shape and a number, as in \"disk 1\"",
-       .help = "its name in messages and results"},
+       .help = "name in messages and results"},
       {.name = "shape",
        .target = [](Draft& d) { return &d.electrodes.back().shape; },
        .texts = {"disk", "half-disk", "bar", "ring", "sphere"},
        .required = true,
-       .help = "half-disk: a disk centred on a side of the domain; ring: conducting outside its circle; sphere: the "
-               "only shape in three dimensions"},
+       .help = "disk: a whole disk; half-disk: a disk centred on a side of the domain; bar: a straight bar with flat "
+               "ends; ring: conducting outside its circle; sphere: the only shape in three dimensions"},
       {.name = "potential",
        .target = [](Draft& d) { return &d.electrodes.back().potential; },
        .unit = "V",
        .required = true,
-       .help = "its potential, or that of its source if there is a series resistance"},
+       .help = "potential of the electrode, or of its source if there is a series resistance"},
       {.name = "series_resistance",
        .target = [](Draft& d) { return &d.electrodes.back().series_resistance; },
        .unit = "ohm",
@@ -142,18 +142,18 @@ std::vector<Key> electrode_shape() {
        .target = [](Draft& d) { return &d.electrodes.back().centre; },
        .unit = "m",
        .shapes = {"disk", "ring"},
-       .help = "of the circle"},
+       .help = "centre of the circle"},
       {.name = "position",
        .target = [](Draft& d) { return &d.electrodes.back().position; },
        .unit = "m",
        .shapes = {"sphere"},
-       .help = "of the centre"},
+       .help = "position of the centre"},
       {.name = "radius",
        .target = [](Draft& d) { return &d.electrodes.back().radius; },
        .unit = "m",
        .range = positive,
        .shapes = {"disk", "half-disk", "ring", "sphere"},
-       .help = "of the circle or the sphere"},
+       .help = "radius of the circle or the sphere"},
       {.name = "side",
        .target = [](Draft& d) { return &d.electrodes.back().side; },
        .texts = {"left", "right", "bottom", "top"},
@@ -180,7 +180,7 @@ std::vector<Key> electrode_shape() {
        .unit = "m",
        .range = positive,
        .shapes = {"bar"},
-       .help = "across the axis"},
+       .help = "width of the bar across its axis"},
   };
 }
 
@@ -201,12 +201,12 @@ Table wall() {
               {.name = "name",
                .target = [](Draft& d) { return &d.walls.back().name; },
                .computed_default = "\"wall\" and a number, as in \"wall 1\"",
-               .help = "its name in messages and results"},
+               .help = "name in messages and results"},
               {.name = "point",
                .target = [](Draft& d) { return &d.walls.back().point; },
                .unit = "m",
                .required = true,
-               .help = "a point of it"},
+               .help = "a point on the wall"},
               {.name = "normal",
                .target = [](Draft& d) { return &d.walls.back().normal; },
                .required = true,
@@ -242,13 +242,13 @@ std::vector<Key> conductor_sphere() {
        .target = [](Draft& d) { return &d.conductors.back().position; },
        .unit = "m",
        .required = true,
-       .help = "of the centre"},
+       .help = "position of the centre"},
       {.name = "radius",
        .target = [](Draft& d) { return &d.conductors.back().conductor.radius; },
        .unit = "m",
        .range = positive,
        .required = true,
-       .help = "its radius"},
+       .help = "radius of the conductor"},
   };
 }
 
@@ -271,7 +271,7 @@ std::vector<Key> conductor_state() {
       {.name = "group",
        .target = [](Draft& d) { return &d.conductors.back().group; },
        .computed_default = "none",
-       .help = "name of the [[group]] that it belongs to"},
+       .help = "name of the [[group]] that the conductor belongs to"},
   };
 }
 
@@ -309,7 +309,7 @@ Table group() {
                .target = [](Draft& d) { return &d.groups.back().potential; },
                .unit = "V",
                .computed_default = "none",
-               .help = "fixed potential; the charge follows"},
+               .help = "fixed potential of all its conductors; their charge follows from the field"},
           }};
 }
 
@@ -325,7 +325,7 @@ std::vector<Key> population_radii() {
        .unit = "m",
        .range = positive,
        .computed_default = "none; needed unless radii are given; 0.5 of grains",
-       .help = "of all, or an interval for random radii"},
+       .help = "radius of all, or an interval for random radii"},
       {.name = "radii",
        .target = [](Draft& d) { return &d.populations.back().radii; },
        .unit = "m",
@@ -334,18 +334,19 @@ std::vector<Key> population_radii() {
        .help = "list of radii instead of radius; it repeats if count is larger"},
       {.name = "distribution",
        .target = [](Draft& d) { return &d.populations.back().distribution; },
-       .help = "of the radii in their interval, which truncates it"},
+       .help = "distribution of the radii, truncated to their interval; uniform: constant density; normal: by mean and "
+               "deviation; lognormal: normal distribution of the logarithm"},
       {.name = "mean",
        .target = [](Draft& d) { return &d.populations.back().mean; },
        .unit = "m",
        .range = positive,
        .computed_default = "the middle of the interval",
-       .help = "of normal: mean before the truncation; of lognormal: the median"},
+       .help = "for normal: mean before the truncation; for lognormal: the median"},
       {.name = "deviation",
        .target = [](Draft& d) { return &d.populations.back().deviation; },
        .range = positive,
        .computed_default = "none; needed for normal and lognormal",
-       .help = "standard deviation; of normal: over the mean; of lognormal: of the radius's logarithm"},
+       .help = "standard deviation; for normal: over the mean; for lognormal: of the radius's logarithm"},
       {.name = "overlapping",
        .target = [](Draft& d) { return &d.populations.back().overlapping; },
        .help = "initial positions may overlap; needs effects.soft_repulsion"},
@@ -360,9 +361,9 @@ std::vector<Key> population_charges() {
        .help = "initial charge of each; with charge_distribution the width of the distribution"},
       {.name = "charge_distribution",
        .target = [](Draft& d) { return &d.populations.back().charge_distribution; },
-       .help = "of grains: all have the same charge; gaussian, with the standard deviation charge; or "
-               "exponential-power, of the density z / (2 Gamma(1/z)) exp(-|q|^z), q in units of charge (G 3.49). "
-               "Random charges add up to exactly 0"},
+       .help = "charges of grains; equal: all have the same charge; gaussian: normal with the standard deviation "
+               "charge; exponential-power: of the density z / (2 Gamma(1/z)) exp(-|q|^z), q in units of charge (G "
+               "3.49). Random charges add up to exactly 0"},
       {.name = "charge_exponent",
        .target = [](Draft& d) { return &d.populations.back().charge_exponent; },
        .range = {.low = 0.25},
@@ -379,8 +380,8 @@ std::vector<Key> population_places() {
        .unit = "m0 v0^2",
        .range = not_negative,
        .computed_default = "0: at rest",
-       .help = "of grains: velocities are Gaussian; mass times the variance of a component is the temperature, and "
-               "momenta add up to 0"},
+       .help = "initial temperature of grains: velocities are Gaussian; mass times the variance of a component is the "
+               "temperature, and momenta add up to 0"},
       {.name = "min_gap",
        .target = [](Draft& d) { return &d.populations.back().min_gap; },
        .unit = "m",

@@ -52,7 +52,7 @@ KeyLocation locate_key(const Schema& schema, const std::string& key) {
     throw InputError(
         fmt::format("{0} is no key of a scene but a table: name a key of it (`lichtenberg help scene {0}`)", key));
   if (const std::string whole = settable_description(schema, table_path); !whole.empty())
-    throw InputError(fmt::format("{} is no key of a scene, but {}", key, whole));
+    throw InputError(fmt::format("{} is no key of a scene: {}", key, whole));
   if (table == nullptr || find_key(*table, name) == nullptr)
     throw InputError(fmt::format("{} is no key of a scene: the nearest known key is {}", key,
                                  nearest_path(key, schema.known_paths())));

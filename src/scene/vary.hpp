@@ -8,7 +8,7 @@
 namespace lichtenberg {
 
 /// Parses a setting of a command line, "key=value". A value that is no TOML value is a text without its quotes. Throws
-/// InputError.
+/// InputError if the equals sign or the key is missing.
 Setting setting_of(const std::string& written);
 
 /// Returns the values of a list, as in "0.4e-3, 0.775e-3", each with the fewest digits that give the same number.

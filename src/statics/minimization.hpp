@@ -35,7 +35,8 @@ class Minimization : public Motion {
   /// Returns the number of the iteration.
   double time() const override { return static_cast<double>(iteration()); }
   std::string time_unit() const override { return "1"; }
-  /// Returns the next multiple of minimize.record_every, or the next of increasing intervals.
+  /// Returns the iteration of the next frame: the next multiple of minimize.record_every or, if that is 0, after an
+  /// interval that increases. At most minimize.max_iterations.
   double next_frame() const override;
   /// The number of iterations to rest is unknown.
   double end_time() const override { return INFINITY; }

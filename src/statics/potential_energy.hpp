@@ -13,7 +13,7 @@ namespace lichtenberg::statics {
 /// Contact energy (J) of a model's bodies as a function of their positions (m, [N * dimension]).
 class PotentialEnergy : public minimize::SmoothObjective {
  public:
-  /// `scene`: a scene with a contact potential.
+  /// Makes the objective of the minimization. `scene`: a scene with a contact potential.
   PotentialEnergy(const Scene& scene, int threads);
 
   int size() const override { return static_cast<int>(model_.bodies.position.size()); }

@@ -17,7 +17,7 @@ namespace lichtenberg::theory {
 /// density / 6.
 double contact_value(double density);
 
-/// Returns the collision frequency of a grain, omega = 4 n g sqrt(pi T).
+/// Returns the collision frequency of a grain, omega = 4 n g sqrt(pi T), with density n and g = contact_value(n).
 double collision_frequency(double density, double temperature);
 
 /// Returns tau of Haff's law for a constant restitution: 1/tau = (2/3) sqrt(pi) (1 - eps^2) n g sqrt(T_0) (1 + 3
@@ -65,7 +65,7 @@ struct CoolingState {
   double collisions = 0;     ///< number of collisions of a grain since the start
 };
 
-/// Returns the state of the cooling gas at these times (rising, >= 0), to 1e-9:
+/// Returns the state of the cooling gas at these times (ascending, >= 0), to 1e-9:
 ///
 ///   dT/dt = -(omega/3) T <(1 - eps(v)^2) x>,   d<q^2>/dt = omega <dq^2>,
 ///

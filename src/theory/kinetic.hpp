@@ -31,8 +31,8 @@ struct MergingIntegrals {
 /// Computes the integrals. Throws InputError unless 0 <= beta < 1e150.
 MergingIntegrals merging_integrals(double beta);
 
-/// Returns G(p) = int int exp(-x^2 - y^2) Gamma(p, beta |x y|) dx dy, p > 0 and beta >= 0, to a relative accuracy of
-/// 1e-12.
+/// Returns G(p) = int int exp(-x^2 - y^2) Gamma(p, beta |x y|) dx dy to a relative accuracy of 1e-12. Throws InputError
+/// unless p > 0 and beta >= 0.
 double contact_integral(double p, double beta);
 
 /// Means over the impacts of a Maxwellian gas (haff.hpp) as functions of T/m, which determine the rates of contacts.
@@ -65,7 +65,7 @@ struct KineticRates {
   double merging_charge = 0;  ///< S_m, loss of n <q^2> by coalescence
 };
 
-/// Returns the rates of the theory above; `coupling`: K.
+/// Returns the rates of the kinetic theory at the head of this file; `coupling`: K.
 KineticRates kinetic_rates(const Aggregates& gas, double coupling, const ImpactMeans& means);
 
 /// Returns the rates with the contact speed including the acceleration by charges, v_n^2 = (4T/m) (x - s b) u. Pairs
@@ -90,7 +90,7 @@ struct KineticState {
   double bjerrum = 0;  ///< B
 };
 
-/// Returns the state of the gas at these times (rising, >= 0), to 1e-8 (with speeds at contact 1e-5):
+/// Returns the state of the gas at these times (ascending, >= 0), to 1e-8 (with speeds at contact 1e-5):
 ///
 ///   dn/dt = -N_m,  d(3nT/2)/dt = -L_r - L_m,  d(n <q^2>)/dt = S_r - S_m.
 ///

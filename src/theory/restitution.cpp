@@ -59,7 +59,10 @@ RestitutionCurve::RestitutionCurve() {
 /// eq. 5.4).
 UniversalCollision RestitutionCurve::operator()(double k) const {
   if (!(k >= 0 && k <= largest))
-    throw InputError(fmt::format("restitution is tabulated for k in [0, {}], not for k = {}", largest, k));
+    throw InputError(
+        fmt::format("restitution is tabulated for dissipation numbers from 0 to {}, not for {}: smaller damping or "
+                    "impact speeds are needed",
+                    largest, k));
   const double u = to_u(k);
   UniversalCollision sum;
   double weights = 0;

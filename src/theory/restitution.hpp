@@ -30,7 +30,8 @@ class RestitutionCurve {
   RestitutionCurve();
   static constexpr double largest = 100;
 
-  /// Interpolates the collision at k. Throws InputError unless 0 <= k <= largest.
+  /// Returns the collision with the dimensionless damping k, interpolated in the table. Throws InputError unless 0 <= k
+  /// <= largest.
   UniversalCollision operator()(double k) const;
 
   /// Points u, in ascending order, and `loss` at these points: the input of between_nodes.

@@ -40,10 +40,10 @@ struct SizeDistribution {
   double mean_size(std::span<const double> sizes) const;
 };
 
-/// Returns the distribution at these times (rising, >= 0), to 1e-7 except for the error of missing sizes. An aggregate
-/// of intermediate size is divided between two classes such that number and mass are conserved (fixed pivots, Kumar and
-/// Ramkrishna 1996). S is then too large by about (ratio - 1)^2. If more than `most_lost` of the mass is lost, the
-/// integration ends and fewer distributions are returned.
+/// Returns the distribution at these times (ascending, >= 0), to 1e-7 except for the error of missing sizes. An
+/// aggregate of intermediate size is divided between two classes such that number and mass are conserved (fixed pivots,
+/// Kumar and Ramkrishna 1996). S is then too large by about (ratio - 1)^2. If more than `most_lost` of the mass is
+/// lost, the integration ends and fewer distributions are returned.
 std::vector<SizeDistribution> coagulate(const Kernel& kernel, std::span<const double> sizes,
                                         std::span<const double> times, double most_lost = 1e-9);
 
@@ -56,9 +56,9 @@ struct CoagulationSeries {
   double ratio = 0;            ///< ratio of neighbouring sizes in the finest classes used
 };
 
-/// Returns S and the number of aggregates at these times (rising, >= 0), up to a million grains. The error of geometric
-/// classes is quadratic in their width, so values of two widths are extrapolated to zero width (Richardson). Widths are
-/// halved until two extrapolations differ by less than three times `tolerance`, or the ratio is 1.0075.
+/// Returns S and the number of aggregates at these times (ascending, >= 0), up to a million grains. The error of
+/// geometric classes is quadratic in their width, so values of two widths are extrapolated to zero width (Richardson).
+/// Widths are halved until two extrapolations differ by less than three times `tolerance`, or the ratio is 1.0075.
 CoagulationSeries coagulation_series(const Kernel& kernel, std::span<const double> times, double tolerance = 1e-4);
 
 }  // namespace lichtenberg::theory

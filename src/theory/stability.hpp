@@ -11,14 +11,15 @@ namespace lichtenberg::theory {
 // exp(i k x) of the hydrodynamic equations. Units follow from nu_0 = (16/5) n d^2 sqrt(pi T/m): time t_0 = 1/(2 nu_0),
 // speed sqrt(2T/m), length l_0 = t_0 sqrt(2T/m) = .12467/(n d^2). All are instantaneous values.
 
-/// Transport coefficients zeta*, eta*, kappa*, mu* (G, appendix 3, (2)-(8); Brey, Dufty, Kim and Santos 1998).
+/// Transport coefficients: cooling rate zeta*, shear viscosity eta*, thermal conductivity kappa* and coefficient mu* of
+/// the heat flux by density gradients (G, appendix 3, (2)-(8); Brey, Dufty, Kim and Santos 1998).
 struct TransportCoefficients {
   double cooling = 0, viscosity = 0, conduction = 0, density_conduction = 0;
 };
 /// Returns the coefficients. Throws InputError unless 0 < restitution <= 1.
 TransportCoefficients transport_coefficients(double restitution);
 
-/// Returns l_0 in diameters; `density` is per cubic diameter.
+/// Returns the unit of length l_0, a mean free path, in diameters; `density` is per cubic diameter.
 double hydrodynamic_length(double density);
 
 /// Returns R = 2 pi K n q^2 l_0^2 / T, q the mean charge of a grain (G 6.30 prints t_0 l_0 for l_0^2).
@@ -31,8 +32,8 @@ struct Modes {
   std::array<std::complex<double>, 3> longitudinal{};
   double shear = 0;  ///< zeta*/4 - eta* k^2, for both velocities across k
 };
-/// Returns the growth rates at these wave numbers, rising, > 0. At the first wave number the modes are in descending
-/// order of their real parts. R >= 0.
+/// Returns the growth rates (dispersion relation) at these positive wave numbers, in ascending order. At the first wave
+/// number the modes are in descending order of their real parts. `charge_number`: R >= 0.
 std::vector<Modes> growth_rates(const TransportCoefficients& c, double charge_number, std::span<const double> k);
 
 /// Amplitudes of a disturbance exp(i k x); charges move with the grains.
@@ -40,8 +41,8 @@ struct Disturbance {
   std::complex<double> density, temperature;
   std::complex<double> speed;  ///< i times velocity along k
 };
-/// Returns a disturbance of wave number k > 0 at these times (t_0, rising, >= 0) by G 6.39. `charges_last`: charges do
-/// not decay with the thermal speed, so that R grows as 1/T.
+/// Returns a disturbance of wave number k > 0 at these times (t_0, ascending, >= 0) by G 6.39. `charges_last`: charges
+/// do not decay with the thermal speed, so that R grows as 1/T.
 std::vector<Disturbance> disturbance_evolution(const TransportCoefficients& c, double charge_number, bool charges_last,
                                                double k, const Disturbance& start, std::span<const double> times);
 
@@ -56,8 +57,8 @@ struct CriticalWave {
   double wave_number = 0;
   bool oscillates = false;  ///< true: a pair of sound modes; false: the heat mode
 };
-/// Returns all critical wave numbers between `least` and `most`, rising, by bracketing the real parts of the
-/// eigenvalues.
+/// Returns all critical wave numbers between `least` and `most` (1/l_0), in ascending order, by bracketing the real
+/// parts of the eigenvalues.
 std::vector<CriticalWave> critical_waves(const TransportCoefficients& c, double charge_number, double least = 1e-3,
                                          double most = 1);
 /// Returns the critical wave numbers from the cubic's coefficients: zeros of c and of a b - c.

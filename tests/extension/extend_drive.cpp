@@ -82,6 +82,6 @@ TEST_CASE("added drive: a single grain follows v / (1 + c v t) on CPU and device
 }
 
 TEST_CASE("added drive: CUDA refuses a law without kernels by name") {
-  CHECK_THROWS_WITH_AS(granular::device::check_scene(lone_grain()), doctest::Contains("no kernels of effects.square"),
-                       InputError);
+  CHECK_THROWS_WITH_AS(granular::device::check_scene(lone_grain()),
+                       doctest::Contains("a law without kernels in effects.square"), InputError);
 }

@@ -94,7 +94,7 @@ TEST_CASE("effect of grains: forces and energy act without being declared") {
 
 TEST_CASE("effect of grains: one without a device form is refused by name") {
   Scene scene = scene_with<StandingWave>();
-  const auto refusal = doctest::Contains("device = \"cuda\" has no effects.standing_wave");
+  const auto refusal = doctest::Contains("device = \"cuda\" does not support effects.standing_wave");
   CHECK_THROWS_WITH_AS(granular::device::check_scene(scene), refusal, InputError);
   CHECK_THROWS_WITH_AS(granular::device::make_host_gas(scene), refusal, InputError);
   scene.field_table = FieldOptions{.device = FieldDevice::cuda};

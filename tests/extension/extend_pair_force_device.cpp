@@ -38,8 +38,8 @@ TEST_CASE("added pair force on a device: CUDA refuses a law without kernels by n
   CHECK_NOTHROW(granular::device::check_scene(scene));
   scene.effects.remove<YukawaOptions>();
   scene.effects.add(kind, YukawaOptions{});
-  CHECK_THROWS_WITH_AS(granular::device::check_scene(scene), doctest::Contains("no kernels of effects.yukawa"),
-                       InputError);
+  CHECK_THROWS_WITH_AS(granular::device::check_scene(scene),
+                       doctest::Contains("a law without kernels in effects.yukawa"), InputError);
   CHECK_NOTHROW(granular::device::make_host_gas(scene));
 }
 

@@ -165,7 +165,7 @@ def measure_all(sweep, seconds, progress=show_progress):
 
 def check(request):
     if request.time and request.sizes:
-        raise InputError("--sizes goes with the field, not with --time: there the scene's field.cells holds")
+        raise InputError("--sizes is for the field, not for --time, which uses the scene's field.cells")
     if not request.out.endswith((".png", ".pdf", ".svg")):
         raise InputError(f"--out {request.out}: the picture's name must end in .png, .pdf or .svg")
     written = {"--out": request.out}

@@ -33,11 +33,13 @@ struct Choice {
 };
 
 /// Predicts the choice from geometry alone, without a solve. The method is final; cells and estimate are empirical
-/// predictions. Throws InputError if the requested method does not support the problem.
+/// predictions. Throws InputError if the accuracy is out of range or far from attainable, or if the requested method
+/// does not support the problem.
 Choice predict_choice(const LaplaceProblem& problem, const AccuracyRequest& request);
 
 /// Returns an upper estimate of the error for the choice's method, cells and tolerance. It uses coarser solutions on
-/// five grids of S/4 to S/2 cells, or the multipole method's own estimate.
+/// five grids of S/4 to S/2 cells, with S the choice's cells, or the multipole method's own estimate. Throws the
+/// exceptions of the solver.
 double estimated_error(const LaplaceProblem& problem, const Choice& choice, const CutCellOptions& cut_cell);
 
 struct AccurateSolution {
@@ -47,7 +49,7 @@ struct AccurateSolution {
 };
 
 /// Solves with error estimates, and with as many cells or digits as needed. Throws InputError if the accuracy cannot be
-/// met; the message states the possible accuracy.
+/// met; the message states the possible accuracy. Throws the exceptions of predict_choice and of the solver.
 AccurateSolution solve_to_accuracy(const LaplaceProblem& problem, const AccuracyRequest& request);
 
 }  // namespace lichtenberg::laplace

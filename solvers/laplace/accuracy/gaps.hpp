@@ -4,13 +4,13 @@
 
 namespace lichtenberg::laplace {
 
-/// Place that determines the error of a grid: the narrowest gap between bodies of different potential.
+/// Narrowest gap between bodies of different potential, which determines the error of a grid.
 struct NarrowGap {
   double gap = 0;     ///< Gap (m), at most two radii: larger ones do not matter
   double radius = 0;  ///< Radius (m) of the smaller disk
 };
 
-/// Returns the narrowest place of a problem with at least one disk; gaps between two bars do not count. Without disks,
+/// Returns the narrowest gap of a problem with at least one disk; gaps between two bars do not count. Without disks,
 /// gap and radius are the length of the box.
 NarrowGap narrowest(const LaplaceProblem& problem);
 

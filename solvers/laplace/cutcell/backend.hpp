@@ -23,7 +23,7 @@ class CutCellBackend : public LaplaceSolver {
   Field field() const override;
   void forget() override { clear_history(); }
   void set_tolerance(double tolerance) { options_.tolerance = tolerance; }
-  /// CutCellSolver::follow; a `coarser` backend of another kind is ignored, and nothing is followed then.
+  /// Implements CutCellSolver::follow. The solver follows no other one if `coarser` is a backend of another kind.
   virtual void follow(const CutCellBackend& coarser) = 0;
 
  protected:
@@ -36,7 +36,7 @@ class CutCellBackend : public LaplaceSolver {
   virtual void begin(const LaplaceProblem& problem, LaplaceSolution& solution) = 0;
   /// Solves the system and corrects the potentials until charges are exact.
   virtual void iterate(LaplaceSolution& solution) = 0;
-  /// Returns whether all arrays were large enough. If not, the steps from discretize() on are repeated with larger
+  /// Returns true if all arrays were large enough. If not, the steps from discretize() on are repeated with larger
   /// ones.
   virtual bool is_complete() const { return true; }
   /// Evaluates the results and adds the potentials to the history. Sets `unknowns` to the number of fluid cells.
@@ -46,7 +46,8 @@ class CutCellBackend : public LaplaceSolver {
   virtual void clear_history() = 0;
   virtual Field last_field() const = 0;
 
-  /// The field of a grid with cells of h m, from potentials by slot in units of the potential unit.
+  /// Returns the field on the grid `at` with cells of edge h (m). `cell`: potentials by Layout slot, in units of
+  /// `unit_`; `owner`: by slot.
   Field field_on(const Layout& at, double h, const double* cell, const CellOwner* owner) const;
   /// Wall time since the begin of the solve (s).
   double seconds() const;

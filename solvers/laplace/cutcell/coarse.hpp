@@ -22,7 +22,8 @@ class CoarseSolver {
   /// rounding.
   void factorize(SparseSystem system);
   void factorize(const LaplaceProblem& problem, const Level& level);
-  /// Sets v (by slot) and phi (by group) from f and charge. Entries of fixed groups and covered cells are not changed.
+  /// Solves the system for the right-hand sides f (of cells) and charge (of groups). Writes the solution to v (by
+  /// Layout slot) and phi (by group). Entries of fixed groups and covered cells are not changed.
   void solve(const float* f, const float* charge, float* v, float* phi);
 
  private:

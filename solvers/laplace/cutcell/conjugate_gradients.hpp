@@ -27,7 +27,7 @@ struct MatrixFreeContext {
 /// place, and needs the multigrid as PCSHELL with a MatrixFreeContext.
 inline constexpr const char* fused_cg = "cutcell";
 
-/// Registers the type with PETSc, which must be running. Throws Failure.
+/// Registers the type `fused_cg` with PETSc, which must be running. Throws Failure if PETSc reports an error.
 void register_fused_cg();
 
 }  // namespace lichtenberg::laplace

@@ -11,7 +11,7 @@ namespace lichtenberg::laplace {
 /// are not in the lists.
 class EdgeCells {
  public:
-  /// `links`: the level's lists.
+  /// Lists the cells at conductors. `links`: the level's lists.
   void build(const Level& level, const LinkLists<double>& links, parallel::Team& team);
   /// Calls effect(cell, first, end, 1 / diagonal) for the cells of a colour in row j. The cell's links to floating
   /// groups have the indices from `first` to `end` - 1 in the lists.

@@ -9,7 +9,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Registers solve(KSP) under `name` as a method that computes the natural norm. Throws Failure.
+/// Registers solve(KSP) under `name` as a method that computes the natural norm. Throws Failure if PETSc reports an
+/// error.
 template <PetscErrorCode (*solve)(KSP)>
 void register_natural_method(const char* name) {
   parallel::check_petsc(KSPRegister(name, [](KSP ksp) -> PetscErrorCode {

@@ -16,7 +16,8 @@ namespace lichtenberg::laplace {
 /// cells run in bands of rows on the team (wavefront.hpp).
 class Grid {
  public:
-  /// `sweeps`: number of sweeps over the cells before the correction from the next coarser grid, and after it.
+  /// Makes a grid of the V-cycle. `sweeps`: number of sweeps over the cells before the correction from the next coarser
+  /// grid, and after it.
   Grid(const Layout& at, int sweeps, parallel::Team& team);
 
   /// Takes over the level's system. `team` may differ from the team of the passes.

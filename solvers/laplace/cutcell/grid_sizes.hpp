@@ -10,8 +10,8 @@ struct GridSize {
   int nx, ny;
 };
 
-/// Returns the finest grid, with `cells` square cells along the box's longer side. Throws InputError if the shorter
-/// side is not a whole number of them.
+/// Returns the finest grid, with `cells` square cells along the box's longer side. Throws InputError for fewer than 4
+/// cells, or if the shorter side is not a whole number of cells.
 GridSize finest_grid(const LaplaceProblem& problem, int cells);
 
 /// Returns the grids of the V-cycle from the finest (nx x ny) to the coarsest, each with half the cells per side. A

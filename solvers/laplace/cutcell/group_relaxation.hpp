@@ -13,7 +13,8 @@ namespace lichtenberg::laplace {
 /// fluxes from cells.
 class GroupRelaxation {
  public:
-  /// `diagonal`: sum of each group's conductances without couplings; 0 for groups of given potential.
+  /// Sets up the relaxation of a level's groups. `diagonal`: sum of each group's conductances without couplings; 0 for
+  /// groups of given potential.
   void build(const LaplaceProblem& problem, const Level& level, const std::vector<float>& diagonal);
 
   /// Sets phi: the single groups in their order, then the block, or in the reverse order if not `forward`.
@@ -26,9 +27,10 @@ class GroupRelaxation {
   void complete_residuals(const std::vector<float>& phi, const std::vector<float>& flux,
                           std::vector<float>& residual) const;
 
-  /// Whether couplings exist. Their groups are in the block then, which has its potentials in double precision: strong
-  /// couplings would amplify rounding errors.
+  /// Returns true if couplings exist. Coupled groups are then relaxed together, as one block in double precision:
+  /// strong couplings would amplify rounding errors.
   bool is_coupled() const { return is_coupled_; }
+  /// Returns the potential of a group: in double precision from the block if the group is in it, otherwise from `phi`.
   double potential(int group, const std::vector<float>& phi) const {
     return is_coupled_ && index_in_block_[group] >= 0 ? block_phi_[index_in_block_[group]] : phi[group];
   }

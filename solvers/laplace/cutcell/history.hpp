@@ -18,8 +18,9 @@ class SolutionHistory {
   void clear() { solutions_.clear(); }
   /// Number of bodies of the last solution.
   std::size_t bodies() const { return solutions_.front().body.size(); }
-  /// Potentials of the last solution by slot, with those of conductors in covered cells; and by body.
+  /// Returns the potentials of the last solution by cell (Layout slot); in covered cells it is that of the conductor.
   const std::vector<double>& newest() const { return solutions_.front().x; }
+  /// Returns the potentials of the last solution by body.
   const std::vector<double>& newest_of_bodies() const { return solutions_.front().body; }
 
   /// Sets x to the initial guess for op x = b. Returns the work in evaluations of op. The history must not be empty.

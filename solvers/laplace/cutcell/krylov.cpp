@@ -58,7 +58,7 @@ bool is_type(Object object, const char* type) {
   return is == PETSC_TRUE;
 }
 
-/// Returns whether the method is direct: it uses no guess and has no norm to iterate by.
+/// Returns true if the method is direct: it uses no guess and has no norm to iterate by.
 bool is_direct(KSP ksp) { return is_type(ksp, KSPPREONLY); }
 
 PC preconditioner(KSP ksp) {
@@ -67,7 +67,7 @@ PC preconditioner(KSP ksp) {
   return pc;
 }
 
-/// Returns whether the preconditioner is the geometric multigrid.
+/// Returns true if the preconditioner is the geometric multigrid.
 bool has_shell(KSP ksp) { return is_type(preconditioner(ksp), PCSHELL); }
 
 /// Allows a last pivot that is rounding or 0: without ground the matrix is singular.

@@ -117,11 +117,11 @@ struct Krylov {
     parallel::check_petsc(VecDestroy(&ones));
     set_null_space(space);
   }
-  /// Returns whether the method has this KSP type.
+  /// Returns true if the method has this KSP type.
   bool is(KSPType type) const;
   /// Solves from the guess in x until the criterion is met; sets iterations and residual of `solution`. A method that
   /// stagnates or breaks down restarts from the true residual of its iterate (iterative refinement) while that halves
-  /// the norm. Throws Failure without convergence.
+  /// the norm. Throws Failure without convergence, or if numbers exceed double precision.
   void solve(LaplaceSolution& solution);
 
  private:

@@ -97,7 +97,7 @@ struct Level {
   /// A grid of nx x ny square cells over the problem's box, still without contents.
   Level(const LaplaceProblem& problem, int nx, int ny);
 
-  /// Whether a floating group has an unknown on this grid.
+  /// Returns true if a floating group has an unknown on this grid.
   bool has_unknown(int group) const { return is_absorbed.empty() || !is_absorbed[group]; }
   bool is_coupled() const { return !couplings.empty() || !fixed_couplings.empty(); }
   /// Links between groups without an unknown cell between them: pair links and links through eliminated cells.

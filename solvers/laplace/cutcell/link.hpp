@@ -13,8 +13,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Returns the larger of the two. std::max takes references, and CUDA device code has no addresses of the constants
-/// below.
+/// Returns the larger of `value` and `least`. std::max takes references, and CUDA device code has no addresses of the
+/// constants below.
 LICHTENBERG_HOST_DEVICE constexpr double at_least(double value, double least) { return value < least ? least : value; }
 
 /// A conductance and its derivative with respect to the position of the conductor at the link's end.
@@ -97,7 +97,7 @@ LICHTENBERG_HOST_DEVICE inline Exit circle_exit(Vec2 p, Vec2 e, const SurfaceCir
   return {-dot(w, e) + sign * root, -sign * size * size / (root * root * root), normal * (size / root)};
 }
 
-/// Returns whether the shifted line meets the circle.
+/// Returns true if the shifted line meets the circle.
 LICHTENBERG_HOST_DEVICE inline bool meets(Vec2 p, Vec2 e, const SurfaceCircle& surface, double offset) {
   return std::abs(cross(e, p - surface.centre) + offset) < std::abs(surface.radius);
 }

@@ -9,7 +9,7 @@ namespace lichtenberg::laplace {
 /// Matrix-free system with geometric multigrid as preconditioner.
 class MatrixFreeSystem : public LinearSystem {
  public:
-  /// `tolerance`: value in KSP's views; each solve has its own.
+  /// Makes the system. `tolerance`: value in KSP's views; each solve has its own.
   MatrixFreeSystem(LinkFormula links, double tolerance, parallel::Team& team);
 
   void build(const LaplaceProblem& problem, Level& level, CutCellOperator& op) override;

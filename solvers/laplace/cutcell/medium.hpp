@@ -84,6 +84,7 @@ struct MirroredCell {
   int i, j;
   float sign = 1;
 
+  /// Returns the cell that mirrors (i, j) at the sides of the box. Each electrode among these sides changes its sign.
   /// `electrode`: by SideIndex.
   LICHTENBERG_HOST_DEVICE static MirroredCell of(int nx, int ny, int i, int j, const bool* electrode) {
     MirroredCell cell{i < 0 ? 0 : i < nx ? i : nx - 1, j < 0 ? 0 : j < ny ? j : ny - 1};
@@ -100,7 +101,8 @@ inline std::array<bool, 4> electrodes(const LaplaceProblem& problem) {
   return result;
 }
 
-/// `electrode`: by SideIndex.
+/// Returns the four cells around a point and their weights in a bilinear interpolation. Cells beyond a side are
+/// mirrored, with opposite sign at an electrode. `electrode`: by SideIndex.
 LICHTENBERG_HOST_DEVICE inline Interpolation interpolate(const Layout& at, Vec2 p, const bool* electrode) {
   const double x = p.x - 0.5, y = p.y - 0.5;
   const InterpolationBase base = interpolation_base(p);

@@ -16,8 +16,8 @@ class CoarseSolver;
 /// its convergence rate requires.
 class Multigrid {
  public:
-  /// `coarse_sweeps`: number of sweeps before and after the correction on all grids except the finest. A second sweep
-  /// there costs 1/8 of a CG iteration and saves two of eleven iterations.
+  /// Makes a preconditioner without grids. `coarse_sweeps`: number of sweeps before and after the correction on all
+  /// grids except the finest. A second sweep there costs 1/8 of a CG iteration and saves two of eleven iterations.
   explicit Multigrid(LinkFormula formula, parallel::Team& team = parallel::Team::single(), int coarse_sweeps = 2);
   ~Multigrid();
 

@@ -43,7 +43,7 @@ class CutCellOperator {
   void mask(double* x) const;
 
   const Level& level() const { return *level_; }
-  /// Whether only couplings link the system to given potentials.
+  /// Returns true if only couplings link the system to given potentials.
   bool grounded_by_couplings() const { return grounded_by_couplings_; }
   parallel::Team& team() const { return *team_; }
 
@@ -51,7 +51,7 @@ class CutCellOperator {
   void factorize_groups();
   double apply_field_to_groups(const double* x, double* y_group) const;
   double apply_couplings(const double* x_group, double* y_group) const;
-  /// Whether groups are linked to each other, by couplings or directly.
+  /// Returns true if groups are linked to each other, by couplings or directly.
   bool are_linked() const { return level_->is_coupled() || !pairs_.empty(); }
   void solve_groups(double* flow) const;
   void shift_cells(double value, double* x) const;

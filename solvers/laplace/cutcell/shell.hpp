@@ -24,7 +24,7 @@ class WriteAccess {
   PetscScalar* data_ = nullptr;
 };
 
-/// Calls f(entries of `from`, entries of `to`); f writes the latter.
+/// Calls f with the entries of `from` and of `to`; f writes those of `to`.
 template <class F>
 PetscErrorCode with_memory(::Vec from, ::Vec to, F f) {
   const PetscScalar* read = nullptr;

@@ -299,7 +299,8 @@ CutCellSolver::CutCellSolver(CutCellOptions options) : options_(options) {
   const bool on_device = options.device == CutCellOptions::Device::cuda;
 #ifndef PETSC_HAVE_CUDA
   if (on_device && options.linear_solver == CutCellOptions::LinearSolver::assembled)
-    throw InputError("device = \"cuda\": this program stands on a PETSc without CUDA (cmake/petsc-cuda.sh makes one)");
+    throw InputError(
+        "device = \"cuda\": this program was built with a PETSc without CUDA (cmake/petsc-cuda.sh makes one)");
 #endif
   if (on_device && options.linear_solver == CutCellOptions::LinearSolver::multigrid)
     backend_ = device::make_cuda_solver(options);
@@ -320,7 +321,7 @@ void check_link_models(const LaplaceProblem& problem, const CutCellOptions& opti
       throw InputError("the link model \"" + body.link_model->name() + "\" " + why);
     };
     if (options.device == CutCellOptions::Device::cuda) refuse_it("does not run on a CUDA device");
-    if (options.links == LinkFormula::aperture) refuse_it("does not go with links = \"aperture\"");
+    if (options.links == LinkFormula::aperture) refuse_it("is not allowed with field.boundary_stencil = \"aperture\"");
     const Disk* disk = std::get_if<Disk>(&body.shape);
     if (!disk) refuse_it("is for disks");
     const Vec2 c = disk->centre;

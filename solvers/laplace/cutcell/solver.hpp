@@ -31,9 +31,14 @@ struct CutCellOptions {
 /// body; on a device always to the first. KSP options have the prefix "field_"; -field_ksp_rtol overrules `tolerance`.
 class CutCellSolver : public LaplaceSolver {
  public:
+  /// Makes a solver. Throws InputError if `options` combine LinkFormula::aperture with multigrid, or choose cuda
+  /// without CUDA in the build or without such a device.
   explicit CutCellSolver(CutCellOptions options);
   ~CutCellSolver() override;
 
+  /// Solves the problem. Throws the exceptions of LaplaceSolver::solve. Throws InputError for a number of cells that
+  /// does not fit the box, and for an unused PETSc option of the solver. Throws InputError for a link model that the
+  /// options or the grid do not support.
   LaplaceSolution solve(const LaplaceProblem& problem) override;
   Field field() const override;
   void forget() override;

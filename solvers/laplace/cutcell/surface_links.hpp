@@ -120,7 +120,7 @@ LICHTENBERG_HOST_DEVICE inline CellRange cells_around(const Outline& body, int n
           cell_at(high.y + margin, ny)};
 }
 
-/// Returns whether the body covers the centre of cell (i, j).
+/// Returns true if the body covers the centre of cell (i, j).
 LICHTENBERG_HOST_DEVICE inline bool covers(const Outline& body, int i, int j) {
   if (body.kind == Outline::Kind::disk) {
     const double dx = i + 0.5 - body.centre.x, dy = j + 0.5 - body.centre.y;
@@ -243,7 +243,7 @@ LICHTENBERG_HOST_DEVICE inline PairConductance conductor_link(const Outline& bod
 
 /// Correction of a fluid cell's link to one conductor for a second conductor on the opposite side of the cell.
 struct OpposedSurfaceCorrection {
-  /// Whether the gap is at most a cell wide. Otherwise the two links resolve it without a correction.
+  /// True if the gap is at most a cell wide. Otherwise the two links resolve it without a correction.
   bool close = false;
   /// Derivative of the link's conductance with respect to the second conductor's position.
   Vec2 partner_gradient;

@@ -27,9 +27,11 @@ struct ClosePair {
 
 /// Bodies as circles that carry multipoles.
 struct Arrangement {
-  /// Arranges the bodies and chooses their orders. Throws InputError for a body that is not a disk. Also throws it for
-  /// disks of different groups, or a disk and an electrode side, that touch or overlap, and for an overlap above 1 % of
-  /// the radius at equal potential. Also throws it for a disk centred on an electrode side of another potential.
+  /// Arranges the bodies and chooses their orders. Throws InputError for a body that is not a disk. Throws InputError
+  /// for disks of different groups, or a disk and an electrode side of another potential, that touch or overlap. Throws
+  /// InputError for an overlap above 1 % of the radius at equal potential or with an insulating side, unless the disk
+  /// is centred on the side. Throws InputError for a disk centred on an electrode side of another potential or in a
+  /// corner of two electrodes.
   Arrangement(const LaplaceProblem& problem, const Mirrors& mirrors, Truncation truncation);
 
   int disks = 0;                ///< Number of bodies

@@ -15,7 +15,7 @@ class FarField {
  public:
   FarField(const Mirrors& mirrors, const LatticeSum& lattice, const Cells& cells, int order);
 
-  /// Returns true if a new object with these arguments would be equal, so that this one can be used again.
+  /// Returns true if a new object with these arguments would be equal, so that this object can be used again.
   bool fits(const Mirrors& mirrors, const Cells& cells, int order) const;
   int order() const { return order_; }
   double scale() const { return scale_; }  ///< Unit of length h (m)

@@ -28,13 +28,13 @@ struct MultipoleOptions {
 /// GMRES's residual; the estimate is mostly of the size of the error.
 class MultipoleSolver : public LaplaceSolver {
  public:
-  /// Makes a solver. Throws InputError for options out of range.
+  /// Makes a solver. Throws InputError unless the tolerance is between 1e-13 and 0.1 and there is at least one cell.
   explicit MultipoleSolver(MultipoleOptions options = {});
   ~MultipoleSolver() override;
 
-  /// Solves the problem. Also throws InputError for bodies that are not disks and for disks of different potential
-  /// without a gap between them. Also throws it for disks that a side cuts off-centre, and for sides of varying
-  /// potential.
+  /// Solves the problem. Throws the exceptions of LaplaceSolver::solve. Throws InputError for couplings, link models,
+  /// sides of varying potential, and electrode sides of an unbounded problem. Throws the exceptions of Arrangement for
+  /// disks that the method does not support.
   LaplaceSolution solve(const LaplaceProblem& problem) override;
   /// Returns the potential (V) of the last solve at any point of the box, or of the unbounded plane. Like `field`,
   /// throws Failure if nothing has been solved.
@@ -47,7 +47,8 @@ class MultipoleSolver : public LaplaceSolver {
   std::unique_ptr<Implementation> implementation_;
 };
 
-/// Returns the number of unknowns of this problem without solving it. Throws the exceptions of MultipoleSolver.
+/// Returns the number of unknowns of this problem without solving it. Throws InputError as the constructor and solve of
+/// MultipoleSolver do.
 long multipole_unknowns(const LaplaceProblem& problem, const MultipoleOptions& options);
 
 }  // namespace lichtenberg::laplace

@@ -23,9 +23,9 @@ struct PairSolution {
 };
 std::array<PairSolution, 2> pair_solution(double radius, double other, double gap, int degree, double accuracy);
 
-/// Close-pair correction (`PairCorrection`) of one sphere at a gap between different potentials. It holds the
-/// multipoles beyond the sphere's degree for a unit amplitude of the pair, and the potential on the sphere due to the
-/// corrections of both sides.
+/// Close-pair correction (`PairCorrection`) of one sphere at a gap between different potentials. It holds the pair's
+/// axial multipoles for a unit amplitude. Only those beyond the sphere's degree act. It also holds the potential on the
+/// sphere due to the corrections of both sides.
 struct PairCorrection {
   int sphere = 0;
   double sign = 1;                 ///< Sign of the amplitude on this sphere
@@ -60,7 +60,7 @@ struct ClosePair {
 };
 
 /// Makes close pairs for `gaps`, each pair given in one direction. Omits gaps for which the spheres' harmonics suffice.
-/// Throws Failure for a gap that takes too long.
+/// Throws Failure for a gap so narrow that its correction needs a degree above 30000.
 std::vector<ClosePair> close_pairs(const std::vector<Site>& sites, const std::vector<NearPair>& gaps, double accuracy,
                                    parallel::Team& team = parallel::Team::single());
 

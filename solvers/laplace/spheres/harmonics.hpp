@@ -7,8 +7,9 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Number of real solid harmonics C_lm up to a degree. They are normalized such that sum_m C_lm(n)^2 = 1 for a unit
-/// vector n (Schmidt); m > 0 goes with cos(m phi), m < 0 with sin(|m| phi). Arrays hold them at l (l + 1) + m.
+/// Returns the number of real solid harmonics C_lm (real spherical harmonics on the unit sphere) up to a degree. They
+/// are normalized such that sum_m C_lm(n)^2 = 1 for a unit vector n (Schmidt); m > 0 goes with cos(m phi), m < 0 with
+/// sin(|m| phi). Arrays hold them at l (l + 1) + m.
 constexpr int harmonics(int degree) { return (degree + 1) * (degree + 1); }
 constexpr int at(int l, int m) { return l * (l + 1) + m; }
 

@@ -111,20 +111,22 @@ class SphereSolver {
   /// Makes a solver. Throws InputError for an accuracy or a degree out of range. `team` must outlive the solver;
   /// results are bitwise identical for any number of threads.
   explicit SphereSolver(SphereOptions options = {}, parallel::Team& team = parallel::Team::single());
-  /// Makes a solver that owns its team.
+  /// Makes a solver that owns its team. Throws InputError for an accuracy or a degree out of range.
   SphereSolver(SphereOptions options, std::unique_ptr<parallel::Team> team);
   ~SphereSolver();
   SphereSolver(SphereSolver&&) noexcept;
 
-  /// Solves the problem. Throws the exceptions of SphereProblem::check. Throws InputError if the accuracy needs a
-  /// degree beyond double precision or memory. Throws Failure if the iteration does not converge.
+  /// Solves the problem. Throws the exceptions of SphereProblem::check. Throws InputError if electrode sides differ in
+  /// potential and are not two opposite sides. Throws InputError if the accuracy needs a degree beyond double precision
+  /// or memory. Throws Failure if the iteration does not converge, or if a gap is too narrow for the accuracy.
   SphereSolution solve(const SphereProblem& problem);
   /// Estimates the size of a solve. Throws the exceptions that solve throws before it iterates.
   SphereForecast forecast(const SphereProblem& problem) const;
-  /// Returns potential and field of the last solve at the points. Throws Failure if nothing has been solved.
+  /// Returns potential and field of the last solve at the points. Throws Failure if nothing has been solved, or if the
+  /// scene has a Reflection (reflections.hpp), i.e. a sphere that is much larger than its neighbour.
   std::vector<PointField> field(std::span<const Vec3> points) const;
   /// Returns the capacitance matrix C (row-major, groups x groups; F): charge on group i with group j at 1 V, all other
-  /// groups and the electrodes at 0. If nothing is grounded its rows sum to zero.
+  /// groups and the electrodes at 0. If nothing is grounded its rows sum to zero. Throws the exceptions of solve().
   std::vector<double> capacitance_matrix(const SphereProblem& problem);
   /// Discards all kept data, so that the next solve depends on its problem only.
   void forget();

@@ -14,12 +14,14 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Potential of the sides in the empty box: constant, or linear along one axis.
+/// Potential without spheres. In a box it is that of the sides, constant or linear along one axis; in free space it is
+/// that of the uniform field.
 struct WallPotential {
+  /// Throws InputError if electrode sides differ in potential and are not two opposite sides.
   explicit WallPotential(const SphereProblem& problem);
   double constant = 0;
   Vec3 slope;
-  int axis = -1;  ///< Axis along which it is linear
+  int axis = -1;  ///< Axis of the box along which it is linear; -1: none
   double at(Vec3 p) const { return constant + dot(slope, p); }
 };
 
@@ -30,7 +32,7 @@ struct ResponseMultipoles;
 class Fields {
  public:
   /// Chooses the spheres' degrees unless the options give one. `past`: earlier fields whose tables are used again if
-  /// possible. Throws InputError if a required degree is too large.
+  /// possible. Throws InputError if a required degree is too large, and the exceptions of close_pairs().
   Fields(const SphereProblem& problem, const Mirrors& mirrors, const SphereOptions& options, const Fields* past,
          parallel::Team& team);
 
@@ -87,11 +89,12 @@ class Fields {
   std::unique_ptr<CellField> cell_field_;
 };
 
-/// Linear system. With x = sqrt(R) a the operator x + sqrt(R) b is symmetric, and 2 pi eps x.(x + sqrt(R) b) is the
-/// energy of the charges on the spheres, which is positive. A fixed group has its potential, a floating one its charge.
-/// CG iterates among the x that keep given charges; the groups' potentials are the Lagrange multipliers
-/// (charge_constraints.hpp). On a dielectric a = -beta b (l > 0), beta = (k - 1) l / ((k + 1) l + 1) for a relative
-/// permittivity k, and x = sqrt(R / beta) a; beta is 1 on a conductor.
+/// Linear system for the multipoles a_lm of all spheres of radius R. b_lm are the local coefficients of the field of
+/// all other charges. On a conductor a_lm + b_lm = phi delta_l0 (README.md). With x = sqrt(R) a, the operator x +
+/// sqrt(R) b is symmetric. The energy of the charges on the spheres is 2 pi eps x.(x + sqrt(R) b), which is positive. A
+/// fixed group has its potential, a floating one its charge. CG iterates among the x that keep given charges; the
+/// groups' potentials are the Lagrange multipliers (charge_constraints.hpp). On a dielectric a = -beta b (l > 0), beta
+/// = (k - 1) l / ((k + 1) l + 1) for a relative permittivity k, and x = sqrt(R / beta) a; beta is 1 on a conductor.
 class System {
  public:
   System(const System&) = delete;

@@ -155,7 +155,7 @@ class DeviceMeshOn final : public DeviceMesh {
     }
     response.energy = back * back * (totals.energy + 0.5 * background * totals.charge);
     if (!std::isfinite(response.energy))
-      throw InputError("The energy of the charges is no finite number: two of them lie at the same place.");
+      throw InputError("the energy of the charges is not finite: two of them have the same position");
   }
 
   void dipole_field(const Sources& sources, std::span<const Pair>, parallel::Team&, std::span<double> field) override {

@@ -35,7 +35,7 @@ struct MeshTables {
 };
 
 /// Makes the parameters. Throws InputError where ParticleMesh does, except that windows may be prolate for charges
-/// without dipoles. Also throws it for an accuracy beyond single precision.
+/// without dipoles. Throws InputError for an accuracy beyond single precision.
 MeshTables make_tables(const Mesh& mesh, const Cloud& cloud);
 
 }  // namespace lichtenberg::periodic::device

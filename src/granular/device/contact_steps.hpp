@@ -187,7 +187,7 @@ struct ContactSteps {
     return law.scale(grains.radius[p.lower], grains.radius[p.higher]);
   }
 
-  /// Returns whether the pair of an entry may touch within an outer step.
+  /// Returns true if the pair of an entry may touch within an outer step.
   LICHTENBERG_HOST_DEVICE bool is_near(int e) const {
     return come_within(contacts.owner[e], contacts.table.partner[e], static_cast<float>(parameters->reach));
   }
@@ -308,7 +308,7 @@ struct ContactSteps {
   }
 
  private:
-  /// Returns whether a pair may come into contact in this substep; if not, sets when it is due.
+  /// Returns true if a pair may come into contact in this substep; if not, sets when it is due.
   LICHTENBERG_HOST_DEVICE bool may_come_into_contact(int k, const NearPair& p, int step) const {
     const double dt = parameters->inner;
     const auto path = static_cast<float>(parameters->reach * dt / parameters->outer);
@@ -319,7 +319,7 @@ struct ContactSteps {
     if (steps >= 1) contacts.near[k].due = step + (steps < 1e6f ? static_cast<int>(steps) : 1000000);
     return false;
   }
-  /// Returns whether the gap of two grains is less than `gap`; rounding is on the safe side.
+  /// Returns true if the gap of two grains is less than `gap`; rounding is on the safe side.
   LICHTENBERG_HOST_DEVICE bool come_within(int i, int j, float gap) const {
     const CompactGrain a = grains.compact[i], b = grains.compact[j];
     const float most = (a.radius + b.radius + gap) * (1 + 1e-5f);
@@ -357,7 +357,7 @@ struct ContactSteps {
            lower * (grains.slow_force[p.lower] + of[p.lower].times(units.force));
   }
 
-  /// Returns whether a contact continues at this distance and time, and records its end otherwise.
+  /// Returns true if a contact continues at this distance and time, and records its end otherwise.
   LICHTENBERG_HOST_DEVICE bool continues(int k, const NearPair& p, double distance2, double time) const {
     const double sum = reach(p), distance = root_of(distance2);
     if (grains.touches[p.lower] > 1 || grains.touches[p.higher] > 1) contacts.alone[p.entry] = 0;
@@ -378,7 +378,7 @@ struct ContactSteps {
         {{began, time - began, contacts.impact_speed[p.entry], -closing(at), speed_across(at)}, p.lower, p.higher});
   }
 
-  /// Returns whether two grains in straight flight come closer than `distance` within dt.
+  /// Returns true if two grains in straight flight come closer than `distance` within dt.
   LICHTENBERG_HOST_DEVICE static bool may_touch(double distance, const PairState<3>& at, double dt) {
     const double approach = -dot(at.separation, at.velocity), v2 = norm2(at.velocity);
     const double t = approach <= 0 ? 0 : approach < v2 * dt ? approach / v2 : dt;

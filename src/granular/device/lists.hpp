@@ -51,10 +51,11 @@ class GasLists {
     for (const DevicePartForm& part : state.options.parts) reach_ = std::max(reach_, part.reach);
   }
 
-  /// 0: there are none. They hold while no grain has moved by half of it.
+  /// Returns the skin (d0) of the neighbour lists; 0 if there are no lists. Lists are valid while no grain has moved by
+  /// half of the skin.
   double skin() const { return skin_; }
   TableView partners() const { return partners_.view(); }
-  /// Partners of each grain within the cutoff of pair laws.
+  /// Returns the partners of each grain within the cutoff of pair laws.
   TableView in_reach() const { return in_reach_.view(); }
   /// Number of table entries, also the capacity for candidate and active pairs.
   long entries() const { return static_cast<long>(near_.size()); }
@@ -184,7 +185,7 @@ class GasLists {
 
   /// Returns the skin (d0) with the least cost. Lists that take a time L to build are valid for about skin / travel
   /// steps, because `travel` is twice the path of the fastest grain. A skin adds a * skin to the time of a step. The
-  /// sum is least at sqrt(L travel / a), with L / a of about 10 d0. Lists should be valid for at least two steps.
+  /// sum is least at sqrt(L travel / a), with L / a of about 8 d0. Lists should be valid for at least two steps.
   static double skin_for(double travel) { return std::max(2.8 * std::sqrt(travel), 3 * travel); }
 
   static Vec3 cell_edges(const GasOptions& options) {

@@ -30,7 +30,7 @@ DeviceForces device_forces(const Scene& scene, Target target) {
     if (!entry.kind->device) refuse_on_device(scene, "effects." + entry.kind->name);
     entry.kind->device(scene, forces);
     if (target == Target::cuda && !(with_kernels(forces.parts) && with_kernels(forces.drives)))
-      refuse_on_device(scene, "kernels of effects." + entry.kind->name);
+      refuse_on_device(scene, "a law without kernels in effects." + entry.kind->name);
   }
   return forces;
 }

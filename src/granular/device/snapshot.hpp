@@ -18,7 +18,7 @@ struct ImageCount {
   int x = 0, y = 0, z = 0;
 };
 
-/// An open contact in a checkpoint.
+/// A contact that lasts at the time of a checkpoint.
 struct OpenContact {
   int i, j;
   double since, impact_speed;

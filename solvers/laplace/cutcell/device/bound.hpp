@@ -1,10 +1,10 @@
 #pragma once
 
-// Bound cells (../eliminated_cells.hpp) on grids that have their own kernels in the V-cycle: their detection, the Schur
-// complement that their elimination leaves in groups' equations, and the elimination in the cycle
-// (../kron_reduction.hpp). Tiles store in a bound cell, on the way down and until groups have been relaxed on the way
-// up, the flux from its neighbours divided by its diagonal. A group's sum over all its links then equals the result of
-// the elimination.
+// Eliminated near-surface cells (../eliminated_cells.hpp) on grids that have their own kernels in the V-cycle: their
+// detection, the Schur complement that their elimination leaves in groups' equations, and the elimination in the cycle
+// (../kron_reduction.hpp). Until groups have been relaxed in the second half of the V-cycle, tiles store in such a cell
+// the flux from its neighbours divided by its diagonal. A group's sum over all its links then equals the result of the
+// elimination.
 
 #include "solvers/laplace/cutcell/device/direct_links.hpp"
 #include "solvers/laplace/cutcell/device/pieces.hpp"
@@ -51,15 +51,15 @@ struct LinksOfCell {
   }
 };
 
-/// Returns whether thin conductors, which the cell's lists do not contain, exchange flux with a cell.
+/// Returns true if subgrid conductors, which the cell's lists do not contain, exchange flux with a cell.
 LICHTENBERG_HOST_DEVICE inline bool has_subgrid_conductors(const GridView& grid, int slot) {
   if (!grid.has_medium || !grid.may_have(Items::subgrid_conductors)) return false;
   const CellIndex cell = cell_of(grid.layout, slot);
   return gathered(grid.layout, grid.medium.subgrid_conductors, cell.i, cell.j, [](int, float c) { return c; }) > 0;
 }
 
-/// Finds bound cells and the terms that their elimination leaves at their links. `joined_before`: by boundary cell,
-/// becomes the number of links between groups that earlier cells make.
+/// Finds the eliminated near-surface cells and the terms that their elimination leaves at their links. `joined_before`:
+/// by boundary cell, becomes the number of links between groups that earlier cells make.
 template <class Executor>
 void find_bound_cells(const Executor& run, ProblemView problem, GridView grid, int* joined_before) {
   run.fill(grid.bound.share, 0, grid.capacity[Items::links] * sizeof(float));
@@ -90,8 +90,8 @@ void find_bound_cells(const Executor& run, ProblemView problem, GridView grid, i
   });
 }
 
-/// Lists the links between groups that the elimination of bound cells makes: each pair of groups once per cell and per
-/// group, as links of a body of each.
+/// Lists the links between groups that the elimination of near-surface cells makes: each pair of groups once per cell
+/// and per group, as links of a body of each.
 template <class Executor>
 void list_joined(const Executor& run, ProblemView problem, GridView grid, const int* joined_before, DirectLink* list) {
   for_each_item(run, grid, Items::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
@@ -125,8 +125,8 @@ void make_cycle_diagonals(const Executor& run, ProblemView problem, GridView gri
       });
 }
 
-/// Computes the flux from bound cells' right-hand sides before groups are relaxed for the first time (`flux`; with the
-/// charges if there are no clusters). Sets potentials from it, or the right-hand side of clusters.
+/// Computes the flux from the right-hand sides of eliminated cells before groups are relaxed for the first time
+/// (`flux`; with the charges if there are no clusters). Sets potentials from it, or the right-hand side of clusters.
 template <class Executor>
 void sum_bound_cells(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(
@@ -144,7 +144,7 @@ void sum_bound_cells(const Executor& run, ProblemView problem, GridView grid) {
       });
 }
 
-/// Sets the potentials of bound cells from the groups' potentials.
+/// Sets the potentials of eliminated cells from the groups' potentials.
 template <class V, class Executor>
 void update_bound_cells(const Executor& run, GridView grid, V* v) {
   for_each_item(run, grid, Items::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {

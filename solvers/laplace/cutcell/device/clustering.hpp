@@ -19,8 +19,8 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Lists direct links between groups, each once (else a = -1), then the links that bound cells make. Lists the groups'
-/// diagonals in the cycle and, on the finest grid, in the system.
+/// Lists direct links between groups, each once (else a = -1), then the links that eliminated cells make. Lists the
+/// groups' diagonals in the cycle and, on the finest grid, in the system.
 template <class Executor>
 void list_group_links(const Executor& run, ProblemView problem, GridView grid, NetworkLink* link, double* diagonal) {
   const int direct = grid.capacity[Items::direct_links], all = direct + grid.capacity[Items::joined_links];

@@ -31,7 +31,8 @@ struct LinkedGroups {
   GroupNetwork network;
   std::vector<int> group;  ///< by the network's numbers, ascending
 
-  /// `diagonal`: by group. `index`: scratch memory that is reused; empty at first, then -1 by group.
+  /// Builds the network of the groups that have links. `diagonal`: by group. `index`: scratch memory that is reused;
+  /// empty at first, then -1 by group.
   static LinkedGroups of(std::span<const double> diagonal, std::vector<NetworkLink> links, std::vector<int>& index);
 };
 

@@ -202,9 +202,9 @@ struct Panel {
   }
   /// Returns the inverse of the panel's own square, by rows.
   LICHTENBERG_HOST_DEVICE double* square() const { return coarsest.scratch; }
-  /// Returns row p of the product of that inverse and the panel's rows; and column p of the panel before the
-  /// elimination.
+  /// Returns row p of the product of square() and the panel's rows.
   LICHTENBERG_HOST_DEVICE double* row(int p) const { return square() + width * width + p * all(); }
+  /// Returns column p of the panel before the elimination.
   LICHTENBERG_HOST_DEVICE double* column(int p) const { return row(width) + p * all(); }
 
   /// Inverts the panel's square, in a block's memory.
@@ -241,7 +241,8 @@ struct Panel {
   }
 };
 
-/// Computes the inverse in double precision of a matrix of at most `capacity` rows; `pin` as above.
+/// Computes the inverse in double precision of a matrix of at most `capacity` rows. `pin`: nothing is grounded; the
+/// potential of the last unknown is then fixed.
 template <class Executor>
 void invert_in_panels(const Executor& run, GridView grid, CoarsestView coarsest, int capacity, bool pin) {
   run.for_each(capacity, capacity, [=] LICHTENBERG_HOST_DEVICE(int a, int b) {
@@ -267,7 +268,7 @@ class Coarsest {
     arrays_.zero(view().is_singular);
   }
 
-  /// `precise`: use double precision, because links may be strong.
+  /// Reserves memory for the inverse. `precise`: use double precision, because links may be strong.
   void reserve(const ProblemView& problem, const GridView& grid, bool precise) {
     const std::size_t capacity = grid.capacity[Items::coarse_unknowns];
     // The host factorizes larger systems. Beyond one block's memory the device keeps only systems with strong links,
@@ -309,7 +310,9 @@ class Coarsest {
     phi_.resize(problem.groups.size());
   }
 
-  /// Computes v of fluid cells and phi from f and charge, on the host.
+  /// Solves the coarsest grid's system on the host. The right-hand sides are the grid's `cycle.f` (of cells) and
+  /// `cycle.charge` (of groups). Writes the potentials of fluid cells to `v` and those of groups to `cycle.phi`; others
+  /// are 0.
   void solve(const GridView& grid, float* v) {
     const std::size_t cells = grid.layout.size();
     get(f_, grid.cycle.f, cells);
@@ -320,7 +323,8 @@ class Coarsest {
     run_.to_device(v, v_.data(), cells * sizeof(float));
     if (!phi_.empty()) run_.to_device(grid.cycle.phi, phi_.data(), phi_.size() * sizeof(float));
   }
-  /// Device pointers to each unknown's cell slot, or -1 - group; and to the inverse by rows.
+  /// Device pointers: by unknown, its cell's slot or -1 - group; and the inverse of the coarsest grid's matrix by rows.
+  /// Of the two inverses one is null.
   const int* unknown() const { return view().unknown; }
   const float* inverse() const { return view().inverse; }
   const double* precise_inverse() const { return view().precise_inverse; }

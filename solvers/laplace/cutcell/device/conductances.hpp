@@ -6,7 +6,8 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Computes the conductance of each link and, on the finest grid, its derivatives.
+/// Computes the conductance of each link and, on the finest grid, its gradient with respect to displacements of the
+/// conductors.
 template <class Executor>
 void make_links(const Executor& run, ProblemView problem, GridView grid) {
   for_each_item(run, grid, Items::links, [=] LICHTENBERG_HOST_DEVICE(int m) {

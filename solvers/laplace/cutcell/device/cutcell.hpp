@@ -166,7 +166,7 @@ class CutCell : public DeviceSolver {
       solve_by_petsc(solution);
   }
 
-  /// Returns whether the arrays were large enough: in a scene in motion lists grow.
+  /// Returns true if the arrays were large enough. In a scene in motion, lists grow.
   bool is_complete() const override { return is_complete_; }
 
   void finish(const LaplaceProblem& problem, LaplaceSolution& solution) override {
@@ -234,7 +234,7 @@ class CutCell : public DeviceSolver {
     // Double precision: x, b, four vectors of CG, the basis, its image and the history; then the grids' cover,
     // diagonals, v, f and media.
     constexpr double a_cell = (6 + 3 * history_length) * sizeof(double) + 12 + 28 / 3.0;
-    // A disk of R cells has 8 R links, 5.7 R cells beside it and pi R^2 in it; the coarser grids' edges are as long
+    // A disk of R cells has 8 R links, 5.7 R cells next to it and pi R^2 in it; the coarser grids' edges are as long
     // together as the finest's; a quarter to spare.
     constexpr double a_link = 68, a_boundary_cell = 36, a_covered_cell = 8, spare = 1.25;
     double bytes = a_cell * finest_.nx * finest_.ny;
@@ -308,7 +308,8 @@ class CutCell : public DeviceSolver {
     combine(*run_, v.solve.size, v.basis, v.shares, v.solve.x);
   }
 
-  /// The guess made better where it is worst, and its residual.
+  /// Relaxes the initial guess near the conductors, where its error is largest, and scales it. Computes its residual.
+  /// If only couplings lead to given potentials, it also fixes the level of the potentials.
   void improve_guess() {
     const SolveVectors& v = arrays_->view.solve;
     const ProblemView& problem = problem_->view();
@@ -396,14 +397,14 @@ class CutCell : public DeviceSolver {
     parallel::check_petsc(KSPSetUp(krylov_.ksp));
   }
 
-  /// For the methods of PETSc.
+  /// Sets the null space of equal potentials for PETSc's methods if nothing is grounded.
   void set_null_space(const LaplaceProblem& problem) {
     if (problem.has_ground()) return krylov_.set_null_space(nullptr);
     krylov_.set_constant_null_space(
         [this](double* value) { mark_unknowns(*run_, problem_->view(), finest().view(), value); });
   }
 
-  /// An iteration: a V-cycle, and unless the residual is small enough by then, a step.
+  /// Makes one CG iteration: a V-cycle, then a step unless the residual is already small enough.
   template <class Continuation>
   void iterate_once(Continuation again) {
     const ProblemView& problem = problem_->view();

@@ -73,8 +73,9 @@ void relax_direct_links(const Executor& run, ProblemView problem, GridView grid,
       });
 }
 
-/// Computes the groups' residuals after the way down, as charges of the coarse grid; restrict_charges() adds those of
-/// its cells. A cluster was in balance when it was relaxed, so that only later changes count.
+/// Computes the groups' residuals after the first half of the V-cycle, as charges of the coarse grid;
+/// restrict_charges() adds those of its cells. A cluster was in balance when it was relaxed, so that only later changes
+/// count.
 template <class V, class Executor>
 void restrict_group_residuals(const Executor& run, ProblemView problem, GridView fine, GridView coarse,
                               const float* phi, const V* v) {
@@ -156,7 +157,7 @@ void relax_groups(const Executor& run, ProblemView problem, GridView grid, const
       });
 }
 
-/// Returns the groups' potentials on the way down; null if there are none.
+/// Returns the groups' potentials in the first half of a V-cycle; null if there are none.
 inline const float* potentials_down(const GridView& grid) {
   if (!grid.may_have(Items::unknown_groups)) return nullptr;
   return grid.may_link_groups() ? grid.cycle.phi_down : grid.cycle.phi;
@@ -179,7 +180,7 @@ void with_tiles(const GridView& coarse, F f) {
     f(Tiling<32, 16>{});
 }
 
-/// Relaxes groups first, from their charges and the fluxes of bound cells.
+/// Relaxes groups first, from their charges and the fluxes of eliminated cells.
 template <class Executor>
 void relax_groups_first(const Executor& run, const ProblemView& problem, const GridView& grid) {
   if (grid.binds) sum_bound_cells(run, problem, grid);
@@ -193,7 +194,8 @@ void relax_groups_first(const Executor& run, const ProblemView& problem, const G
         GroupSweep{grid.binds ? grid.cycle.flux : grid.cycle.charge, grid.cycle.phi, nullptr, grid.cycle.phi_down});
 }
 
-/// Way down on a grid: groups, red cells, black cells, and the residual for the next coarser grid.
+/// First half of a V-cycle on a grid: relaxes groups, red cells and black cells, and computes the residual for the next
+/// coarser grid.
 template <class V, class Executor>
 void descend(const Executor& run, const ProblemView& problem, const GridView& grid, const GridView& coarse, V* v) {
   const float* phi = potentials_down(grid);
@@ -206,8 +208,8 @@ void descend(const Executor& run, const ProblemView& problem, const GridView& gr
   if (phi) restrict_group_residuals(run, problem, grid, coarse, phi, static_cast<const V*>(v));
 }
 
-/// Way up, the mirror image of descend(): black cells, red cells, groups. `z`: becomes the groups' potentials; null:
-/// unused.
+/// Second half of a V-cycle on a grid, the mirror image of descend(): relaxes black cells, red cells, groups. `z`:
+/// becomes the groups' potentials; null: unused.
 template <class V, class Executor>
 void ascend(const Executor& run, const ProblemView& problem, const GridView& grid, const GridView& coarse, V* v,
             double* z) {

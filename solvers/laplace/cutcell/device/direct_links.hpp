@@ -6,13 +6,15 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Returns whether a body's potential is an unknown or given.
+/// Returns true if the body's potential is given or an unknown of this grid. Returns false if the grid's medium has
+/// absorbed the body's group.
 LICHTENBERG_HOST_DEVICE inline bool has_potential(const ProblemView& problem, const GridView& grid, int body) {
   return !grid.has_medium || !grid.medium.absorbed[problem.group_of[body]];
 }
 
-/// Calls f(other, kind, DirectLink::slot) once per inherited link if one of the two bodies is thin: flux between
-/// conductors that nearly touch passes no cells, or only bound ones. The conductances do not depend on the cell size.
+/// Calls f(other, kind, DirectLink::slot) once per inherited link if one of the two bodies is a subgrid conductor. Flux
+/// between conductors that nearly touch passes no cells, or only eliminated near-surface cells. The conductances do not
+/// depend on the cell size.
 template <class F>
 LICHTENBERG_HOST_DEVICE void for_each_inherited(const ProblemView& problem, const GridView& grid, int body, F f) {
   if (!has_potential(problem, grid, body)) return;

@@ -15,7 +15,7 @@ LICHTENBERG_HOST_DEVICE inline int strips_of(const CellRange& range) {
   return (range.to_j - range.from_j + 1) * ((range.to_i - range.from_i) / strip_width + 1);
 }
 
-/// Returns whether a body is a thin conductor (../medium.hpp): a disk that the grid does not resolve and that is no
+/// Returns true if a body is a subgrid conductor (../medium.hpp): a disk that the grid does not resolve and that is no
 /// part of the medium.
 LICHTENBERG_HOST_DEVICE inline bool is_subgrid_body(const ProblemView& problem, const GridView& grid, int body) {
   return !grid.bodies.resolved[body] && !grid.medium.absorbed[problem.group_of[body]];
@@ -51,7 +51,8 @@ void outline_bodies(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Counts the strips of each body's cells. A point of thin conductors has one strip for its links, with its first body.
+/// Counts the strips of each body's cells. A point of subgrid conductors has one strip for its links, with its first
+/// body.
 template <class Executor>
 void count_strips(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(problem.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int rank) {
@@ -244,8 +245,8 @@ void fill_strips(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Sets `start[k]` to the first of the n ascending keys that is at least k or, if `position` is given, to that key's
-/// place.
+/// Sets `start[k]` to the index of the first of the n ascending keys that is at least k. If `position` is given, sets
+/// it to the entry of `position` at that index.
 template <class Executor>
 void start_segments(const Executor& run, const int* key, int n, int segments, int* start,
                     const int* position = nullptr) {

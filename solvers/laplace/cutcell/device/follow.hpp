@@ -33,7 +33,7 @@ class Follower {
  public:
   explicit Follower(const Executor& run) : run_(run), then_(run), change_(run) {}
 
-  /// Stores the solution.
+  /// Stores the potentials of `now`, with which compare() compares later ones.
   void keep(const CoarseSolution& now) {
     layout_ = now.layout;
     bodies_ = now.bodies;
@@ -42,7 +42,7 @@ class Follower {
     double* then = then_.data();
     run_.for_each(size(), [=] LICHTENBERG_HOST_DEVICE(int k) { then[k] = now.potential(k); });
   }
-  /// Returns whether a stored solution has the grid and bodies of `now`.
+  /// Returns true if a stored solution has the grid and bodies of `now`.
   bool is_comparable(const CoarseSolution& now) const {
     return now.bodies > 0 && now.bodies == bodies_ && now.layout.nx == layout_.nx && now.layout.ny == layout_.ny;
   }

@@ -72,7 +72,7 @@ struct Items {
     floating_subgrid_conductors,
     unknown_groups,   ///< 1 if any group has an unknown potential
     own_groups,       ///< on a small grid: groups with an unknown potential
-    joined_links,     ///< links made by the elimination of bound cells (bound.hpp)
+    joined_links,     ///< links made by the elimination of near-surface cells (bound.hpp)
     strong_links,     ///< on the finest grid: 1 if any direct link requires clusters
     coarse_unknowns,  ///< of the coarsest grid
     kinds
@@ -92,10 +92,12 @@ struct Counts {
 /// listed once for each.
 struct DirectLink {
   enum class Kind : std::uint8_t {
-    face,               ///< `side` of the own cell `slot`: the other body's cell is behind it, or an electrode side
-    shared_cell,        ///< one of the two covers no cell's centre and lies in a cell of the other
-    subgrid_conductor,  ///< one of the two is thin, and the other has the `corner`-th of the four cells around it
-    inherited,  ///< one of the two is thin: the finest grid's direct link number `slot`, or joined link -1 - `slot`
+    face,         ///< `side` of the own cell `slot`: the other body's cell is behind it, or an electrode side
+    shared_cell,  ///< one of the two covers no cell's centre and lies in a cell of the other
+    /// A subgrid conductor, and a body that has the `corner`-th of the four cells around it.
+    subgrid_conductor,
+    /// With a subgrid conductor: the finest grid's direct link number `slot`, or joined link -1 - `slot`.
+    inherited,
     eliminated_cell,  ///< both have strong links to a cell that the cycle eliminates: a link in the cycle alone
   };
   int own;  ///< body
@@ -104,7 +106,7 @@ struct DirectLink {
   int slot;  ///< this and `side` only of Kind::face
   Kind kind;
   std::uint8_t side, corner;
-  bool own_has_cell;  ///< of a shared cell or a thin conductor: whether the own body has the cell
+  bool own_has_cell;  ///< of a shared cell or a subgrid conductor: whether the own body has the cell
   double conductance;
   Vec2 gradient;  ///< of the conductance with respect to the own body's position, per cell
 
@@ -113,7 +115,7 @@ struct DirectLink {
   LICHTENBERG_HOST_DEVICE int face() const { return -1 - other; }
 };
 
-/// End of a link from a fluid cell: the body, and either the cell's side or, for a thin conductor, which of the four
+/// End of a link from a fluid cell: the body, and either the cell's side or, for a subgrid conductor, which of the four
 /// cells around it the cell is. One integer: 4 body + side, or -1 - (4 body + corner).
 class LinkEnd {
  public:
@@ -123,16 +125,16 @@ class LinkEnd {
   }
   LICHTENBERG_HOST_DEVICE constexpr bool is_subgrid_conductor() const { return code_ < 0; }
   LICHTENBERG_HOST_DEVICE constexpr int body() const { return (code_ < 0 ? -1 - code_ : code_) / 4; }
-  LICHTENBERG_HOST_DEVICE constexpr int side() const { return code_ % 4; }           ///< not of a thin conductor
-  LICHTENBERG_HOST_DEVICE constexpr int corner() const { return (-1 - code_) % 4; }  ///< of a thin conductor
+  LICHTENBERG_HOST_DEVICE constexpr int side() const { return code_ % 4; }           ///< not of a subgrid conductor
+  LICHTENBERG_HOST_DEVICE constexpr int corner() const { return (-1 - code_) % 4; }  ///< of a subgrid conductor
 
  private:
   LICHTENBERG_HOST_DEVICE constexpr explicit LinkEnd(int code) : code_(code) {}
   int code_;
 };
 
-/// Numbers of items of a body without cells: direct links to bodies with cells; whether it is a thin conductor; whether
-/// that floats.
+/// Numbers of items of a body without cells: direct links to bodies with cells; whether it is a subgrid conductor;
+/// whether that floats.
 struct WithoutCells {
   int direct_links = 0, subgrid_conductors = 0, floating_subgrid_conductors = 0;
   LICHTENBERG_HOST_DEVICE friend WithoutCells operator+(WithoutCells a, WithoutCells b) {
@@ -161,7 +163,7 @@ struct Bins {
   int* item;                 ///< groups or bodies, sorted by bin
 };
 LICHTENBERG_HOST_DEVICE inline int bins_of(const Layout& at) { return (at.nx + 1) * (at.ny + 1); }
-/// Returns the lower left cell of a bin; indices begin at -1.
+/// Returns the lower left of the four cells of a bin (Bins). Its indices begin at -1, outside the box.
 LICHTENBERG_HOST_DEVICE inline InterpolationBase base_of_bin(const Layout& at, int bin) {
   return {bin % (at.nx + 1) - 1, bin / (at.nx + 1) - 1};
 }
@@ -195,7 +197,7 @@ struct MediumArrays {
   int* absorbed;         ///< by group
   Vec2* centre;          ///< by group
   Extent* extent;        ///< by group, then by the set's first group; null: no sets
-  Bins absorbed_bodies;  ///< the start, and likewise of thin conductors, in one array
+  Bins absorbed_bodies;  ///< the start, and likewise of subgrid conductors, in one array
   Bins subgrid_conductors;
   Bins absorbed_groups;  ///< groups that the next finer grid does not absorb
   int* point;            ///< by body: number of the point whose first body it is, or -1
@@ -238,11 +240,11 @@ struct BoundaryArrays {
   Coupling* coupling;  ///< by boundary cell and side: 4 k + side
 };
 
-/// Bound cells of a grid on which the cycle eliminates them.
+/// Near-surface cells of a grid on which the cycle eliminates them.
 struct BoundArrays {
   int* is_eliminated;  ///< by boundary cell
   float* share;        ///< by link: conductance / diagonal of its cell if the cell is bound, else 0
-  double* kept;        ///< by link of a bound cell: contribution to its group's diagonal
+  double* kept;        ///< by link of an eliminated cell: contribution to its group's diagonal
   DirectLink* joined;  ///< sorted by body
   int* joined_start;   ///< by rank
 };
@@ -253,7 +255,8 @@ struct DirectArrays {
   int* start;  ///< by rank
 };
 
-/// Direct links of the finest grid, and links made by its bound cells, on coarse grids that keep them; else null.
+/// Links of the finest grid that a coarse grid keeps: direct links, and links (`joined`) that the elimination of
+/// near-surface cells has made. Null on grids that keep none.
 struct InheritedArrays {
   const DirectLink *link, *joined;
   const int *link_start, *joined_start;  ///< by rank
@@ -274,7 +277,7 @@ struct GroupArrays {
   const ClusterView* clusters;        ///< groups that are relaxed together (relax_clusters.hpp); null: none
   const ClusterView* exact_clusters;  ///< finest grid with couplings: all coupled or linked groups
   double* diagonal;                   ///< 0: fixed, or a group without any link
-  double* cycle_diagonal;             ///< likewise, with bound cells eliminated
+  double* cycle_diagonal;             ///< likewise, with near-surface cells eliminated
   float* inverse_diagonal;            ///< 1 / cycle_diagonal
 };
 
@@ -293,7 +296,7 @@ struct GridView {
   LinkFormula formula;
   bool finest;
   bool has_medium;  ///< some bodies are smaller than this grid resolves (../medium.hpp)
-  bool binds;       ///< the cycle eliminates bound cells (bound.hpp)
+  bool binds;       ///< the cycle eliminates near-surface cells (bound.hpp)
 
   Numbers capacity;  ///< the number of items that arrays have memory for
   int* number;       ///< by Items::Kind; 0 for all lists if one exceeds its capacity
@@ -329,11 +332,11 @@ struct GridView {
   LICHTENBERG_HOST_DEVICE int direct_links_of(const ProblemView& problem, int g) const {
     return first_direct_link(problem, g + 1) - first_direct_link(problem, g);
   }
-  /// Number of a group's direct links and links made by bound cells, which the cycle treats as equal; and the t-th of
-  /// them.
+  /// Returns the number of a group's direct links and links made by eliminated cells, which the cycle treats as equal.
   LICHTENBERG_HOST_DEVICE int cycle_links_of(const ProblemView& problem, int g) const {
     return direct_links_of(problem, g) + joined_before(problem, g + 1) - joined_before(problem, g);
   }
+  /// Returns the t-th of the links that cycle_links_of() counts.
   LICHTENBERG_HOST_DEVICE const DirectLink& cycle_link(const ProblemView& problem, int g, int t) const {
     const int n = direct_links_of(problem, g);
     return t < n ? direct.link[first_direct_link(problem, g) + t] : bound.joined[joined_before(problem, g) + t - n];
@@ -341,13 +344,13 @@ struct GridView {
   LICHTENBERG_HOST_DEVICE int joined_before(const ProblemView& problem, int g) const {
     return may_have(Items::joined_links) ? bound.joined_start[problem.first_rank[g]] : 0;
   }
-  /// Returns whether the k-th entry of a vector, by slot and then by group, is an unknown.
+  /// Returns true if the k-th entry of a vector, by slot and then by group, is an unknown.
   LICHTENBERG_HOST_DEVICE bool is_unknown(int k) const {
     const int size = static_cast<int>(layout.size());
     return k < size ? cells.inverse_diagonal[k] > 0 : groups.diagonal[k - size] > 0;
   }
   LICHTENBERG_HOST_DEVICE bool may_have(Items::Kind kind) const { return capacity[kind] > 0; }
-  /// Returns whether groups may be linked to each other.
+  /// Returns true if groups may be linked to each other.
   LICHTENBERG_HOST_DEVICE bool may_link_groups() const {
     return groups.clusters || may_have(Items::direct_links) || may_have(Items::joined_links);
   }

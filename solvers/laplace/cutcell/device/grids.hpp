@@ -16,7 +16,7 @@ namespace lichtenberg::laplace::device {
 struct GridRole {
   bool has_medium = false;  ///< some bodies are smaller than this grid resolves
   bool is_small = false;    ///< its groups with unknown potentials are listed
-  bool binds = false;       ///< the cycle eliminates bound cells
+  bool binds = false;       ///< the cycle eliminates near-surface cells
   int *number = nullptr, *required = nullptr;
   const ClusterView *clusters = nullptr, *exact_clusters = nullptr;  ///< null: none
   const GridView* finest = nullptr;  ///< the grid whose direct links this coarse one inherits
@@ -44,7 +44,7 @@ class DeviceGrid {
     return static_cast<long>(view().layout.nx) * view().layout.ny - numbers[Items::covered];
   }
 
-  /// Reserves memory for `capacity` items of each kind. Arrays may move.
+  /// Sets the grid's role and reserves memory for GridView::capacity items of each Items::Kind. Arrays may move.
   void reserve(const ProblemView& problem, const GridRole& role) {
     GridView& grid = own();
     grid.has_medium = role.has_medium;
@@ -82,7 +82,7 @@ class DeviceGrid {
   void enlarge(const ProblemView& problem, const Numbers& required) {
     Numbers& capacity = own().capacity;
     if (view().has_medium && required[Items::strips] > 0) {
-      // Groups in motion become thin conductors on one grid after the other; reserves memory for all at once.
+      // Groups in motion become subgrid conductors on one grid after the other; memory for all is reserved at once.
       for (const Items::Kind kind :
            {Items::newly_absorbed, Items::subgrid_conductors, Items::floating_subgrid_conductors})
         capacity[kind] = std::max(capacity[kind], problem.bodies);

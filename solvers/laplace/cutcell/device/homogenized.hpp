@@ -80,7 +80,7 @@ void absorb_groups(const Executor& run, ProblemView problem, GridView grid, cons
   run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { absorb(g, set_extent[sets.first_group[g]]); });
 }
 
-/// Makes sort keys: bins of absorbed bodies, then bins of thin conductors. Items are in the order of groups, so that
+/// Makes sort keys: bins of absorbed bodies, then bins of subgrid conductors. Items are in the order of groups, so that
 /// bodies of one group are contiguous in each bin.
 template <class Executor>
 void homogenized_keys(const Executor& run, ProblemView problem, GridView grid, SortArrays sort) {
@@ -141,7 +141,7 @@ LICHTENBERG_HOST_DEVICE inline HomogenizedPoint homogenized_point(const ProblemV
   return point;
 }
 
-/// Computes the shares of homogenized bodies (of their areas, or of the conductances of thin conductors) and of
+/// Computes the shares of homogenized bodies (of their areas, or of the conductances of subgrid conductors) and of
 /// absorbed groups.
 template <class Executor>
 void distribute_points(const Executor& run, ProblemView problem, GridView grid, PointsView points) {

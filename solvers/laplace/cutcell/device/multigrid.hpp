@@ -30,7 +30,7 @@ class SmallestDisks {
         radius_[alone] = std::min(radius_[alone], disk->radius);
       }
   }
-  /// Returns whether a grid with cells of size h (m) does not resolve a disk.
+  /// Returns true if a grid with cells of size h (m) does not resolve a disk.
   bool unresolved(double h) const {
     for (const bool alone : {false, true})
       if (radius_[alone] < infinite &&
@@ -60,8 +60,8 @@ class DeviceMultigrid {
     single_grid_v_.zero();
   }
 
-  /// Discretizes on all grids. check_capacity() tells whether the arrays were large enough, which is computed on the
-  /// device.
+  /// Discretizes on all grids. The device computes whether the arrays were large enough, and check_capacity() returns
+  /// the answer.
   void build(const LaplaceProblem& problem, const ProblemView& view) {
     prepare(problem, view);
     if (fits_) {
@@ -81,7 +81,7 @@ class DeviceMultigrid {
 
   /// Starts the transfer for check_capacity(), before which the executor must have waited.
   void begin_capacity_check() { numbers_.begin_fetch(); }
-  /// Returns whether the arrays were large enough; if not, enlarges them, and build() must be repeated. Throws Failure
+  /// Returns true if the arrays were large enough; if not, enlarges them, and build() must be repeated. Throws Failure
   /// if the coarsest grid's system is singular.
   bool check_capacity() {
     if (lacks_capacity()) {
@@ -94,11 +94,11 @@ class DeviceMultigrid {
     solves_without_strong_links_ = required(0)[Items::strong_links] > 0 ? 0 : solves_without_strong_links_ + 1;
     return true;
   }
-  /// Number that changes when arrays move.
+  /// Returns a number that changes when arrays move.
   int generation() const { return generation_; }
   bool on_device() const { return coarsest_.on_device(); }
   long fluid_cells() const { return finest().fluid_cells(required(0)); }
-  /// Returns whether the host takes part in the set-up: it computes the groups that are relaxed together.
+  /// Returns true if the host takes part in the set-up: it computes the groups that are relaxed together.
   bool clustered() const { return coupled() || finest().view().may_have(Items::strong_links); }
   bool coupled() const { return given_problem_.couplings.start; }
   /// Returns the required numbers of a grid's items, as known to check_capacity().
@@ -144,7 +144,7 @@ class DeviceMultigrid {
   }
 
  private:
-  /// Returns whether set-ups may do without the host again.
+  /// Returns true if set-ups may do without the host again.
   bool may_forget_strong_links() const {
     return finest().view().may_have(Items::strong_links) && !coupled() &&
            solves_without_strong_links_ >= solves_to_forget_strong_links;
@@ -204,7 +204,7 @@ class DeviceMultigrid {
       if (!grids_[l].fits(required(l))) return true;
     return false;
   }
-  /// Returns whether any array was too small.
+  /// Returns true if any array was too small.
   bool enlarge() {
     if (!lacks_capacity()) return false;
     for (int l = 0; l < levels(); ++l) grids_[l].enlarge(problem_, required(l));

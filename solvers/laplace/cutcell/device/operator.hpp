@@ -19,7 +19,8 @@ struct SolveVectors {
   Iterations* iterations;
 };
 
-/// Calls finish(g, flux through links and through direct links with floating groups).
+/// Calls finish(g, flux) for each group g, with its flux through links to cells and through direct links with floating
+/// groups.
 template <class Executor, class Finish>
 void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const double* x, Finish finish) {
   run.sum_pieces(

@@ -94,7 +94,8 @@ void store_solution(const Executor& run, SolvedView solved, SolutionView solutio
   });
 }
 
-/// By body.
+/// Sums the results of each body over its links to cells and its direct links. `result`: by index of the body in the
+/// problem.
 template <class Executor>
 void sum_bodies(const Executor& run, SolvedView solved, BodyResult* result) {
   const ProblemView& problem = solved.problem;
@@ -116,7 +117,7 @@ void sum_bodies(const Executor& run, SolvedView solved, BodyResult* result) {
 /// Each side is summed in this many parts.
 constexpr int side_parts = 64;
 
-/// By side and part: 4 side_parts.
+/// Sums the results of the faces of each electrode side. `result` has 4 side_parts entries, by side and part.
 template <class Executor>
 void sum_sides(const Executor& run, SolvedView solved, SideResult* result) {
   const Layout& at = solved.grid.layout;

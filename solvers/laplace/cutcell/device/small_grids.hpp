@@ -22,7 +22,7 @@ struct SmallGrid {
         begin(begin_),
         medium(medium_) {}
   LICHTENBERG_HOST_DEVICE int size() const { return 2 * colour_size; }
-  /// End of its arrays.
+  /// Returns the end of the grid's arrays in the memory.
   int end() const { return begin + (medium ? 5 : 3) * size(); }
 };
 
@@ -93,14 +93,14 @@ struct SmallGrids {
     LICHTENBERG_HOST_DEVICE void each(const Block& block, F of) const {
       block.each(2 * ny, nx / 2, [&](int row, int m) { of(row >= ny, row >= ny ? row - ny : row, m); });
     }
-    /// Calls f(slot, row, number) for the cells of a colour.
+    /// Calls `of`(slot, row, m) for the cells of a colour, with m their number in the row.
     template <class Block, class F>
     LICHTENBERG_HOST_DEVICE void each_of(const Block& block, int colour, F of) const {
       block.each(ny, nx / 2, [&](int row, int m) { of(slot(colour, row, m), row, m); });
     }
   };
 
-  /// Loads the cells' data into the block's memory.
+  /// Loads the data of the cells of grid `l` into the block's memory.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void load(const Block& block, int l) const {
     const Cells here(block, *this, l);

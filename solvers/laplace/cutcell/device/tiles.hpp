@@ -4,20 +4,20 @@
 // cells that tiles share once per tile. V is the type of the potentials: double on the finest grid, whose potentials
 // are the preconditioned residual, else float. The arithmetic is in single precision.
 //
-// On the way down red cells (colour 0) hold f / diagonal. Black cells are relaxed, which leaves residuals in red cells
-// only. On the way up black cells are relaxed after the red ones have received the coarse correction; red ones last.
-// Fluxes from groups are computed where they are needed and never added to f.
+// In the first half, red cells (colour 0) contain f / diagonal. Black cells are relaxed, which leaves residuals in red
+// cells only. In the second half, black cells are relaxed after the red cells have received the coarse correction; red
+// cells are last. Fluxes from groups are computed where they are needed and never added to f.
 
 #include "solvers/laplace/cutcell/device/homogenized.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// Sums over a cell's links to groups of conductance times one and another potential.
+/// Sums over a cell's links to groups: conductance times the group's potential, for two vectors of potentials.
 struct GroupSums {
   float one = 0, other = 0;
 };
 
-/// `other`: null for none.
+/// Returns the sums for the potentials `one` and `other` of groups; `other` may be null.
 LICHTENBERG_HOST_DEVICE inline GroupSums group_sums(const GridView& grid, int slot, int i, int j, const float* one,
                                                     const float* other) {
   GroupSums sum;
@@ -35,7 +35,7 @@ LICHTENBERG_HOST_DEVICE inline GroupSums group_sums(const GridView& grid, int sl
   return sum;
 }
 
-/// Returns whether the cycle eliminates a fluid cell.
+/// Returns true if the cycle eliminates a fluid cell.
 LICHTENBERG_HOST_DEVICE inline bool is_eliminated(const GridView& grid, int slot) {
   const CellOwner owner = grid.cells.owner[slot];
   return owner.is_boundary_cell() && grid.bound.is_eliminated[owner.boundary_number()];
@@ -86,7 +86,7 @@ struct Tile {
     const int y = k / (width / 2), x = 2 * (k % (width / 2)) + ((y + colour) & 1);
     return y * width + x;
   }
-  /// Returns whether a cell is at least `edge` cells from the tile's edge.
+  /// Returns true if a cell is at least `edge` cells from the tile's edge.
   LICHTENBERG_HOST_DEVICE static bool is_within(int at, int edge) {
     const int x = at % width, y = at / width;
     return x >= edge && x < width - edge && y >= edge && y < height - edge;
@@ -118,8 +118,8 @@ LICHTENBERG_HOST_DEVICE float full_weighting(const ProblemView& problem, int nx,
   return 0.75f * (own_even + own_odd) + 0.25f * (odd_before + even_behind);
 }
 
-/// Way down: relaxes from zero with the groups' potentials `phi`. Stores potentials in cells with links to groups, and
-/// the coarse f by full weighting.
+/// First half of a V-cycle on a grid: relaxes from zero with the groups' potentials `phi`. Stores potentials in cells
+/// with links to groups, and the coarse f by full weighting.
 template <class V, class Tiles>
 struct Descend {
   ProblemView problem;
@@ -198,8 +198,8 @@ LICHTENBERG_HOST_DEVICE inline float interpolated(float own, float beside, float
   return 0.75f * (0.75f * own + 0.25f * beside) + 0.25f * (0.75f * above + 0.25f * both);
 }
 
-/// Way up: black cells, then red ones. `phi`: groups' potentials of the way down, to which the coarse grid's are added;
-/// null: none.
+/// Second half of a V-cycle on a grid: adds the coarse grid's correction, then relaxes black cells and red cells.
+/// `phi`: groups' potentials of the first half, to which those of the coarse grid are added; null: none.
 template <class V, class Tiles>
 struct Ascend {
   ProblemView problem;

@@ -139,11 +139,11 @@ TEST_CASE("network: impossible nodes and links are refused") {
 
 TEST_CASE("resistor model: impossible parameters are refused") {
   CHECK(contains(message_of([&] { resistor_model("ideal"); }), "no resistor model \"ideal\""));
-  CHECK(contains(message_of([&] { check(resistor_model("constriction"), {.resistivity = 1}); }), "needs spot in m"));
+  CHECK(contains(message_of([&] { check(resistor_model("constriction"), {.resistivity = 1}); }), "needs contact_radius in m"));
   CHECK(contains(message_of([&] { check(resistor_model("constant"), {.resistance = 0}); }), "greater than 0"));
   CHECK(contains(message_of([&] { check(resistor_model("constant"), {.resistance = -2}); }), "greater than 0"));
   CHECK(contains(message_of([&] { check(resistor_model("constant"), {.resistance = 1, .contact_radius = 1}); }),
-                 "does not use spot"));
+                 "does not use contact_radius"));
   const ParticlePacking packing = column();
   const Contacts contacts = find_contacts(packing);
   CHECK(contains(message_of([&] {

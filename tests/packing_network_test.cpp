@@ -215,7 +215,7 @@ TEST_CASE("one to all: a triangle of 1 Ohm contacts gives 2/3 Ohm in one call") 
   CHECK(contains(run(folder, "network triangle.h5 --between 0,all").out, "Ohm from particle 0 to each particle"));
   CHECK(text_of(folder / "triangle.h5") == before);
   for (const std::string option : {"--voltage 2", "--out a.png", "--overwrite"})
-    check_refused(run(folder, "network triangle.h5 --between 0,all " + option), "is not allowed with --between");
+    check_refused(run(folder, "network triangle.h5 --between 0,all " + option), "is not allowed with --terminals");
   check_refused(run(folder, "network triangle.h5 --between 0,1 --no-picture --overwrite"),
                 "--overwrite is not allowed where no file is written: it is for a picture or --json=FILE");
   check_refused(run(folder, "analyse triangle.h5 --overwrite"), "--overwrite is not allowed where no file is written");
@@ -328,7 +328,7 @@ TEST_CASE("network: impossible measurements are refused with an error message") 
   CHECK(contains(refused({.parameters = {.resistance = -1}}), "greater than 0"));
   CHECK(contains(refused({.parameters = {.resistance = INFINITY}}),
                  "inf Ohm is not allowed: it must be greater than 0 and finite"));
-  CHECK(contains(refused({.parameters = {.contact_radius = 0.1}}), "\"constant\" does not use spot"));
+  CHECK(contains(refused({.parameters = {.contact_radius = 0.1}}), "\"constant\" does not use contact_radius"));
   for (const NetworkModel model : {NetworkModel::particle, NetworkModel::contact}) {
     const NetworkOptions wide{.resistor = "constriction", .parameters = {.resistivity = 1, .contact_radius = 0.5}};
     CHECK(contains(message_of([&] { solve_network(frame, model, wide, 1); }),

@@ -123,7 +123,7 @@ TEST_CASE("resistors and leakage: missing tables and bad values are refused") {
                 {"effects.contact_resistance needs the table [effects.contact_discharge]"});
   const std::string contacts = scene + "[effects.contact_discharge]\n[effects.contact_resistance]\n";
   check_refused(contacts, {"contact_resistance needs a resistance in ohm"});
-  check_refused(contacts + "resistivity = 1.0\n", {"contact_resistance needs a spot"});
+  check_refused(contacts + "resistivity = 1.0\n", {"contact_resistance needs a contact_radius"});
   check_refused(contacts + "resistance = 5.0\ncontact_radius = 1e-5\n",
                 {"contact_resistance.contact_radius needs", "resistivity"});
   check_refused(contacts + "resistance = -1.0\n", {"effects.contact_resistance.resistance = -1", "at least 0"});

@@ -96,7 +96,7 @@ TEST_CASE("settings: a number may begin or end with its point, unlike in TOML") 
 }
 
 TEST_CASE("settings: a key without a table is refused with an error message") {
-  CHECK(has(refusal({{"effects.contact_discharge.gup", "1"}}),
+  CHECK(has(refusal({{"effects.contact_discharge.contact_distanze", "1"}}),
             "nearest known key is effects.contact_discharge.contact_distance"));
   CHECK(has(refusal({{"effects.contact_discharge", "1"}}), "is no key of a scene but a table: name a key of it"));
   CHECK(has(refusal({{"domain.left.potential", "5"}}),

@@ -55,7 +55,7 @@ void explain_effect(const effects::EffectSummary& effect) {
 void explain_effects(const Summaries& effects) {
   for (const bool in_scene : {true, false}) {
     fmt::print("\n{}\n",
-               in_scene ? "effects in the run" : "effects neglected, because the scene has no table for them");
+               in_scene ? "effects in the run" : "effects not computed, because the scene has no table for them");
     for (const effects::EffectSummary& effect : effects)
       if (effect.in_scene == in_scene) explain_effect(effect);
     if (std::none_of(effects.begin(), effects.end(), [&](const auto& effect) { return effect.in_scene == in_scene; }))

@@ -25,7 +25,7 @@ void check(const Draft& draft) {
   only_with("exponent", impact, "\"impact\"");
   only_with("each_step", impact, "\"impact\"");
   only_with("rate", !impact && !none, "\"random-walk\" and \"contact-area\"");
-  for (const char* key : {"strength", "capacity", "over_capacity"}) only_with(key, !none, "the others");
+  for (const char* key : {"transfer_prefactor", "capacity", "over_capacity"}) only_with(key, !none, "the others");
   if (!options.capacity)
     refuse_if_given(draft, "effects.charge_exchange.over_capacity",
                     "needs effects.charge_exchange.capacity: add it, or leave the key out");

@@ -259,7 +259,7 @@ TEST_CASE("names and keys: ones that are too long are refused") {
   check_refused(run_program(folder, "explain deep.toml"), 2,
                 "deep.toml:2: a key with 1000 or more parts is not allowed");
   folder.write("deep.toml", "[" + keys + "]\n");
-  check_refused(run_program(folder, "explain deep.toml"), 2, "deep.toml:1: a key of 1000 parts");
+  check_refused(run_program(folder, "explain deep.toml"), 2, "deep.toml:1: a key with 1000 or more parts");
 }
 
 TEST_CASE("scene file: a pipe, a device or an oversized file is refused") {

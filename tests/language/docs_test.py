@@ -178,7 +178,7 @@ class Reference(unittest.TestCase):
                 page = (Path(folder) / "scene" / f"{header.strip('[]').replace('.', '-')}.md").read_text()
                 for row in re.findall(r"^\| `[a-z_]+` \|.*$", page, re.MULTILINE):
                     with self.subTest(f"{header} {row}"):
-                        self.assertRegex(row, r"\| [^|]+ \| [^|]+(?:\\\|[^|]*)* \|$")
+                        self.assertRegex(row, r"\| (?:[^|]|\\\|)+ \| (?:[^|]|\\\|)+ \|$")
             commands_page = (Path(folder) / "commands/index.md").read_text()
             self.assertIn("[solve](solve.md)", commands_page)
 

@@ -84,7 +84,7 @@ class MethodFromOutside(unittest.TestCase):
             refused = runs.program("compare", "disks.toml", "--methods", "sovle", "--out", "other.png")
         self.assertEqual(status, 0, complaint)
         reasons = [entry["reason"] for entry in json.loads(output)["left_out"] if entry["method"] == "wrong"]
-        expected = ("form", "unstable", "shape", "shape", "IndexError in the method")
+        expected = ("form", "unstable", "form", "form", "IndexError in the method")
         for reason, words in zip(reasons, expected, strict=True):
             self.assertIn(words, reason)
         errors = {"cut-cell": {}, "solve": {}}

@@ -110,7 +110,7 @@ class Sweep:
         except ValueError:
             raise Failure("unstable") from None
         except TypeError as error:
-            raise Failure(f"its answer is not of the shape that methods/__init__.py describes ({error})") from None
+            raise Failure(f"its answer does not have the form that methods/__init__.py describes ({error})") from None
         return {**self.query(errors=answer), "seconds": statistics.median(runs), "cores": 1.0, "work": 0}
 
 

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "src/commands/command_line.hpp"
+#include "src/record/hdf5.hpp"
 #include "tests/disk_calls.hpp"
 #include "tests/file_numbers.hpp"
 #include "tests/folder.hpp"
@@ -102,6 +103,16 @@ inline std::map<std::string, std::vector<std::byte>> numbers(const std::string& 
   std::map<std::string, std::vector<std::byte>> bytes = numbers_in(path);
   std::erase_if(bytes, [](const auto& entry) { return entry.first.starts_with("/provenance"); });
   return bytes;
+}
+
+/// Number of frames of a result of conductors.
+inline std::size_t frames(const std::string& path) {
+  return hdf5::shape(hdf5::load(path), "observables/energy/value")[0];
+}
+
+/// First number of a dataset.
+inline double number(const std::string& path, const std::string& name) {
+  return hdf5::get<double>(hdf5::load(path), name).at(0);
 }
 
 inline void check_same_numbers(const std::string& path, const std::string& reference) {

@@ -17,7 +17,6 @@
 #include "src/effects/stokes_drag.hpp"
 #include "src/effects/wall_contact.hpp"
 #include "src/field_methods/field_method.hpp"
-#include "src/scene/nearest.hpp"
 #include "src/scene/scene.hpp"
 #include "src/scene/schema.hpp"
 #include "tests/scene_texts.hpp"
@@ -208,36 +207,6 @@ TEST_CASE("effects: one exists only if its table does") {
   CHECK_FALSE(s.effects.has<effects::HertzContactOptions>());
   CHECK_FALSE(s.effects.has<effects::WallContactOptions>());
   CHECK_FALSE(s.effects.has<effects::ContactDischargeOptions>());
-}
-
-TEST_CASE("unknown keys: the nearest known one is named") {
-  check_refused(box + "field.cell = 64\n", {"test.toml:3:", "unknown key field.cell:", "field.cells"});
-  check_refused(box + disk("[0.01, 0.01]", "raduis = 0.001\n"), {"unknown key conductor.raduis:", "conductor.radius"});
-  check_refused(box + "[[conductors]]\n", {"unknown key conductors:", "nearest known key is conductor"});
-  check_refused(box + "[effects.stokes]\n", {"unknown key effects.stokes:", "effects.stokes_drag"});
-  check_refused(box + "[material]\nviscosity = 0.7\n", {"unknown key material.viscosity:", "medium.viscosity"});
-  check_refused(box + "[material]\npoisson = 0.3\n",
-                {"unknown key material.poisson:", "the nearest known key is conductor.poisson"});
-  check_refused(box + "sede = 4\n", {"unknown key sede:", "is seed"});
-}
-
-TEST_CASE("edit distance: insertions, deletions and replacements") {
-  CHECK(edit_distance("", "abc") == 3);
-  CHECK(edit_distance("cells", "cells") == 0);
-  CHECK(edit_distance("kitten", "sitting") == 3);  // k->s, e->i, +g
-  CHECK(edit_distance("cell", "cells") == 1);
-  CHECK(nearest("grond", {"wire", "ground"}) == "ground");
-}
-
-TEST_CASE("likely word: a slip or a beginning is found, a far word is not") {
-  const std::vector<std::string> words{"run", "network", "analyse", "work-precision", "film"};
-  CHECK(likely("analyze", words) == "analyse");
-  CHECK(likely("analysis", words) == "analyse");  // s -> e after i -> s: two replacements and one deletion.
-  CHECK(likely("work", words) == "work-precision");
-  CHECK(likely("rnu", words) == "run");
-  CHECK_FALSE(likely("electrode", words));
-  CHECK_FALSE(likely("xy", words));  // Two edits would change the whole word.
-  CHECK_FALSE(likely("run", {}));
 }
 
 TEST_CASE("wrong unit or type: the message states the expected one") {

@@ -254,7 +254,7 @@ TEST_CASE("allowed energy imbalance: contributions of the steps and the grid") {
   const double steps = 0.04;  // (2 x 4e-3)^(2/3)
   // 0.04 sqrt(h/R), times (h/gap)^(3/2) if the gap exceeds a cell. Without contacts there is no second factor.
   CHECK_EQ(allowed_energy_imbalance(scene), doctest::Approx(steps + 0.01));
-  scene.effects.add(effects::ContactDischargeOptions{.gap = 0.25});
+  scene.effects.add(effects::ContactDischargeOptions{.contact_distance = 0.25});
   CHECK_EQ(allowed_energy_imbalance(scene), doctest::Approx(steps + 0.01 / 8));
   scene.field().method = &multipole_method();
   CHECK_EQ(allowed_energy_imbalance(scene), doctest::Approx(steps));

@@ -15,7 +15,7 @@
 #include "src/effects/charges.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/contact_resistance.hpp"
-#include "src/effects/current_source.hpp"
+#include "src/effects/current_injection.hpp"
 #include "src/effects/field_choice.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/leakage.hpp"
@@ -114,7 +114,7 @@ TEST_CASE("leakage: charge decays with the fluid's relaxation time at any step")
     scene.effects.add<effects::FloatingConductorsOptions>();
     scene.domain.sides[0].electrode = true;
     scene.effects.add(effects::LeakageOptions{.conductivity = 4.2e-11 / 0.3});  // tau = 0.3 s
-    scene.effects.add(effects::CurrentSourceOptions{.current = 1e-10});
+    scene.effects.add(effects::CurrentInjectionOptions{.current = 1e-10});
     scene.conductors[0].charge = -2e-11;
     scene.mechanics.integrator = integrator;
     scene.mechanics.euler_step = scene.mechanics.euler_field_step = 0.05;
@@ -286,7 +286,7 @@ TEST_CASE("resistor: charging a capacitor dissipates half of the supplied energy
 TEST_CASE("contact resistance: the limit of zero resistance is the ideal contact") {
   Scene scene = scene_of({{0.05, 0.05}, {0.05 + 2.5 * radius, 0.05}});
   scene.effects.add<effects::FloatingConductorsOptions>();
-  scene.effects.add(effects::ContactDischargeOptions{.gap = radius, .hysteresis = 0.01});
+  scene.effects.add(effects::ContactDischargeOptions{.contact_distance = radius, .hysteresis = 0.01});
   scene.conductors[0].charge = 3e-12;
   scene.conductors[1].charge = -1e-12;
   scene.electrodes = {ball("ground", {0.01, 0.01}, 0)};
@@ -369,7 +369,7 @@ TEST_CASE("current source: the current leaves an insulated box by conductance") 
   scene.electrodes[0].series_resistance = 1e-3 / farad;
   scene.electrodes[1].series_resistance = 3e-3 / farad;
   scene.electrodes[1].potential = 400;
-  scene.effects.add(effects::CurrentSourceOptions{.current = 1e-9});
+  scene.effects.add(effects::CurrentInjectionOptions{.current = 1e-9});
   Simulation simulation(scene);  // Ideal contacts: all conductors form one group.
   CHECK(simulation.now().potential[1] == near(400 + 3e-9 * 0.75e-3 / farad, 1e-6));
   simulation.advance_to(0.1);

@@ -28,7 +28,7 @@ inline Scene scene_of(std::vector<Vec2> positions) {
   scene.medium = {.permittivity = 4e-11, .viscosity = 0.7, .depth = 2 * radius};
   for (const Vec2 position : positions) scene.conductors.push_back({.position = in_space(position), .radius = radius});
   scene.effects.add<effects::FloatingConductorsOptions>();
-  scene.effects.add(effects::ContactDischargeOptions{.gap = radius, .hysteresis = 0.1});
+  scene.effects.add(effects::ContactDischargeOptions{.contact_distance = radius, .hysteresis = 0.1});
   scene.mechanics.position_tolerance = 1e-6;
   return scene;
 }

@@ -7,7 +7,7 @@
 
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/contact_resistance.hpp"
-#include "src/effects/current_source.hpp"
+#include "src/effects/current_injection.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/hertz_contact.hpp"
@@ -41,8 +41,8 @@ Scene random_spheres_in_space() {
                         Vec3{0.3, 0, -3.5}, Vec3{6.6, 0.7, 0.4}})
     scene.conductors.push_back({.position = Vec3{0.03, 0.03, 0.03} + radius * at, .radius = radius, .charge = 2e-11});
   scene.electrodes = {{.name = "ground", .shape = Disk{{0.03, 0.03}, radius}, .height = 0.03}};
-  scene.effects.add(effects::ContactDischargeOptions{.gap = radius, .hysteresis = 0.05});
-  scene.effects.add(effects::CurrentSourceOptions{.current = 2e-9});
+  scene.effects.add(effects::ContactDischargeOptions{.contact_distance = radius, .hysteresis = 0.05});
+  scene.effects.add(effects::CurrentInjectionOptions{.current = 2e-9});
   scene.effects.add<effects::HertzContactOptions>();
   scene.effects.add<effects::WallContactOptions>();
   return scene;
@@ -267,7 +267,7 @@ Scene series_circuit() {
                        .series_resistance = 3 * ohm,
                        .height = 0.03}};
   for (Conductor& conductor : scene.conductors) conductor.fixed = true;
-  scene.effects.add(effects::ContactDischargeOptions{.gap = radius, .hysteresis = 0.05});
+  scene.effects.add(effects::ContactDischargeOptions{.contact_distance = radius, .hysteresis = 0.05});
   scene.effects.add(effects::ContactResistanceOptions{.resistance = 0.5 * ohm});
   return scene;
 }
@@ -300,7 +300,7 @@ TEST_CASE("resistor between isolated spheres: its heat is the field's energy") {
   Scene scene = cube_of({{0.028, 0.03, 0.03}, {0.03, 0.03, 0.03}}, 1e-6);
   scene.conductors[0].charge = 1e-11, scene.conductors[1].charge = -1e-11;
   for (Conductor& conductor : scene.conductors) conductor.fixed = true;
-  scene.effects.add(effects::ContactDischargeOptions{.gap = radius, .hysteresis = 0.05});
+  scene.effects.add(effects::ContactDischargeOptions{.contact_distance = radius, .hysteresis = 0.05});
   scene.effects.add(effects::ContactResistanceOptions{.resistance = 1e10});
   Simulation simulation(scene);
   const ConductorFrame first = simulation.now();
@@ -319,7 +319,7 @@ TEST_CASE("contact resistance: compressed spheres share charge as one conductor"
   scene.domain.sides[0].potential = 100;
   for (Conductor& conductor : scene.conductors) conductor.fixed = true;
   scene.conductors[0].charge = 2e-11;
-  scene.effects.add(effects::ContactDischargeOptions{.gap = 0.1 * radius, .hysteresis = 0.05});
+  scene.effects.add(effects::ContactDischargeOptions{.contact_distance = 0.1 * radius, .hysteresis = 0.05});
   Scene merged = scene;
   scene.effects.add(effects::ContactResistanceOptions{.resistance = 1e3});
   Simulation resistive(scene), ideal(merged);

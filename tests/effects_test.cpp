@@ -11,14 +11,14 @@
 #include "solvers/laplace/relaxation/solver.hpp"
 #include "solvers/parallel/petsc.hpp"
 #include "src/effects/contact_discharge.hpp"
-#include "src/effects/contact_potential.hpp"
 #include "src/effects/contact_resistance.hpp"
-#include "src/effects/current_source.hpp"
+#include "src/effects/current_injection.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/gravity.hpp"
 #include "src/effects/hertz_contact.hpp"
 #include "src/effects/leakage.hpp"
+#include "src/effects/soft_repulsion.hpp"
 #include "src/effects/stokes_drag.hpp"
 #include "src/effects/wall_contact.hpp"
 #include "src/field_methods/field_method.hpp"
@@ -408,7 +408,7 @@ TEST_CASE("model: it has the effects of the scene's tables and no others") {
   CHECK(neutral.neighbours);
 
   scene.effects.add<effects::FloatingConductorsOptions>();
-  scene.effects.add<effects::CurrentSourceOptions>();
+  scene.effects.add<effects::CurrentInjectionOptions>();
   scene.effects.add<effects::WallContactOptions>();
   scene.effects.add<effects::ContactDischargeOptions>();
   const Model all = make_model(scene);

@@ -5,7 +5,7 @@
 
 #include "solvers/error.hpp"
 #include "src/effects/contact_discharge.hpp"
-#include "src/effects/current_source.hpp"
+#include "src/effects/current_injection.hpp"
 #include "src/effects/hertz_contact.hpp"
 #include "src/effects/stokes_drag.hpp"
 #include "src/mechanics/simulation.hpp"
@@ -180,7 +180,7 @@ TEST_CASE("alternating contact: the run does not stall and conserves charge") {
   for (const double hysteresis : {0.01, 0.0}) {
     Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 3.1 * radius, 0.05}});
     scene.effects.find<effects::ContactDischargeOptions>()->hysteresis = hysteresis;
-    scene.effects.add(effects::CurrentSourceOptions{.current = 1e-10});
+    scene.effects.add(effects::CurrentInjectionOptions{.current = 1e-10});
     scene.conductors[0].charge = 1e-11;
     const double pair_force = 0.5 * 1e-3 * drag;  // Force on each body; the gap changes by 1 mm/s.
     Simulation simulation(
@@ -288,7 +288,7 @@ TEST_CASE("charge balance: 1e-12 over complete runs with every integrator") {
 TEST_CASE("current source: current into a grounded conductor leaves at once") {
   Scene scene = conductor_scene({{0.05, 0.05}});
   scene.electrodes = {ball("ground", {0.05 + 2.5 * radius, 0.05}, 0)};
-  scene.effects.add(effects::CurrentSourceOptions{.current = 1e-10});
+  scene.effects.add(effects::CurrentInjectionOptions{.current = 1e-10});
   Simulation simulation(scene, std::make_unique<LineCharges>());
   simulation.advance_to(0.5);
   const ConductorFrame frame = simulation.now();
@@ -326,7 +326,7 @@ TEST_CASE("short circuit: an input error at the start and a failure later") {
   Simulation simulation(scene, scripted([](const auto& p) { return std::vector<Vec2>(p.bodies.size()); }));
   simulation.advance_to(1e-3);
   CHECK_NOTHROW(simulation.now());
-  scene.effects.find<effects::ContactDischargeOptions>()->gap = 1.6 * radius;
+  scene.effects.find<effects::ContactDischargeOptions>()->contact_distance = 1.6 * radius;
   Simulation wider(scene, scripted([](const auto& p) { return std::vector<Vec2>(p.bodies.size()); }));
   CHECK_THROWS_AS(wider.advance_to(1), Failure);
 }
@@ -337,7 +337,7 @@ TEST_CASE("stationary: true only when all conductors are grounded and at rest") 
   // The conductor starts near the ball; a current source charges it, and the ball attracts it.
   Scene scene = conductor_scene({{0.05 + 3.2 * radius, 0.05}});
   scene.electrodes = {ball("ground", {0.05, 0.05}, 0)};
-  scene.effects.add(effects::CurrentSourceOptions{.current = 0.2e-9});
+  scene.effects.add(effects::CurrentInjectionOptions{.current = 0.2e-9});
   Simulation simulation(scene, std::make_unique<LineCharges>());
   CHECK(!simulation.stationary());
   double time = 0;

@@ -10,11 +10,11 @@
 #include <string>
 
 #include "solvers/error.hpp"
-#include "src/effects/contact_potential.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/hertz_contact.hpp"
 #include "src/effects/read_scene.hpp"
+#include "src/effects/soft_repulsion.hpp"
 #include "src/mechanics/cvode.hpp"
 #include "src/mechanics/simulation.hpp"
 
@@ -196,7 +196,7 @@ TEST_CASE("periodic box: an effect without support for it refuses the bodies") {
   scene.domain.size = {1, 1};
   scene.domain.sides[0].periodic = scene.domain.sides[1].periodic = true;
   scene.conductors = {{.position = {0.5, 0.5}, .radius = 0.1}};
-  scene.effects.add(effects::ContactPotentialOptions{});
+  scene.effects.add(effects::SoftRepulsionOptions{});
   CHECK_THROWS_WITH_AS(effects::make_model(scene),
                        doctest::Contains("effects.soft_repulsion is not allowed with a periodic"), InputError);
 }

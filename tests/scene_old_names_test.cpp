@@ -68,7 +68,7 @@ TEST_CASE("old names: a scene of conductors has the values of their new names") 
   const Scene scene = parse_scene(conductors, "old.toml");
   CHECK(scene.conductors.at(0).fixed);
   CHECK(scene.effects.has("current_injection"));
-  CHECK(scene.effects.find<effects::ContactDischargeOptions>()->gap == 0.25e-3);
+  CHECK(scene.effects.find<effects::ContactDischargeOptions>()->contact_distance == 0.25e-3);
   REQUIRE(scene.warnings.size() == 3);
   CHECK(std::ranges::count(scene.warnings,
                            "old.toml:10: conductor.held is an old name: it is called conductor.fixed now") == 1);

@@ -8,12 +8,12 @@
 
 #include "solvers/error.hpp"
 #include "src/effects/contact_discharge.hpp"
-#include "src/effects/contact_potential.hpp"
-#include "src/effects/current_source.hpp"
+#include "src/effects/current_injection.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/hertz_contact.hpp"
 #include "src/effects/read_scene.hpp"
+#include "src/effects/soft_repulsion.hpp"
 #include "src/effects/stokes_drag.hpp"
 #include "src/effects/wall_contact.hpp"
 #include "src/field_methods/field_method.hpp"
@@ -131,13 +131,13 @@ force = 0.01
   CHECK(s.groups[0].name == "wire");
   CHECK(s.groups[0].potential == 12.0);
   CHECK(s.effects.has<effects::FloatingConductorsOptions>());
-  CHECK(s.effects.find<effects::CurrentSourceOptions>()->current == -1e-9);
+  CHECK(s.effects.find<effects::CurrentInjectionOptions>()->current == -1e-9);
   CHECK(s.effects.has<effects::StokesDragOptions>());
   CHECK(s.effects.find<effects::HertzContactOptions>()->young == 1e9);
   CHECK(s.effects.find<effects::HertzContactOptions>()->poisson == 0.25);
   CHECK(s.effects.find<effects::WallContactOptions>()->young == 2e9);
   CHECK(s.effects.find<effects::WallContactOptions>()->poisson == 0.3);
-  CHECK(s.effects.find<effects::ContactDischargeOptions>()->gap == 1e-4);
+  CHECK(s.effects.find<effects::ContactDischargeOptions>()->contact_distance == 1e-4);
   CHECK(s.effects.find<effects::ContactDischargeOptions>()->hysteresis == 0.5);
   CHECK(s.field().method == &relaxation_method());
   CHECK(s.field().cells == 64);
@@ -185,8 +185,8 @@ TEST_CASE("scene: defaults are filled in") {
                   "some/where/name.toml");
   CHECK(s.path == "some/where/name.toml");
   CHECK(s.medium.permittivity == doctest::Approx(2 * 8.8541878128e-12).scale(0).epsilon(1e-15));  // One rounding.
-  CHECK(s.medium.depth == 2 * 0.002);                                       // Twice the largest radius.
-  CHECK(s.effects.find<effects::ContactDischargeOptions>()->gap == 0.001);  // The smallest radius.
+  CHECK(s.medium.depth == 2 * 0.002);                                                    // Twice the largest radius.
+  CHECK(s.effects.find<effects::ContactDischargeOptions>()->contact_distance == 0.001);  // The smallest radius.
   CHECK(s.effects.find<effects::ContactDischargeOptions>()->hysteresis == 0.05);
   CHECK(s.mechanics.position_tolerance == 1e-3 * 0.001);
   CHECK(s.mechanics.largest_step == 0.2);
@@ -202,7 +202,7 @@ TEST_CASE("scene: defaults are filled in") {
 TEST_CASE("effects: one exists only if its table does") {
   const Scene s = parse("domain = { size = [0.04, 0.02] }\nfield.cells = 64\n" + disk("[0.01, 0.01]"));
   CHECK_FALSE(s.effects.has<effects::FloatingConductorsOptions>());
-  CHECK_FALSE(s.effects.has<effects::CurrentSourceOptions>());
+  CHECK_FALSE(s.effects.has<effects::CurrentInjectionOptions>());
   CHECK_FALSE(s.effects.has<effects::StokesDragOptions>());
   CHECK_FALSE(s.effects.has<effects::HertzContactOptions>());
   CHECK_FALSE(s.effects.has<effects::WallContactOptions>());
@@ -474,7 +474,7 @@ TEST_CASE("shipped scenes: they are valid") {
     const Scene s = read_scene(entry.path().string());
     if (s.reference)
       CHECK(overlaps_in_space(s) == 0);
-    else if (!s.effects.has<effects::ContactPotentialOptions>())  // A packing starts with overlaps.
+    else if (!s.effects.has<effects::SoftRepulsionOptions>())  // A packing starts with overlaps.
       CHECK(least_gap(s) >= 0);
     CHECK(s.output.file == entry.path().stem().string() + ".h5");
     CHECK_FALSE(s.text.empty());
@@ -484,7 +484,7 @@ TEST_CASE("shipped scenes: they are valid") {
   const Scene dendrite = read_scene((shipped_scenes() / "dendrite.toml").string());
   CHECK(dendrite.conductors.size() == 324);
   CHECK(least_gap(dendrite) >= 0.1e-3);
-  CHECK(dendrite.effects.find<effects::ContactDischargeOptions>()->gap == 0.775e-3);
+  CHECK(dendrite.effects.find<effects::ContactDischargeOptions>()->contact_distance == 0.775e-3);
   const Scene two_disks = read_scene((shipped_scenes() / "two-disks.toml").string());
   const Vec3 separation = two_disks.conductors[1].position - two_disks.conductors[0].position;
   CHECK(norm(separation) / (2 * 0.775e-3) == doctest::Approx(2).epsilon(1e-12));  // d/2R = 2, decimal rounding.

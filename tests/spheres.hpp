@@ -13,7 +13,7 @@
 #include "solvers/laplace/problem.hpp"
 #include "src/effects/conductor_frame.hpp"
 #include "src/effects/contact_discharge.hpp"
-#include "src/effects/current_source.hpp"
+#include "src/effects/current_injection.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/hertz_contact.hpp"
 #include "src/effects/stokes_drag.hpp"
@@ -43,7 +43,7 @@ inline Scene scene_of(const std::vector<Vec2>& positions) {
 inline Scene conductor_scene(const std::vector<Vec2>& positions) {
   Scene scene = scene_of(positions);
   scene.effects.add<effects::FloatingConductorsOptions>();
-  scene.effects.add(effects::ContactDischargeOptions{.gap = radius, .hysteresis = 0.01});
+  scene.effects.add(effects::ContactDischargeOptions{.contact_distance = radius, .hysteresis = 0.01});
   scene.effects.add<effects::StokesDragOptions>();
   return scene;
 }
@@ -77,7 +77,7 @@ inline Scene random_spheres(unsigned seed = 7) {
     if (free) scene.conductors.push_back({.position = in_space(p), .radius = radius, .charge = 2e-12});
   }
   scene.electrodes = {ball("ground", {0.05, 0.05}, 0)};
-  scene.effects.add(effects::CurrentSourceOptions{.current = 0.2e-9});
+  scene.effects.add(effects::CurrentInjectionOptions{.current = 0.2e-9});
   scene.effects.add<effects::HertzContactOptions>();
   scene.effects.add<effects::WallContactOptions>();
   return scene;

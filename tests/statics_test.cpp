@@ -13,9 +13,9 @@
 #include "solvers/minimize/newton_cg.hpp"
 #include "solvers/parallel/petsc.hpp"
 #include "src/effects/contact_law.hpp"
-#include "src/effects/contact_potential.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/read_scene.hpp"
+#include "src/effects/soft_repulsion.hpp"
 #include "src/statics/minimization.hpp"
 #include "src/statics/potential_energy.hpp"
 
@@ -121,7 +121,7 @@ TEST_CASE("many contacts: energy and forces are sums over all pairs and walls") 
     const Scene scene = random_packing(dimension, n);
     Model model = effects::make_model(scene);
     const State state = state_of(model);
-    const effects::ContactPotential potential(scene);
+    const effects::SoftRepulsion potential(scene);
     const std::vector<double>& p = model.bodies.position;
     double energy = 0;
     std::vector<double> expected(p.size()), rounding(p.size());
@@ -182,7 +182,7 @@ TEST_CASE("neighbour search: an earlier one changes no bit of energy and forces"
     REQUIRE(early.neighbours->searches() == 1);
     REQUIRE(old_list.neighbours.size() != new_list.neighbours.size());
     std::vector<double> old_force(2000), new_force(2000);
-    const effects::ContactPotential potential(scene);
+    const effects::SoftRepulsion potential(scene);
     CHECK(potential.energy_and_forces(old_list, old_force) == potential.energy_and_forces(new_list, new_force));
     CHECK(old_force == new_force);
   }
@@ -195,7 +195,7 @@ TEST_CASE("close contacts: energy and gradient equal the sum over all pairs") {
     const double side = dimension == 3 ? 24 : 60;
     const Scene scene = random_packing(dimension, 6000, side);
     Model model = effects::make_model(scene);
-    const effects::ContactPotential potential(scene);
+    const effects::SoftRepulsion potential(scene);
     statics::PotentialEnergy kept(scene, 2);
     std::vector<double> x = model.bodies.position;
     // Steps of various lengths: candidates stay valid, are collected again, or are searched for again.
@@ -242,7 +242,7 @@ TEST_CASE("contact energy: a pair counts once and beyond a wall it is infinite")
   Scene scene = packing(2, "lbfgs");
   scene.conductors = {{.position = {2, 3}, .radius = 1}, {.position = {3, 3}, .radius = 1}};
   Model model = effects::make_model(scene);
-  const effects::ContactPotential potential(scene);
+  const effects::SoftRepulsion potential(scene);
   CHECK(potential.energy(state_of(model)) == doctest::Approx(0.5 * std::log(2)));  // q = 1/2, once.
   model.bodies.position = {0.5, 3, 4, 3};
   CHECK(potential.energy(state_of(model)) == doctest::Approx(0.5 * std::log(2)));
@@ -318,7 +318,7 @@ TEST_CASE("stiffness: powers of two as units give identical bits by every method
     CAPTURE(method);
     const auto at_rest = [&](double stiffness) {
       Scene scene = packing(2, method);
-      scene.effects.find<effects::ContactPotentialOptions>()->stiffness = stiffness;
+      scene.effects.find<effects::SoftRepulsionOptions>()->stiffness = stiffness;
       Minimization minimization(scene);
       while (!minimization.at_rest() && minimization.iterate()) {
       }

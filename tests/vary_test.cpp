@@ -78,13 +78,13 @@ TEST_CASE("settings: keys are set in any table, and tables are added") {
   CHECK(std::get<Disk>(scene.electrodes[0].shape).radius == 1e-3);
   CHECK(std::get<Disk>(scene.electrodes[1].shape).radius == 1.5e-3);
   CHECK_FALSE(scene.domain.sides[2].electrode);
-  CHECK(scene.effects.find<effects::ContactDischargeOptions>()->gap == 0.2e-3);
+  CHECK(scene.effects.find<effects::ContactDischargeOptions>()->contact_distance == 0.2e-3);
   CHECK(scene.mechanics.integrator == Integrator::euler);
 }
 
 TEST_CASE("settings: numbers keep all their digits") {
   const Scene scene = with({{"effects.contact_discharge.contact_distance", "0.00012345678901234567"}});
-  CHECK(scene.effects.find<effects::ContactDischargeOptions>()->gap == 0.00012345678901234567);
+  CHECK(scene.effects.find<effects::ContactDischargeOptions>()->contact_distance == 0.00012345678901234567);
 }
 
 TEST_CASE("settings: a number may begin or end with its point, unlike in TOML") {

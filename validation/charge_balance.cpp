@@ -4,7 +4,7 @@
 //   charge_balance         the seedling, 36 conductors
 //   charge_balance long    the dendrite, 324 conductors, on S = 256
 
-#include "src/effects/current_source.hpp"
+#include "src/effects/current_injection.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "tests/source_folder.hpp"
@@ -21,7 +21,7 @@ namespace {
 void run(Report& report, Scene scene) {
   Simulation simulation(scene);
   const double current =
-      scene.effects.find<effects::CurrentSourceOptions>()->current * static_cast<double>(scene.conductors.size());
+      scene.effects.find<effects::CurrentInjectionOptions>()->current * static_cast<double>(scene.conductors.size());
   std::vector<double> unbalanced, injection_error;
   ConductorFrame frame = simulation.now();
   while (!simulation.stationary() && frame.time < scene.stop.time) {

@@ -120,7 +120,7 @@ void with_a_field(Report& report) {
   for (const FieldCoupling coupling : {FieldCoupling::split, FieldCoupling::monolithic}) {
     Scene scene = head_on(collision);
     scene.effects.add<effects::FloatingConductorsOptions>();
-    scene.effects.add(effects::ContactDischargeOptions{.gap = 0.1 * radius, .hysteresis = 0.05});
+    scene.effects.add(effects::ContactDischargeOptions{.contact_distance = 0.1 * radius, .hysteresis = 0.05});
     scene.conductors[0].charge = 1e-12;
     scene.mechanics.coupling = coupling;
     Simulation simulation(scene, no_forces());
@@ -205,7 +205,7 @@ void pressed_chain(Report& report, double young, double force, FieldCoupling cou
   for (int i = 0; i < 20; ++i) positions.push_back({0.01 + 2 * radius * i, 0.05});
   Scene scene = scene_of(positions);
   scene.effects.add<effects::FloatingConductorsOptions>();
-  scene.effects.add(effects::ContactDischargeOptions{.gap = 0.1 * radius, .hysteresis = 0.05});
+  scene.effects.add(effects::ContactDischargeOptions{.contact_distance = 0.1 * radius, .hysteresis = 0.05});
   scene.effects.add<effects::StokesDragOptions>();
   scene.effects.add(effects::HertzContactOptions{.young = young, .poisson = 0.3});
   scene.mechanics.coupling = coupling;

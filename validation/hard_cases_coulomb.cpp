@@ -104,7 +104,7 @@ double crossing_time(double between, double gap) {
 
 void thousand_bounces(Report& report, FieldCoupling coupling, double contact_gap, int contacts) {
   Scene scene = between_plates();
-  scene.effects.find<effects::ContactDischargeOptions>()->gap = contact_gap;
+  scene.effects.find<effects::ContactDischargeOptions>()->contact_distance = contact_gap;
   scene.mechanics.coupling = coupling;
   Simulation simulation(scene, std::make_unique<Plates>());
   const double w = Plates::terminal, between = height - 2 * radius - 2 * contact_gap;
@@ -182,7 +182,7 @@ struct Fall {
 /// Returns two bodies 4 R apart that merge into one group at `last_gap`.
 Scene falling(const Fall& fall, FieldCoupling coupling, double last_gap) {
   Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 6 * radius, 0.05}});
-  scene.effects.add(effects::ContactDischargeOptions{.gap = last_gap, .hysteresis = 0.05});
+  scene.effects.add(effects::ContactDischargeOptions{.contact_distance = last_gap, .hysteresis = 0.05});
   scene.mechanics.coupling = coupling;
   scene.mechanics.largest_step = fall.largest_step;
   if (fall.in_oil)
@@ -289,7 +289,7 @@ void struck(Report& report, FieldCoupling coupling) {
   Scene scene = scene_of({{0.02, 0.05}, {0.03, 0.05}, {0.04, 0.05 + 2 * radius + dip}});
   scene.effects.add<effects::FloatingConductorsOptions>();
   scene.effects.add<effects::HertzContactOptions>();
-  scene.effects.add(effects::ContactDischargeOptions{.gap = gap, .hysteresis = 0.05});
+  scene.effects.add(effects::ContactDischargeOptions{.contact_distance = gap, .hysteresis = 0.05});
   scene.mechanics.coupling = coupling;
   scene.groups = {{.name = "wire", .charge = 0.0}};
   scene.conductors[0].group = scene.conductors[1].group = 0;

@@ -226,7 +226,7 @@ void sides(Report& report, const std::string& scheme) {
     for (DomainSide& side : scene.domain.sides) side = {.electrode = true, .potential = 0};
     scene.effects.remove<effects::StokesDragOptions>();
     scene.effects.add<effects::WallContactOptions>();
-    scene.effects.find<effects::ContactDischargeOptions>()->gap = gap;
+    scene.effects.find<effects::ContactDischargeOptions>()->contact_distance = gap;
     scene.conductors[0].velocity = in_space(v);
     scene.conductors[0].charge = 1e-11;
     Simulation simulation(with_scheme(scheme, scene), no_forces());
@@ -285,7 +285,7 @@ void resumed(Report& report, const std::string& scheme, const Scene& scene, doub
 Scene colliding() {
   Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 2 * radius + 1e-4, 0.05}});
   scene.effects.remove<effects::StokesDragOptions>();
-  scene.effects.find<effects::ContactDischargeOptions>()->gap = 0.05 * radius;
+  scene.effects.find<effects::ContactDischargeOptions>()->contact_distance = 0.05 * radius;
   scene.effects.add(effects::HertzContactOptions{.young = 1e6, .poisson = 0.3});  // the contact lasts 1 ms
   scene.conductors[0].velocity = {0.1, 0};
   scene.conductors[0].charge = 1e-12;

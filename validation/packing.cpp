@@ -9,9 +9,9 @@
 #include "solvers/error.hpp"
 #include "src/analysis/packing.hpp"
 #include "src/effects/contact_law.hpp"
-#include "src/effects/contact_potential.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/read_scene.hpp"
+#include "src/effects/soft_repulsion.hpp"
 #include "src/statics/minimization.hpp"
 #include "tests/dense_algebra.hpp"
 #include "tests/source_folder.hpp"
@@ -52,7 +52,7 @@ Result relaxed(const std::string& text) {
   result.largest_force = minimization.largest_force();
   result.iterations = minimization.iteration();
   result.evaluations = minimization.evaluations();
-  result.packing = analysis::packing(result.bodies, result.scene, effects::ContactPotential(result.scene));
+  result.packing = analysis::packing(result.bodies, result.scene, effects::SoftRepulsion(result.scene));
   return result;
 }
 
@@ -88,7 +88,7 @@ void check_slot(Report& report) {
 Spread ratios(int dimension, bool second) {
   const Scene scene = parse_scene(random_scene(dimension, 60, 0.9, "lbfgs", 1e-8), "packing");
   Model model = effects::make_model(scene);
-  const effects::ContactPotential potential(scene);
+  const effects::SoftRepulsion potential(scene);
   const auto state = [&] {
     update(*model.neighbours, model.bodies);
     return State{0, model.bodies, model.neighbours->pairs()};

@@ -50,7 +50,7 @@ Scene scene_of(const Set& set) {
   scene.effects.add<effects::FloatingConductorsOptions>();
   scene.effects.add<effects::StokesDragOptions>();
   scene.effects.add<effects::WallContactOptions>();
-  scene.effects.add(effects::ContactDischargeOptions{.gap = set.contact_gap * radius, .hysteresis = 0.05});
+  scene.effects.add(effects::ContactDischargeOptions{.contact_distance = set.contact_gap * radius, .hysteresis = 0.05});
   scene.field().cells = set.cells;
   return scene;
 }

@@ -70,7 +70,7 @@ void find_pressure(Packing& packing, const Bodies& bodies, const Scene& scene, d
 
 }  // namespace
 
-Packing packing(const Bodies& bodies, const Scene& scene, const effects::ContactPotential& potential) {
+Packing packing(const Bodies& bodies, const Scene& scene, const effects::SoftRepulsion& potential) {
   const int n = bodies.size();
   const std::vector<Pair> pairs = pairs_closer_than(bodies, 0);
   Packing packing;

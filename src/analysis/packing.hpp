@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "src/effects/contact_potential.hpp"
+#include "src/effects/soft_repulsion.hpp"
 #include "src/model/bodies.hpp"
 #include "src/model/motion.hpp"
 #include "src/scene/scene.hpp"
@@ -45,7 +45,7 @@ struct Packing {
 
 /// Returns the packing at the bodies' positions. A particle with fewer than dimension + 1 contacts can move freely and
 /// is a rattler. Its removal can make other particles rattlers.
-Packing packing(const Bodies& bodies, const Scene& scene, const effects::ContactPotential& potential);
+Packing packing(const Bodies& bodies, const Scene& scene, const effects::SoftRepulsion& potential);
 
 /// Returns the columns of a packing in a result file, as the group "packing".
 ColumnGroup columns_of(const Packing& packing);

@@ -76,7 +76,7 @@ const EffectKind& ContactDischargeOptions::kind() {
           "floating_conductors.",
       .options = ContactDischargeOptions{},
       .keys = {{.name = "contact_distance",
-                .target = target<&ContactDischargeOptions::gap>,
+                .target = target<&ContactDischargeOptions::contact_distance>,
                 .unit = "m",
                 .range = ranges::positive,
                 .computed_default = "the smallest radius",
@@ -93,16 +93,17 @@ const EffectKind& ContactDischargeOptions::kind() {
       .complete =
           [](const Draft& draft, Scene& scene) {
             if (draft.line("effects.contact_discharge.contact_distance") == 0)
-              scene.effects.find<ContactDischargeOptions>()->gap = scene.smallest_radius();
+              scene.effects.find<ContactDischargeOptions>()->contact_distance = scene.smallest_radius();
           },
       .make = [](const Scene& scene) { return std::make_unique<ContactDischarge>(scene); },
-      .contact_gap = [](const Scene& scene) { return scene.effects.find<ContactDischargeOptions>()->gap; }};
+      .contact_gap =
+          [](const Scene& scene) { return scene.effects.find<ContactDischargeOptions>()->contact_distance; }};
   return kind;
 }
 
 ContactDischarge::ContactDischarge(const Scene& scene)
     : tolerance_(scene.mechanics.position_tolerance),
-      make_gap_(scene.effects.find<ContactDischargeOptions>()->gap),
+      make_gap_(scene.effects.find<ContactDischargeOptions>()->contact_distance),
       release_gap_(make_gap_ +
                    std::max(scene.effects.find<ContactDischargeOptions>()->hysteresis * make_gap_, tolerance_)),
       simultaneity_margin_(std::min(tolerance_, 0.25 * (release_gap_ - make_gap_))),

@@ -11,16 +11,16 @@
 namespace lichtenberg::effects {
 
 struct ContactDischargeOptions {
-  double gap = 0;            ///< m: contact closes when the surfaces come closer than this
-  double hysteresis = 0.05;  ///< contact opens at gap * (1 + hysteresis)
+  double contact_distance = 0;  ///< m: contact closes when the surfaces come closer than this
+  double hysteresis = 0.05;     ///< contact opens at contact_distance * (1 + hysteresis)
   static const EffectKind& kind();
 };
 
 /// Joins close conductors to one equipotential group, and also a conductor and an electrode (D 6.6, 6.40).
 ///
-/// A contact closes when the gap between two surfaces falls to `gap`, and opens when it rises to the larger
-/// `release_gap` (hysteresis). Conductors come to rest at the contact distance, because their attraction ends where
-/// their potentials become equal. Without hysteresis, rounding would close and open their contact repeatedly. The
+/// A contact closes when the gap between two surfaces falls to `contact_distance`, and opens when it rises to the
+/// larger `release_gap` (hysteresis). Conductors come to rest at the contact distance, because their attraction ends
+/// where their potentials become equal. Without hysteresis, rounding would close and open their contact repeatedly. The
 /// release gap exceeds the gap by at least one position tolerance, the accuracy of positions.
 class ContactDischarge : public Effect {
  public:

@@ -9,10 +9,9 @@
 #include "src/effects/charge_exchange.hpp"
 #include "src/effects/circuit.hpp"
 #include "src/effects/contact_discharge.hpp"
-#include "src/effects/contact_potential.hpp"
 #include "src/effects/contact_resistance.hpp"
 #include "src/effects/coulomb.hpp"
-#include "src/effects/current_source.hpp"
+#include "src/effects/current_injection.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/gas_drag.hpp"
 #include "src/effects/gravity.hpp"
@@ -20,6 +19,7 @@
 #include "src/effects/induced_dipoles.hpp"
 #include "src/effects/leakage.hpp"
 #include "src/effects/linear_contact.hpp"
+#include "src/effects/soft_repulsion.hpp"
 #include "src/effects/stokes_drag.hpp"
 #include "src/effects/uniform_force.hpp"
 #include "src/effects/viscoelastic_contact.hpp"
@@ -31,7 +31,7 @@ namespace lichtenberg::effects {
 const EffectKinds& all_kinds() {
   static const EffectKinds kinds = {
       &FloatingConductorsOptions::kind(),
-      &CurrentSourceOptions::kind(),
+      &CurrentInjectionOptions::kind(),
       &StokesDragOptions::kind(),
       &GravityOptions::kind(),
       &HertzContactOptions::kind(),
@@ -39,7 +39,7 @@ const EffectKinds& all_kinds() {
       &ContactDischargeOptions::kind(),
       &LeakageOptions::kind(),
       &ContactResistanceOptions::kind(),
-      &ContactPotentialOptions::kind(),
+      &SoftRepulsionOptions::kind(),
       &ViscoelasticContactOptions::kind(),
       &LinearContactOptions::kind(),
       &CoulombOptions::kind(),

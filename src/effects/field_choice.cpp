@@ -10,7 +10,7 @@
 #include "solvers/laplace/accuracy/cost_model.hpp"
 #include "src/effects/circuit.hpp"
 #include "src/effects/contact_discharge.hpp"
-#include "src/effects/current_source.hpp"
+#include "src/effects/current_injection.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/floating_spheres.hpp"
 #include "src/field_methods/cut_cell.hpp"
@@ -55,7 +55,7 @@ const FieldMethodKind& method_of(laplace::Method chosen) {
 /// Returns the charges after the first output interval.
 NodeCharges typical_charges(const Scene& scene) {
   NodeCharges charges{.charge = initial_charges(scene)};
-  if (const auto* source = scene.effects.find<CurrentSourceOptions>())
+  if (const auto* source = scene.effects.find<CurrentInjectionOptions>())
     for (double& charge : charges.charge) charge += source->current * scene.output.every;
   return charges;
 }
@@ -110,7 +110,7 @@ laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run) {
                                                                  .linear_solver = field_request.linear_solver})};
   request.method = only_choice(scene, for_a_run);
   if (const auto* discharge = scene.effects.find<ContactDischargeOptions>(); for_a_run && discharge)
-    request.least_gap = discharge->gap;
+    request.least_gap = discharge->contact_distance;
   return request;
 }
 

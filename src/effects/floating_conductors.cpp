@@ -10,7 +10,7 @@
 #include "solvers/laplace/circuit.hpp"
 #include "solvers/parallel/petsc.hpp"
 #include "src/effects/contact_discharge.hpp"
-#include "src/effects/current_source.hpp"
+#include "src/effects/current_injection.hpp"
 #include "src/effects/field_choice.hpp"
 #include "src/effects/hertz_contact.hpp"
 #include "src/effects/wall_contact.hpp"
@@ -152,7 +152,7 @@ void check(const Draft& draft) {
 }
 
 void complete(const Draft& draft, Scene& scene) {
-  const auto* source = scene.effects.find<CurrentSourceOptions>();
+  const auto* source = scene.effects.find<CurrentInjectionOptions>();
   check_ground(draft, scene, source && source->current != 0 ? "effects.current_injection" : "");
   if (!scene.effects.has<ContactDischargeOptions>()) check_touching(draft, scene);
   auto* field = std::get_if<FieldOptions>(&scene.field_table);

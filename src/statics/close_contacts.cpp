@@ -89,7 +89,7 @@ struct Batch {
 
 }  // namespace
 
-CloseContacts::CloseContacts(const effects::ContactPotential& potential, const Bodies& bodies, parallel::Team& team)
+CloseContacts::CloseContacts(const effects::SoftRepulsion& potential, const Bodies& bodies, parallel::Team& team)
     : potential_(potential),
       bodies_(bodies),
       team_(team),

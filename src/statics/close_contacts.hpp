@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "solvers/parallel/team.hpp"
-#include "src/effects/contact_potential.hpp"
+#include "src/effects/soft_repulsion.hpp"
 #include "src/model/bodies.hpp"
 #include "src/model/pair_loop.hpp"
 
@@ -18,7 +18,7 @@ namespace lichtenberg::statics {
 class CloseContacts {
  public:
   /// Radii and dimension are those of `bodies`. All arguments must outlive this object.
-  CloseContacts(const effects::ContactPotential& potential, const Bodies& bodies, parallel::Team& team);
+  CloseContacts(const effects::SoftRepulsion& potential, const Bodies& bodies, parallel::Team& team);
 
   /// Returns the energy (J) at the positions x (m, [N * dimension]) and overwrites `gradient` (N, [N * dimension]). The
   /// energy is infinite and the gradient undefined if two centres coincide or a centre is on or beyond a wall.
@@ -55,7 +55,7 @@ class CloseContacts {
   template <int d>
   void collect(Range& range, int first, int end, std::span<const double> x) const;
 
-  const effects::ContactPotential& potential_;
+  const effects::SoftRepulsion& potential_;
   const Bodies& bodies_;
   parallel::Team& team_;
   double skin_, wanted_margin_, margin_ = 0;  ///< m

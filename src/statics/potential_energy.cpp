@@ -58,8 +58,8 @@ std::array<double, triangle<dimension>> inverse(const double* a) {
 }  // namespace
 
 PotentialEnergy::PotentialEnergy(const Scene& scene, int threads)
-    : PotentialEnergy(scene, std::make_unique<effects::ContactPotential>(scene), threads) {}
-PotentialEnergy::PotentialEnergy(const Scene& scene, std::unique_ptr<effects::ContactPotential> potential, int threads)
+    : PotentialEnergy(scene, std::make_unique<effects::SoftRepulsion>(scene), threads) {}
+PotentialEnergy::PotentialEnergy(const Scene& scene, std::unique_ptr<effects::SoftRepulsion> potential, int threads)
     : potential_(*potential),
       model_(effects::make_model(scene, effects::made(std::move(potential)))),
       team_(threads),

@@ -4,7 +4,7 @@
 
 #include "solvers/minimize/minimizer.hpp"
 #include "solvers/parallel/team.hpp"
-#include "src/effects/contact_potential.hpp"
+#include "src/effects/soft_repulsion.hpp"
 #include "src/model/model.hpp"
 #include "src/statics/close_contacts.hpp"
 
@@ -24,10 +24,10 @@ class PotentialEnergy : public minimize::SmoothObjective {
   void precondition(std::span<const double> r, std::span<double> z) const override;
 
   const Model& model() const { return model_; }
-  const effects::ContactPotential& potential() const { return potential_; }
+  const effects::SoftRepulsion& potential() const { return potential_; }
 
  private:
-  PotentialEnergy(const Scene& scene, std::unique_ptr<effects::ContactPotential> potential, int threads);
+  PotentialEnergy(const Scene& scene, std::unique_ptr<effects::SoftRepulsion> potential, int threads);
   int ranges() const;
   /// Calls task(k, first, end) for every range of particles, from `first` to before `end`.
   template <class Task>
@@ -40,7 +40,7 @@ class PotentialEnergy : public minimize::SmoothObjective {
   template <int dimension>
   void multiply_rows(std::span<const double> v, std::span<double> product) const;
 
-  const effects::ContactPotential& potential_;  ///< owned by the model
+  const effects::SoftRepulsion& potential_;  ///< owned by the model
   Model model_;
   mutable parallel::Team team_;
   CloseContacts contacts_;

@@ -6,7 +6,7 @@
 
 #include "solvers/error.hpp"
 #include "src/effects/contact_resistance.hpp"
-#include "src/effects/current_source.hpp"
+#include "src/effects/current_injection.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "tests/line_charges.hpp"
@@ -96,7 +96,7 @@ TEST_CASE("rectifier: a contact that blocks conducts as soon as the potential ri
   Scene scene = pair({-1e-12, 0}, {.conductance = capacitance / rc});
   scene.conductors.pop_back();
   scene.electrodes = {ball("ground", {0.05 - near * radius, 0.05}, 0)};
-  scene.effects.add(effects::CurrentSourceOptions{.current = 1e-12 / 0.05});  // 0 V is reached after 50 ms.
+  scene.effects.add(effects::CurrentInjectionOptions{.current = 1e-12 / 0.05});  // 0 V is reached after 50 ms.
   CHECK(after(scene, 0.05 + rc).charge[0] / (1e-12 / 0.05 * rc) == doctest::Approx(-std::expm1(-1)).epsilon(0.01));
 }
 

@@ -12,7 +12,7 @@
 
 namespace lichtenberg::effects {
 
-struct ContactPotentialOptions {
+struct SoftRepulsionOptions {
   double stiffness = 1;  ///< J
   static const EffectKind& kind();
 };
@@ -31,15 +31,15 @@ struct Overlap {
 /// walls, each once. The source's double sum counts every pair twice and includes self-overlaps. Walls would then have
 /// half the stiffness of particles, and the rest positions would differ. The distance from a wall is signed: a particle
 /// beyond a wall has infinite energy and no outward force. Two or three dimensions.
-class ContactPotential : public Effect {
+class SoftRepulsion : public Effect {
  public:
   /// Makes the effect. `stiffness`: factor of the potential (J).
-  ContactPotential(double stiffness, std::vector<Wall> walls) : stiffness_(stiffness), walls_(std::move(walls)) {}
+  SoftRepulsion(double stiffness, std::vector<Wall> walls) : stiffness_(stiffness), walls_(std::move(walls)) {}
   /// `scene` must have the effect.
-  explicit ContactPotential(const Scene& scene)
-      : ContactPotential(scene.effects.find<ContactPotentialOptions>()->stiffness, scene.walls) {}
+  explicit SoftRepulsion(const Scene& scene)
+      : SoftRepulsion(scene.effects.find<SoftRepulsionOptions>()->stiffness, scene.walls) {}
 
-  const EffectKind& kind() const override { return ContactPotentialOptions::kind(); }
+  const EffectKind& kind() const override { return SoftRepulsionOptions::kind(); }
   Needs needs() const override { return {.neighbour_range = 0.0}; }
 
   /// Returns U (J); infinite if two centres coincide, or if a centre is on or beyond a wall.

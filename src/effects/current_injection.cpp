@@ -1,15 +1,15 @@
-#include "src/effects/current_source.hpp"
+#include "src/effects/current_injection.hpp"
 
 namespace lichtenberg::effects {
 
-const EffectKind& CurrentSourceOptions::kind() {
+const EffectKind& CurrentInjectionOptions::kind() {
   static const EffectKind kind = {
       .name = "current_injection",
       .description = "a constant current into every conductor",
       .help = "The same current is injected into every conductor, dQ/dt = current (D 5.5). Needs floating_conductors.",
-      .options = CurrentSourceOptions{},
+      .options = CurrentInjectionOptions{},
       .keys = {{.name = "current",
-                .target = target<&CurrentSourceOptions::current>,
+                .target = target<&CurrentInjectionOptions::current>,
                 .unit = "A",
                 .required = true,
                 .help = "current into each conductor"}},
@@ -17,7 +17,7 @@ const EffectKind& CurrentSourceOptions::kind() {
       .dimensions = {2, 3},
       .periodic = true,
       .make = [](const Scene& scene) {
-        return std::make_unique<CurrentSource>(scene.effects.find<CurrentSourceOptions>()->current);
+        return std::make_unique<CurrentInjection>(scene.effects.find<CurrentInjectionOptions>()->current);
       }};
   return kind;
 }

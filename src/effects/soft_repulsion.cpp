@@ -1,4 +1,4 @@
-#include "src/effects/contact_potential.hpp"
+#include "src/effects/soft_repulsion.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -72,7 +72,7 @@ bool visit_overlaps(const State& state, const std::vector<Wall>& walls, Visit vi
 
 }  // namespace
 
-const EffectKind& ContactPotentialOptions::kind() {
+const EffectKind& SoftRepulsionOptions::kind() {
   static const EffectKind kind = {
       .name = "soft_repulsion",
       .description = "particles that overlap each other or walls repel until all forces balance",
@@ -80,9 +80,9 @@ const EffectKind& ContactPotentialOptions::kind() {
           "Particles move to a minimum of stiffness * sum of (q - 1) ln q over all overlapping pairs and walls; q is "
           "the distance of the centres over the sum of the radii, or of a centre from a wall over its radius. A run "
           "finds this minimum instead of a motion in time, so no other effect is allowed.",
-      .options = ContactPotentialOptions{},
+      .options = SoftRepulsionOptions{},
       .keys = {{.name = "stiffness",
-                .target = target<&ContactPotentialOptions::stiffness>,
+                .target = target<&SoftRepulsionOptions::stiffness>,
                 .unit = "J",
                 .range = ranges::positive,
                 .help = "scales energies and forces without effect on the final positions"},
@@ -92,30 +92,30 @@ const EffectKind& ContactPotentialOptions::kind() {
       .alone = "which permits no other effect",
       .dimensions = {2, 3},
       .packing = true,
-      .make = [](const Scene& scene) { return std::make_unique<ContactPotential>(scene); }};
+      .make = [](const Scene& scene) { return std::make_unique<SoftRepulsion>(scene); }};
   return kind;
 }
 
-double ContactPotential::energy(const State& state) const {
+double SoftRepulsion::energy(const State& state) const {
   double sum = 0;
   const bool finite = visit_overlaps(state, walls_, [&](const Overlap& o) { sum += contact_law(o.q).energy; });
   return finite ? stiffness_ * sum : INFINITY;
 }
 
-double ContactPotential::energy_and_forces(const State& state, std::span<double> force) const {
+double SoftRepulsion::energy_and_forces(const State& state, std::span<double> force) const {
   std::vector<ParticleForce> none;
   return energy_and_forces(state, 0, state.bodies.size(), force, none);
 }
 
-double ContactPotential::energy_and_forces(const State& state, int first, int end, std::span<double> force,
-                                           std::vector<ParticleForce>& outside_forces) const {
+double SoftRepulsion::energy_and_forces(const State& state, int first, int end, std::span<double> force,
+                                        std::vector<ParticleForce>& outside_forces) const {
   return state.bodies.dimension == 3 ? range_energy_and_forces<3>(state, first, end, force, outside_forces)
                                      : range_energy_and_forces<2>(state, first, end, force, outside_forces);
 }
 
 template <int dimension>
-double ContactPotential::range_energy_and_forces(const State& state, int first, int end, std::span<double> force,
-                                                 std::vector<ParticleForce>& outside_forces) const {
+double SoftRepulsion::range_energy_and_forces(const State& state, int first, int end, std::span<double> force,
+                                              std::vector<ParticleForce>& outside_forces) const {
   PairSum sum;
   if (!add_walls<dimension>(state, first, end, force, sum.energy)) return INFINITY;
   add_pair_forces(law(), spheres<dimension>(state.bodies), state.neighbours, ParticleRange{first, end},
@@ -124,7 +124,7 @@ double ContactPotential::range_energy_and_forces(const State& state, int first, 
 }
 
 template <int dimension>
-bool ContactPotential::add_walls(const State& state, int first, int end, std::span<double> force, double& sum) const {
+bool SoftRepulsion::add_walls(const State& state, int first, int end, std::span<double> force, double& sum) const {
   return visit_walls<dimension>(state, walls_, first, end, [&](const Overlap& o) {
     const ContactLaw w = contact_law(o.q);
     sum += w.energy;
@@ -133,12 +133,12 @@ bool ContactPotential::add_walls(const State& state, int first, int end, std::sp
   });
 }
 
-void ContactPotential::add_forces(const State& state, std::span<double> force) const {
+void SoftRepulsion::add_forces(const State& state, std::span<double> force) const {
   if (std::isinf(energy_and_forces(state, force)))
     throw Failure("a particle's centre lies on another or beyond a wall: there effects.soft_repulsion is infinite");
 }
 
-void ContactPotential::add_jacobian(const State& state, ForceJacobian& jacobian) const {
+void SoftRepulsion::add_jacobian(const State& state, ForceJacobian& jacobian) const {
   visit_spheres(state.bodies, [&](const auto& spheres) {
     for_each_in_reach(law(), spheres, state.neighbours,
                       [&](const auto& found) { add_pair_derivatives(law(), found, jacobian); });
@@ -149,11 +149,11 @@ void ContactPotential::add_jacobian(const State& state, ForceJacobian& jacobian)
   });
 }
 
-std::vector<Overlap> ContactPotential::overlaps(const State& state) const {
+std::vector<Overlap> SoftRepulsion::overlaps(const State& state) const {
   return overlaps(state, 0, state.bodies.size());
 }
 
-std::vector<Overlap> ContactPotential::overlaps(const State& state, int first, int end) const {
+std::vector<Overlap> SoftRepulsion::overlaps(const State& state, int first, int end) const {
   std::vector<Overlap> all;
   const auto take = [&](const Overlap& o) { all.push_back(o); };
   if (!visit_pairs(state, pairs_of(state.neighbours, {first, end}), take) ||

@@ -148,7 +148,7 @@ TEST_CASE("run: recorded contacts are those of D 7.1 except for the hysteresis")
   const effects::ContactDischargeOptions& discharge = *scene.effects.find<effects::ContactDischargeOptions>();
   const analysis::Ground ground = analysis::ground_of(scene);
   const auto inner = analysis::contacts(position, radius, discharge.contact_distance, ground);
-  const auto outer = analysis::contacts(position, radius, 1.001 * discharge.gap * (1 + discharge.hysteresis), ground);
+  const auto outer = analysis::contacts(position, radius, 1.001 * discharge.contact_distance * (1 + discharge.hysteresis), ground);
   const std::vector<std::int32_t> pairs = hdf5::get<std::int32_t>(file, "network/contacts");
   std::vector<analysis::Edge> recorded;
   for (size_t k = 0; k < pairs.size(); k += 2) recorded.emplace_back(pairs[k], pairs[k + 1]);

@@ -2,6 +2,8 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <map>
+#include <string>
 
 #include "solvers/error.hpp"
 #include "src/effects/contact_discharge.hpp"
@@ -81,6 +83,43 @@ TEST_CASE("old names: those of grains have their new values, one warning per nam
   CHECK(scene.stages.size() == 2);
   CHECK(scene.effects.find<effects::CoulombOptions>()->strength == 0.25);
   CHECK(scene.warnings.size() == 5);  // reference, stage, elastic, dissipative, strength
+}
+
+TEST_CASE("old names: a key of several tables gives one warning") {
+  const std::string two =
+      "[[conductor]]\nposition = [9e-3, 4e-3]\nradius = 1e-3\nheld = true\n[effects.floating_conductors]";
+  const Scene scene = parse_scene(replaced(conductors, "[effects.floating_conductors]", two), "old.toml");
+  CHECK(scene.conductors.at(1).fixed);
+  CHECK(scene.warnings.size() == 3);
+}
+
+TEST_CASE("old names: results of earlier versions may have each of these") {
+  const std::map<std::string, std::string> expected = {{"reference", "units"},
+                                                       {"stage", "equilibration"},
+                                                       {"effects.contact_potential", "effects.soft_repulsion"},
+                                                       {"effects.current_source", "effects.current_injection"},
+                                                       {"conductor.held", "fixed"},
+                                                       {"domain.open", "unbounded"},
+                                                       {"effects.charge_exchange.strength", "transfer_prefactor"},
+                                                       {"effects.contact_discharge.gap", "contact_distance"},
+                                                       {"effects.contact_resistance.spot", "contact_radius"},
+                                                       {"effects.coulomb.strength", "coupling_constant"},
+                                                       {"effects.gas_drag.hold", "correlation_time"},
+                                                       {"effects.viscoelastic_contact.dissipative", "damping"},
+                                                       {"effects.viscoelastic_contact.elastic", "stiffness"},
+                                                       {"field.links", "boundary_stencil"},
+                                                       {"mechanics.contact_steps", "contact_substeps"},
+                                                       {"mechanics.keep_height", "fix_z"},
+                                                       {"network.between", "terminals"},
+                                                       {"network.spot", "contact_radius"}};
+  std::map<std::string, std::string> found;
+  const Schema schema(effects::all_kinds());
+  for (const Table& table : schema.tables()) {
+    if (!table.old_path.empty()) found[table.old_path] = table.path;
+    for (const Key& key : table.keys)
+      if (!key.old_name.empty()) found[path_in(table, key.old_name)] = key.name;
+  }
+  CHECK(found == expected);
 }
 
 TEST_CASE("old names: the new names give no warning") {

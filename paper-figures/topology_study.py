@@ -63,11 +63,11 @@ PIECES = {
         for n, cells in ((36, 76), (64, 104), (100, 128), (144, 152), (196, 180))}),
     "density": ("conductors N, same box", {str(n): dendrite(population__count=n) for n in (50, 75, 100, 125, 150)}),
     "gap": ("contact gap / R", {
-        f"{factor:g}": dendrite(effects__contact_discharge__gap=factor * RADIUS) for factor in (0.25, 0.5, 1, 1.5)}),
+        f"{factor:g}": dendrite(effects__contact_discharge__contact_distance=factor * RADIUS) for factor in (0.25, 0.5, 1, 1.5)}),
     "hysteresis": ("hysteresis", {
         f"{value:g}": dendrite(effects__contact_discharge__hysteresis=value) for value in (0.005, 0.02, 0.05, 0.1, 0.2)}),
     "current": ("current (nA)", {
-        f"{value:g}": dendrite(effects__current_source__current=value * 1e-9) for value in (0.02, 0.2, 2)}),
+        f"{value:g}": dendrite(effects__current_injection__current=value * 1e-9) for value in (0.02, 0.2, 2)}),
     "electrode": ("ground", {
         "half-disk, 0.3 mm": ("dendrite", BASE[1] | {"electrode[0].radius": 0.3e-3}),
         "half-disk, 2 mm": BASE,

@@ -316,12 +316,21 @@ TEST_CASE("ensemble: an invalid command gives one message and status 2") {
   check_refused("neutral.toml --seeds 2 --vary medium.viscosity=1.0,true",
                 "medium.viscosity = true has the wrong unit or type");
   check_refused("neutral.toml --conductors 1 --vary population.count=2", "varied twice");
+  check_refused("neutral.toml --conductors 1 --vary population[0].count=2", "varied twice");
   check_refused("neutral.toml --conductors 2000,3000", "no member of this ensemble is possible");
   check_refused("neutral.toml --seeds 0", "--seeds");
   check_refused("neutral.toml --seeds 1000000000", "--seeds 1000000000 is not allowed: it must be at most 100000");
   check_refused("neutral.toml --seeds 60000 --conductors 1,2", "the ensemble has 120000 members: at most 100000");
   check_refused("neutral.toml --out neutral.toml", "neutral.toml");
   check_refused("neutral.toml --petsc -ksp_view", "ensemble passes no options to PETSc");
+}
+
+TEST_CASE("ensemble: a key under its former and its present name is varied twice") {
+  const ScenesFolder folder;
+  const Ended result = ensemble(folder, "neutral.toml --vary conductor.held=true --vary conductor.fixed=false");
+  CHECK(result.status == 2);
+  CHECK(contains(result.err, "conductor.held is an old name: it is called conductor.fixed now\n"));
+  CHECK(contains(result.err, "conductor.fixed is varied twice"));
 }
 
 TEST_CASE("ensemble: names of scene and folder may begin with a dash") {

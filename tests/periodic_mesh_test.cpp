@@ -90,7 +90,7 @@ TEST_CASE("clouds: potential, transform and background are consistent") {
       double sum = 0;
       for (int n = 0; n <= steps; ++n)
         sum += weight(n) * dk * cloud.transform(n * dk) * (n == 0 ? 1 : std::sin(n * dk * r) / (n * dk * r));
-      // The prolate cloud omits 1e-3 to 1e-8 beyond the band limit, the square root of `lost`.
+      // The prolate cloud omits 1e-3 to 1e-8 beyond the band limit, the square root of `neglected`.
       CHECK(std::abs(2 / M_PI * sum - cloud.potential(r)) < std::sqrt(cloud.neglected));
     }
     double near = 0;

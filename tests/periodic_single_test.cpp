@@ -28,7 +28,8 @@ double rms(const std::vector<double>& values) {
 }
 
 /// Compares single with double precision. Both lose the cloud's truncation, but their polynomials differ by up to 0.3
-/// of it. `lost` is the square of a force between unit charges, integrated over space; that of the full force is 4 pi.
+/// of it. `neglected` is the square of a force between unit charges, integrated over space; that of the full force is 4
+/// pi.
 void check_against_double(const SourceSet& sources, const Mesh& mesh, const Cloud& cloud) {
   ParticleMesh reference(mesh, cloud);
   SingleMesh single(mesh, cloud);

@@ -389,6 +389,13 @@ TEST_CASE("scene change: the first relevant one is named") {
   CHECK_EQ(first_change(scene, "a = 1\n[medium]\nviscosity = 0.7\ndepth = 2\n[[conductor]]\nx = 1\n"), "medium.depth");
 }
 
+TEST_CASE("scene change: a former name of a key or table is no change") {
+  const std::string before = "[reference]\nlength = 1e-3\n[effects.coulomb]\nstrength = 2.0\n";
+  CHECK_EQ(first_change(before, "[units]\nlength = 1e-3\n[effects.coulomb]\ncoupling_constant = 2.0\n"), "");
+  CHECK_EQ(first_change(before, "[units]\nlength = 1e-3\n[effects.coulomb]\ncoupling_constant = 3.0\n"),
+           "effects.coulomb.coupling_constant");
+}
+
 TEST_CASE("scene change: a minimization permits iterations, tolerance and threads") {
   const std::string now = "[minimize]\nmax_iterations = 9\nforce_tolerance = 1e-9\nthreads = 2\n";
   CHECK_EQ(first_change("", now), "");

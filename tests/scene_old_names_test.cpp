@@ -11,6 +11,7 @@
 #include "src/effects/effects.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/effects/viscoelastic_contact.hpp"
+#include "src/scene/effect_kind.hpp"
 #include "src/scene/schema.hpp"
 
 namespace scene_old_names_test {
@@ -147,6 +148,31 @@ TEST_CASE("old names: settings of a command line may have them") {
       with_settings(grains, "old.toml", {{"reference.length", "2e-3"}, {"stage[1].duration", "5.0"}});
   CHECK(parse_scene(gas, "old.toml").reference->length == 2e-3);
   CHECK(parse_scene(gas, "old.toml").stages[1].duration == 5);
+}
+
+TEST_CASE("old names: settings of one key under both names are refused") {
+  const std::vector<Setting> both = {{"conductor[0].held", "true"}, {"conductor[0].fixed", "false"}};
+  CHECK_THROWS_WITH_AS(with_settings(conductors, "old.toml", both),
+                       "conductor[0].held and conductor[0].fixed are names of one key: give one of them", InputError);
+}
+
+TEST_CASE("old names: help finds the present table or key") {
+  CHECK(scene_help("stage") == scene_help("equilibration"));
+  CHECK(scene_help("conductor.held") == scene_help("conductor.fixed"));
+}
+
+TEST_CASE("old names: an added effect may have one") {
+  struct Options {
+    double current = 0;
+  };
+  static const EffectKind own = {.name = "current_source",
+                                 .options = Options{},
+                                 .keys = {{.name = "current", .target = target<&Options::current>}}};
+  EffectKinds kinds = effects::all_kinds();
+  kinds.push_back(&own);
+  const Scene scene = parse_scene(replaced(conductors, "held = true\n", ""), "added.toml", kinds);
+  CHECK(scene.effects.has("current_source"));
+  CHECK_FALSE(scene.effects.has("current_injection"));
 }
 
 TEST_CASE("old names: none is also the name of another key or table") {

@@ -12,7 +12,11 @@
 #include "src/commands/commands.hpp"
 #include "src/commands/device.hpp"
 #include "src/commands/json_output.hpp"
+#include "src/commands/streams.hpp"
+#include "src/effects/effects.hpp"
 #include "src/effects/read_scene.hpp"
+#include "src/scene/old_names.hpp"
+#include "src/scene/schema.hpp"
 #include "src/version.hpp"
 
 namespace lichtenberg {
@@ -28,7 +32,8 @@ struct Arguments {
   int seeds = 1;
 };
 
-Variation read_variation(const std::string& written) {
+/// Reads a variation. Warns if the key is written with a former name.
+Variation read_variation(const std::string& written, const Schema& schema) {
   const std::size_t equals = written.find('=');
   if (equals == std::string::npos)
     throw InputError(
@@ -37,7 +42,9 @@ Variation read_variation(const std::string& written) {
                     written));
   std::string key = written.substr(0, equals);
   while (key.ends_with(' ')) key.pop_back();
-  return {key, listed_values(written.substr(equals + 1))};
+  const std::string name = without_old_names(key, schema);
+  if (name != key) fmt::print(stderr, "lichtenberg: {}\n", printable(old_name_warning(key, name)));
+  return {name, listed_values(written.substr(equals + 1))};
 }
 
 /// Returns `count` consecutive seeds, beginning with the scene's own.
@@ -49,15 +56,22 @@ Variation seeds_from(std::uint64_t first, int count) {
   return seeds;
 }
 
-std::vector<Variation> variations_of(const Arguments& request) {
+/// Returns the key without the index 0, which may be left out if a repeated table has one element.
+std::string without_first_index(std::string key) {
+  if (const std::size_t index = key.find("[0]"); index != std::string::npos) key.erase(index, 3);
+  return key;
+}
+
+std::vector<Variation> variations_of(const Arguments& request, const Scene& scene) {
+  const Schema schema(effects::all_kinds());
   std::vector<Variation> variations;
   if (!request.conductors.empty()) variations.push_back({"population.count", listed_values(request.conductors)});
-  for (const std::string& written : request.vary) variations.push_back(read_variation(written));
-  if (request.seeds != 1)
-    variations.push_back(seeds_from(read_scene_for(request.scene, "", request.settings).seed, request.seeds));
+  for (const std::string& written : request.vary) variations.push_back(read_variation(written, schema));
+  if (request.seeds != 1) variations.push_back(seeds_from(scene.seed, request.seeds));
+  const auto key_of = [](const Variation& variation) { return without_first_index(variation.key); };
   for (const Variation& variation : variations)
-    if (std::ranges::count(variations, variation.key, &Variation::key) > 1)
-      throw InputError(fmt::format("{} is varied twice: list all its values in one place", variation.key));
+    if (std::ranges::count(variations, key_of(variation), key_of) > 1)
+      throw InputError(fmt::format("{} is varied twice: list all its values in one place", key_of(variation)));
   return variations;
 }
 
@@ -98,8 +112,8 @@ Json answer(const Json& question, const std::vector<Member>& members, const std:
 
 /// Writes a line with the ensemble's properties and one line per member, then answers one request per line.
 void serve(const Arguments& request) {
-  const std::vector<Member> members =
-      ensemble::make_members(request.scene, settings_of(request.settings), variations_of(request), request.folder);
+  const Scene scene = read_scene_for(request.scene, "", request.settings);
+  const std::vector<Member> members = ensemble::make_members(scene, variations_of(request, scene), request.folder);
   const Version version = lichtenberg_version();
   print_json_line({{"version", version.number},
                    {"commit", version.commit},

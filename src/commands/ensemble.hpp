@@ -25,10 +25,10 @@ struct Member {
   std::string sentence;           ///< reason why its scene is invalid; empty if it is valid
 };
 
-/// Returns the product of the variations of a scene, after changing the keys `set`; the last variation varies fastest.
-/// Throws InputError for invalid keys and values.
-std::vector<Member> make_members(const std::string& scene_path, const std::vector<Setting>& set,
-                                 const std::vector<Variation>& variations, const std::string& folder);
+/// Returns the product of the variations of a scene; the last variation varies fastest. Throws InputError for invalid
+/// keys and values.
+std::vector<Member> make_members(const Scene& scene, const std::vector<Variation>& variations,
+                                 const std::string& folder);
 
 /// End of the first line of a member's scene file.
 constexpr std::string_view member_mark = "as a member of an ensemble (`lichtenberg ensemble`)";

@@ -104,18 +104,17 @@ void check_names(const std::vector<Member>& members) {
 
 }  // namespace
 
-std::vector<Member> make_members(const std::string& scene_path, const std::vector<Setting>& set,
-                                 const std::vector<Variation>& variations, const std::string& folder) {
+std::vector<Member> make_members(const Scene& scene, const std::vector<Variation>& variations,
+                                 const std::string& folder) {
   check_count(variations);
-  const Scene scene = read_scene(scene_path, set);
   // An invalid value of a key is an error of the command. A member that is invalid only as a whole fails alone.
   for (const auto& [key, values] : variations)
-    for (const std::string& value : values) check_values(scene.text, scene_path, {{key, value}});
+    for (const std::string& value : values) check_values(scene.text, scene.path, {{key, value}});
   std::vector<Member> members;
   for (const std::vector<Setting>& settings : product(variations)) {
-    Member member{.name = name_of(settings, scene_path), .settings = settings};
+    Member member{.name = name_of(settings, scene.path), .settings = settings};
     member.text =
-        header(scene_path, settings) + with_settings(scene.text, scene_path, settings_of_a_member(scene, settings));
+        header(scene.path, settings) + with_settings(scene.text, scene.path, settings_of_a_member(scene, settings));
     try {
       member.cost =
           cost_of(parse_scene(member.text, (std::filesystem::path(folder) / (member.name + ".toml")).string()));

@@ -114,8 +114,9 @@ using Value = std::variant<bool, double, std::string, std::optional<int>, std::o
                            std::optional<std::string>, std::vector<int>, std::vector<std::string>>;
 
 struct PythonArgument {
-  /// `done`: participle for messages about the result file that the argument names; empty: it names none
-  std::string name, use_of_result;
+  std::string name;
+  /// Participle for messages about the result file that the argument names, as in "drawn"; empty: it names none.
+  std::string use_of_result;
   Value value;
 };
 

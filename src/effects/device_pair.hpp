@@ -41,7 +41,6 @@ DevicePartForm& add_pair_law(const Scene& scene, const Law& law, DeviceForces& f
 template <class Law>
 DevicePartForm& add_pair_law_with_kernels(const Scene& scene, const Law& law, DeviceForces& forces) {
   DevicePartForm& form = add_pair_law(scene, law, forces);
-  form.on_cuda = true;
   const PairGeometry strongest = strongest_pair(scene, 0);
   form.make_on_cuda = [=](const parallel::CudaExecutor& run) { return make_cuda_part<Law>(run, law, strongest); };
   return form;

@@ -53,10 +53,10 @@ int sphere_beyond(const Scene& scene, const Resistor& resistor) {
 }
 
 /// Shrinks spheres that a contact's resistor connects, so that they have a gap. Such spheres have two groups and may
-/// touch, with potentials equal to the accuracy of the field (otherwise pressed_apart_in_potential ends the run). The
-/// gap is `accuracy` times the smaller radius, but at least 1e-5 of it, so that it keeps its digits. Each sphere
-/// shrinks by half of the missing gap. The relative errors of charge and force there are of the order of `accuracy`. A
-/// potential difference dV contributes about pi eps dV^2 / accuracy to the force.
+/// touch, with potentials equal to the accuracy of the field (otherwise ResistorCurrents::unequal_contact_message ends
+/// the run). The gap is `accuracy` times the smaller radius, but at least 1e-5 of it, so that it keeps its digits. Each
+/// sphere shrinks by half of the missing gap. The relative errors of charge and force there are of the order of
+/// `accuracy`. A potential difference dV contributes about pi eps dV^2 / accuracy to the force.
 void keep_contacts_apart(const Scene& scene, const std::vector<Resistor>& resistors, double accuracy,
                          std::vector<laplace::Sphere>& spheres) {
   std::vector<double> shrink(spheres.size());

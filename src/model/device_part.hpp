@@ -53,7 +53,6 @@ class DeviceDrive {
 /// Factory of a part, for the executor of a gas.
 template <class Implementation>
 struct DeviceForm {
-  bool on_cuda = false;  ///< true if CUDA kernels exist for it in programs with CUDA
   std::function<std::unique_ptr<Implementation>(const parallel::HostExecutor&)> make_on_host{};
   std::function<std::unique_ptr<Implementation>(const parallel::CudaExecutor&)> make_on_cuda{};
 

@@ -76,7 +76,6 @@ DeviceForm<DeviceDrive> drive_form(const Law& law) {
 template <class Law>
 DeviceForm<DeviceDrive> drive_form_with_kernels(const Law& law) {
   DeviceForm<DeviceDrive> form = drive_form(law);
-  form.on_cuda = true;
   form.make_on_cuda = [=](const parallel::CudaExecutor& run) { return make_cuda_drive<Law>(run, law); };
   return form;
 }

@@ -154,7 +154,7 @@ class Batch {
   NearestImage<d> nearest_;
   int count_ = 0;
   std::array<Pair, most> pair_;
-  Numbers squared_, reach_, radius_i_, radius_j_, approach_;              // m^2, m, m, m, m^2/s
+  Numbers squared_, reach_, radius_i_, radius_j_;                         // m^2, m, m, m
   Numbers energy_, force_, distance_;                                     // as in PairForce; m
   std::array<double, NeedsCharges<Law> ? most : 0> charge_i_, charge_j_;  // C
   // m, from j to i; after apply_law a unit vector, or N if the law is `over_distance`

@@ -4,6 +4,10 @@
 
 #include <set>
 
+#include "src/effects/effects.hpp"
+#include "src/scene/old_names.hpp"
+#include "src/scene/schema.hpp"
+
 namespace lichtenberg {
 namespace {
 
@@ -38,6 +42,7 @@ std::string first_difference(const toml::table& a, const toml::table& b) {
 
 toml::table without_ignored_keys(const std::string& text) {
   toml::table table = toml::parse(text);
+  replace_old_names(table, Schema(effects::all_kinds()), "");
   table.erase("stop");
   table.erase("output");
   table.erase("network");

@@ -5,6 +5,7 @@
 
 #include "solvers/error.hpp"
 #include "src/scene/nearest.hpp"
+#include "src/scene/old_names.hpp"
 #include "src/scene/schema.hpp"
 
 namespace lichtenberg {
@@ -61,7 +62,7 @@ std::string help_of_part(const Schema& schema, Draft& untouched, const std::stri
 std::string scene_help(const EffectKinds& kinds, const std::string& part) {
   const Schema schema(kinds);
   Draft untouched = schema.blank_draft();
-  if (!part.empty()) return help_of_part(schema, untouched, part).substr(1);
+  if (!part.empty()) return help_of_part(schema, untouched, without_old_names(part, schema)).substr(1);
   std::string text = wrapped(
       "A scene is a TOML file. Every number is in the SI unit named here and written without it; its size is 0 or from "
       "1e-50 to 1e50 unless its key says otherwise. A [[table]] may occur any number of times. D is the dissertation "

@@ -13,8 +13,11 @@ class Schema;
 /// for each name. Throws InputError if a table or a key is given under both names. `path` is the file in messages.
 std::vector<std::string> replace_old_names(toml::table& document, const Schema& schema, const std::string& path);
 
-/// Returns the current path of a key. In `path`, tables and key may have former names, and elements of repeated tables
-/// an index, as in electrode[0].radius.
+/// Returns the current path of a table or key. In `path`, tables and key may have former names, and elements of
+/// repeated tables an index, as in electrode[0].radius.
 std::string without_old_names(const std::string& path, const Schema& schema);
+
+/// Returns the warning that a table or key has another name now.
+std::string old_name_warning(const std::string& old_path, const std::string& new_path);
 
 }  // namespace lichtenberg

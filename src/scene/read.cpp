@@ -200,7 +200,7 @@ Draft read_draft(const std::string& text, const std::string& path, const EffectK
   draft.scene.warnings = replace_old_names(document, schema, path);
   for (const Setting& setting : settings)
     if (const std::string name = without_old_names(setting.key, schema); name != setting.key)
-      draft.scene.warnings.push_back(fmt::format("{} is an old name: it is called {} now", setting.key, name));
+      draft.scene.warnings.push_back(old_name_warning(setting.key, name));
   apply(settings, schema, document);
   draft.scene.path = path;
   draft.scene.text = settings.empty() ? text : text_of(document);

@@ -122,8 +122,8 @@ struct UnitNames {
   std::string length = "m", mass = "kg", time = "s";
 };
 
-/// An equilibration phase (`stage`) of a run of grains, which starts at the end of the phase before it. After the last
-/// phase, the scene's own parameters apply.
+/// A stage of equilibration of a run of grains, which starts at the end of the stage before it. After the last stage,
+/// the scene's own parameters apply.
 struct Stage {
   double duration = 0;   ///< t0
   bool elastic = true;   ///< contacts dissipate no energy and move no charge, and no gas acts
@@ -192,7 +192,7 @@ struct StopOptions {
 /// `reference`.
 struct Scene {
   std::string path;                   ///< the file it was read from
-  std::string text;                   ///< that file, verbatim (provenance)
+  std::string text;                   ///< text of that file, with the settings of the command line (provenance)
   std::vector<std::string> warnings;  ///< former names of keys and tables in the file
   std::string title;
   std::uint64_t seed = 1;

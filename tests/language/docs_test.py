@@ -29,7 +29,6 @@ COMMAND_NAMES |= set(re.findall(r'Command command\{"([a-z-]+)"', (HOME / "src/co
 # Quantities of the table of expected numbers, in the order of its columns.
 QUANTITIES = ["energy", "connected", "contacts", "rattlers", "kinetic_energy", "dissipated_energy", "collisions"]
 LEFT_OUT = {"output.picture"}  # settings without an effect on the numbers
-NEW_NAMES = {"stage": "equilibration"}  # names of tables in rows that use old names
 
 
 def is_built(path):
@@ -84,8 +83,6 @@ def expected_numbers():
         for key, value in row["settings"].items():
             if key in LEFT_OUT:
                 continue
-            for old, new in NEW_NAMES.items():
-                key = re.sub(rf"^{old}\b", new, key)
             settings.append(f"`{key}={value}`")
         numbers = [f"{name.replace('_', ' ')} {shown(row['values'][name])}" for name in QUANTITIES if name in row["values"]]
         words = ", ".join([f"`{row['command']}`", *settings])

@@ -22,6 +22,7 @@ class CutCellBackend : public LaplaceSolver {
   /// Throws Failure before the first solve.
   Field field() const override;
   void forget() override { clear_history(); }
+  const CutCellOptions& options() const { return options_; }
   void set_tolerance(double tolerance) { options_.tolerance = tolerance; }
   /// Implements CutCellSolver::follow. The solver follows no other one if `coarser` is a backend of another kind.
   virtual void follow(const CutCellBackend& coarser) = 0;

@@ -12,7 +12,7 @@
 
 namespace lichtenberg::laplace {
 
-/// Inputs of the computation of a grid's links. `assignment` has set the level's cover.
+/// Inputs of the computation of a grid's links. `assignment` has set the level's cell owners.
 struct LinkInputs {
   const LaplaceProblem& problem;
   LinkFormula formula;

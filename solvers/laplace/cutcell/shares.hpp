@@ -13,7 +13,7 @@ namespace lichtenberg::laplace {
 // In other programs all processes may call CutCellSolver::solve, which is collective over PETSC_COMM_WORLD; every
 // process gets the solution.
 
-/// Action of the other processes for an announcement, the `take_part` of join_processes.
+/// Action of the other processes for an announcement, the `handle_message` of join_processes.
 class SolverShares {
  public:
   /// Throws the exception that stopped this process's part, except InputError, which the first process throws as well.

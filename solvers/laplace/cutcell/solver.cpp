@@ -291,7 +291,7 @@ Field CutCellBackend::field_on(const Layout& at, double h, const double* cell, c
   return field;
 }
 
-CutCellSolver::CutCellSolver(CutCellOptions options) : options_(options) {
+CutCellSolver::CutCellSolver(CutCellOptions options) {
   if (options.links == LinkFormula::aperture && options.linear_solver == CutCellOptions::LinearSolver::multigrid)
     throw InputError(
         "field.boundary_stencil = \"aperture\" needs field.linear_solver = \"assembled\": the multigrid's formulas are "
@@ -337,7 +337,7 @@ void check_link_models(const LaplaceProblem& problem, const CutCellOptions& opti
 
 LaplaceSolution CutCellSolver::solve(const LaplaceProblem& problem) {
   problem.check();
-  check_link_models(problem, options_);
+  check_link_models(problem, backend_->options());
   const CircuitNodes nodes(problem);
   if (nodes.any()) {
     LaplaceSolution solution = solve_without_nodes(nodes.reduced());

@@ -51,7 +51,6 @@ class CutCellSolver : public LaplaceSolver {
 
  private:
   LaplaceSolution solve_without_nodes(const LaplaceProblem& problem);
-  CutCellOptions options_;
   std::unique_ptr<CutCellBackend> backend_;
 };
 

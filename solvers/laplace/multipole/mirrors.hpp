@@ -37,7 +37,7 @@ struct Image {
 
 /// Walls of the box as mirrors: an insulating side reflects a charge to one of equal sign, an electrode at potential
 /// zero to the opposite one. Repeated reflections make a lattice of images with periods 2 Lx and 2 Ly, on which a shift
-/// by one period multiplies the charge by `period_sign`. The unbounded plane has no mirrors.
+/// by one period multiplies the charge by period_sign_x() or period_sign_y(). The unbounded plane has no mirrors.
 struct Mirrors {
   explicit Mirrors(const LaplaceProblem& problem) : size(problem.size), bounded(true) {
     for (int s = 0; s < 4; ++s) side_sign[s] = problem.sides[s].kind == Side::Kind::insulating ? 1 : -1;

@@ -22,7 +22,7 @@ using effects::refuse_on_device;
 DeviceForces device_forces(const Scene& scene, Target target) {
   DeviceForces forces;
   const auto with_kernels = [](const auto& forms) {
-    return std::ranges::all_of(forms, [](const auto& form) { return form.on_cuda; });
+    return std::ranges::all_of(forms, [](const auto& form) { return form.make_on_cuda != nullptr; });
   };
   Effects ordered = scene.effects;  // the order of the CPU
   ordered.sort(effects::all_kinds());

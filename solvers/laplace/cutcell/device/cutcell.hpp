@@ -231,7 +231,7 @@ class CutCell : public DeviceSolver {
 
   /// Throws Failure if the device lacks memory for the grids, links and vectors, as estimated.
   void check_memory(const LaplaceProblem& problem) const {
-    // Double precision: x, b, four vectors of CG, the basis, its image and the history; then the grids' cover,
+    // Double precision: x, b, four vectors of CG, the basis, its image and the history; then the grids' owners,
     // diagonals, v, f and media.
     constexpr double a_cell = (6 + 3 * history_length) * sizeof(double) + 12 + 28 / 3.0;
     // A disk of R cells has 8 R links, 5.7 R cells next to it and pi R^2 in it; the coarser grids' edges are as long

@@ -137,7 +137,8 @@ def table_of(rows):
 def section(measurement, file=""):
     """Returns the lines of one measurement: heading, table and conditions."""
     columns, cells = table_of(measurement["rows"])
-    unit = f" ({text(unit_of(measurement))})" if unit_of(measurement) else ""
+    unit = unit_of(measurement)
+    unit = f" ({text(unit)})" if unit and not str(unit).startswith("see rows") else ""
     yield from (f"## {measurement['measures'][0].upper()}{measurement['measures'][1:]}{unit}", "")
     yield "|" + "|".join(text(column) for column in columns) + "|"
     yield "|" + "-|" * len(columns)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the pages of measured figures in docs/ from the data in docs/measurements.
+"""Writes the pages of measured figures, and the bibliography, in docs/ from their data.
 
 Each JSON file holds one measurement or a list of them. A measurement is an object with these keys.
 
@@ -10,11 +10,13 @@ Each JSON file holds one measurement or a list of them. A measurement is an obje
     `machine`   Processor, cores, compiler and other load.
     `date`      Text with the date of the run, YYYY-MM-DD.
     `rows`      List of objects that map a column to a value. Columns are in order of first appearance.
-    `commit`    Commit of the programs, if known.
+    `commit`    Commit of the programs, if known; rows may have one of their own.
     `note`      Remark for the reader, optional.
     `page`      Page that shows the measurement (PAGES). Without it no page does.
 
-The script writes the pages. With --check it exits with 1 if a measurement lacks a key or a page differs from the data.
+A value "not kept" states that the author did not record it. The pages name it "not recorded".
+
+The script writes these pages, and docs/bibliography.md from docs/bibliography.bib. With --check it exits with 1 if a measurement lacks a key or a page differs from the data.
 """
 
 import argparse
@@ -22,6 +24,7 @@ import json
 import re
 import sys
 import textwrap
+import unicodedata
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
@@ -44,7 +47,20 @@ PAGES = {
     "figures": ("Published figures", "Published values and the values of this program, with a verdict each. D is the "
                 "dissertation on conductors, G the source on grains ([bibliography](bibliography.md)). "
                 "`paper-figures/make.sh` prints this comparison for new runs."),
+    "measurements/fields": ("Measurements of cut cells and relaxation", "Errors, iterations and times that the manuals "
+                            "cite."),
+    "measurements/multipoles": ("Measurements of multipoles and spheres", "Errors, iterations and times that the "
+                                "manuals cite."),
+    "measurements/motion": ("Measurements of motion and estimates", "Counts, errors and times that the manuals cite."),
+    "measurements/grains": ("Measurements of grains and sums over charges", "Errors and times that the manuals cite."),
+    "measurements/negative-results": ("Negative results", "Each row states a method, its measured or estimated effect, "
+                                      "and the reason; \"-\" means that no reason is known."),
+    "measurements/negative-results-benchmarks": ("Negative results of the benchmarks", "The numbers compare the variant "
+                                                 "with the version in use at that time: \"5.4 for 4.2 s\" is the time "
+                                                 "of the variant and of the version in use. `us` is microseconds, "
+                                                 "`H200` a CUDA device."),
 }
+LARGEST_TABLE = 8  # columns; of a sparse table with more, each row has its values in one cell
 
 
 def measurements(path):
@@ -91,22 +107,53 @@ def wrapped(line):
     return textwrap.fill(line, 100, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False)
 
 
-def section(measurement):
+def is_kept(value):
+    """Returns true for a condition that was recorded."""
+    return bool(value) and "not kept" not in str(value)
+
+
+def commit_status(measurement):
+    """Returns a statement whether the commit of the programs was recorded. Pages outside of measurements/ have no hash."""
+    rows = measurement["rows"]
+    own = sum(is_kept(row.get("commit")) for row in rows)
+    if own:
+        return f"commit in the data for {own} of {len(rows)} rows" if own < len(rows) else "commit in the data"
+    if is_kept(measurement.get("commit")) and not measurement["commit"].startswith("see rows"):
+        return "commit in the data"
+    return "commit not recorded"
+
+
+def table_of(rows):
+    """Returns the columns and the rows of cells of a table. Many different keys share one cell as "key: value"."""
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+    filled = sum(map(len, rows)) / (len(columns) * len(rows))
+    if len(columns) <= LARGEST_TABLE or filled > 0.5:
+        return columns, [[row.get(column, "") for column in columns] for row in rows]
+    first = [next(iter(row)) for row in rows]
+    return ["case", "values"], [[row[key], {other: value for other, value in row.items() if other != key}]
+                                for key, row in zip(first, rows)]
+
+
+def section(measurement, file=""):
     """Returns the lines of one measurement: heading, table and conditions."""
-    columns = list(dict.fromkeys(key for row in measurement["rows"] for key in row))
-    unit = f" ({text(unit_of(measurement))})" if unit_of(measurement) else ""
+    columns, cells = table_of(measurement["rows"])
+    unit = unit_of(measurement)
+    unit = f" ({text(unit)})" if unit and not str(unit).startswith("see rows") else ""
     yield from (f"## {measurement['measures'][0].upper()}{measurement['measures'][1:]}{unit}", "")
     yield "|" + "|".join(text(column) for column in columns) + "|"
     yield "|" + "-|" * len(columns)
-    for row in measurement["rows"]:
-        yield "|" + "|".join(text(row.get(column, "")) for column in columns) + "|"
+    for row in cells:
+        yield "|" + "|".join(map(text, row)) + "|"
     yield ""
     if "note" in measurement:
         yield from (text(measurement["note"]), "")
     command = measurement["command"]
     named = command.items() if isinstance(command, dict) else [("", command)]
-    yield from (f"- Command{name and f' ({name})'}: `{part}`" for name, part in named)
-    yield from (f"- Machine: {text(measurement['machine'])}", f"- Date: {measurement['date']}", "")
+    yield from (f"- Command{name and f' ({name})'}: " + (f"`{part}`" if is_kept(part) else text(part).replace(
+        "not kept", "not recorded")) for name, part in named)
+    yield f"- Machine: {text(measurement['machine']).replace('not kept', 'not recorded')}"
+    yield f"- Date: {measurement['date'].replace('not kept', 'not recorded')}"
+    yield from (f"- Data: {file and f'`{file}`, '}{commit_status(measurement)}", "")
 
 
 def page(name):
@@ -116,8 +163,47 @@ def page(name):
     for path in sorted(DATA.glob("*.json")):
         for measurement in measurements(path):
             if measurement.get("page") == name:
-                lines += section(measurement)
+                lines += section(measurement, path.name)
     return "\n".join(map(wrapped, lines)).rstrip() + "\n"
+
+
+LETTERS = {'"': "\u0308", "`": "\u0300", "'": "\u0301"}  # combining accents of LaTeX
+
+
+def plain(value):
+    """Returns a value of BibTeX as text."""
+    value = re.sub(r"{\\([\"`'])(\w)}", lambda found: found[2] + LETTERS[found[1]], value).replace("{\\o}", "ø")
+    return unicodedata.normalize("NFC", value.replace("--", "-").replace("{", "").replace("}", ""))
+
+
+def source(fields):
+    """Returns one item of the bibliography: key, authors, place of publication. Articles have no title."""
+    authors = [name.partition(",")[0] for name in fields.get("author", "").split(" and ") if name]
+    names = ", ".join(authors) if len(authors) < 4 else f"{authors[0]} and others"
+    place = [f"*{fields['journal']}*" if "journal" in fields else f"*{fields['title']}*"]
+    place += [f"**{fields['volume']}**"] if "volume" in fields else []
+    place += [f"number {fields['number']}"] if "number" in fields and "volume" not in fields else []
+    place = [" ".join(place), *(fields[key] for key in ("pages", "booktitle", "publisher", "school", "howpublished")
+                                if key in fields)]
+    key = fields.get("key") or f"{authors[0] if authors else ''} {fields.get('year', '')}"
+    return f"- **{key}**: {names and names + ', '}{', '.join(place)}."
+
+
+def bibliography():
+    """Returns the text of docs/bibliography.md."""
+    entries = re.findall(r"^@\w+{\w+,\n(.*?)^}", (HERE / "bibliography.bib").read_text(encoding="utf-8"),
+                         re.MULTILINE | re.DOTALL)
+    items = [source({name: plain(value) for name, value in re.findall(r"^  (\w+) = {(.*)},$", entry, re.MULTILINE)})
+             for entry in entries]
+    lines = ["# Bibliography", "", "Pages of the manuals cite these sources by first author and year. "
+             "[bibliography.bib](bibliography.bib) also has the titles. `docs/render_measurements.py` writes this page "
+             "from it.", "", *sorted(items, key=str.casefold)]
+    return "\n".join(map(wrapped, lines)).rstrip() + "\n"
+
+
+def written_pages():
+    """Returns the text of each page that this script writes, by the page's name."""
+    return {name: page(name) for name in PAGES} | {"bibliography": bibliography()}
 
 
 def check():
@@ -125,9 +211,9 @@ def check():
     messages = [f"{path.name}, measurement {number}: {fault}" for path in sorted(DATA.glob("*.json"))
                 for number, measurement in enumerate(measurements(path), 1) for fault in faults(measurement)]
     if not messages:
-        for name in PAGES:
+        for name, content in written_pages().items():
             path = HERE / f"{name}.md"
-            if not path.exists() or path.read_text(encoding="utf-8") != page(name):
+            if not path.exists() or path.read_text(encoding="utf-8") != content:
                 messages.append(f"docs/{name}.md differs from the data: run docs/render_measurements.py")
     return messages
 
@@ -140,8 +226,8 @@ def main():
         messages = check()
         print("\n".join(messages) or "all pages agree with the data")
         return 1 if messages else 0
-    for name in PAGES:
-        (HERE / f"{name}.md").write_text(page(name), encoding="utf-8")
+    for name, content in written_pages().items():
+        (HERE / f"{name}.md").write_text(content, encoding="utf-8")
     return 0
 
 

@@ -46,7 +46,7 @@ FIGURE = """<figure><a href="{picture}"><img src="{picture}" alt="{name}"></a>
 def rows():
     """Returns [(name, description)] of the README's table."""
     table = (HERE / "README.md").read_text()
-    return re.findall(r"^\| `([a-z0-9-]+)\.toml` \| `[^`]*` \| (.*) \|$", table, re.MULTILINE)
+    return re.findall(r"^\| `([a-z0-9-]+)\.toml` \| (.*?)(?: \(`[^)]*\))? \|$", table, re.MULTILINE)
 
 
 def call(*words):

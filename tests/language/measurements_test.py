@@ -1,4 +1,4 @@
-"""Data in docs/measurements are complete, and the pages of docs/ agree with them."""
+"""Data in docs/measurements are complete, and the pages of docs/ agree with them and with the bibliography."""
 import importlib.util
 import unittest
 from pathlib import Path
@@ -36,6 +36,23 @@ class Measurements(unittest.TestCase):
     def test_rows_share_columns_in_order_of_appearance(self):
         lines = list(render.section(WHOLE | {"rows": [{"n": 1}, {"n": 2, "t": [3, 4]}]}))
         self.assertEqual(lines[2:6], ["|n|t|", "|-|-|", "|1||", "|2|3, 4|"])
+
+    def test_conditions_that_were_not_recorded_are_named(self):
+        text = "\n".join(render.section(WHOLE | {"command": "not kept"}))
+        self.assertIn("- Command: not recorded", text)
+        self.assertIn("commit not recorded", text)
+        self.assertNotIn("commit not recorded", "\n".join(render.section(WHOLE | {"commit": "v1"})))
+        rows = [{"n": 1, "commit": "v1"}, {"n": 2}]
+        self.assertIn("commit in the data for 1 of 2 rows", "\n".join(render.section(WHOLE | {"rows": rows})))
+
+    def test_sparse_table_has_one_cell_of_values_for_each_row(self):
+        rows = [{"case": n, f"key {n}": n} for n in range(render.LARGEST_TABLE + 1)]
+        lines = list(render.section(WHOLE | {"rows": rows}))
+        self.assertEqual(lines[2:5], ["|case|values|", "|-|-|", "|0|key 0: 0|"])
+
+    def test_accents_of_the_bibliography_are_letters(self):
+        self.assertEqual(render.plain(r'{G}u{\'e}nol{\'e}, H{\"u}bler, Cerd{\`a}, N{\o}rsett, 1--2'),
+                         "Guénolé, Hübler, Cerdà, Nørsett, 1-2")
 
 
 if __name__ == "__main__":

@@ -27,14 +27,16 @@ struct Extent {
   Vec2 centre() const { return 0.5 * (low + high); }
 };
 
-/// Sets `is_resolved`; it stays empty if the grid resolves all bodies.
+/// Sets `is_resolved`, which stays empty if the grid resolves all bodies. Replaces unresolved bars by disks.
 void choose_resolved(const LaplaceProblem& problem, const Agglomerates& agglomerates, GridBodies& bodies) {
   std::vector<int> members(problem.groups.size(), 0);
   for (const Body& body : problem.bodies) ++members[agglomerates.first_group[body.group]];
   bodies.is_resolved.assign(problem.bodies.size(), 1);
   for (std::size_t body = 0; body < problem.bodies.size(); ++body) {
     const int set = agglomerates.first_group[problem.bodies[body].group];
-    bodies.is_resolved[body] = is_resolved(bodies.outlines[body], members[set] == 1 && !agglomerates.is_grounded[set]);
+    Outline& outline = bodies.outlines[body];
+    bodies.is_resolved[body] = is_resolved(outline, members[set] == 1 && !agglomerates.is_grounded[set]);
+    if (!bodies.is_resolved[body]) outline = unresolved_disk(outline);
   }
   if (std::ranges::find(bodies.is_resolved, 0) == bodies.is_resolved.end()) bodies.is_resolved.clear();
 }

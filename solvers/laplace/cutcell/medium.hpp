@@ -26,8 +26,22 @@ inline constexpr double least_lone_radius = 0.7, least_radius = 0.5;
 /// Maximum extent (cells) of an absorbed group, none of whose members is resolved.
 inline constexpr double least_extent = 1.5;
 
+/// Minimum length (cells) of a resolved bar. A bar of this length covers a cell centre at any angle (covers()). Without
+/// one it would have no link.
+inline constexpr double least_bar_length = std::numbers::sqrt2;
+
+/// Returns true if a coarse grid resolves the body. `floats_alone`: its group has no other body and no given potential.
 LICHTENBERG_HOST_DEVICE inline bool is_resolved(const Outline& body, bool floats_alone) {
-  return body.kind != Outline::Kind::disk || body.size >= (floats_alone ? least_lone_radius : least_radius);
+  if (body.kind == Outline::Kind::ring) return true;
+  if (body.kind == Outline::Kind::bar) return norm(body.end - body.centre) >= least_bar_length;
+  return body.size >= (floats_alone ? least_lone_radius : least_radius);
+}
+
+/// Returns the disk by which a coarse grid represents an unresolved disk or bar. The radius for a bar is the mean of
+/// its two half sides, as for the capacitance of an ellipse with these half axes.
+LICHTENBERG_HOST_DEVICE inline Outline unresolved_disk(const Outline& body) {
+  if (body.kind != Outline::Kind::bar) return body;
+  return {Outline::Kind::disk, 0.5 * (body.centre + body.end), {}, 0.25 * (norm(body.end - body.centre) + body.size)};
 }
 
 /// Returns the relative permittivity of a cell of which disks fill the fraction `fill`. The formula diverges at 1.

@@ -49,11 +49,11 @@ class LinkModel {
 /// A body's shape in units of cells.
 struct Outline {
   enum class Kind : std::int32_t { disk, ring, bar } kind = Kind::disk;
-  /// Centre of a disk or ring, first end of a bar.
+  /// Centre of a disk or ring, first end of a bar's longer axis.
   Vec2 centre;
-  /// Second end of a bar.
+  /// Second end of that axis.
   Vec2 end;
-  /// Radius, or width of a bar.
+  /// Radius, or the bar's extent across that axis.
   double size = 0;
   /// Formula and data of the body's link model; null: LinkFormula.
   LinkFunction link = nullptr;
@@ -62,13 +62,22 @@ struct Outline {
   LICHTENBERG_HOST_DEVICE bool round() const { return kind != Kind::bar; }
 };
 
+/// Returns the bar with its axis along its longer sides; the rectangle is the same.
+inline Bar with_longer_axis(const Bar& bar) {
+  const Vec2 axis = bar.to - bar.from;
+  const double length = norm(axis);
+  if (length >= bar.width) return bar;
+  const Vec2 centre = 0.5 * (bar.from + bar.to), half_width = 0.5 * bar.width / length * Vec2{-axis.y, axis.x};
+  return {centre - half_width, centre + half_width, length};
+}
+
 /// Returns the shape with every length divided by h.
 inline Outline outline_in_cells(const Shape& shape, double h) {
   if (const auto* disk = std::get_if<Disk>(&shape))
     return {Outline::Kind::disk, disk->centre / h, {}, disk->radius / h};
   if (const auto* ring = std::get_if<Ring>(&shape))
     return {Outline::Kind::ring, ring->centre / h, {}, ring->radius / h};
-  const auto& bar = std::get<Bar>(shape);
+  const Bar bar = with_longer_axis(std::get<Bar>(shape));
   return {Outline::Kind::bar, bar.from / h, bar.to / h, bar.width / h};
 }
 

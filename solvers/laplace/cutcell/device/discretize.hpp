@@ -45,6 +45,7 @@ void outline_bodies(const Executor& run, ProblemView problem, GridView grid) {
       return problem.sets.is_alone ? problem.sets.is_alone[g] != 0 : problem.floating[g] && problem.members(g) == 1;
     };
     const bool resolved = !grid.has_medium || is_resolved(outline, is_alone());
+    if (!resolved) grid.bodies.outline[body] = unresolved_disk(outline);
     grid.bodies.resolved[body] = resolved;
     grid.bodies.present[body] = !resolved;  // it needs no cell
     grid.bodies.cell_owner[body] = -1;

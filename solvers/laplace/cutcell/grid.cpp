@@ -16,7 +16,8 @@ struct Neighbours {
   float flux(int k) const { return west[k] + west[k + 1] + south[k] + north[k]; }
 };
 
-/// Flux into such a row in a medium. The conductance of a face is stored with the cell on its left or below it.
+/// Flux into a row of cells of one colour from their neighbours, through faces of varying conductance. The conductance
+/// of a face is stored with the cell on its left or below it.
 struct NeighboursInMedium {
   Neighbours cell;
   const float *west, *east, *south, *north;
@@ -36,7 +37,7 @@ void invert_row(int n, const double* __restrict diagonal, float* __restrict inve
 
 // Neighbours have the other colour, so that no row is both read and written.
 
-/// v = (f + flux from the neighbours) / diagonal
+/// Relaxes a row of cells of one colour: v = (f + flux from the neighbours) / diagonal.
 template <class Around>
 void relax_row(int n, float* v, const float* f, const float* inverse_diagonal, Around around) {
 #pragma GCC ivdep
@@ -55,7 +56,7 @@ void red_residual_row(int n, float* r, const float* inverse_diagonal, Around aro
   for (int k = 0; k < n; ++k) r[k] = inverse_diagonal[k] > 0 ? around.flux(k) : 0.0f;
 }
 
-/// r = f + flux from the neighbours - diagonal v. r and f may be the same.
+/// Computes the residual r = f + flux from the neighbours - diagonal v of a row. r and f may be the same.
 template <class Around>
 void residual_row(int n, float* r, const float* f, const float* v, const float* inverse_diagonal, Around around) {
 #pragma GCC ivdep
@@ -125,7 +126,7 @@ float Grid::flux_from_neighbours(const EliminatedCells::Cell& cell) const {
          faces_.north[cell.slot] * v[north];
 }
 
-/// To be called after each relaxation of a row's cells of a colour.
+/// Updates the fluxes into the eliminated cells of a row, after each relaxation of its cells of a colour.
 void Grid::update_eliminated(int colour, int j) {
   eliminated_.update(colour, j, [this](const EliminatedCells::Cell& cell) { return flux_from_neighbours(cell); });
 }
@@ -237,8 +238,8 @@ void Grid::absorb_charges(std::span<const AbsorbedGroup> groups) {
   }
 }
 
-/// A group has an unknown on both grids, unless the coarse one absorbs it. It also receives the residuals of the coarse
-/// cells that its bodies cover.
+/// Restricts the groups' residuals. A group has an unknown on both grids, unless the coarse one absorbs it. It also
+/// receives the residuals of the coarse cells that its bodies cover.
 void Grid::restrict_groups(Grid& coarse) {
   coarse.charge = charge;
   add_group_residuals(coarse.charge);

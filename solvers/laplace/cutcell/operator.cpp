@@ -146,8 +146,7 @@ double CutCellOperator::stretch(const double* b, double* x, double* r) const {
     for (int colour = 0; colour < 2; ++colour) rescale(at.row(colour, j), at.row_length(colour, j));
   });
   rescale(static_cast<std::ptrdiff_t>(cells_), groups);
-  // The energy of couplings to given potentials is not part of the field's. Without a field, rounding may make the
-  // latter negative.
+  // The energy of couplings is not part of the field's energy. Without a field, rounding may make the latter negative.
   const double not_negative = std::max(field_energy, 0.0);
   return level_->is_coupled() ? std::abs(factor) * std::sqrt(not_negative) : std::sqrt(factor * product);
 }

@@ -311,8 +311,9 @@ CutCellSolver::~CutCellSolver() = default;
 
 namespace {
 
-/// Throws InputError for a body with a link model that would need other formulas: one that the grid does not resolve,
-/// or one with a gap narrower than three cells next to it.
+/// Checks bodies with a link model (a user-defined formula). Throws InputError if one is no disk, if its radius is
+/// below two cells, or if a gap next to it is below three cells. Throws InputError for options that exclude link
+/// models.
 void check_link_models(const LaplaceProblem& problem, const CutCellOptions& options) {
   const double h = std::max(problem.size.x, problem.size.y) / options.cells, least = 3 * h;
   for (const Body& body : problem.bodies) {

@@ -6,12 +6,14 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Begin and end of a group's links (segment < groups) or covered cells. Groups of given potential have no pieces,
-/// because their sums are unused; at the end of a run they contain most bodies.
+/// Returns the start of a segment in its list: the links of group `segment` or, from `groups` on, the covered cells of
+/// group `segment` - `groups`. Sums over segments run in pieces.
 LICHTENBERG_HOST_DEVICE inline int piece_segment(const ProblemView& problem, const GridView& grid, int segment) {
   if (segment < problem.groups) return grid.link_start(problem.first_rank[segment]);
   return grid.covered_start(problem.first_rank[segment - problem.groups]);
 }
+/// Returns the end of a segment, a group's links or covered cells, in its list. Groups of given potential have an empty
+/// segment, because their sums are unused; at the end of a run they contain most bodies.
 LICHTENBERG_HOST_DEVICE inline int piece_segment_end(const ProblemView& problem, const GridView& grid, int segment) {
   const int group = segment < problem.groups ? segment : segment - problem.groups;
   if (!problem.floating[group]) return piece_segment(problem, grid, segment);
@@ -19,6 +21,7 @@ LICHTENBERG_HOST_DEVICE inline int piece_segment_end(const ProblemView& problem,
                                   : grid.covered_start(problem.first_rank[group + 1]);
 }
 
+/// Computes the number of pieces of each segment (a group's links or covered cells).
 template <class Executor>
 void count_pieces(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(2 * problem.groups + 1, [=] LICHTENBERG_HOST_DEVICE(int segment) {
@@ -29,6 +32,7 @@ void count_pieces(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
+/// Computes the range of each piece in the list of links or covered cells.
 template <class Executor>
 void cut_pieces(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(grid.pieces.capacity, [=] LICHTENBERG_HOST_DEVICE(int piece) {
@@ -42,7 +46,8 @@ void cut_pieces(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Conductances of a group's direct links, for sums over its links.
+/// Conductances of a group's direct links (gaps to other conductors), as additional terms of a sum over its links to
+/// cells.
 struct DirectConductances {
   ProblemView problem;
   GridView grid;
@@ -52,7 +57,8 @@ struct DirectConductances {
   }
 };
 
-/// Computes each group's sum of conductances, and which groups have unknown potentials.
+/// Computes the diagonal of each group's equation (sum of conductances without couplings), and which groups have
+/// unknown potentials.
 template <class Executor>
 void make_group_diagonals(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(

@@ -51,7 +51,7 @@ class CutCellBackend : public LaplaceSolver {
   virtual Field last_field() const = 0;
 
   /// Converts potentials to a Field (by row, in V) on the grid `at` with cells of size h (m). `cell`: potentials by
-  /// slot (memory index), in units of `unit_`; `owner`: body that covers each cell, by slot.
+  /// slot (memory index of a cell), in units of `unit_` (V); `owner`: body that covers each cell, or fluid, by slot.
   Field field_on(const Layout& at, double h, const double* cell, const CellOwner* owner) const;
   /// Returns the wall time since the start of the solve (s).
   double seconds() const;

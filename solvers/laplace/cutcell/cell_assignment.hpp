@@ -22,7 +22,7 @@ struct BodyPiece {
   int first_row;
 };
 
-/// Disk `body` that covers no cell centre and lies in a cell of another body, `owner`.
+/// Disk `body` that covers no cell centre and whose own centre lies in a cell that another body, `owner`, covers.
 struct SharedCell {
   int body, owner;
 };
@@ -49,7 +49,7 @@ class CellAssignment {
     if (j < piece.range.from_j || j > piece.range.to_j) return {};
     return columns_[piece.first_row + j - piece.range.from_j];
   }
-  /// Returns the disks that cover no cell centre and lie in a cell of another body.
+  /// Returns the disks that cover no cell centre and whose centre lies in a cell that another body covers.
   std::span<const SharedCell> shared_cells() const { return shared_cells_; }
 
  private:

@@ -11,7 +11,7 @@
 namespace lichtenberg::laplace {
 
 /// Sparse direct solver (Cholesky factorization, CHOLMOD) of the coarsest multigrid grid. The unknowns are the
-/// potentials of fluid cells and of floating groups.
+/// potentials of fluid cells and of floating groups (bodies with one unknown potential).
 class CoarseSolver {
  public:
   CoarseSolver();
@@ -25,7 +25,8 @@ class CoarseSolver {
   /// Assembles and factorizes the system of the coarsest grid `level`. Throws Failure if it is singular.
   void factorize(const LaplaceProblem& problem, const Level& level);
   /// Solves the system for the right-hand sides f (of cells, by slot) and `charge` (by group). Writes the potentials to
-  /// v (by slot, the memory index) and phi (by group). Entries of fixed groups and covered cells are not changed.
+  /// v (by slot, the memory index) and phi (by group). Entries of covered cells (inside conductors) and of groups of
+  /// given potential are not changed.
   void solve(const float* f, const float* charge, float* v, float* phi);
 
  private:

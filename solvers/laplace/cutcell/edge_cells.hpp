@@ -12,10 +12,11 @@ namespace lichtenberg::laplace {
 class EdgeCells {
  public:
   /// Lists the fluid cells with links to conductors, by row and colour. `links`: the same grid's links to floating
-  /// groups.
+  /// groups (bodies with one unknown potential).
   void build(const Level& level, const LinkLists<double>& links, parallel::Team& team);
   /// Calls effect(cell, first, end, 1 / diagonal) for the listed cells of a colour (0: red, 1: black) in row j. `cell`:
-  /// memory index. The cell's links to floating groups have the indices `first` to `end` - 1 in LinkLists.
+  /// memory index. The cell's links to floating groups (bodies with one unknown potential) have the indices `first` to
+  /// `end` - 1 in LinkLists.
   template <class Effect>
   void for_each(int colour, int j, const Effect& effect) const {
     const auto& [start, black, end, first_link] = rows_[j];

@@ -21,9 +21,9 @@ struct EliminatedCells {
   /// Minimum conductance of a link (per permittivity) for the elimination of its cell. A face between two cells has 1
   /// (docs/numerics/multigrid.md).
   static constexpr double least_conductance = 8;
-  /// Computes the Schur complement's diagonal term of an eliminated cell, c - c^2 / all. It is the conductance of a
-  /// group to the rest after the elimination. `c`: conductance of the group's link; `all`: sum of the cell's
-  /// conductances.
+  /// Computes the Schur complement's diagonal term of an eliminated cell (dominated by a conductor), c - c^2 / all. It
+  /// is the conductance of a group (bodies with one potential) to the rest after the elimination. `c`: conductance of
+  /// the group's link; `all`: sum of the cell's conductances.
   LICHTENBERG_HOST_DEVICE static constexpr double schur_diagonal(double c, double all) { return c * (all - c) / all; }
   /// Computes the conductance a b / all that the elimination of a cell adds between two groups (Schur complement). `a`,
   /// `b`: conductances of their links to the cell; `all`: sum of the cell's conductances.
@@ -54,8 +54,9 @@ struct EliminatedCells {
   void clear();
   /// Appends the cells and links of another list.
   void append(const EliminatedCells& more);
-  /// Calls effect(link_a, link_b, conductance) for each pair of groups with links to the same eliminated cell.
-  /// `conductance`: the value that the elimination adds between the two groups.
+  /// Calls effect(link_a, link_b, conductance) for each pair of groups (bodies with one potential) with links to the
+  /// same eliminated cell (dominated by a conductor). `conductance`: the value that the elimination adds between the
+  /// two groups.
   template <class Effect>
   void for_each_pair(const Effect& effect) const {
     for (std::size_t k = 0; k < cells.size(); ++k)
@@ -66,7 +67,8 @@ struct EliminatedCells {
 };
 
 /// Finds the near-surface cells that the V-cycle eliminates, and stores them in `level.eliminated`. They are fluid
-/// cells with a link of at least `least_conductance` to a resolved body and with a link to a floating group.
+/// cells with a link of at least `least_conductance` to a resolved body and with a link to a floating group. A floating
+/// group is a set of bodies with one unknown potential.
 void find_eliminated_cells(const LaplaceProblem& problem, const GridBodies& bodies, Level& level, parallel::Team& team);
 
 }  // namespace lichtenberg::laplace

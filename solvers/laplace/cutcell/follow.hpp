@@ -15,8 +15,9 @@ struct Potentials {
 };
 
 /// Adds the change of the potentials on a coarser grid of the same box to the initial guess x, in units of `scale` (V).
-/// The change is interpolated bilinearly between cell centres. A floating group gets the mean change of its bodies.
-/// `before`, `now`: two solutions on the coarser grid; `op`: system of the finer one.
+/// The change is interpolated bilinearly between cell centres. A floating group (bodies with one unknown potential)
+/// gets the mean change of its bodies. `before`, `now`: two solutions on the coarser grid; `op`: system of the finer
+/// one.
 void add_change(const Potentials& before, const Potentials& now, const LaplaceProblem& problem, double scale,
                 const CutCellOperator& op, std::vector<double>& x);
 

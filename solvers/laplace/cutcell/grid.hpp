@@ -21,18 +21,18 @@ class Grid {
   /// grid, and after it.
   Grid(const Layout& at, int sweeps, parallel::Team& team);
 
-  /// Copies the system of the discretized grid `level` in single precision: diagonals, face conductances, links,
-  /// groups. The threads of `team` do the work; the team may differ from that of the passes.
+  /// Copies the system of the discretized grid `level` in single precision: diagonals, face conductances, links, groups
+  /// (bodies with one potential). The threads of `team` do the work; the team may differ from that of the passes.
   void build(const LaplaceProblem& problem, const Level& level, parallel::Team& team);
 
   /// Smooths the potentials v and phi from zero for the right-hand sides f and `charge`, then computes the residual.
-  /// The order of relaxation is groups, red cells, black cells.
+  /// The order of relaxation is groups (bodies with one potential), red cells, black cells.
   void smooth_from_zero();
   /// Restricts the residual to the right-hand sides `f` and `charge` of the next coarser grid (full weighting).
   void restrict_to(Grid& coarse);
   /// Adds the coarse-grid correction of `coarse`, which must have called spread(), then smooths. The order of
-  /// relaxation is black cells, red cells, groups. If r is not null, row_product[j] becomes the scalar product of r and
-  /// v over row j.
+  /// relaxation is black cells, red cells, groups (bodies with one potential). If r is not null, row_product[j] becomes
+  /// the scalar product of r and v over row j.
   void correct_and_smooth(const Grid& coarse, const double* r = nullptr, double* row_product = nullptr);
   /// Distributes the charges of absorbed groups to the right-hand side of the four cells around each. An absorbed group
   /// has no unknown on this grid.
@@ -42,14 +42,15 @@ class Grid {
   /// cells beyond a side are multiplied by mirrored[side].
   void spread(const std::vector<float>& potential, const std::array<float, 4>& mirrored);
   /// Sets v to the bilinear interpolation from the next coarser grid, which must have called spread(), and phi to that
-  /// grid's group potentials.
+  /// grid's group potentials. A group is a set of bodies with one potential.
   void interpolate_from(const Grid& coarse);
-  /// Solves for the potentials phi of groups joined by couplings (lumped capacitances), for given `charge` and
-  /// potentials v of the cells. Without couplings it does nothing.
+  /// Solves for the potentials phi of groups (bodies with one potential) joined by couplings (lumped capacitances), for
+  /// given `charge` and potentials v of the cells. Without couplings it does nothing.
   void solve_coupled_groups();
-  /// Returns the potential of a group, in double precision for coupled groups.
+  /// Returns the potential of a group (bodies with one potential), in double precision for coupled groups.
   double potential_of(int group) const { return groups_.potential(group, phi); }
-  /// Solves for coupled groups, then replaces the right-hand sides f and `charge` by the residuals of v and phi.
+  /// Solves for coupled groups (bodies with one potential), then replaces the right-hand sides f and `charge` by the
+  /// residuals of v and phi.
   void form_residual();
 
   Layout layout;

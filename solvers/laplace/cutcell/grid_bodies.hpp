@@ -8,8 +8,9 @@
 namespace lichtenberg::laplace {
 
 /// Bodies (conductors) of a problem on one grid: their shapes in units of cells, and whether the grid resolves them. A
-/// coarse grid may not resolve a small disk. The disk is then part of an effective medium, which absorbs its group, or
-/// a subgrid conductor. A subgrid conductor exchanges flux with the four cells around it (medium.hpp).
+/// coarse grid may not resolve a small disk. The disk is then part of an effective medium, or a subgrid conductor that
+/// exchanges flux with the four cells around it (medium.hpp). The medium absorbs whole groups (bodies with one
+/// potential).
 struct GridBodies {
   /// Computes the outlines of all bodies for cells of size h (m) and marks all bodies as resolved.
   void assign(const LaplaceProblem& problem, double h);

@@ -30,7 +30,8 @@ class SolutionHistory {
   /// evaluations of `op`. The history must not be empty.
   double initial_guess(const LaplaceProblem& problem, const CutCellOperator& op, const std::vector<double>& b,
                        std::vector<double>& x);
-  /// Sets x to the last solution on the unknowns of the new geometry. A floating group gets the mean of its bodies.
+  /// Sets x to the last solution on the unknowns of the new geometry. A floating group (bodies with one unknown
+  /// potential) gets the mean of its bodies.
   void newest_as_guess(const LaplaceProblem& problem, const CutCellOperator& op, std::vector<double>& x);
   /// Stores the solution x as the newest and drops the oldest if there are `history_length`. Covered cells in x must
   /// hold their conductor's potential. `body_potential`: by body, in the units of x. The call leaves undefined values

@@ -29,9 +29,9 @@ struct StopCriterion {
 
   /// Sets the scale from the natural norm of the first residual, which adds to the energy of the guess.
   LICHTENBERG_HOST_DEVICE void begin(double norm) { scale = std::hypot(energy_norm, norm); }
-  /// Stores the relative norm in `last`.
+  /// Stores the natural norm, divided by `scale`, in `last`.
   void record(double norm) { last = scale > 0 ? norm / scale : 0.0; }
-  /// Returns true if the natural norm is at most `tolerance` * `scale`, or at most the rounding.
+  /// Returns true if the natural norm is at most `tolerance` * `scale`, or at most `rounding`.
   LICHTENBERG_HOST_DEVICE bool is_met_by(double norm) const {
     const double relative = tolerance * scale;
     return norm <= (relative < rounding ? rounding : relative);
@@ -54,9 +54,9 @@ struct CgScalars {
     product = next;
     ++residuals;
   }
-  /// Predicts the natural norm after the next step. The step is assumed to reduce the norm by the factor `slow`, or as
-  /// little as the slowest step so far. If the prediction meets the stop criterion, the next V-cycle would only confirm
-  /// it; a V-cycle costs 5/6 of an iteration.
+  /// Predicts the natural norm after the CG step that starts from the last residual. The step is assumed to reduce the
+  /// norm by the factor `slow`, or as little as the slowest step so far. If the prediction meets the stop criterion,
+  /// the next V-cycle would only confirm it; a V-cycle costs 5/6 of an iteration.
   LICHTENBERG_HOST_DEVICE double predicted_norm(double slow) const {
     const double slowest = std::sqrt(largest);
     return (slowest > slow ? slowest : slow) * std::sqrt(std::abs(product));
@@ -100,7 +100,7 @@ struct Krylov {
   /// Iterations of earlier starts of the method in this solve.
   int iterations_before = 0;
   /// Relative tolerance from the option -field_ksp_rtol, if given.
-  std::optional<double> rtol;  // -field_ksp_rtol
+  std::optional<double> rtol;
   /// True if the method computes the natural norm; otherwise the stop criterion does.
   bool has_natural_norm = true;
 

@@ -54,16 +54,20 @@ LICHTENBERG_HOST_DEVICE inline CellIndex cell_of(const Layout& at, int slot) {
 LICHTENBERG_HOST_DEVICE inline bool inside(const Layout& at, int i, int j) {
   return i >= 0 && i < at.nx && j >= 0 && j < at.ny;
 }
-/// Returns the number of cell faces on a side of the box: ny on the left and right, nx at the bottom and top.
+/// Returns the number of cell faces on a side of the box: ny on the left and right (0, 1), nx at the bottom and top (2,
+/// 3).
 LICHTENBERG_HOST_DEVICE inline int faces_of(const Layout& at, int side) { return side < 2 ? at.ny : at.nx; }
 /// Returns the cell that touches a side of the box at face number `face`, counted from the left or from the bottom.
+/// `side`: 0 left, 1 right, 2 bottom, 3 top (SideIndex).
 LICHTENBERG_HOST_DEVICE inline CellIndex cell_at_face(const Layout& at, int side, int face) {
   const int far = side == 1 ? at.nx - 1 : side == 3 ? at.ny - 1 : 0;
   return side < 2 ? CellIndex{far, face} : CellIndex{face, far};
 }
-/// Returns the change of the column i towards the neighbour on a side (SideIndex): -1, 0 or 1.
+/// Returns the change of the column i towards the neighbour on a side: -1, 0 or 1. `side`: 0 left, 1 right, 2 bottom, 3
+/// top (SideIndex).
 LICHTENBERG_HOST_DEVICE inline int step_i(int side) { return (side == 1) - (side == 0); }
-/// Returns the change of the row j towards the neighbour on a side (SideIndex): -1, 0 or 1.
+/// Returns the change of the row j towards the neighbour on a side: -1, 0 or 1. `side`: 0 left, 1 right, 2 bottom, 3
+/// top (SideIndex).
 LICHTENBERG_HOST_DEVICE inline int step_j(int side) { return (side == 3) - (side == 2); }
 
 }  // namespace lichtenberg::laplace

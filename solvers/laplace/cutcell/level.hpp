@@ -41,7 +41,7 @@ struct CrossGradient {
   /// Index of the link in Level::links.
   int link;
   int body;
-  /// Derivative of the conductance with respect to the body's position (per cell width).
+  /// Derivative of the link's conductance with respect to the position of `body` (per cell width).
   Vec2 gradient;
 };
 
@@ -62,12 +62,12 @@ struct SideLink {
   double conductance;
   /// Potential of the side at this face (V).
   double potential;
-  /// Derivative of the conductance with respect to the body's position, per cell.
+  /// Derivative of the conductance with respect to the body's position (per cell width).
   Vec2 gradient;
 };
 
 /// Lumped conductance (per permittivity) between a floating group and a group of given potential, as a resistor to a
-/// voltage source.
+/// voltage source. A floating group is a set of bodies with one unknown potential.
 struct FixedCoupling {
   int group;
   double conductance;
@@ -79,8 +79,8 @@ struct FixedCoupling {
   double conductance_in_cycle;
 };
 
-/// Floating group without an unknown on a coarse grid, because it is part of the effective medium. Its potential is the
-/// bilinear interpolation at its centre between four cells.
+/// Floating group (bodies with one potential) without an unknown on a coarse grid, because it is part of the effective
+/// medium. Its potential is the bilinear interpolation at its centre between four cells.
 struct AbsorbedGroup {
   int group;
   std::array<std::ptrdiff_t, 4> cell;
@@ -104,12 +104,13 @@ struct Level {
   Level(const LaplaceProblem& problem, int nx, int ny);
 
   /// Returns true if the potential of a floating group is an unknown of this grid (the grid's medium does not absorb
-  /// it).
+  /// it). A floating group is a set of bodies with one unknown potential.
   bool has_unknown(int group) const { return is_absorbed.empty() || !is_absorbed[group]; }
-  /// Returns true if floating groups are coupled (by lumped capacitances) to each other or to given potentials.
+  /// Returns true if floating groups (bodies with one unknown potential) are coupled (by lumped capacitances) to each
+  /// other or to given potentials.
   bool is_coupled() const { return !couplings.empty() || !fixed_couplings.empty(); }
-  /// Returns the conductances between groups without an unknown cell between them: pair links, and links that the
-  /// elimination of near-surface cells makes.
+  /// Returns the conductances between groups (bodies with one potential) without an unknown cell between them: pair
+  /// links, and links that the elimination of near-surface cells (dominated by a conductor) makes.
   std::vector<NetworkLink> direct_links(const LaplaceProblem& problem) const;
 
   Layout layout;

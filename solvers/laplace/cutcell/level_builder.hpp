@@ -21,8 +21,8 @@ class LevelBuilder {
   void build(const LaplaceProblem& problem, LinkFormula formula, Level& level,
              parallel::Team& team = parallel::Team::single());
   /// Discretizes the problem on a coarse grid of the preconditioner, with unknowns only for conductors that the grid
-  /// resolves. Smaller ones become part of an effective medium (homogenize.hpp). `agglomerates`: sets of groups treated
-  /// together. `finer`: the grid of cells half as large, or null.
+  /// resolves. Smaller ones become part of an effective medium (homogenize.hpp). `agglomerates`: sets of groups (bodies
+  /// with one potential) treated together. `finer`: the grid of cells half as large, or null.
   void build_coarse(const LaplaceProblem& problem, LinkFormula formula, const Agglomerates& agglomerates,
                     const Level* finer, Level& level, parallel::Team& team = parallel::Team::single());
 

@@ -15,8 +15,8 @@ struct LevelSums {
     return {conductance * (given - own), conductance};
   }
   /// Returns the contribution of a group's links to cells. `to_cells`: sum of their conductances; `potential`: that of
-  /// the group; `from_cells`: sum of conductance times the cells' potentials. `held`: fraction of a common shift that
-  /// the group does not follow, because of its links to given potentials.
+  /// the group (bodies with one potential); `from_cells`: sum of conductance times the cells' potentials. `held`:
+  /// fraction of a common shift that the group does not follow, because of its links to given potentials.
   LICHTENBERG_HOST_DEVICE static LevelSums from_group(double to_cells, double potential, double from_cells,
                                                       double held) {
     return {to_cells * potential - from_cells, to_cells * held};

@@ -9,8 +9,8 @@
 namespace lichtenberg::laplace {
 
 /// Interface for the representation and the preconditioner of the cut-cell system A x = b: matrix-free
-/// (matrix_free.hpp) or assembled (assembled.hpp). Vectors contain one entry a slot of the grid's layout, then one
-/// entry a group.
+/// (matrix_free.hpp) or assembled (assembled.hpp). Vectors contain one entry a slot (memory index) of the grid's
+/// layout, then one entry a group (bodies with one potential).
 class LinearSystem {
  public:
   virtual ~LinearSystem() = default;

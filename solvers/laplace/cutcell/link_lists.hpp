@@ -35,7 +35,7 @@ class LinkLists {
   }
 
   /// Calls effect(cell, flux) for each link in row j. `cell`: memory index of the fluid cell; flux: conductance *
-  /// potential of the link's group. `potential` [groups].
+  /// potential of the link's group (bodies with one potential). `potential` [groups].
   template <class Effect>
   void add_to_row(int j, const Real* potential, const Effect& effect) const {
     for (int m = row_start_[j]; m < row_end_[j]; ++m)
@@ -50,7 +50,7 @@ class LinkLists {
   /// Returns the slot (memory index) of the fluid cell of a link in the list by rows.
   std::int32_t cell(int link) const { return by_row_[link].cell; }
   /// Returns the sum of conductance * potential of the group over the links `first` to `end` - 1 of the list by rows.
-  /// `potential` [groups].
+  /// `potential` [groups]. A group is a set of bodies with one potential.
   Real flux(int first, int end, const Real* potential) const {
     Real flux = 0;
     for (int m = first; m < end; ++m) flux += by_row_[m].conductance * potential[by_row_[m].group];
@@ -58,7 +58,7 @@ class LinkLists {
   }
 
   /// Excludes links from the sums over groups (add_to_groups, add_conductances) by setting their conductances to zero.
-  /// `links`: indices in Level::links of links to floating groups.
+  /// `links`: indices in Level::links of links to floating groups (bodies with one unknown potential).
   void leave_out(const Level& level, const std::vector<int>& links) {
     for (const int m : links) by_body_[m - fixed_before_[level.links[m].body]].conductance = 0;
   }
@@ -109,7 +109,8 @@ class LinkLists {
     run_sum_.resize(runs_.size());
   }
 
-  /// Lists the links of row j to floating groups. Each row has memory for all its links, also those of fixed groups.
+  /// Lists the links of row j to floating groups (bodies with one unknown potential). Each row has memory for all its
+  /// links, also those to groups of given potential.
   void list_row(const Level& level, int j) {
     int at = row_start_[j];
     for (int m = row_start_[j]; m < row_start_[j + 1]; ++m) {
@@ -166,7 +167,7 @@ std::vector<Real> group_diagonals(const LaplaceProblem& problem, const Level& le
 
 /// Calls a function for each link between an unknown and a given potential (V), to form right-hand sides. Arguments:
 /// to_cell(slot, conductance, potential) for fluid cells and to_group(group, conductance, potential) for floating
-/// groups.
+/// groups (bodies with one unknown potential). A slot is the memory index of a cell.
 template <class ToCell, class ToGroup>
 void for_each_given(const LaplaceProblem& problem, const Level& level, const ToCell& to_cell, const ToGroup& to_group) {
   const auto group_of = [&](int body) { return problem.bodies[body].group; };
@@ -196,7 +197,8 @@ void for_each_given(const LaplaceProblem& problem, const Level& level, const ToC
 
 /// Computes the right-hand side of one grid's system, in units of `scale` (V). It is the sum of conductance * given
 /// potential over links to given potentials, plus charge / permittivity for floating groups. `cell`: by slot (memory
-/// index); `group`: by group, 0 for groups of given potential.
+/// index); `group`: by group, 0 for groups of given potential. A floating group is a set of bodies with one unknown
+/// potential.
 template <class Real>
 void write_right_hand_side(const LaplaceProblem& problem, const Level& level, double scale, Real* cell, Real* group) {
   const auto in_units = [scale](double value) { return static_cast<Real>(value / scale); };

@@ -97,8 +97,8 @@ struct MirroredCell {
   float sign = 1;
 
   /// Computes the cell of an nx x ny box that mirrors cell (i, j), which may lie outside. Each electrode side between
-  /// the two changes the sign; an insulating side does not. `electrode` [4]: whether a side is an electrode, by
-  /// SideIndex.
+  /// the two changes the sign; an insulating side does not. `electrode` [4]: whether the left, right, bottom and top
+  /// side is an electrode.
   LICHTENBERG_HOST_DEVICE static MirroredCell of(int nx, int ny, int i, int j, const bool* electrode) {
     MirroredCell cell{i < 0 ? 0 : i < nx ? i : nx - 1, j < 0 ? 0 : j < ny ? j : ny - 1};
     if (i < 0 ? electrode[0] : i >= nx && electrode[1]) cell.sign = -cell.sign;
@@ -107,7 +107,7 @@ struct MirroredCell {
   }
 };
 
-/// Returns for each side of the box, by SideIndex, whether it is an electrode (otherwise it is insulating).
+/// Returns whether the left, right, bottom and top side of the box is an electrode (otherwise it is insulating).
 inline std::array<bool, 4> electrodes(const LaplaceProblem& problem) {
   std::array<bool, 4> result;
   for (int side = 0; side < 4; ++side) result[side] = problem.sides[side].kind == Side::Kind::electrode;
@@ -115,7 +115,8 @@ inline std::array<bool, 4> electrodes(const LaplaceProblem& problem) {
 }
 
 /// Computes the bilinear interpolation at the point p (in cells) of a grid: the four cells around p and their weights.
-/// Cells beyond a side are mirrored, with opposite sign at an electrode. `electrode` [4]: by SideIndex.
+/// Cells beyond a side are mirrored, with opposite sign at an electrode. `electrode` [4]: whether the left, right,
+/// bottom and top side is an electrode.
 LICHTENBERG_HOST_DEVICE inline Interpolation interpolate(const Layout& at, Vec2 p, const bool* electrode) {
   const double x = p.x - 0.5, y = p.y - 0.5;
   const InterpolationBase base = interpolation_base(p);

@@ -35,7 +35,8 @@ class Multigrid {
   /// must not change.
   void finish() { team_.finish(); }
 
-  /// Applies the preconditioner: z = M r by one V-cycle. Vectors have the finest grid's layout, then one entry a group.
+  /// Applies the preconditioner: z = M r by one V-cycle. Vectors have the finest grid's layout, then one entry a group
+  /// (bodies with one potential).
   void apply(const double* r, double* z);
   /// Copies row j of the residual r to the finest grid as its right-hand side. take_row() for all rows, take_groups()
   /// and cycle() together equal apply(). They serve fused passes over r and z.
@@ -43,7 +44,7 @@ class Multigrid {
   /// Copies the groups' entries of the residual r to the finest grid as right-hand side of the V-cycle.
   void take_groups(const double* r);
   /// Runs one V-cycle on the residual r, which take_row() and take_groups() have copied. Returns the scalar product
-  /// r'z; cells() and groups() are then z = M r.
+  /// r'z. The result z = M r is then in cells() and groups().
   double cycle(const double* r);
   /// Returns the cells' part of z = M r after cycle(), by slot (memory index).
   const float* cells() const { return grids_[0]->v.data(); }

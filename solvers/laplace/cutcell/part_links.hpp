@@ -43,12 +43,12 @@ struct PartLinks {
 };
 
 /// Computation of the links of the bodies in one part (a task of the parallel set-up): links to fluid cells, and direct
-/// links to conductors in neighbouring cells.
+/// links (gap conductances) to conductors in neighbouring cells.
 class PartLinker {
  public:
   /// Prepares the computation. `links` receives the results. All arguments must outlive this object.
   PartLinker(const LinkInputs& inputs, PartLinks& links);
-  /// Computes the covered cells and the links of all bodies in the part with this index.
+  /// Computes the covered cells (inside conductors) and the links of all bodies in the part with this index.
   void link(int part);
 
  private:
@@ -59,8 +59,8 @@ class PartLinker {
     std::array<int, LinkBatch::width> link;
     int count = 0;
   };
-  /// Link whose fluid cell has a conductor of another group, the body `other`, on its opposite side. `cell` is the cell
-  /// that the link's own body covers, e the direction from it to the fluid cell.
+  /// Link whose fluid cell has a conductor of another group (bodies with one potential), the body `other`, on its
+  /// opposite side. `cell` is the cell that the link's own body covers, e the direction from it to the fluid cell.
   struct OpposedLink {
     int link;
     CellIndex cell;

@@ -42,9 +42,9 @@ class CutCellSolver : public LaplaceSolver {
   explicit CutCellSolver(CutCellOptions options);
   ~CutCellSolver() override;
 
-  /// Solves the problem: group potentials, charges, forces and energy. Throws the exceptions of LaplaceSolver::solve.
-  /// Throws InputError for a number of cells that does not fit the box, and for an unused PETSc option of the solver.
-  /// Throws InputError for a link model that the options or the grid do not support.
+  /// Solves the problem: potentials of the groups (bodies with one potential), charges, forces and energy. Throws the
+  /// exceptions of LaplaceSolver::solve. Throws InputError for a number of cells that does not fit the box, and for an
+  /// unused PETSc option of the solver. Throws InputError for a link model that the options or the grid do not support.
   LaplaceSolution solve(const LaplaceProblem& problem) override;
   /// Returns the potential of the last solve at the cell centres. Throws Failure before the first solve.
   Field field() const override;

@@ -87,7 +87,8 @@ inline Outline outline_in_cells(const Body& body, double h) {
   return outline;
 }
 
-/// Returns the unit vector from a cell's centre towards one of its sides (SideIndex).
+/// Returns the unit vector from a cell's centre towards one of its sides. `side`: 0 left, 1 right, 2 bottom, 3 top
+/// (SideIndex).
 LICHTENBERG_HOST_DEVICE inline Vec2 direction(int side) {
   return {static_cast<double>((side == 1) - (side == 0)), static_cast<double>((side == 3) - (side == 2))};
 }

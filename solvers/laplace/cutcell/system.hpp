@@ -21,7 +21,8 @@ struct SparseSystem {
   std::vector<int> group;
   /// Unknown that is the difference of a group's potential from that of the unknown `from`. If a coupling exceeds all
   /// other links of two groups by far, these would vanish in the rounding of the two groups' rows. One row is therefore
-  /// the sum of both, without the coupling.
+  /// the sum of both, without the coupling. A group is a set of bodies with one potential. A coupling is a lumped
+  /// capacitance between groups.
   struct Difference {
     int unknown, from;
   };
@@ -35,12 +36,12 @@ struct SparseSystem {
   /// Converts a right-hand side by unknown, in place, from the groups' charges to the equations of Difference unknowns.
   void from_charges(double* b) const;
   /// Converts a vector by unknown, in place, from the groups' potentials to the unknowns (differences of coupled
-  /// groups).
+  /// groups). A group is a set of bodies with one potential.
   void from_potentials(double* x) const;
   /// Converts a vector by unknown, in place, from the unknowns (differences of coupled groups) to the groups'
-  /// potentials.
+  /// potentials. A group is a set of bodies with one potential.
   void to_potentials(double* x) const;
-  /// Returns the number of unknowns: fluid cells and floating groups.
+  /// Returns the number of unknowns: fluid cells and floating groups (bodies with one unknown potential).
   int unknowns() const { return static_cast<int>(slot.size() + group.size()); }
 };
 

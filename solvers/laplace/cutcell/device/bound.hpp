@@ -27,7 +27,7 @@ struct LinksOfCell {
   /// Number of pairs of groups that the elimination of the cell links.
   int joined = 0;
 
-  /// Collects the links of the boundary cell number k.
+  /// Collects the links of the boundary cell (a fluid cell next to a conductor) number k.
   LICHTENBERG_HOST_DEVICE LinksOfCell(const ProblemView& problem, const GridView& grid, int k)
       : diagonal(grid.boundary.diagonal[k]) {
     bool is_close = false, floats = false;
@@ -50,7 +50,7 @@ struct LinksOfCell {
     is_eliminated = is_close && floats;
     joined = is_eliminated ? groups * (groups - 1) / 2 : 0;
   }
-  /// Returns the first side whose link leads to the same group as that of `side`.
+  /// Returns the first side whose link leads to the same group (bodies with one potential) as that of `side`.
   LICHTENBERG_HOST_DEVICE int first_of(int side) const {
     int first = 0;
     while (group[first] != group[side]) ++first;
@@ -59,7 +59,7 @@ struct LinksOfCell {
 };
 
 /// Returns true if subgrid conductors exchange flux with the cell at the memory index `slot`. They are disks too small
-/// for the grid, and the lists of boundary cells do not contain them.
+/// for the grid, and the lists of boundary cells (fluid cells next to a conductor) do not contain them.
 LICHTENBERG_HOST_DEVICE inline bool has_subgrid_conductors(const GridView& grid, int slot) {
   if (!grid.has_medium || !grid.may_have(Items::subgrid_conductors)) return false;
   const CellIndex cell = cell_of(grid.layout, slot);
@@ -68,7 +68,7 @@ LICHTENBERG_HOST_DEVICE inline bool has_subgrid_conductors(const GridView& grid,
 
 /// Finds the near-surface cells that the V-cycle eliminates, with the Schur-complement terms at their links. Such a
 /// cell has a link of large conductance to a conductor. `joined_before` [boundary cells + 1]: becomes the number of
-/// entries that list_joined() makes for earlier cells.
+/// entries that list_joined() makes for earlier cells. A boundary cell is a fluid cell next to a conductor.
 template <class Executor>
 void find_bound_cells(const Executor& run, ProblemView problem, GridView grid, int* joined_before) {
   run.fill(grid.bound.share, 0, grid.capacity[Items::links] * sizeof(float));
@@ -99,9 +99,9 @@ void find_bound_cells(const Executor& run, ProblemView problem, GridView grid, i
   });
 }
 
-/// Lists the conductances between groups that the elimination of near-surface cells makes (Schur complement). Each pair
-/// of groups of a cell gives two entries of `list`, one for a body of each group. `joined_before`: from
-/// find_bound_cells().
+/// Lists the conductances between groups (bodies with one potential) that the elimination of near-surface cells
+/// (dominated by a conductor) makes (Schur complement). Each pair of groups of a cell gives two entries of `list`, one
+/// for a body of each group. `joined_before`: from find_bound_cells().
 template <class Executor>
 void list_joined(const Executor& run, ProblemView problem, GridView grid, const int* joined_before, DirectLink* list) {
   for_each_item(run, grid, Items::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
@@ -136,9 +136,10 @@ void make_cycle_diagonals(const Executor& run, ProblemView problem, GridView gri
       });
 }
 
-/// Computes the flux to each group from the right-hand sides of eliminated near-surface cells, before the first
-/// relaxation of the groups. Stores it in `cycle.flux`, plus the charge if there are no clusters. Also computes the
-/// potentials phi or, with clusters (groups solved together), their right-hand side.
+/// Computes the flux to each group (bodies with one potential) from the right-hand sides of eliminated near-surface
+/// cells, before the first relaxation of the groups. Stores it in `cycle.flux`, plus the charge if there are no
+/// clusters. Also computes the potentials phi or, with clusters (groups solved together), their right-hand side. An
+/// eliminated cell is a fluid cell dominated by its link to a conductor.
 template <class Executor>
 void sum_bound_cells(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(
@@ -156,7 +157,8 @@ void sum_bound_cells(const Executor& run, ProblemView problem, GridView grid) {
       });
 }
 
-/// Computes the potentials v of eliminated near-surface cells from the groups' potentials (back substitution).
+/// Computes the potentials v of eliminated near-surface cells (dominated by a conductor) from the groups' potentials
+/// (back substitution).
 template <class V, class Executor>
 void update_bound_cells(const Executor& run, GridView grid, V* v) {
   for_each_item(run, grid, Items::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {

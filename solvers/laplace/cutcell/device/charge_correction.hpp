@@ -8,7 +8,8 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Arrays of the correction that makes charges exact, by group, and the common shift of all potentials, `level`.
+/// Arrays of the correction that makes charges exact, by group (bodies with one potential), and the common shift of all
+/// potentials, `level`.
 struct ChargeCorrection {
   /// Residual of each group's equation, and the shift of potentials that removes it.
   double *residual, *shift;
@@ -24,8 +25,8 @@ struct ChargeCorrection {
   int *is_linked, *linked;
 };
 
-/// Sums over a group's direct links (gap conductances to other conductors). `flux`: from floating groups; `hold`:
-/// conductance to given potentials; `others`: number of links to unknown groups.
+/// Sums over a group's direct links (gap conductances to other conductors). `flux`: from floating groups (bodies with
+/// one unknown potential); `hold`: conductance to given potentials; `others`: number of links to unknown groups.
 struct DirectSums {
   double flux = 0, hold = 0, others = 0;
   LICHTENBERG_HOST_DEVICE DirectSums& operator+=(const DirectSums& other) {
@@ -36,10 +37,10 @@ struct DirectSums {
   }
 };
 
-/// Solution of the equations of groups with direct links (gap conductances) to each other, for given potentials of the
-/// cells. It solves for two right-hand sides by conjugate gradients in one thread block. Such groups form mostly pairs
-/// and short chains, which need few iterations. Each thread has a list of its groups, because few of thousands are
-/// linked.
+/// Solution of the equations of groups (bodies with one potential) with direct links (gap conductances) to each other,
+/// for given potentials of the cells. It solves for two right-hand sides by conjugate gradients in one thread block.
+/// Such groups form mostly pairs and short chains, which need few iterations. Each thread has a list of its groups,
+/// because few of thousands are linked.
 struct SolveGroups {
   ProblemView problem;
   GridView grid;
@@ -49,7 +50,7 @@ struct SolveGroups {
   static constexpr double enough = 1e-24;  // reduction of the residual's norm squared
   static constexpr std::size_t bytes = threads * (sizeof(double) + sizeof(int));
 
-  /// Lists the linked groups and computes `shift` from `residual` and `held` from `hold`.
+  /// Lists the linked groups (bodies with one potential) and computes `shift` from `residual` and `held` from `hold`.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int) const {
     list_linked(block);
@@ -58,7 +59,7 @@ struct SolveGroups {
   }
 
  private:
-  /// Returns the array with the number of groups in each thread's list.
+  /// Returns the array with the number of linked groups in each thread's list.
   template <class Block>
   LICHTENBERG_HOST_DEVICE static int* counts(const Block& block) {
     return reinterpret_cast<int*>(block.template memory<double>() + threads);
@@ -81,18 +82,18 @@ struct SolveGroups {
       count[t] = found;
     });
   }
-  /// Calls f(g) for the groups in the list of thread t.
+  /// Calls f(g) for the linked groups g in the list of thread t.
   template <class F>
   LICHTENBERG_HOST_DEVICE void each_of(const int* count, int t, F f) const {
     for (int k = 0; k < count[t]; ++k) f(correction.linked[t + threads * k]);
   }
-  /// Calls f(g) for the groups in the lists of all threads.
+  /// Calls f(g) for the linked groups g in the lists of all threads.
   template <class Block, class F>
   LICHTENBERG_HOST_DEVICE void each(const Block& block, F f) const {
     const int* count = counts(block);
     block.each(threads, [&](int t) { each_of(count, t, f); });
   }
-  /// Returns the sum of value(g) over all listed groups. Overwrites the block's memory.
+  /// Returns the sum of value(g) over all linked groups g. Overwrites the block's memory.
   template <class Block, class Value>
   LICHTENBERG_HOST_DEVICE double sum(const Block& block, Value value) const {
     double* part = block.template memory<double>();
@@ -231,7 +232,8 @@ void compute_level(const Executor& run, ProblemView problem, GridView grid, cons
 }
 
 /// Corrects the potentials so that each group's charge and the sum of all charges are exact to rounding. Shifts each
-/// group and all potentials together, as CutCellOperator::balance. Potentials are in units of `unit` (V).
+/// group (bodies with one potential) and all potentials together, as CutCellOperator::balance. Potentials are in units
+/// of `unit` (V).
 template <class Executor>
 void correct_charges(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, double unit,
                      ChargeCorrection correction) {

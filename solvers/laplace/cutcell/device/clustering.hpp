@@ -19,9 +19,9 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Lists the direct links between groups (gap conductances), each once, then those made by eliminated cells. Unused
-/// entries have a = -1. Also copies the diagonals of the groups' equations: those of the V-cycle and, on the finest
-/// grid, of the system.
+/// Lists the direct links between groups (gap conductances), each once, then those made by eliminated cells (dominated
+/// by a conductor). Unused entries have a = -1. Also copies the diagonals of the groups' equations: those of the
+/// V-cycle and, on the finest grid, of the system.
 template <class Executor>
 void list_group_links(const Executor& run, ProblemView problem, GridView grid, NetworkLink* link, double* diagonal) {
   const int direct = grid.capacity[Items::direct_links], all = direct + grid.capacity[Items::joined_links];
@@ -41,26 +41,28 @@ void list_group_links(const Executor& run, ProblemView problem, GridView grid, N
   });
 }
 
-/// Row of a group in the list of clusters; `group`: number of the group, counted through all grids.
+/// Row of a group (bodies with one potential) in the list of clusters (groups solved together); `group`: number of the
+/// group, counted through all grids.
 struct RowOfGroup {
   long group;
   int row;
 };
 
-/// Clusters of all grids in device memory. A cluster is a set of strongly linked groups whose potentials are relaxed
-/// together by an inverse matrix.
+/// Clusters of all grids in device memory. A cluster is a set of strongly linked groups (bodies with one potential)
+/// whose potentials are relaxed together by an inverse matrix.
 template <class Executor>
 class DeviceClusters {
  public:
-  /// Reserves the views of `grids` grids, without clusters.
+  /// Reserves the views of `grids` grids, without clusters (groups solved together).
   DeviceClusters(const Executor& run, int grids) : run_(&run), data_(run), row_(run), view_(run) {
     view_.resize(grids);
   }
-  /// Returns a device pointer to the clusters of a grid.
+  /// Returns a device pointer to the clusters (groups solved together) of a grid.
   const ClusterView* view(int grid) const { return view_.data() + grid; }
 
-  /// Uploads the clusters of each grid with `groups` groups. The device computes the row of each group from the list of
-  /// rows, which is short. No kernel that reads earlier clusters may be pending.
+  /// Uploads the clusters (groups solved together) of each grid with `groups` groups (bodies with one potential). The
+  /// device computes the row of each group from the list of rows, which is short. No kernel that reads earlier clusters
+  /// may be pending.
   void upload(const std::vector<Clusters>& grids, int groups) {
     host_.clear();
     std::vector<std::array<std::size_t, 5>> offset;
@@ -106,9 +108,9 @@ class DeviceClusters {
   parallel::Array<ClusterView, Executor> view_;
 };
 
-/// Set-up of clusters and agglomerates on the host. Clusters are strongly linked groups that are relaxed together.
-/// Agglomerates are sets of groups that coarse grids treat as one. It fetches the links of all grids from the device
-/// and uploads the results.
+/// Set-up of clusters and agglomerates on the host. Clusters are strongly linked groups (bodies with one potential)
+/// that are relaxed together. Agglomerates are sets of groups that coarse grids treat as one. It fetches the links of
+/// all grids from the device and uploads the results.
 template <class Executor>
 class Clustering {
  public:
@@ -117,12 +119,13 @@ class Clustering {
     for (int k = 0; k < 2; ++k) reports_.push_back(std::make_unique<parallel::PackedTransfer<Executor>>(run));
   }
 
-  /// Returns a device pointer to the clusters of a grid, for the V-cycle.
+  /// Returns a device pointer to the clusters (groups solved together) of a grid, for the V-cycle.
   const ClusterView* clusters(int grid) const { return clusters_.view(grid); }
-  /// Returns a device pointer to the clusters of the finest grid's system, which contain all couplings and direct
-  /// links.
+  /// Returns a device pointer to the clusters (groups solved together) of the finest grid's system, which contain all
+  /// couplings and direct links (gap conductances).
   const ClusterView* exact_clusters() const { return clusters_.view(grids_); }
-  /// Reserves memory for the agglomerates (sets) of `groups` groups. Returns device pointers to it.
+  /// Reserves memory for the agglomerates (sets) of `groups` groups (bodies with one potential). Returns device
+  /// pointers to it.
   SetsView reserve_sets(int groups) {
     const auto n = static_cast<std::size_t>(groups);
     std::tie(first_group_, start_, group_, is_alone_, held_) =
@@ -150,13 +153,13 @@ class Clustering {
     groups_ = groups;
   }
 
-  /// Lists the links between groups of grid number `l` on the device.
+  /// Lists the links between groups (bodies with one potential) of grid number `l` on the device.
   void list_links(const ProblemView& problem, const GridView& grid, int l) const {
     list_group_links(run_, problem, grid, grid_links_[l].link.device, grid_links_[l].diagonal.device);
   }
 
   /// Computes the agglomerates (sets of groups that coarse grids treat as one) from the finest grid's links and uploads
-  /// them. `h`: cell size of the coarsest grid (m).
+  /// them. `h`: cell size of the coarsest grid (m). A group is a set of bodies with one potential.
   void find_sets(const LaplaceProblem& problem, double h) {
     reports_[0]->fetch();
     const AgglomerateLists lists = list_agglomerates(problem, links(0, grid_links_[0].capacity), h, groups_);
@@ -168,8 +171,8 @@ class Clustering {
     copy(lists.held, held_.host);
     sets_.send();
   }
-  /// Computes and uploads the clusters of all grids. With couplings, also computes those of the finest grid's system,
-  /// which are solved exactly.
+  /// Computes and uploads the clusters (groups solved together) of all grids. With couplings (lumped capacitances),
+  /// also computes those of the finest grid's system, which are solved exactly.
   void find_clusters(const LaplaceProblem& problem) {
     constexpr int most = 64;                    // groups in a cluster; longer chains are cut
     reports_[grid_links_.size() > 1]->fetch();  // the finest grid's is there, unless it is the only one

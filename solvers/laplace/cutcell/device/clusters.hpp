@@ -8,9 +8,9 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Clusters of a grid: sets of groups with strong links, whose potentials are relaxed together by an inverse matrix.
-/// Rows are numbered cluster after cluster. Sequential relaxation would leave the common error of a cluster's groups,
-/// which CG's norm does not notice.
+/// Clusters of a grid: sets of groups (bodies with one potential) with strong links, whose potentials are relaxed
+/// together by an inverse matrix. Rows are numbered cluster after cluster. Sequential relaxation would leave the common
+/// error of a cluster's groups, which CG's norm does not notice.
 struct Clusters {
   /// By group: its row, or -1 outside all clusters.
   std::vector<int> row;
@@ -24,7 +24,7 @@ struct Clusters {
   std::vector<double> inverse;
 };
 
-/// Network of conductances between the groups of a grid.
+/// Network of conductances between the groups (bodies with one potential) of a grid.
 struct GroupNetwork {
   /// By group: the sum of its links' conductances; 0 for a group without an unknown potential.
   std::vector<double> diagonal;
@@ -36,14 +36,15 @@ struct GroupNetwork {
   std::vector<double> hold = {};
 };
 
-/// Network of those groups that have direct links to others, usually a small fraction of all groups.
+/// Network of those groups (bodies with one potential) that have direct links (gap conductances) to others, usually a
+/// small fraction of all groups.
 struct LinkedGroups {
   GroupNetwork network;
   /// Group of each node of the network, ascending.
   std::vector<int> group;
 
-  /// Builds the network of the groups that have links. `diagonal`: by group. `index`: scratch memory for repeated
-  /// calls, empty at first and -1 for each group afterwards.
+  /// Builds the network of the groups (bodies with one potential) that have links. `diagonal`: by group. `index`:
+  /// scratch memory for repeated calls, empty at first and -1 for each group afterwards.
   static LinkedGroups of(std::span<const double> diagonal, std::vector<NetworkLink> links, std::vector<int>& index);
 };
 
@@ -51,13 +52,13 @@ struct LinkedGroups {
 /// does. `largest`: upper bound of all conductances; `least`: lower bound of those to given potentials.
 void couple(const LaplaceProblem& problem, double largest, double least, GroupNetwork& network);
 
-/// Computes clusters of at most `most` groups. The strongest direct links that outweigh the links to cells of either
-/// end join them. Couplings join groups without bound. `all`: direct links of any strength join without bound, so that
-/// clusters do not interact.
+/// Computes clusters (groups solved together) of at most `most` groups (bodies with one potential). The strongest
+/// direct links that outweigh the links to cells of either end join them. Couplings join groups without bound. `all`:
+/// direct links of any strength join without bound, so that clusters do not interact.
 Clusters clusters_of(GroupNetwork network, int most, bool all = false);
 
-/// Agglomerates as lists: sets of groups that coarse grids treat as one (../agglomerates.hpp). The lists may have more
-/// groups than the problem.
+/// Agglomerates as lists: sets of groups (bodies with one potential) that coarse grids treat as one
+/// (../agglomerates.hpp). The lists may have more groups than the problem.
 struct AgglomerateLists {
   /// By group: first group of its set.
   std::vector<int> first_group;
@@ -68,8 +69,9 @@ struct AgglomerateLists {
 };
 
 /// Computes agglomerates (sets of groups that coarse grids treat as one) from couplings and the finest grid's direct
-/// links. Weaker links are left out until at most 300 groups of sets with several groups remain unknowns of the
-/// coarsest grid. `h`: cell size of the coarsest grid (m); `groups`: length of the lists.
+/// links (gap conductances). Weaker links are left out until at most 300 groups of sets with several groups remain
+/// unknowns of the coarsest grid. `h`: cell size of the coarsest grid (m); `groups`: length of the lists. A group is a
+/// set of bodies with one potential.
 AgglomerateLists list_agglomerates(const LaplaceProblem& problem, std::vector<NetworkLink> links, double h, int groups);
 
 }  // namespace lichtenberg::laplace::device

@@ -13,7 +13,7 @@
 namespace lichtenberg::laplace::device {
 
 /// Dense matrix of the coarsest grid's system and its inverse, as device pointers. The unknowns are cells by slot
-/// (memory index), then groups.
+/// (memory index), then groups (bodies with one potential).
 struct CoarsestView {
   /// By slot and then by group, with one more at the end: number of unknowns before it.
   int* index;
@@ -38,8 +38,8 @@ struct CoarsestView {
   LICHTENBERG_HOST_DEVICE double* chunk_of_row(int a, int c, int n) const { return chunk + (a * chunks + c) * n; }
 };
 
-/// Numbers the unknowns of the coarsest grid: fluid cells, then floating groups. If there are more than the capacity,
-/// the number becomes zero and the required number is reported.
+/// Numbers the unknowns of the coarsest grid: fluid cells, then floating groups (bodies with one unknown potential). If
+/// there are more than the capacity, the number becomes zero and the required number is reported.
 template <class Executor>
 void number_coarsest(const Executor& run, ProblemView problem, GridView grid, CoarsestView coarsest) {
   const int slots = static_cast<int>(grid.layout.size()), all = slots + problem.groups;
@@ -72,7 +72,8 @@ struct RowShare {
 };
 
 /// Adds the couplings (lumped conductances) of group g to row `a` of the coarsest grid's matrix, as set_couplings does.
-/// `slots`: number of cell entries in CoarsestView::index before those of the groups.
+/// `slots`: number of cell entries in CoarsestView::index before those of the groups. A group is a set of bodies with
+/// one potential.
 LICHTENBERG_HOST_DEVICE inline void couple_in_row(const ProblemView& problem, const CoarsestView& coarsest, int g,
                                                   int slots, int a, RowShare row) {
   const CouplingView& couplings = problem.couplings;
@@ -87,8 +88,8 @@ LICHTENBERG_HOST_DEVICE inline void couple_in_row(const ProblemView& problem, co
   }
 }
 
-/// Sums the conductances of one chunk of a group's links to cells, in the columns of thread `lane`. The group is the
-/// unknown of row `a`.
+/// Sums the conductances of one chunk of a group's links to cells, in the columns of thread `lane`. The group (bodies
+/// with one potential) is the unknown of row `a`.
 LICHTENBERG_HOST_DEVICE inline void add_chunk_of_links(const ProblemView& problem, const GridView& grid,
                                                        const CoarsestView& coarsest, int a, int chunk, int lane) {
   const int n = grid.number[Items::coarse_unknowns];
@@ -342,7 +343,7 @@ class Coarsest {
 
   /// Solves the coarsest grid's system on the host. The right-hand sides are the grid's `cycle.f` (of cells) and
   /// `cycle.charge` (of groups). Writes the potentials of fluid cells to `v` and those of groups to `cycle.phi`; others
-  /// are 0.
+  /// are 0. A group is a set of bodies with one potential.
   void solve(const GridView& grid, float* v) {
     const std::size_t cells = grid.layout.size();
     get(f_, grid.cycle.f, cells);
@@ -353,7 +354,8 @@ class Coarsest {
     run_.to_device(v, v_.data(), cells * sizeof(float));
     if (!phi_.empty()) run_.to_device(grid.cycle.phi, phi_.data(), phi_.size() * sizeof(float));
   }
-  /// Returns a device pointer: by unknown, the slot (memory index) of its cell or -1 - group.
+  /// Returns a device pointer: by unknown, the slot (memory index) of its cell or -1 - group (bodies with one
+  /// potential).
   const int* unknown() const { return view().unknown; }
   /// Returns a device pointer to the inverse matrix by rows in single precision, or null.
   const float* inverse() const { return view().inverse; }

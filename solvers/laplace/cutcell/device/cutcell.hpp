@@ -213,7 +213,7 @@ class CutCell : public DeviceSolver {
     }
   };
   /// Data that the host fetches at the end of a solve: state of the iterations, group potentials, results of bodies and
-  /// sides.
+  /// sides. A group is a set of bodies with one potential.
   struct Report {
     explicit Report(const Executor& run) : parcel(run) {}
     parallel::PackedTransfer<Executor> parcel;
@@ -271,7 +271,7 @@ class CutCell : public DeviceSolver {
     krylov_.release();
   }
 
-  /// Makes vectors for the capacity of groups, and the KSP on them.
+  /// Makes vectors for the capacity of groups (bodies with one potential), and the KSP on them.
   void prepare_system(const LaplaceProblem& problem) {
     const int groups = problem_->view().groups;
     const auto n = static_cast<PetscInt>(finest().view().layout.size()) + groups;
@@ -318,7 +318,7 @@ class CutCell : public DeviceSolver {
   }
 
   /// Relaxes the initial guess near the conductors, where its error is largest, scales it, and computes its residual.
-  /// If only couplings lead to given potentials, also fixes the common shift of the potentials.
+  /// If only couplings (lumped capacitances) lead to given potentials, also fixes the common shift of the potentials.
   void improve_guess() {
     const SolveVectors& v = arrays_->view.solve;
     const ProblemView& problem = problem_->view();
@@ -339,7 +339,8 @@ class CutCell : public DeviceSolver {
     is_complete_ = multigrid_->check_capacity();
   }
 
-  /// Computes charges, forces, energies and group potentials from x on the device.
+  /// Computes charges, forces, energies and group potentials from x on the device. A group is a set of bodies with one
+  /// potential.
   void evaluate() {
     const ProblemView& problem = problem_->view();
     const GridView& grid = finest().view();

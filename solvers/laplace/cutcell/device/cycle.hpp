@@ -9,7 +9,8 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Computes z = M r from the potentials v and phi if the V-cycle has one grid only; 0 in covered cells.
+/// Computes z = M r from the potentials v and phi if the V-cycle has one grid only; 0 in covered cells (inside
+/// conductors).
 template <class Executor>
 void copy_potentials(const Executor& run, ProblemView problem, GridView grid, const float* v, double* z) {
   const int cells = static_cast<int>(grid.layout.size());
@@ -18,7 +19,8 @@ void copy_potentials(const Executor& run, ProblemView problem, GridView grid, co
 }
 
 /// Function that stores an entry of the residual as right-hand side of the V-cycle on the finest grid. Entries by slot
-/// become f, the groups' entries become `charge`. It also relaxes the group: phi = charge / diagonal.
+/// (memory index) become f, the groups' entries become `charge`. It also relaxes the group (bodies with one potential):
+/// phi = charge / diagonal.
 struct StoreResidual {
   GridView grid;
   LICHTENBERG_HOST_DEVICE void operator()(int k, double r) const {
@@ -41,7 +43,8 @@ void store_residual(const Executor& run, ProblemView problem, GridView grid, con
 }
 
 /// Flux to a group through its direct links (gap conductances) with other groups, as additional terms of a sum over its
-/// links to cells. Groups of given potential have 0 in `phi`: they are on the right-hand side.
+/// links to cells. Groups of given potential have 0 in `phi`: they are on the right-hand side. A group is a set of
+/// bodies with one potential.
 template <class Real>
 struct DirectFluxes {
   ProblemView problem;
@@ -57,7 +60,8 @@ struct DirectFluxes {
 };
 
 /// Relaxes the groups' potentials by one Jacobi sweep: (flux + flux through direct links) / diagonal. Clusters
-/// (strongly linked groups) are relaxed together instead.
+/// (strongly linked groups) are relaxed together instead. A group is a set of bodies with one potential. A direct link
+/// is the conductance of a gap between two conductors.
 template <class Executor>
 void relax_direct_links(const Executor& run, ProblemView problem, GridView grid, GroupSweep sweep) {
   if (grid.groups.clusters) return relax_clusters(run, problem, grid, sweep);
@@ -75,9 +79,9 @@ void relax_direct_links(const Executor& run, ProblemView problem, GridView grid,
       });
 }
 
-/// Computes the groups' residuals after the first half of the V-cycle, as `charge` of the coarse grid.
-/// restrict_charges() adds the residuals of the cells that a group covers. A cluster (groups solved together) had a
-/// zero residual when it was relaxed, so that only later changes count.
+/// Computes the groups' residuals after the first half of the V-cycle, as `charge` of the coarse grid. A group is a set
+/// of bodies with one potential. The function restrict_charges() adds the residuals of the cells that a group covers. A
+/// cluster (groups solved together) had a zero residual when it was relaxed, so that only later changes count.
 template <class V, class Executor>
 void restrict_group_residuals(const Executor& run, ProblemView problem, GridView fine, GridView coarse,
                               const float* phi, const V* v) {
@@ -95,8 +99,8 @@ void restrict_group_residuals(const Executor& run, ProblemView problem, GridView
                  });
 }
 
-/// Distributes the residuals of groups that this grid's medium absorbs first to the right-hand side of the four cells
-/// around each.
+/// Distributes the residuals of groups (bodies with one potential) that this grid's medium absorbs first to the
+/// right-hand side of the four cells around each.
 template <class Executor>
 void restrict_absorbed(const Executor& run, GridView grid) {
   run.for_each(grid.layout.ny, grid.layout.nx, [=] LICHTENBERG_HOST_DEVICE(int j, int i) {
@@ -106,8 +110,8 @@ void restrict_absorbed(const Executor& run, GridView grid) {
   });
 }
 
-/// Adds the right-hand sides of covered cells to their group's `charge`, and relaxes the groups before the cells use
-/// their potentials.
+/// Adds the right-hand sides of covered cells to their group's `charge`, and relaxes the groups (bodies with one
+/// potential) before the cells use their potentials. Covered cells lie inside conductors.
 template <class Executor>
 void restrict_charges(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(
@@ -120,7 +124,7 @@ void restrict_charges(const Executor& run, ProblemView problem, GridView grid) {
 }
 
 /// Computes the potential at the centre of an absorbed group g (part of the medium) by bilinear interpolation between
-/// four cells. potential(slot) returns a cell's potential.
+/// four cells. potential(slot) returns a cell's potential. A slot is the memory index of a cell.
 template <class Potential>
 LICHTENBERG_HOST_DEVICE float absorbed_potential(const ProblemView& problem, const GridView& grid, int g,
                                                  Potential potential) {
@@ -130,8 +134,8 @@ LICHTENBERG_HOST_DEVICE float absorbed_potential(const ProblemView& problem, con
   return sum;
 }
 
-/// Computes the potentials phi of groups that this grid's medium absorbs first, for the correction of the next finer
-/// grid.
+/// Computes the potentials phi of groups (bodies with one potential) that this grid's medium absorbs first, for the
+/// correction of the next finer grid.
 template <class Executor>
 void interpolate_absorbed(const Executor& run, ProblemView problem, GridView grid) {
   for_each_item(run, grid, Items::newly_absorbed, [=] LICHTENBERG_HOST_DEVICE(int m) {
@@ -141,9 +145,9 @@ void interpolate_absorbed(const Executor& run, ProblemView problem, GridView gri
   });
 }
 
-/// Computes the flux from cells to groups, with the groups' charges if there are no clusters (groups solved together).
-/// Without direct links this gives the groups' new potentials. `z`: also receives them in double precision; null:
-/// unused.
+/// Computes the flux from cells to groups (bodies with one potential), with the groups' charges if there are no
+/// clusters (groups solved together). Without direct links (gap conductances) this gives the groups' new potentials.
+/// `z`: also receives them in double precision; null: unused.
 template <class V, class Executor>
 void relax_groups(const Executor& run, ProblemView problem, GridView grid, const V* v, double* z) {
   const bool are_linked = grid.may_link_groups();
@@ -164,13 +168,15 @@ void relax_groups(const Executor& run, ProblemView problem, GridView grid, const
       });
 }
 
-/// Returns the groups' potentials in the first half of a V-cycle; null if there are no groups with unknown potential.
+/// Returns the groups' potentials in the first half of a V-cycle; null if there are no groups (bodies with one
+/// potential) with unknown potential.
 inline const float* potentials_down(const GridView& grid) {
   if (!grid.may_have(Items::unknown_groups)) return nullptr;
   return grid.may_link_groups() ? grid.cycle.phi_down : grid.cycle.phi;
 }
 
-/// Restricts charges of groups before descend(), except on the finest grid, where StoreResidual sets the residual.
+/// Restricts charges of groups (bodies with one potential) before descend(), except on the finest grid, where
+/// StoreResidual sets the residual.
 template <class Executor>
 void collect(const Executor& run, const ProblemView& problem, const GridView& grid) {
   if (grid.may_have(Items::newly_absorbed)) restrict_absorbed(run, grid);
@@ -187,7 +193,8 @@ void with_tiles(const GridView& coarse, F f) {
     f(Tiling<32, 16>{});
 }
 
-/// Relaxes the groups at the start of a V-cycle, from their charges and the fluxes of eliminated cells.
+/// Relaxes the groups (bodies with one potential) at the start of a V-cycle, from their charges and the fluxes of
+/// eliminated cells. An eliminated cell is a fluid cell dominated by its link to a conductor.
 template <class Executor>
 void relax_groups_first(const Executor& run, const ProblemView& problem, const GridView& grid) {
   if (grid.binds) sum_bound_cells(run, problem, grid);
@@ -201,8 +208,8 @@ void relax_groups_first(const Executor& run, const ProblemView& problem, const G
         GroupSweep{grid.binds ? grid.cycle.flux : grid.cycle.charge, grid.cycle.phi, nullptr, grid.cycle.phi_down});
 }
 
-/// Computes the first half of a V-cycle on a grid: relaxes groups, red cells and black cells, and restricts the
-/// residual to the next coarser grid. `v`: receives the cells' potentials.
+/// Computes the first half of a V-cycle on a grid: relaxes groups (bodies with one potential), red cells and black
+/// cells, and restricts the residual to the next coarser grid. `v`: receives the cells' potentials.
 template <class V, class Executor>
 void descend(const Executor& run, const ProblemView& problem, const GridView& grid, const GridView& coarse, V* v) {
   const float* phi = potentials_down(grid);
@@ -216,8 +223,8 @@ void descend(const Executor& run, const ProblemView& problem, const GridView& gr
 }
 
 /// Computes the second half of a V-cycle on a grid, the mirror image of descend(): adds the correction of `coarse`,
-/// relaxes black cells, red cells and groups. `v`: receives the cells' potentials. `z`: receives the groups'
-/// potentials; null: unused.
+/// relaxes black cells, red cells and groups (bodies with one potential). `v`: receives the cells' potentials. `z`:
+/// receives the groups' potentials; null: unused.
 template <class V, class Executor>
 void ascend(const Executor& run, const ProblemView& problem, const GridView& grid, const GridView& coarse, V* v,
             double* z) {

@@ -21,7 +21,7 @@ struct Profile {
 };
 
 /// Cut-cell solver whose algorithm runs on a CUDA device (or on the CPU for comparison): links, grids, iterations and
-/// results. The host sends the bodies and fetches the results by body and group.
+/// results. The host sends the bodies and fetches the results by body and group (bodies with one potential).
 class DeviceSolver : public CutCellBackend {
  public:
   using CutCellBackend::CutCellBackend;

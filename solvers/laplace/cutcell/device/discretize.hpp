@@ -54,8 +54,9 @@ void outline_bodies(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Counts the strips of cells of each body, by rank (order by group). A group's subgrid conductors at one place have
-/// one strip for their links, with the first body.
+/// Counts the strips of cells of each body, by rank (order by group). A group's subgrid conductors (disks too small for
+/// the grid) at one place have one strip for their links, with the first body. A group is a set of bodies with one
+/// potential.
 template <class Executor>
 void count_strips(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(problem.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int rank) {
@@ -87,7 +88,7 @@ void finalize_strip_count(const Executor& run, ProblemView problem, GridView gri
 }
 
 /// Sets the numbers of all items that are listed by strip or by body (links, covered cells and others). All become 0 if
-/// one exceeds its capacity.
+/// one exceeds its capacity. Covered cells lie inside conductors.
 template <class Executor>
 void finalize_list_counts(const Executor& run, ProblemView problem, GridView grid, const WithoutCells* without_cells) {
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) {
@@ -147,7 +148,7 @@ void cover_cells(const Executor& run, ProblemView problem, GridView grid) {
 }
 
 /// Calls the visitor's functions for each covered cell, link to a fluid cell and direct link of a strip, in a fixed
-/// order.
+/// order. A direct link is the conductance of a gap between two conductors. Covered cells lie inside conductors.
 template <class Visitor>
 LICHTENBERG_HOST_DEVICE void visit(const ProblemView& problem, const GridView& grid, const Strip& strip,
                                    Visitor& visitor) {
@@ -234,7 +235,8 @@ struct FillVisitor {
   }
 };
 
-/// Counts the covered cells, links, boundary cells and direct links of each strip.
+/// Counts the covered cells, links, boundary cells (fluid cells next to a conductor) and direct links (gap
+/// conductances) of each strip.
 template <class Executor>
 void count_in_strips(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(grid.capacity[Items::strips] + 1, [=] LICHTENBERG_HOST_DEVICE(int index) {
@@ -244,7 +246,8 @@ void count_in_strips(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Writes the covered cells, links, boundary cells and direct links of all strips to the grid's lists.
+/// Writes the covered cells, links, boundary cells (fluid cells next to a conductor) and direct links (gap
+/// conductances) of all strips to the grid's lists.
 template <class Executor>
 void fill_strips(const Executor& run, ProblemView problem, GridView grid) {
   for_each_item(run, grid, Items::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {

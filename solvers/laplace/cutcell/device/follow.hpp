@@ -6,22 +6,23 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Last solution of a solver on a coarser grid, by slot of its finest grid and by body, in units of `scale` (V).
-/// Without bodies there is none.
+/// Last solution of a solver on a coarser grid, by slot (memory index) of its finest grid and by body, in units of
+/// `scale` (V). Without bodies there is none.
 struct CoarseSolution {
   Layout layout;
   int bodies = 0;
   SolutionView potentials{};
   double scale = 1;
 
-  /// Returns the potential (V) of the cell at slot k or, for k beyond the slots, of a body.
+  /// Returns the potential (V) of the cell at slot k or, for k beyond the slots, of a body. A slot is the memory index
+  /// of a cell.
   LICHTENBERG_HOST_DEVICE double potential(int k) const {
     const int cells = static_cast<int>(layout.size());
     return scale * (k < cells ? potentials.cell[k] : potentials.body[k - cells]);
   }
 };
 
-/// Change of the potentials on a coarser grid between two solves, by slot of its layout and by body.
+/// Change of the potentials on a coarser grid between two solves, by slot (memory index) of its layout and by body.
 struct ChangeView {
   Layout layout;
   const double *cell, *body;
@@ -66,8 +67,8 @@ class Follower {
 };
 
 /// Computes an initial guess x: the newest solution plus the change on the coarser grid (add_change). The change is
-/// interpolated bilinearly between cell centres; a group gets the mean of its bodies. The change is even about an
-/// insulating side and odd about an electrode, whose potential does not change.
+/// interpolated bilinearly between cell centres; a group (bodies with one potential) gets the mean of its bodies. The
+/// change is even about an insulating side and odd about an electrode, whose potential does not change.
 template <class Executor>
 void follow_change(const Executor& run, ProblemView problem, GridView grid, SolutionView newest, ChangeView change,
                    double* x) {

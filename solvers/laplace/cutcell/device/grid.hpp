@@ -12,8 +12,8 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Agglomerates as device pointers: sets of groups that coarse grids treat as one (../agglomerates.hpp). Null pointers:
-/// each group is its own set.
+/// Agglomerates as device pointers: sets of groups (bodies with one potential) that coarse grids treat as one
+/// (../agglomerates.hpp). Null pointers: each group is its own set.
 struct SetsView {
   /// By group: first group of its set.
   const int* first_group;
@@ -38,8 +38,8 @@ struct CouplingView {
   bool operator==(const CouplingView&) const = default;
 };
 
-/// Bodies, groups and sides of a problem as device pointers, common to all grids. Bodies are sorted by group; a body's
-/// place in this order is its rank. The items of a body or a group are thus contiguous.
+/// Bodies, groups (bodies with one potential) and sides of a problem as device pointers, common to all grids. Bodies
+/// are sorted by group; a body's place in this order is its rank. The items of a body or a group are thus contiguous.
 struct ProblemView {
   int bodies;
   /// Number of groups that the arrays have memory for. Groups after the problem's own have no bodies and a given
@@ -73,9 +73,9 @@ struct ProblemView {
   SetsView sets;
   CouplingView couplings;
 
-  /// Returns the number of bodies of group g.
+  /// Returns the number of bodies of group g. A group is a set of bodies with one potential.
   LICHTENBERG_HOST_DEVICE int members(int g) const { return first_rank[g + 1] - first_rank[g]; }
-  /// Returns the t-th body of group g.
+  /// Returns the t-th body of group g. A group is a set of bodies with one potential.
   LICHTENBERG_HOST_DEVICE int member(int g, int t) const { return body_at[first_rank[g] + t]; }
   bool operator==(const ProblemView&) const = default;
 };
@@ -94,9 +94,10 @@ struct Items {
     newly_absorbed,
     subgrid_conductors,
     floating_subgrid_conductors,
-    /// On a small grid: groups with an unknown potential.
+    /// 1 if any group has an unknown potential.
     unknown_groups,
-    own_groups,  ///< on a small grid: groups with an unknown potential
+    /// On a small grid: groups with an unknown potential.
+    own_groups,
     /// Links between groups, made by the elimination of near-surface cells (bound.hpp).
     joined_links,
     /// On the finest grid: 1 if any direct link requires clusters (groups solved together).
@@ -108,7 +109,8 @@ struct Items {
 };
 using Numbers = std::array<int, Items::kinds>;
 
-/// Numbers of items in a strip of cells: covered cells, links to fluid cells, boundary cells, direct links.
+/// Numbers of items in a strip of cells: covered cells, links to fluid cells, boundary cells (fluid cells next to a
+/// conductor), direct links (gap conductances).
 struct Counts {
   int covered = 0, links = 0, boundary = 0, direct_links = 0;
   LICHTENBERG_HOST_DEVICE friend Counts operator+(Counts a, Counts b) {
@@ -162,17 +164,18 @@ class LinkEnd {
  public:
   /// Makes the end of a link across a side of the fluid cell.
   LICHTENBERG_HOST_DEVICE static constexpr LinkEnd at_side(int body, int side) { return LinkEnd(4 * body + side); }
-  /// Makes the end of a link to a subgrid conductor. `corner`: number of the cell among the four around the disk.
+  /// Makes the end of a link to a subgrid conductor (a disk too small for the grid). `corner`: number of the cell among
+  /// the four around the disk.
   LICHTENBERG_HOST_DEVICE static constexpr LinkEnd at_subgrid_conductor(int body, int corner) {
     return LinkEnd(-1 - (4 * body + corner));
   }
-  /// Returns true if the body is a subgrid conductor.
+  /// Returns true if the body is a subgrid conductor (a disk too small for the grid).
   LICHTENBERG_HOST_DEVICE constexpr bool is_subgrid_conductor() const { return code_ < 0; }
   /// Returns the index of the body.
   LICHTENBERG_HOST_DEVICE constexpr int body() const { return (code_ < 0 ? -1 - code_ : code_) / 4; }
-  /// Returns the side of the fluid cell towards the body; not for a subgrid conductor.
+  /// Returns the side of the fluid cell towards the body; not for a subgrid conductor (a disk too small for the grid).
   LICHTENBERG_HOST_DEVICE constexpr int side() const { return code_ % 4; }
-  /// Returns the number of the fluid cell among the four around a subgrid conductor.
+  /// Returns the number of the fluid cell among the four around a subgrid conductor (a disk too small for the grid).
   LICHTENBERG_HOST_DEVICE constexpr int corner() const { return (-1 - code_) % 4; }
 
  private:
@@ -180,8 +183,8 @@ class LinkEnd {
   int code_;
 };
 
-/// Numbers of items of a body without cells: its direct links to bodies with cells, 1 if it is a subgrid conductor, and
-/// 1 if that conductor floats. A subgrid conductor is a disk too small for the grid.
+/// Numbers of items of a body without cells: its direct links (gap conductances) to bodies with cells, 1 if it is a
+/// subgrid conductor, and 1 if that conductor floats. A subgrid conductor is a disk too small for the grid.
 struct WithoutCells {
   int direct_links = 0, subgrid_conductors = 0, floating_subgrid_conductors = 0;
   LICHTENBERG_HOST_DEVICE friend WithoutCells operator+(WithoutCells a, WithoutCells b) {
@@ -190,12 +193,13 @@ struct WithoutCells {
   }
 };
 
-/// Bodies of one group at one place of a coarse grid that does not resolve them, treated as one point. `share`: parts
-/// of their area or conductance in the four surrounding cells, lower left and right, upper left and right.
+/// Bodies of one group (with a common potential) at one place of a coarse grid that does not resolve them, treated as
+/// one point. `share`: parts of their area or conductance in the four surrounding cells, lower left and right, upper
+/// left and right.
 struct HomogenizedPoint {
   int group;
   float share[4];
-  /// Adds the shares; the group stays.
+  /// Adds the shares of another point; the group of bodies stays.
   LICHTENBERG_HOST_DEVICE HomogenizedPoint& operator+=(const HomogenizedPoint& other) {
     for (int k = 0; k < 4; ++k) share[k] += other.share[k];
     return *this;
@@ -226,7 +230,8 @@ LICHTENBERG_HOST_DEVICE inline int bin_of(const Layout& at, Vec2 p) {
   return (j + 1) * (at.nx + 1) + i + 1;
 }
 
-/// Link from a boundary cell (a fluid cell next to a conductor) to a group, in single precision for the V-cycle.
+/// Link from a boundary cell (a fluid cell next to a conductor) to a group (bodies with one potential), in single
+/// precision for the V-cycle.
 struct Coupling {
   /// Conductance; 0: no link.
   float conductance;
@@ -284,7 +289,8 @@ struct StripArrays {
   Counts* counts;
 };
 
-/// Covered cells (cells whose centres lie in a body), sorted by body: their slots and groups.
+/// Covered cells (cells whose centres lie in a body), sorted by body: their slots (memory indices) and groups (bodies
+/// with one potential).
 struct CoveredArrays {
   int *slot, *group;
 };
@@ -336,16 +342,16 @@ struct DirectArrays {
   int* start;
 };
 
-/// Links of the finest grid that a coarse grid keeps: direct links, and links (`joined`) that the elimination of
-/// near-surface cells has made. Null on grids that keep none.
+/// Links of the finest grid that a coarse grid keeps: direct links (gap conductances), and links (`joined`) that the
+/// elimination of near-surface cells (dominated by a conductor) has made. Null on grids that keep none.
 struct InheritedArrays {
   const DirectLink *link, *joined;
   /// By rank (order of bodies by group): index of the body's first link.
   const int *link_start, *joined_start;
 };
 
-/// Pieces of each group's list of links and of its list of covered cells. Sums run over pieces in parallel, so that a
-/// large group is no long serial sum.
+/// Pieces of each group's list of links and of its list of covered cells (inside conductors). Sums run over pieces in
+/// parallel, so that a large group (bodies with one potential) is no long serial sum.
 struct PieceArrays {
   /// Number of pieces that the arrays have memory for.
   int capacity;
@@ -359,7 +365,8 @@ struct PieceArrays {
   double* partial;
 };
 
-/// Arrays by group on one grid: diagonals of the groups' equations, and clusters.
+/// Arrays by group (bodies with one potential) on one grid: diagonals of the groups' equations, and clusters (groups
+/// solved together).
 struct GroupArrays {
   /// On a small grid: list of the groups with an unknown potential.
   int* own;
@@ -421,29 +428,32 @@ struct GridView {
   GroupArrays groups;
   CycleArrays cycle;
 
-  /// Returns the numbers of items of all bodies before the given rank (order of bodies by group).
+  /// Returns the numbers of items of all bodies before the given rank (order of bodies by group). A group is a set of
+  /// bodies with one potential.
   LICHTENBERG_HOST_DEVICE const Counts& before(int rank) const {
     const int start = strips.start[rank], end = number[Items::strips];
     return strips.counts[start < end ? start : end];
   }
   /// Returns the index of the first link of the body at this rank.
   LICHTENBERG_HOST_DEVICE int link_start(int rank) const { return before(rank).links; }
-  /// Returns the index of the first covered cell of the body at this rank.
+  /// Returns the index of the first covered cell (inside a conductor) of the body at this rank.
   LICHTENBERG_HOST_DEVICE int covered_start(int rank) const { return before(rank).covered; }
-  /// Returns the index of the link of boundary cell k on a side, or -1.
+  /// Returns the index of the link of boundary cell k on a side, or -1. A boundary cell is a fluid cell next to a
+  /// conductor.
   LICHTENBERG_HOST_DEVICE int boundary_link_of(int k, int side) const {
     return boundary.link[side * capacity[Items::boundary] + k];
   }
   /// Returns the index of the first direct link of group g. A direct link is the conductance between two conductors
-  /// without a fluid cell between them.
+  /// without a fluid cell between them. A group is a set of bodies with one potential.
   LICHTENBERG_HOST_DEVICE int first_direct_link(const ProblemView& problem, int g) const {
     return direct.start[problem.first_rank[g]];
   }
-  /// Returns the number of direct links of group g.
+  /// Returns the number of direct links (gap conductances) of group g. A group is a set of bodies with one potential.
   LICHTENBERG_HOST_DEVICE int direct_links_of(const ProblemView& problem, int g) const {
     return first_direct_link(problem, g + 1) - first_direct_link(problem, g);
   }
-  /// Returns the number of a group's direct links and links made by eliminated cells. The V-cycle treats both as equal.
+  /// Returns the number of a group's direct links (gap conductances) and links made by eliminated cells (dominated by a
+  /// conductor). The V-cycle treats both as equal.
   LICHTENBERG_HOST_DEVICE int cycle_links_of(const ProblemView& problem, int g) const {
     return direct_links_of(problem, g) + joined_before(problem, g + 1) - joined_before(problem, g);
   }
@@ -452,26 +462,30 @@ struct GridView {
     const int n = direct_links_of(problem, g);
     return t < n ? direct.link[first_direct_link(problem, g) + t] : bound.joined[joined_before(problem, g) + t - n];
   }
-  /// Returns the number of links made by eliminated cells that belong to groups before g.
+  /// Returns the number of links made by eliminated cells (dominated by a conductor) that belong to groups (bodies with
+  /// one potential) before g.
   LICHTENBERG_HOST_DEVICE int joined_before(const ProblemView& problem, int g) const {
     return may_have(Items::joined_links) ? bound.joined_start[problem.first_rank[g]] : 0;
   }
-  /// Returns true if the k-th entry of a vector, by slot and then by group, is an unknown.
+  /// Returns true if the k-th entry of a vector, by slot (memory index) and then by group (bodies with one potential),
+  /// is an unknown.
   LICHTENBERG_HOST_DEVICE bool is_unknown(int k) const {
     const int size = static_cast<int>(layout.size());
     return k < size ? cells.inverse_diagonal[k] > 0 : groups.diagonal[k - size] > 0;
   }
   /// Returns true if the grid has memory for items of this kind; it has none of other kinds.
   LICHTENBERG_HOST_DEVICE bool may_have(Items::Kind kind) const { return capacity[kind] > 0; }
-  /// Returns true if groups may be linked to each other, directly or by couplings.
+  /// Returns true if groups (bodies with one potential) may be linked to each other, directly or by couplings (lumped
+  /// capacitances).
   LICHTENBERG_HOST_DEVICE bool may_link_groups() const {
     return groups.clusters || may_have(Items::direct_links) || may_have(Items::joined_links);
   }
-  /// Returns the pieces of the groups' links, for sums over the links of each group.
+  /// Returns the pieces of the groups' links, for sums over the links of each group (bodies with one potential).
   LICHTENBERG_HOST_DEVICE parallel::SegmentPieces link_pieces(const ProblemView& problem) const {
     return {problem.groups, pieces.capacity, pieces.start, pieces.begin, pieces.end, pieces.segment, 0, pieces.done};
   }
-  /// Returns the pieces of the groups' covered cells, for sums over the covered cells of each group.
+  /// Returns the pieces of the groups' covered cells (inside conductors), for sums over the covered cells of each group
+  /// (bodies with one potential).
   LICHTENBERG_HOST_DEVICE parallel::SegmentPieces covered_pieces(const ProblemView& problem) const {
     const int n = problem.groups;
     return {n, pieces.capacity, pieces.start + n, pieces.begin, pieces.end, pieces.segment, n, pieces.done + n};
@@ -489,7 +503,7 @@ void for_each_item(const Executor& run, const GridView& grid, Items::Kind kind, 
 
 /// Maximum number of cells in a strip, a part of a row of a body's bounding box.
 constexpr int strip_width = 32;
-/// Maximum number of links or covered cells in a piece, the unit of a parallel sum.
+/// Maximum number of links or covered cells (inside conductors) in a piece, the unit of a parallel sum.
 constexpr int piece_length = 128;
 
 /// Returns the memory index (slot) of cell (i, j) as int.
@@ -498,8 +512,8 @@ LICHTENBERG_HOST_DEVICE inline int slot_of(const Layout& at, int i, int j) { ret
 struct Neighbours {
   int west, east, south, north;
 };
-/// Returns the slots of a cell's neighbours from its colour, row and column including padding: row j + 1, column k +
-/// pad.
+/// Returns the slots (memory indices) of a cell's neighbours from its colour, row and column including padding: row j +
+/// 1, column k + pad.
 LICHTENBERG_HOST_DEVICE inline Neighbours neighbours(const Layout& at, int colour, int row, int column) {
   const int stride = static_cast<int>(at.stride);
   const int beside = (1 - colour) * static_cast<int>(at.colour_size()) + row * stride + column;

@@ -12,8 +12,8 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Role of a grid in the V-cycle: its features, and device pointers to its item counts and clusters. `number`,
-/// `required`: as in GridView.
+/// Role of a grid in the V-cycle: its features, and device pointers to its item counts and clusters (groups solved
+/// together). `number`, `required`: as in GridView.
 struct GridRole {
   /// True if some bodies are smaller than this grid resolves.
   bool has_medium = false;
@@ -86,7 +86,7 @@ class DeviceGrid {
   }
   /// Raises the capacities for reserve() to the required numbers of items. Items that may soon exceed them in motion
   /// get half as many more, because growing costs as much as ten solves. The coarsest grid's matrix must stay small and
-  /// changes with groups only, so that it gets 16 more.
+  /// changes with groups (bodies with one potential) only, so that it gets 16 more.
   void enlarge(const ProblemView& problem, const Numbers& required) {
     Numbers& capacity = own().capacity;
     if (view().has_medium && required[Items::strips] > 0) {
@@ -107,8 +107,8 @@ class DeviceGrid {
   /// Sets the capacity of strong links to 0, until enlarge() raises it; reserve() must follow.
   void forget_strong_links() { own().capacity[Items::strong_links] = 0; }
 
-  /// Computes the bodies' outlines in cells and the groups that the grid's medium absorbs. `finer`: the next finer
-  /// grid, with outlines; null for the finest.
+  /// Computes the bodies' outlines in cells and the groups (bodies with one potential) that the grid's medium absorbs.
+  /// `finer`: the next finer grid, with outlines; null for the finest.
   void outline(const ProblemView& problem, const GridView* finer) {
     outline_bodies(run_, problem, view());
     if (view().has_medium)
@@ -116,7 +116,8 @@ class DeviceGrid {
                     {scratch().sort.key, view().medium.absorbed_groups.item});
   }
 
-  /// Discretizes the grid: assigns cells, computes links, diagonals and groups. The outlines of all grids must exist.
+  /// Discretizes the grid: assigns cells, computes links, diagonals and groups (bodies with one potential). The
+  /// outlines of all grids must exist.
   void build(const ProblemView& problem) {
     if (view().has_medium) homogenize(problem);
     assign_cells(problem);
@@ -226,7 +227,7 @@ class DeviceGrid {
   }
 
   /// Sorts the groups and bodies that are smaller than the grid resolves by bin (the four cells around), and computes
-  /// their shares in cells.
+  /// their shares in cells. A group is a set of bodies with one potential.
   void homogenize(const ProblemView& problem) {
     const GridView& grid = view();
     const int bins = bins_of(grid.layout);
@@ -262,7 +263,7 @@ class DeviceGrid {
     finalize_list_counts(run_, problem, grid, without_cells);
   }
 
-  /// Returns the view with the unsorted list of direct links, if they are to be sorted.
+  /// Returns the view with the unsorted list of direct links (gap conductances), if they are to be sorted.
   GridView filled() const {
     GridView grid = view();
     if (grid.may_have(Items::without_cells)) grid.direct.link = arrays_.view.scratch.unsorted_direct;

@@ -27,14 +27,15 @@ struct SortArrays {
   int *key, *index;  ///< of the items
 };
 
-/// Decision whether the grid's effective medium absorbs a group, which then has no unknown potential. `finer_absorbed`:
-/// the decisions on the next finer grid; null: none absorbed.
+/// Decision whether the grid's effective medium absorbs a group (bodies with one potential), which then has no unknown
+/// potential. `finer_absorbed`: the decisions on the next finer grid; null: none absorbed.
 struct Absorb {
   ProblemView problem;
   GridView grid;
   const int* finer_absorbed;
   SortArrays sort;
-  /// Decides for group g; `extent`: bounding rectangle of its set. Also writes the group's sort key.
+  /// Decides for group g; `extent`: bounding rectangle of its set. Also writes the group's sort key. A group is a set
+  /// of bodies with one potential.
   LICHTENBERG_HOST_DEVICE void operator()(int g, const Extent& extent) const {
     const double width = extent.high_x - extent.low_x, height = extent.high_y - extent.low_y;
     const bool held = problem.sets.held ? problem.sets.held[g] : !problem.floating[g];
@@ -47,9 +48,9 @@ struct Absorb {
   }
 };
 
-/// Finds the groups that the grid's effective medium absorbs, which have no unknown potential there. They are small
-/// sets of unresolved disks. `finer_absorbed`: the decisions on the next finer grid; null: none absorbed. `sort`:
-/// receives the bins of the groups that this grid absorbs first.
+/// Finds the groups (bodies with one potential) that the grid's effective medium absorbs, which have no unknown
+/// potential there. They are small sets of unresolved disks. `finer_absorbed`: the decisions on the next finer grid;
+/// null: none absorbed. `sort`: receives the bins of the groups that this grid absorbs first.
 template <class Executor>
 void absorb_groups(const Executor& run, ProblemView problem, GridView grid, const int* finer_absorbed,
                    SortArrays sort) {
@@ -83,8 +84,9 @@ void absorb_groups(const Executor& run, ProblemView problem, GridView grid, cons
   run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { absorb(g, set_extent[sets.first_group[g]]); });
 }
 
-/// Makes sort keys of unresolved bodies: bins of absorbed bodies, then bins of subgrid conductors. Items are in the
-/// order of groups, so that bodies of one group are contiguous in each bin.
+/// Makes sort keys of unresolved bodies: bins of absorbed bodies, then bins of subgrid conductors (disks too small for
+/// the grid). Items are in the order of groups (bodies with one potential), so that bodies of one group are contiguous
+/// in each bin.
 template <class Executor>
 void homogenized_keys(const Executor& run, ProblemView problem, GridView grid, SortArrays sort) {
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int rank) {
@@ -95,7 +97,8 @@ void homogenized_keys(const Executor& run, ProblemView problem, GridView grid, S
   });
 }
 
-/// Arrays for merging unresolved bodies, sorted by `key`, to points: bodies of one group around the same four cells.
+/// Arrays for merging unresolved bodies, sorted by `key`, to points. One point represents the bodies with one potential
+/// around the same four cells.
 struct PointsView {
   const int* key;
   /// By body in the sorted order, with one more at the end: number of points that begin before it.
@@ -107,7 +110,7 @@ struct PointsView {
 };
 
 /// Merges unresolved bodies of one group in one bin (the same four cells) to one point, so that sums have one term for
-/// them.
+/// them. A group is a set of bodies with one potential.
 template <class Executor>
 void number_points(const Executor& run, ProblemView problem, GridView grid, PointsView points) {
   const int* item = grid.medium.absorbed_bodies.item;
@@ -150,8 +153,9 @@ LICHTENBERG_HOST_DEVICE inline HomogenizedPoint homogenized_point(const ProblemV
   return point;
 }
 
-/// Computes the shares of unresolved bodies and of absorbed groups in the cells around them. A share is a part of the
-/// area of an absorbed body, of the conductance of a subgrid conductor, or of 1 for a group.
+/// Computes the shares of unresolved bodies and of absorbed groups (part of the medium) in the cells around them. A
+/// share is a part of the area of an absorbed body, of the conductance of a subgrid conductor, or of 1 for a group. A
+/// subgrid conductor is a disk too small for the grid.
 template <class Executor>
 void distribute_points(const Executor& run, ProblemView problem, GridView grid, PointsView points) {
   const int* item = grid.medium.absorbed_bodies.item;
@@ -193,7 +197,7 @@ struct CellBins {
   LICHTENBERG_HOST_DEVICE int below_count() const { return bins.start[below + 2] - bins.start[below]; }
   /// Returns the number of points with a share in the cell.
   LICHTENBERG_HOST_DEVICE int count() const { return below_count() + bins.start[above + 2] - bins.start[above]; }
-  /// Returns value(group, share in the cell) of the t-th point.
+  /// Returns value(group, share in the cell) of the t-th point. A group is a set of bodies with one potential.
   template <class Value>
   LICHTENBERG_HOST_DEVICE auto value(int t, Value of) const {
     const int n = below_count(), first = t < n ? below : above;
@@ -202,7 +206,8 @@ struct CellBins {
   }
 };
 
-/// Returns the sum of value(group, share) over the points with a share in cell (i, j).
+/// Returns the sum of value(group, share) over the points with a share in cell (i, j). A group is a set of bodies with
+/// one potential.
 template <class Value>
 LICHTENBERG_HOST_DEVICE float gathered(const Layout& at, const Bins& bins, int i, int j, Value value) {
   const CellBins around(at, bins, i, j);

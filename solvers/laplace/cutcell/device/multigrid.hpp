@@ -46,8 +46,9 @@ class SmallestDisks {
 };
 
 /// Multigrid preconditioner on the device: all grids and the V-cycle on them (../multigrid.hpp). A large grid takes a
-/// few kernels, all small grids together one. Where groups have direct links (gap conductances), two Jacobi sweeps
-/// replace each Gauss-Seidel sweep over conductors. Where links are strong, the sweeps run over clusters of groups.
+/// few kernels, all small grids together one. Where conductors have direct links (gap conductances), two Jacobi sweeps
+/// replace each Gauss-Seidel sweep over groups (bodies with one potential). Where links are strong, the sweeps run over
+/// clusters of groups.
 template <class Executor>
 class DeviceMultigrid {
  public:
@@ -104,10 +105,11 @@ class DeviceMultigrid {
   bool on_device() const { return coarsest_.on_device(); }
   /// Returns the number of fluid cells of the finest grid.
   long fluid_cells() const { return finest().fluid_cells(required(0)); }
-  /// Returns true if groups are linked so strongly that the host takes part in the set-up. It computes clusters, the
-  /// groups that are relaxed together.
+  /// Returns true if groups (bodies with one potential) are linked so strongly that the host takes part in the set-up.
+  /// It computes clusters, the groups that are relaxed together.
   bool clustered() const { return coupled() || finest().view().may_have(Items::strong_links); }
-  /// Returns true if the problem has couplings (lumped capacitances between groups).
+  /// Returns true if the problem has couplings (lumped capacitances between groups). A group is a set of bodies with
+  /// one potential.
   bool coupled() const { return given_problem_.couplings.start; }
   /// Returns the required numbers of items of a grid, as fetched for check_capacity().
   Numbers required(int level) const {
@@ -226,7 +228,8 @@ class DeviceMultigrid {
   }
 
   /// Discretizes all grids at once. Where groups are clustered, the finest grid is first, because the host computes the
-  /// coarse grids' sets of groups from its direct links.
+  /// coarse grids' sets of groups from its direct links (gap conductances). A group is a set of bodies with one
+  /// potential.
   void discretize(const LaplaceProblem& problem) {
     if (!clustered()) return record(building_, [&] { build_from(0); });
     record(building_finest_, [&] {

@@ -11,7 +11,7 @@
 namespace lichtenberg::laplace::device {
 
 /// Vectors of a solve on the device, by slot (memory index of a cell) and then by group, and the state of its
-/// iterations.
+/// iterations. A group is a set of bodies with one potential.
 struct SolveVectors {
   /// Number of entries of each vector.
   long size;
@@ -25,7 +25,8 @@ struct SolveVectors {
 };
 
 /// Calls finish(g, flux) for each group g, with its flux through links to cells and through direct links to floating
-/// groups. `x`: potentials by slot, then by group.
+/// groups. `x`: potentials by slot (memory index), then by group. A floating group is a set of bodies with one unknown
+/// potential.
 template <class Executor, class Finish>
 void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const double* x, Finish finish) {
   run.sum_pieces(
@@ -34,8 +35,9 @@ void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const
       DirectFluxes<double>{problem, grid, x + grid.layout.size()}, finish);
 }
 
-/// Adds the fluxes of couplings (lumped capacitances) out of each group to y. `x`, `y`: by group. The flux that leaves
-/// one group enters the other to the last digit, however strong the coupling. Groups of given potential have 0 in x.
+/// Adds the fluxes of couplings (lumped capacitances) out of each group (bodies with one potential) to y. `x`, `y`: by
+/// group. The flux that leaves one group enters the other to the last digit, however strong the coupling. Groups of
+/// given potential have 0 in x.
 template <class Executor>
 void add_couplings(const Executor& run, ProblemView problem, const double* x, double* y) {
   const CouplingView couplings = problem.couplings;
@@ -94,8 +96,8 @@ void apply_operator(const Executor& run, ProblemView problem, GridView grid, con
   add_couplings(run, problem, x + grid.layout.size(), y + grid.layout.size());
 }
 
-/// Sums that determine the scale of the initial guess x (Iterations::set_guess_scale): b'x, x'A x without couplings,
-/// largest |x|, and the couplings' part of x'A x.
+/// Sums that determine the scale of the initial guess x (Iterations::set_guess_scale): b'x, x'A x without couplings
+/// (lumped capacitances), largest |x|, and the couplings' part of x'A x.
 struct GuessSums {
   double product = 0, energy = 0, largest = 0, coupling_part = 0;
   LICHTENBERG_HOST_DEVICE GuessSums& operator+=(const GuessSums& other) {
@@ -107,7 +109,8 @@ struct GuessSums {
   }
 };
 
-/// Returns group g's share of the couplings' part of x'A x. Two floating groups share the energy of a coupling equally.
+/// Returns group g's share of the couplings' part of x'A x. Two floating groups (bodies with one unknown potential)
+/// share the energy of a coupling (a lumped capacitance) equally.
 LICHTENBERG_HOST_DEVICE inline double coupling_energy(const ProblemView& problem, const double* x_group, int g) {
   const CouplingView& couplings = problem.couplings;
   double sum = 0;
@@ -119,7 +122,7 @@ LICHTENBERG_HOST_DEVICE inline double coupling_energy(const ProblemView& problem
 }
 
 /// Scales the initial guess x by the factor that minimizes its error in the energy norm. Computes r = b - A x and
-/// stores it for the V-cycle. q must contain A x without couplings.
+/// stores it for the V-cycle. q must contain A x without couplings (lumped capacitances).
 template <class Executor>
 void scale_guess(const Executor& run, ProblemView problem, GridView grid, SolveVectors v) {
   const int cells = static_cast<int>(grid.layout.size());
@@ -146,7 +149,8 @@ void scale_guess(const Executor& run, ProblemView problem, GridView grid, SolveV
   });
 }
 
-/// Returns the sum over group g's couplings to given potentials of the conductance times value(other group).
+/// Returns the sum over group g's couplings (lumped capacitances) to given potentials of the conductance times
+/// value(other group). A group is a set of bodies with one potential.
 template <class Value>
 LICHTENBERG_HOST_DEVICE double to_given(const ProblemView& problem, int g, Value value) {
   const CouplingView& couplings = problem.couplings;
@@ -157,7 +161,8 @@ LICHTENBERG_HOST_DEVICE double to_given(const ProblemView& problem, int g, Value
 }
 
 /// Shifts all potentials x such that the residual r sums to zero, updates r and stores it for the V-cycle. For systems
-/// grounded by couplings only (CutCellOperator::fix_potential_level). `level`: receives the shift.
+/// grounded by couplings (lumped capacitances) only (CutCellOperator::fix_potential_level). `level`: receives the
+/// shift.
 template <class Executor>
 void fix_potential_level(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, double* level) {
   const int cells = static_cast<int>(grid.layout.size());
@@ -225,8 +230,8 @@ void test_convergence(const Executor& run, SolveVectors v) {
 }
 
 /// Solves each floating group's equation for its potential in x, for given potentials of the cells. Groups joined by
-/// couplings are solved together; those with direct links only by a Jacobi step. `next`: scratch memory, one value per
-/// group.
+/// couplings (lumped capacitances) are solved together; those with direct links (gap conductances) only by a Jacobi
+/// step. `next`: scratch memory, one value per group.
 template <class Executor>
 void solve_group_potentials(const Executor& run, ProblemView problem, GridView grid, const double* b, double* x,
                             double* next) {
@@ -248,8 +253,8 @@ void solve_group_potentials(const Executor& run, ProblemView problem, GridView g
   run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { x[cells + g] = next[g]; });
 }
 
-/// Computes the right-hand side b in units of `unit` (V): charges / permittivity, and fluxes from groups and sides of
-/// given potential.
+/// Computes the right-hand side b in units of `unit` (V): charges / permittivity, and fluxes from groups (bodies with
+/// one potential) and sides of given potential.
 template <class Executor>
 void right_hand_side(const Executor& run, ProblemView problem, GridView grid, double* b, double unit = 1) {
   run.fill(b, 0, (grid.layout.size() + problem.groups) * sizeof(double));
@@ -340,7 +345,7 @@ void fix_mean(const Executor& run, ProblemView problem, GridView grid, double* x
   subtract(run, problem, grid, mean, x);
 }
 
-/// Computes the potentials (V) of all groups from x, which is in units of `unit` (V).
+/// Computes the potentials (V) of all groups (bodies with one potential) from x, which is in units of `unit` (V).
 template <class Executor>
 void group_potentials(const Executor& run, ProblemView problem, GridView grid, const double* x, double unit,
                       double* potential) {
@@ -350,13 +355,15 @@ void group_potentials(const Executor& run, ProblemView problem, GridView grid, c
   });
 }
 
-/// Stored solution on the device: potentials by slot, with their conductor's potential in covered cells, and by body.
+/// Stored solution on the device: potentials by slot (memory index), with their conductor's potential in covered cells
+/// (inside conductors), and by body.
 struct SolutionView {
   double* cell;
   double* body;
 };
 
-/// Sets x of each floating group to the mean of value(body) over its bodies, and to 0 for other groups.
+/// Sets x of each floating group (bodies with one unknown potential) to the mean of value(body) over its bodies, and to
+/// 0 for other groups.
 template <class Executor, class Value>
 void average_bodies(const Executor& run, ProblemView problem, GridView grid, double* x, Value value) {
   run.sum_segments(
@@ -368,8 +375,8 @@ void average_bodies(const Executor& run, ProblemView problem, GridView grid, dou
 }
 
 /// Computes a stored solution, minus an older one if its pointers are not null, on the unknowns of the present
-/// geometry. A newly uncovered cell has its conductor's last potential, a new group the mean of its bodies. `v`:
-/// receives it.
+/// geometry. A newly uncovered cell has its conductor's last potential, a new group (bodies with one potential) the
+/// mean of its bodies. `v`: receives it.
 template <class Executor>
 void difference_on_unknowns(const Executor& run, ProblemView problem, GridView grid, SolutionView solution,
                             SolutionView older, double* v) {

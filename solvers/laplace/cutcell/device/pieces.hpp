@@ -6,14 +6,15 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Returns the start of a segment in its list: the links of group `segment` or, from `groups` on, the covered cells of
-/// group `segment` - `groups`. Sums over segments run in pieces.
+/// Returns the start of a segment in its list: the links of group `segment` or, from `groups` on, the covered cells
+/// (inside conductors) of group `segment` - `groups`. Sums over segments run in pieces. A group is a set of bodies with
+/// one potential.
 LICHTENBERG_HOST_DEVICE inline int piece_segment(const ProblemView& problem, const GridView& grid, int segment) {
   if (segment < problem.groups) return grid.link_start(problem.first_rank[segment]);
   return grid.covered_start(problem.first_rank[segment - problem.groups]);
 }
-/// Returns the end of a segment, a group's links or covered cells, in its list. Groups of given potential have an empty
-/// segment, because their sums are unused; at the end of a run they contain most bodies.
+/// Returns the end of a segment, a group's links or covered cells (inside conductors), in its list. Groups of given
+/// potential have an empty segment, because their sums are unused; at the end of a run they contain most bodies.
 LICHTENBERG_HOST_DEVICE inline int piece_segment_end(const ProblemView& problem, const GridView& grid, int segment) {
   const int group = segment < problem.groups ? segment : segment - problem.groups;
   if (!problem.floating[group]) return piece_segment(problem, grid, segment);
@@ -21,7 +22,8 @@ LICHTENBERG_HOST_DEVICE inline int piece_segment_end(const ProblemView& problem,
                                   : grid.covered_start(problem.first_rank[group + 1]);
 }
 
-/// Computes the number of pieces of each segment (a group's links or covered cells).
+/// Computes the number of pieces of each segment (a group's links or covered cells). Covered cells lie inside
+/// conductors.
 template <class Executor>
 void count_pieces(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(2 * problem.groups + 1, [=] LICHTENBERG_HOST_DEVICE(int segment) {
@@ -32,7 +34,7 @@ void count_pieces(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Computes the range of each piece in the list of links or covered cells.
+/// Computes the range of each piece in the list of links or covered cells (inside conductors).
 template <class Executor>
 void cut_pieces(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(grid.pieces.capacity, [=] LICHTENBERG_HOST_DEVICE(int piece) {
@@ -57,8 +59,8 @@ struct DirectConductances {
   }
 };
 
-/// Computes the diagonal of each group's equation (sum of conductances without couplings), and which groups have
-/// unknown potentials.
+/// Computes the diagonal of each group's equation (sum of conductances without couplings), and which groups (bodies
+/// with one potential) have unknown potentials. A coupling is a lumped capacitance between groups.
 template <class Executor>
 void make_group_diagonals(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(

@@ -14,7 +14,8 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Bodies, groups, sides and couplings of a problem in device memory. Arrays move only when they grow.
+/// Bodies, groups (bodies with one potential), sides and couplings (lumped capacitances) of a problem in device memory.
+/// Arrays move only when they grow.
 template <class Executor>
 class DeviceProblem {
  public:

@@ -32,7 +32,8 @@ struct SideResult {
   }
 };
 
-/// Solved problem on the finest grid: cell potentials in units of `scale` (V), group potentials in V.
+/// Solved problem on the finest grid: cell potentials in units of `scale` (V), group potentials in V. A group is a set
+/// of bodies with one potential.
 struct SolvedView {
   ProblemView problem;
   GridView grid;
@@ -60,7 +61,8 @@ struct SolvedView {
     return result;
   }
 
-  /// Returns the charge and force on the link's own body from a direct link to another body or an electrode side.
+  /// Returns the charge and force on the link's own body from a direct link (a gap conductance) to another body or an
+  /// electrode side.
   LICHTENBERG_HOST_DEVICE BodyResult direct_link_result(const DirectLink& link) const {
     const double eps = problem.permittivity, stress = 0.5 * eps / grid.h;
     const double other = link.is_to_electrode() ? problem.side_potential[link.face()] : body_potential(link.other);
@@ -102,8 +104,8 @@ void store_solution(const Executor& run, SolvedView solved, SolutionView solutio
   });
 }
 
-/// Computes the charge and force of each body as sum over its links to cells and its direct links. `result`: by index
-/// of the body in the problem.
+/// Computes the charge and force of each body as sum over its links to cells and its direct links (gap conductances).
+/// `result`: by index of the body in the problem.
 template <class Executor>
 void sum_bodies(const Executor& run, SolvedView solved, BodyResult* result) {
   const ProblemView& problem = solved.problem;

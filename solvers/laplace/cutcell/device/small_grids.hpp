@@ -103,7 +103,8 @@ struct SmallGrids {
     LICHTENBERG_HOST_DEVICE void each(const Block& block, F of) const {
       block.each(2 * ny, nx / 2, [&](int row, int m) { of(row >= ny, row >= ny ? row - ny : row, m); });
     }
-    /// Calls of(slot, row, m) for the cells of a colour, with m their number in the row.
+    /// Calls of(slot, row, m) for the cells of a colour, with m their number in the row. A slot is the memory index of
+    /// a cell.
     template <class Block, class F>
     LICHTENBERG_HOST_DEVICE void each_of(const Block& block, int colour, F of) const {
       block.each(ny, nx / 2, [&](int row, int m) { of(slot(colour, row, m), row, m); });
@@ -136,8 +137,9 @@ struct SmallGrids {
     return grid[l].groups.clusters || has(l, Items::direct_links);
   }
 
-  /// Restricts the finer grid's residuals in `charge`: those of groups absorbed here to the four cells around, and
-  /// those of covered cells to their group. Then relaxes the groups, before the cells use their potentials.
+  /// Restricts the finer grid's residuals in `charge`: those of groups (bodies with one potential) absorbed here to the
+  /// four cells around, and those of covered cells (inside conductors) to their group. Then relaxes the groups, before
+  /// the cells use their potentials.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void collect(const Block& block, int l) const {
     const GridView& here = grid[l];
@@ -171,7 +173,8 @@ struct SmallGrids {
     });
   }
 
-  /// Solves for the potentials phi of clusters (groups with strong links), as on large grids (relax_clusters.hpp).
+  /// Solves for the potentials phi of clusters (groups with strong links), as on large grids (relax_clusters.hpp). A
+  /// group is a set of bodies with one potential.
   template <class Block, class Real>
   LICHTENBERG_HOST_DEVICE void solve_clusters(const Block& block, const GridView& here, const Real* rhs,
                                               float* phi) const {
@@ -187,7 +190,8 @@ struct SmallGrids {
   }
 
   /// Relaxes the groups' potentials by one Jacobi sweep: next = (flux + flux through direct links) / diagonal. Clusters
-  /// (groups with strong links) are solved together instead.
+  /// (groups with strong links) are solved together instead. A group is a set of bodies with one potential. A direct
+  /// link is the conductance of a gap between two conductors.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void relax_direct_links(const Block& block, const GridView& here, const float* flux,
                                                   const float* phi, float* next) const {
@@ -211,8 +215,8 @@ struct SmallGrids {
         [&](int k, float sum) { next[own[k]] = (flux[own[k]] + sum) * here.groups.inverse_diagonal[own[k]]; });
   }
 
-  /// Flux from groups to a cell: sum of conductance times group potential over the cell's links; 0 without unknown
-  /// groups.
+  /// Flux from groups (bodies with one potential) to a cell: sum of conductance times group potential over the cell's
+  /// links; 0 without unknown groups.
   struct FromGroups {
     const CellOwner* owner;
     const Coupling* coupling;
@@ -311,8 +315,8 @@ struct SmallGrids {
     precise_inverse ? solve_by(precise_inverse) : solve_by(inverse);
   }
 
-  /// Prepares grid l as source of bilinear interpolation. Sets covered cells to their group's potential and
-  /// interpolates the potentials of groups absorbed here.
+  /// Prepares grid l as source of bilinear interpolation. Sets covered cells (inside conductors) to their group's
+  /// potential and interpolates the potentials of groups (bodies with one potential) absorbed here.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void finish(const Block& block, int l) const {
     const GridView& here = grid[l];
@@ -327,7 +331,8 @@ struct SmallGrids {
     });
   }
 
-  /// Computes the second half of the V-cycle on grid l: adds the correction of grid l + 1, relaxes cells and groups.
+  /// Computes the second half of the V-cycle on grid l: adds the correction of grid l + 1, relaxes cells and groups
+  /// (bodies with one potential).
   template <class Block>
   LICHTENBERG_HOST_DEVICE void ascend(const Block& block, int l) const {
     const Cells cells(block, *this, l), coarse(block, *this, l + 1);

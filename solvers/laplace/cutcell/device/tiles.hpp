@@ -12,13 +12,14 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Sums over a cell's links to groups: conductance times the group's potential, for two vectors of potentials.
+/// Sums over a cell's links to groups (bodies with one potential): conductance times the group's potential, for two
+/// vectors of potentials.
 struct GroupSums {
   float one = 0, other = 0;
 };
 
-/// Computes the flux from groups to cell (i, j): sums of conductance times potential for the group potentials `one` and
-/// `other`. `other` may be null. `slot`: the cell's memory index.
+/// Computes the flux from groups (bodies with one potential) to cell (i, j): sums of conductance times potential for
+/// the group potentials `one` and `other`. `other` may be null. `slot`: the cell's memory index.
 LICHTENBERG_HOST_DEVICE inline GroupSums group_sums(const GridView& grid, int slot, int i, int j, const float* one,
                                                     const float* other) {
   GroupSums sum;
@@ -36,7 +37,8 @@ LICHTENBERG_HOST_DEVICE inline GroupSums group_sums(const GridView& grid, int sl
   return sum;
 }
 
-/// Returns true if the V-cycle eliminates the fluid cell at the memory index `slot` (a near-surface cell).
+/// Returns true if the V-cycle eliminates the fluid cell at the memory index `slot` (a near-surface cell). An
+/// eliminated cell is a fluid cell dominated by its link to a conductor.
 LICHTENBERG_HOST_DEVICE inline bool is_eliminated(const GridView& grid, int slot) {
   const CellOwner owner = grid.cells.owner[slot];
   return owner.is_boundary_cell() && grid.bound.is_eliminated[owner.boundary_number()];
@@ -67,7 +69,8 @@ struct Tile {
            north[at] * value[at + width];
   }
   /// Loads the data of cell (i, j), except its potential, into the tile's entry `at`; zeros beyond the box. `phi`:
-  /// potentials of the groups; `more_phi`: potentials to be added later, whose fluxes are kept apart. Both may be null.
+  /// potentials of the groups (bodies with one potential); `more_phi`: potentials to be added later, whose fluxes are
+  /// kept apart. Both may be null.
   LICHTENBERG_HOST_DEVICE void load(const GridView& grid, int at, int i, int j, const float* phi,
                                     const float* more_phi) const {
     const bool is_inside = inside(grid.layout, i, j);
@@ -125,8 +128,8 @@ LICHTENBERG_HOST_DEVICE float full_weighting(const ProblemView& problem, int nx,
 }
 
 /// Kernel for the first half of a V-cycle on a tile: relaxes red, then black cells from zero with the groups'
-/// potentials `phi`. Stores the potentials of cells with links to groups, and the coarse right-hand side by full
-/// weighting.
+/// potentials `phi`. Stores the potentials of cells with links to groups (bodies with one potential), and the coarse
+/// right-hand side by full weighting.
 template <class V, class Tiles>
 struct Descend {
   ProblemView problem;
@@ -168,7 +171,7 @@ struct Descend {
   }
 
  private:
-  /// Stores the potential of a tile's cell in v if groups need it.
+  /// Stores the potential of a tile's cell in v if groups (bodies with one potential) need it.
   LICHTENBERG_HOST_DEVICE void leave(const Cells& tile, int at, int from_i, int from_j) const {
     if (!phi || !Cells::is_within(at, halo)) return;
     const int i = from_i + at % Cells::width, j = from_j + at / Cells::width;
@@ -188,7 +191,8 @@ struct Descend {
   }
 };
 
-/// Returns the potential of a coarse cell for bilinear interpolation; in a covered cell that of the conductor.
+/// Returns the potential of a coarse cell for bilinear interpolation; in a covered cell (inside a conductor) that of
+/// the conductor.
 LICHTENBERG_HOST_DEVICE inline float potential_at(const ProblemView& problem, const GridView& grid, int slot) {
   const CellOwner owner = grid.cells.owner[slot];
   return owner.is_fluid() ? grid.cycle.v[slot] : grid.cycle.phi[problem.group_of[owner.body()]];

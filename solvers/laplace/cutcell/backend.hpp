@@ -33,7 +33,8 @@ class CutCellBackend : public LaplaceSolver {
  protected:
   /// Makes the grids for a new box; `finest_` is the size of the finest. First step of a solve.
   virtual void make_grids(const LaplaceProblem& problem) = 0;
-  /// Computes the links, the operator and the preconditioner for the problem's geometry.
+  /// Computes the links (conductances between cells and conductors), the operator and the preconditioner for the
+  /// problem's geometry.
   virtual void discretize(const LaplaceProblem& problem) = 0;
   /// Computes the right-hand side and the initial guess of the potentials.
   virtual void begin(const LaplaceProblem& problem, LaplaceSolution& solution) = 0;

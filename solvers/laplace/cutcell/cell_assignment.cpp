@@ -59,8 +59,8 @@ void CellAssignment::claim(const BodyPiece& piece, const Outline& outline, bool 
   for (int j = piece.range.from_j; j <= piece.range.to_j; ++j) {
     auto& [from, to] = columns_[piece.first_row + j - piece.range.from_j];
     from = piece.range.from_i, to = piece.range.to_i;
-    // Between its first and its last covered cell a disk's row is covered completely in spite of rounding, because the
-    // rounded square increases with its argument.
+    // Between its first and its last covered cell a disk's row is covered completely. Rounding does not change this,
+    // because the rounded square increases with its argument.
     while (convex && from <= to && !covers(outline, from, j)) ++from;
     while (convex && from <= to && !covers(outline, to, j)) --to;
     for (int i = from; i <= to; ++i) {

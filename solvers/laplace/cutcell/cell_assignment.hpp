@@ -36,11 +36,12 @@ class CellAssignment {
   /// that is fluid.
   void assign(const GridBodies& bodies, Level& level, parallel::Team& team);
 
-  /// Returns the number of parts (sets of consecutive pieces with similar work).
+  /// Returns the number of parts. A part is a task of parallel loops: consecutive pieces (ranges of rows of a body)
+  /// with a certain amount of work.
   int parts() const { return static_cast<int>(part_start_.size()) - 1; }
-  /// Returns all pieces of bodies, in the order of the bodies. The pieces of a part are consecutive.
+  /// Returns all pieces (ranges of rows of a body), in the order of the bodies. The pieces of a part are consecutive.
   std::span<const BodyPiece> pieces() const { return pieces_; }
-  /// Returns the pieces of one part (a task of parallel loops over bodies).
+  /// Returns the pieces (ranges of rows of a body) of one part, a task of parallel loops over bodies.
   std::span<const BodyPiece> pieces(int part) const {
     return pieces().subspan(part_start_[part], part_start_[part + 1] - part_start_[part]);
   }

@@ -7,8 +7,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Fluid cells of the finest grid next to conductors (cells with links), for local relaxation of the initial guess.
-/// They include cells with links to conductors of given potential only.
+/// Fluid cells of the finest grid next to conductors, for local relaxation of the initial guess. They are the cells
+/// with links (conductances to conductors), also those with links to conductors of given potential only.
 class EdgeCells {
  public:
   /// Lists the fluid cells with links to conductors, by row and colour. `links`: the same grid's links to floating
@@ -35,8 +35,8 @@ class EdgeCells {
     int links_end;
     double inverse_diagonal;
   };
-  /// A row's part of cells_: indices of its first cell, of its first black cell and of its end. `first_link`: index of
-  /// the row's first link in LinkLists.
+  /// Indices of a row's cells in cells_: its first cell, its first black cell, and its end. `first_link`: index of the
+  /// row's first link (conductance to a conductor) in LinkLists.
   struct Row {
     int start, black, end, first_link;
   };

@@ -52,7 +52,7 @@ struct EliminatedCells {
 
   /// Removes all cells.
   void clear();
-  /// Appends the cells and links of another list.
+  /// Appends the cells of another list and their links (conductances to conductors).
   void append(const EliminatedCells& more);
   /// Calls effect(link_a, link_b, conductance) for each pair of groups (bodies with one potential) with links to the
   /// same eliminated cell (dominated by a conductor). `conductance`: the value that the elimination adds between the

@@ -100,11 +100,11 @@ struct FaceConductances {
 /// conductors and electrode sides. Together with the conductances of the faces it determines the linear system.
 /// LevelBuilder fills it.
 struct Level {
-  /// Makes a grid of nx x ny square cells over the problem's box, without bodies and links.
+  /// Makes a grid of nx x ny square cells over the problem's box, without bodies and links (conductances).
   Level(const LaplaceProblem& problem, int nx, int ny);
 
-  /// Returns true if the potential of a floating group is an unknown of this grid (the grid's medium does not absorb
-  /// it). A floating group is a set of bodies with one unknown potential.
+  /// Returns true if the potential of a floating group (bodies with one unknown potential) is an unknown of this grid.
+  /// A coarse grid treats small groups as part of an effective medium instead.
   bool has_unknown(int group) const { return is_absorbed.empty() || !is_absorbed[group]; }
   /// Returns true if floating groups (bodies with one unknown potential) are coupled (by lumped capacitances) to each
   /// other or to given potentials.

@@ -12,8 +12,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Discretization of problems on one grid: assigns cells to bodies and computes the links. It keeps the memory of its
-/// intermediate results for the next problem.
+/// Discretization of problems on one grid: assigns cells to bodies and computes the links (conductances between cells
+/// and conductors). It keeps the memory of its intermediate results for the next problem.
 class LevelBuilder {
  public:
   /// Discretizes the problem on the finest grid. `formula`: formula of the links' conductances. Throws InputError if
@@ -38,8 +38,8 @@ class LevelBuilder {
   std::vector<int> link_row_;
 };
 
-/// Computes `level.row_links` and `level.row_start`, the links sorted by row, from `level.links`. `link_row`: the row
-/// of each link's cell.
+/// Sorts the links (conductances between fluid cells and conductors) by row: computes `level.row_links` and
+/// `level.row_start` from `level.links`. `link_row`: the row of each link's cell.
 void sort_links_by_row(std::span<const int> link_row, Level& level, parallel::Team& team);
 
 /// Computes `level.couplings` and `level.fixed_couplings`, the problem's lumped capacitances divided by the

@@ -9,8 +9,8 @@ namespace lichtenberg::laplace {
 struct LevelSums {
   double flux = 0, conductance = 0;
 
-  /// Returns the contribution of a cell's link to a given potential. `given`: that potential; `own`: the cell's
-  /// potential.
+  /// Returns the contribution of a link (conductance) from a cell to a given potential. `given`: that potential; `own`:
+  /// the potential of the cell.
   LICHTENBERG_HOST_DEVICE static LevelSums from_link(double conductance, double given, double own) {
     return {conductance * (given - own), conductance};
   }

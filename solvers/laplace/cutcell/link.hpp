@@ -166,7 +166,7 @@ LICHTENBERG_HOST_DEVICE inline PairConductance gap_conductance(Vec2 p, Vec2 e, d
 }
 
 /// Computes the conductance between two circles in the open plane, for two disks in one cell (dissertation, D 6.37). It
-/// is 2 pi / arccosh u with u = (d^2 - r_a^2 - r_b^2) / (2 r_a r_b) and d the distance of the centres. Lengths are in
+/// is 2 pi / arccosh u with u = (d^2 - r_a^2 - r_b^2) / (2 r_a r_b); d is the distance of the centres. Lengths are in
 /// cells. The derivatives are with respect to the centres.
 LICHTENBERG_HOST_DEVICE inline PairConductance circle_pair(Vec2 centre_a, double radius_a, Vec2 centre_b,
                                                            double radius_b) {

@@ -7,7 +7,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Geometry of up to eight links from fluid cells to one disk, for vector instructions. Lengths are in cells.
+/// Geometry of eight links from fluid cells to one disk, for vector instructions. A link is the conductance between a
+/// fluid cell and a conductor. Lengths are in cells.
 struct LinkBatch {
   static constexpr int width = 8;
   /// Centre of each fluid cell relative to the disk's centre.

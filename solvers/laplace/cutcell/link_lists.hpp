@@ -16,7 +16,8 @@ namespace lichtenberg::laplace {
 template <class Real>
 class LinkLists {
  public:
-  /// Builds both lists from the links of `level` (geometry of one grid) on the threads of `team`.
+  /// Builds the lists by row and by body from the links (conductances) of `level`, the geometry of one grid. `team`:
+  /// threads.
   void build(const LaplaceProblem& problem, const Level& level, parallel::Team& team) {
     const int rows = level.layout.ny, chunks = 4 * team.size();
     list_runs(problem, level);
@@ -42,12 +43,14 @@ class LinkLists {
       effect(by_row_[m].cell, by_row_[m].conductance * potential[by_row_[m].group]);
   }
 
-  /// Returns the index of the first link of row j in the list by rows. The links of a row are in the order of their
-  /// cells.
+  /// Returns the index of the first link of row j in the list by rows. A link is the conductance between a fluid cell
+  /// and a conductor. The links of a row are in the order of their cells.
   int row_start(int j) const { return row_start_[j]; }
-  /// Returns the index after the last link of row j in the list by rows.
+  /// Returns the index after the last link of row j in the list by rows. A link is the conductance between a fluid cell
+  /// and a conductor.
   int row_end(int j) const { return row_end_[j]; }
-  /// Returns the slot (memory index) of the fluid cell of a link in the list by rows.
+  /// Returns the slot (memory index) of the fluid cell of a link in the list by rows. A link is the conductance between
+  /// a fluid cell and a conductor.
   std::int32_t cell(int link) const { return by_row_[link].cell; }
   /// Returns the sum of conductance * potential of the group over the links `first` to `end` - 1 of the list by rows.
   /// `potential` [groups]. A group is a set of bodies with one potential.
@@ -83,8 +86,8 @@ class LinkLists {
     std::int32_t cell, group;
     Real conductance;
   };
-  /// Consecutive links of one body, summed as one term; `start` and `end` are indices in by_body_. `fixed_before`:
-  /// number of links to groups of given potential before them in Level::links.
+  /// Consecutive links (conductances) of one body to fluid cells, summed as one term; `start` and `end` are indices in
+  /// by_body_. `fixed_before`: number of links to groups of given potential before them in Level::links.
   struct Run {
     int group, start, end, fixed_before;
   };

@@ -4,11 +4,11 @@
 // CUDA devices.
 //
 // Conductors far smaller than a grid's cells, if kept as conductors, slow CG down (50 iterations instead of 13). Their
-// effect on the field at the scale of the cells is known. A dispersion of floating disks that fill a fraction f of the
-// area is a medium of permittivity (1 + f) / (1 - f) (Maxwell Garnett 1904, in two dimensions), which carries their
-// charge. A conductor with a given potential, or with the potential of distant ones, is a subgrid conductor. It
-// exchanges flux with the four cells around it, like a well in reservoir simulation (Peaceman 1978). The conductance
-// depends on the logarithm of its radius.
+// effect on the field at the scale of the cells is known. Floating disks that fill a fraction f of the area are a
+// medium of permittivity (1 + f) / (1 - f), which carries their charge (Maxwell Garnett 1904, in two dimensions). A
+// conductor with a given potential, or with the potential of distant ones, is a subgrid conductor. It exchanges flux
+// with the four cells around it, like a well in reservoir simulation (Peaceman 1978). The conductance depends on the
+// logarithm of its radius.
 
 #include <cmath>
 #include <numbers>
@@ -23,8 +23,8 @@ namespace lichtenberg::laplace {
 /// are empirical: 324 to 15000 disks that filled 5 to 50 % of the area. A factor of two costs a few CG iterations.
 inline constexpr double least_lone_radius = 0.7, least_radius = 0.5;
 
-/// Maximum width and height (cells) of a set of unresolved disks whose potential is no unknown of a coarse grid. Such
-/// disks become part of an effective medium.
+/// Maximum width and height (cells) of a set of disks that becomes part of an effective medium. The disks are too small
+/// for the coarse grid, and their potential is no unknown of it.
 inline constexpr double least_extent = 1.5;
 
 /// Returns true if a coarse grid resolves the body: bars and rings always, disks from a minimum radius on. `body`:
@@ -43,7 +43,7 @@ LICHTENBERG_HOST_DEVICE inline float effective_permittivity(float fill) {
 }
 
 /// Computes the conductance of the face between two cells, per depth and permittivity of the fluid. The two half cells
-/// are in series, which gives the harmonic mean 2 a b / (a + b) of the relative permittivities a and b.
+/// are in series, with the harmonic mean 2 a b / (a + b) of the relative permittivities a and b.
 LICHTENBERG_HOST_DEVICE inline float face_conductance(float permittivity_a, float permittivity_b) {
   return 2 * permittivity_a * permittivity_b / (permittivity_a + permittivity_b);
 }

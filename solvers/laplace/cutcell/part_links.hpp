@@ -12,7 +12,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Inputs of the computation of a grid's links. `assignment` must have set the cell owners in `level`.
+/// Inputs of the computation of a grid's links (conductances between cells and conductors). `assignment` must have set
+/// the cell owners in `level`.
 struct LinkInputs {
   const LaplaceProblem& problem;
   LinkFormula formula;
@@ -21,8 +22,8 @@ struct LinkInputs {
   const Level& level;
 };
 
-/// Covered cells and links of the bodies of one part, in the order of the part's pieces. A part is a task of the
-/// parallel set-up. A piece is a range of rows of one body.
+/// Covered cells (inside conductors) and links (conductances) of the bodies of one part, in the order of the part's
+/// pieces. A part is a task of the parallel set-up. A piece is a range of rows of one body.
 struct PartLinks {
   struct PieceCounts {
     int covered, links;
@@ -48,7 +49,8 @@ class PartLinker {
  public:
   /// Prepares the computation. `links` receives the results. All arguments must outlive this object.
   PartLinker(const LinkInputs& inputs, PartLinks& links);
-  /// Computes the covered cells (inside conductors) and the links of all bodies in the part with this index.
+  /// Computes the covered cells (inside conductors) and the links (conductances) of all bodies in a part, a task of the
+  /// parallel set-up.
   void link(int part);
 
  private:

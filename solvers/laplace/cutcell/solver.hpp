@@ -9,7 +9,8 @@ namespace lichtenberg::laplace {
 
 class CutCellBackend;
 
-/// Options of CutCellSolver: grid size, tolerance, formula of the links, linear solver, threads and device.
+/// Options of CutCellSolver: grid size, tolerance, formula of the conductances at cut cells, linear solver, threads and
+/// device.
 struct CutCellOptions {
   /// Number of cells along the longer side of the box. The shorter side must hold a whole number of cells.
   int cells = 512;

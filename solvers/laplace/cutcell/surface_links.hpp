@@ -34,9 +34,9 @@ struct Outline;
 /// to the body's position.
 using LinkFunction = Conductance (*)(const Outline& body, Vec2 p, Vec2 e);
 
-/// User-defined formula for the links between fluid cells and a disk, in place of LinkFormula. It may use data of the
-/// disk such as the thickness of a coating. The CPU solver and the device algorithms on the host call it; a CUDA device
-/// refuses it. CutCellSolver checks that the grid resolves the disk and that its gaps are wide, so that no other
+/// User-defined formula for the conductance between fluid cells and a disk, in place of LinkFormula. It may use data of
+/// the disk such as the thickness of a coating. The CPU solver and the device algorithms on the host call it; a CUDA
+/// device refuses it. CutCellSolver checks that the grid resolves the disk and that its gaps are wide, so that no other
 /// formula is needed.
 class LinkModel {
  public:
@@ -213,8 +213,9 @@ LICHTENBERG_HOST_DEVICE inline Conductance fluid_link(const Outline& body, Vec2 
   return plain_link(at_least(surface.length, smallest_cut), e, surface.normal);
 }
 
-/// Computes the length of a link's part inside a body: from the covered cell centre p in direction e to the surface
-/// (cells). The returned derivative is with respect to the body's position.
+/// Computes the length (cells) inside a body of the line between two neighbouring cell centres. It runs from the centre
+/// p, which the body covers, in direction e to the surface. The returned derivative is with respect to the body's
+/// position.
 LICHTENBERG_HOST_DEVICE inline Conductance covered_length(const Outline& body, Vec2 p, Vec2 e) {
   if (body.kind == Outline::Kind::disk) {
     const Exit exit = circle_exit(p, e, {body.centre, body.size});
@@ -234,8 +235,8 @@ LICHTENBERG_HOST_DEVICE inline SurfaceCircle flat_surface(Vec2 on_surface, Vec2 
   return {on_surface + dot(along, facing - on_surface) * along - flat_radius * n, flat_radius};
 }
 
-/// Returns the circle that represents a body's surface where a link leaves the body. The link starts at the covered
-/// cell centre p and runs in direction e towards the body `facing`. Lengths are in cells.
+/// Returns the circle that represents a body's surface at the exit of a line towards another body, `facing`. The line
+/// starts at the cell centre p, which the body covers, and runs in direction e. Lengths are in cells.
 LICHTENBERG_HOST_DEVICE inline SurfaceCircle surface_circle(const Outline& body, Vec2 p, Vec2 e,
                                                             const Outline& facing) {
   if (body.kind == Outline::Kind::disk) return {body.centre, body.size};

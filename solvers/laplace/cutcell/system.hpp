@@ -19,10 +19,10 @@ struct SparseSystem {
   std::vector<std::ptrdiff_t> slot;
   /// Group of each unknown after the cells.
   std::vector<int> group;
-  /// Unknown that is the difference of a group's potential from that of the unknown `from`. If a coupling exceeds all
-  /// other links of two groups by far, these would vanish in the rounding of the two groups' rows. One row is therefore
-  /// the sum of both, without the coupling. A group is a set of bodies with one potential. A coupling is a lumped
-  /// capacitance between groups.
+  /// Unknown that is the difference between the potentials of two groups (bodies with one potential); `from` is the
+  /// other group's unknown. A coupling (lumped capacitance) may exceed all other conductances of two groups by far.
+  /// These would vanish in the rounding of the two groups' rows. One row is therefore the sum of both, without the
+  /// coupling.
   struct Difference {
     int unknown, from;
   };

@@ -27,7 +27,7 @@ struct LinksOfCell {
   /// Number of pairs of groups that the elimination of the cell links.
   int joined = 0;
 
-  /// Collects the links of the boundary cell (a fluid cell next to a conductor) number k.
+  /// Collects the links (conductances to conductors) of the boundary cell number k, a fluid cell next to a conductor.
   LICHTENBERG_HOST_DEVICE LinksOfCell(const ProblemView& problem, const GridView& grid, int k)
       : diagonal(grid.boundary.diagonal[k]) {
     bool is_close = false, floats = false;

@@ -108,9 +108,9 @@ class DeviceClusters {
   parallel::Array<ClusterView, Executor> view_;
 };
 
-/// Set-up of clusters and agglomerates on the host. Clusters are strongly linked groups (bodies with one potential)
-/// that are relaxed together. Agglomerates are sets of groups that coarse grids treat as one. It fetches the links of
-/// all grids from the device and uploads the results.
+/// Set-up on the host of clusters, strongly linked groups that are relaxed together, and of agglomerates. Agglomerates
+/// are sets of groups that coarse grids treat as one. A group is a set of bodies with one potential. The class fetches
+/// the conductances between groups of all grids from the device and uploads the results.
 template <class Executor>
 class Clustering {
  public:
@@ -132,7 +132,8 @@ class Clustering {
         sets_.template divide<int, int, int, int, int>({n, n + 1, n, n, n});
     return {first_group_.device, start_.device, group_.device, is_alone_.device, held_.device};
   }
-  /// Reserves memory for the links of the finest grid, and for those of all others, which are fetched together.
+  /// Reserves memory for the conductances between groups (bodies with one potential): those of the finest grid, and
+  /// those of all others, which are fetched together.
   void reserve_links(int groups, const std::vector<GridView>& grids) {
     grid_links_.clear();
     for (int part = 0; part < 2; ++part) {
@@ -153,13 +154,13 @@ class Clustering {
     groups_ = groups;
   }
 
-  /// Lists the links between groups (bodies with one potential) of grid number `l` on the device.
+  /// Lists the conductances between groups (bodies with one potential) of grid number `l` on the device.
   void list_links(const ProblemView& problem, const GridView& grid, int l) const {
     list_group_links(run_, problem, grid, grid_links_[l].link.device, grid_links_[l].diagonal.device);
   }
 
-  /// Computes the agglomerates (sets of groups that coarse grids treat as one) from the finest grid's links and uploads
-  /// them. `h`: cell size of the coarsest grid (m). A group is a set of bodies with one potential.
+  /// Computes the agglomerates (sets of groups that coarse grids treat as one) and uploads them. They follow from the
+  /// finest grid's conductances between groups (bodies with one potential). `h`: cell size of the coarsest grid (m).
   void find_sets(const LaplaceProblem& problem, double h) {
     reports_[0]->fetch();
     const AgglomerateLists lists = list_agglomerates(problem, links(0, grid_links_[0].capacity), h, groups_);

@@ -8,9 +8,10 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Clusters of a grid: sets of groups (bodies with one potential) with strong links, whose potentials are relaxed
-/// together by an inverse matrix. Rows are numbered cluster after cluster. Sequential relaxation would leave the common
-/// error of a cluster's groups, which CG's norm does not notice.
+/// Clusters of a grid: sets of groups whose potentials are relaxed together by an inverse matrix. The groups of a
+/// cluster (each a set of bodies with one potential) have large conductances between them. Rows are numbered cluster
+/// after cluster. Sequential relaxation would leave the common error of a cluster's groups, which CG's norm does not
+/// notice.
 struct Clusters {
   /// By group: its row, or -1 outside all clusters.
   std::vector<int> row;
@@ -43,8 +44,8 @@ struct LinkedGroups {
   /// Group of each node of the network, ascending.
   std::vector<int> group;
 
-  /// Builds the network of the groups (bodies with one potential) that have links. `diagonal`: by group. `index`:
-  /// scratch memory for repeated calls, empty at first and -1 for each group afterwards.
+  /// Builds the network of the groups (bodies with one potential) that have conductances to each other. `diagonal`: by
+  /// group. `index`: scratch memory for repeated calls, empty at first and -1 for each group afterwards.
   static LinkedGroups of(std::span<const double> diagonal, std::vector<NetworkLink> links, std::vector<int>& index);
 };
 
@@ -52,9 +53,10 @@ struct LinkedGroups {
 /// does. `largest`: upper bound of all conductances; `least`: lower bound of those to given potentials.
 void couple(const LaplaceProblem& problem, double largest, double least, GroupNetwork& network);
 
-/// Computes clusters (groups solved together) of at most `most` groups (bodies with one potential). The strongest
-/// direct links that outweigh the links to cells of either end join them. Couplings join groups without bound. `all`:
-/// direct links of any strength join without bound, so that clusters do not interact.
+/// Computes clusters (groups solved together) of at most `most` groups (bodies with one potential). The strongest gap
+/// conductances join them, if these outweigh the conductances to cells of either end. Couplings (lumped capacitances)
+/// join groups without bound. `all`: gap conductances of any strength join without bound, so that clusters do not
+/// interact.
 Clusters clusters_of(GroupNetwork network, int most, bool all = false);
 
 /// Agglomerates as lists: sets of groups (bodies with one potential) that coarse grids treat as one

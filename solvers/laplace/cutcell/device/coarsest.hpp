@@ -295,7 +295,7 @@ class Coarsest {
   }
 
   /// Reserves memory for the matrix and its inverse, and decides whether the device or the host solves. `precise`: use
-  /// double precision, because links may be strong.
+  /// double precision, because conductances may be very large.
   void reserve(const ProblemView& problem, const GridView& grid, bool precise) {
     const std::size_t capacity = grid.capacity[Items::coarse_unknowns];
     // The host factorizes larger systems. Beyond one block's memory the device keeps only systems with strong links,

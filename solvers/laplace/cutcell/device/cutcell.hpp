@@ -32,8 +32,8 @@ namespace lichtenberg::laplace::device {
 template <class Executor>
 struct PetscSide;
 
-/// Cut-cell solver whose links, grids, iterations and results are computed on an executor (CUDA device, or CPU for
-/// comparison).
+/// Cut-cell solver that runs on an executor (CUDA device, or CPU for comparison): conductances, multigrid, iterations
+/// and results.
 template <class Executor>
 class CutCell : public DeviceSolver {
  public:
@@ -172,7 +172,8 @@ class CutCell : public DeviceSolver {
       solve_by_petsc(solution);
   }
 
-  /// Returns true if the arrays of the last solve were large enough. For moving bodies, lists of links grow.
+  /// Returns true if the arrays of the last solve were large enough. For moving bodies, lists of cells and conductances
+  /// grow.
   bool is_complete() const override { return is_complete_; }
 
   void finish(const LaplaceProblem& problem, LaplaceSolution& solution) override {
@@ -238,7 +239,7 @@ class CutCell : public DeviceSolver {
   }
   const DeviceGrid<Executor>& finest() const { return multigrid_->finest(); }
 
-  /// Estimates the memory for grids, links and vectors. Throws Failure if the device has less.
+  /// Estimates the memory for grids, conductances and vectors. Throws Failure if the device has less.
   void check_memory(const LaplaceProblem& problem) const {
     // Double precision: x, b, four vectors of CG, the basis, its image and the history; then the grids' owners,
     // diagonals, v, f and media.

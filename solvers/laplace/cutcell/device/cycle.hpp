@@ -99,8 +99,8 @@ void restrict_group_residuals(const Executor& run, ProblemView problem, GridView
                  });
 }
 
-/// Distributes the residuals of groups (bodies with one potential) that this grid's medium absorbs first to the
-/// right-hand side of the four cells around each.
+/// Distributes the residuals of groups (bodies with one potential) to the right-hand side of the four cells around
+/// each. It does so for groups that are unknowns of the next finer grid and part of this grid's effective medium.
 template <class Executor>
 void restrict_absorbed(const Executor& run, GridView grid) {
   run.for_each(grid.layout.ny, grid.layout.nx, [=] LICHTENBERG_HOST_DEVICE(int j, int i) {
@@ -123,8 +123,9 @@ void restrict_charges(const Executor& run, ProblemView problem, GridView grid) {
       });
 }
 
-/// Computes the potential at the centre of an absorbed group g (part of the medium) by bilinear interpolation between
-/// four cells. potential(slot) returns a cell's potential. A slot is the memory index of a cell.
+/// Computes the potential at the centre of group g by bilinear interpolation between four cells. The group is part of
+/// the grid's effective medium and has no unknown potential. potential(slot) returns a cell's potential; slot: memory
+/// index.
 template <class Potential>
 LICHTENBERG_HOST_DEVICE float absorbed_potential(const ProblemView& problem, const GridView& grid, int g,
                                                  Potential potential) {
@@ -134,8 +135,8 @@ LICHTENBERG_HOST_DEVICE float absorbed_potential(const ProblemView& problem, con
   return sum;
 }
 
-/// Computes the potentials phi of groups (bodies with one potential) that this grid's medium absorbs first, for the
-/// correction of the next finer grid.
+/// Computes the potentials phi of groups (bodies with one potential) by interpolation, for the correction of the next
+/// finer grid. It does so for groups that are unknowns of that grid and part of this grid's effective medium.
 template <class Executor>
 void interpolate_absorbed(const Executor& run, ProblemView problem, GridView grid) {
   for_each_item(run, grid, Items::newly_absorbed, [=] LICHTENBERG_HOST_DEVICE(int m) {
@@ -183,7 +184,8 @@ void collect(const Executor& run, const ProblemView& problem, const GridView& gr
   if (grid.may_have(Items::unknown_groups)) restrict_charges(run, problem, grid);
 }
 
-/// Calls f with a Tiling for the grid: small tiles on small grids, otherwise large ones.
+/// Calls f with a Tiling for the grid, which divides it into rectangular tiles, one per thread block. Small grids get
+/// small tiles, others large ones.
 template <class F>
 void with_tiles(const GridView& coarse, F f) {
   constexpr int small = 192;  // cells along a side of the coarse grid: fewer large tiles than processors

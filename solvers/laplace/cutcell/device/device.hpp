@@ -20,8 +20,9 @@ struct Profile {
   long coarse_unknowns = 0;
 };
 
-/// Cut-cell solver whose algorithm runs on a CUDA device (or on the CPU for comparison): links, grids, iterations and
-/// results. The host sends the bodies and fetches the results by body and group (bodies with one potential).
+/// Cut-cell solver whose algorithm runs on a CUDA device (or on the CPU for comparison): conductances, multigrid,
+/// iterations and results. The host sends the bodies and fetches the results by body and group (bodies with one
+/// potential).
 class DeviceSolver : public CutCellBackend {
  public:
   using CutCellBackend::CutCellBackend;

@@ -6,8 +6,8 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Returns true if the body's potential is given or an unknown of this grid. Returns false if the grid's medium has
-/// absorbed the body's group (bodies with one potential).
+/// Returns true if the body's potential is given or an unknown of this grid. Returns false if the body's group (bodies
+/// with one potential) is part of the grid's effective medium.
 LICHTENBERG_HOST_DEVICE inline bool has_potential(const ProblemView& problem, const GridView& grid, int body) {
   return !grid.has_medium || !grid.medium.absorbed[problem.group_of[body]];
 }
@@ -66,8 +66,8 @@ void count_without_cells(const Executor& run, ProblemView problem, GridView grid
   });
 }
 
-/// Lists the direct links (gap conductances) of bodies without cells, each for both bodies, after the links of the
-/// strips of cells. `before` [bodies + 1]: numbers before each body.
+/// Lists the direct links (gap conductances) of bodies without cells, each for both bodies. They follow those of bodies
+/// with cells. `before` [bodies + 1]: numbers before each body.
 template <class Executor>
 void list_without_cells(const Executor& run, ProblemView problem, GridView grid, const WithoutCells* before) {
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
@@ -87,9 +87,9 @@ void list_without_cells(const Executor& run, ProblemView problem, GridView grid,
 /// one potential) on all grids. Two disks of radius 4 cells have it at a gap of 0.046 cells. Clusters (groups solved
 /// together) need the host, which costs more than it gains below.
 constexpr double strong_link = 16;
-/// Number of successive solves without a strong link after which the host takes no part until there is one again.
-/// Either change records all kernels again, which costs some ten solves. The host's part costs a quarter of a solve for
-/// predicted positions.
+/// Number of successive solves without a strong direct link (gap conductance) after which the host takes no part in the
+/// set-up. It takes part again at the next strong link. Either change records all kernels again, which costs some ten
+/// solves. The host's part costs a quarter of a solve for predicted positions.
 constexpr int solves_to_forget_strong_links = 200;
 
 /// Computes the conductances of all direct links (gap conductances) and, on the finest grid, their derivatives with
@@ -148,7 +148,7 @@ void direct_link_keys(const Executor& run, ProblemView problem, GridView grid, I
   });
 }
 
-/// Copies the links to `sorted` in the order of `index`.
+/// Copies the direct links (gap conductances) to `sorted` in the order of `index`.
 template <class Executor>
 void sort_direct_links(const Executor& run, GridView grid, Items::Kind kind, const DirectLink* link, const int* index,
                        DirectLink* sorted) {

@@ -11,7 +11,7 @@ struct Strip {
   int body, j, from_i, to_i;
 };
 
-/// Returns the number of strips that cover a rectangle of cells.
+/// Returns the number of strips (parts of a row, at most strip_width cells) that cover a rectangle of cells.
 LICHTENBERG_HOST_DEVICE inline int strips_of(const CellRange& range) {
   return (range.to_j - range.from_j + 1) * ((range.to_i - range.from_i) / strip_width + 1);
 }
@@ -22,7 +22,8 @@ LICHTENBERG_HOST_DEVICE inline bool is_subgrid_body(const ProblemView& problem, 
   return !grid.bodies.resolved[body] && !grid.medium.absorbed[problem.group_of[body]];
 }
 
-/// Returns the strip with the given index in the list of all bodies' strips.
+/// Returns the strip with the given index in the list of all bodies' strips. A strip is a part of a row of cells in a
+/// body's bounding box.
 LICHTENBERG_HOST_DEVICE inline Strip strip_at(const ProblemView& problem, const GridView& grid, int index) {
   const int rank = segment_of(grid.strips.start, problem.bodies, index);
   const int body = problem.body_at[rank];
@@ -54,9 +55,9 @@ void outline_bodies(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Counts the strips of cells of each body, by rank (order by group). A group's subgrid conductors (disks too small for
-/// the grid) at one place have one strip for their links, with the first body. A group is a set of bodies with one
-/// potential.
+/// Counts the strips (parts of rows of cells) in each body's bounding box, by rank (order of bodies by group). Subgrid
+/// conductors (disks too small for the grid) of one group at one place have one strip, with the first body. A group is
+/// a set of bodies with one potential.
 template <class Executor>
 void count_strips(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(problem.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int rank) {
@@ -72,7 +73,8 @@ void count_strips(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Sets the number of strips, or 0 if it exceeds the capacity. Resets the numbers of items that later kernels set.
+/// Sets the number of strips (parts of rows in the bodies' bounding boxes), or 0 if it exceeds the capacity. Resets the
+/// numbers of items that later kernels set.
 template <class Executor>
 void finalize_strip_count(const Executor& run, ProblemView problem, GridView grid) {
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) {
@@ -87,8 +89,8 @@ void finalize_strip_count(const Executor& run, ProblemView problem, GridView gri
   });
 }
 
-/// Sets the numbers of all items that are listed by strip or by body (links, covered cells and others). All become 0 if
-/// one exceeds its capacity. Covered cells lie inside conductors.
+/// Sets the numbers of all items that are listed by strip (part of a row of cells) or by body: links, covered cells and
+/// others. All become 0 if one exceeds its capacity.
 template <class Executor>
 void finalize_list_counts(const Executor& run, ProblemView problem, GridView grid, const WithoutCells* without_cells) {
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) {
@@ -147,8 +149,8 @@ void cover_cells(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Calls the visitor's functions for each covered cell, link to a fluid cell and direct link of a strip, in a fixed
-/// order. A direct link is the conductance of a gap between two conductors. Covered cells lie inside conductors.
+/// Calls the visitor's functions for the items of a strip (part of a row of cells of a body), in a fixed order. Items
+/// are covered cells, links to fluid cells (conductances), and direct links to other conductors (gap conductances).
 template <class Visitor>
 LICHTENBERG_HOST_DEVICE void visit(const ProblemView& problem, const GridView& grid, const Strip& strip,
                                    Visitor& visitor) {
@@ -193,7 +195,8 @@ LICHTENBERG_HOST_DEVICE void visit(const ProblemView& problem, const GridView& g
   }
 }
 
-/// Visitor that counts the items of a strip.
+/// Visitor that counts the items of a strip (part of a row of cells): covered cells, links, boundary cells, direct
+/// links.
 struct CountVisitor {
   Counts counts;
   LICHTENBERG_HOST_DEVICE void covered(int) { ++counts.covered; }
@@ -204,7 +207,8 @@ struct CountVisitor {
   }
 };
 
-/// Visitor that writes the items of a strip to the grid's lists, starting at the indices `at`.
+/// Visitor that writes the items of a strip (part of a row of cells) to the grid's lists, starting at the indices `at`.
+/// Items are covered cells, links, boundary cells and direct links.
 struct FillVisitor {
   const GridView& grid;
   int body, group;
@@ -235,8 +239,8 @@ struct FillVisitor {
   }
 };
 
-/// Counts the covered cells, links, boundary cells (fluid cells next to a conductor) and direct links (gap
-/// conductances) of each strip.
+/// Counts the items of each strip (part of a row): covered cells, links, boundary cells and direct links. A boundary
+/// cell is a fluid cell next to a conductor, a direct link a gap conductance.
 template <class Executor>
 void count_in_strips(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(grid.capacity[Items::strips] + 1, [=] LICHTENBERG_HOST_DEVICE(int index) {
@@ -247,7 +251,7 @@ void count_in_strips(const Executor& run, ProblemView problem, GridView grid) {
 }
 
 /// Writes the covered cells, links, boundary cells (fluid cells next to a conductor) and direct links (gap
-/// conductances) of all strips to the grid's lists.
+/// conductances) of all strips to the grid's lists. A strip is a part of a row.
 template <class Executor>
 void fill_strips(const Executor& run, ProblemView problem, GridView grid) {
   for_each_item(run, grid, Items::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {

@@ -109,8 +109,8 @@ struct Items {
 };
 using Numbers = std::array<int, Items::kinds>;
 
-/// Numbers of items in a strip of cells: covered cells, links to fluid cells, boundary cells (fluid cells next to a
-/// conductor), direct links (gap conductances).
+/// Numbers of items in a strip (part of a row of cells): covered cells, links to fluid cells, boundary cells (fluid
+/// cells next to a conductor), direct links (gap conductances).
 struct Counts {
   int covered = 0, links = 0, boundary = 0, direct_links = 0;
   LICHTENBERG_HOST_DEVICE friend Counts operator+(Counts a, Counts b) {
@@ -151,21 +151,21 @@ struct DirectLink {
 
   /// Returns the value of `other` for an electrode face.
   LICHTENBERG_HOST_DEVICE static constexpr int electrode_face(int face) { return -1 - face; }
-  /// Returns true for a link to an electrode side.
+  /// Returns true if the link (gap conductance) leads to an electrode side of the box.
   LICHTENBERG_HOST_DEVICE bool is_to_electrode() const { return other < 0; }
   /// Returns the index of the electrode face in ProblemView::side_potential.
   LICHTENBERG_HOST_DEVICE int face() const { return -1 - other; }
 };
 
-/// End of a link from a fluid cell at a conductor: the body, and a number from 0 to 3. The number is the cell's side
-/// towards the body. For a subgrid conductor (a disk too small for the grid) it is the cell's place among the four
-/// cells around the disk. One integer stores both: 4 body + side, or -1 - (4 body + corner).
+/// End of a link (conductance) from a fluid cell at a conductor: the body, and a number from 0 to 3. The number is the
+/// cell's side towards the body. For a subgrid conductor (a disk too small for the grid) it is the cell's place among
+/// the four cells around the disk. One integer stores both: 4 body + side, or -1 - (4 body + corner).
 class LinkEnd {
  public:
-  /// Makes the end of a link across a side of the fluid cell.
+  /// Makes the end of a link (conductance) from a fluid cell to a body across a side of the cell.
   LICHTENBERG_HOST_DEVICE static constexpr LinkEnd at_side(int body, int side) { return LinkEnd(4 * body + side); }
-  /// Makes the end of a link to a subgrid conductor (a disk too small for the grid). `corner`: number of the cell among
-  /// the four around the disk.
+  /// Makes the end of a link (conductance) from a fluid cell to a subgrid conductor, a disk too small for the grid.
+  /// `corner`: number of the cell among the four around the disk.
   LICHTENBERG_HOST_DEVICE static constexpr LinkEnd at_subgrid_conductor(int body, int corner) {
     return LinkEnd(-1 - (4 * body + corner));
   }
@@ -252,8 +252,8 @@ struct BodyArrays {
   int* resolved;
 };
 
-/// Arrays of a coarse grid with an effective medium: bodies too small for the grid, as points sorted by bin. An
-/// absorbed group has no unknown potential on the grid. Bodies of one group in one bin are one point.
+/// Arrays of a coarse grid with an effective medium: bodies too small for the grid, as points sorted by bin (the four
+/// cells around). An absorbed group has no unknown potential on the grid. Bodies of one group in one bin are one point.
 struct MediumArrays {
   /// By group: 1 if the medium absorbs it.
   int* absorbed;
@@ -350,8 +350,8 @@ struct InheritedArrays {
   const int *link_start, *joined_start;
 };
 
-/// Pieces of each group's list of links and of its list of covered cells (inside conductors). Sums run over pieces in
-/// parallel, so that a large group (bodies with one potential) is no long serial sum.
+/// Pieces of each group's list of links (conductances) and of its list of covered cells (inside conductors). Sums run
+/// over pieces in parallel, so that a large group (bodies with one potential) is no long serial sum.
 struct PieceArrays {
   /// Number of pieces that the arrays have memory for.
   int capacity;
@@ -434,12 +434,14 @@ struct GridView {
     const int start = strips.start[rank], end = number[Items::strips];
     return strips.counts[start < end ? start : end];
   }
-  /// Returns the index of the first link of the body at this rank.
+  /// Returns the index of the first link (conductance to a fluid cell) of the body at this rank, the order of bodies by
+  /// group.
   LICHTENBERG_HOST_DEVICE int link_start(int rank) const { return before(rank).links; }
-  /// Returns the index of the first covered cell (inside a conductor) of the body at this rank.
+  /// Returns the index of the first covered cell (inside a conductor) of the body at this rank, the order of bodies by
+  /// group.
   LICHTENBERG_HOST_DEVICE int covered_start(int rank) const { return before(rank).covered; }
-  /// Returns the index of the link of boundary cell k on a side, or -1. A boundary cell is a fluid cell next to a
-  /// conductor.
+  /// Returns the index of the link (conductance to a conductor) of boundary cell k on a side, or -1. A boundary cell is
+  /// a fluid cell next to a conductor.
   LICHTENBERG_HOST_DEVICE int boundary_link_of(int k, int side) const {
     return boundary.link[side * capacity[Items::boundary] + k];
   }
@@ -457,13 +459,13 @@ struct GridView {
   LICHTENBERG_HOST_DEVICE int cycle_links_of(const ProblemView& problem, int g) const {
     return direct_links_of(problem, g) + joined_before(problem, g + 1) - joined_before(problem, g);
   }
-  /// Returns the t-th of the links that cycle_links_of() counts.
+  /// Returns the t-th of the links between group g and other groups that cycle_links_of() counts.
   LICHTENBERG_HOST_DEVICE const DirectLink& cycle_link(const ProblemView& problem, int g, int t) const {
     const int n = direct_links_of(problem, g);
     return t < n ? direct.link[first_direct_link(problem, g) + t] : bound.joined[joined_before(problem, g) + t - n];
   }
-  /// Returns the number of links made by eliminated cells (dominated by a conductor) that belong to groups (bodies with
-  /// one potential) before g.
+  /// Returns the number of entries before group g (bodies with one potential) in the list of links that eliminated
+  /// cells make. An eliminated cell is a fluid cell dominated by its link to a conductor.
   LICHTENBERG_HOST_DEVICE int joined_before(const ProblemView& problem, int g) const {
     return may_have(Items::joined_links) ? bound.joined_start[problem.first_rank[g]] : 0;
   }
@@ -480,12 +482,13 @@ struct GridView {
   LICHTENBERG_HOST_DEVICE bool may_link_groups() const {
     return groups.clusters || may_have(Items::direct_links) || may_have(Items::joined_links);
   }
-  /// Returns the pieces of the groups' links, for sums over the links of each group (bodies with one potential).
+  /// Returns the pieces of the groups' lists of links (conductances to fluid cells), for parallel sums by group. A
+  /// group is a set of bodies with one potential.
   LICHTENBERG_HOST_DEVICE parallel::SegmentPieces link_pieces(const ProblemView& problem) const {
     return {problem.groups, pieces.capacity, pieces.start, pieces.begin, pieces.end, pieces.segment, 0, pieces.done};
   }
-  /// Returns the pieces of the groups' covered cells (inside conductors), for sums over the covered cells of each group
-  /// (bodies with one potential).
+  /// Returns the pieces of the groups' lists of covered cells (inside conductors), for parallel sums by group. A group
+  /// is a set of bodies with one potential.
   LICHTENBERG_HOST_DEVICE parallel::SegmentPieces covered_pieces(const ProblemView& problem) const {
     const int n = problem.groups;
     return {n, pieces.capacity, pieces.start + n, pieces.begin, pieces.end, pieces.segment, n, pieces.done + n};
@@ -503,7 +506,7 @@ void for_each_item(const Executor& run, const GridView& grid, Items::Kind kind, 
 
 /// Maximum number of cells in a strip, a part of a row of a body's bounding box.
 constexpr int strip_width = 32;
-/// Maximum number of links or covered cells (inside conductors) in a piece, the unit of a parallel sum.
+/// Maximum number of links (conductances) or covered cells (inside conductors) in a piece, the unit of a parallel sum.
 constexpr int piece_length = 128;
 
 /// Returns the memory index (slot) of cell (i, j) as int.

@@ -28,7 +28,7 @@ struct GridRole {
   const GridView* finest = nullptr;
 };
 
-/// One grid on the device: its memory, and its discretization (cells, links, diagonals).
+/// One grid on the device: its memory, and its discretization (cells, conductances, matrix diagonals).
 template <class Executor>
 class DeviceGrid {
  public:
@@ -104,11 +104,11 @@ class DeviceGrid {
     }
   }
 
-  /// Sets the capacity of strong links to 0, until enlarge() raises it; reserve() must follow.
+  /// Sets the capacity of strong links (large gap conductances) to 0, until enlarge() raises it; reserve() must follow.
   void forget_strong_links() { own().capacity[Items::strong_links] = 0; }
 
-  /// Computes the bodies' outlines in cells and the groups (bodies with one potential) that the grid's medium absorbs.
-  /// `finer`: the next finer grid, with outlines; null for the finest.
+  /// Computes the bodies' outlines in cells and the groups (bodies with one potential) that become part of the grid's
+  /// effective medium. `finer`: the next finer grid, with outlines; null for the finest.
   void outline(const ProblemView& problem, const GridView* finer) {
     outline_bodies(run_, problem, view());
     if (view().has_medium)
@@ -116,8 +116,8 @@ class DeviceGrid {
                     {scratch().sort.key, view().medium.absorbed_groups.item});
   }
 
-  /// Discretizes the grid: assigns cells, computes links, diagonals and groups (bodies with one potential). The
-  /// outlines of all grids must exist.
+  /// Discretizes the grid: assigns cells to bodies, computes conductances and matrix diagonals. The outlines of all
+  /// grids must exist.
   void build(const ProblemView& problem) {
     if (view().has_medium) homogenize(problem);
     assign_cells(problem);

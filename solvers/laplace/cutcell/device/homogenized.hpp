@@ -48,9 +48,10 @@ struct Absorb {
   }
 };
 
-/// Finds the groups (bodies with one potential) that the grid's effective medium absorbs, which have no unknown
-/// potential there. They are small sets of unresolved disks. `finer_absorbed`: the decisions on the next finer grid;
-/// null: none absorbed. `sort`: receives the bins of the groups that this grid absorbs first.
+/// Finds the groups (bodies with one potential) that become part of the grid's effective medium, without an unknown
+/// potential. They are small sets of disks that the grid does not resolve. `finer_absorbed`: the decisions on the next
+/// finer grid; null: none absorbed. `sort`: receives the bin (the four cells around) of each group that this grid
+/// absorbs first.
 template <class Executor>
 void absorb_groups(const Executor& run, ProblemView problem, GridView grid, const int* finer_absorbed,
                    SortArrays sort) {
@@ -84,9 +85,9 @@ void absorb_groups(const Executor& run, ProblemView problem, GridView grid, cons
   run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { absorb(g, set_extent[sets.first_group[g]]); });
 }
 
-/// Makes sort keys of unresolved bodies: bins of absorbed bodies, then bins of subgrid conductors (disks too small for
-/// the grid). Items are in the order of groups (bodies with one potential), so that bodies of one group are contiguous
-/// in each bin.
+/// Makes sort keys of bodies that the grid does not resolve, by bin (the four cells around). Bins of absorbed bodies
+/// are first, then bins of subgrid conductors, which have a potential of their own. Bodies of one group (with one
+/// potential) are contiguous in each bin.
 template <class Executor>
 void homogenized_keys(const Executor& run, ProblemView problem, GridView grid, SortArrays sort) {
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int rank) {
@@ -109,8 +110,8 @@ struct PointsView {
   HomogenizedPoint* share;
 };
 
-/// Merges unresolved bodies of one group in one bin (the same four cells) to one point, so that sums have one term for
-/// them. A group is a set of bodies with one potential.
+/// Merges bodies of one group around the same four cells (a bin) to one point, so that sums have one term for them. The
+/// grid does not resolve the bodies. A group is a set of bodies with one potential.
 template <class Executor>
 void number_points(const Executor& run, ProblemView problem, GridView grid, PointsView points) {
   const int* item = grid.medium.absorbed_bodies.item;
@@ -153,9 +154,9 @@ LICHTENBERG_HOST_DEVICE inline HomogenizedPoint homogenized_point(const ProblemV
   return point;
 }
 
-/// Computes the shares of unresolved bodies and of absorbed groups (part of the medium) in the cells around them. A
-/// share is a part of the area of an absorbed body, of the conductance of a subgrid conductor, or of 1 for a group. A
-/// subgrid conductor is a disk too small for the grid.
+/// Computes the shares of small bodies and groups in the four cells around each. The share of a body in the effective
+/// medium is a part of its area. The share of a subgrid conductor (a disk too small for the grid) is a part of its
+/// conductance. For a group in the medium it is the interpolation weight.
 template <class Executor>
 void distribute_points(const Executor& run, ProblemView problem, GridView grid, PointsView points) {
   const int* item = grid.medium.absorbed_bodies.item;
@@ -193,7 +194,7 @@ struct CellBins {
 
   LICHTENBERG_HOST_DEVICE CellBins(const Layout& at, const Bins& b, int i, int j)
       : bins(b), below(j * (at.nx + 1) + i), above(below + at.nx + 1) {}
-  /// Returns the number of points in the two lower bins.
+  /// Returns the number of points in the two lower of the cell's four bins.
   LICHTENBERG_HOST_DEVICE int below_count() const { return bins.start[below + 2] - bins.start[below]; }
   /// Returns the number of points with a share in the cell.
   LICHTENBERG_HOST_DEVICE int count() const { return below_count() + bins.start[above + 2] - bins.start[above]; }

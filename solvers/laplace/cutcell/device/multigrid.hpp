@@ -83,7 +83,7 @@ class DeviceMultigrid {
     if (!lacks_capacity()) coarsest_.factorize(problem, grids_.back().view(), required(levels() - 1));
   }
 
-  /// Starts the transfer of the item counts that check_capacity() reads. The executor must wait before
+  /// Starts the transfer of the item counts that check_capacity() reads. The device must have finished it before
   /// check_capacity().
   void begin_capacity_check() { numbers_.begin_fetch(); }
   /// Returns true if the arrays were large enough; if not, enlarges them, and build() must be repeated. Throws Failure
@@ -158,7 +158,8 @@ class DeviceMultigrid {
   }
 
  private:
-  /// Returns true if set-ups may do without the host again, after many solves without strong links.
+  /// Returns true if set-ups may do without the host again, after many solves without strong links (large gap
+  /// conductances).
   bool may_forget_strong_links() const {
     return finest().view().may_have(Items::strong_links) && !coupled() &&
            solves_without_strong_links_ >= solves_to_forget_strong_links;

@@ -24,9 +24,9 @@ struct SolveVectors {
   Iterations* iterations;
 };
 
-/// Calls finish(g, flux) for each group g, with its flux through links to cells and through direct links to floating
-/// groups. `x`: potentials by slot (memory index), then by group. A floating group is a set of bodies with one unknown
-/// potential.
+/// Calls finish(g, flux) for each group g (bodies with one potential) with its flux. The flux is the sum of conductance
+/// times potential over its links to cells and its direct links (gaps) to floating groups. `x`: potentials by slot
+/// (memory index), then by group.
 template <class Executor, class Finish>
 void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const double* x, Finish finish) {
   run.sum_pieces(

@@ -6,15 +6,15 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Returns the start of a segment in its list: the links of group `segment` or, from `groups` on, the covered cells
-/// (inside conductors) of group `segment` - `groups`. Sums over segments run in pieces. A group is a set of bodies with
-/// one potential.
+/// Returns the start of a segment in its list. Segment s < groups is the links (conductances) of group s; segment
+/// groups + s is its covered cells (inside conductors). A group is a set of bodies with one potential.
 LICHTENBERG_HOST_DEVICE inline int piece_segment(const ProblemView& problem, const GridView& grid, int segment) {
   if (segment < problem.groups) return grid.link_start(problem.first_rank[segment]);
   return grid.covered_start(problem.first_rank[segment - problem.groups]);
 }
-/// Returns the end of a segment, a group's links or covered cells (inside conductors), in its list. Groups of given
-/// potential have an empty segment, because their sums are unused; at the end of a run they contain most bodies.
+/// Returns the end of a segment, a group's links (conductances) or covered cells (inside conductors), in its list.
+/// Groups of given potential have an empty segment, because their sums are unused; at the end of a run they contain
+/// most bodies.
 LICHTENBERG_HOST_DEVICE inline int piece_segment_end(const ProblemView& problem, const GridView& grid, int segment) {
   const int group = segment < problem.groups ? segment : segment - problem.groups;
   if (!problem.floating[group]) return piece_segment(problem, grid, segment);
@@ -22,8 +22,8 @@ LICHTENBERG_HOST_DEVICE inline int piece_segment_end(const ProblemView& problem,
                                   : grid.covered_start(problem.first_rank[group + 1]);
 }
 
-/// Computes the number of pieces of each segment (a group's links or covered cells). Covered cells lie inside
-/// conductors.
+/// Computes the number of pieces (units of a parallel sum) of each segment. A segment is a group's links (conductances)
+/// or covered cells (inside conductors).
 template <class Executor>
 void count_pieces(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(2 * problem.groups + 1, [=] LICHTENBERG_HOST_DEVICE(int segment) {
@@ -34,7 +34,8 @@ void count_pieces(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Computes the range of each piece in the list of links or covered cells (inside conductors).
+/// Computes the range of each piece (unit of a parallel sum) in the list of links or of covered cells (inside
+/// conductors).
 template <class Executor>
 void cut_pieces(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(grid.pieces.capacity, [=] LICHTENBERG_HOST_DEVICE(int piece) {

@@ -9,8 +9,8 @@ namespace lichtenberg::laplace::device {
 /// Number of threads that share the sum over a group's direct links (gap conductances).
 constexpr int group_lanes = 8;
 
-/// Clusters of a grid as device pointers (Clusters): groups (bodies with one potential) with strong links, relaxed
-/// together by an inverse matrix.
+/// Clusters of a grid as device pointers (Clusters). A cluster is a set of groups with large conductances between them,
+/// relaxed together by an inverse matrix. A group is a set of bodies with one potential.
 struct ClusterView {
   const int *row, *group, *first, *size;
   const long* start;
@@ -33,9 +33,9 @@ struct ClusterView {
   }
 };
 
-/// Flux to a group (bodies with one potential) from groups outside its cluster (groups solved together), through links
-/// between groups in the V-cycle. It adds terms to a sum over the group's links to cells. Groups of given potential
-/// have 0 in `phi`: they are on the right-hand side.
+/// Flux to a group (bodies with one potential) from groups outside its cluster (groups solved together), through
+/// conductances between groups in the V-cycle. It adds terms to a sum over the group's links to cells. Groups of given
+/// potential have 0 in `phi`: they are on the right-hand side.
 struct CycleFluxes {
   ProblemView problem;
   GridView grid;
@@ -101,8 +101,8 @@ struct GroupSweep {
 };
 
 /// Relaxes all groups (bodies with one potential) from their charges and the fluxes from cells and other clusters. A
-/// cluster (groups with strong links) is solved together. It works in double precision, because the charges contain the
-/// rounding of couplings' fluxes, which cancels.
+/// cluster is a set of groups solved together. It works in double precision, because the charges contain the rounding
+/// of couplings' fluxes, which cancels.
 template <class Executor>
 void relax_clusters(const Executor& run, ProblemView problem, GridView grid, const GroupSweep& sweep) {
   const CycleFluxes outside{problem, grid, sweep.phi, sweep.correction};

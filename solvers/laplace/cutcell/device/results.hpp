@@ -6,7 +6,8 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Charge of a body (C/m) and force on it (N/m), from some or all of its links.
+/// Charge of a body (C/m) and force on it (N/m), the sum over some or all of its links (conductances to cells or
+/// conductors).
 struct BodyResult {
   double charge = 0, force_x = 0, force_y = 0;
   LICHTENBERG_HOST_DEVICE BodyResult& operator+=(const BodyResult& other) {
@@ -15,7 +16,7 @@ struct BodyResult {
     force_y += other.force_y;
     return *this;
   }
-  /// Adds the force `stress` * gradient of a link.
+  /// Adds the force of one link (conductance): `stress` times the derivative of the conductance.
   LICHTENBERG_HOST_DEVICE void add_force(double stress, Vec2 gradient) {
     force_x += stress * gradient.x;
     force_y += stress * gradient.y;
@@ -46,7 +47,7 @@ struct SolvedView {
   /// Returns the potential (V) of a body.
   LICHTENBERG_HOST_DEVICE double body_potential(int body) const { return group_potential[problem.group_of[body]]; }
 
-  /// Returns the charge and force on a body from link m to a fluid cell (virtual work).
+  /// Returns the charge of a body and the force on it from link m, the conductance to a fluid cell (virtual work).
   LICHTENBERG_HOST_DEVICE BodyResult link_result(int m) const {
     const LinkArrays& links = grid.links;
     const double eps = problem.permittivity, stress = 0.5 * eps / grid.h, own = potential(links.slot[m]);

@@ -51,7 +51,7 @@ struct Tile {
   float *inverse, *f, *value, *more, *east, *north;
   bool medium;
 
-  /// Returns the size of the tile's memory (bytes).
+  /// Returns the size of a tile's memory (bytes). `medium`: with conductances of faces.
   static constexpr std::size_t bytes(bool medium) { return (medium ? 6 : 4) * cells * sizeof(float); }
   LICHTENBERG_HOST_DEVICE Tile(float* memory, bool medium_)
       : inverse(memory),
@@ -91,7 +91,7 @@ struct Tile {
     const int y = k / (width / 2), x = 2 * (k % (width / 2)) + ((y + colour) & 1);
     return y * width + x;
   }
-  /// Returns true if a cell is at least `edge` cells from the tile's edge.
+  /// Returns true if the tile's cell `at` is at least `edge` cells from the edge of the tile.
   LICHTENBERG_HOST_DEVICE static bool is_within(int at, int edge) {
     const int x = at % width, y = at / width;
     return x >= edge && x < width - edge && y >= edge && y < height - edge;
@@ -103,11 +103,11 @@ struct Tile {
 template <int across_, int along_>
 struct Tiling {
   static constexpr int across = across_, along = along_;
-  /// Returns the number of tiles in a row of tiles.
+  /// Returns the number of tiles (rectangles of cells) side by side in the grid.
   LICHTENBERG_HOST_DEVICE static int in_a_row(const GridView& coarse) {
     return (coarse.layout.nx + across - 1) / across;
   }
-  /// Returns the number of tiles of a grid.
+  /// Returns the number of tiles (rectangles of cells) that cover the grid.
   static int all(const GridView& coarse) { return in_a_row(coarse) * ((coarse.layout.ny + along - 1) / along); }
 };
 
@@ -127,9 +127,9 @@ LICHTENBERG_HOST_DEVICE float full_weighting(const ProblemView& problem, int nx,
   return 0.75f * (own_even + own_odd) + 0.25f * (odd_before + even_behind);
 }
 
-/// Kernel for the first half of a V-cycle on a tile: relaxes red, then black cells from zero with the groups'
-/// potentials `phi`. Stores the potentials of cells with links to groups (bodies with one potential), and the coarse
-/// right-hand side by full weighting.
+/// Kernel for the first half of a V-cycle on a tile (rectangle of cells). It relaxes red, then black cells from zero
+/// with the potentials `phi` of groups (bodies with one potential). It stores the potentials of cells next to
+/// conductors, and the coarse right-hand side by full weighting.
 template <class V, class Tiles>
 struct Descend {
   ProblemView problem;
@@ -171,7 +171,7 @@ struct Descend {
   }
 
  private:
-  /// Stores the potential of a tile's cell in v if groups (bodies with one potential) need it.
+  /// Stores the potential of a tile's cell in v if the groups' relaxation reads it.
   LICHTENBERG_HOST_DEVICE void leave(const Cells& tile, int at, int from_i, int from_j) const {
     if (!phi || !Cells::is_within(at, halo)) return;
     const int i = from_i + at % Cells::width, j = from_j + at / Cells::width;
@@ -213,8 +213,9 @@ LICHTENBERG_HOST_DEVICE inline float interpolated(float own, float beside, float
   return 0.75f * (0.75f * own + 0.25f * beside) + 0.25f * (0.75f * above + 0.25f * both);
 }
 
-/// Kernel for the second half of a V-cycle on a tile: adds the coarse grid's correction, then relaxes black and red
-/// cells. `phi`: the groups' potentials of the first half, to which those of the coarse grid are added; null: none.
+/// Kernel for the second half of a V-cycle on a tile (rectangle of cells). It adds the coarse grid's correction, then
+/// relaxes black and red cells. `phi`: the groups' potentials of the first half, to which those of the coarse grid are
+/// added; null: none.
 template <class V, class Tiles>
 struct Ascend {
   ProblemView problem;

@@ -32,7 +32,8 @@ void CutCellOperator::balance(const LaplaceProblem& problem, double scale, const
     if (group_diagonal_[g] > 0) x_group[g] += shift[g] + level * (1 - response[g]);
 }
 
-/// Replaces the flux into each group by the group's potential, at constant potentials of the cells.
+/// Solves the groups' equations for constant potentials of the cells: replaces the flux into each group (bodies with
+/// one potential) by the group's potential.
 void CutCellOperator::solve_groups(double* flow) const {
   if (are_linked()) return group_factors_.solve(flow);
   for (std::size_t g = 0; g < groups_; ++g) flow[g] = group_diagonal_[g] > 0 ? flow[g] / group_diagonal_[g] : 0.0;

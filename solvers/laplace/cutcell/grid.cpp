@@ -26,7 +26,8 @@ struct NeighboursInMedium {
   }
 };
 
-/// Inverts a diagonal; 0 where there is no unknown. An unconditional division permits vectorization.
+/// Computes the inverse of a row of the matrix diagonal, 0 where there is no unknown. An unconditional division permits
+/// vectorization.
 void invert_row(int n, const double* __restrict diagonal, float* __restrict inverse) {
   for (int k = 0; k < n; ++k) {
     const auto d = static_cast<float>(diagonal[k]);
@@ -49,7 +50,8 @@ void relax_row_from_zero(int n, float* __restrict v, const float* __restrict f,
   for (int k = 0; k < n; ++k) v[k] = f[k] * inverse_diagonal[k];
 }
 
-/// Residual of red cells after a sweep from zero over red, then black cells: the flux from their black neighbours.
+/// Computes the residual of red cells after a sweep from zero over red, then black cells. It is the flux from their
+/// black neighbours.
 template <class Around>
 void red_residual_row(int n, float* r, const float* inverse_diagonal, Around around) {
 #pragma GCC ivdep
@@ -96,7 +98,8 @@ void Grid::build(const LaplaceProblem& problem, const Level& level, parallel::Te
   for (int side = 0; side < 4; ++side) mirror[side] = problem.sides[side].kind == Side::Kind::electrode ? -1.0f : 1.0f;
 }
 
-/// Calls effect(first slot, number of cells, neighbours) for the row of a colour.
+/// Calls effect(first slot, number of cells, neighbours) for the cells of a colour in row j. A slot is the memory index
+/// of a cell.
 template <class Effect>
 void Grid::with_neighbours(int colour, int j, const Effect& effect) const {
   const std::ptrdiff_t at = layout.row(colour, j), south = layout.row(1 - colour, j - 1);
@@ -131,14 +134,15 @@ void Grid::update_eliminated(int colour, int j) {
   eliminated_.update(colour, j, [this](const EliminatedCells::Cell& cell) { return flux_from_neighbours(cell); });
 }
 
-/// Adds the fluxes from cells to their groups. Fluxes from eliminated cells do not contain the part that returns to
-/// them.
+/// Adds the fluxes from cells to their groups (bodies with one potential) to `sum`. Fluxes from eliminated near-surface
+/// cells do not contain the part that returns to them.
 void Grid::add_cell_fluxes(std::vector<float>& sum) const {
   links_.add_to_groups(*team_, v.data(), sum.data());
   eliminated_.add_fluxes(sum);
 }
 
-/// Relaxes the groups after a sweep over cells and sets flux_ to the change of their potentials.
+/// Relaxes the groups (bodies with one potential) after a sweep over cells. Sets flux_ to the change of their
+/// potentials.
 void Grid::relax_groups_again(bool forward) {
   const std::vector<float> before = phi;
   std::fill(flux_.begin(), flux_.end(), 0.0f);
@@ -153,8 +157,8 @@ void Grid::add_link_fluxes(int j, const std::vector<float>& potential) {
   links_.add_to_row(j, potential.data(), [&](std::int32_t cell, float flux) { f[cell] += flux; });
 }
 
-/// Relaxes conductors first, so that the sweep over cells has their potentials as boundary values (12 iterations of CG;
-/// otherwise 26).
+/// Relaxes conductors first, so that the sweep over cells has their potentials as boundary values. CG then needs 12
+/// iterations, otherwise 26.
 void Grid::smooth_from_zero() {
   std::fill(phi.begin(), phi.end(), 0.0f);
   std::fill(flux_.begin(), flux_.end(), 0.0f);
@@ -193,8 +197,9 @@ void Grid::smooth_from_zero() {
   }
 }
 
-/// Full weighting, the transpose of bilinear interpolation: weights 1 3 3 1 / 4 of the fine cells' residuals in each
-/// direction (black residuals are zero). Contributions to cells outside the box are mirrored.
+/// Restricts the residual to row J of the coarse grid by full weighting, the transpose of bilinear interpolation. The
+/// weights are 1 3 3 1 / 4 of the fine cells' residuals in each direction (black residuals are zero). Contributions to
+/// cells outside the box are mirrored.
 void Grid::restrict_row(Grid& coarse, int J) const {
   const int NX = coarse.layout.nx, NY = coarse.layout.ny;
   thread_local std::vector<float> buffer;
@@ -220,7 +225,7 @@ void Grid::restrict_row(Grid& coarse, int J) const {
   }
 }
 
-/// Adds fluxes to the groups' charges such that these become residuals.
+/// Adds fluxes to the groups' charges such that these become the residuals of the groups' equations.
 void Grid::add_group_residuals(std::vector<float>& charges) const {
   std::vector<float> flux;
   if (groups_.is_coupled()) {
@@ -261,8 +266,8 @@ void Grid::spread(const std::vector<float>& potential, const std::array<float, 4
   mirrored_.assign(v, mirrored, layout, *team_);
 }
 
-/// Calls effect(slot, value) for every cell of a row with the bilinear interpolation from `coarse`: weights 9 3 3 1 /
-/// 16 of the four nearest coarse cells.
+/// Calls effect(slot, value) for every cell of a colour in row j, with the bilinear interpolation from `coarse`. The
+/// weights are 9 3 3 1 / 16 of the four nearest coarse cells. A slot is the memory index of a cell.
 template <class Effect>
 void Grid::interpolate_row(const Grid& coarse, int colour, int j, const Effect& effect) const {
   const int next_column = Layout::parity(colour, j) == 0 ? -1 : 1;

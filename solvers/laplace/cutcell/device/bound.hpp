@@ -3,8 +3,8 @@
 // Eliminated near-surface cells (../eliminated_cells.hpp) on grids that have their own kernels in the V-cycle. The
 // functions find these cells, compute the Schur complement that their elimination leaves in groups' equations, and
 // eliminate them in the cycle (../kron_reduction.hpp). In the second half of the V-cycle, tiles store in such a cell
-// the flux from its neighbours divided by its diagonal, until groups have been relaxed. A group's sum over all its
-// links then equals the result of the elimination.
+// the flux from its neighbours divided by its diagonal. The value stays until groups have been relaxed. A group's sum
+// over all its links then equals the result of the elimination.
 
 #include "solvers/laplace/cutcell/device/direct_links.hpp"
 #include "solvers/laplace/cutcell/device/pieces.hpp"

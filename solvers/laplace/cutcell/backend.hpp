@@ -44,7 +44,7 @@ class CutCellBackend : public LaplaceSolver {
   /// arrays.
   virtual bool is_complete() const { return true; }
   /// Computes charges, forces and energy, and adds the potentials to the history. Sets `solution.unknowns` to the
-  /// number of fluid cells.
+  /// number of fluid cells (cells whose centres lie outside all bodies).
   virtual void finish(const LaplaceProblem& problem, LaplaceSolution& solution) = 0;
 
   virtual bool has_history() const = 0;

@@ -87,8 +87,8 @@ struct AbsorbedGroup {
   std::array<float, 4> weight;
 };
 
-/// Conductances of the faces between fluid cells, by slot (memory index): to the cell on the right and to the cell
-/// above. Empty vectors mean 1 everywhere.
+/// Conductances of the faces between fluid cells (outside all bodies), by slot (memory index): to the cell on the right
+/// and to the cell above. Empty vectors mean 1 everywhere.
 struct FaceConductances {
   std::vector<float> east, north;
 

@@ -48,8 +48,8 @@ void make_links(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Computes the conductances of the faces between fluid cells of an effective medium, stored with the left or lower
-/// cell.
+/// Computes the conductances of the faces between fluid cells (outside all bodies) on a grid with an effective medium.
+/// They are stored with the left or lower cell.
 template <class Executor>
 void make_faces(const Executor& run, GridView grid) {
   run.for_each(grid.layout.ny, grid.layout.nx, [=] LICHTENBERG_HOST_DEVICE(int j, int i) {

@@ -19,7 +19,8 @@ struct SetsView {
   const int* first_group;
   /// Groups sorted by set; `start`: by a set's first group, the index of its groups in `group`.
   const int *start, *group;
-  /// By group. `is_alone`: whether its set is one floating body; `held`: Agglomerates::is_grounded.
+  /// By group. `is_alone`: whether its set is one floating body; `held`: whether its set has a given potential
+  /// (Agglomerates::is_grounded).
   const int *is_alone, *held;
   bool operator==(const SetsView&) const = default;
 };

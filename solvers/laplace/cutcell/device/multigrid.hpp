@@ -103,7 +103,7 @@ class DeviceMultigrid {
   int generation() const { return generation_; }
   /// Returns true if the device solves the coarsest grid's system, so that the V-cycle needs no host.
   bool on_device() const { return coarsest_.on_device(); }
-  /// Returns the number of fluid cells of the finest grid.
+  /// Returns the number of fluid cells (outside all bodies) of the finest grid.
   long fluid_cells() const { return finest().fluid_cells(required(0)); }
   /// Returns true if groups (bodies with one potential) are linked so strongly that the host takes part in the set-up.
   /// It computes clusters, the groups that are relaxed together.

@@ -26,7 +26,7 @@ class CoarseSolver {
   void factorize(const LaplaceProblem& problem, const Level& level);
   /// Solves the system for the right-hand sides f (of cells, by slot) and `charge` (by group). Writes the potentials to
   /// v (by slot, the memory index) and phi (by group). Entries of covered cells (inside conductors) and of groups of
-  /// given potential are not changed.
+  /// given potential are not changed. A group is a set of bodies with one potential.
   void solve(const float* f, const float* charge, float* v, float* phi);
 
  private:

@@ -26,7 +26,8 @@ struct EliminatedCells {
   /// the group's link; `all`: sum of the cell's conductances.
   LICHTENBERG_HOST_DEVICE static constexpr double schur_diagonal(double c, double all) { return c * (all - c) / all; }
   /// Computes the conductance a b / all that the elimination of a cell adds between two groups (Schur complement). `a`,
-  /// `b`: conductances of their links to the cell; `all`: sum of the cell's conductances.
+  /// `b`: conductances of their links to the cell; `all`: sum of the cell's conductances. A group is a set of bodies
+  /// with one potential.
   LICHTENBERG_HOST_DEVICE static constexpr double schur_offdiagonal(double a, double b, double all) {
     return a * b / all;
   }

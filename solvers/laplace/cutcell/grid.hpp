@@ -35,11 +35,11 @@ class Grid {
   /// the scalar product of r and v over row j.
   void correct_and_smooth(const Grid& coarse, const double* r = nullptr, double* row_product = nullptr);
   /// Distributes the charges of absorbed groups to the right-hand side of the four cells around each. An absorbed group
-  /// has no unknown on this grid.
+  /// has no unknown on this grid. A group is a set of bodies with one potential.
   void absorb_charges(std::span<const AbsorbedGroup> groups);
   /// Prepares the potentials v for interpolation to the next finer grid (prolongation). Covered cells get their group's
   /// entry of `potential`. Groups that this grid absorbs first get the interpolated potential in phi. Mirror images of
-  /// cells beyond a side are multiplied by mirrored[side].
+  /// cells beyond a side are multiplied by mirrored[side]. A group is a set of bodies with one potential.
   void spread(const std::vector<float>& potential, const std::array<float, 4>& mirrored);
   /// Sets v to the bilinear interpolation from the next coarser grid, which must have called spread(), and phi to that
   /// grid's group potentials. A group is a set of bodies with one potential.

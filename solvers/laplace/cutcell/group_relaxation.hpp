@@ -16,7 +16,7 @@ class GroupRelaxation {
  public:
   /// Chooses and factorizes the block of coupled groups, and lists the direct links (gap conductances). `diagonal`
   /// [groups]: sum of each group's conductances without couplings (lumped capacitances); 0 for groups of given
-  /// potential.
+  /// potential. A group is a set of bodies with one potential.
   void build(const LaplaceProblem& problem, const Level& level, const std::vector<float>& diagonal);
 
   /// Computes new potentials phi by one Gauss-Seidel sweep. It relaxes the single groups (bodies with one potential) in

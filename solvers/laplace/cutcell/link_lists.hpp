@@ -67,12 +67,13 @@ class LinkLists {
   }
 
   /// Adds to `sum` [groups] the sum of conductance * v over each floating group's links. `v`: potentials of cells by
-  /// slot (memory index).
+  /// slot (memory index). A group is a set of bodies with one potential.
   void add_to_groups(parallel::Team& team, const Real* v, Real* sum) const {
     add_links(team, sum, [v](const BodyLink& link) { return link.conductance * v[link.cell]; });
   }
 
-  /// Adds to `sum` [groups] the sum of the conductances of each floating group's links.
+  /// Adds to `sum` [groups] the sum of the conductances of each floating group's links. A group is a set of bodies with
+  /// one potential.
   void add_conductances(parallel::Team& team, Real* sum) const {
     add_links(team, sum, [](const BodyLink& link) { return link.conductance; });
   }
@@ -150,7 +151,7 @@ class LinkLists {
 
 /// Computes the diagonal of each floating group's equation. It is the sum of the conductances of the group's links to
 /// cells, conductors and sides, without couplings (lumped capacitances between groups). Groups of given potential get
-/// 0.
+/// 0. A group is a set of bodies with one potential.
 template <class Real>
 std::vector<Real> group_diagonals(const LaplaceProblem& problem, const Level& level, const LinkLists<Real>& links,
                                   parallel::Team& team) {

@@ -41,14 +41,15 @@ class Multigrid {
   /// Copies row j of the residual r to the finest grid as its right-hand side. take_row() for all rows, take_groups()
   /// and cycle() together equal apply(). They serve fused passes over r and z.
   void take_row(int j, const double* r);
-  /// Copies the groups' entries of the residual r to the finest grid as right-hand side of the V-cycle.
+  /// Copies the groups' entries of the residual r to the finest grid as right-hand side of the V-cycle. A group is a
+  /// set of bodies with one potential.
   void take_groups(const double* r);
   /// Runs one V-cycle on the residual r, which take_row() and take_groups() have copied. Returns the scalar product
   /// r'z. The result z = M r is then in cells() and groups().
   double cycle(const double* r);
   /// Returns the cells' part of z = M r after cycle(), by slot (memory index).
   const float* cells() const { return grids_[0]->v.data(); }
-  /// Returns the groups' part of z = M r after cycle().
+  /// Returns the groups' part of z = M r after cycle(). A group is a set of bodies with one potential.
   const double* groups() const { return group_potential_.data(); }
 
   /// Computes an initial guess x by nested iteration (full multigrid, Brandt 1977), in units of `scale` (V). It solves

@@ -42,13 +42,15 @@ class CutCellOperator {
   void fix_potential_level(double* x, double* r) const;
   /// Corrects the charges: shifts the floating groups' potentials, and all potentials by a common value. Every group's
   /// charge and the sum of all charges then are exact except for rounding. The shifts, of the order of CG's tolerance,
-  /// are a Galerkin correction and reduce the error in the energy norm. `scale`: potential unit (V) of b and x.
+  /// are a Galerkin correction and reduce the error in the energy norm. `scale`: potential unit (V) of b and x. A group
+  /// is a set of bodies with one potential.
   void balance(const LaplaceProblem& problem, double scale, const double* b, double* x) const;
   /// Smooths x by Gauss-Seidel sweeps over the groups and the cells next to conductors, where a change of geometry
   /// causes the largest errors. Returns the work in evaluations of A. On grids with varying face conductances it does
   /// nothing. A group is a set of bodies with one potential.
   double relax_edges(const double* b, double* x, int sweeps) const;
-  /// Sets the entries of covered cells (inside conductors) and of groups of given potential to zero.
+  /// Sets the entries of covered cells (inside conductors) and of groups of given potential to zero. A group is a set
+  /// of bodies with one potential.
   void mask(double* x) const;
 
   /// Returns the discretized geometry of the finest grid.

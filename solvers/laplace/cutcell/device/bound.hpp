@@ -120,7 +120,7 @@ void list_joined(const Executor& run, ProblemView problem, GridView grid, const 
 }
 
 /// Computes the diagonals of the groups' equations in the V-cycle, and their inverses. They are sums of conductances,
-/// after elimination of near-surface cells (Schur complement).
+/// after elimination of near-surface cells (Schur complement). A group is a set of bodies with one potential.
 template <class Executor>
 void make_cycle_diagonals(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(
@@ -158,7 +158,7 @@ void sum_bound_cells(const Executor& run, ProblemView problem, GridView grid) {
 }
 
 /// Computes the potentials v of eliminated near-surface cells (dominated by a conductor) from the groups' potentials
-/// (back substitution).
+/// (back substitution). A group is a set of bodies with one potential.
 template <class V, class Executor>
 void update_bound_cells(const Executor& run, GridView grid, V* v) {
   for_each_item(run, grid, Items::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {

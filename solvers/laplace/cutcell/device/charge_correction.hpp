@@ -93,7 +93,8 @@ struct SolveGroups {
     const int* count = counts(block);
     block.each(threads, [&](int t) { each_of(count, t, f); });
   }
-  /// Returns the sum of value(g) over all linked groups g. Overwrites the block's memory.
+  /// Returns the sum of value(g) over all linked groups g. Overwrites the block's memory. A group is a set of bodies
+  /// with one potential.
   template <class Block, class Value>
   LICHTENBERG_HOST_DEVICE double sum(const Block& block, Value value) const {
     double* part = block.template memory<double>();
@@ -108,7 +109,7 @@ struct SolveGroups {
     block.each(1, [](int) {});  // before it is written again
     return all;
   }
-  /// Returns row g of the product of the groups' matrix and x.
+  /// Returns row g of the product of the groups' matrix and x. A group is a set of bodies with one potential.
   LICHTENBERG_HOST_DEVICE double product(const double* x, int g) const {
     double sum = grid.groups.diagonal[g] * x[g];
     for (int k = 0; k < grid.direct_links_of(problem, g); ++k) {
@@ -119,7 +120,8 @@ struct SolveGroups {
     }
     return sum;
   }
-  /// Solves the listed groups' equations for x by conjugate gradients with diagonal preconditioning.
+  /// Solves the listed groups' equations for x by conjugate gradients with diagonal preconditioning. A group is a set
+  /// of bodies with one potential.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void solve(const Block& block, const double* rhs, double* x) const {
     double *r = correction.r, *p = correction.p, *q = correction.q;
@@ -149,7 +151,7 @@ struct SolveGroups {
 };
 
 /// Computes the residuals of the groups' equations and their conductances to given potentials. Then solves for the
-/// shifts of potentials that remove either.
+/// shifts of potentials that remove either. A group is a set of bodies with one potential.
 template <class Executor>
 void compute_group_equations(const Executor& run, ProblemView problem, GridView grid, SolveVectors v,
                              ChargeCorrection correction) {

@@ -21,7 +21,7 @@ namespace lichtenberg::laplace::device {
 
 /// Lists the direct links between groups (gap conductances), each once, then those made by eliminated cells (dominated
 /// by a conductor). Unused entries have a = -1. Also copies the diagonals of the groups' equations: those of the
-/// V-cycle and, on the finest grid, of the system.
+/// V-cycle and, on the finest grid, of the system. A group is a set of bodies with one potential.
 template <class Executor>
 void list_group_links(const Executor& run, ProblemView problem, GridView grid, NetworkLink* link, double* diagonal) {
   const int direct = grid.capacity[Items::direct_links], all = direct + grid.capacity[Items::joined_links];

@@ -105,7 +105,7 @@ LICHTENBERG_HOST_DEVICE inline void add_chunk_of_links(const ProblemView& proble
 }
 
 /// Computes the dense matrix of the coarsest grid. One thread fills a cell's row, several threads a group's. Sums are
-/// always in the same order.
+/// always in the same order. A group is a set of bodies with one potential.
 template <class Executor>
 void fill_coarsest(const Executor& run, ProblemView problem, GridView grid, CoarsestView coarsest) {
   const int slots = static_cast<int>(grid.layout.size());

@@ -125,7 +125,7 @@ void restrict_charges(const Executor& run, ProblemView problem, GridView grid) {
 
 /// Computes the potential at the centre of group g by bilinear interpolation between four cells. The group is part of
 /// the grid's effective medium and has no unknown potential. potential(slot) returns a cell's potential; slot: memory
-/// index.
+/// index. A group is a set of bodies with one potential.
 template <class Potential>
 LICHTENBERG_HOST_DEVICE float absorbed_potential(const ProblemView& problem, const GridView& grid, int g,
                                                  Potential potential) {

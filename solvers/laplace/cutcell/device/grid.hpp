@@ -26,7 +26,7 @@ struct SetsView {
 };
 
 /// Couplings (lumped capacitances) between groups as conductances per permittivity, in a list for each floating group
-/// (device pointers).
+/// (device pointers). A group is a set of bodies with one potential.
 struct CouplingView {
   /// `start` [groups + 1]: index of a group's first entry in `other` and `conductance`; null: no couplings. `other`:
   /// group at the other end.
@@ -255,6 +255,7 @@ struct BodyArrays {
 
 /// Arrays of a coarse grid with an effective medium: bodies too small for the grid, as points sorted by bin (the four
 /// cells around). An absorbed group has no unknown potential on the grid. Bodies of one group in one bin are one point.
+/// A group is a set of bodies with one potential.
 struct MediumArrays {
   /// By group: 1 if the medium absorbs it.
   int* absorbed;
@@ -456,11 +457,12 @@ struct GridView {
     return first_direct_link(problem, g + 1) - first_direct_link(problem, g);
   }
   /// Returns the number of a group's direct links (gap conductances) and links made by eliminated cells (dominated by a
-  /// conductor). The V-cycle treats both as equal.
+  /// conductor). The V-cycle treats both as equal. A group is a set of bodies with one potential.
   LICHTENBERG_HOST_DEVICE int cycle_links_of(const ProblemView& problem, int g) const {
     return direct_links_of(problem, g) + joined_before(problem, g + 1) - joined_before(problem, g);
   }
-  /// Returns the t-th of the links between group g and other groups that cycle_links_of() counts.
+  /// Returns the t-th of the links between group g and other groups that cycle_links_of() counts. A group is a set of
+  /// bodies with one potential.
   LICHTENBERG_HOST_DEVICE const DirectLink& cycle_link(const ProblemView& problem, int g, int t) const {
     const int n = direct_links_of(problem, g);
     return t < n ? direct.link[first_direct_link(problem, g) + t] : bound.joined[joined_before(problem, g) + t - n];

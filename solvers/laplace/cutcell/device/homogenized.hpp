@@ -7,7 +7,8 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Bounding rectangle of a group's disks (cells), and the number of them that the grid resolves.
+/// Bounding rectangle of a group's disks (cells), and the number of them that the grid resolves. A group is a set of
+/// bodies with one potential.
 struct Extent {
   double low_x = infinite, low_y = infinite, high_x = -infinite, high_y = -infinite;
   double resolved = 0;  // number of resolved disks
@@ -156,7 +157,8 @@ LICHTENBERG_HOST_DEVICE inline HomogenizedPoint homogenized_point(const ProblemV
 
 /// Computes the shares of small bodies and groups in the four cells around each. The share of a body in the effective
 /// medium is a part of its area. The share of a subgrid conductor (a disk too small for the grid) is a part of its
-/// conductance. For a group in the medium it is the interpolation weight.
+/// conductance. For a group in the medium it is the interpolation weight. A group is a set of bodies with one
+/// potential.
 template <class Executor>
 void distribute_points(const Executor& run, ProblemView problem, GridView grid, PointsView points) {
   const int* item = grid.medium.absorbed_bodies.item;

@@ -231,7 +231,7 @@ void test_convergence(const Executor& run, SolveVectors v) {
 
 /// Solves each floating group's equation for its potential in x, for given potentials of the cells. Groups joined by
 /// couplings (lumped capacitances) are solved together; those with direct links (gap conductances) only by a Jacobi
-/// step. `next`: scratch memory, one value per group.
+/// step. `next`: scratch memory, one value per group. A group is a set of bodies with one potential.
 template <class Executor>
 void solve_group_potentials(const Executor& run, ProblemView problem, GridView grid, const double* b, double* x,
                             double* next) {

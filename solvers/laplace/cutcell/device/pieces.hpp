@@ -14,7 +14,7 @@ LICHTENBERG_HOST_DEVICE inline int piece_segment(const ProblemView& problem, con
 }
 /// Returns the end of a segment, a group's links (conductances) or covered cells (inside conductors), in its list.
 /// Groups of given potential have an empty segment, because their sums are unused; at the end of a run they contain
-/// most bodies.
+/// most bodies. A group is a set of bodies with one potential.
 LICHTENBERG_HOST_DEVICE inline int piece_segment_end(const ProblemView& problem, const GridView& grid, int segment) {
   const int group = segment < problem.groups ? segment : segment - problem.groups;
   if (!problem.floating[group]) return piece_segment(problem, grid, segment);
@@ -23,7 +23,7 @@ LICHTENBERG_HOST_DEVICE inline int piece_segment_end(const ProblemView& problem,
 }
 
 /// Computes the number of pieces (units of a parallel sum) of each segment. A segment is a group's links (conductances)
-/// or covered cells (inside conductors).
+/// or covered cells (inside conductors). A group is a set of bodies with one potential.
 template <class Executor>
 void count_pieces(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(2 * problem.groups + 1, [=] LICHTENBERG_HOST_DEVICE(int segment) {

@@ -6,7 +6,8 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Number of threads that share the sum over a group's direct links (gap conductances).
+/// Number of threads that share the sum over a group's direct links (gap conductances). A group is a set of bodies with
+/// one potential.
 constexpr int group_lanes = 8;
 
 /// Clusters of a grid as device pointers (Clusters). A cluster is a set of groups with large conductances between them,
@@ -74,7 +75,8 @@ void solve_clusters(const Executor& run, ProblemView problem, GridView grid, con
 }
 
 /// Solves for the groups' potentials x from the right-hand sides `rhs` with all couplings and direct links (gap
-/// conductances), for given potentials of the cells. A coupling is a lumped capacitance between groups.
+/// conductances), for given potentials of the cells. A coupling is a lumped capacitance between groups. A group is a
+/// set of bodies with one potential.
 template <class Executor>
 void solve_exactly(const Executor& run, ProblemView problem, GridView grid, const double* rhs, double* x) {
   run.template sum_segments<group_lanes>(

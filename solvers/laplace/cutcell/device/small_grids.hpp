@@ -361,7 +361,8 @@ struct SmallGrids {
     if (has(l, Items::unknown_groups)) relax_groups(block, l);
   }
 
-  /// Relaxes the groups' potentials on grid l at the end of its part of the V-cycle.
+  /// Relaxes the groups' potentials on grid l at the end of its part of the V-cycle. A group is a set of bodies with
+  /// one potential.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void relax_groups(const Block& block, int l) const {
     const GridView& here = grid[l];

@@ -215,7 +215,7 @@ LICHTENBERG_HOST_DEVICE inline float interpolated(float own, float beside, float
 
 /// Kernel for the second half of a V-cycle on a tile (rectangle of cells). It adds the coarse grid's correction, then
 /// relaxes black and red cells. `phi`: the groups' potentials of the first half, to which those of the coarse grid are
-/// added; null: none.
+/// added; null: none. A group is a set of bodies with one potential.
 template <class V, class Tiles>
 struct Ascend {
   ProblemView problem;

@@ -13,7 +13,7 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// The smallest rectangle around some disks.
+/// Smallest rectangle around a set of disks (cells).
 struct Extent {
   Vec2 low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()}, high = -low;
 
@@ -41,7 +41,8 @@ void choose_resolved(const LaplaceProblem& problem, const Agglomerates& agglomer
   if (std::ranges::find(bodies.is_resolved, 0) == bodies.is_resolved.end()) bodies.is_resolved.clear();
 }
 
-/// Absorbs the groups of a set that has no resolved body and no given potential and lies within `least_extent` cells.
+/// Finds the groups that the medium absorbs: those of a set without a resolved body and without a given potential. The
+/// set must lie within `least_extent` cells.
 void absorb_groups(const LaplaceProblem& problem, const Agglomerates& agglomerates, const Level* finer,
                    const GridBodies& bodies, Level& level) {
   level.absorbed.clear();
@@ -70,7 +71,7 @@ void absorb_groups(const LaplaceProblem& problem, const Agglomerates& agglomerat
   level.newly_absorbed = static_cast<int>(first_old - level.absorbed.begin());
 }
 
-/// Lists the unresolved conductors of groups that are not absorbed.
+/// Lists the subgrid conductors: bodies that the grid does not resolve, of groups that the medium does not absorb.
 void list_subgrid_conductors(const LaplaceProblem& problem, const Level& level, GridBodies& bodies) {
   std::vector<int>&start = bodies.subgrid_start, &subgrid = bodies.subgrid;
   subgrid.clear();
@@ -88,7 +89,8 @@ void list_subgrid_conductors(const LaplaceProblem& problem, const Level& level, 
     if (is_subgrid(body)) subgrid[next[problem.bodies[body].group]++] = static_cast<int>(body);
 }
 
-/// Relative permittivity by slot, from the area of the absorbed disks in each cell.
+/// Computes the effective relative permittivity by slot (memory index) from the area of the absorbed disks in each
+/// cell.
 std::vector<float> cell_permittivity(const LaplaceProblem& problem, const GridBodies& bodies, const Level& level) {
   std::vector<float> permittivity(level.layout.size(), 0.0f);
   for (std::size_t body = 0; body < problem.bodies.size(); ++body) {
@@ -102,7 +104,8 @@ std::vector<float> cell_permittivity(const LaplaceProblem& problem, const GridBo
   return permittivity;
 }
 
-/// Sets the faces of row j and adds them and the links to the diagonal.
+/// Computes the face conductances and the diagonal of row j in the medium, and multiplies the links' conductances by
+/// the permittivity.
 void fill_row(int j, const std::vector<float>& permittivity, const GridBodies& bodies, Level& level) {
   const Layout& layout = level.layout;
   const auto face = [&](std::ptrdiff_t a, int i_b, int j_b) {

@@ -6,7 +6,7 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// Returns true for a resistor between nodes of one group, which carries no current.
+/// Returns true for a resistor between nodes of one equipotential group, which carries no current.
 bool is_within_group(const Resistor& resistor, const ElectricalGroups& groups) {
   return resistor.b >= 0 && groups.id[resistor.a] == groups.id[resistor.b];
 }

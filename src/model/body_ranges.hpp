@@ -7,8 +7,8 @@
 
 namespace lichtenberg {
 
-/// Number of successive bodies in one task of for_ranges(). A loop over so many bodies costs a few times as much as
-/// handing a task to a thread. The number is fixed, so that rounding does not depend on the number of threads.
+/// Number of successive bodies in one task of for_ranges(). A loop over one range costs a few times as much as handing
+/// a task to a thread. The number is fixed, so that rounding does not depend on the number of threads.
 constexpr int bodies_a_range = 1024;
 
 /// Runs a parallel loop over the bodies 0 ... n - 1. The team's threads call work(first, end) for successive ranges of

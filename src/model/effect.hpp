@@ -73,8 +73,9 @@ class ForceJacobian {
   /// Adds `rate` (1/s; negative for linear drag) to the derivative of each component of the force on body i by the same
   /// component of its momentum.
   void add_drag(int i, double rate);
-  /// Adds the block along * n n' + across * (1 - n n') (1/s; negative for drag) to the derivative of the force on body
-  /// i by its momentum. n is the direction of the velocity, a unit vector with `dimension` components.
+  /// Adds the block along * n n' + across * (1 - n n') to the derivative of the force on body i by its momentum.
+  /// `along` and `across` (1/s) are negative for drag. n is the direction of the velocity, a unit vector with
+  /// `dimension` components.
   void add_drag(int i, std::span<const double> n, double along, double across);
 
   std::vector<Entry> by_position, by_momentum;  ///< entries of the same row and column are summed

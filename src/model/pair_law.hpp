@@ -48,7 +48,7 @@ template <class Law>
 concept NeedsCharges = requires {
   requires Law::charged;
 };
-/// True for a pair force law that is not valid for some pairs, as its function refuses() tells.
+/// True for a pair force law with a function refuses(), which returns true for pairs for which the law is not valid.
 template <class Law>
 concept CanRefuse = requires(const Law& law, const PairGeometry& geometry) {
   law.refuses(geometry);

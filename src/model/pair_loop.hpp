@@ -89,9 +89,9 @@ class Batch {
     }
   }
 
-  /// Evaluates the force law for each pair of the batch. Adds the energies to sum.energy one after the other, so that
-  /// the sum does not depend on the division into batches. Sets sum.refused, if empty, to the first pair for which the
-  /// law is not valid.
+  /// Evaluates the force law for each pair of the batch. Adds the energies to sum.energy sequentially, so that the sum
+  /// does not depend on the division into batches. Sets sum.refused, if empty, to the first pair for which the law is
+  /// not valid.
   void apply_law(PairSum& sum) {
     int rest = 0, refused = 0;
     for (int c = 0; c < count_; ++c) {

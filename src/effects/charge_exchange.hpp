@@ -30,7 +30,8 @@ inline constexpr Named<effects::OverCapacity> values_named<effects::OverCapacity
 
 namespace lichtenberg::effects {
 
-/// Parameters of ChargeExchange, in reduced units.
+/// Parameters of the charge exchange between grains in contact: model, prefactor and exponent of the transferred
+/// charge, and largest charge of a grain. Reduced units.
 struct ChargeExchangeOptions {
   ExchangeModel model = ExchangeModel::impact;
   double strength = 4.5e-3;  ///< Q, prefactor of the transferred charge (q0)
@@ -69,7 +70,7 @@ class ChargeExchange : public Effect {
 
   ChargeExchangeOptions options_;
   std::uint64_t seed_;
-  /// Number of collisions of each grain, a counter of its random numbers.
+  /// Number of collisions of each grain, which selects its random numbers.
   std::vector<std::int64_t> collisions_;
   std::int64_t steps_ = 0, transfers_ = 0, refused_ = 0;
   double lost_ = 0;  ///< charge, q0

@@ -10,7 +10,7 @@
 
 namespace lichtenberg::effects {
 
-/// Parameters of ContactDischarge.
+/// Parameters of electrical contacts (ContactDischarge): the gaps between surfaces at which they close and open.
 struct ContactDischargeOptions {
   double contact_distance = 0;  ///< gap between surfaces (m) at which an electrical contact closes
   double hysteresis = 0.05;     ///< a contact opens at a gap of contact_distance * (1 + hysteresis)

@@ -5,7 +5,7 @@
 
 namespace lichtenberg::effects {
 
-/// Parameters of ContactResistance.
+/// Parameters from which the resistance of an electrical contact between two conductors follows.
 struct ContactResistanceOptions {
   double resistance = 0;      ///< resistance of each contact without its constriction resistance (ohm)
   double resistivity = 0;     ///< ohm m, of the conductors

@@ -27,7 +27,8 @@ inline constexpr Named<effects::CoulombSum> values_named<effects::CoulombSum>[] 
 
 namespace lichtenberg::effects {
 
-/// Parameters of Coulomb, in reduced units.
+/// Parameters of the Coulomb forces between grains: coupling constant, method of the sum and its accuracy or numerical
+/// parameters. Reduced units.
 struct CoulombOptions {
   double strength = 1;  ///< coupling constant K of the energy K q_i q_j / r
   CoulombSum sum = CoulombSum::mesh;

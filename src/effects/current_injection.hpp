@@ -5,7 +5,7 @@
 
 namespace lichtenberg::effects {
 
-/// Parameters of CurrentInjection.
+/// Parameter of current injection: the constant current into each conductor.
 struct CurrentInjectionOptions {
   double current = 0;  ///< current into each conductor (A)
   static const EffectKind& kind();

@@ -8,7 +8,8 @@
 
 namespace lichtenberg::effects {
 
-/// Parameters of GasDrag, in reduced units.
+/// Parameters of the drag of a surrounding gas on grains: drag coefficient, and speed and correlation time of the
+/// random gas velocity. Reduced units.
 struct GasDragOptions {
   double stokes = 0.05;         ///< drag coefficient S (1/t0)
   double speed = 0;             ///< standard deviation of each component of the gas velocity (v0)

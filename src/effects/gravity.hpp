@@ -11,7 +11,7 @@ struct Domain;
 
 namespace lichtenberg::effects {
 
-/// Parameters of Gravity.
+/// Parameters of weight and buoyancy: gravitational acceleration, its direction, and density of the fluid.
 struct GravityOptions {
   double acceleration = 9.80665;  ///< gravitational acceleration (m/s^2)
   /// Direction of gravity, a vector of any length; empty: along the last axis (y or z) towards 0.

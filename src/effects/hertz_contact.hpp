@@ -9,7 +9,7 @@
 
 namespace lichtenberg::effects {
 
-/// Parameters of HertzContact: elastic constants of the conductors.
+/// Parameters of Hertz's elastic contact between spheres: elastic constants of the conductors.
 struct HertzContactOptions {
   double young = 200e9;              ///< Young's modulus (Pa)
   double poisson = 0.3;              ///< Poisson's ratio

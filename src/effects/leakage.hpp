@@ -5,7 +5,7 @@
 
 namespace lichtenberg::effects {
 
-/// Parameters of Leakage.
+/// Parameter of charge leakage through the fluid: its conductivity.
 struct LeakageOptions {
   double conductivity = 0;  ///< conductivity of the fluid (S/m)
   static const EffectKind& kind();

@@ -12,7 +12,7 @@
 
 namespace lichtenberg::effects {
 
-/// Parameters of SoftRepulsion.
+/// Parameter of the soft repulsion of packings: the factor of its potential energy.
 struct SoftRepulsionOptions {
   double stiffness = 1;  ///< factor of the potential energy (J)
   static const EffectKind& kind();

@@ -5,7 +5,7 @@
 
 namespace lichtenberg::effects {
 
-/// Parameters of UniformForce, in reduced units.
+/// Parameter of a uniform force on all grains: their constant acceleration. Reduced units.
 struct UniformForceOptions {
   Coordinates acceleration;  ///< d0/t0^2
 

@@ -9,7 +9,7 @@
 
 namespace lichtenberg::effects {
 
-/// Parameters of WallContact: elastic constants of the walls and of the conductors.
+/// Parameters of the elastic contact of spheres with walls: elastic constants of the walls and of the conductors.
 struct WallContactOptions {
   double young = 200e9;              ///< Young's modulus of the walls (Pa)
   double poisson = 0.3;              ///< Poisson's ratio of the walls

@@ -40,8 +40,8 @@ inline constexpr double rounding = 1e-9;
 ///
 /// In straight flight the distance is a convex function of time, so the approach speed c is largest at first. Kicks
 /// increase c. Slow forces with the largest acceleration e add an approach of at most e t^2. Contacts add at most a t^2
-/// / 2 (a: contact acceleration) and at most 3 speed t. Each of these two estimates gives a time at which the gap is
-/// closed; the result is the later one.
+/// / 2 (a: contact acceleration) and at most 3 u t (u: Bounds::speed()). Each of these two estimates gives a time at
+/// which the gap is closed; the result is the later one.
 template <int d>
 SimdPack min_time_to_contact(const PairState<d, SimdPack>& pairs, const SimdPack& reach, const Bounds& bounds) {
   const SimdPack distance = sqrt(norm2(pairs.separation));
@@ -148,7 +148,7 @@ void ContactEventQueue<d>::copy_sorted(const Bodies& bodies, parallel::Team& tea
   });
 }
 
-/// Computes min_time_to_contact() of all `pairs`, whose indices are those of sorted_.
+/// Computes lower bounds on the times until contact, min_time_to_contact(), of all `pairs` of sorted grains.
 template <int d>
 void ContactEventQueue<d>::estimate(const std::vector<Pair>& pairs, parallel::Team& team) {
   const int count = static_cast<int>(pairs.size());

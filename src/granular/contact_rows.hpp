@@ -271,7 +271,8 @@ void ContactRows<d, Law>::sum_contact_forces(parallel::Team& team) {
   for (int p = 0; p < count_; ++p) add(&GrainForces::halfway, pair_[p], columns_.halfway_force[p]);
 }
 
-/// The few pairs whose force ends within the step are collected and computed together.
+/// Computes the relative motion of all pairs over the step. The few pairs whose contact force ends within the step are
+/// collected and computed together.
 template <int d, class Law>
 void ContactRows<d, Law>::follow(parallel::Team& team) {
   sum_contact_forces(team);

@@ -105,8 +105,8 @@ class Gas {
   ContactLoad contact_load(std::span<const Pair> pairs);
   /// Moves each grain by `path` (d0, [N * d]), wraps it into the box, and sets the time.
   void move(std::span<const double> path, double time);
-  /// Records the contacts of a step from the time `begin` to the current time, and the energy that they dissipated. It
-  /// is called once in each step by integrators that do not use follow_contacts().
+  /// Records the contacts from the time `begin` to the current time, and the energy that they dissipated. Integrators
+  /// that do not use follow_contacts() call it after each step or part of a step.
   void note(std::vector<StepContact> step_contacts, double begin, double dissipated);
 
   /// Adds dt * force to the momenta; `force`: [N * d] or empty.

@@ -9,8 +9,8 @@ namespace lichtenberg::granular {
 // Limits of steps with slow forces, by the strictest effect of a scene. Reduced units.
 
 /// Returns the largest path (d0) of the fastest grain in a step of constant slow forces (all forces except contacts).
-/// It is max_relative_path times the shortest length over which forces of an effect change (StepLimits::force_length),
-/// at most 1 d0.
+/// It is max_relative_path times the shortest length, but at most 1 d0, over which forces of an effect change
+/// (StepLimits::force_length).
 double path_by_length(const Scene& scene);
 /// Returns the path (d0) of the fastest grain in a step of constant slow forces whose error equals the error of the
 /// most accurate forces (StepLimits::force_accuracy, path_for_accuracy()). Throws Failure if no effect of the scene

@@ -52,7 +52,7 @@ class DrivePart final : public DeviceDrive {
 };
 
 /// Makes a DrivePart whose kernels run on a CUDA device. CMake's add_law_kernels writes a file that instantiates this
-/// function with nvcc. In builds without CUDA the file specializes the function without kernels.
+/// function with nvcc. In builds without CUDA the file defines a specialization that returns null.
 template <class Law>
 std::unique_ptr<DeviceDrive> make_cuda_drive(const parallel::CudaExecutor& run, const Law& law)
 #ifdef __CUDACC__

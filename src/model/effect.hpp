@@ -28,8 +28,8 @@ struct Needs {
   bool field = false;    ///< true: the scene needs a solution of Laplace's equation
   /// Largest gap between surfaces (m) of the pairs that State::neighbours must contain; empty: no pairs.
   std::optional<double> neighbour_range;
-  /// Largest displacement of a body in one step of an integrator, in units of the smallest radius. A larger
-  /// displacement could pass through an obstacle from which the effect makes bodies bounce.
+  /// Largest allowed displacement of a body in one step of an integrator, in units of the smallest radius; empty: no
+  /// limit. A larger displacement could carry a body through an obstacle that should repel it.
   std::optional<double> largest_move;
 };
 
@@ -139,7 +139,7 @@ class Effect {
 
   /// Updates the effect's own state after a step of length dt (s) that ends at state.time. The function is called once
   /// for each accepted step, never for a step that may be rolled back. The bodies have their positions at the end of
-  /// the step, and State::neighbours is empty. No other function changes the state of the effect.
+  /// the step, and State::neighbours is empty. Between two calls the state changed here must be constant.
   virtual void accept(const State& state, double dt) { (void)state, (void)dt; }
   /// Adds the effect's own state to a checkpoint that holds no other data.
   virtual void save(Checkpoint& checkpoint) const { (void)checkpoint; }

@@ -42,7 +42,7 @@ struct Frame {
   /// Adds a column with one vector for each particle from `values` [N * dimension]; `dimension` is 2 or 3. The column
   /// has three components for each vector; z is 0 in two dimensions.
   void add_vectors(std::string name, std::string unit, std::span<const double> values, int dimension);
-  /// Adds a column with one vector for each particle.
+  /// Adds a column with one vector for each particle from `values` [N].
   void add_vectors(std::string name, std::string unit, std::span<const Vec3> values);
 
   /// Returns the column called `name`; null if there is none.

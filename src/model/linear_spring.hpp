@@ -65,7 +65,8 @@ struct LinearSpringLaw {
     const double z = damping / (2 * effective_mass * frequency), phase = 2 * arc_over_sine(z);
     return {std::exp(-z * phase), phase / frequency};
   }
-  /// Returns the same for the interface of contact laws, whose scale, speed and viscoelastic solver are not needed.
+  /// Returns collision(effective_mass), for the interface of contact laws. Scale, speed and viscoelastic solver have no
+  /// effect.
   template <class Viscoelastic>
   LICHTENBERG_HOST_DEVICE HeadOnCollision collision(double effective_mass, double, double, const Viscoelastic&) const {
     return collision(effective_mass);

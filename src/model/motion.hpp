@@ -24,7 +24,7 @@ struct Quantity {
 /// Summary of a run at its end or at an interruption: lines of text, and numbers for the result file. Timings are not
 /// among the numbers, so identical runs have identical numbers.
 struct Summary {
-  /// A line of text that follows a label.
+  /// A line of the summary: a label and the text after it.
   struct Line {
     std::string label, text;
   };
@@ -50,7 +50,7 @@ struct SavedState {
   ColumnGroup history;
 };
 
-/// Exception of Motion::advance_to after a request to stop at an instant at which no exact checkpoint can be made.
+/// Exception that Motion::advance_to throws when it is to stop at an instant at which no exact checkpoint can be made.
 struct Paused {};
 
 /// Interface of a simulation that advances a scene in time, or towards rest by minimization. `lichtenberg run` drives

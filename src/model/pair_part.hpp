@@ -79,7 +79,7 @@ class PairPart final : public DevicePart {
 };
 
 /// Makes a PairPart whose kernels run on a CUDA device. CMake's add_law_kernels writes a file that instantiates this
-/// function with nvcc. In builds without CUDA the file specializes the function without kernels.
+/// function with nvcc. In builds without CUDA the file defines a specialization that returns null.
 template <class Law>
 std::unique_ptr<DevicePart> make_cuda_part(const parallel::CudaExecutor& run, const Law& law,
                                            const PairGeometry& strongest)

@@ -46,7 +46,8 @@ struct Snapshot {
   std::span<const GrainRecord> grains;    ///< [N], in the order of the scene
   std::span<const OpenContact> contacts;  ///< in any order
   Counters count;
-  /// Energies dissipated, from charge exchange and from drives since the start (GasEnergy); largest overlap.
+  /// Energies since the start (GasEnergy): dissipated by contacts, given by charge exchange, given by drives.
+  /// `overlap`: largest ratio of overlap to sum of radii.
   double dissipated = 0, exchanged = 0, driven = 0, overlap = 0;
   double potential = 0;                                   ///< energy of smooth forces; 0 unless the caller sets it
   bool charged = false, exchanges = false, sums = false;  ///< whether the scene has charges, exchange, Coulomb forces

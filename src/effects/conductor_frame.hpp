@@ -63,7 +63,7 @@ struct ConductorFrame {
   std::vector<int> group;
   double energy = 0;          ///< J, energy of the field
   double charge_held = 0;     ///< C, stored on the conductors
-  double charge_fed = 0;      ///< C, injected by the source since the start
+  double charge_fed = 0;      ///< C, injected into the conductors since the start
   double charge_drained = 0;  ///< C, collected by the electrodes since the start: the sum over terminals
   std::vector<TerminalReading> terminals;
   double charge_leaked = 0;                     ///< C, leaked into the fluid since the start

@@ -386,9 +386,9 @@ double Coulomb::stored_energy(const State& state) const {
   return implementation_->options.strength * implementation_->response_for(state).energy;
 }
 
-/// Without dipoles the response follows from positions and charges. Dipoles depend on the initial guess within their
-/// tolerance, so the complete response is saved. The solver of spheres discards its initial guess, in this run and in
-/// the restored one.
+/// Saves the counters, and with induced dipoles also the complete response (dipoles, potentials, fields and forces),
+/// because dipoles depend on the initial guess within their tolerance. Without dipoles the response follows from
+/// positions and charges. The solver of spheres discards its initial guess, in this run and in the restored one.
 void Coulomb::save(Checkpoint& checkpoint) const {
   Implementation& self = *implementation_;
   if (self.spheres) self.spheres->forget();

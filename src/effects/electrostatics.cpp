@@ -19,7 +19,8 @@ NodeGroups groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& ch
   return nodes;
 }
 
-/// Avoids branches on group membership, because branch prediction fails for many small groups.
+/// Converts equipotential groups to groups of a field problem. The loops have no branches on group membership, because
+/// branch prediction fails for many small groups.
 void find_groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& charges, double depth, NodeGroups& nodes) {
   const std::size_t n = groups.id.size();
   nodes.group_of_node.resize(n);

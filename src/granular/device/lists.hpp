@@ -188,7 +188,7 @@ class GasLists {
   }
 
  private:
-  static constexpr double least_travel = 0.02;  ///< d0; a smaller skin is not used
+  static constexpr double least_travel = 0.02;  ///< smallest `travel` (d0) from which a skin is chosen
 
   /// Returns the skin (d0) of least cost for a bound `travel` (d0) on displacements in a step. Lists that take a time L
   /// to build are valid for about skin / travel steps, because `travel` is twice the path of the fastest grain. A skin

@@ -47,13 +47,13 @@ class ContactRows {
     dt_ = dt;
   }
   /// Computes states and forces of the pairs in contact at `time` (t0). `touching`: number of pairs; slots_of(p): slots
-  /// of the grains of pair p; since_of(p): time of its onset (t0). A contact without overlap has ended, and its force
-  /// is zero, unless `all_touch` is true.
+  /// (indices of the copies in ContactingGrains) of the grains of pair p; since_of(p): time of its onset (t0). A
+  /// contact without overlap has ended, and its force is zero, unless `all_touch` is true.
   template <class SlotsOf, class SinceOf>
   void update_touching(int touching, const SlotsOf& slots_of, const SinceOf& since_of, double time, bool all_touch,
                        parallel::Team& team);
   /// Replaces the candidate pairs, which are separate at the start of step n. `candidates`: their number; slots_of(p):
-  /// slots of the grains of pair p.
+  /// slots (indices of the copies in ContactingGrains) of the grains of pair p.
   template <class SlotsOf>
   void add(int candidates, const SlotsOf& slots_of, int n, parallel::Team& team);
   /// Computes the relative motion of all pairs to the end of the step, without moving the grains.

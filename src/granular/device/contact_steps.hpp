@@ -77,7 +77,7 @@ struct GrainsView {
     image[s] = g.image, number[s] = g.number;
   }
 };
-/// End of a linked list of new contacts.
+/// Marks the end of a linked list of new contacts.
 constexpr int no_end = -1;
 
 /// A pair of grains by their sorted indices. The lower grain has the smaller index in the scene.

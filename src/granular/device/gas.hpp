@@ -261,8 +261,8 @@ class GasImpl final : public DeviceGas {
     run_->for_each(gas_.n, [=] LICHTENBERG_HOST_DEVICE(int s) { g.slow_force[s] = force(s); });
   }
 
-  /// Records the kernels of an outer step. The host starts several steps ahead, so the kernels do nothing if no step
-  /// has been chosen.
+  /// Records the kernels of an outer step, to be executed many times (a CUDA graph). The host starts several steps
+  /// ahead, so the kernels do nothing if no step has been chosen.
   template <class Law>
   void record(const Law& law) {
     Progress* now = progress_.device();

@@ -23,8 +23,9 @@ inline Vec3 contact_cell_edges(Vec3 lengths, int n) {
   return std::max(1.0, std::cbrt(cells / most)) * shortest;
 }
 
-/// Neighbour lists of a gas on an executor, with the data of the contacts: candidate pairs of contacts, near charges of
-/// Coulomb sums, and partners of pair force laws. Sorts the grains by search cells.
+/// Neighbour lists of a gas on an executor (CPU or CUDA device). The lists are candidate pairs of contacts with the
+/// data of the contacts, near charges of Coulomb sums, and partners of pair force laws. Sorts the grains by search
+/// cells.
 template <class Executor>
 class GasLists {
   template <class T>

@@ -74,7 +74,8 @@ struct RestitutionCount {
   }
 };
 
-/// RestitutionCheck on an executor: table of the restitution curve and statistics of the errors, in device memory.
+/// RestitutionCheck on an executor (CPU or CUDA device): table of the restitution curve and statistics of the errors,
+/// in device memory.
 template <class Executor>
 class RestitutionOn {
  public:

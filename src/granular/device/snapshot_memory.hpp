@@ -13,7 +13,7 @@
 
 namespace lichtenberg::granular::device {
 
-/// Makes snapshots of a gas on an executor, in host memory that is reused after their release.
+/// Makes snapshots of a gas on an executor (CPU or CUDA device), in host memory that is reused after their release.
 template <class Executor>
 class SnapshotMemories {
  public:

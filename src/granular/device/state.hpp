@@ -14,8 +14,8 @@
 
 namespace lichtenberg::granular::device {
 
-/// State of the grains of a gas on an executor, sorted by search cells: arrays in device memory, contact law, counters
-/// and energy sums. Reduced units.
+/// State of the grains of a gas on an executor (CPU or CUDA device): arrays in device memory, sorted by search cells,
+/// contact law, counters and energy sums. Reduced units.
 template <class Executor>
 struct GasState {
   template <class T>

@@ -120,8 +120,9 @@ const EffectKind& ChargeExchangeOptions::kind() {
 ChargeExchange::ChargeExchange(const ChargeExchangeOptions& options, std::uint64_t seed)
     : options_(options), seed_(seed) {}
 
-/// Random numbers are keyed by the pair and the collision count of its first grain. Each collision thus has its own
-/// numbers, independent of threads and of neighbour list rebuilds.
+/// Transfers charge in new contacts, or in all contacts for models with a transfer in each step. Random numbers are
+/// selected by the pair and by the number of earlier collisions of its first grain (or of earlier steps). Each
+/// collision thus has its own numbers, independent of threads and of rebuilds of the neighbour list.
 void ChargeExchange::exchange_charges(const ContactRecord& contacts, const Bodies& bodies, std::span<double> charge) {
   if (options_.model == ExchangeModel::none) return;
   collisions_.resize(bodies.size());

@@ -25,7 +25,8 @@ std::vector<double> scaled(std::vector<double> values, double factor) {
   return values;
 }
 
-/// Returns the accuracy of forces. Sums over pairs alone have no error bound; 1e-2 is the best that they reach.
+/// Returns the relative accuracy of Coulomb forces (rms error over rms force). Sums over pairs alone have no error
+/// bound; 1e-2 is their assumed accuracy.
 double force_accuracy(const Scene& scene) {
   const auto& options = *scene.effects.find<CoulombOptions>();
   constexpr double pair_accuracy = 1e-2;
@@ -73,7 +74,7 @@ std::string precision_in_words(const periodic::MeshChoice& choice, const periodi
   return "double precision" + (reason.empty() ? "" : ", as " + reason);
 }
 
-/// Describes the truncation error of the multipoles' degree.
+/// Returns a line of `explain` about the truncation error of the multipole expansions; empty without an estimate.
 std::vector<ExplanationLine> explain_degree(const Scene& scene) {
   const auto truncation =
       with_table_name(scene, "effects.induced_dipoles", [&] { return multipole_truncation(scene); });
@@ -88,7 +89,7 @@ std::vector<ExplanationLine> explain_degree(const Scene& scene) {
                        truncation->in_contact)}};
 }
 
-/// Describes the mesh and the cutoff for the required accuracy; empty for other sums.
+/// Returns lines of `explain` about the mesh and the cutoff for the required accuracy; empty for other sums.
 std::vector<ExplanationLine> explain_mesh(const Scene& scene) {
   const auto& options = *scene.effects.find<CoulombOptions>();
   if (options.sum != CoulombSum::mesh) return {};
@@ -108,7 +109,7 @@ std::vector<ExplanationLine> explain_mesh(const Scene& scene) {
   return explanation;
 }
 
-/// Throws InputError if dipoles diverge at the start of a run.
+/// Throws InputError if the mutual polarization of the grains diverges at the start of a run.
 void check_polarization(const Scene& scene) {
   if (scene.conductors.empty() || scene.effects.find<InducedDipolesOptions>()->degree > 1) return;
   Bodies bodies = make_bodies(scene);
@@ -281,7 +282,7 @@ struct Coulomb::Implementation {
     }
   }
 
-  /// Computes the response for these positions and charges, unless the last call did.
+  /// Computes potentials, fields, forces and energy for the current positions and charges, unless the last call did.
   const periodic::Response& response_for(const State& state) {
     const Bodies& bodies = state.bodies;
     if (bodies.position == position && bodies.charge == charge) return response;
@@ -303,7 +304,7 @@ struct Coulomb::Implementation {
     return response;
   }
 
-  /// Computes forces bitwise identical to those of `response_for`, faster if potentials are not needed.
+  /// Computes forces bitwise identical to those of `response_for`; faster if potentials are not needed.
   const std::vector<double>& forces_for(const State& state) {
     const Bodies& bodies = state.bodies;
     if (wants_potentials || (bodies.position == position && bodies.charge == charge)) return response_for(state).force;
@@ -313,7 +314,7 @@ struct Coulomb::Implementation {
     return force;
   }
 
-  /// Counts an evaluation, unless it only repeats one from before a checkpoint.
+  /// Counts an evaluation, unless it repeats an evaluation from before a checkpoint.
   void count() { evaluations += !std::exchange(found_again, false); }
 
   /// Checks for growing dipole modes. Symmetry can hide them from the charges, so that `polarize` does not detect them.
@@ -321,7 +322,7 @@ struct Coulomb::Implementation {
     with_remedy([&] { induced->check_stability(sources, state.neighbours, state.team); });
   }
 
-  /// Computes the dipoles and the response; returns the number of evaluations of the dipoles' field.
+  /// Computes the induced dipoles and the response. Returns the number of evaluations of the field of the dipoles.
   int polarize(const periodic::Sources& sources, const State& state) {
     return with_remedy([&] { return induced->evaluate(sources, state.neighbours, state.team, dipole, response); });
   }
@@ -385,9 +386,9 @@ double Coulomb::stored_energy(const State& state) const {
   return implementation_->options.strength * implementation_->response_for(state).energy;
 }
 
-/// Without dipoles the response follows from positions and charges. Dipoles depend on the initial guess within their
-/// tolerance, so the complete response is saved. The solver of spheres discards its initial guess, in this run and in
-/// the restored one.
+/// Saves the counters, and with induced dipoles also the complete response (dipoles, potentials, fields and forces),
+/// because dipoles depend on the initial guess within their tolerance. Without dipoles the response follows from
+/// positions and charges. The solver of spheres discards its initial guess, in this run and in the restored one.
 void Coulomb::save(Checkpoint& checkpoint) const {
   Implementation& self = *implementation_;
   if (self.spheres) self.spheres->forget();

@@ -56,7 +56,6 @@ void HertzContact::add_forces(const State& state, std::span<double> force) const
   if (const auto refused = add_forces_of_unlike(state, force)) refuse(state.bodies, *refused);
 }
 
-/// Adds the forces of each pair with its own modulus. Returns the first pair that the law refuses.
 std::optional<Pair> HertzContact::add_forces_of_unlike(const State& state, std::span<double> force) const {
   std::optional<Pair> refused;
   const int d = state.bodies.dimension;
@@ -72,7 +71,7 @@ std::optional<Pair> HertzContact::add_forces_of_unlike(const State& state, std::
         force[j * d + k] -= over_distance * found.separation[k];
       }
     });
-    // The loop ends where two centres coincide, which the law refuses whatever the material.
+    // The loop stops at coinciding centres, for which the law is not valid whatever the material.
     if (!separate) refused = add_pair_forces(common, spheres, state.neighbours, force, state.team).refused;
   });
   return refused;

@@ -12,7 +12,7 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// Marks the presence of the table in the scene.
+/// Effect without functions for the table [effects.induced_dipoles], whose options the effect `coulomb` reads.
 class InducedDipoles : public Effect {
  public:
   const EffectKind& kind() const override { return InducedDipolesOptions::kind(); }
@@ -63,7 +63,8 @@ void device(const Scene& scene, DeviceForces& forces) {
   forces.bytes += a_dipole * static_cast<double>(scene.conductors.size());
 }
 
-/// Returns the estimated time (s) for a grain. Above degree 1 a field of dielectric spheres is solved in each step.
+/// Returns the estimated wall time (s) of the induced dipoles for one grain in one step. Above degree 1 a field of
+/// dielectric spheres is solved in each step.
 double seconds_a_grain(const Scene& scene) {
   const auto& options = *scene.effects.find<InducedDipolesOptions>();
   if (options.degree == 1) return 2.1e-6;

@@ -9,7 +9,8 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// Calls visit(overlap) for every pair that overlaps. Returns false immediately if the energy is infinite.
+/// Calls visit(overlap) for every overlapping pair of particles among `pairs`. Stops and returns false if two centres
+/// coincide, where the energy is infinite.
 template <class Visit>
 bool visit_pairs(const State& state, std::span<const Pair> pairs, Visit visit) {
   return visit_spheres(state.bodies, [&]<int d>(const Spheres<d>& spheres) {
@@ -30,7 +31,7 @@ double distance_from(const Wall& wall, const double* position) {
   return distance;
 }
 
-/// Returns true if a particle from `first` to before `end` touches the wall. Few do, and the loop is vectorized.
+/// Returns true if a particle i, first <= i < end, overlaps the wall. Few particles do, and the loop is vectorized.
 template <int dimension>
 bool any_touches(const Bodies& bodies, const Wall& wall, int first, int end) {
   int any = 0;
@@ -39,8 +40,8 @@ bool any_touches(const Bodies& bodies, const Wall& wall, int first, int end) {
   return any;
 }
 
-/// Calls visit(overlap) for the particles from `first` to before `end` and the walls that they overlap, in the order of
-/// the walls. Returns false if a particle's centre is on or beyond a wall.
+/// Calls visit(overlap) for each overlap of a particle i, first <= i < end, with a wall, in the order of the walls.
+/// Stops and returns false if a particle's centre is on or beyond a wall.
 template <int dimension, class Visit>
 bool visit_walls(const State& state, const std::vector<Wall>& walls, int first, int end, Visit visit) {
   Overlap o;

@@ -9,7 +9,8 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// Checks that either the dimensionless numbers or all of the SI parameters are given.
+/// Throws InputError unless either the reduced constants (stiffness, damping) or all of the SI parameters (young,
+/// poisson, viscosity) are given, or none.
 void check(const Draft& draft) {
   const auto& options = *draft.scene.effects.find<ViscoelasticContactOptions>();
   const auto path = [](const std::string& key) { return "effects.viscoelastic_contact." + key; };
@@ -26,7 +27,8 @@ void check(const Draft& draft) {
              fmt::format("{} is missing: young, poisson and viscosity are given together, or none of them", path(key)));
 }
 
-/// Computes E and D from the SI parameters and the scene's scales (G 3.11, 3.12, 3.36).
+/// Computes the reduced constants E and D from the SI parameters and the scene's units (Singh 2019, eq. 3.11, 3.12,
+/// 3.36). Has no effect if no SI parameters are given.
 void set_reduced_constants(const Draft& draft, Scene& scene) {
   auto& options = *scene.effects.find<ViscoelasticContactOptions>();
   if (!options.young || !draft.scene.reference) return;

@@ -13,7 +13,8 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// Returns the material of the conductors without keys of their own.
+/// Returns the elastic constants of conductors without keys of their own: those of effects.hertz_contact, otherwise
+/// those of the walls.
 Elasticity common_material(const Scene& scene) {
   if (const auto* spheres = scene.effects.find<HertzContactOptions>()) return {spheres->young, spheres->poisson};
   const auto& walls = *scene.effects.find<WallContactOptions>();
@@ -24,8 +25,8 @@ void complete(const Draft& draft, Scene& scene) {
   scene.effects.find<WallContactOptions>()->bodies = materials_of_bodies(draft, common_material(scene));
 }
 
-/// Returns true if a body cannot touch a wall while it moves by at most `travel` (m). `gap` (m) was its gap at the
-/// position `cached_position`.
+/// Returns true if body i cannot touch a wall while it moves by at most `travel` (m). `gap`: gap (m) to the nearest
+/// wall at its position in `cached_position` (m, [N * dimension]).
 bool is_away(const Bodies& bodies, int i, std::span<const double> cached_position, double gap, double travel) {
   double moved2 = 0;
   for (int k = i * bodies.dimension; k < (i + 1) * bodies.dimension; ++k)
@@ -64,7 +65,6 @@ WallContact::WallContact(const Scene& scene) {
   for (const Electrode& electrode : scene.electrodes) walls_.push_back(surface_of(electrode, scene.domain));
 }
 
-/// Calls visit(body, view, law) for every contact of a requested body with a wall.
 template <class Visit>
 void WallContact::for_each_contact(const State& state, Visit visit) const {
   const Bodies& bodies = state.bodies;
@@ -105,7 +105,6 @@ void WallContact::add_jacobian(const State& state, ForceJacobian& jacobian) cons
   });
 }
 
-/// Returns true if a body that moves by at most `travel` (m) may touch a wall.
 bool WallContact::reaches(const Bodies& bodies, int i, double travel) const {
   const int d = bodies.dimension;
   if (gap_.size() != bodies.radius.size()) {

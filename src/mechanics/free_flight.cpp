@@ -172,8 +172,8 @@ class EventOvershoot {
 };
 
 /// Returns the first time after the sign change of `overshoot` in (early, late], to 1e-9 of the interval or to
-/// rounding, by the Illinois variant of the secant method (Dowell & Jarratt 1971). Each point keeps half the final
-/// width from the ends of the interval, so that both ends converge.
+/// rounding. The root finder is the Illinois variant of the secant method (Dowell & Jarratt 1971). Each point keeps
+/// half the final width from the ends of the interval, so that both ends converge.
 template <class Function>
 double sign_change(double early, double overshoot_early, double late, double overshoot_late, Function overshoot) {
   const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(early), std::abs(late));
@@ -242,8 +242,8 @@ struct OvershootSample {
   double time = 0, overshoot = 0;
 };
 
-/// Returns the time (s) of the first event between two times. No event happens and reverts between them, so that only
-/// events that have happened at the later time, and the bodies that these read, are evaluated.
+/// Returns the time (s) of the first event between two times. No event happens and reverts between them. Therefore only
+/// events that have happened at the later time, and the bodies that these events read, are evaluated.
 double first_event(Flight& flight, const Events& events, EventOvershoot& overshoot, OvershootSample early,
                    OvershootSample late) {
   const auto sign_change_of = [&](EventOvershoot& event, double overshoot_early) {

@@ -237,9 +237,9 @@ double Split::wait(double time, double target, const ContactPrediction& predicti
 }
 
 /// Returns the bodies that CVODE must move, which are those that may touch another body or a wall. No value: all
-/// bodies; an empty list: none. CVODE moves all bodies in a scene with a circuit, where it sums the heat of drag, and
-/// with nonlinear drag, which has no closed form of free flight. A body that a collision moves beyond its reach ends
-/// the integration by the last of ContactEvents::events; the list covers contacts up to that reach. Without
+/// bodies; an empty list: none. CVODE moves all bodies in a scene with a circuit, where it sums the heat of drag. It
+/// also does so with nonlinear drag, which has no closed form of free flight. A body that a collision moves beyond its
+/// reach ends the integration by the last of ContactEvents::events; the list covers contacts up to that reach. Without
 /// contact_discharge there are no such events, and CVODE moves all bodies.
 std::optional<std::vector<int>> Split::moved_by_cvode(std::span<const double> travel,
                                                       std::span<const double> reach) const {
@@ -262,8 +262,9 @@ double Split::advance(double time, double target, const Events& events,
 /// Handles contacts that are made or lost before the end of a step. A merge of groups needs a solve with the new
 /// groups. A split needs none, because the groups keep their charges and potentials, and the field does not change. The
 /// motion up to the event and the charges there rely on the extrapolation. In the first half of a step its error is at
-/// most 1/8 of that of the step, or 1/4 while the force's rate is unknown. Later, and with resistors, whose conductance
-/// magnifies the error, the function returns false: the field of the old groups is needed to check the step.
+/// most 1/8 of the error of the step (1/4 while the force's rate is unknown). Later, and with resistors, whose
+/// conductance magnifies the error, the function returns false: the field of the old groups is needed to check the
+/// step.
 bool Split::pass_event(const Moved& moved, FieldGrid grid) {
   const double time = moved.reached;
   if (context_.electrics->resistors().any() || time - extrapolated().time >= 0.5 * step_) return false;
@@ -288,8 +289,8 @@ void Split::find_extrapolated_forces(double time, std::vector<Vec3>& force) cons
   });
 }
 
-/// Returns the largest displacement of a body, in tolerances, by the defect of the force at the end of the step, which
-/// grows linearly from 0 at its start. In a run of identical bodies only that with the largest defect counts.
+/// Returns the largest displacement of a body, in tolerances, by the defect of the force. The defect grows linearly
+/// from 0 at the start of the step. Among successive identical bodies only the one with the largest defect counts.
 double Split::error(double since, const Trial& trial, const std::vector<Vec3>& assumed) const {
   const std::vector<double>& mass = context_.model.bodies.mass;
   const Drag& drag = context_.model.drag;
@@ -340,9 +341,9 @@ void Split::reject(double time, double reached, double error, FieldGrid grid) {
 }
 
 /// Estimates the next step after a jump of the forces, as by a group merge, which makes their rates invalid. A body
-/// that the jump drives at the speed jump/drag through a field that varies over a length sees its force change at the
-/// rate of step_after(). The length is a radius, or the contact gap if that is less, because conductors at different
-/// potentials are never closer.
+/// that the jump drives at the speed jump/drag moves through a field that varies over a length. Its force then changes
+/// at the rate of step_after(). The length is a radius, or the contact gap if that is less, because conductors at
+/// different potentials are never closer.
 void Split::restart(double time, const std::vector<Vec3>& force_before) {
   const double step = least_of_ranges(*context_.model.team, context_.model.bodies.size(), largest_step_,
                                       [&](int first, int end) { return step_after(force_before, first, end); });

@@ -11,6 +11,7 @@ struct Version {
   const char* flags;     ///< flags of the compiler
 };
 
+/// Returns the version and build of this program.
 Version lichtenberg_version();
 
 }  // namespace lichtenberg

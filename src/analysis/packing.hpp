@@ -10,7 +10,7 @@
 
 namespace lichtenberg::analysis {
 
-/// Contact of a particle with another particle or a wall.
+/// Contact of a particle of a packing with another particle or a wall.
 struct PackingContact {
   /// partner: a particle of larger index, or a wall, whose indices start at the number of particles
   int particle = 0, partner = 0;
@@ -19,10 +19,11 @@ struct PackingContact {
   double force = 0;    ///< N, repulsive
 };
 
-/// Contacts of rattlers approach q = 1 from below without reaching it; within this margin they do not count.
+/// Margin below q = 1 (distance over contact distance) within which a contact does not count: contacts of rattlers
+/// approach q = 1 from below without reaching it.
 constexpr double contact_margin = 1e-9;
 
-/// A static packing, its contacts and its rattlers.
+/// Properties of a static packing: contacts, rattlers, coordination numbers and pressure.
 struct Packing {
   std::vector<PackingContact> contacts;  ///< contacts with q < 1 - contact_margin, in ascending order
   std::vector<bool> rattler;             ///< [N]
@@ -31,7 +32,7 @@ struct Packing {
 
   int rattlers = 0;
   double coordination = 0;  ///< coordination number: mean number of contacts of a particle, including walls
-  /// Mean without rattlers and their contacts
+  /// coordination number without rattlers and their contacts
   double backbone_coordination = 0;
 
   // Only for a packing between the sides of its domain without other walls:
@@ -43,11 +44,12 @@ struct Packing {
   std::optional<double> virial_pressure;
 };
 
-/// Returns the packing at the bodies' positions. A particle with fewer than dimension + 1 contacts can move freely and
-/// is a rattler. Its removal can make other particles rattlers.
+/// Computes the contacts, rattlers, coordination numbers and pressure of a packing at the bodies' positions. A particle
+/// with fewer than dimension + 1 contacts can move freely and is a rattler. Its removal can make other particles
+/// rattlers.
 Packing packing(const Bodies& bodies, const Scene& scene, const effects::SoftRepulsion& potential);
 
-/// Returns the columns of a packing in a result file, as the group "packing".
+/// Returns the properties of a packing as columns of a result file, in the group "packing".
 ColumnGroup columns_of(const Packing& packing);
 /// Returns the summary of a packing, without a title.
 Summary summarize(const Packing& packing, const Scene& scene);

@@ -123,8 +123,8 @@ void check_finite(const Frame& frame) {
 /// end. A resumed run then discards the same state at the same instants and is bitwise identical to an uninterrupted
 /// one. A run that fails leaves a checkpoint at its last frame.
 ///
-/// If the motion leaves a core free, another thread assembles and writes frames and checkpoints, in order and with
-/// bitwise identical results, at most one frame behind. Messages about the file appear only after it is written.
+/// If the motion leaves a core free, another thread assembles and writes frames and checkpoints, in order and at most
+/// one frame behind. The results are bitwise identical. Messages about the file appear only after it is written.
 class Run {
  public:
   Run(const RunArguments& request, const Scene& scene)

@@ -5,8 +5,9 @@
 
 namespace lichtenberg {
 
-/// Prints forces, potentials and energy of the charges of a scene's grains at the start, including induced dipoles, in
-/// reduced units, as a table or as `json`. Throws InputError for a scene without [effects.coulomb].
+/// Computes and prints forces, potentials and energy of the charges of a scene's grains at the start, in reduced units.
+/// Induced dipoles are included. The output is a table or JSON. Throws InputError for a scene without
+/// [effects.coulomb].
 void solve_grains(const Scene& scene, const JsonTarget& json);
 
 }  // namespace lichtenberg

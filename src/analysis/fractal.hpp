@@ -11,8 +11,8 @@ namespace lichtenberg::analysis {
 /// A fitted power law y ~ x^exponent: a straight line in double logarithmic coordinates by least squares.
 struct PowerLaw {
   double exponent = 0;
-  /// Standard error of the exponent, from the scatter of the points about the line. Counts at neighbouring scales are
-  /// correlated, and curvature is not scatter, so the true uncertainty is larger.
+  /// Standard error of the exponent, from the scatter of the points about the line. The true uncertainty is larger:
+  /// counts at neighbouring scales are correlated, and curvature is not scatter.
   double standard_error = 0;
   double from = 0, to = 0;  ///< range of scales of the fit
   int points = 0;

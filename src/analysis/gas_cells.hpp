@@ -32,7 +32,7 @@ Cells cells_of(const Bodies& bodies, double edge);
 /// The cells that contain bodies. Memory and time scale with the number of bodies, not with the box.
 struct OccupiedCells {
   std::vector<std::int64_t> cell;  ///< [M] numbers of these cells, ascending
-  /// [N] 0 ... M - 1: index in `cell` of each body's cell
+  /// Index in `cell` of each body's cell, [N]: 0 ... M - 1
   std::vector<int> body_cell;
 
   int size() const { return static_cast<int>(cell.size()); }

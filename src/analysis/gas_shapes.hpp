@@ -15,7 +15,8 @@ struct ClusterShape {
   double charge_dipole = 0;  ///< |sum (q_i - <q>) (r_i - mean)|; 0 without charges
   /// True if its pairs connect around the box. It then has no extent, and R_g and charge_dipole are NaN.
   bool percolates = false;
-  /// |sum mu_i| of the grains' induced dipoles (G 7.1), which needs no extent; 0 without dipoles.
+  /// Magnitude |sum mu_i| of the sum of the grains' induced dipoles (G 7.1), defined also for percolating clusters; 0
+  /// without dipoles.
   double induced_dipole = 0;
 };
 

@@ -56,7 +56,7 @@ std::vector<int> successors(const ContactGraph& graph, std::span<const Vec2> pos
 struct DegreeDistribution {
   int connected = 0;  ///< M, number of conductors in A
   int grounded = 0;   ///< number of conductors in contact with the ground
-  /// Contacts in excess of the M of a tree with the ground as its root
+  /// Number of independent loops: contacts in excess of M, the number in a tree with the ground as its root
   int loops = 0;
   std::vector<int> number;  ///< Delta_j (D 7.3): number of conductors of degree j
 

@@ -12,7 +12,7 @@ namespace lichtenberg::analysis {
 
 /// Contact of a particle of a packing with another particle or a wall.
 struct PackingContact {
-  /// partner: a particle of larger index, or a wall, whose indices start at the number of particles
+  /// Indices; `partner` is a particle of larger index, or a wall, whose indices start at the number of particles
   int particle = 0, partner = 0;
   double q = 0;        ///< distance over the sum of radii (particles) or the radius (wall)
   double overlap = 0;  ///< m, contact distance minus distance
@@ -36,11 +36,11 @@ struct Packing {
   double backbone_coordination = 0;
 
   // Only for a packing between the sides of its domain without other walls:
-  /// area (volume) of the particles over that of the domain, overlaps counted twice
+  /// Packing fraction: area (volume) of the particles over that of the domain, overlaps counted twice
   std::optional<double> fraction;
-  /// N/m (Pa): force on a side over its extent, averaged over the directions
+  /// Pressure (N/m, in space Pa): force on a side over its extent, averaged over the directions
   std::optional<double> pressure;
-  /// N/m (Pa): from the forces inside; equal to `pressure` at rest
+  /// Pressure (N/m, in space Pa) by the virial of the contact forces; equal to `pressure` at rest
   std::optional<double> virial_pressure;
 };
 

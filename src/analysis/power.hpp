@@ -15,7 +15,7 @@ struct Power {
   double drag = 0;     ///< heat of drag, sum_i 6 pi eta R_i v_i^2 for Stokes drag
   double field = 0;    ///< work of the field's forces, sum_i F_i . v_i
   double kinetic = 0;  ///< J, kinetic energy
-  /// J, stored by effects: contacts of bodies and walls, and weight
+  /// Energy (J) that effects store: contacts of bodies and walls, and weight
   double elastic = 0;
 };
 

@@ -20,7 +20,7 @@ struct PackingFrame {
   Scene scene;  ///< scene of the run
   network::ParticlePacking packing;
   network::Contacts contacts;
-  /// reasons why it may be unsafe to use (Summary::warnings), such as a packing not at rest
+  /// Reasons why the frame may be unreliable (Summary::warnings), such as a packing not at rest
   std::vector<std::string> warnings;
 };
 
@@ -55,8 +55,8 @@ struct ResistancesToAll {
   NetworkModel model = NetworkModel::particle;
   NetworkOptions options;  ///< `between`: the electrode
   bool assumed = false;    ///< as in SolvedNetwork
-  /// [particles] Ohm; 0 to itself; infinite without a path; NaN to a particle that touches the electrode in a
-  /// contact-centred network.
+  /// Resistance (ohm) to each particle, [N]; 0 to itself; infinite without a path; NaN to a particle that touches the
+  /// electrode in a contact-centred network.
   std::vector<double> resistance;
 };
 

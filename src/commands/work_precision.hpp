@@ -29,8 +29,8 @@ class Trial {
   virtual std::int64_t work() const = 0;
   /// Returns the machine-independent work of the last run, in residual evaluations on the whole grid; 0: not counted.
   virtual double evaluations() const { return 0; }
-  /// Returns the seconds of the last run if wall time is not appropriate: processor time of one thread, or time of
-  /// another program or device without start and transfers.
+  /// Returns the time (s) of the last run if wall time is not appropriate: processor time of one thread, or time of
+  /// another program or device without start and transfers. No value: wall time counts.
   virtual std::optional<double> measured_seconds() const { return {}; }
   /// Returns true if another program or a device does the work, whose memory is not that of this process.
   virtual bool uses_other_memory() const { return false; }
@@ -80,7 +80,7 @@ struct Request {
   std::vector<std::string> others;      ///< names of other programs' methods that can join
   std::vector<int> sizes;               ///< grid sizes S of the methods with a grid
   std::function<void()> begin = [] {};  ///< called before the reference is computed
-  /// Called with the subject and the requested methods, which stay valid during the call.
+  /// Callback that receives the subject and the requested methods, which stay valid during the call.
   std::function<void(const Diagram&, const std::vector<Method>&)> serve;
 };
 

@@ -46,8 +46,8 @@ struct FieldMethodKind {
   std::unique_ptr<laplace::LaplaceSolver> (*make)(const FieldOptions&) = nullptr;
   /// Makes a three-dimensional solver for a scene of n conductors. Null: the method is not three-dimensional.
   laplace::SphereSolver (*make_in_space)(const FieldOptions&, std::size_t n) = nullptr;
-  /// Makes the solver `fine` start from the changes that `coarse`, a solver of the same method with fewer cells, has
-  /// computed. Null: the method does not predict forces on a coarser grid.
+  /// Couples two solvers of the method: the initial guess of `fine` then includes the changes that `coarse`, a solver
+  /// with fewer cells, has computed. Null: the method does not predict forces on a coarser grid.
   void (*follow)(laplace::LaplaceSolver& fine, laplace::LaplaceSolver& coarse) = nullptr;
   /// Returns the number of unknowns of a problem, for estimates. Null: the number of cells if `on_grid`, else the
   /// number of bodies.
@@ -72,7 +72,7 @@ struct FieldMethodKind {
   /// Linear solver that divides its work among several processes. Empty: none does.
   std::optional<FieldLinearSolver> on_processes{};
   double least_radius = 0;  ///< smallest radius of a conductor, in cells; 0: no limit
-  /// Change of the energy between solves of one state, relative and in units of moving_tolerance.
+  /// Noise of the field energy: relative difference between two solves of one state, in units of moving_tolerance.
   double energy_noise = 8;
 
   /// Returns true if the method solves problems of this dimension (2 or 3).

@@ -36,13 +36,14 @@ double time_to_change_gap(const Bodies& bodies, effects::Contact contact, std::s
 /// the effect contact_discharge there are no events.
 class ContactEvents {
  public:
-  /// Makes the event functions of a model. `discharge` may be null. `tolerance`: m, position_tolerance of the scene.
-  /// All arguments must outlive this object.
+  /// Makes the event functions of a model. `discharge`: the effect that closes and opens contacts; may be null.
+  /// `tolerance`: m, position_tolerance of the scene. All arguments must outlive this object.
   ContactEvents(const Model& model, const effects::ContactDischarge* discharge, double tolerance, Counters& counters)
       : model_(model), discharge_(discharge), tolerance_(tolerance), counters_(counters) {}
 
-  /// Finds the contacts that may close or open while each body i moves by less than reach[i] (m). `colliding`: bodies
-  /// that may move farther, because the prediction omits elastic collisions; no value: all bodies.
+  /// Finds the contacts that may close or open while each body i moves by less than reach[i] (m). `now`: closed
+  /// contacts and equipotential groups at the present positions. `colliding`: bodies that may move farther, because the
+  /// prediction omits elastic collisions; no value: all bodies.
   ContactPrediction predict_contacts(const ElectricalState& now, std::span<const double> reach,
                                      const std::optional<std::vector<int>>& colliding = {}) const;
   /// Makes one event function for each candidate contact, and as the last one that of a body that moves farther than

@@ -13,7 +13,7 @@ struct Counters {
   std::int64_t predictions = 0;     ///< solves on the predictor's grid
   std::int64_t steps = 0;           ///< coupling steps accepted
   std::int64_t rejected_steps = 0;  ///< coupling steps repeated because of their error
-  /// Intervals between two field solves, filled with predicted steps, that were accepted, and that were repeated.
+  /// Accepted and repeated intervals between two field solves; the steps in an interval use the predictor's field.
   std::int64_t corrections = 0, rejected_corrections = 0;
   std::int64_t contacts_made = 0, contacts_lost = 0;
   std::int64_t regroupings = 0;  ///< changes of the equipotential groups by contacts

@@ -64,14 +64,14 @@ class Cvode {
   /// does. `passive`: other bodies, on known paths, that the event functions read.
   double advance(double start, double end, const Events& events, std::vector<int> moving, const PassiveBodies& passive);
 
-  /// Called with the time (s) before forces are evaluated; may be empty.
+  /// Callback before an evaluation of forces, with the time (s); may be empty.
   std::function<void(double)> before_forces;
 
-  /// Called before each step of the integrator; may be empty.
+  /// Callback before each step of the integrator; may be empty.
   std::function<void()> between_steps;
 
-  /// Called after each step of the integrator with its length (s) and the positions (m) and momenta (kg m/s) at its
-  /// start; the model's bodies are at its end. May be empty.
+  /// Callback after each step of the integrator: its length (s), and the positions (m) and momenta (kg m/s) of all
+  /// bodies at its start. The model's bodies are at its end. May be empty.
   std::function<void(double dt, const std::vector<double>& position, const std::vector<double>& momentum)> after_step;
 
   std::int64_t steps() const;     ///< sum over all integrations

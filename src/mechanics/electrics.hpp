@@ -23,8 +23,8 @@ namespace lichtenberg::mechanics {
 /// the field effect must then have.
 enum class FieldGrid { whole, predictor };
 
-/// Rates of forces (N/s) and charges (A) for the extrapolation in time from a field solve on: the present rates, zero,
-/// or the difference quotient between the previous and the accepted field.
+/// Rates of forces (N/s) and charges (A) for the extrapolation in time from a field solve on. `kept`: the present
+/// rates; `forgotten`: zero; `difference_quotient`: from the previous and the accepted field.
 enum class Rates { kept, forgotten, difference_quotient };
 
 /// Group merge: a contact that has joined two equipotential groups, and the time (s) at which it was due. That time is
@@ -72,14 +72,14 @@ class Electrics {
   /// field does. Requires the positions and the state for which it was solved. Throws Failure if conductors touch at
   /// different potentials (ResistorCurrents::unequal_contact_message).
   void accept(Trial trial) { accept(std::move(trial), false); }
-  /// Advances the charges to `time` (s) without a field solve. Injects charge as accept() does, and divides that of
-  /// each equipotential group as the extrapolated charges `by_field` (C, by conductor) are. Not allowed with resistors.
+  /// Advances the charges to `time` (s) without a field solve: injects charge as accept() does, and divides each
+  /// equipotential group's charge by the extrapolated charges `by_field` (C, by conductor). Not allowed with resistors.
   void accept_extrapolated(double time, std::span<const double> by_field);
-  /// Closes and opens contacts for the present positions, and updates the equipotential groups. Charges must be
-  /// accepted at this `time` (s). Members of groups that split keep their charges and potentials, so that the accepted
-  /// field stays valid. If groups merge, charges move: the function solves and accepts the new field on `grid`. A
-  /// contact that opened after a merge was due splits its group after the merge. `due_since`: earliest time (s) at
-  /// which a contact may have been due. Throws Failure for a short circuit.
+  /// Closes and opens contacts for the present positions, and updates the equipotential groups. Returns the group
+  /// merges. Charges must be accepted at this `time` (s). Members of groups that split keep their charges and
+  /// potentials, so that the accepted field stays valid. If groups merge, charges move: the function solves and accepts
+  /// the new field on `grid`. A contact that opened after a merge was due splits its group after the merge.
+  /// `due_since`: earliest time (s) at which a contact may have been due. Throws Failure for a short circuit.
   Regrouping reconnect(double time, double due_since, FieldGrid grid = FieldGrid::whole);
   /// Updates contacts and groups as above, if all changes are due at `time` (s).
   Regrouping reconnect(double time) { return reconnect(time, time); }

@@ -30,7 +30,7 @@ class Simulation : public Motion {
   /// the first instant cannot be solved, by a short circuit, for example. Throws Failure if a solver fails or
   /// conductors short-circuit two electrodes.
   void advance_to(double time, const std::function<bool()>& pause = {}) override;
-  /// Returns true at stop.time, or earlier if the scene stops when it is stationary and it is.
+  /// Returns true at stop.time, or earlier in a stationary state if stop.stationary is set.
   bool finished() override;
 
   /// Returns positions, velocities, charges, potentials and energies at the present instant. Solves the field of the

@@ -16,7 +16,8 @@ namespace lichtenberg::mechanics {
 /// Between solves the electric force is extrapolated linearly in time from the last two solves. The solve at the end of
 /// a step gives the force's defect. The displacement that the defect causes decides whether the step is accepted and
 /// how long the next one is. Contacts are located as events. A merge of equipotential groups ends a step; a split needs
-/// no solve. With a predictor these solves use its coarser grid, and field solves at intervals check and correct them.
+/// no solve. With a predictor (an approximate solver on a coarser grid) these solves use it, and field solves at
+/// intervals check and correct them.
 class Split : public Stepper {
  public:
   explicit Split(StepperContext context);
@@ -41,7 +42,7 @@ class Split : public Stepper {
   double step_end(double time, double step, double end) const;
   /// Result of a motion of the bodies up to the next field solve, or up to an event.
   struct Moved {
-    /// s: time at the end of the motion, and earliest time at which contacts may have been due
+    /// Time (s) at the end of the motion, and earliest time (s) at which contacts may have been due to close or open.
     double reached = 0, due_since = 0;
     std::optional<std::vector<int>> interacting;  ///< bodies that CVODE moved; no value: all
   };

@@ -2,8 +2,8 @@
 
 namespace lichtenberg::mechanics {
 
-/// Returns the displacement (m) of a body by a force error that grows linearly from 0 to `error` (N) in `dt` (s). The
-/// velocity error obeys m dv/dt = F - drag v, with `mass` in kg and `drag` in kg/s (0: none). The result is
+/// Returns the displacement (m) of a body by a force error F that grows linearly from 0 to `error` (N) in `dt` (s). The
+/// velocity error v obeys m dv/dt = F - drag v, with `mass` in kg and `drag` in kg/s (0: none). The result is
 ///   error dt / drag * psi(dt drag / m),   psi(z) = 1/2 - 1/z + (1 - exp(-z)) / z^2.
 /// Its limits are error dt / (2 drag) if drag dominates (z >> 1) and error dt^2 / (6 m) if inertia dominates (z << 1).
 double displacement(double error, double dt, double mass, double drag);

@@ -13,7 +13,7 @@
 
 namespace lichtenberg::mechanics {
 
-/// Scene, model and electrical state that an integrator (Stepper) advances. All of them outlive it.
+/// Scene, model and electrical state that an integrator (Stepper) advances. They must outlive the integrator.
 struct StepperContext {
   const Scene& scene;
   Model& model;

@@ -12,7 +12,7 @@ namespace lichtenberg {
 
 // Parts of a result file, each written by one function. All functions throw hdf5::Error.
 
-/// Format number, which changes when readers of the files have to change.
+/// Format number of result files. It changes when readers of the files have to change.
 constexpr int result_format = 2;
 
 /// Writes the root attributes and the group /h5md (H5MD 1.1) of a result file: author and program, and system of units.

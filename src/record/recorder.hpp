@@ -23,7 +23,7 @@ struct Milestone {
   std::map<std::string, double> seconds;  ///< wall-clock time since this program started, by activity
   std::vector<Quantity> summary;          ///< only for a run that is over
   std::vector<std::string> warnings{};    ///< only for a run that is over: Summary::warnings
-  /// Rows since the last save, appended to earlier ones; without columns: none.
+  /// Rows of the run's time series since the last save, which are appended to earlier rows; no columns: none.
   ColumnGroup history;
   std::vector<ColumnGroup> findings;  ///< quantities of the last frame; removed by the next save
 };
@@ -31,8 +31,8 @@ struct Milestone {
 /// Writes the result file of a run: frames and checkpoints. docs/reference/result-file.md describes its contents.
 class Recorder {
  public:
-  /// Size (bytes) of the last frames, which are kept in memory and rewritten by each save. Larger ones get a file of
-  /// their own.
+  /// Largest size (bytes) of the tail: the last frames, which stay in memory and are rewritten by each save. Frames
+  /// beyond it get a file of their own.
   static constexpr std::uint64_t usual_tail = 8u << 20;
 
   /// Starts the result of a new run. `mass`: of each particle, in the scene's unit of mass. `tail_bytes`: as

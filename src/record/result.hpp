@@ -27,7 +27,7 @@ class Result {
   const ResultFile& file() const { return *file_; }
   /// Returns the scene of the run, parsed again from its text with effects of these kinds. Throws InputError if this
   /// version does not support it. If the run started from another result, bodies have the positions of its first frame.
-  /// `stop` stops the generation of a packing.
+  /// `stop` can end the placement of bodies (stopping.hpp).
   Scene scene(const EffectKinds& kinds = effects::all_kinds(), const StopRequest& stop = {}) const;
   int frames() const { return static_cast<int>(times_.size()); }
   const std::vector<double>& times() const { return times_; }  ///< in the frames' unit (s, t0 or iterations)
@@ -43,8 +43,8 @@ class Result {
   ConductorFrame conductor_frame(int index) const;
   /// Returns reasons why the result may be unreliable, from the end of its run.
   std::vector<std::string> warnings() const;
-  /// Returns a system quantity of a frame by its name, one number or several (group /observables). Empty if the run has
-  /// not recorded it.
+  /// Returns a quantity of the whole system in a frame by its name, one number or several (group /observables). Empty
+  /// if the run has not recorded it.
   std::vector<double> observable(const std::string& name, int index) const;
   /// Returns true if the run recorded a network of contacts.
   bool has_network() const;
@@ -55,9 +55,9 @@ class Result {
   /// stored only those of the last frame.
   std::optional<std::vector<analysis::Edge>> contacts(int index) const;
 
-  /// Writes list columns, with one row for each frame, to the group /analysis and replaces an existing one. Everything
-  /// else in the file is unchanged. Throws Failure and leaves the file unchanged in these cases: it cannot be written,
-  /// its run writes it, or it has been replaced since it was opened.
+  /// Writes columns with one row for each frame to the group /analysis and replaces an existing group. Everything else
+  /// in the file is unchanged. Throws Failure and leaves the file unchanged in these cases: it cannot be written, its
+  /// run writes it, or it has been replaced since it was opened.
   void put_analysis(const std::vector<Column>& columns) const;
 
  private:

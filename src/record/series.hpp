@@ -27,10 +27,10 @@ struct Series {
   std::uint64_t row_bytes() const;
 };
 
-/// Determines the series (datasets) that record frames with the columns of this one: step and time, its columns, and
-/// the end index of each list. `particles`: number of rows of the columns of particles. Throws InputError that names a
-/// column with an invalid or duplicate name, an invalid unit or number of values. Throws InputError without a column of
-/// particles or of the system.
+/// Determines the series (datasets) that record frames with the columns of this one. They are step and time, the
+/// columns, and the end index of each list (column with a variable number of rows). `particles`: number of rows of the
+/// columns of particles. Throws InputError that names a column with an invalid or duplicate name, an invalid unit or
+/// number of values. Throws InputError if no column belongs to the particles or to the whole system.
 std::vector<Series> series_of(const Frame& frame, std::size_t particles);
 
 /// Returns the series of the box's edges, which H5MD stores in every frame: three vectors, the rows of a matrix.

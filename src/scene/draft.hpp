@@ -12,8 +12,7 @@
 
 namespace lichtenberg {
 
-/// Interval [smallest, largest] from which a population draws a uniformly distributed number for each of its
-/// conductors.
+/// Interval [smallest, largest] from which a population draws the radius of each of its conductors.
 struct Interval {
   double smallest = 0, largest = 0;
 };

@@ -66,7 +66,8 @@ constexpr Overrides overrides_of() {
 class EffectMaker {
  public:
   EffectMaker() = default;
-  /// `make` takes a scene that has the effect's table and returns a std::unique_ptr to the effect's own class.
+  /// Stores the function `make`. It takes a scene that has the effect's table and returns a std::unique_ptr to the
+  /// effect's own class.
   template <class Make>
   requires std::is_invocable_v<Make, const Scene&> EffectMaker(Make make) : make_(std::move(make)) {
     using Made = typename std::invoke_result_t<Make, const Scene&>::element_type;
@@ -88,7 +89,7 @@ class EffectMaker {
 /// Limits that an effect sets on the time steps of grains. The strictest limit of all effects applies. Functions may be
 /// null.
 struct StepLimits {
-  /// Error allowed in the effect's forces, rms over rms.
+  /// Relative error allowed in the effect's forces: rms error over rms force.
   double (*force_accuracy)(const Scene&) = nullptr;
   /// Length (d0) over which the effect's forces change. Null: the smallest diameter.
   double (*force_length)(const Scene&) = nullptr;
@@ -98,7 +99,7 @@ struct StepLimits {
 
 /// Cost of an effect for each grain, for estimates of time and memory; `bytes` counts the effect's arrays.
 struct CostPerGrain {
-  /// Time (s) of the effect's forces on one core with AVX-512. Null: the forces are timed.
+  /// Time (s) of the effect's forces on one grain, on one core with AVX-512. Null: the forces are timed.
   double (*seconds)(const Scene&) = nullptr;
   /// Number of evaluations of the forces of charges in a step of grains because of this effect. Null: one.
   double (*evaluations_a_step)(const Scene&) = nullptr;

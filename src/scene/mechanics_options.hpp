@@ -68,16 +68,16 @@ struct MechanicsOptions {
   FieldCoupling coupling = FieldCoupling::split;
   bool predictor = true;  ///< split: forces between field solves come from a coarser grid, if there is one
   double relative_tolerance = 1e-6;
-  /// m, error allowed in a coupling step; default 1e-3 of the smallest radius
+  /// Error (m) of positions allowed in a coupling step; default 1e-3 of the smallest radius
   double position_tolerance = 0;
   double largest_step = 0;         ///< s, largest coupling step; default: output interval
   bool fix_z = false;              ///< true: in three dimensions nothing moves along z
   double euler_step = 1e-5;        ///< s (D 6.7)
   double euler_field_step = 1e-3;  ///< s (D 6.7)
   // Grains:
-  /// t0, longest step; infinite for multirate: as long as the accuracy of forces allows
+  /// Longest step (t0); infinite for multirate: as long as the accuracy of forces allows
   double step = 0.05;
-  /// multirate: number of contact substeps in the shortest possible contact
+  /// Number of contact substeps in the shortest possible contact, for multirate
   int contact_steps = contact_steps_for(usual_contact_accuracy);
   int threads = 0;  ///< threads for grains; 0: one for each core, fewer for few grains
 

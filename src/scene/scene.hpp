@@ -69,7 +69,7 @@ struct Medium {
   double permittivity = 0;  ///< F/m, absolute
   double viscosity = 0;     ///< Pa s
   double depth = 0;         ///< m: charge in C = depth * charge per metre of the two-dimensional field
-  /// K (22 degrees Celsius, D 4.1); relates dissipated power to entropy production
+  /// Temperature (K; 22 degrees Celsius, D 4.1), which relates dissipated power to entropy production
   double temperature = 295.15;
 };
 
@@ -173,7 +173,7 @@ struct OutputOptions {
   bool picture = true;
 };
 
-/// Entity that a node of the network represents.
+/// Kinds of resistor networks of a packing: nodes are particles, or contacts.
 enum class NetworkModel { particle, contact };
 template <>
 inline constexpr Named<NetworkModel> values_named<NetworkModel>[] = {{NetworkModel::particle, "particle"},
@@ -193,7 +193,7 @@ struct NetworkOptions {
 struct StopOptions {
   double time = 120;       ///< s
   bool stationary = true;  ///< stop when all conductors are connected to ground and at rest (D 7.1)
-  /// stationary: largest force allowed, as a fraction of the largest force of the run
+  /// Largest force allowed in a stationary state, as a fraction of the largest force of the run
   double force = 1e-3;
 };
 

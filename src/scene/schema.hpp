@@ -63,8 +63,8 @@ struct Overloaded : Functions... {
 template <class... Functions>
 Overloaded(Functions...) -> Overloaded<Functions...>;
 
-/// Smallest and largest size of a non-zero number in a scene, in the unit of its key. Products of a few such numbers,
-/// such as a mass or an energy, neither overflow nor vanish.
+/// Smallest and largest magnitude of a non-zero number in a scene, in the unit of its key. Products of a few such
+/// numbers, such as a mass or an energy, neither overflow nor vanish.
 inline constexpr double smallest_size = 1e-50, largest_size = 1e50;
 
 /// Interval of the finite numbers from low to high that a key allows.

@@ -33,11 +33,11 @@ struct ContactState {
 /// Law of the conductance of an electrical contact, by which its two bodies share charge. The conductance is constant
 /// if and only if `conductance_in_state` is empty.
 struct SharingLaw {
-  /// S, at least 0. Infinite: the two bodies are one conductor; 0: no charge passes.
+  /// Conductance (S), at least 0. Infinite: the two bodies are one conductor; 0: no charge passes.
   double conductance = INFINITY;
-  /// Conductance (S, at least 0 and finite) in a state. It is evaluated at each accepted field solve and at the end of
-  /// each trial step. The step is shortened if the linearized current differs too much. Empty: the conductance is
-  /// always `conductance`.
+  /// Conductance (S, at least 0 and finite) as a function of the contact's state. It is evaluated at each accepted
+  /// field solve and at the end of each trial step. The step is shortened if the linearized current differs too much.
+  /// Empty: the conductance is always `conductance`.
   std::function<double(const ContactState&)> conductance_in_state{};
   /// Distance (m, greater than 0) over which a change of the gap changes the conductance of `conductance_in_state`.
   /// Steps with error control change the gap by at most half of it. Infinite: the conductance does not depend on the

@@ -166,7 +166,8 @@ inline std::string show(const DomainSide& side) {
 }
 inline std::vector<double> numbers(const DomainSide& side) { return {side.potential}; }
 
-/// Reads the value of a key that has no default or a default that depends on other keys.
+/// Reads an optional value from a TOML value: that of a key without a default, or with a default that depends on other
+/// keys.
 template <class T>
 bool read(const toml::node& node, std::optional<T>& value) {
   return read(node, value.emplace());

@@ -17,7 +17,7 @@ namespace lichtenberg::statics {
 /// when either list was made, nor on the number of threads.
 class CloseContacts {
  public:
-  /// Makes the neighbour list's settings for the radii and the dimension of `bodies`. `team`: threads. All arguments
+  /// Prepares the evaluation for particles with the radii and the dimension of `bodies`. `team`: threads. All arguments
   /// must outlive this object.
   CloseContacts(const effects::SoftRepulsion& potential, const Bodies& bodies, parallel::Team& team);
 

@@ -35,7 +35,7 @@ class RestitutionCurve {
   /// <= largest.
   UniversalCollision operator()(double k) const;
 
-  /// Points u, in ascending order, and `loss` at these points: the input of between_nodes.
+  /// Returns the interpolation points u in ascending order; losses() returns `loss` there, both for between_nodes().
   const std::vector<double>& points() const { return node_; }
   std::vector<double> losses() const;
 

@@ -30,7 +30,8 @@ double charge_number(double coupling, double density, double mean_charge, double
 /// Growth rates (1/t_0) of the hydrodynamic modes of wave number k (1/l_0): real parts above 0 grow.
 struct Modes {
   double wave_number = 0;
-  /// Modes of density, temperature, velocity along k and potential (G 6.39), without the eigenvalue 0. Continuous in k.
+  /// Complex growth rates of the three modes that couple density, temperature, velocity along k and potential (G 6.39),
+  /// without the eigenvalue 0; continuous in k.
   std::array<std::complex<double>, 3> longitudinal{};
   double shear = 0;  ///< zeta*/4 - eta* k^2, for both velocities across k
 };
@@ -55,7 +56,7 @@ struct Cubic {
 /// Computes the characteristic polynomial at the wave number k (1/l_0). `charge_number`: R.
 Cubic characteristic(const TransportCoefficients& c, double charge_number, double k);
 
-/// Wave number at which the growth rate of a longitudinal mode changes sign.
+/// Critical wave number, at which the growth rate of a longitudinal mode changes sign.
 struct CriticalWave {
   double wave_number = 0;
   bool oscillates = false;  ///< true: a pair of sound modes; false: the heat mode

@@ -42,8 +42,8 @@ struct ClusterDimension {
 constexpr int least_grains = 6;
 
 /// Fits the fractal dimension of clusters of at least `least` grains. `as_balls`: adds 3/20 d0^2 to R_g^2, the value
-/// for grains that are balls of diameter d0. Empty if fewer than five of these clusters are finite, or if all of them
-/// have the same size.
+/// for grains that are balls of diameter d0. Empty if fewer than five of these clusters are finite, or if R_g does not
+/// increase with the size.
 std::optional<ClusterDimension> cluster_dimension(std::span<const ClusterShape> shapes, int least = least_grains,
                                                   bool as_balls = false);
 

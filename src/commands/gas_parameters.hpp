@@ -36,6 +36,7 @@ struct GasParameters {
   double coupling = 0;  ///< K; 0 without forces of charges
   double charge = 0;    ///< rms charge of a grain at the start
   double mean_charge = 0;
+  /// Charge that grains transfer in a collision, as a function of the impact energy (theory::impact_charge_square).
   struct Exchange {
     double strength = 0, exponent = 0;  ///< Q and eta, charge transfer once per collision (G 4.3)
   };

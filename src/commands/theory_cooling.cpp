@@ -28,7 +28,7 @@ bool is_constant(const GrainContactLaw& law) {
   return std::visit([](const auto& one) { return one.constant_restitution; }, law);
 }
 
-/// Returns the rms deviation of ln T from the law with this barrier.
+/// Returns the rms deviation of ln T of a run from the law of a monopolar gas with this barrier.
 double rms_deviation(const GasTimeSeries::Series& found, theory::MonopolarGas law, double barrier) {
   law.barrier = barrier;
   double squares = 0;

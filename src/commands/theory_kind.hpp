@@ -36,14 +36,21 @@ struct TheoryKind {
   std::vector<std::string> options{};      ///< its options of TheoryOptions, such as "--cells"
 };
 
-// One function for each theory.
+/// Returns Haff's law of cooling without charges.
 TheoryKind haff_kind();
+/// Returns the cooling of grains with equal charges.
 TheoryKind monopolar_kind();
+/// Returns the restitution coefficient of the grains' contacts by impact speed.
 TheoryKind restitution_kind();
+/// Returns the growth of aggregates by Smoluchowski's coagulation equation.
 TheoryKind smoluchowski_kind();
+/// Returns the kinetic theory of charging and coalescence.
 TheoryKind kinetic_kind();
+/// Returns the linear stability of a homogeneous charged gas.
 TheoryKind stability_kind();
+/// Returns the numerical solution of the hydrodynamic equations.
 TheoryKind hydrodynamics_kind();
+/// Returns all theories of one gas in common tables.
 TheoryKind all_kind();
 
 /// Returns all theories of `lichtenberg theory`.

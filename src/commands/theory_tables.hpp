@@ -133,8 +133,9 @@ struct PacedGrowth {
   std::vector<double> number, size;
   double error = 0, ratio = 0;  ///< as in theory::CoagulationSeries
 };
-/// Computes the growth of aggregates with the coagulation kernel theory::flight_kernel(beta). Its time is mapped to
-/// that of `states` (result of merging_states()), so that both have the same coalescence rate.
+/// Computes the growth of aggregates by Smoluchowski's equation with theory::flight_kernel(beta), at the pace of
+/// kinetic theory. Each of the `states` (result of merging_states()) is mapped to the theory::flight_time() of its mean
+/// size.
 PacedGrowth paced_growth(double beta, const GasParameters& gas, const std::vector<theory::KineticState>& states);
 
 /// Adds the critical wave numbers of linear stability to the figures: that below which shear grows, and those at which

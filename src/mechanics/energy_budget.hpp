@@ -74,7 +74,7 @@ class EnergyBudget {
 
   Instant last_;                                        ///< last record; without potentials before the first
   std::vector<double> potential_rate_, terminal_rate_;  ///< V/s by node, A by terminal; 0 if unknown
-  // Noted since the last record:
+  // Sums since the last record:
   std::vector<double> injected_, leaked_;  ///< C, by node
 };
 

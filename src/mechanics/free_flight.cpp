@@ -11,7 +11,8 @@
 namespace lichtenberg::mechanics {
 namespace {
 
-/// phi_1, phi_2, phi_3 at z. Below 0.1 they are the series, sum of (-z)^j / (j + n)!, because the closed forms cancel.
+/// Functions phi_1, phi_2, phi_3 of FreeFall at z. Below 0.1 they are the series, sum of (-z)^j / (j + n)!, because the
+/// closed forms lose digits by cancellation.
 struct Phi {
   explicit Phi(double z);
   double exponential, one, two, three;
@@ -35,11 +36,11 @@ Phi::Phi(double z) : exponential(std::exp(-z)) {
   one = phi;
 }
 
-/// Flight of all bodies from their present state. Bodies that events watch can be placed at any time of the flight; the
-/// others are moved once, at its end.
+/// Free flight of all bodies from their present state. Bodies that events watch can be moved to any time of the flight;
+/// the others are moved once, at its end.
 class Flight {
  public:
-  /// `total_force`: N, [N * dimension], set for watched bodies.
+  /// Starts the flight at time `start` (s). `total_force`: N, [N * dimension], scratch memory, set for watched bodies.
   Flight(Model& model, const effects::ExtrapolatedField& extrapolated, double start, std::vector<int> watched,
          std::span<double> total_force)
       : bodies_(model.bodies),
@@ -72,7 +73,7 @@ class Flight {
     for (std::size_t w = 0; w < watched_.size(); ++w)
       if (std::ranges::binary_search(bodies, watched_[w])) active_.push_back(w);
   }
-  /// Returns force plus drag (N) on them at the last move_watched().
+  /// Returns force plus drag (N) on the watched bodies at the last move_watched().
   std::span<const double> total_force() const { return total_force_; }
   /// Moves all bodies except `others` (in ascending order) to their positions at `time` (s).
   void finish(double time, std::span<const int> others = {}) {
@@ -130,8 +131,8 @@ class Flight {
   std::span<double> total_force_;
 };
 
-/// Largest signed overshoot of pending events; negative if all are pending. Free flight has no collisions, so that
-/// these are the events with predicted values.
+/// Values of the pending events: the largest signed overshoot is negative while none has happened. Free flight has no
+/// collisions, so that these are the events with predicted values.
 class EventOvershoot {
  public:
   explicit EventOvershoot(const Events& events)

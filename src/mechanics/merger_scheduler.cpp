@@ -41,7 +41,7 @@ void MergerScheduler::correct_positions(double time, std::span<const Merger> mer
 }
 
 /// Corrects bodies by more than a tolerance, after a jump that is larger than the jumps before it. The search for
-/// contacts covered a tolerance only, so that a body that may touch another on its path stays in its position.
+/// contacts covered a tolerance only. A body that may touch another on its path therefore stays in its position.
 void MergerScheduler::correct_large_displacements(std::span<const MergeDelay> mergers, const ForceJump& jump,
                                                   std::span<const int> fixed) {
   const int n = model_.bodies.size();

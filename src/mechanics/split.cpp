@@ -13,12 +13,12 @@ namespace lichtenberg::mechanics {
 
 namespace {
 
-/// Error of predictions, in tolerances, that is corrected; larger errors are rejected. The length of predictions aims
-/// at half of it, because a rejection discards more than one step.
+/// Largest error of predictions, in tolerances, that is corrected; larger errors are rejected. The length of
+/// predictions aims at half of it, because a rejection discards more than one step.
 constexpr double allowed_correction = 2;
 double next_prediction(double dt, double error) { return next_step(dt, 2 / allowed_correction * error, 2); }
 
-/// Power of the length of a step with which the error of an extrapolated force grows.
+/// Returns the order of the displacement error of an extrapolated force: the power of the step's length.
 int order(const effects::ExtrapolatedField& extrapolated) { return extrapolated.rates_known ? 3 : 2; }
 
 /// Finds an upper bound of the distance (m) that each body can move within `dt` (s) from `time` on. Its speed is at
@@ -85,8 +85,8 @@ void Split::rollback(const Start& start) {
   context_.counters.regroupings = start.counters.regroupings;
 }
 
-/// Takes steps with the predictor's field to `target`, or until the limit of steps is reached and the field of the last
-/// one is known. Returns the time reached.
+/// Takes steps with the predictor's field to `target`, or up to a limit of steps at whose end the field is known.
+/// Returns the time reached.
 double Split::predict(double since, double target) {
   // A field solve costs about 15 predictions, 4 on a device. A check after 64 predictions thus adds 25 % of their cost,
   // or 6 % on a device. Longer intervals are rejected too often (docs/measurements/benchmarks-field.json).
@@ -101,7 +101,7 @@ double Split::predict(double since, double target) {
 }
 
 /// Takes as many predicted steps as are likely to be accurate enough, then solves the field. Returns the time reached.
-/// If the steps are rejected, it is `time`, and the state is restored except for the wait of group merges.
+/// If the steps are rejected, that is `time`, and the state is restored except for the deferral of group merges.
 double Split::try_prediction(double time, double end) {
   if (prediction_ == 0) prediction_ = std::min(4 * step_, largest_step_);
   const double step = step_;
@@ -132,14 +132,14 @@ double Split::try_prediction(double time, double end) {
   return target;
 }
 
-/// Returns the end (s) of a step of at most `step`. A rest shorter than two steps is halved, because a very short last
-/// step costs as much as a full one. A rest that exceeds `step` by rounding is one step.
+/// Returns the end (s) of a step of at most `step`. A remaining interval shorter than two steps is halved, because a
+/// very short last step costs as much as a full one. A remaining interval that exceeds `step` by rounding is one step.
 double Split::step_end(double time, double step, double end) const {
   const double remaining = end - time, allowed = std::max(step, shortest_step_);
   return allowed > 0.999 * remaining ? end : time + std::min(allowed, 0.5 * remaining);
 }
 
-/// Shortens a step (s) as laws of charge sharing that depend on the gap require.
+/// Shortens a step (s) to the limit of contacts whose conductance depends on the gap.
 double Split::step_within_gaps(double time, double step) const {
   if (!context_.electrics->resistors().has_state_dependent_laws()) return step;
   std::vector<double> force(context_.model.bodies.position.size());
@@ -192,8 +192,8 @@ void Split::correct_after_mergers(const Moved& moved, std::span<const Merger> me
   if (moved.interacting) mergers_.correct_positions(moved.reached, mergers, jump, *moved.interacting);
 }
 
-/// Moves the bodies under the extrapolated force to `target` or to the first contact that is made or lost. If it is
-/// made, the move goes on for as long as the group merge may wait for others.
+/// Moves the bodies under the extrapolated force to `target` or to the first contact that closes or opens. If a contact
+/// closes, the motion continues for as long as the group merge may be deferred.
 Split::Moved Split::move(double time, double target) {
   const ContactEvents& contacts = context_.electrics->contact_events();
   Moved moved;

@@ -134,6 +134,7 @@ struct Compression {
 template <class Number>
 void put_compressed(hid_t parent, const std::string& name, std::span<const Number> numbers, const Shape& shape,
                     const Compression& stored, const std::string& unit);
+/// Writes a single number as a dataset with a unit.
 template <class Number>
 requires std::is_arithmetic_v<Number>
 void put(hid_t parent, const std::string& name, Number number, const std::string& unit) {

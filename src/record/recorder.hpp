@@ -44,8 +44,8 @@ class Recorder {
 
   /// Continues a run from the checkpoint in the result at `path`. Throws InputError if there is no result file of this
   /// program's format, or if another program has changed it or another process is writing it. Throws InputError if its
-  /// scene differs from `scene` outside of the keys that first_change() ignores, or if its run started from another
-  /// result. Throws Failure if it is damaged or cannot be read.
+  /// scene differs from `scene` outside of the keys that first_change() ignores, or if the two start from different
+  /// results. Throws Failure if it is damaged or cannot be read.
   static Recorder resume(const std::string& path, const Scene& scene, std::uint64_t tail_bytes = usual_tail);
 
   /// Returns a warning for a resumed run if another build of this program wrote its last session, because defaults may

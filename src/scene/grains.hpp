@@ -5,7 +5,7 @@
 namespace lichtenberg {
 
 /// Throws InputError for keys and effects that a scene of grains (with [units]) does not allow. In other scenes it
-/// throws InputError for those that require [units].
+/// throws InputError for those that require [units], and for keys of [mechanics] that the integrator does not read.
 void check_grains(const Draft& draft);
 
 /// Fills in the defaults of a scene of grains that differ from those of conductors, in reduced units. Called before

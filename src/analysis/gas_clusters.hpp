@@ -59,7 +59,7 @@ struct DensityClusters {
   double mean_size() const;
 };
 
-/// Approximate edge (d0) of the cells for density clusters; G does not specify it
+/// Approximate edge (d0) of the cells for density clusters; the source (G) does not specify it
 constexpr double density_edge = 2;
 constexpr double dense_part = 1.0 / 3;  ///< fraction of the closest packing
 

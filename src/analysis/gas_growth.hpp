@@ -11,8 +11,8 @@ namespace lichtenberg::analysis {
 /// ascending order, sizes > 0.
 std::vector<double> local_slopes(std::span<const double> time, std::span<const double> size, double p = 2);
 
-/// Power law S = amplitude (t + shift)^exponent. Without the shift, the initial stage makes exponents at finite times
-/// too small.
+/// Power law of a mean cluster size S over time t: S = amplitude (t + shift)^exponent. Without the shift, the initial
+/// stage makes exponents at finite times too small.
 struct ShiftedPower {
   double amplitude = 0, shift = 0, exponent = 0;
   double scatter = 0;  ///< rms deviation of ln S from the law

@@ -48,7 +48,7 @@ std::optional<ClusterDimension> cluster_dimension(std::span<const ClusterShape> 
                                                   bool as_balls = false);
 
 /// Exponent tau of cluster sizes with the distribution s^-tau from `least` on, by maximum likelihood (Clauset, Shalizi
-/// and Newman 2009, discrete). G quotes slopes, -tau.
+/// and Newman 2009, discrete). The dissertation G quotes slopes, -tau.
 struct SizeExponent {
   double exponent = 0;
   double error = 0;  ///< standard error

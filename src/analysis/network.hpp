@@ -29,8 +29,9 @@ constexpr int to_ground = -1;    ///< replaces a conductor's index: the ground
 constexpr int unconnected = -2;  ///< replaces a successor: no path to the ground
 
 /// Finds all contacts by the criterion D 7.1: the surface-to-surface gap is less than `contact_gap` (m). Returns them
-/// as edges in ascending order (`to_ground` is the ground). D requires centres closer than 3R, which for equal radii is
-/// a contact gap of R. The list of closed contacts that a run stores is more accurate, because it includes hysteresis.
+/// as edges in ascending order (`to_ground` is the ground). The dissertation D requires centres closer than 3R, which
+/// for equal radii is a contact gap of R. The list of closed contacts that a run stores is more accurate, because it
+/// includes hysteresis.
 std::vector<Edge> contacts(std::span<const Vec2> position, std::span<const double> radius, double contact_gap,
                            const Ground& ground);
 
@@ -67,18 +68,19 @@ struct DegreeDistribution {
 };
 
 /// Computes the degree distribution of a contact network. A conductor's degree is the number of its contacts with other
-/// conductors, plus one for the ground. D's sum (7.2) starts at node 0, and (7.7) requires this. Every contact adds 1
-/// to the degrees at both its ends, a contact with the ground to one. There are M + loops contacts, `grounded` of them
-/// with the ground. This gives (7.7) for any network as
+/// conductors, plus one for the ground. The sum D 7.2 also starts at node 0, as D 7.7 requires. Every contact adds 1 to
+/// the degrees at both its ends, a contact with the ground to one. There are M + loops contacts, `grounded` of them
+/// with the ground. This gives D 7.7 for any network as
 ///
 ///   sum_j (j - 2) f_j + (grounded - 2 loops) / M = 0.
 DegreeDistribution degree_distribution(const ContactGraph& graph, std::span<const int> successor);
 
-/// Residuals of D's relations between the fractions f_j (7.6-7.9): each is 0 if the relation holds.
+/// Residuals of the relations D 7.6-7.9 between the fractions f_j of conductors of degree j: each is 0 if the relation
+/// holds.
 ///
-/// Relations without `printed` hold for every network, with c = (2 loops - grounded) / M for D's -1 / N (7.7) and with
-/// degrees above 4. D's own relations need c = 0, which a large tree with one contact to the ground approaches. 7.9
-/// also requires that no degree exceeds 4.
+/// Relations without `printed` hold for every network. They have c = (2 loops - grounded) / M in place of -1 / N (D
+/// 7.7), and include degrees above 4. The printed relations need c = 0, which a large tree with one contact to the
+/// ground approaches. D 7.9 also requires that no degree exceeds 4.
 struct DegreeRelations {
   double normalization = 0;        ///< sum_j f_j - 1 (7.6)
   double branches = 0;             ///< sum_j (j - 2) f_j - c

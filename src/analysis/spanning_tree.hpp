@@ -8,14 +8,14 @@
 
 namespace lichtenberg::analysis {
 
-/// Computes the edges of a Delaunay triangulation, in ascending order, each once. They contain a Euclidean minimum
-/// spanning tree.
+/// Computes the edges of a Delaunay triangulation of points in the plane, in ascending order, each once. They contain a
+/// Euclidean minimum spanning tree.
 ///
-/// The triangulation is exact for the points rounded to a square lattice of 2^30 sites across their extent, so that no
-/// input is degenerate. Points on one site are joined to the first of them, points on a line to the next on it. Where
-/// four or more points are on a circle, some diagonals are missing, which are in a minimum spanning tree only as a tie.
-/// Rounding can make each edge of that tree longer by at most 4e-9 of the extent. Throws InputError if a coordinate is
-/// not finite.
+/// Points are rounded to a square lattice of 2^30 sites across their extent, for which the triangulation is exact.
+/// Points on the same site are joined to the first of them. Collinear points are joined in their order. Where four or
+/// more points are on a circle, some diagonals are missing; other minimum spanning trees of the same length then exist
+/// without them. Rounding can make each edge of that tree longer by at most 4e-9 of the extent. Throws InputError if a
+/// coordinate is not finite.
 std::vector<Edge> delaunay_edges(std::span<const Vec2> point);
 
 /// Computes a minimum spanning forest by Kruskal's algorithm (D 7.4.1): edges of the nodes 0 ... nodes - 1 with the

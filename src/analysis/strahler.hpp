@@ -10,8 +10,8 @@ namespace lichtenberg::analysis {
 /// cycles.
 ///
 /// An endpoint has the number 1. Any other conductor has the largest number among its predecessors, plus one if several
-/// of them have it. D defines endpoints by degree 1. With loops, a conductor without predecessors may have several
-/// contacts, and by D's rule neither it nor its successors would have a number. Here it has the number 1.
+/// of them have it. The dissertation D defines endpoints by degree 1. With loops, a conductor without predecessors may
+/// have several contacts, and by that rule neither it nor its successors would have a number. Here it has the number 1.
 std::vector<int> strahler_numbers(std::span<const int> successor);
 
 /// Distribution of Strahler numbers over a tree, and its streams. Index j is order j; index 0 is empty.

@@ -39,7 +39,8 @@ std::vector<Vec2> xy_projection(std::span<const Vec3> position);
 SpanningTree spanning_tree(std::span<const Vec2> position, std::span<const double> radius,
                            std::span<const int> successor, const Ground& ground);
 
-/// Topology of a configuration of conductors: all quantities of D chapter 7, and more. Lengths in m.
+/// Topology of a configuration of conductors: all quantities of chapter 7 of the dissertation D, and more. Lengths in
+/// m.
 struct Topology {
   ContactNetwork network;
   DegreeRelations relations;

@@ -22,8 +22,8 @@ class Interruption {
   static bool requested();
   /// Returns true if SIGTERM or SIGHUP was recorded. Their senders (a scheduler, a closing terminal) do not wait long.
   static bool urgent();
-  /// Disables the time limit while a file is written: until the next requested(), only a second signal ends the
-  /// program.
+  /// Disables the limit of 20 s after a signal while a file is written. Until the next requested(), only a second
+  /// signal ends the program.
   static void suspend_time_limit();
   /// Ends the program by the recorded signal, so that the parent process sees it.
   [[noreturn]] static void end_by_signal();

@@ -110,7 +110,7 @@ TheoryTable kinetic_table(const GasParameters& gas) {
   return table;
 }
 
-/// Returns G's printed functions together with the corrected ones.
+/// Returns the printed functions of the dissertation G together with the corrected ones.
 TheoryTable printed_table(double exponent) {
   TheoryTable table{.name = "printed",
                     .title = "g_1 ... g_5 (G 5.32-5.37), of m = d = C_eps = C_dq = 1, and as printed"};

@@ -40,8 +40,8 @@ struct Overrides {
   bool grain_contact = false, exchange_charges = false, drive = false, accept = false;
 };
 
-/// Determines the functions of Effect that the class E overrides. An inherited function has the type of Base's. A
-/// function that cannot be named here, because it is private or overloaded, counts as overridden.
+/// Determines the functions of Effect that the class E overrides. A function that E inherits has the same pointer type
+/// as in Base. A function that cannot be named here, because it is private or overloaded, counts as overridden.
 template <class E, class Base = Effect>
 constexpr Overrides overrides_of() {
   using std::same_as;

@@ -38,8 +38,8 @@ double impact_mean(double temperature, const std::function<double(double speed, 
 /// Laws of a collision of two grains: restitution coefficient, duration and transferred charge.
 struct Impacts {
   std::function<double(double speed)> restitution;
-  /// Increase of omega^-1 as a function of temperature. Collisions have a duration t_c, in which a grain has no other
-  /// collision, so the frequency is omega / (1 + omega t_c). Empty: 0.
+  /// Mean duration t_c of collisions as a function of temperature. In this time a grain has no other collision, so that
+  /// the collision frequency omega becomes omega / (1 + omega t_c). Empty: 0.
   std::function<double(double temperature)> duration{};
   /// Mean square of the transferred charge, whose sign is random. Empty: 0.
   std::function<double(double speed)> charge_square{};
@@ -54,7 +54,7 @@ class ImpactTable {
 
   double lost(double temperature) const;           ///< <(1 - eps(v)^2) x>, energy loss (impact_mean)
   double charge_square(double temperature) const;  ///< <dq^2>; 0 without a charge law
-  double duration(double temperature) const;       ///< increase of omega^-1; 0 without a duration
+  double duration(double temperature) const;       ///< mean duration of collisions; 0 without one
 
  private:
   struct TableInterval;

@@ -2,8 +2,8 @@
 
 namespace lichtenberg::theory {
 
-/// Dimensionless functions g_1 ... g_5 of the rates in the kinetic theory of G (5.6-5.8), for grains of mass and
-/// diameter 1. The prefactors of the laws of energy loss and charge transfer are C_eps = 1 and C_dq = 1.
+/// Dimensionless functions g_1 ... g_5 of the rates in the kinetic theory of the dissertation G (5.6-5.8), for grains
+/// of mass and diameter 1. The prefactors of the laws of energy loss and charge transfer are C_eps = 1 and C_dq = 1.
 struct KineticFunctions {
   double mergers = 0, contact_loss = 0, merging_loss = 0, contact_charge = 0, merging_charge = 0;
 };
@@ -14,8 +14,8 @@ struct KineticFunctions {
 /// all are real.
 KineticFunctions printed_functions(double bjerrum, double exponent);
 
-/// Computes the corrected functions g_1 ... g_5 for any B >= 0. They are the rates of `kinetic_rates` without the
-/// factors n, T and <q^2>.
+/// Computes the corrected functions g_1 ... g_5 for any Bjerrum parameter B >= 0, with the arguments of
+/// printed_functions(). They are the rates of `kinetic_rates` without the factors n, T and <q^2>.
 KineticFunctions corrected_functions(double bjerrum, double exponent);
 
 }  // namespace lichtenberg::theory

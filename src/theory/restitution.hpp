@@ -24,8 +24,9 @@ UniversalCollision universal_collision(double k);
 double first_loss();
 
 /// Table of head-on collisions of viscoelastic grains for the dimensionless damping 0 <= k <= `largest`. Interpolated
-/// `loss` and `deepest` are within 1e-11 of CVODE's, `duration` is within 1e-9. All three have series in sqrt(k)
-/// (Schwager and Poeschel 2008), so polynomials through Chebyshev points of u = sqrt(k) / (1 + sqrt(k)) converge.
+/// `loss` and `deepest` are within 1e-11 of universal_collision(), `duration` is within 1e-9. All three have series in
+/// sqrt(k) (Schwager and Poeschel 2008), so polynomials through Chebyshev points of u = sqrt(k) / (1 + sqrt(k))
+/// converge.
 class RestitutionCurve {
  public:
   RestitutionCurve();

@@ -17,8 +17,8 @@ namespace lichtenberg::theory {
 using Kernel = std::function<double(double i, double j)>;
 
 /// Returns the coagulation kernel (i^(1/3) + j^(1/3))^2 (1/i + 1/j)^(1/beta) of spheres with speeds i^(-1/beta) (G
-/// 4.13), homogeneous of degree 2/3 - 1/beta. G uses beta = 2 for neutral grains (equipartition) and 3 for charged
-/// ones.
+/// 4.13), homogeneous of degree 2/3 - 1/beta. The dissertation G uses beta = 2 for neutral grains (equipartition) and 3
+/// for charged ones.
 Kernel flight_kernel(double beta);
 
 /// Computes the growth exponent z of the mean size, S ~ t^z, for flight_kernel(beta): 1/(1/3 + 1/beta), which is 6/5

@@ -23,8 +23,8 @@ TransportCoefficients transport_coefficients(double restitution);
 /// Computes the unit of length l_0, about a mean free path, in diameters. `density`: grains per cubic diameter.
 double hydrodynamic_length(double density);
 
-/// Computes the dimensionless charge number R = 2 pi K n q^2 l_0^2 / T (G 6.30 prints t_0 l_0 for l_0^2). `coupling`:
-/// K; q is the mean charge of a grain.
+/// Computes the dimensionless charge number R = 2 pi K n q^2 l_0^2 / T. `coupling`: K. q is the mean charge of a grain,
+/// and l_0 = hydrodynamic_length(density). G 6.30 prints t_0 l_0 for l_0^2.
 double charge_number(double coupling, double density, double mean_charge, double temperature);
 
 /// Growth rates (1/t_0) of the hydrodynamic modes of wave number k (1/l_0): real parts above 0 grow.
@@ -70,7 +70,8 @@ std::vector<CriticalWave> critical_waves(const TransportCoefficients& c, double 
 std::vector<CriticalWave> routh_hurwitz_waves(const TransportCoefficients& c, double charge_number, double least = 1e-3,
                                               double most = 1);
 
-/// Computes the wave number (1/l_0) below which the shear mode grows, sqrt(zeta*/(4 eta*)).
+/// Computes the wave number (1/l_0) below which the shear mode grows, sqrt(zeta*/(4 eta*)), from the cooling rate zeta*
+/// and the shear viscosity eta*.
 double critical_shear(const TransportCoefficients& c);
 
 }  // namespace lichtenberg::theory

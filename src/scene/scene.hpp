@@ -32,7 +32,7 @@ struct DomainSide {
 /// The simulated rectangle or cuboid, from the origin to `size`, and its sides.
 struct Domain {
   Vec3 size;  ///< m; z = 0: two dimensions
-  /// In the order of side_names; a plane domain has the first four
+  /// Sides in the order of side_names; a plane domain has the first four
   std::array<DomainSide, 6> sides;
   bool walled = true;  ///< packings: the sides are walls
   bool open = false;   ///< no sides: free space, where the potential tends to 0 at infinity
@@ -135,7 +135,7 @@ struct Stage {
   double duration = 0;   ///< t0
   bool elastic = true;   ///< contacts dissipate no energy and move no charge, and no gas acts
   double stiffness = 1;  ///< factor of contact stiffness; the restitution stays the same
-  /// m0 v0^2, set at the end of the stage by scaling all velocities
+  /// Temperature (m0 v0^2) at the end of the stage, set by scaling all velocities
   std::optional<double> temperature{};
 };
 

@@ -49,7 +49,8 @@ struct ImpactMeans {
 /// are constant.
 ImpactMeans tabulated_means(const Impacts& impacts, double hottest);
 
-/// A gas of equal aggregates of grains: its state in the kinetic theory at the head of this file, in reduced units.
+/// State of a gas of equal aggregates of grains, in reduced units: number density, temperature, mean square charge, and
+/// mass and diameter of an aggregate.
 struct Aggregates {
   double density = 0;        ///< n
   double temperature = 0;    ///< T
@@ -60,7 +61,8 @@ struct Aggregates {
   double bjerrum(double coupling) const { return coupling * charge_square / (temperature * diameter); }  ///< B
 };
 
-/// Computes the common factor of all rates, 2 sqrt(pi T/m) n^2 d^2, per volume and time.
+/// Computes the encounter rate of a gas of aggregates, 2 sqrt(pi T/m) n^2 d^2, per volume and time. It is the common
+/// factor of all rates of the kinetic theory.
 double encounter_rate(const Aggregates& gas);
 
 /// Rates of coalescence, energy loss and charging of a gas of aggregates, per unit of volume and time.
@@ -72,12 +74,14 @@ struct KineticRates {
   double merging_charge = 0;  ///< S_m, loss of n <q^2> by coalescence
 };
 
-/// Computes the rates of the kinetic theory at the head of this file. `coupling`: K, Coulomb's constant.
+/// Computes the rates of coalescence, energy loss and charging of a gas of aggregates by kinetic theory (G chapter 5,
+/// corrected). `coupling`: K, Coulomb's constant. `means`: means over impacts.
 KineticRates kinetic_rates(const Aggregates& gas, double coupling, const ImpactMeans& means);
 
-/// Computes the rates with an impact speed that includes the acceleration by charges, v_n^2 = (4T/m) (x - s b) u. Pairs
-/// that cannot separate after the contact coalesce: x < (1 - eps^2) (x + b) u with s < 0. Accurate to 1e-6. `coupling`:
-/// K.
+/// Computes the same rates with an impact speed that includes the acceleration by charges, v_n^2 = (4T/m) (x - s b) u.
+/// In units of T, x = m v^2/(4T) is the relative energy and b = K |q_i q_j|/(d T) the charge energy. s is the sign of
+/// q_i q_j. The impact parameter gives u, uniform in [0, 1]. Pairs that cannot separate after the contact coalesce: x <
+/// (1 - eps^2) (x + b) u with s < 0. Accurate to 1e-6. `coupling`: K.
 KineticRates contact_speed_rates(const Aggregates& gas, double coupling, const Impacts& impacts);
 
 /// Parameters of a charging and coalescing gas for kinetic_evolution(), in reduced units.
@@ -88,9 +92,9 @@ struct KineticGas {
   double fractal_dimension = 3;  ///< D_f
   Impacts impacts{};             ///< for grains and aggregates, as functions of their speed
   double contact_value = 1;      ///< g, factor of all rates
-  /// False: N_m = L_m = S_m = 0, and aggregates remain grains.
+  /// True: aggregates coalesce. False: the coalescence rates N_m, L_m and S_m are 0, and aggregates remain grains.
   bool merges = true;
-  /// True: `contact_speed_rates`, which ignores `merges`.
+  /// True: rates by contact_speed_rates(), which ignores `merges`; false: by kinetic_rates().
   bool speeds_at_contact = false;
 };
 

@@ -32,7 +32,7 @@ struct Packing {
 
   int rattlers = 0;
   double coordination = 0;  ///< coordination number: mean number of contacts of a particle, including walls
-  /// coordination number without rattlers and their contacts
+  /// Coordination number without rattlers and their contacts
   double backbone_coordination = 0;
 
   // Only for a packing between the sides of its domain without other walls:

@@ -71,8 +71,8 @@ struct AnalysedGas {
 /// Computes the analysis of the frames of a gas of grains from a result file.
 class GasAnalyser {
  public:
-  /// `scene`: that of the result. `result` must outlive this object. Throws InputError if the two have different
-  /// numbers of grains.
+  /// Prepares the analysis of a result and its scene. `result` must outlive this object. Throws InputError if the two
+  /// have different numbers of grains.
   GasAnalyser(const Result& result, Scene scene);
 
   /// Returns the properties of the run.

@@ -49,7 +49,7 @@ struct FieldAccuracy {
 /// Options of the field solver, [field]: method, resolution, tolerances and device.
 struct FieldOptions {
   const FieldMethodKind* method = &cut_cell_method();
-  /// number of grid cells along the domain's longer side; for multipole, cells of the output
+  /// Number of grid cells along the domain's longer side; for multipole, cells of the output
   int cells = 512;
   double tolerance = 1e-8;         ///< relative error of a single solve; default by method
   double moving_tolerance = 1e-5;  ///< relative error of a solve in a moving scene

@@ -19,7 +19,7 @@ struct CarriedCharges {
   /// and all charge carried in it (C).
   std::vector<double> current, remaining, total;
   double noise = 1;      ///< 1: currents follow from potentials, with the solver's error; 0: from a step
-  double last_step = 0;  ///< s, its length; 0: the currents jump between the last step and the next
+  double last_step = 0;  ///< s, length of the last step; 0: the currents jump before the next
 };
 
 /// Electrical state of a scene of conductors that changes in time: contacts, equipotential groups, charges, currents

@@ -74,8 +74,9 @@ class Recorder {
   void add(Frame frame);
 
   /// Adds all frames since the last save to the result, and merges all frames into one file if there is a summary.
-  /// Returns a warning for the user if they stay in several files, otherwise empty. Throws Failure (for a full disk,
-  /// say), or InputError if a column of the history has changed its unit or type, and leaves the result unchanged.
+  /// Returns a warning for the user if they stay in several files, otherwise empty. Throws Failure if the file cannot
+  /// be written, or InputError if a column of the history has changed its unit or type. Both leave the result
+  /// unchanged.
   std::string save(const Milestone& milestone);
 
   /// Adds the frames since the last save to the result of a run that is about to end, without a new checkpoint. A

@@ -90,9 +90,9 @@ class Electrics {
   /// Returns true if close conductors make contacts (effect contact_discharge).
   bool has_contacts() const { return discharge_ != nullptr; }
   const ContactEvents& contact_events() const { return contact_events_; }
-  /// Returns the readings of every potential source (electrode or wire at a prescribed potential) at the last accepted
-  /// solve: potential and collected charge. In a scene with a circuit they include surface potential and delivered
-  /// charge.
+  /// Returns the readings of every potential source (electrode, electrode side, or wire at a prescribed potential) at
+  /// the last accepted solve: potential and collected charge. In a scene with a circuit they include surface potential
+  /// and delivered charge.
   std::vector<TerminalReading> terminals() const;
   /// Returns the energy balance; null in a scene without a circuit.
   EnergyBudget* energy() { return now_.energy ? &*now_.energy : nullptr; }

@@ -38,7 +38,7 @@ class Minimization : public Motion {
   double time() const override { return static_cast<double>(iteration()); }
   std::string time_unit() const override { return "1"; }
   /// Returns the number of the iteration of the next frame, at most minimize.max_iterations. It is the next multiple of
-  /// minimize.record_every. If that is 0, intervals increase by factors of sqrt(2).
+  /// minimize.record_every. If that is 0, frames are at the powers of sqrt(2), rounded.
   double next_frame() const override;
   /// Returns infinity, because the number of iterations to rest is unknown.
   double end_time() const override { return INFINITY; }

@@ -94,8 +94,7 @@ class Analyser {
   }
 
   /// Returns the recorded contacts of a frame. Without a record, returns the contacts of D 7.1, which certainly exist,
-  /// and the edges of the recorded tree. This set lacks only contacts that close a loop and are kept by hysteresis
-  /// alone.
+  /// and the edges of the recorded tree. This set lacks only contacts that close a loop and exist by hysteresis alone.
   std::vector<analysis::Edge> contacts(int index, std::span<const Vec2> position,
                                        const analysis::Ground& ground) const {
     if (auto recorded = result_.contacts(index)) return *recorded;

@@ -54,9 +54,9 @@ void add_fractions(Quantities& quantities, const std::string& suffix, const anal
   quantities["branch_fraction" + suffix] = degrees.branching();
 }
 
-/// Adds f1 and B for other readings of D's definition. These use degrees in the tree A instead of the graph G, omit the
-/// ground as a neighbour, or use only the contacts of D 7.1, which have no hysteresis. The last uses the same tree,
-/// because otherwise no root remains if hysteresis alone keeps the only contact with the ground.
+/// Adds f1 and B for other readings of D's definition. The readings use degrees in the tree A instead of the graph G,
+/// degrees without the ground, or degrees by the contacts of D 7.1. The latter have no hysteresis. Their reading uses
+/// the same tree. Otherwise no root would remain if hysteresis alone keeps the only contact with the ground.
 void add_other_readings(Quantities& quantities, const analysis::ContactNetwork& network, const Scene& scene,
                         const std::vector<Vec2>& position, const std::vector<double>& radius) {
   std::vector<analysis::Edge> tree;

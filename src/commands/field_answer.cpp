@@ -18,8 +18,8 @@
 namespace lichtenberg {
 namespace {
 
-/// Returns for each side the first electrode side that it meets directly or through others, at corners or edges; -1 if
-/// the side is no electrode. Joined sides have one potential.
+/// Returns for each side the first electrode side that it meets at corners or edges, directly or through other sides.
+/// The result is -1 if the side is no electrode. Joined sides have one potential.
 std::vector<int> joined_sides(const Scene& scene) {
   const int sides = 2 * scene.dimension();
   std::vector<int> first(sides, -1);

@@ -9,21 +9,22 @@
 
 namespace lichtenberg {
 
-/// Potential and charge of an electrode or of an electrode side.
+/// Solved potential and charge of one electrode or electrode side of the domain.
 struct TerminalAnswer {
   std::string name;
   double potential = 0, charge = 0;  ///< V, C
-  int group = 0;                     ///< row of the capacitance matrix
+  int group = 0;                     ///< row in the capacitance matrix
 };
 
-/// Capacitance matrix: charge on each group when one is at 1 V and all others are at 0 V.
+/// Capacitance matrix: charge on each group (conductors and electrodes of one potential) when one is at 1 V and all
+/// others are at 0 V.
 struct Capacitances {
   std::vector<std::string> names;
   std::vector<double> matrix;  ///< F, names x names
 };
 
-/// Field of a scene of conductors at its start, in SI units. Charges, forces and energies are those of a slab of the
-/// scene's depth.
+/// Solved field of a scene of conductors at its start, in SI units. Charges, forces and energies are those of a slab of
+/// the scene's depth.
 struct FieldAnswer {
   Scene scene;
   FieldProblem field{};
@@ -34,30 +35,36 @@ struct FieldAnswer {
   Capacitances capacitance{};                       ///< empty if not requested
   std::optional<laplace::Field> potential_field{};  ///< empty if not requested, and in three dimensions
 
-  /// Number of conductors. The functions below take an index of a conductor.
+  /// Returns the number of conductors. Some of the functions below take an index of a conductor.
   int size() const { return static_cast<int>(scene.conductors.size()); }
+  /// Returns true in three dimensions.
   bool in_space() const { return scene.dimension() == 3; }
+  /// Returns the factor (m) from values per metre of depth to SI values; 1 in three dimensions.
   double depth() const { return in_space() ? 1 : scene.medium.depth; }
+  /// Returns the potential (V) of conductor i.
   double potential(int i) const { return solution.group_potential[field.group_of_body[i]]; }
+  /// Returns the charge (C) of conductor i.
   double charge(int i) const { return depth() * solution.body_charge[i]; }
+  /// Returns the energy (J) of the field.
   double energy() const { return depth() * solution.energy; }
 };
 
-/// Optional parts of a FieldAnswer.
+/// Optional parts of a FieldAnswer that solve_field() computes on request.
 struct RequestedParts {
   bool capacitance = false;      ///< one more solve per group
   bool potential_field = false;  ///< plane scenes only
 };
 
-/// Solves the field of a scene's initial state. Makes the choices for a requested accuracy and stores them in the
-/// answer's scene. Throws InputError if the scene has no field, Failure if the solution holds a non-finite number.
+/// Solves the field of a scene at its start. For a requested accuracy it chooses the field options and stores them in
+/// the answer's scene. Throws InputError if the scene has no field, Failure if the solution has a non-finite number.
 FieldAnswer solve_field(Scene scene, RequestedParts requested);
 
-/// Returns potentials and charges of the terminals in the order of effects::terminals_of: electrodes, then electrode
-/// sides. In space, for sides that meet at edges only the sum of the charges is known; it comes last.
+/// Returns the potentials and charges of the terminals: electrodes, then electrode sides (order of
+/// effects::terminals_of). In three dimensions, sides that meet at edges only have a known total charge, which comes
+/// last.
 std::vector<TerminalAnswer> terminals(const FieldAnswer& answer);
 
-/// Returns reasons why the solution may be unsafe to use (Summary::warnings).
+/// Returns reasons why the solution may be unreliable (Summary::warnings).
 std::vector<std::string> warnings_of(const FieldAnswer& answer);
 
 }  // namespace lichtenberg

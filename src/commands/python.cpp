@@ -231,7 +231,7 @@ class OutputBuffer {
   int descriptor_;
 };
 
-/// Returns the sentence in the error output of the package, without the name of the program before it.
+/// Returns the error message in the output of the package, without the name of the program before it.
 std::string error_message(const std::string& output) {
   const std::string prefix = "lichtenberg: ";
   const std::size_t begin = output.starts_with(prefix) ? prefix.size() : 0;

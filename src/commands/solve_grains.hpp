@@ -10,7 +10,7 @@
 
 namespace lichtenberg {
 
-/// Forces on charged grains, in the scene's reduced units.
+/// Solved forces, potentials and dipoles of the charged grains of a scene at its start, in reduced units.
 struct GrainAnswer {
   Bodies bodies;
   std::vector<double> potential;  ///< q0/d0, at a grain's centre, due to all other charges and dipoles
@@ -23,12 +23,11 @@ struct GrainAnswer {
   double seconds = 0;
 };
 
-/// Solves the field of the charges of a scene's grains at the start, induced dipoles included. Throws InputError for a
-/// scene without [effects.coulomb] or without grains.
+/// Computes the forces, potentials and energy of the charges of a scene's grains at the start, induced dipoles
+/// included. Throws InputError for a scene without [effects.coulomb] or without grains.
 GrainAnswer solve_grain_field(const Scene& scene);
 
-/// Prints forces, potentials and energy of the charges of a scene's grains at the start, including induced dipoles, in
-/// reduced units, as a table or as `json`. Throws InputError for a scene without [effects.coulomb].
+/// Prints the result of solve_grain_field() as a table or as JSON, with its exceptions.
 void solve_grains(const Scene& scene, const JsonTarget& json);
 
 }  // namespace lichtenberg

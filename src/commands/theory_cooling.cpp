@@ -28,7 +28,7 @@ bool is_constant(const GrainContactLaw& law) {
   return std::visit([](const auto& one) { return one.constant_restitution; }, law);
 }
 
-/// Returns the rms deviation of ln T from the law with this barrier.
+/// Returns the rms deviation of ln T of a run from the law of a monopolar gas with this barrier.
 double rms_deviation(const GasTimeSeries::Series& found, theory::MonopolarGas law, double barrier) {
   law.barrier = barrier;
   double squares = 0;
@@ -110,7 +110,7 @@ TheoryTable kinetic_table(const GasParameters& gas) {
   return table;
 }
 
-/// Returns G's printed functions together with the corrected ones.
+/// Returns the printed functions of the dissertation G together with the corrected ones.
 TheoryTable printed_table(double exponent) {
   TheoryTable table{.name = "printed",
                     .title = "g_1 ... g_5 (G 5.32-5.37), of m = d = C_eps = C_dq = 1, and as printed"};

@@ -99,7 +99,7 @@ TheoryTable modes_table(const theory::TransportCoefficients& c, double charge_nu
   return table;
 }
 
-/// Returns the largest critical wave number, oscillating or not; NaN if there is none.
+/// Returns the largest critical wave number of sound modes (`oscillates`) or of the heat mode; NaN if there is none.
 double largest_wave(const std::vector<theory::CriticalWave>& waves, bool oscillates) {
   double largest = NAN;
   for (const theory::CriticalWave& wave : waves)

@@ -121,7 +121,7 @@ struct FieldSubject {
 
 using MakeSolver = std::function<std::unique_ptr<LaplaceSolver>()>;
 
-/// Solve without an initial guess from earlier solves.
+/// Trial: a field solve without an initial guess from earlier solves.
 class FieldTrial : public Trial {
  public:
   FieldTrial(const FieldSubject& subject, const PetscSetting::Options& options, const MakeSolver& make)

@@ -43,7 +43,8 @@ void check_scene(const hdf5::Handle& file, const std::string& path, const Scene&
                     scene.path, change, path));
 }
 
-/// Checks that the run starts from the same state, which separates injected charge from initial charge.
+/// Throws InputError unless the run started from the same state as the scene: injected charge is counted apart from
+/// initial charge.
 void check_start(const hdf5::Handle& file, const std::string& path, const Scene& scene) {
   const std::string start = hdf5::text(hdf5::open_group(file, "scene"), "started_from");
   if (start != scene.started_from)

@@ -23,7 +23,7 @@ void remove_others(hid_t group, const std::vector<Column>& columns) {
 
 }  // namespace
 
-/// Reports any HDF5 error as damage of the file.
+/// Calls `reading` and reports any HDF5 error as damage of the file.
 template <class Reading>
 auto Result::guarded(Reading reading) const {
   try {

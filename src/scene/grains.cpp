@@ -180,14 +180,15 @@ void check_grains(const Draft& draft) {
 
 namespace {
 
-/// Default step (t0). For multirate it is infinite if an effect has a force accuracy, which then sets the step. For
-/// other integrators it follows from the shortest contact of grains at T = 10 in a phase with ten times the stiffness.
+/// Returns the default step (t0). For multirate it is infinite if an effect has a force accuracy, which then sets the
+/// step. For other integrators it follows from the shortest contact of grains at T = 10 in a stage with ten times the
+/// stiffness.
 double default_step(const Scene& scene) {
   const IntegratorKind& integrator = scene.mechanics.integrator.kind();
   return integrator.takes_any_step && least_in(scene, &StepLimits::force_accuracy) ? INFINITY : integrator.usual_step;
 }
 
-/// Allows contacts the same error as the most accurate forces.
+/// Returns the default number of contact substeps, with which contacts have the same error as the most accurate forces.
 int default_contact_steps(const Scene& scene) {
   return contact_steps_for(least_in(scene, &StepLimits::force_accuracy).value_or(usual_contact_accuracy));
 }
@@ -241,7 +242,7 @@ void check_shortest_side(const Draft& draft, const Scene& scene) {
                        shortest, largest));
 }
 
-/// Throws InputError for phases whose duration is lost in the rounding of time.
+/// Throws InputError for equilibration stages whose duration is lost in the rounding of time.
 void check_stages(const Draft& draft) {
   constexpr double least = 1e-12;  // fraction of the end time: thousands of units in the last digit of time
   double end = 0;
@@ -254,7 +255,8 @@ void check_stages(const Draft& draft) {
                  stage.duration, end, least));
 }
 
-/// Draws Gaussian velocities with zero total momentum and scales them to the exact temperature.
+/// Draws Gaussian velocities with zero total momentum for grains `first` to before `end`, and scales them to exactly
+/// this temperature.
 void set_temperature(Scene& scene, std::size_t first, std::size_t end, double temperature) {
   const int d = scene.dimension();
   const auto mass = [&](const Conductor& c) { return c.radius * c.radius * c.radius; };  // mass in arbitrary units

@@ -217,7 +217,8 @@ SphereGrid::SphereGrid(double reach, std::size_t count, const Domain& domain) : 
   latest_.assign(static_cast<std::size_t>(buckets_[0]) * buckets_[1] * buckets_[2], none);
 }
 
-/// Distance (m) of nearest images. Rounding is skipped for short differences, because it would dominate the cost.
+/// Returns the distance (m) of nearest images. Rounding is skipped for short differences, because it would dominate the
+/// cost.
 double SphereGrid::distance(Vec3 a, Vec3 b) const {
   Vec3 r = a - b;
   for (int k = 0; k < 3; ++k)

@@ -13,7 +13,7 @@ namespace {
 
 using std::numbers::pi;
 
-/// B, its powers, l and l_1 of table 5.1.
+/// Functions of G's table 5.1 as printed, with B, its powers, l and l_1.
 struct Printed {
   explicit Printed(double bjerrum) : b(bjerrum), b2(b * b), b4(b2 * b2), l(std::sqrt(4 - b2)), l1(std::sqrt(1 - b2)) {}
   double b, b2, b4, l, l1;

@@ -1,8 +1,7 @@
 #pragma once
 
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -71,7 +70,8 @@ class PairEffect : public Effect {
   virtual Law law_of(Pair pair) const { return (void)pair, law_; }
   [[noreturn]] virtual void refuse(const Bodies& bodies, Pair pair) const {
     (void)bodies;
-    throw Failure(fmt::format("effects.{}: its law does not hold between {} and {}", name(), pair.i, pair.j));
+    throw Failure("effects." + std::string(name()) + ": its law does not hold between " + std::to_string(pair.i) +
+                  " and " + std::to_string(pair.j));
   }
 
  private:

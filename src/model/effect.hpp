@@ -91,7 +91,7 @@ class Effect {
 
   /// Adds the effect's forces (N, [N * dimension]) on the requested bodies. Forces on grains must depend only on
   /// positions and charges and have a potential (stored_energy). They must change little while a grain moves by a small
-  /// part of StepLimits::force_length, because they are constant over the contact substeps of a step.
+  /// part of StepLimits::force_length, because they act as impulses between contact substeps.
   virtual void add_forces(const State& state, std::span<double> force) const { (void)state, (void)force; }
   /// Adds the derivatives of the forces of add_forces. Missing terms slow the iteration of an implicit integrator, but
   /// do not change its limit.

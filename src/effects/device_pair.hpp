@@ -2,8 +2,6 @@
 
 // Device form of an effect that is a pair force law (src/model/pair_law.hpp).
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "solvers/error.hpp"

@@ -1,8 +1,7 @@
 #pragma once
 
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -73,7 +72,8 @@ class PairEffect : public Effect {
   /// Throws Failure for a pair for which the law is not valid.
   [[noreturn]] virtual void refuse(const Bodies& bodies, Pair pair) const {
     (void)bodies;
-    throw Failure(fmt::format("effects.{}: its law does not hold between {} and {}", name(), pair.i, pair.j));
+    throw Failure("effects." + std::string(name()) + ": its law does not hold between " + std::to_string(pair.i) +
+                  " and " + std::to_string(pair.j));
   }
 
  private:

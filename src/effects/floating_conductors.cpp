@@ -275,7 +275,9 @@ const EffectKind& FloatingConductorsOptions::kind() {
   static const EffectKind kind = {
       .name = "floating_conductors",
       .description = "the electric field between conductors with given charges, and its forces",
-      .help = "Electrostatics: conductors with given charges, the potential between them, the forces (D 5.3).",
+      .help =
+          "Electrostatics of conductors of given charges: the potential between them, from Laplace's equation, and the "
+          "forces on them (Stephenson 2018, eq. 5.3).",
       .options = FloatingConductorsOptions{},
       .dimensions = {2, 3},
       .periodic = true,

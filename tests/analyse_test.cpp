@@ -441,7 +441,7 @@ TEST_CASE("analyse: result files with missing or inconsistent parts are refused"
     text.erase(text.rfind("[[conductor]]"), text.find("[effects.floating") - text.rfind("[[conductor]]"));
     hdf5::put_text(file, "scene/text", text);
   });
-  check_refused(folder, "less.h5", "its scene has 3 conductors, its frames 4");
+  check_refused(folder, "less.h5", "its scene has 3 conductors, but its frames have 4");
   folder.write("less.h5", whole);
   change(folder / "less.h5", [](const hdf5::Handle& file) {
     hdf5::put<std::int64_t>(file, "network/contacts_end", std::array<std::int64_t, 2>{9, 3}, {2}, "1");

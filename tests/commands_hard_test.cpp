@@ -271,7 +271,7 @@ TEST_CASE("scene file: a pipe, a device or more than 100 MB is refused") {
     };
     refused("/dev/zero", "/dev/zero is not a regular file");
     refused("pipe.toml", "pipe.toml is not a regular file");
-    refused("large.toml", "large.toml has 100000001 bytes: a scene file has at most 100000000");
+    refused("large.toml", "large.toml has 100000001 bytes: at most 100000000 are allowed");
   }
 }
 

@@ -55,7 +55,7 @@ TEST_CASE("electrical_groups: electrodes fix potentials; short circuits are refu
       electrical_groups(scene, shorted),
       "the group of conductor 0 connects the electrode \"ball\" at 5 V with the bottom side of the domain "
       "at 6 V: a short circuit of perfect conductors, whose current has no limit, is not allowed: scene.toml "
-      "gives them these potentials, in electrode.potential, side's potential in [domain] or group.potential",
+      "gives them these potentials, in electrode.potential, the side's potential in [domain] or group.potential",
       InputError);
 }
 

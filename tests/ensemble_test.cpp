@@ -193,7 +193,7 @@ TEST_CASE("ensemble: a member past the new stop time fails and its file stays") 
     const Ended result = ensemble(folder, "charged.toml");
     INFO(result.err);
     CHECK(result.status == 1);
-    CHECK(contains(result.err, "charged.h5 is already past this [stop]: move it away"));
+    CHECK(contains(result.err, "charged.h5 is already past the end that [stop] now sets: move it away"));
     CHECK(states(summary(folder, "charged-ensemble")) == std::vector<std::string>{"failed"});
   };
   folder.write("charged.toml", replaced(charged_scene, "time = 0.2", "time = 0.05"));
@@ -319,7 +319,8 @@ TEST_CASE("ensemble: an invalid command gives one message and status 2") {
   check_refused("neutral.toml --conductors 1 --vary population[0].count=2", "varied twice");
   check_refused("neutral.toml --conductors 2000,3000", "no member of this ensemble is possible");
   check_refused("neutral.toml --seeds 0", "--seeds");
-  check_refused("neutral.toml --seeds 1000000000", "--seeds 1000000000 is not allowed: it must be at most 100000");
+  check_refused("neutral.toml --seeds 1000000000",
+                "--seeds 1000000000 is not allowed: at most 100000 seeds are allowed");
   check_refused("neutral.toml --seeds 60000 --conductors 1,2", "the ensemble has 120000 members: at most 100000");
   check_refused("neutral.toml --out neutral.toml", "neutral.toml");
   check_refused("neutral.toml --petsc -ksp_view", "ensemble passes no options to PETSc");

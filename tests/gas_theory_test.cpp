@@ -290,16 +290,17 @@ TEST_CASE("theory: parameters out of range and unsuitable scenes are refused") {
   refused("haff --restitution 0.5",
           "--restitution is for theory stability and theory hydrodynamics, not for theory haff");
   refused("stability --cells 8", "--cells is for theory hydrodynamics, not for theory stability");
-  refused("hydrodynamics --restitution 1", "of a restitution in (0, 1), not of 1");
-  refused("hydrodynamics --charge-number 101", "theory hydrodynamics is for R in [0, 100], not for 101");
+  refused("hydrodynamics --restitution 1", "of a restitution coefficient in (0, 1), not of 1");
+  refused("hydrodynamics --charge-number 101",
+          "theory hydrodynamics is for a charge number R in [0, 100], not for 101");
   refused("hydrodynamics --cells 7", "--cells is for 8 to 1024 cells along an edge, not for 7");
-  refused("hydrodynamics --seed -1", "--seed is 0 or more, not -1");
+  refused("hydrodynamics --seed -1", "--seed -1 is not allowed: it must be 0 or more");
   refused("hydrodynamics --scene gas.toml",
           "the thermal noise of 60 grains makes the density or temperature of a cell");
   folder.write("narrow.toml", replaced(scene(), "count = 60", "count = 20"));
   refused("hydrodynamics --scene narrow.toml", "for boxes of ten mean free paths");
-  refused("stability --restitution 1.5", "a restitution in (0, 1], not for 1.5");
-  refused("stability --charge-number -1", "theory stability is for R in [0, 1e6), not for -1");
+  refused("stability --restitution 1.5", "a restitution coefficient in (0, 1], not for 1.5");
+  refused("stability --charge-number -1", "theory stability is for a charge number R in [0, 1e6), not for -1");
   refused("haff --json none/x.json", "none/x.json");
   refused("hydrodynamics --field gas.toml --scene gas.toml", "is an input file");
   folder.write("neutral.toml", replaced(scene(), "[effects.charge_exchange]", ""));

@@ -246,7 +246,8 @@ TEST_CASE("Model: another number of charges than bodies is refused") {
   };
   CHECK(with(3).bodies.charge.size() == 3);
   for (const std::size_t other : {0, 2, 4})
-    CHECK_THROWS_WITH_AS(with(other), doctest::Contains("effects.counting needs 3 charges, one a body"), InputError);
+    CHECK_THROWS_WITH_AS(with(other), doctest::Contains("effects.counting needs 3 charges, one for each body"),
+                         InputError);
 }
 
 TEST_CASE("Model: its neighbour list has the largest range of all effects") {

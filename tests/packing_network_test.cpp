@@ -217,7 +217,7 @@ TEST_CASE("network --between 0,all: a triangle of 1 Ohm contacts gives 2/3 Ohm")
   for (const std::string option : {"--voltage 2", "--out a.png", "--overwrite"})
     check_refused(run(folder, "network triangle.h5 --between 0,all " + option), "is not allowed with --terminals");
   check_refused(run(folder, "network triangle.h5 --between 0,1 --no-picture --overwrite"),
-                "--overwrite is not allowed where no file is written: it is for a picture or --json=FILE");
+                "--overwrite is not allowed where no file is written: it is for use with a picture or --json=FILE");
   check_refused(run(folder, "analyse triangle.h5 --overwrite"), "--overwrite is not allowed where no file is written");
   check_refused(run(folder, "network triangle.h5 --between 3,all"), "there is no particle 3; allowed are 0 to 2");
   check_refused(run(folder, "network triangle.h5 --between lid,all"), "there is no wall \"lid\"");

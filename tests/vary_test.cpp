@@ -107,7 +107,7 @@ TEST_CASE("with_settings: unknown or incomplete keys are refused with a message"
   CHECK(has(refusal({{"electrode[2].radius", "1e-3"}}), "has 2 [[electrode]]"));
   CHECK(has(refusal({{"electrode[x].radius", "1e-3"}}), "is no key of a scene"));
   CHECK(has(refusal({{"field[0].cells", "64"}}), "no index is allowed"));
-  CHECK(has(refusal({{"conductor.radius", "1e-3"}}), "the scene has no [[conductor]]"));
+  CHECK(has(refusal({{"conductor.radius", "1e-3"}}), "the scene has no table [[conductor]]"));
   CHECK(has(refusal({{"effects.current_injection.current", "1e-9"}}), "no table [effects.current_injection]"));
 }
 

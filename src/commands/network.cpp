@@ -220,8 +220,8 @@ nlohmann::ordered_json json_of(const NetworkArguments& request, const PackingFra
 void check_one_to_all(const NetworkArguments& request) {
   const auto refuse = [](const std::string& option) {
     throw InputError(
-        fmt::format("{} is not allowed with --terminals ELECTRODE,all, which prints resistances and neither draws nor "
-                    "stores anything",
+        fmt::format("option {} is not allowed with --terminals ELECTRODE,all, which prints resistances and neither "
+                    "draws nor stores anything",
                     option));
   };
   if (request.voltage) refuse("--voltage");

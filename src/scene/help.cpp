@@ -53,8 +53,8 @@ std::string help_of_part(const Schema& schema, Draft& untouched, const std::stri
   for (const Table& table : schema.tables())
     for (const Key& key : table.keys)
       if (path_in(table, key.name) == part) return help_of(table, {key}, untouched);
-  throw InputError(
-      fmt::format("there is no part {} of a scene; the nearest is {}", part, nearest_path(part, schema.known_paths())));
+  throw InputError(fmt::format("there is no table or key {} of a scene; the nearest is {}", part,
+                               nearest_path(part, schema.known_paths())));
 }
 
 }  // namespace

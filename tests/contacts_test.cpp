@@ -53,9 +53,9 @@ TEST_CASE("electrical_groups: electrodes fix potentials; short circuits are refu
   const std::vector<Contact> shorted = {{0, 1}, {0, 4}, {1, 5}};
   CHECK_THROWS_WITH_AS(
       electrical_groups(scene, shorted),
-      "the group of conductor 0 connects the electrode \"ball\" at 5 V with the bottom side of the domain "
-      "at 6 V: a short circuit of perfect conductors, whose current has no limit, is not allowed: scene.toml "
-      "gives them these potentials, in electrode.potential, the side's potential in [domain] or group.potential",
+      "the group of conductor 0 connects the electrode \"ball\" at 5 V with the bottom side of the domain at 6 V: a "
+      "short circuit of perfect conductors, whose current has no limit, is not allowed: the scene scene.toml gives "
+      "them these potentials, in electrode.potential, the side's potential in [domain] or group.potential",
       InputError);
 }
 

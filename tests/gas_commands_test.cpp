@@ -356,7 +356,7 @@ TEST_CASE("gas commands: impossible requests are refused with an error message")
   refused("explain by-hand.toml", "they leave nothing to choose");
   with_sum("cutoff = 1.5\nmesh = 14");
   refused("explain by-hand.toml",
-          "effects.coulomb: no mesh of up to 1024 points along a side reaches an accuracy of 0.0001");
+          "[effects.coulomb] are not valid: no mesh of up to 1024 points along a side reaches an accuracy of 0.0001");
 }
 
 // 120 spheres in a cube of edge 5.2 have a volume fraction of 0.447, one third above the limit of random positions.

@@ -182,7 +182,7 @@ std::vector<Key> keys() {
        .target = target<&CoulombOptions::strength>,
        .range = {.low = 0, .high = 1e100},
        .help = "strength of the Coulomb interaction between grains, K = k_e q0^2 / (m0 v0^2 d0) with Coulomb's "
-               "constant k_e",
+               "constant k_e and the scales of [units]",
        .old_name = "strength"},
       {.name = "sum",
        .target = target<&CoulombOptions::sum>,
@@ -199,15 +199,15 @@ std::vector<Key> keys() {
        .unit = "d0",
        .range = ranges::positive,
        .computed_default = "from the accuracy; of shifted-force 7, or .45 of the box",
-       .help = "largest distance of pairs whose Coulomb force is summed directly, in d0; for the sums mesh and "
-               "shifted-force"},
+       .help = "largest distance of pairs whose Coulomb force is summed directly, in reduced units (d0); for the sums "
+               "mesh and shifted-force"},
       {.name = "alpha",
        .target = target<&CoulombOptions::alpha>,
        .unit = "1/d0",
        .range = ranges::positive,
        .computed_default = "none: a prolate splitting",
-       .help = "for the sum mesh: Ewald's splitting parameter alpha, in 1/d0, with the near part erfc(alpha r) / r of "
-               "1 / r; without it a prolate splitting is used"},
+       .help = "for the sum mesh: Ewald's splitting parameter alpha, in reduced units (1/d0), with the near part "
+               "erfc(alpha r) / r of 1 / r; without it the splitting is by prolate spheroidal functions"},
       {.name = "mesh",
        .target = target<&CoulombOptions::mesh>,
        .range = {.low = 8, .high = 1024},
@@ -223,8 +223,8 @@ std::vector<Key> keys() {
        .target = target<&CoulombOptions::damping>,
        .unit = "1/d0",
        .range = ranges::not_negative,
-       .help = "for the sum shifted-force: damping parameter alpha, in 1/d0, of the potential erfc(alpha r) / r; 0: "
-               "the undamped 1 / r"}};
+       .help = "for the sum shifted-force: damping parameter alpha, in reduced units (1/d0), of the potential "
+               "erfc(alpha r) / r; 0: the undamped 1 / r"}};
 }
 
 }  // namespace

@@ -90,8 +90,8 @@ const EffectKind& InducedDipolesOptions::kind() {
       .keys = {{.name = "polarizability",
                 .target = target<&InducedDipolesOptions::polarizability>,
                 .range = ranges::positive,
-                .help = "polarizability A of a grain, in d0^3: (eps_r - 1) / (eps_r + 2) / 8 of a dielectric sphere of "
-                        "the relative permittivity eps_r, 1/8 of a conductor"},
+                .help = "polarizability A of a grain, in reduced units (d0^3): (eps_r - 1) / (eps_r + 2) / 8 of a "
+                        "dielectric sphere of the relative permittivity eps_r, 1/8 of a conductor"},
                {.name = "sum",
                 .target = target<&InducedDipolesOptions::sum>,
                 .help =

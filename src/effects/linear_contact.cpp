@@ -24,20 +24,20 @@ const EffectKind& LinearContactOptions::kind() {
       .keys = {{.name = "stiffness",
                 .target = target<&LinearContactOptions::stiffness>,
                 .range = ranges::positive,
-                .help =
-                    "stiffness A of the spring in the contact force max(A overlap + B d overlap/dt, 0), in m0 / t0^2"},
+                .help = "stiffness A of the spring in the contact force max(A overlap + B d overlap/dt, 0), in reduced "
+                        "units (m0 / t0^2)"},
                {.name = "restitution",
                 .target = target<&LinearContactOptions::restitution>,
                 .range = {.low = 0, .high = 1, .low_itself = false},
                 .computed_default = "0.9, unless damping is given",
-                .help = "restitution coefficient of two grains of mass m0 in a collision, from which the damping B of "
-                        "the contact force follows"},
+                .help = "restitution coefficient of two grains of the unit mass m0 in a collision, from which the "
+                        "damping B of the contact force follows"},
                {.name = "damping",
                 .target = target<&LinearContactOptions::damping>,
                 .range = ranges::not_negative,
                 .computed_default = "from restitution",
-                .help = "damping B of the dashpot in the contact force max(A overlap + B d overlap/dt, 0), in m0 / t0; "
-                        "give it instead of restitution"}},
+                .help = "damping B of the dashpot in the contact force max(A overlap + B d overlap/dt, 0), in reduced "
+                        "units (m0 / t0); give it instead of restitution"}},
       .dimensions = {2, 3},
       .periodic = true,
       .grains = true,

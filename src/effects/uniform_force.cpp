@@ -13,13 +13,12 @@ const EffectKind& UniformForceOptions::kind() {
           "A uniform force accelerates all grains equally. In a periodic box only contacts and gas_drag limit their "
           "speed.",
       .options = UniformForceOptions{},
-      .keys =
-          {{.name = "acceleration",
-            .target = target<&UniformForceOptions::acceleration>,
-            .unit = "d0/t0^2",
-            .required = true,
-            .help =
-                "acceleration of every grain, in d0/t0^2: a vector with one component per dimension of the domain"}},
+      .keys = {{.name = "acceleration",
+                .target = target<&UniformForceOptions::acceleration>,
+                .unit = "d0/t0^2",
+                .required = true,
+                .help = "acceleration of every grain, in reduced units (d0/t0^2): a vector with one component per "
+                        "dimension of the domain"}},
       .dimensions = {2, 3},
       .periodic = true,
       .grains = true,

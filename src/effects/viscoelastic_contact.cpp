@@ -51,8 +51,8 @@ const EffectKind& ViscoelasticContactOptions::kind() {
                 .target = target<&ViscoelasticContactOptions::elastic>,
                 .range = {.low = 1e-100, .high = 1e100},  // squares must not overflow
                 .help = "dimensionless stiffness E of the contact force, E = alpha d0^(5/2) / (m0 v0^2) with alpha = 2 "
-                        "Y sqrt(d0/4) / (3 (1 - nu^2)), Young's modulus Y and Poisson's ratio nu (Singh 2019, "
-                        "equations 3.11 and 3.36)",
+                        "Y sqrt(d0/4) / (3 (1 - nu^2)), Young's modulus Y, Poisson's ratio nu and the scales of "
+                        "[units] (Singh 2019, equations 3.11 and 3.36)",
                 .old_name = "elastic"},
                {.name = "damping",
                 .target = target<&ViscoelasticContactOptions::dissipative>,

@@ -60,7 +60,7 @@ constexpr const char* is_history = "history";
 void lengthen(Column& column, const std::vector<Column>& added) {
   const auto more = std::ranges::find(added, column.name, &Column::name);
   if (more == added.end() || more->unit != column.unit || more->values.index() != column.values.index())
-    throw InputError(fmt::format("column `{}` of a history has changed its type or unit", column.name));
+    throw InputError(fmt::format("the column `{}` of the recorded history has changed its type or unit", column.name));
   std::visit(
       [&]<class Number>(std::vector<Number>& numbers) {
         const auto& rows = std::get<std::vector<Number>>(more->values);

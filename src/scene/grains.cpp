@@ -69,7 +69,7 @@ Table stage() {
                    .unit = "t0",
                    .range = positive,
                    .required = true,
-                   .help = "duration of the stage, in t0"},
+                   .help = "duration of the stage, in reduced units (t0)"},
                   {.name = "elastic",
                    .target = [](Draft& d) { return &d.scene.stages.back().elastic; },
                    .help = "true: in this stage contacts dissipate no energy and transfer no charge, and gas_drag does "
@@ -86,7 +86,8 @@ Table stage() {
                    .unit = "m0 v0^2",
                    .range = positive,
                    .computed_default = "none",
-                   .help = "temperature to which all velocities are scaled at the end of the stage, in m0 v0^2"},
+                   .help = "temperature to which all velocities are scaled at the end of the stage, in reduced units "
+                           "(m0 v0^2)"},
               },
           .old_path = "stage"};
 }

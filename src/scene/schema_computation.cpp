@@ -155,11 +155,9 @@ std::vector<Key> field_solvers() {
 }
 
 Table field() {
-  return {
-      .path = "field",
-      .help =
-          "Method, resolution and accuracy of the field, which is the electric potential and its forces on conductors.",
-      .keys = joined({field_accuracy(), field_solvers()})};
+  return {.path = "field",
+          .help = "Method, resolution and accuracy of the electric field, from which the forces on conductors follow.",
+          .keys = joined({field_accuracy(), field_solvers()})};
 }
 
 std::vector<Key> integrators() {
@@ -230,9 +228,9 @@ std::vector<Key> grain_steps() {
        .unit = "t0",
        .range = positive,
        .computed_default = "multirate: from effects.coulomb.accuracy, or 0.05; verlet: 0.005; gear: 0.0015",
-       .help = "longest step of the motion of grains, in t0. multirate: the forces of charges are constant over it, "
-               "and it is shorter if the fastest grain would fly farther than .2 d0; verlet and gear: it must resolve "
-               "the shortest contact"},
+       .help = "longest step of the motion of grains, in reduced units (t0). multirate: the forces of charges are "
+               "constant over it, and it is shorter if the fastest grain would fly farther than .2 d0; verlet and "
+               "gear: it must resolve the shortest contact"},
       {.name = "contact_substeps",
        .target = [](Draft& d) { return &d.scene.mechanics.contact_steps; },
        .range = {.low = 4, .high = 1e4},

@@ -348,8 +348,8 @@ std::vector<Key> population_radii() {
            "list of radii in m, one for each body, instead of radius; it repeats if count is larger than its length"},
       {.name = "distribution",
        .target = [](Draft& d) { return &d.populations.back().distribution; },
-       .help = "distribution of random radii, truncated to their interval. uniform: constant density; normal: "
-               "Gaussian, given by mean and deviation; lognormal: Gaussian in the logarithm of the radius"},
+       .help = "distribution of random radii, truncated to their interval. uniform: constant probability density; "
+               "normal: Gaussian, given by mean and deviation; lognormal: Gaussian in the logarithm of the radius"},
       {.name = "mean",
        .target = [](Draft& d) { return &d.populations.back().mean; },
        .unit = "m",
@@ -398,8 +398,8 @@ std::vector<Key> population_places() {
        .unit = "m0 v0^2",
        .range = not_negative,
        .computed_default = "0: at rest",
-       .help = "initial temperature of grains, in m0 v0^2: each velocity component is Gaussian, with a variance of "
-               "temperature over mass, and the momenta add up to 0"},
+       .help = "initial temperature of grains, in reduced units (m0 v0^2): each velocity component is Gaussian, with a "
+               "variance of temperature over mass, and the momenta add up to 0"},
       {.name = "min_gap",
        .target = [](Draft& d) { return &d.populations.back().min_gap; },
        .unit = "m",

@@ -126,8 +126,8 @@ double encounter_rate(const Aggregates& gas) {
 MergingIntegrals merging_integrals(double beta) {
   if (!(beta >= 0 && beta < 1e150))
     throw InputError(
-        fmt::format("the integrals over merging collisions are for beta = 2B in [0, 1e150) with B = K <q^2> / (T d), "
-                    "not for beta = {}",
+        fmt::format("the integrals over merging collisions are for beta = 2B in [0, 1e150) with the ratio B = K <q^2> "
+                    "/ (T d) of Coulomb energy to temperature, not for beta = {}",
                     beta));
   if (beta <= small_beta) return merging_series(beta);
   const auto [j, first, second] = arc(beta);

@@ -97,7 +97,7 @@ const EffectKind& TetherOptions::kind() {
                 .unit = "m",
                 .range = ranges::positive,
                 .computed_default = "100 of the largest radius",
-                .help = "way after which half the stiffness is left"}},
+                .help = "distance after which half the stiffness is left"}},
       .needs = {{"stokes_drag", "which damps it"}},
       .check =
           [](const Draft& draft) {

@@ -227,17 +227,17 @@ TEST_CASE("ensemble: members with damaged or foreign files fail, the files stay"
   REQUIRE(ensemble(folder, "neutral.toml --seeds 1 --vary population.count=2").status == 0);
   const fs::path out = folder / "neutral-ensemble";
   const std::string whole = text_of(out / "count-2.h5");
-  folder.write("neutral-ensemble/count-1.h5", "something dear");
+  folder.write("neutral-ensemble/count-1.h5", "something valuable");
   folder.write("neutral-ensemble/count-2.h5", whole.substr(0, whole.size() / 2));
-  folder.write("neutral-ensemble/count-3.toml", "something dear, too");
+  folder.write("neutral-ensemble/count-3.toml", "something valuable, too");
   const Ended result = ensemble(folder, "neutral.toml --seeds 1 --vary population.count=1,2,3,4");
   CHECK(result.status == 1);
   CHECK(contains(result.err, "count-1.h5 is no HDF5 file"));
   CHECK(contains(result.err, "count-2.h5 is damaged"));
   CHECK(contains(result.err, "count-3.toml exists and is not a scene"));
   CHECK(contains(result.err, "3 of 4 members failed"));
-  CHECK(text_of(out / "count-1.h5") == "something dear");
-  CHECK(text_of(out / "count-3.toml") == "something dear, too");
+  CHECK(text_of(out / "count-1.h5") == "something valuable");
+  CHECK(text_of(out / "count-3.toml") == "something valuable, too");
   CHECK(fs::exists(out / "count-4.h5"));
 }
 
@@ -275,10 +275,10 @@ TEST_CASE("ensemble: impossible members fail with a message and the others run")
 
 TEST_CASE("ensemble: scenes with field.accuracy instead of field.cells run") {
   const ScenesFolder folder;
-  folder.write("asked.toml", replaced(charged_scene, "cells = 32", "accuracy = 0.05"));
-  const Ended result = ensemble(folder, "asked.toml --seeds 2 --set stop.time=0.01");
+  folder.write("accurate.toml", replaced(charged_scene, "cells = 32", "accuracy = 0.05"));
+  const Ended result = ensemble(folder, "accurate.toml --seeds 2 --set stop.time=0.01");
   CHECK_EQ(result.status, 0);
-  CHECK(states(summary(folder, "asked-ensemble")) == std::vector<std::string>{"finished", "finished"});
+  CHECK(states(summary(folder, "accurate-ensemble")) == std::vector<std::string>{"finished", "finished"});
 }
 
 TEST_CASE("ensemble: a member that fails during its run is reported") {

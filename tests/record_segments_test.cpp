@@ -249,7 +249,7 @@ TEST_CASE("write error message: states the saved time in the run's time unit") {
     for (int k = 0; k <= 10; ++k) recorder.add(timed(k));
     recorder.save(milestone(11));
     fs::remove_all(segments_folder(path));
-    std::ofstream(segments_folder(path)) << "in the way";
+    std::ofstream(segments_folder(path)) << "an obstacle";
     const std::string message = message_of([&] {
       for (int k = 11; k < 20; ++k) recorder.add(timed(k));
     });

@@ -80,6 +80,20 @@ LaplaceProblem shared_cells() {
   return problem;
 }
 
+/// Problem of floating and grounded bars, shorter or narrower than the cells of coarse grids.
+LaplaceProblem short_bars() {
+  LaplaceProblem problem{.permittivity = 1};
+  problem.size = {64, 64};
+  problem.sides[left].kind = problem.sides[right].kind = Side::Kind::electrode;
+  problem.sides[right].potential = 1;
+  problem.bodies = {{Bar{{20, 25}, {20.5, 26}, 3}, 0},
+                    {Bar{{40, 28}, {42, 28}, 0.3}, 1},
+                    {Bar{{12, 50}, {13, 51}, 1}, 2},
+                    {Bar{{50, 50}, {50, 50.4}, 9}, 3}};
+  problem.groups = {{true, 0.5, 0}, {true, -0.7, 0}, {false, 0, 0.5}, {true, 0.2, 0}};
+  return problem;
+}
+
 struct Case {
   const char* name;
   LaplaceProblem problem{.permittivity = 1};
@@ -91,6 +105,7 @@ std::vector<Case> cases() {
           {"narrow gaps", random_disks(35, 0.01), 96},
           {"groups", merged(random_disks(35, 0.01)), 96},
           {"dish", dish(), 128},
+          {"short bars", short_bars(), 128},
           {"shared cells", shared_cells(), 32},
           {"insulated", insulated(), 96},
           {"one grid", narrow_box(), 16}};

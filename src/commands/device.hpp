@@ -41,6 +41,12 @@ inline std::vector<Setting> settings_of(const std::vector<std::string>& written)
   return settings;
 }
 
+/// Sets the device of the field solver or of the grains, as `--device` does; empty: as in the scene.
+inline void set_device(Scene& scene, const std::string& device) {
+  if (!device.empty())
+    std::visit([&](auto& field) { field.device = value_of<FieldDevice>(device).value(); }, scene.field_table);
+}
+
 /// Reads a scene with changed keys and prints its warnings. `device`: as `--device`, empty: as in the scene. `stop`,
 /// `bodies`: as in stopping.hpp.
 inline Scene read_scene_for(const std::string& path, const std::string& device,
@@ -48,8 +54,7 @@ inline Scene read_scene_for(const std::string& path, const std::string& device,
                             const std::vector<Conductor>& bodies = {}) {
   Scene scene = read_scene(path, effects::all_kinds(), settings_of(settings), stop, bodies);
   for (const std::string& warning : scene.warnings) fmt::print(stderr, "lichtenberg: {}\n", printable(warning));
-  if (!device.empty())
-    std::visit([&](auto& field) { field.device = value_of<FieldDevice>(device).value(); }, scene.field_table);
+  set_device(scene, device);
   return scene;
 }
 

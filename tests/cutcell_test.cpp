@@ -178,7 +178,7 @@ TEST_CASE("assembled matrix: solution equals that of the matrix-free multigrid")
     CHECK(a.group_potential[g] == doctest::Approx(b.group_potential[g]).epsilon(1e-8));
 }
 
-TEST_CASE("floating bars below coarse cells: multigrid equals the assembled system") {
+TEST_CASE("floating bars smaller than coarse cells: multigrid equals assembled") {
   // Finest cells of 0.5 m; the coarsest are 8 m or larger. The bars are long, square, and wider than they are long.
   for (const auto& [length, width] : {std::array{4.0, 0.3}, {1.1, 1.0}, {0.7, 5.0}, {5.0, 0.7}, {12.0, 0.1}})
     for (const double angle : {0.0, 0.4, pi / 4}) {

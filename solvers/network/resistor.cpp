@@ -174,7 +174,7 @@ std::span<const ParameterEntry> parameter_entries() {
       ParameterEntry{"sheet_resistance", "Ohm", "sheet resistance of a disk: its resistivity over its thickness",
                      &Parameters::sheet_resistance},
       ParameterEntry{"resistivity", "Ohm m", "resistivity of the particles", &Parameters::resistivity},
-      ParameterEntry{"contact_radius", "m", "half of the width of a contact; its radius between spheres",
+      ParameterEntry{"contact_radius", "m", "half of the width of a contact (between spheres its radius)",
                      &Parameters::contact_radius},
   };
   return entries;

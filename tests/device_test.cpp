@@ -165,7 +165,7 @@ int body_at(CellOwner owner) { return owner.is_fluid() ? -1 : owner.body(); }
 
 }  // namespace
 
-TEST_CASE("device: cells and links are the CPU's") {
+TEST_CASE("device grid: cell owners and links equal the CPU solver's") {
   for (const Case& c : cases())
     for (const LinkFormula formula : {LinkFormula::log_fitted, LinkFormula::plain}) {
       CAPTURE(std::string(c.name));
@@ -224,7 +224,7 @@ TEST_CASE("device: cells and links are the CPU's") {
     }
 }
 
-TEST_CASE("test cases: they contain the intended situations") {
+TEST_CASE("test cases of the device: contain gaps, shared cells and large groups") {
   bool pairs = false, shared_cell = false, cross = false, body_at_side = false, large_group = false;
   for (const Case& c : cases()) {
     const int nx = c.cells, ny = static_cast<int>(std::lround(nx * c.problem.size.y / c.problem.size.x));
@@ -246,7 +246,7 @@ TEST_CASE("test cases: they contain the intended situations") {
   CHECK(large_group);
 }
 
-TEST_CASE("device: operator and right-hand side are the CPU's") {
+TEST_CASE("device: operator and right-hand side equal the CPU solver's") {
   for (const Case& c : cases()) {
     CAPTURE(std::string(c.name));
     const int nx = c.cells, ny = static_cast<int>(std::lround(nx * c.problem.size.y / c.problem.size.x));
@@ -335,13 +335,13 @@ constexpr double rounding_of_cycles = 20 * 6e-8;
 
 }  // namespace
 
-TEST_CASE("device V-cycle: it is the CPU's without gap conductances") {
+TEST_CASE("device V-cycle: equals the CPU's without eliminated cells") {
   const LaplaceProblem problem = bars(0);
   REQUIRE(count_eliminated_cells(problem, 96, 64) == 0);
   CHECK(difference_of_cycles(problem, 96, 64) < rounding_of_cycles);
 }
 
-TEST_CASE("device V-cycle: it eliminates near-surface cells as the CPU does") {
+TEST_CASE("device V-cycle: equals the CPU's with eliminated near-surface cells") {
   // The ends lie 0.1 cells from a column of centres: on the finest grid of 96 cells, or on 192 cells, the second of
   // three grids.
   const LaplaceProblem on_finest = bars(0.4), on_second = bars(0.2);
@@ -352,7 +352,7 @@ TEST_CASE("device V-cycle: it eliminates near-surface cells as the CPU does") {
   CHECK(difference_of_cycles(on_second, 384, 256) < rounding_of_cycles);
 }
 
-TEST_CASE("device: the solution is the CPU's within the tolerance") {
+TEST_CASE("device algorithms: potentials, charges and forces equal the CPU's") {
   for (Case& c : cases()) {
     CAPTURE(std::string(c.name));
     CutCellOptions options;
@@ -395,7 +395,7 @@ TEST_CASE("device: the solution is the CPU's within the tolerance") {
   }
 }
 
-TEST_CASE("device: charges and their sum are exact for any tolerance") {
+TEST_CASE("device algorithms: charges and their sum are exact at tolerance 1e-2") {
   for (const Case& c : cases()) {
     CAPTURE(std::string(c.name));
     CutCellOptions options;
@@ -418,7 +418,7 @@ TEST_CASE("device: charges and their sum are exact for any tolerance") {
   }
 }
 
-TEST_CASE("device: it increases capacity for more links, gaps or groups") {
+TEST_CASE("device solver: increases its capacity for more links, gaps or groups") {
   LaplaceProblem small = random_disks(30, 2), large = small;
   for (std::size_t body = 1; body < large.bodies.size(); ++body) {
     std::get<Disk>(small.bodies[body].shape).radius *= 0.3;   // A quarter of the links.
@@ -440,7 +440,7 @@ TEST_CASE("device: it increases capacity for more links, gaps or groups") {
   }
 }
 
-TEST_CASE("device memory: too little is refused with the amount needed") {
+TEST_CASE("device memory too small: the solve is refused and states the need") {
   CutCellOptions options;
   options.cells = 192;
   device::CutCell<Cramped> solver(options);
@@ -451,7 +451,7 @@ TEST_CASE("device memory: too little is refused with the amount needed") {
 }
 
 #ifndef LICHTENBERG_WITH_CUDA
-TEST_CASE("device: without CUDA in the build it is refused with a message") {
+TEST_CASE("device = \"cuda\" in a build without CUDA: refused with a message") {
   CutCellOptions options;
   options.device = CutCellOptions::Device::cuda;
   CHECK_THROWS_WITH_AS(CutCellSolver{options},
@@ -461,7 +461,7 @@ TEST_CASE("device: without CUDA in the build it is refused with a message") {
 }
 #endif
 
-TEST_CASE("iterations: one predicted to reach the tolerance is the last") {
+TEST_CASE("device iterations: one that is predicted to converge is the last") {
   device::Iterations iterations{};
   iterations.begin(1e-2, 100);
   iterations.criterion.energy_norm = 1;

@@ -1,6 +1,6 @@
 // Two grains of opposite charge, head-on, with and without capture. Compares every integrator with CVODE in free space
-// (validation/theory/two_grains.hpp). scenes/two-grains.toml is equivalent while the grains are closer than half its
-// box, because nearest images attract as charges in free space.
+// (validation/theory/two_grains.hpp). The scene scenes/two-grains.toml is equivalent while the grains are closer than
+// half its box, because nearest images attract as charges in free space.
 //
 // Bounds. cvode: 1e-13 per step in positions and momenta over thousands of steps, relative to a speed of order 1: 1e-9.
 // Others, at dt = .005: the error of restitution at v = 1 to 5 is at most .0011 to .0020 (verlet), .0011 to .0018

@@ -168,13 +168,13 @@ const ResistorModel& resistor_model(const std::string& name) {
 
 std::span<const ParameterEntry> parameter_entries() {
   static constexpr std::array entries = {
-      ParameterEntry{"resistance", "Ohm", "of every resistor", &Parameters::resistance},
-      ParameterEntry{"resistance_per_length", "Ohm/m", "resistivity over a cross-section",
+      ParameterEntry{"resistance", "Ohm", "resistance of every resistor", &Parameters::resistance},
+      ParameterEntry{"resistance_per_length", "Ohm/m", "resistance of a resistor over its length",
                      &Parameters::resistance_per_length},
-      ParameterEntry{"sheet_resistance", "Ohm", "of a disk: resistivity over its thickness",
+      ParameterEntry{"sheet_resistance", "Ohm", "sheet resistance of a disk: its resistivity over its thickness",
                      &Parameters::sheet_resistance},
-      ParameterEntry{"resistivity", "Ohm m", "of the particles", &Parameters::resistivity},
-      ParameterEntry{"contact_radius", "m", "half of the width of a contact; its radius between spheres",
+      ParameterEntry{"resistivity", "Ohm m", "resistivity of the particles", &Parameters::resistivity},
+      ParameterEntry{"contact_radius", "m", "half of the width of a contact (between spheres its radius)",
                      &Parameters::contact_radius},
   };
   return entries;

@@ -72,11 +72,13 @@ class Analyser {
  private:
   Scene with_contacts(Scene scene) const {
     if (!result_.has_network())
-      throw InputError(fmt::format("{} has no network to analyse: its scene is without [effects.contact_discharge]",
-                                   result_.path()));
+      throw InputError(fmt::format(
+          "the result file {} has no network to analyse, because its scene has no table [effects.contact_discharge]",
+          result_.path()));
     if (scene.conductors.size() != result_.radius().size())
-      throw InputError(fmt::format("{} is damaged and cannot be analysed (its scene has {} conductors, its frames {})",
-                                   result_.path(), scene.conductors.size(), result_.radius().size()));
+      throw InputError(fmt::format(
+          "the result file {} is damaged and cannot be analysed (its scene has {} conductors, but its frames have {})",
+          result_.path(), scene.conductors.size(), result_.radius().size()));
     return scene;
   }
 
@@ -177,8 +179,8 @@ void analyse(AnalyseArguments& request) {
   read_in_child({request.file});
   const Result result(request.file);
   if (request.frame && (*request.frame < 0 || *request.frame >= result.frames()))
-    throw InputError(fmt::format("--frame {} is not in {}: it has frames 0 to {}", *request.frame, result.path(),
-                                 result.frames() - 1));
+    throw InputError(fmt::format("--frame {} is not in the result file {}: it has frames 0 to {}", *request.frame,
+                                 result.path(), result.frames() - 1));
   request.not_stored = why_not_stored(request.file);
   check_outputs({request.csv, request.json.file()}, {request.file}, request.overwrite);
   Scene scene = result.scene();

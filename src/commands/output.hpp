@@ -20,14 +20,14 @@ namespace lichtenberg {
 inline void check_output(const std::string& option, const std::string& path, bool overwrite) {
   check_writable(path);
   if (!overwrite && std::filesystem::exists(path))
-    throw InputError(fmt::format("{} exists: give {} another name, or allow --overwrite", path, option));
+    throw InputError(fmt::format("the file {} exists: give {} another name, or allow --overwrite", path, option));
 }
 
 /// Throws InputError unless the file name that `option` gives ends in .png, .pdf or .svg.
 inline void check_picture(const std::string& option, const std::string& path) {
   const std::string format = std::filesystem::path(path).extension();
   if (format != ".png" && format != ".pdf" && format != ".svg")
-    throw InputError(fmt::format("{} {}: the picture's name must end in .png, .pdf or .svg", option, path));
+    throw InputError(fmt::format("option {} {}: the picture's name must end in .png, .pdf or .svg", option, path));
 }
 
 /// Returns the first `dimension` components of a vector.

@@ -170,9 +170,10 @@ void check_results(const std::deque<PythonArgument>& arguments) {
 
 void exec_command(const std::string& name, const std::deque<PythonArgument>& arguments) {
   if (!parallel::unused_petsc_options().empty())
-    throw InputError(fmt::format("{} passes no options to PETSc: leave out --petsc and all that follows it", name));
+    throw InputError(
+        fmt::format("the command {} passes no options to PETSc: leave out --petsc and all that follows it", name));
   if (parallel::process_count() > 1)
-    throw InputError(fmt::format("{} starts processes of its own: leave mpirun out", name));
+    throw InputError(fmt::format("the command {} starts processes of its own: leave mpirun out", name));
   check_results(arguments);
   std::vector<std::string> words{name}, positional;
   for (const PythonArgument& argument : arguments)

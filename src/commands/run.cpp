@@ -72,8 +72,8 @@ void check_pictures(const RunArguments& request, const Scene& scene) {
   for (const char* end : {".png", "-series.png"})
     if (std::filesystem::exists(stem + end) && (*end == '.' || scene.reference))
       throw InputError(fmt::format(
-          "{}{} exists, where the run writes its picture: give another name with --out, or allow --overwrite", stem,
-          end));
+          "the file {} exists, where the run writes its picture: give another name with --out, or allow --overwrite",
+          stem + end));
 }
 
 Recorder open_recorder(const RunArguments& request, const Scene& scene) {

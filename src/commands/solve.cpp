@@ -170,7 +170,7 @@ void draw_solution(const FieldAnswer& answer, const std::string& picture) {
 /// Throws InputError for options that need conductors or a grid.
 void check_for_grains(const SolveArguments& request) {
   const auto refuse_it = [](const char* option) {
-    throw InputError(fmt::format("{} is for scenes of conductors: leave it out for charged grains", option));
+    throw InputError(fmt::format("option {} is for scenes of conductors: leave it out for charged grains", option));
   };
   if (request.capacitance) refuse_it("--capacitance");
   if (!request.field.empty()) refuse_it("--field");

@@ -152,7 +152,7 @@ TheoryAnswer smoluchowski_theory(const GasParameters* gas, const GasTimeSeries* 
 
 TheoryAnswer stability_theory(double eps, double charge_number) {
   if (!(charge_number >= 0 && charge_number < 1e6))
-    throw InputError(fmt::format("theory stability is for R in [0, 1e6), not for {:g}", charge_number));
+    throw InputError(fmt::format("theory stability is for a charge number R in [0, 1e6), not for {:g}", charge_number));
   const theory::TransportCoefficients c = theory::transport_coefficients(eps);
   TheoryAnswer answer{"stability", "Linear stability of a homogeneous gas (G chapter 6)", {}, {}};
   answer.figures = {{"restitution", "1", eps, ""},

@@ -95,7 +95,7 @@ ConductorFrame conductor_frame(const Frame& columns) {
   for (const char* name : {"velocity", "force", "charge", "group", "energy", "charge_held", "charge_fed",
                            "charge_drained", "field_solves", "iterations"})
     if (charged && columns.find(name) == nullptr)
-      throw InputError(fmt::format("there is no {} with the potential of conductors", name));
+      throw InputError(fmt::format("a frame of conductors has the column potential, but no column {}", name));
   const auto number = [&](const char* name) { return columns.number(name).value_or(0); };
   ConductorFrame frame{.time = columns.time,
                        .position = columns.vectors("position"),

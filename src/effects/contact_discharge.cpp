@@ -74,21 +74,21 @@ const EffectKind& ContactDischargeOptions::kind() {
       .name = "contact_discharge",
       .description = "conductors closer than a gap are electrically connected",
       .help =
-          "Conductors closer than a gap to each other or to an electrode are electrically connected (D 6.40). Needs "
-          "floating_conductors.",
+          "Conductors closer than a gap to each other or to an electrode are electrically connected (Stephenson 2018, "
+          "eq. 6.40). Needs floating_conductors.",
       .options = ContactDischargeOptions{},
       .keys = {{.name = "contact_distance",
                 .target = target<&ContactDischargeOptions::contact_distance>,
                 .unit = "m",
                 .range = ranges::positive,
                 .computed_default = "the smallest radius",
-                .help = "gap of two surfaces below which contact is made",
+                .help = "gap between two surfaces below which they are in electrical contact, in m",
                 .old_name = "gap"},
                {.name = "hysteresis",
                 .target = target<&ContactDischargeOptions::hysteresis>,
                 .range = {.low = 0, .high = 1},
-                .help = "contact is lost above gap * (1 + hysteresis), so that contacts of conductors at rest do not "
-                        "alternate"}},
+                .help = "relative hysteresis of a contact, which opens above contact_distance * (1 + hysteresis), so "
+                        "that contacts of conductors at rest do not alternate between open and closed"}},
       .needs = {{"floating_conductors"}},
       .dimensions = {2, 3},
       .periodic = true,

@@ -182,45 +182,50 @@ std::vector<Key> keys() {
       {.name = "coupling_constant",
        .target = target<&CoulombOptions::strength>,
        .range = {.low = 0, .high = 1e100},
-       .help = "K = k_e q0^2 / (m0 v0^2 d0)",
+       .help = "strength of the Coulomb interaction between grains, K = k_e q0^2 / (m0 v0^2 d0) with Coulomb's "
+               "constant k_e and the scales of [units]",
        .old_name = "strength"},
       {.name = "sum",
        .target = target<&CoulombOptions::sum>,
-       .help = "mesh: near pairs, the rest on a mesh; ewald: direct Ewald sum, the reference; minimum-image, "
-               "shifted-force: pairs only, without an error bound"},
+       .help =
+           "method that sums the Coulomb forces of the grains. mesh: near pairs directly, far ones on a mesh; ewald: "
+           "direct Ewald sum, the reference; minimum-image, shifted-force: pairs only, without an error bound"},
       {.name = "accuracy",
        .target = target<&CoulombOptions::accuracy>,
        .range = {.low = 1e-12, .high = 0.1},
-       .help =
-           "for mesh and ewald: rms error of forces over the rms force; determines the parameters that are not given"},
+       .help = "rms error of the Coulomb forces over their rms value, for the sums mesh and ewald; determines those of "
+               "their parameters that are not given"},
       {.name = "cutoff",
        .target = target<&CoulombOptions::cutoff>,
        .unit = "d0",
        .range = ranges::positive,
        .computed_default = "from the accuracy; of shifted-force 7, or .45 of the box",
-       .help = "largest distance of near pairs; of mesh and shifted-force"},
+       .help = "largest distance of pairs whose Coulomb force is summed directly, in reduced units (d0); for the sums "
+               "mesh and shifted-force"},
       {.name = "alpha",
        .target = target<&CoulombOptions::alpha>,
        .unit = "1/d0",
        .range = ranges::positive,
        .computed_default = "none: a prolate splitting",
-       .help = "for mesh: alpha of Ewald's splitting, near part erfc(alpha r) / r, instead of the prolate splitting"},
+       .help = "for the sum mesh: Ewald's splitting parameter alpha, in reduced units (1/d0), with the near part "
+               "erfc(alpha r) / r of 1 / r; without it the splitting is by prolate spheroidal functions"},
       {.name = "mesh",
        .target = target<&CoulombOptions::mesh>,
        .range = {.low = 8, .high = 1024},
        .computed_default = "from the accuracy",
-       .help = "for mesh: number of mesh points along the longest side"},
+       .help = "for the sum mesh: number of mesh points along the longest side of the domain"},
       {.name = "order",
        .target = target<&CoulombOptions::order>,
        .range = {.low = 4, .high = 8},
        .computed_default = "from the accuracy",
-       .help = "for mesh: order of the windows that spread charges; with cutoff, mesh and order the accuracy has no "
-               "effect"},
+       .help = "for the sum mesh: order of the window functions that spread charges on the mesh. Where cutoff, mesh "
+               "and order are all given, effects.coulomb.accuracy is not allowed"},
       {.name = "damping",
        .target = target<&CoulombOptions::damping>,
        .unit = "1/d0",
        .range = ranges::not_negative,
-       .help = "for shifted-force: alpha of erfc(alpha r) / r; 0: none"}};
+       .help = "for the sum shifted-force: damping parameter alpha, in reduced units (1/d0), of the potential "
+               "erfc(alpha r) / r; 0: the undamped 1 / r"}};
 }
 
 }  // namespace
@@ -230,8 +235,8 @@ const EffectKind& CoulombOptions::kind() {
       .name = "coulomb",
       .description = "charges attract and repel each other and all periodic images",
       .help =
-          "Charges of grains act on each other and on all their periodic images, in tin-foil boundaries (G 3.13 to "
-          "3.20, corrected). If they do not add up to 0, a uniform background neutralizes the box.",
+          "Charges of grains act on each other and on all their periodic images, in tin-foil boundaries (Singh 2019, "
+          "equations 3.13 to 3.20, corrected). If they do not add up to 0, a uniform background neutralizes the box.",
       .options = CoulombOptions{},
       .keys = keys(),
       .dimensions = {3},

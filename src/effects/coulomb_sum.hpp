@@ -37,7 +37,7 @@ auto with_table_name(const Scene& scene, const std::string& table, const Work& w
   try {
     return work();
   } catch (const InputError& error) {
-    throw InputError(fmt::format("{}: {}: {}", scene.path, table, error.what()));
+    throw InputError(fmt::format("{}: the values in [{}] are not valid: {}", scene.path, table, error.what()));
   }
 }
 

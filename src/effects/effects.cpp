@@ -117,7 +117,7 @@ void search_first(const Scene& scene, Model& model) {
   try {
     update(*model.neighbours, model.bodies);
   } catch (const InputError& error) {
-    throw InputError(fmt::format("{}: {}", scene.path, error.what()));
+    throw InputError(fmt::format("{}: {} (found at the first search for neighbours)", scene.path, error.what()));
   }
 }
 
@@ -133,10 +133,11 @@ Model make_model(const Scene& scene, EffectList made) {
     effects.push_back(effect ? std::move(effect) : kind->make(scene));
   }
   if (!made.empty() && scene.effects.has(made.front()->name()))
-    throw InputError(fmt::format("{}: is given two effects \"{}\": it can have one", scene.path, made.front()->name()));
-  if (!made.empty())
-    throw InputError(fmt::format("{}: the scene has no table [effects.{}], but is given that effect", scene.path,
+    throw InputError(fmt::format("{}: the model is given two effects \"{}\", but it can have one", scene.path,
                                  made.front()->name()));
+  if (!made.empty())
+    throw InputError(fmt::format("{}: the scene has no table [effects.{}], but its model is given that effect",
+                                 scene.path, made.front()->name()));
   Model model(make_bodies(scene), std::move(effects), initial_charges(scene));
   search_first(scene, model);
   return model;

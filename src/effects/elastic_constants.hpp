@@ -17,11 +17,11 @@ std::vector<Key> elastic_constants() {
        .target = target<&Options::young>,
        .unit = "Pa",
        .range = ranges::positive,
-       .help = "Young's modulus; the default is steel"},
+       .help = "Young's modulus of the material in elastic contacts, in Pa; the default is steel"},
       {.name = "poisson",
        .target = target<&Options::poisson>,
        .range = {.low = -1, .high = 0.5, .low_itself = false},
-       .help = "Poisson's ratio"},
+       .help = "Poisson's ratio of the material in elastic contacts"},
   };
 }
 

@@ -250,10 +250,10 @@ void check_can_move(const Scene& scene) {
   if (!method || !method->only_separate || !scene.effects.has<FloatingConductorsOptions>()) return;
   if (scene.effects.has<HertzContactOptions>() && scene.effects.has<WallContactOptions>()) return;
   throw InputError(
-      fmt::format("{}: field.method = \"{}\" in a run needs [effects.{}]: it cannot solve disks that overlap{}, which "
+      fmt::format("{}: field.method = \"{}\" in a run needs [effects.{}]: it cannot solve disks that overlap {}, which "
                   "no other effect prevents; methods without this need: {}",
                   scene.path, method->name, scene.effects.has<HertzContactOptions>() ? "wall_contact" : "hertz_contact",
-                  scene.effects.has<HertzContactOptions>() ? " a side or an electrode" : "",
+                  scene.effects.has<HertzContactOptions>() ? "a side or an electrode" : "each other",
                   field_methods_that(2, [](const FieldMethodKind& other) { return !other.only_separate; })));
 }
 
@@ -270,14 +270,17 @@ void check_processes(const FieldTable* field) {
                                   : fmt::format("field.method = \"{}\"", method->name);
     instead = "set field.method = \"cut-cell\" and field.linear_solver = \"assembled\", or leave mpirun out";
   }
-  throw InputError(fmt::format("{} runs on one process, and mpirun started {}: {}", what, processes, instead));
+  throw InputError(
+      fmt::format("{} runs on one process, and mpirun started {} processes: {}", what, processes, instead));
 }
 
 const EffectKind& FloatingConductorsOptions::kind() {
   static const EffectKind kind = {
       .name = "floating_conductors",
       .description = "the electric field between conductors with given charges, and its forces",
-      .help = "Electrostatics: conductors with given charges, the potential between them, the forces (D 5.3).",
+      .help =
+          "Electrostatics of conductors of given charges: the potential between them, from Laplace's equation, and the "
+          "forces on them (Stephenson 2018, eq. 5.3).",
       .options = FloatingConductorsOptions{},
       .dimensions = {2, 3},
       .periodic = true,

@@ -27,8 +27,8 @@ class SourceAssignment {
     if (first.potential != other.potential)
       throw InputError(
           fmt::format("the group of conductor {} connects {} at {:g} V with {} at {:g} V: a short circuit of perfect "
-                      "conductors, whose current has no limit, is not allowed: {} gives them these potentials, in "
-                      "electrode.potential, side's potential in [domain] or group.potential",
+                      "conductors, whose current has no limit, is not allowed: the scene {} gives them these "
+                      "potentials, in electrode.potential, the side's potential in [domain] or group.potential",
                       component, first.name, first.potential, other.name, other.potential, path_));
     assigned = std::min(assigned, supply);
   }

@@ -78,18 +78,19 @@ const EffectKind& SoftRepulsionOptions::kind() {
       .name = "soft_repulsion",
       .description = "particles that overlap each other or walls repel until all forces balance",
       .help =
-          "Particles move to a minimum of stiffness * sum of (q - 1) ln q over all overlapping pairs and walls; q is "
-          "the distance of the centres over the sum of the radii, or of a centre from a wall over its radius. A run "
-          "finds this minimum instead of a motion in time, so no other effect is allowed.",
+          "Particles move to a minimum of the energy stiffness * sum of (q - 1) ln q over all overlapping pairs and "
+          "walls. Here q is the distance of the centres over the sum of the radii, or of a centre from a wall over its "
+          "radius. A run finds this minimum and computes no motion in time, so no other effect is allowed.",
       .options = SoftRepulsionOptions{},
       .keys = {{.name = "stiffness",
                 .target = target<&SoftRepulsionOptions::stiffness>,
                 .unit = "J",
                 .range = ranges::positive,
-                .help = "scales energies and forces without effect on the final positions"},
+                .help = "stiffness of the contact energy, in J: it scales energies and forces and has no effect on the "
+                        "final positions"},
                {.name = "box",
                 .target = [](Draft& draft) { return &draft.scene.domain.walled; },
-                .help = "the sides of the domain are walls; otherwise every [[wall]] must be given"}},
+                .help = "true: the sides of the domain are walls; false: only the tables [[wall]] define walls"}},
       .alone = "which permits no other effect",
       .dimensions = {2, 3},
       .packing = true,

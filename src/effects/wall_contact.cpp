@@ -42,9 +42,11 @@ const EffectKind& WallContactOptions::kind() {
       .name = "wall_contact",
       .description = "elastic contact of spheres with the sides of the domain and the electrodes",
       .help =
-          "Elastic contact with the sides of the domain and the electrodes, which have this Young's modulus and "
-          "Poisson's ratio: 1/E* = (1 - nu_s^2) / E_s + (1 - nu_w^2) / E_w. The spheres have those of hertz_contact, "
-          "or without it those of the walls, unless their [[conductor]] or [[population]] gives its own.",
+          "Elastic contact of spheres with the sides of the domain and the electrodes, by the force of Hertz as in "
+          "hertz_contact. The sides and electrodes have the Young's modulus and Poisson's ratio of this table. The "
+          "spheres have those of hertz_contact, or without it those of the walls, unless their [[conductor]] or "
+          "[[population]] gives its own. With s for the sphere and w for the wall, 1/E* = (1 - nu_s^2) / E_s + (1 - "
+          "nu_w^2) / E_w.",
       .options = WallContactOptions{},
       .keys = elastic_constants<WallContactOptions>(),
       .dimensions = {2, 3},

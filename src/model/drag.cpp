@@ -30,9 +30,10 @@ void check_nonlinear(const DragLaw& law) {
     const double above = law.nonlinear(speed * (1 + step)).force, below = law.nonlinear(speed * (1 - step)).force;
     const double difference = (above - below) / (2 * step * speed);
     if (std::abs(difference - slope) > allowed * std::max(std::abs(difference), slope) && ++wrong > 1)
-      throw InputError(fmt::format(
-          "the nonlinear drag of a body has a slope of {:g} kg/s at {:g} m/s: the derivative of its force is {:g} kg/s",
-          slope, speed, difference));
+      throw InputError(
+          fmt::format("the nonlinear drag of a body has a slope of {:g} kg/s at {:g} m/s, but the derivative of its "
+                      "force there is {:g} kg/s",
+                      slope, speed, difference));
   }
 }
 

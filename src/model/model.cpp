@@ -41,7 +41,7 @@ void refuse_namesakes(const std::vector<std::unique_ptr<Effect>>& effects) {
 
 void check_one_a_body(const std::vector<double>& charge, const Bodies& bodies, const Effect& effect) {
   if (charge.size() != static_cast<std::size_t>(bodies.size()))
-    throw InputError(fmt::format("effects.{} needs {} charges, one a body, but is given {}", effect.name(),
+    throw InputError(fmt::format("effects.{} needs {} charges, one for each body, but is given {}", effect.name(),
                                  bodies.size(), charge.size()));
 }
 

@@ -311,9 +311,9 @@ void check_given_conductors(const Draft& draft, const std::vector<Electrode>& el
 
 std::vector<Conductor> conductors_at(const Draft& draft, const std::vector<Conductor>& bodies) {
   if (bodies.size() != count_of(draft))
-    throw InputError(
-        fmt::format("{} has {} bodies, the result of --from has {}: only equal bodies can start from that result",
-                    draft.scene.path, count_of(draft), bodies.size()));
+    throw InputError(fmt::format(
+        "the scene {} has {} bodies, but the result of --from has {}: only equal bodies can start from that result",
+        draft.scene.path, count_of(draft), bodies.size()));
   std::vector<Conductor> conductors;
   for (const ConductorDraft& given : draft.conductors) {
     const Conductor& body = bodies[conductors.size()];

@@ -237,7 +237,8 @@ struct Scene {
   /// Returns the options of the field solver. Throws InputError while only an accuracy is requested.
   const FieldOptions& field() const {
     if (field_request())
-      throw InputError("nothing has been chosen for field.accuracy yet: with_field_chosen() comes first");
+      throw InputError(
+          "the field method for field.accuracy is not chosen yet: with_field_chosen(scene) must be called first");
     return std::get<FieldOptions>(field_table);
   }
   FieldOptions& field() { return const_cast<FieldOptions&>(std::as_const(*this).field()); }

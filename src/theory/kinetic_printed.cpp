@@ -56,7 +56,10 @@ struct Printed {
 
 KineticFunctions printed_functions(double bjerrum, double exponent) {
   if (!(bjerrum > 0 && bjerrum < 1))
-    throw InputError(fmt::format("the kinetic functions as printed are real for 0 < B < 1, not at B = {}", bjerrum));
+    throw InputError(
+        fmt::format("the kinetic functions as printed in Singh 2019 are real for 0 < B < 1, with the ratio B = K <q^2> "
+                    "/ (T d) of Coulomb energy to temperature, not for B = {}",
+                    bjerrum));
   const Printed g(bjerrum);
   const double root = std::sqrt(pi);
   return {.mergers = g.mergers() / (2 * root),

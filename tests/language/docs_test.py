@@ -22,7 +22,7 @@ SKIPPED_FOLDERS = {".git", ".cache"}
 BEGIN, END = "<!-- begin: tests/language/docs_test.py --update -->", "<!-- end -->"
 
 COMMAND_NAMES = {path.stem.replace("_", "-") for path in (HOME / "python/lichtenberg/commands").glob("[a-z]*.py")}
-COMMAND_NAMES |= {"help", "test", "--version", *re.findall(r'return \{"([a-z-]+)",\s', "".join(
+COMMAND_NAMES |= {"help", "test", "--version", *re.findall(r'return \{\s*"([a-z-]+)",\s', "".join(
     path.read_text() for path in (HOME / "src/commands").glob("*.cpp")))}
 COMMAND_NAMES |= set(re.findall(r'Command command\{"([a-z-]+)"', (HOME / "src/commands/network.cpp").read_text()))
 

@@ -4,9 +4,9 @@
 
 namespace lichtenberg {
 
-/// Compensated sum: adds numbers and, separately, the rounding error of each addition (two-sum of Knuth; Ogita, Rump
-/// and Oishi 2005, algorithm 4.4). total() is as accurate as a sum in twice the precision, rounded once. With a plain
-/// sum, 1e5 additions of the same small current could cause a relative drift of up to 1e-11.
+/// Compensated sum: adds numbers and, separately, the rounding error of each addition. The method is the two-sum of
+/// Knuth (Ogita, Rump and Oishi 2005, algorithm 4.4). total() is as accurate as a sum in twice the precision, rounded
+/// once. With a plain sum, 1e5 additions of the same small current could cause a relative drift of up to 1e-11.
 class CompensatedSum {
  public:
   CompensatedSum() = default;

@@ -10,10 +10,10 @@
 
 namespace lichtenberg::granular_flow {
 
-// Hydrodynamic equations of a dilute cooling gas of charged grains (G 6.26, corrected). Units are the scales of the
-// homogeneous cooling gas: density n_0, temperature T_h(t), speed v_h = sqrt(2 T_h / m), charge density rho_0, length
-// l_0, time t_0(t) = l_0 / v_h. The scaled time is d tau = dt / t_0(t). The other quantities are u = V / v_h, c = rho_q
-// / rho_0 and s = eta* sqrt(T) (grad u + grad u' - (2/3) div u 1). The equations are:
+// Hydrodynamic equations of a dilute cooling gas of charged grains (Singh 2019, G 6.26, corrected). Units are the
+// scales of the homogeneous cooling gas: density n_0, temperature T_h(t), speed v_h = sqrt(2 T_h / m), charge density
+// rho_0, length l_0, time t_0(t) = l_0 / v_h. The scaled time is d tau = dt / t_0(t). The other quantities are u = V /
+// v_h, c = rho_q / rho_0 and s = eta* sqrt(T) (grad u + grad u' - (2/3) div u 1). The equations are:
 //   dn/dtau + div(n u) = 0, dc/dtau + div(c u) = 0, lap psi = -(c - mean c);
 //   d(n u)/dtau + div(n u u + (n T/2) 1 - s) = (zeta*/4) n u - R c grad psi;
 //   de/dtau + div((e + n T) u - 2 s.u - q) = (zeta*/2) e - (3 zeta*/4) n^2 T^(3/2) - 2 R c u.grad psi;

@@ -20,7 +20,7 @@ class NeighbourList {
   /// exceptions of pairs_closer_than.
   template <int d>
   void update(const Spheres<d>& spheres, parallel::Team& team = parallel::Team::single());
-  /// Checks whether the list is still valid: returns true if none of the particles first ... end - 1 has moved by more
+  /// Checks whether the list is still valid. Returns true if none of the particles first ... end - 1 has moved by more
   /// than half of the skin since the last rebuild. Returns false if the number of particles has changed or no list was
   /// built. update() is this check, then search() if it fails.
   template <int d>

@@ -58,8 +58,8 @@ std::span<const ParameterEntry> parameter_entries();
 /// Returns true if the resistor model needs the parameter.
 bool needs(const ResistorModel& model, const ParameterEntry& parameter);
 
-/// Checks the parameters for a resistor model. Throws InputError if a needed parameter is absent, if a given one is not
-/// used by the model, or if a value is not positive and finite.
+/// Checks the parameters for a resistor model. Throws InputError if a needed parameter is absent or a given one is not
+/// used. Also throws it if a value is not positive and finite.
 void check(const ResistorModel& model, const Parameters& parameters);
 
 /// Checks that a resistor model holds for particles of these radii (m) in this number of dimensions (2 or 3). Throws

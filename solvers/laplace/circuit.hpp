@@ -7,9 +7,9 @@
 
 namespace lichtenberg::laplace {
 
-/// Circuit nodes of a problem: floating groups without bodies, which carry no charge in the field but are joined to
-/// other groups by couplings (lumped capacitances or resistors). They are eliminated before a field solve, exactly and
-/// without loss of digits (star-mesh transformation). Couplings between their neighbours replace them.
+/// Circuit nodes of a problem: floating groups without bodies. They carry no charge in the field; couplings (lumped
+/// capacitances or resistors) join them to other groups. They are eliminated before a field solve, exactly and without
+/// loss of digits (star-mesh transformation). Couplings between their neighbours replace them.
 class CircuitNodes {
  public:
   /// Eliminates the circuit nodes of a problem.

@@ -47,8 +47,9 @@ double largest_difference(const std::vector<double>& potentials);
 /// Computes the scales of a solution.
 Scales scales_of(const LaplaceProblem& problem, const LaplaceSolution& solution);
 
-/// Computes the relative error of a solution compared with a reference: the largest difference of any group potential,
-/// body charge or force on a movable disk, each divided by its scale. Differences within rounding do not count. Returns
+/// Computes the relative error of a solution compared with a reference. It is the largest difference of any group
+/// potential, body charge or force on a movable disk, each divided by its scale. Differences within rounding do not
+/// count. Returns
 /// 0 if everything has the same potential, to rounding.
 /// Forces on other bodies are excluded, because a bar's corners make its field singular. Charges of sides are excluded,
 /// because they are infinite where electrodes of different potential meet.

@@ -7,11 +7,12 @@
 
 namespace lichtenberg::laplace {
 
-/// Computes the scales that make errors relative (../measure.hpp): the largest potential difference between groups,
-/// electrodes and (in free space) infinity, the largest charge, and the largest force on a movable sphere.
+/// Computes the scales that make errors relative (../measure.hpp). They are the largest potential difference between
+/// groups, electrodes and (in free space) infinity, the largest charge, and the largest force on a movable sphere.
 Scales scales_of(const SphereProblem& problem, const SphereSolution& solution);
-/// Computes the relative error of a solution compared with a reference: the largest difference of a group potential, a
-/// charge or a force on a movable sphere, each divided by its scale. Differences within rounding do not count.
+/// Computes the relative error of a solution compared with a reference. It is the largest difference of a group
+/// potential, a charge or a force on a movable sphere, each divided by its scale. Differences within rounding do not
+/// count.
 double largest_error(const SphereProblem& problem, const SphereSolution& solution, const SphereSolution& reference,
                      const Scales& scales);
 

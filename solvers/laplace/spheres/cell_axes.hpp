@@ -23,7 +23,7 @@ double trigonometric(bool odd, double phase);
 struct CellAxis {
   std::vector<int> mode;                      ///< Wave numbers in units of 2 pi / period
   std::array<RowMatrix<double>, 2> to, from;  ///< For even and odd functions: forward [mode][cell], back [cell][mode]
-  RowMatrix<std::complex<double>> complex_to, complex_from;  ///< The same matrices for an axis without mirrors
+  RowMatrix<std::complex<double>> complex_to, complex_from;  ///< Matrices for an axis without mirrors
 };
 
 /// Returns true if an axis has no mirrors, so that its Fourier coefficients are complex.

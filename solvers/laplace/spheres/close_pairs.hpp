@@ -17,11 +17,11 @@ double narrowness(double radius, double other, double gap);
 /// Exact solution for one of two isolated conducting spheres with equal and opposite charges and a potential difference
 /// of 1.
 struct PairSolution {
-  std::vector<double>
-      multipoles;        ///< Axial multipoles a_l, l = 0 ... degree (m = 0 about the direction to the other sphere)
+  /// Axial multipoles a_l, l = 0 ... degree (m = 0 about the direction to the other sphere).
+  std::vector<double> multipoles;
   double potential = 0;  ///< Potential of the sphere
 };
-/// Computes the exact solutions of both spheres of a pair by the method of images: each image charge is mirrored at the
+/// Computes the exact solutions of both spheres of a pair by the method of images. Each image charge is mirrored at the
 /// other sphere until it is below `accuracy` times the first one. `radius`, `other`: radii, `gap`: surface distance
 /// (m). The first result is that of the sphere of `radius`.
 std::array<PairSolution, 2> pair_solution(double radius, double other, double gap, int degree, double accuracy);
@@ -74,8 +74,8 @@ std::vector<ClosePair> close_pairs(const std::vector<Site>& sites, const std::ve
 void add_correction_interactions(std::vector<ClosePair>& close, const std::vector<Site>& sites,
                                  const std::vector<NearPair>& pairs, double accuracy, parallel::Team& team);
 
-/// Computes the force over 4 pi eps on a correction's sphere that is due to the correction: of the correction on
-/// itself, and between it and the sphere's own `multipoles`, which extend to `degree`.
+/// Computes the force over 4 pi eps on a sphere due to one of its corrections. It contains the force of the correction
+/// on itself, and the force between it and the sphere's own `multipoles`, which extend to `degree`.
 Vec3 correction_force(const PairCorrection& correction, double amplitude, int degree, const double* multipoles);
 
 /// Computes the force over 4 pi eps on a sphere due to the interaction of two of its corrections, for unit amplitudes.

@@ -38,7 +38,7 @@ constexpr double largest_ratio = 1e4;
 /// pairs with the small spheres as targets.
 double omitted_interaction(const NearPair& one, const NearPair& other, const std::vector<Site>& sites, int degree);
 
-/// Computes the force (over 4 pi eps) of the small sphere on the eliminated multipoles of the large sphere, which is
+/// Computes the force (over 4 pi eps) of the small sphere on the eliminated multipoles of the large sphere. It is
 /// missing in the large sphere's force. It follows from the balance of the forces between the pair. `start`: index of
 /// each sphere's first coefficient in `multipoles`.
 Vec3 force_on_large(const Reflection& reflection, const std::vector<Site>& sites, const std::vector<int>& start,

@@ -132,8 +132,7 @@ class SphereSolver {
   /// solve() throws before it iterates.
   SphereForecast forecast(const SphereProblem& problem) const;
   /// Computes potential and field of the last solve at the given points (m). Throws Failure if nothing has been solved.
-  /// Also throws Failure if a sphere is so much larger than its neighbour that the solve used a Reflection
-  /// (reflections.hpp).
+  /// Also throws Failure if the solve used a Reflection (reflections.hpp), for a sphere next to a much larger one.
   std::vector<PointField> field(std::span<const Vec3> points) const;
   /// Computes the capacitance matrix C [groups x groups], row-major (F). C_ij is the charge on group i with group j at
   /// 1 V, and all other groups and the electrodes at 0. Couplings are ignored. If nothing is grounded its rows sum to

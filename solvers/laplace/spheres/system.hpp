@@ -128,8 +128,8 @@ class System {
   /// Makes an initial guess with the given charges: a corrected linear combination of past solutions, if there are any.
   /// `noise`: relative error of past solutions.
   std::vector<double> start(const History& history = {}, double noise = 0) const;
-  /// Computes the right-hand side of apply(x), in which potentials of floating groups count as 0: sqrt(R) (fixed
-  /// potential - potential of the sides) for l = 0, the sides' field for l = 1, and the fixed potentials at couplings.
+  /// Computes the right-hand side of apply(x). It is sqrt(R) (fixed potential - potential of the sides) for l = 0, the
+  /// sides' field for l = 1, and the fixed potentials at couplings. Potentials of floating groups count as 0.
   std::vector<double> right_hand_side() const;
   /// Returns the right-hand side for one group at 1 V and all else at 0.
   std::vector<double> unit_potential(int group) const;

@@ -39,7 +39,7 @@ struct Image {
   }
 };
 
-/// Method of images for the sides of the box: an insulating side reflects a charge to an image of equal sign, an
+/// Method of images for the sides of the box. An insulating side reflects a charge to an image of equal sign, an
 /// electrode at potential zero to an image of opposite sign. Repeated reflections make a lattice of images with periods
 /// 2 Lx and 2 Ly (Lx, Ly: sides of the box). From one period to the next the image's charge changes by the factor
 /// period_sign_x() or period_sign_y(). The unbounded plane has no mirrors.

@@ -22,13 +22,11 @@ struct Unknowns {
   int level = -1;                  ///< Index of the potential's constant, -1: fixed by a side, or undetermined
 };
 
-/// Linear system of the multipole method, given by its matrix-vector product. Its equations (boundary conditions) are:
-/// the potential is constant on each circle, so that a_k + conj(b_k) = 0 for k >= 1, with multipoles a_k and local
-/// coefficients b_k of the disk;
-/// disks of unknown charge have the potential of their group;
-/// the charges of a floating group's bodies add up to the group's charge, and all charges to zero if no side is an
-/// electrode;
-/// the potential difference across a close pair is that of its point charges.
+/// Linear system of the multipole method, given by its matrix-vector product. Its equations are boundary conditions.
+/// The potential is constant on each circle: a_k + conj(b_k) = 0 for k >= 1, with the disk's multipoles a_k and local
+/// coefficients b_k. Disks of unknown charge have the potential of their group. The charges of a floating group's
+/// bodies add up to the group's charge. All charges add up to zero if no side is an electrode. The potential difference
+/// across a close pair equals that of its point charges.
 class System {
  public:
   /// Prepares the system. `far` must outlive it; `accuracy`: see NearField.

@@ -33,8 +33,8 @@ struct PairCorrection {
   int sphere = 0;
   double sign = 1;  ///< Sign of the amplitude on this sphere
   Vec3 axis;        ///< Unit vector to the other side of the gap
-  std::vector<double>
-      multipoles;  ///< Axial multipoles of all degrees, of which only those beyond the sphere's degree act
+  /// Axial multipoles of all degrees, of which only those beyond the sphere's degree act.
+  std::vector<double> multipoles;
   std::vector<double> potential;  ///< Potential on the sphere due to the corrections of both sides, up to its degree
   bool faces_image = false;       ///< True if the other side is an image, at centre + axis * distance
   std::vector<double> facing;     ///< Axial multipoles of the other side, for its amplitude

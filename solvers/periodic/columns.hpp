@@ -23,8 +23,8 @@ using Difference = std::make_signed_t<Coordinate<Real>>;
 template <class Real>
 constexpr int bits_of = 8 * sizeof(Real);
 
-/// Position of a fixed-point coordinate in a box that is divided into `count` equal parts: the index of the part that
-/// contains it, and the position within the part as a fixed-point fraction.
+/// Position of a fixed-point coordinate in a box that is divided into `count` equal parts. It consists of the index of
+/// the part that contains the coordinate, and the position within the part as a fixed-point fraction.
 template <class FixedPoint>
 struct InParts {
   int part;

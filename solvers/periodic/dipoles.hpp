@@ -19,9 +19,9 @@ DipoleField field_by(Sum& sum, const Sources& sources, std::span<const Pair> pai
 /// external field e, `field` [3 N]. T is applied by `field_of`. Stops when the norm of the residual e + T mu - mu/A is
 /// at most `tolerance` times that of e. `dipole` [3 N] is the initial guess (0 for none) and becomes the solution.
 /// Returns the number of applications of T.
-/// Throws InputError if A is negative, or if a direction of negative curvature shows that the dipoles' energy has no
-/// minimum (A times the largest eigenvalue of T is at least 1). Throws Failure if rounding keeps the residual above the
-/// tolerance.
+/// Throws InputError if A is negative. Also throws it if a direction of negative curvature shows that the dipoles'
+/// energy has no minimum (A times the largest eigenvalue of T is at least 1). Throws Failure if rounding keeps the
+/// residual above the tolerance.
 int solve_dipoles(const DipoleField& field_of, std::span<const double> field, double polarizability, double tolerance,
                   std::span<double> dipole);
 

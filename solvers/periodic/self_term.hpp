@@ -9,9 +9,9 @@
 // mesh points; the two leading waves along each axis are subtracted.
 namespace lichtenberg::periodic {
 
-/// Self term of a charge on a mesh, along one axis (or several, by SIMD): the deviation of its own cloud's potential
-/// from the mean, half of the slope of this potential, and its curvature. The slope is halved because the cloud moves
-/// with the charge.
+/// Self term of a charge on a mesh, along one axis (or several, by SIMD). It contains the deviation of its own cloud's
+/// potential from the mean, half of the slope of this potential, and its curvature. The slope is halved because the
+/// cloud moves with the charge.
 template <class Number>
 struct SelfTerm {
   Number potential, half_slope, curvature;

@@ -48,7 +48,7 @@ struct FixedParameters {
   std::optional<int> order;
 
   bool any() const { return cutoff || alpha || points || order; }  ///< True if a parameter is fixed
-  bool complete() const { return cutoff && points && order; }      ///< True if nothing but the cloud is to be chosen
+  bool complete() const { return cutoff && points && order; }      ///< True if only the cloud is to be chosen
 };
 
 /// Requirements for the choice of a mesh sum.

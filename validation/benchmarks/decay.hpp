@@ -14,7 +14,7 @@ struct Sample {
 
 /// Extrapolates a convergence history: computes the abscissa (iterations or s) at which the exponential decay through
 /// `middle` and `last` reaches `target`. Empty if the samples do not decrease, or if the result exceeds `farthest`
-/// times the length of the history, because a rate from one interval is not reliable many intervals later.
+/// times the length of the history. A rate from one interval is not reliable many intervals later.
 inline std::optional<double> end_of_decay(Sample middle, Sample last, double target, double farthest = 10) {
   if (!(last.value > 0) || !(target > 0) || !(last.at > middle.at)) return std::nullopt;
   const double rate = std::log(middle.value / last.value) / (last.at - middle.at);

@@ -190,9 +190,9 @@ inline double joined_disks_green(std::complex<double> z, double radius, double o
 /// walls is -Q g / 2 pi with Green's function g. The disks must be at 0; their error is in percent of the potential at
 /// the walls.
 /// Touching disks are as smooth as disks at equal potential. Of overlapping disks, cells inside both belong to the
-/// first one. A link from such a cell ends at the first disk's surface even if the second one's is farther out, by at
-/// most half a cell on average, on half of the outline. This first-order error is h / 4R of the radius in Q / 2 pi
-/// ln(radius).
+/// first one. A link from such a cell ends at the first disk's surface even if the second one's is farther out. The
+/// difference is at most half a cell on average, on half of the outline. This first-order error is h / 4R of the radius
+/// in Q / 2 pi ln(radius).
 inline void joined_disks(Report& report, double offset_over_radius, int positions) {
   const double radius = 8, offset = offset_over_radius * radius;
   std::vector<double> potential;

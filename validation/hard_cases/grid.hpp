@@ -56,7 +56,7 @@ inline void larger_than_all_else(Report& report) {
 
 /// Tests the variation of the force on a disk that moves along an electrode, with the exact potential on the other
 /// walls. `ratio`: d / 2R for the distance d from its mirror image. The exact force is constant, so changes are due to
-/// the grid. Bounds are those of the program two_disks at R = 8, scaled with h^2, times sqrt(2): the errors of two
+/// the grid. Bounds are those of the program two_disks at R = 8, scaled with h^2, times sqrt(2). The errors of two
 /// disks are independent there, but here the image moves in step with the disk.
 inline void moving_along_electrode(Report& report, double radius, double ratio, double bound) {
   const double side = 16 * std::ceil((2 * ratio + 6) * radius / 16);

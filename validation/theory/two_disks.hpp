@@ -33,7 +33,7 @@ double negative_potential(const DiskPair& pair, double charge);
 Vec2 force(const DiskPair& pair, double charge);
 
 /// Computes the decay rate lambda of the error (per iteration, D 6.38) in the gradient descent of the relaxation
-/// method, for one floating group of self-capacitance `capacitance` C and the step eta. Each step multiplies the
+/// method. One group of self-capacitance C = `capacitance` floats, and the step is eta. Each step multiplies the
 /// missing charge by 1 - eta C and the error by its square, so lambda = -2 ln|1 - eta C|.
 double error_decay_rate(double eta, double capacitance);
 

@@ -63,9 +63,9 @@ inline Scene thirteen_grains(const effects::CoulombOptions& coulomb) {
 /// Dilute elastic gas of n grains, with bounds on the number of collisions and the energy error.
 ///
 /// Contacts take the fraction omega t_c of the time between collisions, 1/omega. The number of collisions is Poisson
-/// distributed, with a relative error below the inverse root of the number. Carnahan and Starling's g has an error of
-/// 1e-3 here. The error of the restitution is +-1e-4 with 25 substeps per contact; in the worst case, the errors of all
-/// collisions of a grain add up.
+/// distributed, with a relative error below the inverse root of the number. Carnahan and Starling's pair correlation
+/// at contact has an error of 1e-3 here. The error of the restitution is +-1e-4 with 25 substeps per contact; in the
+/// worst case, the errors of all collisions of a grain add up.
 struct ElasticGas {
   static constexpr double density = 0.05, elastic = 278600;
   int n;

@@ -58,8 +58,8 @@ double sum_blocks(const Objective& objective, std::size_t size, const Function& 
   for (const double p : partial_sums) sum += p;
   return sum;
 }
-/// Returns the scalar product of two vectors; threads of `objective` share the blocks. Identical bits for any number of
-/// threads.
+/// Returns the scalar product of two vectors; threads of `objective` share the blocks. The result has identical bits
+/// for any number of threads.
 inline double shared_dot(const Objective& objective, std::span<const double> a, std::span<const double> b) {
   return sum_blocks(objective, a.size(), [&](std::size_t first, std::size_t end) {
     return dot(a.subspan(first, end - first), b.subspan(first, end - first));

@@ -9,9 +9,9 @@ namespace lichtenberg {
 
 /// Verlet list for repeated pairs_within_reach() of moving particles. A rebuild finds the candidates: all pairs within
 /// the range plus a skin (the smallest radius). Later calls select from the candidates while displacements are small.
-/// A particle is far if its reach plus its displacement since the rebuild exceeds half of the skin. A far particle is
-/// compared with all particles near it along the first axis, so that a few fast particles cause no rebuild. In a
-/// periodic box every call searches again.
+/// A particle is far if its reach plus its displacement since the rebuild exceeds half of the difference between the
+/// range of the candidates and that of the call. A far particle is compared with all particles near it along the first
+/// axis, so that a few fast particles cause no rebuild. In a periodic box every call searches again.
 class ReachList {
  public:
   /// Returns the pairs of pairs_within_reach(spheres, range, reach), with `range` and `reach` in m, and throws the same

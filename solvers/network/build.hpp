@@ -15,9 +15,9 @@ struct ResistorModel;
 /// Resistor network of a packing of particles, with the nodes of its electrodes and the particles of its links.
 struct PackingNetwork {
   Network network;
-  std::vector<int> electrode;       ///< [electrodes] node of each electrode
-  std::vector<int> first_particle;  ///< [links] particle that contains the link, or at which the link begins
-  /// [links] Particle at which the link ends; -1: a wall. Equal to first_particle in a contact-centred network.
+  std::vector<int> electrode;       ///< Node of each electrode
+  std::vector<int> first_particle;  ///< For each link, the particle that contains it or at which it begins
+  /// For each link, the particle at which it ends; -1: a wall. Equal to first_particle in a contact-centred network.
   std::vector<int> second_particle;
 };
 

@@ -15,7 +15,7 @@ struct Splitting {
   double wave_cutoff = 0;  ///< Reciprocal-space cut-off (1/length)
 };
 
-/// Chooses the cut-offs of an Ewald sum such that the field error is at most `tolerance`, in units of the largest
+/// Chooses the cut-offs of an Ewald sum such that the field error is at most `tolerance`. Its unit is the largest
 /// charge over the squared mean spacing d = (V/N)^(1/3). The same bound holds for the force on a unit charge and on a
 /// dipole of moment d. `alpha` 0: the value that balances the cost of both sums.
 /// The bound adds up magnitudes for evenly spread sources; the largest error at 150 random positions is 0.2 of it

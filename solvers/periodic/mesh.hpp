@@ -11,7 +11,7 @@ namespace lichtenberg::periodic {
 /// Particle-mesh Ewald method (P3M) for periodic Coulomb sums: a near part, pair by pair, and a smooth part on a mesh
 /// by FFT (Hockney and Eastwood 1988). The work grows with N log N. It finds its own pairs; choose_mesh() finds
 /// parameters for an accuracy.
-/// Potential, field and force are derivatives of one energy, except that the mean force due to the mesh is subtracted,
+/// Potential, field and force are derivatives of one energy, but the mean force due to the mesh is subtracted,
 /// so that forces add up to 0. Single precision supports charges only, with a relative error of at least
 /// error_of_single_precision. It rounds positions to 2^-32 of the box, and the last digits of its results depend on the
 /// processor's instructions.

@@ -6,9 +6,9 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Reflection of a small conducting sphere (radius R_s) in a much larger one (R_L, distance d of the centres), a Schur
-/// complement. The large sphere would need a degree of the order of the ratio of radii. Its harmonics beyond its own
-/// degree respond to the small sphere alone and are eliminated from the system. They reflect the small sphere's
+/// Reflection of a small conducting sphere (radius R_s) in a much larger one (R_L, distance d of the centres). The
+/// large sphere would need a degree of the order of the ratio of radii. Its harmonics beyond its own degree respond to
+/// the small sphere alone and are eliminated from the system (Schur complement). They reflect the small sphere's
 /// multipoles a back to its local coefficients b: b -= W a.
 /// With z from the large sphere to the small one, W is for each m the product of two translations:
 ///   W_tt' = (-1)^(t+t') R_s/R_L sum over l > degree of g_tl g_t'l,

@@ -5,7 +5,7 @@
 
 namespace lichtenberg::network {
 
-/// Name that selects every particle in turn as the second electrode: the program computes one case for each particle.
+/// Name that selects all particles as second electrodes, one per case: the program computes one case for each particle.
 constexpr const char* all_particles = "all";
 
 /// Electrode of a packing: a wall or particle at a fixed potential, one node of the network. Walls that are not

@@ -302,8 +302,8 @@ double RelaxationSolver::body_charge(std::size_t body) const {
   return -problem_.permittivity * flux;
 }
 
-/// Computes the force (N/m) on a body as a contour integral of the full Maxwell stress tensor, or of the stress of the
-/// normal field alone (D 6.17, which lacks the factor eps/2 and the normal).
+/// Computes the force (N/m) on a body as a contour integral. The integrand is the full Maxwell stress, or the stress of
+/// the normal field alone (D 6.17, which lacks the factor eps/2 and the normal).
 Vec2 RelaxationSolver::body_force(std::size_t body) const {
   Vec2 force;
   for (const auto& [at, normal_ds] : contours_[body]) {

@@ -109,8 +109,8 @@ Eigen::MatrixXd green_particle(const Particle& touched, double contact_radius, d
   return checked_links(particle, contact_radius, resistance);
 }
 
-/// For a disk of radius a the function is -(rho_s / pi) ln(d / a) between points of its rim. For a contact of
-/// half-angle eps at one potential, its mean over the contact itself is -(rho_s / pi) ln sin(eps / 2).
+/// Computes the links of a disk of radius a. Its Neumann Green's function is -(rho_s / pi) ln(d / a) between points of
+/// the rim. Its mean over a contact of half-angle eps at one potential is -(rho_s / pi) ln sin(eps / 2).
 Eigen::MatrixXd disk_particle(const Parameters& p, const Particle& particle) {
   const double scale = *p.sheet_resistance * particle.resistivity / pi;
   const double own = -scale * std::log(std::sin(0.5 * std::asin(*p.contact_radius / particle.radius)));
@@ -118,7 +118,7 @@ Eigen::MatrixXd disk_particle(const Parameters& p, const Particle& particle) {
                         [&](double d) { return -scale * std::log(d / particle.radius); });
 }
 
-/// The corresponding function in space, with circular spots of radius b.
+/// Computes the links of a sphere by its Neumann Green's function, with circular contact spots of radius b.
 Eigen::MatrixXd sphere_particle(const Parameters& p, const Particle& particle) {
   const double rho = *p.resistivity * particle.resistivity, a = particle.radius, b = *p.contact_radius;
   const double own = rho * (1 / (4 * b) + (std::log(a / (2 * b)) + 1.5) / (4 * pi * a));

@@ -13,8 +13,6 @@
 #include "src/commands/interruption.hpp"
 #include "src/effects/field_choice.hpp"
 #include "src/effects/floating_conductors.hpp"
-#include "src/effects/field_choice.hpp"
-#include "src/effects/floating_conductors.hpp"
 #include "src/granular/device/device.hpp"
 #include "src/granular/granular_motion.hpp"
 #include "src/mechanics/simulation.hpp"

@@ -325,7 +325,8 @@ class GasImpl final : public DeviceGas {
           const Vec3 now = force(s), at = g.position[s];
           const Vec3 p = g.momentum[s] + (0.5 * parameters->outer) * (now - g.slow_force[s]);
           g.momentum[s] = p, g.slow_force[s] = now;
-          if (s == 0) budget->energy = force.energy();
+          // Ended contacts are counted. A graph without a chosen step must not count them again.
+          if (s == 0) budget->energy = force.energy(), results->ended = 0;
           std::int64_t& moved = g.moved_charge[s];
           if (moved != 0) g.charge[s] += quantum * static_cast<double>(moved), moved = 0;
           const FixedPointPosition from = g.sorted_at[s], to = fixed_point_position(at, units_per_length);

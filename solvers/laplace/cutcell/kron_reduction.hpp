@@ -15,13 +15,13 @@ namespace lichtenberg::laplace {
 /// set of bodies with one potential.
 class KronReduction {
  public:
-  /// Copies the list of cells and computes the shares of their flux. `group_diagonal` [groups] must contain the sums of
-  /// conductances without links to these cells. The function adds the diagonal of the Schur complement. A group is a
-  /// set of bodies with one potential.
+  /// Copies the list of eliminated cells, and computes for each of their links the share of the cell's flux that goes
+  /// to the link's group. On entry `group_diagonal` [groups] contains the sums of conductances without links to these
+  /// cells. On return it is the diagonal of the Schur complement. A group is a set of bodies with one potential.
   void build(const EliminatedCells& cells, const Layout& layout, std::vector<float>& group_diagonal);
 
-  /// Starts a V-cycle: stores the right-hand side f of the eliminated cells (by slot, the memory index), for zero
-  /// potentials.
+  /// Starts a V-cycle from zero potentials: copies the right-hand side of the eliminated cells, which is then also
+  /// their flux. `f`: right-hand side of all cells by slot (memory index).
   void start(const std::vector<float>& f);
   /// Computes the flux into the eliminated cells (dominated by a conductor) of a colour in row j (right-hand side plus
   /// neighbours). To be called after the relaxation of these cells. `flux_from_neighbours` maps a cell to the flux from

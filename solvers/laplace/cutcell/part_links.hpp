@@ -49,13 +49,13 @@ class PartLinker {
  public:
   /// Prepares the computation. `links` receives the results. All arguments must outlive this object.
   PartLinker(const LinkInputs& inputs, PartLinks& links);
-  /// Computes the covered cells (inside conductors) and the links (conductances) of all bodies in a part, a task of the
-  /// parallel set-up.
+  /// Computes the covered cells (inside conductors) and the links (conductances) of the bodies in part number `part`, a
+  /// task of the parallel set-up. Large bodies may be divided among parts.
   void link(int part);
 
  private:
-  /// Links of one body whose conductances are computed together once a batch is full. `link`: indices in
-  /// PartLinks::links.
+  /// Links of one body whose conductances are computed together once the batch is full or the body's links are
+  /// complete. `link`: indices in PartLinks::links.
   struct PendingLinks {
     LinkBatch batch;
     std::array<int, LinkBatch::width> link;

@@ -53,9 +53,9 @@ SparseSystem number_unknowns(const LaplaceProblem& problem, const Level& level);
 void assemble_rows(const LaplaceProblem& problem, const Level& level, int begin, int end, SparseSystem& system);
 
 /// Assembles the matrix of the preconditioner on the grid `level` (with FixedCoupling::conductance_in_cycle).
-/// `upper_only` leaves out one triangle. Without any ground the matrix is singular; `pin` then doubles the diagonal
-/// entry of the last unknown. This makes the matrix positive definite. For a consistent right-hand side it changes the
-/// solution by a constant only.
+/// `upper_only` leaves out one triangle. `pin` doubles one diagonal entry, for a system without any ground, whose
+/// matrix is singular. This makes the matrix positive definite. For a consistent right-hand side it changes the
+/// potentials by a constant only.
 SparseSystem assemble(const LaplaceProblem& problem, const Level& level, bool upper_only, bool pin);
 
 }  // namespace lichtenberg::laplace

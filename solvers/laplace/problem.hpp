@@ -86,7 +86,8 @@ struct LaplaceProblem {
 /// Finds the sets of groups that are connected by couplings of more than `least` (F/m): the connected components of the
 /// circuit. Returns for each group the lowest group number of its set.
 std::vector<int> coupled_sets(const LaplaceProblem& problem, double least = 0);
-/// Finds the sets of coupled groups, as above, from the number of groups and the couplings.
+/// Finds the sets of groups that are connected by couplings of more than `least` (F/m), from the number of groups and
+/// the couplings. Returns for each group the lowest group number of its set.
 std::vector<int> coupled_sets(int groups, std::span<const Coupling> couplings, double least = 0);
 
 /// Throws InputError if the problem has couplings, for methods that do not support them. `method` is the subject of the
@@ -127,8 +128,8 @@ struct Field {
   std::vector<int> body;      ///< Index of the body that contains the centre, -1 in the fluid
 };
 
-/// Interface of all solvers of LaplaceProblem. Solvers keep data that accelerate the next solve of a similar problem,
-/// such as buffers and the last solution as initial guess.
+/// Interface of all solvers of LaplaceProblem. Solvers may keep data that accelerate the next solve of a similar
+/// problem, such as buffers and the last solution as initial guess.
 class LaplaceSolver {
  public:
   virtual ~LaplaceSolver() = default;
@@ -136,9 +137,9 @@ class LaplaceSolver {
   /// LaplaceProblem::check. Throws InputError for a problem that the method does not support, Failure if the iteration
   /// does not converge.
   virtual LaplaceSolution solve(const LaplaceProblem& problem) = 0;
-  /// Returns the potential of the last solve on a grid. Throws Failure if nothing has been solved.
+  /// Returns the potential of the last solve on a grid. Throws Failure if no solution is stored.
   virtual Field field() const = 0;
-  /// Discards data of earlier solves, so that the next solve depends on its problem only.
+  /// Discards the solutions of earlier solves, so that the initial guess of the next solve depends on its problem only.
   virtual void forget() = 0;
 };
 

@@ -44,13 +44,14 @@ class Cells {
   int cell_of(Complex z) const;
   /// Returns true if z is inside the grid.
   bool contains(Complex z) const;
-  /// Returns the sources in a cell.
+  /// Returns the indices of the sources in a cell.
   const std::vector<int>& members(int cell) const { return members_[cell]; }
   /// Returns true if two cells i columns and j rows apart are near.
   bool is_near(int i, int j) const { return std::abs(i) <= window && std::abs(j) <= window; }
 
-  /// Calls visit(source, image, shift) for each source, or mirror image of a source, in the cells near the cell of z. A
-  /// source with centre c is at `image.centre(c) + shift`.
+  /// Calls visit(source, image, shift) for each source, or mirror image of a source, in the cells near the cell of z.
+  /// `source`: index of the source. The source or image is at `image.centre(c) + shift`, where c is the centre of the
+  /// source.
   template <class Visit>
   void for_each_near(Complex z, Visit visit) const;
 

@@ -15,7 +15,7 @@ namespace lichtenberg::laplace::multipole {
 /// depends on m + k only.
 class FarField {
  public:
-  /// Computes the kernel's spectra for expansions of order `order`.
+  /// Computes the Fourier coefficients of the kernel G_n for expansions of order `order`.
   FarField(const Mirrors& mirrors, const LatticeSum& lattice, const Cells& cells, int order);
 
   /// Returns true if a new object with these arguments would have the same kernel, so that this object can be used
@@ -23,9 +23,9 @@ class FarField {
   bool fits(const Mirrors& mirrors, const Cells& cells, int order) const;
   int order() const { return order_; }     ///< Order of the expansions
   double scale() const { return scale_; }  ///< Unit of length h (m)
-  /// Multipole coefficients alpha_0 ... alpha_order (V) of a cell, to be set before apply().
+  /// Returns the multipole coefficients alpha_0 ... alpha_order (V) of a cell, to be set before apply().
   Complex* source(int cell) { return &source_[static_cast<std::size_t>(cell) * (order_ + 1)]; }
-  /// Local coefficients beta_0 ... beta_order (V) of a cell, the result of apply().
+  /// Returns the local coefficients beta_0 ... beta_order (V) of a cell, the result of apply().
   const Complex* local(int cell) const { return &local_[static_cast<std::size_t>(cell) * (order_ + 1)]; }
   /// Sets the multipole coefficients of all cells to 0.
   void clear_sources();

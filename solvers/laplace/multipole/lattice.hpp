@@ -30,16 +30,18 @@ class LatticeSum {
 
   /// Returns the lattice vectors whose terms are not in the Taylor series; the origin is the first.
   const std::vector<Vector>& near() const { return near_; }
-  /// Computes the Taylor part of Lambda and its derivatives at z: value[n] = d^n/dz^n for n = 0 ... count - 1. Of
-  /// value[0] only the real part is meaningful. Valid to rounding for |z| up to half the diagonal of a period.
+  /// Computes the Taylor part of Lambda (all lattice vectors except near()) and its derivatives at z: value[n] =
+  /// d^n/dz^n for n = 0 ... count - 1. Of value[0] only the real part is meaningful. Valid to rounding for |z| up to
+  /// half the diagonal of a period.
   void far_derivatives(Complex z, int count, Complex* value) const;
-  /// Adds the term that makes Lambda periodic to the function value[0] and its first derivative value[1] at z.
+  /// Adds the term that makes Lambda periodic (0 unless s_x = s_y = 1) to the function value[0] and its first
+  /// derivative value[1] at z.
   void add_background(Complex z, Complex* value) const;
   /// Computes Re Lambda(z), including the term that makes it periodic, for any z of the plane. If |z| (reduced to one
   /// period) is below `least`, `least` replaces it.
   double real_part(Complex z, double least) const;
   /// Reduces z by whole periods to |Re z| <= Lx and |Im z| <= Ly. Sets `sign` to the sign s_x^n s_y^m of the subtracted
-  /// lattice vector.
+  /// lattice vector. In the unbounded plane z does not change.
   Complex reduced(Complex z, double& sign) const;
 
  private:

@@ -8,9 +8,9 @@
 namespace lichtenberg::laplace::multipole {
 
 /// Numbering of the unknowns (V) of the multipole method. Real and imaginary parts of the multipole coefficients a_k of
-/// all disks come first. The charges that the problem does not give follow, as lambda = Q / (2 pi eps), without point
-/// charges. The potentials of floating groups with several bodies are next, then the constant of the potential if no
-/// side fixes it. The point charges of close pairs are last.
+/// all disks come first. The unknown charges of disks follow, as lambda = Q / (2 pi eps), without the point charges
+/// inside the disks. The potentials of floating groups with several bodies are next. A constant of the potential
+/// follows if only groups have a given potential, no side. The point charges of close pairs are last.
 struct Unknowns {
   Unknowns(const LaplaceProblem& problem, const Mirrors& mirrors, const Arrangement& arrangement);
 
@@ -25,8 +25,9 @@ struct Unknowns {
 /// Linear system of the multipole method, given by its matrix-vector product. Its equations are boundary conditions.
 /// The potential is constant on each circle: a_k + conj(b_k) = 0 for k >= 1, with the disk's multipoles a_k and local
 /// coefficients b_k. Disks of unknown charge have the potential of their group. The charges of a floating group's
-/// bodies add up to the group's charge. All charges add up to zero if no side is an electrode. The potential difference
-/// across a close pair equals that of its point charges.
+/// bodies add up to the group's charge. All charges add up to zero if no side is an electrode. A close pair has two
+/// opposite point charges, one inside each circle (ClosePair), with one unknown. Their potential difference equals the
+/// one across the pair.
 class System {
  public:
   /// Prepares the system. `far` must outlive it; `accuracy`: see NearField.
@@ -39,7 +40,7 @@ class System {
   /// Computes the product of the matrix with x.
   Eigen::VectorXd operator*(const Eigen::VectorXd& x) const;
   /// Applies the preconditioner: the identity for multipoles. For the other unknowns it is the inverse of the matrix
-  /// that they would have if the disks had no multipoles.
+  /// that they would have if the disks had no multipoles, or the identity (has_preconditioner()).
   Eigen::VectorXd precondition(const Eigen::VectorXd& residual) const;
 
   /// Returns true if the preconditioner includes the unknowns other than multipoles. It does not if there are too many

@@ -16,22 +16,22 @@ class ChargesAndDipoles {
  public:
   /// Returns true if the number of spheres is small enough for the matrix to save time.
   static bool saves_time(std::size_t spheres);
-  /// Assembles and inverts the matrix. `pairs`: all near pairs of the sites.
+  /// Assembles the matrix, and inverts it if it is positive definite. `pairs`: all near pairs of the sites.
   ChargesAndDipoles(const Mirrors& mirrors, const Cells& cells, const std::vector<Site>& sites,
                     const std::vector<NearPair>& pairs, parallel::Team& team);
 
   /// Returns true if the matrix is positive definite. With a sum over images that is truncated at a degree it need not
   /// be; then it cannot be used.
   bool is_positive() const { return positive_; }
-  /// Returns true if the matrix can precondition a solve with these sites: no sphere has moved by more than its radius.
-  /// A preconditioner need not be exact. Displacements by some radii add an iteration or two, while a new matrix costs
-  /// as much as many iterations.
+  /// Returns true if the matrix can precondition a solve with these sites: they have the same radii, and no sphere has
+  /// moved by more than its radius. A preconditioner need not be exact. Small displacements add few iterations, while a
+  /// new matrix costs as much as many iterations.
   bool is_usable_for(const std::vector<Site>& sites) const;
 
   /// Returns the number of unknowns per sphere: 4 with dipoles, 1 without.
   int unknowns_per_sphere() const { return harmonics(degree_); }
-  /// Solves the coarse equations x + sqrt(R) b = values for x, in the scaling of System. R is the radius, b the field
-  /// of all other spheres. Both arrays are [sphere][harmonic].
+  /// Solves the coarse equations x + sqrt(R) b = values for x = sqrt(R) a. R is the radius, a are the multipoles and b
+  /// the local coefficients of the field of all other spheres and images. Both arrays are [sphere][harmonic].
   Eigen::VectorXf solve(const Eigen::VectorXf& values, parallel::Team& team) const;
   /// Solves the coarse equations for x [sphere][harmonic] if only the charges have nonzero `values` [sphere].
   Eigen::VectorXf solve_charges(const Eigen::VectorXf& values) const { return charge_response_ * values; }
@@ -58,8 +58,8 @@ class ConstrainedCharges {
   ConstrainedCharges(std::shared_ptr<const ChargesAndDipoles> equations, const std::vector<Site>& sites,
                      const std::vector<ChargeConstraint>& constraints);
 
-  /// Applies the preconditioner to `values` [sphere][harmonic]: replaces charges and dipoles by the constrained
-  /// solution, and leaves higher harmonics unchanged. `start`: index of each sphere's first coefficient.
+  /// Applies the preconditioner to `values` [sphere][harmonic]: replaces charges (and dipoles, if included) by the
+  /// constrained solution, and leaves higher harmonics unchanged. `start`: index of each sphere's first coefficient.
   void apply(const std::vector<int>& start, double* values, parallel::Team& team) const;
 
  private:

@@ -44,7 +44,7 @@ class QuarterTurn {
     int first_m = 0;
     const double* value = nullptr;
   };
-  /// Returns the row of the matrix of degree l that gives the new coefficient m.
+  /// Returns the row of the rotation matrix of degree l that gives coefficient m of the rotated harmonics.
   Row row(int l, int m) const {
     const Start& s = start_[at(l, m)];
     return {s.sine, s.first_m, value_.data() + s.begin};

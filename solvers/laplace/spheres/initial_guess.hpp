@@ -42,8 +42,8 @@ struct SolveTarget {
 /// is linear in charges and potentials and smooth in positions. The coefficients are therefore a least-squares fit to
 /// the target's charges, potentials and positions, with small potential differences within groups.
 /// The fit does not use times, so solutions of steps that were rolled back serve equally. `noise`: relative error of
-/// each past x, which limits combinations that would amplify it (regularization). All solutions must have as many sites
-/// as the target.
+/// each past x, which limits combinations that would amplify it (regularization). The history must not be empty, and
+/// all its solutions must have as many sites as the target.
 std::vector<double> history_coefficients(const History& history, const SolveTarget& target, double noise);
 
 }  // namespace lichtenberg::laplace::spheres

@@ -29,9 +29,9 @@ class Coupling {
     int mask;
     double sign;
   };
-  /// Adds the field of a source to the local coefficients of a target, for all t up to target.degree. `derivatives`:
-  /// D_nm at the displacement of the two sites. Each term has the factors sign a_lm source.radius^(l+1)
-  /// target.radius^t. `T`: double, or Lanes for eight fields at once.
+  /// Adds the field of a source to the local coefficients of a target, for all t up to target.degree and l + t up to
+  /// the degree of the tables. `derivatives`: D_nm at the displacement of the two sites. Each term has the factors sign
+  /// a_lm source.radius^(l+1) target.radius^t. `T`: double, or Lanes for eight fields at once.
   template <class T>
   void add(const double* derivatives, const Source& source, const T* multipoles, const Target& target, T* local) const;
 
@@ -61,7 +61,8 @@ struct Screened {
   double sign;
 };
 /// Adds the derivatives of the screened potential at r, as D_nm of Coupling, for all degrees up to `degree`: value
-/// [harmonics(degree)]. The formula is in LatticeSum. `term`: scratch memory of the same size.
+/// [harmonics(degree)]. The formula is in LatticeSum. At r = 0 the charge itself is excluded. `term`: scratch memory of
+/// the same size.
 void add_screened(Vec3 r, const Screened& screened, int degree, double* term, double* value);
 
 /// Ewald splitting: parameters that divide a lattice sum between a real-space sum over images and a sum over waves in
@@ -84,9 +85,9 @@ EwaldSplit ewald_split(double range, double accuracy);
 
 /// Chooses the Ewald splitting of a sum over all images, for a given cut-off and a relative error `accuracy`. Charges
 /// must be within 1/8 of the cut-off from their centres.
-/// With x = alpha cutoff, erfc of images at the cut-off and exp(-(k / 2 alpha)^2) of the last wave equal the accuracy.
-/// Derivatives of degree n add factors (x^2 / 4)^n / Gamma(n + 1/2) and (x / 2)^n / (2n - 1)!!. Half a unit more of x
-/// compensates for them.
+/// The accuracy equals exp(-x^2) with x = alpha cutoff, which is about the erfc of images at the cut-off. It also
+/// equals exp(-(k / 2 alpha)^2) of the last wave. Derivatives of degree n add factors (x^2 / 4)^n / Gamma(n + 1/2) and
+/// (x / 2)^n / (2n - 1)!!. Half a unit more of x compensates for them.
 EwaldSplit ewald_split_of_all(double cutoff, double accuracy);
 
 /// Ewald sum for multipoles: the potential of all mirror images of a unit charge beyond a range, as derivatives D_nm

@@ -29,11 +29,11 @@ inline constexpr double share_of_rounding = 1e-11;
 /// longer side of the box). Values below it are small sums of large terms. For these, the error of a method that
 /// controls potentials can exceed its tolerance.
 inline constexpr double small_share = 1e-3;
-/// Charge (C/m) and force (N/m) below which values are small in the sense of small_share.
+/// Limits of small charges (C/m) and forces (N/m): values below them are small sums of large terms (small_share).
 struct SmallValues {
   double charge = 0, force = 0;
 };
-/// Computes the limits of small charges and forces for a problem with the given potential scale.
+/// Computes the limits of small charges and forces (small_share) for a problem with the potential scale of `scales`.
 SmallValues small_values(const LaplaceProblem& problem, const Scales& scales);
 
 /// Returns true if the force on a body counts in measures of accuracy: the body is a disk and movable

@@ -38,7 +38,8 @@ struct StopCriterion {
   }
 };
 
-/// Scalars of the conjugate gradients, for the CPU and a device. z = M r is the preconditioned residual.
+/// Scalars of the conjugate gradient iteration, for the CPU and a device. r is the residual and z = M r the
+/// preconditioned residual (M: preconditioner).
 struct CgScalars {
   /// Scalar product r'z of the last residual.
   double product = 0;
@@ -47,7 +48,8 @@ struct CgScalars {
   /// Number of products so far.
   int residuals = 0;
 
-  /// Adds the next product r'z and updates beta.
+  /// Stores the next scalar product r'z of the residual r and the preconditioned residual z. Updates beta, its ratio to
+  /// the previous product, and the largest beta.
   LICHTENBERG_HOST_DEVICE void add(double next) {
     beta = residuals > 0 ? next / product : 0.0;
     largest = beta > largest ? beta : largest;
@@ -73,9 +75,10 @@ struct StallTest {
   double best = 0;
   int iterations = 0;  ///< iterations since `best`
 
-  /// Starts the test with a first norm.
+  /// Starts the stagnation test with the first residual norm.
   void start(double norm) { best = norm, iterations = 0; }
-  /// Adds the norm of an iteration and returns true if the method stagnates.
+  /// Adds the residual norm of an iteration. Returns true if the method stagnates: ten iterations without a norm below
+  /// 0.9 of the best.
   bool is_stalled(double norm) {
     constexpr double progress = 0.9;
     constexpr int most_slow_iterations = 10;
@@ -108,7 +111,7 @@ struct Krylov {
   Krylov(const Krylov&) = delete;
   Krylov& operator=(const Krylov&) = delete;
   ~Krylov() { release(); }
-  /// Destroys all PETSc objects.
+  /// Destroys the PETSc objects of this struct: method, matrix, vectors and null space.
   void release();
 
   /// Makes a matrix given by a function, a PETSc shell matrix for vectors of n entries.
@@ -138,7 +141,7 @@ struct Krylov {
     parallel::check_petsc(VecDestroy(&ones));
     set_null_space(space);
   }
-  /// Returns true if the method has this KSP type.
+  /// Returns true if the Krylov method is of this KSP type of PETSc.
   bool is(KSPType type) const;
   /// Solves the system from the guess in x until the criterion is met. Sets iterations and residual of `solution`. A
   /// method without the natural norm may stagnate or stop early. It then restarts from the true residual of its

@@ -27,7 +27,7 @@ struct LevelSums {
     conductance += other.conductance;
     return *this;
   }
-  /// Returns the common shift of all potentials that makes the flux zero; 0 without conductance.
+  /// Returns the common shift of all potentials that makes the flux zero; 0 if `conductance` is 0.
   LICHTENBERG_HOST_DEVICE double level() const { return conductance > 0 ? flux / conductance : 0.0; }
 };
 

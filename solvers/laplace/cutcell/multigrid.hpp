@@ -31,8 +31,8 @@ class Multigrid {
   void build_coarse(const LaplaceProblem& problem, const Level& finest);
   /// Copies the finest grid's system to the V-cycle. If there is no coarser grid, factorizes this system.
   void build_finest(const LaplaceProblem& problem, const Level& finest);
-  /// Waits for the worker thread. Before this call only the build functions are allowed, and `problem` and `finest`
-  /// must not change.
+  /// Waits for the worker thread of build_coarse(). Before this call only the build functions are allowed, and
+  /// `problem` and `finest` must not change.
   void finish() { team_.finish(); }
 
   /// Applies the preconditioner: z = M r by one V-cycle. Vectors have the finest grid's layout, then one entry a group
@@ -58,8 +58,8 @@ class Multigrid {
   /// changed.
   void nested_guess(const LaplaceProblem& problem, double scale, double* x);
 
-  /// Returns the work since the last call, in units of one residual evaluation on the finest grid
-  /// (docs/numerics/multigrid.md), and resets it.
+  /// Returns the work of V-cycles and nested_guess() since the last call, and resets it. The unit is one residual
+  /// evaluation on the finest grid (docs/numerics/multigrid.md).
   double take_work();
 
   /// Returns the number of grids.

@@ -23,12 +23,13 @@ class CutCellOperator {
   /// Returns the number of slots of the grid, the index of the first group (bodies with one potential) in a vector.
   std::size_t cells() const { return cells_; }
 
-  /// Computes y = A x.
+  /// Computes y = A x, the product of the system's matrix with x, for cells and groups (bodies with one potential).
   void apply(const double* x, double* y) const;
-  /// Computes y = A x for the cells of row j and returns this row's part of x'y.
+  /// Computes y = A x (A: the system's matrix) for the cells of row j, and returns this row's part of the scalar
+  /// product x'y.
   double apply_row(int j, const double* x, double* y) const;
-  /// Computes the groups' part of y = A x and returns its part of x'y. `x`: whole vector; `y_group` [groups]. A group
-  /// is a set of bodies with one potential.
+  /// Computes the groups' part of y = A x (A: the system's matrix), and returns its part of the scalar product x'y.
+  /// `x`: whole vector; `y_group` [groups]. A group is a set of bodies with one potential.
   double apply_groups(const double* x, double* y_group) const;
   /// Scales the initial guess x by the factor that minimizes its error as a solution of A x = b in the energy norm.
   /// Sets r = b - A x. A poor guess thus becomes small; unscaled, its energy norm would set the scale of CG's stop
@@ -58,7 +59,7 @@ class CutCellOperator {
   const Level& level() const { return *level_; }
   /// Returns true if only couplings (lumped capacitances) link the system to given potentials.
   bool grounded_by_couplings() const { return grounded_by_couplings_; }
-  /// Returns the thread team of all loops.
+  /// Returns the team of threads that runs the loops of the operator.
   parallel::Team& team() const { return *team_; }
 
  private:

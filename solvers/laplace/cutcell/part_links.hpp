@@ -47,7 +47,8 @@ struct PartLinks {
 /// links (gap conductances) to conductors in neighbouring cells.
 class PartLinker {
  public:
-  /// Prepares the computation. `links` receives the results. All arguments must outlive this object.
+  /// Prepares the computation of links (conductances between cells and conductors). `links` receives the results. All
+  /// arguments must outlive this object.
   PartLinker(const LinkInputs& inputs, PartLinks& links);
   /// Computes the covered cells (inside conductors) and the links (conductances) of the bodies in part number `part`, a
   /// task of the parallel set-up. Large bodies may be divided among parts.

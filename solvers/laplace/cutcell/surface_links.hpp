@@ -46,7 +46,7 @@ class LinkModel {
   /// Returns two dimensionless numbers of the body for `formula` (Outline::data). They must be the same for cells of
   /// any size.
   virtual std::array<double, 2> data(const Body& body) const = 0;
-  /// Returns the function that computes the conductance of a link.
+  /// Returns the function that computes the conductance of a link between a fluid cell and the disk.
   virtual LinkFunction formula() const = 0;
 };
 
@@ -66,7 +66,7 @@ struct Outline {
   LICHTENBERG_HOST_DEVICE bool round() const { return kind != Kind::bar; }
 };
 
-/// Returns the bar with its axis along its longer sides; the rectangle is the same.
+/// Returns the same rectangle as a bar whose axis runs along its longer sides.
 inline Bar with_longer_axis(const Bar& bar) {
   const Vec2 axis = bar.to - bar.from;
   const double length = norm(axis);

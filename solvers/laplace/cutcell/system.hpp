@@ -31,7 +31,7 @@ struct SparseSystem {
     int column;
     double value;
   };
-  /// Appends a matrix row. Sorts `row` by column and adds up entries of one column.
+  /// Appends a row to the sparse matrix. Sorts `row` by column and adds up entries of one column.
   void append(std::vector<Entry>& row);
   /// Converts a right-hand side by unknown, in place, from the groups' charges to the equations of Difference unknowns.
   /// A group is a set of bodies with one potential.
@@ -46,7 +46,8 @@ struct SparseSystem {
   int unknowns() const { return static_cast<int>(slot.size() + group.size()); }
 };
 
-/// Numbers the unknowns of the grid `level`: computes `slot`, `group` and `differences` of a system without rows.
+/// Numbers the unknowns (fluid cells, then floating groups) of the grid `level`: makes a sparse system with `slot`,
+/// `group` and `differences`, but without matrix rows.
 SparseSystem number_unknowns(const LaplaceProblem& problem, const Level& level);
 
 /// Assembles the matrix rows `begin` to `end` - 1 of a system that number_unknowns() has made.

@@ -46,7 +46,7 @@ class Cells {
   bool contains(Complex z) const;
   /// Returns the indices of the sources in a cell.
   const std::vector<int>& members(int cell) const { return members_[cell]; }
-  /// Returns true if two cells i columns and j rows apart are near.
+  /// Returns true if two cells i columns and j rows apart are near each other, so that their sources interact directly.
   bool is_near(int i, int j) const { return std::abs(i) <= window && std::abs(j) <= window; }
 
   /// Calls visit(source, image, shift) for each source, or mirror image of a source, in the cells near the cell of z.
@@ -56,7 +56,7 @@ class Cells {
   void for_each_near(Complex z, Visit visit) const;
 
  private:
-  /// Cell of the box whose image a cell outside is, along one axis, with the reflection that maps them.
+  /// Cell of the box that a cell outside mirrors, along one axis, and the reflection that maps the first to the second.
   struct ImageCell {
     int index = -1;  ///< Index of the cell of the box, -1 if there is none
     bool flipped = false;

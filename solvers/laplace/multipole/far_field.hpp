@@ -29,7 +29,8 @@ class FarField {
   const Complex* local(int cell) const { return &local_[static_cast<std::size_t>(cell) * (order_ + 1)]; }
   /// Sets the multipole coefficients of all cells to 0.
   void clear_sources();
-  /// Computes the local coefficients of all cells from the multipole coefficients.
+  /// Computes the local coefficients of all cells, the field of all far cells and images, from the multipole
+  /// coefficients.
   void apply();
 
  private:

@@ -25,10 +25,11 @@ class LatticeSum {
     double sign = 1;   ///< s_x^n s_y^m
   };
 
-  /// Computes the Taylor series for the box of these mirrors.
+  /// Computes the Taylor series of the lattice sum for the box of these mirrors.
   explicit LatticeSum(const Mirrors& mirrors);
 
-  /// Returns the lattice vectors whose terms are not in the Taylor series; the origin is the first.
+  /// Returns the lattice vectors near the origin, whose terms are not in the Taylor series; the origin itself is the
+  /// first.
   const std::vector<Vector>& near() const { return near_; }
   /// Computes the Taylor part of Lambda (all lattice vectors except near()) and its derivatives at z: value[n] =
   /// d^n/dz^n for n = 0 ... count - 1. Of value[0] only the real part is meaningful. Valid to rounding for |z| up to

@@ -30,14 +30,15 @@ struct Unknowns {
 /// one across the pair.
 class System {
  public:
-  /// Prepares the system. `far` must outlive it; `accuracy`: see NearField.
+  /// Prepares the linear system of the problem in `setting`. `setting` and `far` (far field) must outlive it;
+  /// `accuracy`: relative accuracy of near interactions (NearField).
   System(const Setting& setting, FarField& far, double accuracy);
 
   /// Returns the number of (real) unknowns.
   int size() const { return unknown_.multipoles + unknown_.others; }
   /// Computes the right-hand side from the given charges, potentials and sides.
   Eigen::VectorXd right_hand_side() const;
-  /// Computes the product of the matrix with x.
+  /// Computes the product of the system's matrix with x.
   Eigen::VectorXd operator*(const Eigen::VectorXd& x) const;
   /// Applies the preconditioner: the identity for multipoles. For the other unknowns it is the inverse of the matrix
   /// that they would have if the disks had no multipoles, or the identity (has_preconditioner()).
@@ -60,8 +61,8 @@ class System {
     std::vector<double> group;  ///< Potential of each group (V)
     double level = 0;           ///< Constant (V) added to the potential of sources and walls
   };
-  /// Computes the potentials of all groups for the solution x with its coefficients. Also leaves the far field of the
-  /// coefficients in `far`.
+  /// Computes the potentials of all groups for the solution x with its multipole `coefficients`. Also leaves the far
+  /// field of the coefficients in the FarField object.
   Potentials potentials(const Eigen::VectorXd& x, const std::vector<Complex>& coefficients) const;
 
  private:

@@ -49,8 +49,8 @@ class RelaxationSolver : public LaplaceSolver {
   /// a box whose sides are not whole numbers of lattice spacings, and a body that covers no lattice site. Throws
   /// Failure if the tolerance is not reached in `largest_iterations` potential solves.
   LaplaceSolution solve(const LaplaceProblem& problem) override;
-  /// Returns the potential of the last solve on a grid of the lattice's cells. Throws Failure before the first solve
-  /// and after `forget`.
+  /// Returns the potential of the last solve at the centres of the lattice's cells. Throws Failure before the first
+  /// solve and after `forget`.
   Field field() const override;
   void forget() override;
 

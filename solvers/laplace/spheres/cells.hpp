@@ -45,7 +45,8 @@ struct Cells {
   std::vector<NearPair> near_pairs(const std::vector<Site>& targets, const std::vector<Site>& sources) const;
 
  private:
-  /// Cell inside whose image a cell is, along one axis, with the reflection and shift (m) that map it.
+  /// Cell inside the grid that a cell mirrors or repeats, along one axis, and the reflection and shift (m) between
+  /// them.
   struct ImageCell {
     int index = -1;  ///< Index of the cell inside, -1 if there is none
     bool reflected = false;

@@ -17,18 +17,20 @@ namespace lichtenberg::laplace::spheres {
 /// Its factors keep all digits for any coupling, and couplings do not worsen the condition of the operator.
 class ChargeConstraints {
  public:
-  /// Sets up the constraints. `start`: index of each sphere's first harmonic in x; `couplings`: index of the first
-  /// coupling's unknown in x.
+  /// Sets up the constraints of given charges. `start`: index of each sphere's first harmonic in x; `couplings`: index
+  /// of the first coupling's unknown in x.
   ChargeConstraints(const SphereProblem& problem, const std::vector<int>& start, int couplings);
 
   /// Returns the number of couplings with an unknown of their own.
   int coupling_count() const { return static_cast<int>(links_.size()); }
-  /// Projects x orthogonally onto the vectors with N x = 0: removes the part that changes given charges.
+  /// Projects x orthogonally onto the vectors with N x = 0 (N: matrix of the constraints): removes the part that
+  /// changes given charges.
   void project(double* x) const;
-  /// Adds to a projected x the shortest vector with the given charges, so that N x = q.
+  /// Adds to a projected x the shortest vector with the given charges q, so that N x = q (N: matrix of the
+  /// constraints).
   void add(double* x) const;
-  /// Moves x, which satisfies the constraints up to rounding, to the nearest x with N x = q. Without this correction,
-  /// rounding of the potentials could outweigh the charge that a strong coupling carries.
+  /// Moves x, which satisfies the charge constraints N x = q up to rounding, to the nearest x that satisfies them.
+  /// Without this correction, rounding of the potentials could outweigh the charge that a strong coupling carries.
   void enforce_charges(double* x) const;
   /// Adds the couplings' part of the right-hand side: the fixed potentials at their ends.
   void add_fixed_potentials(double* right_hand_side) const;

@@ -14,9 +14,10 @@ namespace lichtenberg::laplace::spheres {
 /// harmonics act on near neighbours only.
 class ChargesAndDipoles {
  public:
-  /// Returns true if the number of spheres is small enough for the matrix to save time.
+  /// Returns true if the number of spheres is small enough (at most 2000) for the dense matrix to save time.
   static bool saves_time(std::size_t spheres);
-  /// Assembles the matrix, and inverts it if it is positive definite. `pairs`: all near pairs of the sites.
+  /// Assembles the matrix of the coarse equations, and inverts it if it is positive definite. `pairs`: all near pairs
+  /// of the sites.
   ChargesAndDipoles(const Mirrors& mirrors, const Cells& cells, const std::vector<Site>& sites,
                     const std::vector<NearPair>& pairs, parallel::Team& team);
 
@@ -35,7 +36,8 @@ class ChargesAndDipoles {
   Eigen::VectorXf solve(const Eigen::VectorXf& values, parallel::Team& team) const;
   /// Solves the coarse equations for x [sphere][harmonic] if only the charges have nonzero `values` [sphere].
   Eigen::VectorXf solve_charges(const Eigen::VectorXf& values) const { return charge_response_ * values; }
-  /// Returns the charges in the solution x for a unit value on one sphere's charge: a column for each such sphere.
+  /// Returns the charges in the solution of the coarse equations for a unit value on one sphere's charge: a column for
+  /// each such sphere.
   const Eigen::MatrixXd& charges() const { return charges_; }
 
  private:
@@ -54,7 +56,7 @@ class ChargesAndDipoles {
 /// charges of floating groups. Right-hand sides that differ only by potentials of these groups give the same x.
 class ConstrainedCharges {
  public:
-  /// Factorizes the constraints for the coarse `equations`.
+  /// Factorizes the constraints of given charges for the coarse `equations` of charges and dipoles.
   ConstrainedCharges(std::shared_ptr<const ChargesAndDipoles> equations, const std::vector<Site>& sites,
                      const std::vector<ChargeConstraint>& constraints);
 

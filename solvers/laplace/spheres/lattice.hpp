@@ -14,7 +14,7 @@ namespace lichtenberg::laplace::spheres {
 /// D_nm = C_nm / r^(n+1).
 class Coupling {
  public:
-  /// Makes the tables of factors for all l + t up to `degree`.
+  /// Makes the tables of translation factors for all source degrees l and target degrees t with l + t up to `degree`.
   explicit Coupling(int degree);
 
   /// Target site: its degree and radius (any unit of length, the same for source and derivatives).
@@ -98,7 +98,8 @@ EwaldSplit ewald_split_of_all(double cutoff, double accuracy);
 /// 1/r - erfc(alpha r)/r; this function has P in place of Q and is subtracted.
 class LatticeSum {
  public:
-  /// Prepares the sum over images at distances of at least `range` (0: all images), for derivatives up to `degree`.
+  /// Prepares the Ewald sum over images at distances of at least `range` (0: all images), for derivatives up to
+  /// `degree`.
   LatticeSum(const Mirrors& mirrors, double range, int degree, const EwaldSplit& split);
   /// Returns true if this sum was made with these arguments, so that it can be used again.
   bool fits(const Mirrors& mirrors, double range, int degree, const EwaldSplit& split) const {

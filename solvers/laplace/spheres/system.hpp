@@ -116,11 +116,12 @@ class System {
 
   /// Returns the number of unknowns: harmonics of all spheres, one amplitude per close pair, one unknown per coupling.
   int size() const { return first_coupling() + constraints_.coupling_count(); }
-  /// Computes y, the product of the system's matrix with x. For harmonics y = x + sqrt(R beta) b, with R, beta and the
-  /// local coefficients b of the comment of System. `T`: double, or Lanes for eight x at once.
+  /// Computes y, the product of the system's matrix with x. For harmonics y = x + sqrt(R beta) b: R is the sphere's
+  /// radius, beta a factor of its permittivity (1 for a conductor). b are the local coefficients of the field of all
+  /// other charges. `T`: double, or Lanes for eight x at once.
   template <class T>
   void apply(const T* x, T* y) const;
-  /// Removes from x the part that changes given charges.
+  /// Projects x orthogonally: removes the part that changes the given charges of groups.
   void project(double* x) const { constraints_.project(x); }
   /// Applies the preconditioner: replaces x by an approximate solution of apply(solution) = x that contributes nothing
   /// to given charges.
@@ -157,7 +158,7 @@ class System {
 
  private:
   int harmonics_size() const { return start_.back(); }
-  /// Returns the ratio a / x for a sphere's harmonics of degree l: sqrt(beta / R).
+  /// Returns the ratio of multipoles to unknowns for a sphere's harmonics of degree l: sqrt(beta / R).
   double scale(std::size_t sphere, int l) const;
   int first_coupling() const { return harmonics_size() + static_cast<int>(fields_->close_pairs().size()); }
   template <class T>

@@ -31,8 +31,8 @@ class KronReduction {
     for (int k = row_start_[j]; k < row_start_[j + 1]; ++k)
       if (is_red(cells_.cells[k]) == (colour == 0)) flux_[k] = f_[k] + flux_from_neighbours(cells_.cells[k]);
   }
-  /// Sets the cells' fluxes such that relaxation with the group potentials phi would give the cell potentials v. A
-  /// group is a set of bodies with one potential.
+  /// Sets the stored fluxes of the eliminated cells (dominated by a conductor) such that relaxation with the group
+  /// potentials phi would give the cell potentials v. A group is a set of bodies with one potential.
   void set_relaxed(const std::vector<float>& v, const std::vector<float>& phi);
   /// Computes the residuals of red eliminated cells (dominated by a conductor) in row j after a sweep over both
   /// colours. They are differences of fluxes, which avoids the cancellation in a residual from f and v. `residual`: by

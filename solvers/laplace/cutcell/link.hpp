@@ -13,8 +13,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Returns the larger of `value` and `least`. CUDA device code cannot use std::max with the constants below, because
-/// std::max takes references and they have no addresses there.
+/// Returns the larger of `value` and `least`. CUDA device code cannot use std::max with constants such as smallest_cut:
+/// std::max takes references, and the constants have no addresses there.
 LICHTENBERG_HOST_DEVICE constexpr double at_least(double value, double least) { return value < least ? least : value; }
 
 /// Conductance of a link (flux / potential difference, per depth and permittivity) and its derivative. The derivative

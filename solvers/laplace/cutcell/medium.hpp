@@ -94,7 +94,8 @@ struct Interpolation {
   float weight[4];
 };
 
-/// Column i and row j of the lower left one of the four cells around a point. Both start at -1, outside the box.
+/// Column i and row j of the lower left one of the four cells around a point. For a point in the box both are at least
+/// -1, which is outside the box.
 struct InterpolationBase {
   int i, j;
 };

@@ -24,8 +24,8 @@ struct CutCellOptions {
   /// Linear solver. `multigrid`: matrix-free, geometric multigrid as preconditioner. `assembled`: the same system as a
   /// sparse matrix for any PETSc preconditioner (default GAMG; option -field_pc_type).
   enum class LinearSolver { multigrid, assembled } linear_solver = LinearSolver::multigrid;
-  /// Device of the solves. For `cuda` the solver's constructor throws InputError without CUDA in the build or without a
-  /// CUDA device.
+  /// Device of the solves. For `cuda` the solver's constructor throws InputError without CUDA in the build or, with
+  /// `multigrid`, without a CUDA device.
   enum class Device { cpu, cuda } device = Device::cpu;
 };
 
@@ -38,9 +38,9 @@ struct CutCellOptions {
 /// have the prefix "field_"; -field_ksp_rtol overrules `tolerance`.
 class CutCellSolver : public LaplaceSolver {
  public:
-  /// Makes a solver. Throws InputError if `options` combine LinkFormula::aperture with multigrid, or if they choose
-  /// `cuda` and the program or PETSc was built without CUDA. With multigrid, throws InputError also without a CUDA
-  /// device.
+  /// Makes a solver. Throws InputError if `options` combine LinkFormula::aperture with multigrid. For `cuda`, throws
+  /// InputError if the program (for `multigrid`) or PETSc (for `assembled`) was built without CUDA. With `multigrid`
+  /// also throws InputError if there is no CUDA device.
   explicit CutCellSolver(CutCellOptions options);
   ~CutCellSolver() override;
 

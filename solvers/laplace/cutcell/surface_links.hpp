@@ -30,8 +30,8 @@ enum class LinkFormula {
 struct Outline;
 
 /// Function that returns the conductance of the link between a fluid cell centre p and a body in a neighbouring cell.
-/// That cell lies in direction e (a unit vector). Lengths are in cells. The result contains the derivative with respect
-/// to the body's position.
+/// The neighbouring cell lies in direction e (a unit vector) from p. Lengths are in cells. The result contains the
+/// derivative with respect to the body's position.
 using LinkFunction = Conductance (*)(const Outline& body, Vec2 p, Vec2 e);
 
 /// User-defined formula for the conductance between fluid cells and a disk, in place of LinkFormula. It may use data of
@@ -304,9 +304,9 @@ LICHTENBERG_HOST_DEVICE inline OpposedSurfaceCorrection correct_for_opposed_surf
   return {true, partner_gradient};
 }
 
-/// Computes the conductance between a disk that covers no cell centre and the body that covers the disk's cell. Two
-/// disks have that of two circles in the plane (circle_pair). Any other body is approximated by a plane, without
-/// derivatives.
+/// Computes the conductance between a disk that covers no cell centre and the body that covers the disk's cell. For two
+/// disks it is the conductance between two circles in the plane (circle_pair). Any other body is approximated by a
+/// plane, without derivatives.
 LICHTENBERG_HOST_DEVICE inline PairConductance shared_cell_link(const Outline& disk, const Outline& owner) {
   if (owner.kind == Outline::Kind::disk) return circle_pair(disk.centre, disk.size, owner.centre, owner.size);
   // Another shape is approximated by a plane.

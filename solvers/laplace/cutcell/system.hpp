@@ -33,8 +33,8 @@ struct SparseSystem {
   };
   /// Appends a row to the sparse matrix. Sorts `row` by column and adds up entries of one column.
   void append(std::vector<Entry>& row);
-  /// Converts a right-hand side by unknown, in place, from the groups' charges to the equations of Difference unknowns.
-  /// A group is a set of bodies with one potential.
+  /// Converts a right-hand side by unknown, in place, from the groups' charges to the equations of the unknowns (some
+  /// are differences of two groups' potentials). A group is a set of bodies with one potential.
   void from_charges(double* b) const;
   /// Converts a vector by unknown, in place, from the groups' potentials to the unknowns (differences of coupled
   /// groups). A group is a set of bodies with one potential.

@@ -9,7 +9,7 @@ namespace lichtenberg::laplace {
 /// Options of MultipoleSolver.
 struct MultipoleOptions {
   double tolerance = 1e-10;  ///< Error of potentials, charges and forces, relative to the largest; 1e-13 to 0.1
-  /// True: the tolerance holds for potentials, charges and forces of bodies only, which halves the number of
+  /// True: the tolerance holds for potentials, charges and forces of bodies only, which about halves the number of
   /// multipoles. False: it holds for the field too.
   bool results_only = false;
   /// True: unbounded plane without the box, with the potential bounded at infinity; all sides must be insulating.

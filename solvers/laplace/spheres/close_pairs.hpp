@@ -77,7 +77,7 @@ std::vector<ClosePair> close_pairs(const std::vector<Site>& sites, const std::ve
 void add_correction_interactions(std::vector<ClosePair>& close, const std::vector<Site>& sites,
                                  const std::vector<NearPair>& pairs, double accuracy, parallel::Team& team);
 
-/// Computes the force over 4 pi eps on a sphere due to one of its corrections. It contains the mutual force of the
+/// Computes the force over 4 pi eps on a sphere due to one of its corrections. It contains the force among the
 /// correction's multipoles, and the force between the correction and the sphere's own `multipoles`, which extend to
 /// `degree`.
 Vec3 correction_force(const PairCorrection& correction, double amplitude, int degree, const double* multipoles);

@@ -22,7 +22,7 @@ using History = std::deque<PastSolution>;
 constexpr std::size_t longest_history = 4;
 
 /// Charge constraint: spheres whose total charge is given. They are the spheres of a floating group or, if nothing
-/// absorbs the remaining charge, those of all fixed groups.
+/// absorbs the remaining charge, the spheres of all fixed groups.
 struct ChargeConstraint {
   std::vector<int> spheres;
   double charge = 0;  ///< Q / (4 pi eps), the sum of R a_00

@@ -77,10 +77,10 @@ struct EwaldSplit {
 /// Chooses the Ewald splitting of a sum that excludes images nearer than `range`, for a relative error `accuracy`.
 /// With x = alpha range and erfc about exp(-x^2), images at the range contribute the accuracy; half a unit more of x
 /// compensates for their number. Derivatives of degree n decrease later, as Q(n + 1/2, x^2). But charges are within a
-/// third of the range from their centres, so derivatives enter with (2/3 range / r)^n at most. At the cut-off this
-/// leaves 0.02 to 0.14 of the accuracy for 1e-3 to 1e-13.
-/// Waves contribute at most (2/3 range k)^n / (2n - 1)!! exp(-k^2 / 4 alpha^2). The neglected waves begin at 0.002 of
-/// the accuracy for 1e-3, and at 1.5 of it for 1e-11.
+/// third of the range from their centres, so derivatives enter with (2/3 range / r)^n at most. At the cut-off of 1.3
+/// range this leaves less than the accuracy.
+/// Waves of wave number k and degree n have factors of at most (2/3 range k)^n / (2n - 1)!! exp(-k^2 / 4 alpha^2). The
+/// largest wave exceeds the k at which the exponential equals the accuracy by 3 alpha.
 EwaldSplit ewald_split(double range, double accuracy);
 
 /// Chooses the Ewald splitting of a sum over all images, for a given cut-off and a relative error `accuracy`. Charges
@@ -108,9 +108,9 @@ class LatticeSum {
   /// Returns the highest degree of derivatives.
   int degree() const { return degree_; }
 
-  /// Computes the derivatives D_nm of the potential of all images that are mirrored along the axes of `mask`. `from`:
-  /// positions of the charges, mirrored in this way but not shifted; `at`: target positions, one per charge. Returns
-  /// one column [harmonics(degree)] per pair of charge and target.
+  /// Computes the derivatives D_nm (Coupling) of the potential of those images beyond the range that are mirrored along
+  /// the axes of `mask`. `from`: positions of the charges, mirrored in this way but not shifted; `at`: target
+  /// positions, one per charge. Returns one column [harmonics(degree)] per pair of charge and target.
   Eigen::MatrixXd far_derivatives(int mask, const std::vector<Vec3>& from, const std::vector<Vec3>& at) const;
 
  private:

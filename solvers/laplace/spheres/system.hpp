@@ -59,7 +59,7 @@ class Fields {
   void add_at(std::span<const Vec3> points, double unit, const double* multipoles, double* local,
               parallel::Team& team) const;
   /// Returns the coarse equations for the preconditioner, null if they do not save time or are not positive definite.
-  /// `past`: those of an earlier solve, used again if possible.
+  /// `past`: coarse equations of an earlier solve, used again if possible.
   std::shared_ptr<const ChargesAndDipoles> charges_and_dipoles(std::shared_ptr<const ChargesAndDipoles> past,
                                                                parallel::Team& team) const;
 

@@ -21,14 +21,14 @@ struct Scales {
   double error_of_force(double difference) const;
 };
 
-/// Rounding level of charges, in units of eps V, and of forces, in units of eps V^2 / L. eps is the permittivity, V the
-/// potential scale and L the longer side of the box. Without this level, values that cancel by symmetry would require
-/// unlimited accuracy.
+/// Rounding level of charges, in units of eps V, and of forces, in units of eps V^2 / L. Here eps is the permittivity,
+/// V the potential scale and L the longer side of the box. Without this level, values that cancel by symmetry would
+/// require unlimited accuracy.
 inline constexpr double share_of_rounding = 1e-11;
 
-/// Limit of small charges, in units of eps V, and of small forces, in units of eps V^2 / L (eps: permittivity, V:
-/// potential scale, L: longer side of the box). Values below it are small sums of large terms. For these, the error of
-/// a method that controls potentials can exceed its tolerance.
+/// Limit of small charges, in units of eps V, and of small forces, in units of eps V^2 / L. Here eps is the
+/// permittivity, V the potential scale and L the longer side of the box. Values below it are small sums of large terms.
+/// For these, the error of a method that controls potentials can exceed its tolerance.
 inline constexpr double small_share = 1e-3;
 /// Limits of small charges (C/m) and forces (N/m): values below them are small sums of large terms (small_share).
 struct SmallValues {

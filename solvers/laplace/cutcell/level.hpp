@@ -111,9 +111,9 @@ struct Level {
   /// Returns true if any floating group (bodies with one unknown potential) is coupled (by a lumped capacitance) to
   /// another one or to a given potential.
   bool is_coupled() const { return !couplings.empty() || !fixed_couplings.empty(); }
-  /// Returns the conductances between groups (bodies with one potential) without an unknown cell between them: direct
-  /// links across gaps, and links that the elimination of near-surface cells (with a large conductance to a conductor)
-  /// makes.
+  /// Returns the conductances between groups (bodies with one potential) without an unknown cell between them. They are
+  /// direct links across gaps, and links that the elimination of near-surface cells makes. (A near-surface cell has a
+  /// large conductance to a conductor.)
   std::vector<NetworkLink> direct_links(const LaplaceProblem& problem) const;
 
   Layout layout;

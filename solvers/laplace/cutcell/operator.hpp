@@ -35,9 +35,9 @@ class CutCellOperator {
   /// Sets r = b - A x. A poor guess thus becomes small; unscaled, its energy norm would set the scale of CG's stop
   /// criterion. Returns the energy norm of x, without the energy of couplings (lumped capacitances).
   double stretch(const double* b, double* x, double* r) const;
-  /// Computes the right-hand side b, in units of `scale` (V): charges / permittivity of floating groups, plus
-  /// conductance * given potential of links to given potentials. A group is a set of bodies with one potential; the
-  /// given potentials are those of groups and sides.
+  /// Computes the right-hand side b, in units of `scale` (V): charge / permittivity of floating groups, plus
+  /// conductance * potential of links to given potentials. A group is a set of bodies with one potential; the given
+  /// potentials are those of groups and sides.
   void right_hand_side(const LaplaceProblem& problem, double* b, double scale = 1) const;
   /// Shifts all potentials x by one value such that the residuals r sum to zero, and updates r. Only for systems that
   /// are grounded by couplings (lumped capacitances) to given potentials alone.

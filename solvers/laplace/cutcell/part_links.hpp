@@ -43,8 +43,8 @@ struct PartLinks {
   std::vector<PairLink> pairs;
 };
 
-/// Computation of the links of the bodies in one part (a task of the parallel set-up): links to fluid cells, and direct
-/// links (gap conductances) to conductors in neighbouring cells.
+/// Computation of the links (conductances) of the bodies in one part, a task of the parallel set-up. They are links to
+/// fluid cells, and direct links (gap conductances) to other conductors.
 class PartLinker {
  public:
   /// Prepares the computation of links (conductances between cells and conductors). `links` receives the results. All

@@ -30,9 +30,9 @@ struct CutCellOptions {
 };
 
 /// Solver of Laplace's equation around conductors by a cut-cell finite-volume scheme (docs/numerics/cut-cells.md) with
-/// log-fitted boundary fluxes. Floating potentials are unknowns of the same symmetric system, which conjugate gradients
-/// solve (by default). Charges are conserved to rounding. Forces are the derivative of the discrete energy in closed
-/// form (virtual work).
+/// log-fitted boundary fluxes. The cells' potentials and the floating potentials are unknowns of one symmetric system,
+/// which conjugate gradients solve by default. Charges are conserved to rounding. Forces are the derivative of the
+/// discrete energy in closed form (virtual work).
 /// Where bodies overlap, a cell belongs to the body whose centre (of a bar: first end) is in the lower row of cells.
 /// Within one row it belongs to the first body. On a device it always belongs to the first body. Options of PETSc's KSP
 /// have the prefix "field_"; -field_ksp_rtol overrules `tolerance`.

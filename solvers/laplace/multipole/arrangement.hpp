@@ -14,10 +14,10 @@ struct Truncation {
   bool results_only = false;  ///< True: error of charges, potentials and forces only; false: error of the field too
 };
 
-/// Close pair: two disks of different potential, or a disk and an electrode side, whose narrow gap would require very
-/// many multipoles. Two opposite point charges represent the field in the gap, one inside each circle at its limit
-/// point (bipolar coordinates). Their potential is constant on both circles. The remaining field has no potential
-/// difference across the gap and is smooth.
+/// Close pair: two disks that can have different potentials, or a disk and an electrode side, whose narrow gap would
+/// require very many multipoles. Two opposite point charges represent the field in the gap, one inside each circle at
+/// its limit point (bipolar coordinates). Their potential is constant on both circles. The remaining field has no
+/// potential difference across the gap and is smooth.
 struct ClosePair {
   int first = 0, second = -1;                ///< Indices of the disks; second = -1: the electrode `side`
   int first_charge = 0, second_charge = -1;  ///< Indices of the point charges among the sources

@@ -6,9 +6,9 @@
 
 namespace lichtenberg::laplace::multipole {
 
-/// Far field of the multipole method: interaction of all cells that are not near, with all mirror images, as a
-/// convolution over the grid by FFT. Input are multipole expansions of the sources about the cells' centres, output are
-/// local (Taylor) expansions about these centres.
+/// Far field of the multipole method: interaction of all cells that are not near each other, with all mirror images. It
+/// is a convolution over the grid, computed by FFT. The input are multipole expansions of the sources about the cells'
+/// centres, the output local (Taylor) expansions about these centres.
 /// With u = z - centre, the potential of a cell's sources is Re [alpha_0 ln u + sum_k (-1)^(k-1) alpha_k (k-1)!
 /// (h/u)^k], and its local field Re sum_m beta_m (u/h)^m / m!. The translation (M2L) is beta_m = sum_k G_(m+k) alpha_k.
 /// Here G_n = h^n d^n Lambda / dz^n at the displacement of the two cells, with the lattice sum Lambda. The kernel

@@ -12,10 +12,10 @@ namespace lichtenberg::laplace::multipole {
 /// Times -charge / (2 pi eps) it is the complex potential of a charge and its periodic repetitions; derivatives are
 /// potentials of multipoles. The implementation adds the vectors near the origin one by one, and a Taylor series about
 /// the origin for all others.
-/// If both factors are 1, the sum diverges: Lambda is then ln theta_1 (theta function) with rows along one coordinate.
-/// A term in the square of the other coordinate makes it periodic. This term cancels among the four mirror images or,
-/// in a fully insulated box, among the charges (docs/numerics/multipole-plane.md). In the unbounded plane Lambda(z) =
-/// ln z.
+/// If both factors are 1, the sum diverges: Lambda is then ln theta_1 (theta function), a sum over rows of the lattice
+/// along one coordinate. A term in the square of the other coordinate makes it periodic. This term cancels among the
+/// four mirror images or, in a fully insulated box, among the charges (docs/numerics/multipole-plane.md). In the
+/// unbounded plane Lambda(z) = ln z.
 class LatticeSum {
  public:
   /// Lattice vector, and the sign of the charge there.

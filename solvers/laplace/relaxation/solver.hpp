@@ -25,8 +25,8 @@ struct RelaxationOptions {
   Stress stress = Stress::maxwell;
 };
 
-/// Returns the optimal over-relaxation factor omega = 2 / (1 + pi / S) of a square lattice with S = `sites` spacings
-/// along a side (Stephenson 2018, D 6.8).
+/// Returns the optimal over-relaxation factor omega = 2 / (1 + pi / S) (Stephenson 2018, D 6.8). S = `sites` is the
+/// number of spacings along a side of a square lattice.
 double over_relaxation(int sites);
 /// Returns the number n10 of sweeps that reduce the relaxation's error tenfold, for S = `sites` lattice spacings
 /// (Stephenson 2018, D 6.9).
@@ -37,9 +37,9 @@ double sweeps_per_decade(int sites);
 /// all others. Charges and forces are integrals along contours around the bodies. Gradient descent on the potentials of
 /// floating groups makes these integrals equal to the given charges. In the solution, `body_charge` contains these
 /// integrals. Their sum over a floating group therefore equals the group's charge only within the tolerance. Without
-/// ground it also contains a part of the sum of all integrals' errors. `iterations` counts potential solves. `residual`
-/// is the larger of two fractions of the largest charge: the largest error of a group's charge, and the charge that the
-/// unfinished relaxation leaves outside the conductors.
+/// ground this sum also contains a part of the errors of all integrals. `iterations` counts potential solves.
+/// `residual` is the larger of two fractions of the largest charge: the largest error of a group's charge, and the
+/// charge that the unfinished relaxation leaves outside the conductors.
 class RelaxationSolver : public LaplaceSolver {
  public:
   /// Makes a solver with these options. Throws InputError if an option is out of range.

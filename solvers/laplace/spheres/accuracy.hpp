@@ -16,7 +16,7 @@ Scales scales_of(const SphereProblem& problem, const SphereSolution& solution);
 double largest_error(const SphereProblem& problem, const SphereSolution& solution, const SphereSolution& reference,
                      const Scales& scales);
 
-/// Solution with an estimated error.
+/// Solution of a problem of spheres, with an estimate of its error.
 struct AccurateSpheres {
   double tolerance = 0;  ///< `SphereOptions::accuracy` of the solution
   double estimate = 0;   ///< Estimated error: difference from a solution at a finer tolerance

@@ -6,8 +6,8 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Linear constraints N x = q that keep the given charges of floating groups during the solve; x are the unknowns of
-/// System and q the charges over 4 pi eps. There is a constraint, or node, for each floating group. If nothing absorbs
+/// Linear constraints N x = q that keep the given charges of floating groups during the solve. x are the unknowns of
+/// System, and q the charges over 4 pi eps. There is a constraint, or node, for each floating group. If nothing absorbs
 /// the remaining charge, all fixed groups together are a further node. A sphere of radius R contributes sqrt(R) x_00 to
 /// its node.
 /// A coupling (lumped capacitance C between two groups) with a floating end has an unknown z of its own. It carries the
@@ -44,8 +44,8 @@ class ChargeConstraints {
   std::vector<double> differences(const double* x) const;
   /// Sets the couplings' unknowns in x from the potential differences (V) across them.
   void set_differences(std::span<const double> difference, double* x) const;
-  /// Returns the constraints on the spheres alone: for each node with spheres these spheres, and the charge on them for
-  /// given potential differences (V) across the couplings.
+  /// Returns the constraints on the spheres alone, for each node that has spheres: its spheres and their total charge.
+  /// `difference`: given potential differences (V) across the couplings.
   std::vector<ChargeConstraint> on_spheres(std::span<const double> difference) const;
 
  private:

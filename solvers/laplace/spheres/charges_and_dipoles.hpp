@@ -8,8 +8,8 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Coarse-grid preconditioner for conducting spheres: the equations for charges and dipoles only (for more than 500
-/// spheres: charges only), as one inverted dense matrix that includes all images. Near pairs are exact; far cells
+/// Coarse-grid preconditioner for conducting spheres: the equations for charges and dipoles only, as one inverted dense
+/// matrix that includes all images. For more than 500 spheres it has charges only. Near pairs are exact; far cells
 /// interact by their charges and dipoles. Conjugate gradients converge slowly for these long-range parts, while higher
 /// harmonics act on near neighbours only.
 class ChargesAndDipoles {

@@ -46,8 +46,8 @@ struct PairCorrection {
 /// correction for each. The spheres' own harmonics end at the degree that a pair at equal potential needs. The
 /// potential difference excites higher harmonics, which share one unknown amplitude.
 struct ClosePair {
-  /// Potential that one correction of the pair (multipoles beyond its sphere's degree) makes on another sphere nearby,
-  /// for unit amplitude: harmonics up to the other sphere's degree.
+  /// Potential that one correction of the pair (multipoles beyond its sphere's degree) makes on another sphere nearby.
+  /// It is for unit amplitude, in harmonics up to the other sphere's degree.
   struct OtherSphere {
     int sphere = 0;
     std::vector<double> potential;

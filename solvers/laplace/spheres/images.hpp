@@ -22,7 +22,7 @@ struct MirrorImage {
 
 /// Method of images for the sides of the box: an insulating side reflects a charge to an image of equal sign, an
 /// electrode at 0 V to an image of opposite sign. Repeated reflections between two sides of one kind, at a distance L,
-/// make images with a period of 2 L, between sides of different kinds with a period of 4 L. A periodic axis has its own
+/// make images with a period of 2 L. Between sides of different kinds the period is 4 L. A periodic axis has its own
 /// length as the period. Free space has no mirrors.
 struct Mirrors {
   /// Finds the images for the box of a problem, or the charge itself only in free space.

@@ -29,9 +29,9 @@ class Coupling {
     int mask;
     double sign;
   };
-  /// Adds the field of a source to the local coefficients of a target, for all t up to target.degree and l + t up to
-  /// the degree of the tables. `derivatives`: D_nm at the displacement of the two sites. Each term has the factors sign
-  /// a_lm source.radius^(l+1) target.radius^t. `T`: double, or Lanes for eight fields at once.
+  /// Adds the field of a source to the local coefficients of a target, up to target.degree. Terms with l + t above the
+  /// degree of the tables are left out. `derivatives`: D_nm at the displacement of the two sites. Each term has the
+  /// factors sign a_lm source.radius^(l+1) target.radius^t. `T`: double, or Lanes for eight fields at once.
   template <class T>
   void add(const double* derivatives, const Source& source, const T* multipoles, const Target& target, T* local) const;
 

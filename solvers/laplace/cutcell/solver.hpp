@@ -46,7 +46,8 @@ class CutCellSolver : public LaplaceSolver {
 
   /// Solves the problem: potentials of the groups (bodies with one potential), charges, forces and energy. Throws the
   /// exceptions of LaplaceSolver::solve. Throws InputError for a number of cells that does not fit the box, and for an
-  /// unused PETSc option of the solver. Throws InputError for a link model that the options or the grid do not support.
+  /// unused or unsupported PETSc option of the solver. Throws InputError for a link model that the options or the grid
+  /// do not support.
   LaplaceSolution solve(const LaplaceProblem& problem) override;
   /// Returns the potential of the last solve at the cell centres. Throws Failure before the first solve, and after
   /// forget() or a failed solve.
@@ -55,8 +56,8 @@ class CutCellSolver : public LaplaceSolver {
   /// preconditioner still depends on links in earlier problems, and with it the result within the tolerance.
   void forget() override;
   /// Improves later initial guesses by the solution of a solver on a coarser grid. The guess becomes this solver's last
-  /// solution plus the change of the coarser solution since then, if both exist. `coarser` must solve each problem just
-  /// before this solver does, and must outlive this solver.
+  /// solution plus the change of the coarser solution since that solve, if both exist. `coarser` must solve each
+  /// problem just before this solver does, and must outlive this solver.
   void follow(const CutCellSolver& coarser);
   /// Sets the tolerance of later solves: error in the energy norm, relative to the solution's norm.
   void set_tolerance(double tolerance);

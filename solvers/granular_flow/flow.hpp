@@ -62,8 +62,8 @@ struct EvolveOptions {
 
 /// Integrates the hydrodynamic equations of the gas from the fields `start` at scaled time 0. Returns the fields at
 /// each of `times` (scaled times tau, ascending, >= 0). The mean velocity is subtracted at the start.
-/// Sums of density, charge and momentum are conserved to rounding. Temperature is always positive, and density as long
-/// as the grid resolves it. Results have identical bits for any number of threads of `team`. Throws InputError for an
+/// Sums of density, charge and momentum are conserved to rounding. Temperatures stay positive; densities do so as long
+/// as the grid resolves them. Results have identical bits for any number of threads of `team`. Throws InputError for an
 /// invalid grid or invalid fields, Failure if a step cannot reach its tolerance.
 std::vector<Fields> evolve(const Gas& gas, const Grid& grid, const Fields& start, std::span<const double> times,
                            const EvolveOptions& options = {}, parallel::Team& team = parallel::Team::single());

@@ -8,7 +8,7 @@
 
 namespace lichtenberg::laplace {
 
-/// Covered cells of one grid (cells whose centres lie in a conductor), by body. It transfers values between these cells
+/// List of the covered cells of one grid (cells inside conductors), by body. It transfers values between these cells
 /// and the groups (bodies with one potential).
 class CoveredCells {
  public:

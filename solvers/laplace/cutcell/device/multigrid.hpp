@@ -18,7 +18,7 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Radii of the smallest disks of a problem, which decide whether a grid resolves all disks.
+/// Radii of the smallest disks of a problem, to decide whether a grid resolves all disks.
 class SmallestDisks {
  public:
   /// Finds the smallest disk that floats alone and the smallest of all other disks.
@@ -46,9 +46,9 @@ class SmallestDisks {
 };
 
 /// Multigrid preconditioner on the device: all grids and the V-cycle on them (../multigrid.hpp). A large grid takes a
-/// few kernels, all small grids together one. Where conductors have direct links (gap conductances), two Jacobi sweeps
-/// replace each Gauss-Seidel sweep over groups (bodies with one potential). Where links are strong, the sweeps run over
-/// clusters of groups.
+/// few kernels, all small grids together one. If conductors have direct links (gap conductances), two Jacobi sweeps
+/// replace each Gauss-Seidel sweep over groups (bodies with one potential). If links are strong, the sweeps relax
+/// clusters of groups together.
 template <class Executor>
 class DeviceMultigrid {
  public:
@@ -64,8 +64,9 @@ class DeviceMultigrid {
     single_grid_v_.zero();
   }
 
-  /// Discretizes the problem on all grids and prepares the coarsest grid's solver. The device counts whether the arrays
-  /// were large enough; check_capacity() returns the answer. `view`: the same problem on the device.
+  /// Discretizes the problem on all grids and prepares the coarsest grid's solver. Whether the arrays were large enough
+  /// is known after check_capacity(). Throws Failure if a factorization of the coarsest grid on the host fails. `view`:
+  /// the same problem on the device.
   void build(const LaplaceProblem& problem, const ProblemView& view) {
     prepare(problem, view);
     if (fits_) {
@@ -87,7 +88,7 @@ class DeviceMultigrid {
   /// check_capacity().
   void begin_capacity_check() { numbers_.begin_fetch(); }
   /// Returns true if the arrays were large enough; if not, enlarges them, and build() must be repeated. Throws Failure
-  /// if the coarsest grid's system is singular.
+  /// if the device could not invert the coarsest grid's matrix.
   bool check_capacity() {
     if (lacks_capacity()) {
       enlarge();
@@ -105,8 +106,9 @@ class DeviceMultigrid {
   bool on_device() const { return coarsest_.on_device(); }
   /// Returns the number of fluid cells (outside all bodies) of the finest grid.
   long fluid_cells() const { return finest().fluid_cells(required(0)); }
-  /// Returns true if groups (bodies with one potential) are linked so strongly that the host takes part in the set-up.
-  /// It computes clusters, the groups that are relaxed together.
+  /// Returns true if the host takes part in the set-up. It then computes clusters, the groups (bodies with one
+  /// potential) that are relaxed together. This is so with couplings (lumped capacitances), and with memory for strong
+  /// direct links (gap conductances).
   bool clustered() const { return coupled() || finest().view().may_have(Items::strong_links); }
   /// Returns true if the problem has couplings (lumped capacitances between groups). A group is a set of bodies with
   /// one potential.
@@ -133,7 +135,7 @@ class DeviceMultigrid {
   }
 
   /// Computes z = M r from the stored residual (StoreResidual), by a recorded graph of kernels where possible. z must
-  /// be 0 outside the cells.
+  /// be 0 in the padding between rows of cells.
   void apply(double* z) {
     if (on_device())
       run_.run(recordings_[z], [&] { cycle(z); });
@@ -264,7 +266,8 @@ class DeviceMultigrid {
     run_.copy(singular_.device, coarsest_.is_singular(), sizeof(int));
   }
 
-  /// Returns the finest of the grids that fit into one block's memory together with all coarser ones.
+  /// Returns the number of the finest grid that fits into one block's memory together with all coarser ones. The finest
+  /// grid of several is left out.
   int first_small() const {
     int first = levels() - 1;
     while (first > 1 && levels() - first < SmallGrids::most &&
@@ -300,7 +303,7 @@ class DeviceMultigrid {
     ascend(run_, problem_, grids_[l].view(), coarse, v, z_of_groups);
   }
 
-  /// Solves on the small grids, or on the coarsest one by the host.
+  /// Computes the part of the V-cycle on the small grids by one kernel, or solves on the coarsest grid by the host.
   void solve_coarse() {
     const GridView& grid = grids_.back().view();
     float* v = levels() > 1 ? grid.cycle.v : single_grid_v_.data();

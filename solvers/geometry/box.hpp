@@ -15,8 +15,8 @@ enum class Boundary { wall, electrode, periodic };
 /// one. A box of the plane has the first four.
 inline constexpr std::array<std::string_view, 6> side_names = {"left", "right", "bottom", "top", "front", "back"};
 
-/// Periodic image of a particle: the net number of times it has crossed the periodic box, along each of d axes. Its
-/// unwrapped position is position + image * length.
+/// Periodic image of a particle: the net number of times it has crossed the periodic box, along each of d axes. The
+/// particle's unwrapped position is position + image * length.
 template <int d>
 using Image = std::array<int, d>;
 

@@ -23,7 +23,7 @@ namespace lichtenberg::granular_flow {
 /// Reduced transport coefficients of a charged granular gas. They are the cooling rate zeta*, viscosity eta*, heat
 /// conductivity kappa*, density-gradient coefficient mu* of the heat flux, and charge number R. R = 2 pi K rho_0^2
 /// l_0^2 / (n_0 T_h) with the Coulomb constant K and the units of the equations above. `src/theory/stability.hpp`
-/// computes the coefficients from the restitution coefficient, K, density and charge.
+/// computes the coefficients.
 struct Gas {
   double cooling = 0, viscosity = 0, conduction = 0, density_conduction = 0;  ///< zeta*, eta*, kappa*, mu*
   double charge_number = 0;                                                   ///< R at tau = 0

@@ -42,8 +42,8 @@ Choice predict_choice(const LaplaceProblem& problem, const AccuracyRequest& requ
 
 /// Computes an upper estimate of the relative error of a solution with the choice's method, cells and tolerance. For
 /// the cut-cell method it solves on the choice's grid and on five coarser grids with 1/4 to 1/2 of its cells
-/// (Richardson extrapolation). For the multipole method it solves once and is at least that method's own estimate.
-/// Throws the exceptions of the solver.
+/// (Richardson extrapolation). For the multipole method it solves once, and the result is at least that method's own
+/// estimate. Throws the exceptions of the solver.
 double estimated_error(const LaplaceProblem& problem, const Choice& choice, const CutCellOptions& cut_cell);
 
 /// Solution of requested accuracy, with the method that was chosen.

@@ -22,9 +22,9 @@ inline double least_in_cycle(const LaplaceProblem& problem) {
   return problem.has_fixed_conductor() ? 0.0 : least_only_ground;
 }
 
-/// Agglomerates: sets of groups that a coarse grid resolves together or treats as part of the medium together. A group
-/// is a set of bodies with one potential. Within a set, couplings (lumped capacitances) or gap conductances are
-/// stronger than the links of small disks to the surrounding field.
+/// Agglomerates: sets of groups for coarse grids. A coarse grid keeps the potentials of all groups of a set, or treats
+/// the set as part of an effective medium. A group is a set of bodies with one potential. Within a set, couplings
+/// (lumped capacitances) or gap conductances are stronger than the links of small disks to the surrounding field.
 struct Agglomerates {
   /// By group: the first group of its set, which names the set.
   std::vector<int> first_group;

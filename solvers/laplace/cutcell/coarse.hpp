@@ -11,7 +11,7 @@
 namespace lichtenberg::laplace {
 
 /// Sparse direct solver (Cholesky factorization, CHOLMOD) of the coarsest multigrid grid. The unknowns are the
-/// potentials of fluid cells and of floating groups (bodies with one unknown potential).
+/// potentials of fluid cells and of floating groups (bodies with one potential) that have an unknown on this grid.
 class CoarseSolver {
  public:
   CoarseSolver();

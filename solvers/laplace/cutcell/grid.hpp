@@ -13,8 +13,8 @@
 namespace lichtenberg::laplace {
 
 /// One grid of the multigrid V-cycle in single precision: its linear system, its vectors and the passes of the cycle.
-/// Unknowns are the potentials of fluid cells and of floating groups (bodies with one unknown potential). Passes over
-/// cells run in bands of rows on a thread team (wavefront.hpp).
+/// Unknowns are the potentials of fluid cells and of floating groups (bodies with one unknown potential) that the grid
+/// does not absorb in an effective medium. Passes over cells run in bands of rows on a thread team (wavefront.hpp).
 class Grid {
  public:
   /// Makes a grid of the V-cycle. `sweeps`: number of smoothing sweeps before the correction from the next coarser
@@ -34,8 +34,8 @@ class Grid {
   /// relaxation is black cells, red cells, groups (bodies with one potential). If r is not null, row_product[j] becomes
   /// the scalar product of r and v over row j.
   void correct_and_smooth(const Grid& coarse, const double* r = nullptr, double* row_product = nullptr);
-  /// Distributes the right-hand sides `charge` of absorbed groups to the right-hand sides f of the four cells around
-  /// each, and sets them to 0. An absorbed group has no unknown on this grid. A group is a set of bodies with one
+  /// Distributes the right-hand sides `charge` of absorbed groups to f of the four cells around each group, and sets
+  /// these entries of `charge` to 0. An absorbed group has no unknown on this grid. A group is a set of bodies with one
   /// potential.
   void absorb_charges(std::span<const AbsorbedGroup> groups);
   /// Prepares the potentials v for interpolation to the next finer grid (prolongation). Covered cells get their group's

@@ -100,9 +100,9 @@ void find_bound_cells(const Executor& run, ProblemView problem, GridView grid, i
   });
 }
 
-/// Lists the conductances between groups (bodies with one potential) that the elimination of near-surface cells (with a
-/// large conductance to a conductor) makes (Schur complement). Each pair of groups of a cell gives two entries of
-/// `list`, one for a body of each group. `joined_before`: from find_bound_cells().
+/// Lists the conductances that the elimination of near-surface cells adds between groups (Schur complement). Such a
+/// cell has a large conductance to a conductor; a group is a set of bodies with one potential. Each pair of groups of a
+/// cell gives two entries of `list`, one for a body of each group. `joined_before`: from find_bound_cells().
 template <class Executor>
 void list_joined(const Executor& run, ProblemView problem, GridView grid, const int* joined_before, DirectLink* list) {
   for_each_item(run, grid, Items::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
@@ -120,8 +120,9 @@ void list_joined(const Executor& run, ProblemView problem, GridView grid, const 
   });
 }
 
-/// Computes the diagonals of the groups' equations in the V-cycle, and their inverses. They are sums of conductances,
-/// after elimination of near-surface cells (Schur complement). A group is a set of bodies with one potential.
+/// Computes the diagonals of the groups' equations in the V-cycle, and their inverses. A diagonal is a sum of
+/// conductances without couplings, after elimination of near-surface cells (Schur complement). A group is a set of
+/// bodies with one potential.
 template <class Executor>
 void make_cycle_diagonals(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(
@@ -138,7 +139,7 @@ void make_cycle_diagonals(const Executor& run, ProblemView problem, GridView gri
 }
 
 /// Computes the flux to each group (bodies with one potential) from the right-hand sides of eliminated near-surface
-/// cells, before the first relaxation of the groups. Stores it in `cycle.flux`, plus the charge if there are no
+/// cells, before the first relaxation of the groups. Stores the flux in `cycle.flux`, plus the charge if there are no
 /// clusters. Also computes the potentials phi and, with clusters (groups solved together), right-hand sides in double
 /// precision. An eliminated cell is a fluid cell with a large conductance to a conductor.
 template <class Executor>

@@ -67,7 +67,7 @@ struct AgglomerateLists {
   std::vector<int> first_group;
   /// Groups sorted by set; `start` [groups + 1]: by a set's first group, the index of its groups in `group`.
   std::vector<int> start, group;
-  /// By group. `is_alone`: whether its set is one floating body; `held`: whether its set has a given potential
+  /// By group. `is_alone`: whether its set is one floating body; `held`: whether its set is grounded
   /// (Agglomerates::is_grounded).
   std::vector<int> is_alone, held;
 };

@@ -38,8 +38,8 @@ struct CoarsestView {
   LICHTENBERG_HOST_DEVICE double* chunk_of_row(int a, int c, int n) const { return chunk + (a * chunks + c) * n; }
 };
 
-/// Numbers the unknowns of the coarsest grid: fluid cells, then floating groups (bodies with one unknown potential).
-/// Reports the required number; if it exceeds the capacity, the number of unknowns becomes zero.
+/// Numbers the unknowns of the coarsest grid: fluid cells, then groups (bodies with one potential) that have an unknown
+/// on it. Reports the required number; if it exceeds the capacity, the number of unknowns becomes zero.
 template <class Executor>
 void number_coarsest(const Executor& run, ProblemView problem, GridView grid, CoarsestView coarsest) {
   const int slots = static_cast<int>(grid.layout.size()), all = slots + problem.groups;

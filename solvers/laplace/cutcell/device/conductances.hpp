@@ -6,8 +6,8 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Computes the conductance of each link between a fluid cell and a conductor. On the finest grid also computes its
-/// derivatives with respect to the conductors' positions.
+/// Computes the conductance of each link between a fluid cell and a conductor. On the finest grid also computes the
+/// derivatives of the conductances with respect to the conductors' positions.
 template <class Executor>
 void make_links(const Executor& run, ProblemView problem, GridView grid) {
   for_each_item(run, grid, Items::links, [=] LICHTENBERG_HOST_DEVICE(int m) {

@@ -240,7 +240,7 @@ class CutCell : public DeviceSolver {
   }
   const DeviceGrid<Executor>& finest() const { return multigrid_->finest(); }
 
-  /// Estimates the memory for grids, conductances and vectors. Throws Failure if the device has less.
+  /// Estimates the memory for grids, conductances and vectors. Throws Failure if the device has less free memory.
   void check_memory(const LaplaceProblem& problem) const {
     // Double precision: x, b, four vectors of CG, the basis, its image and the history; then the grids' owners,
     // diagonals, v, f and media.

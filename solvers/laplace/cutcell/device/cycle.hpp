@@ -176,8 +176,8 @@ inline const float* potentials_down(const GridView& grid) {
   return grid.may_link_groups() ? grid.cycle.phi_down : grid.cycle.phi;
 }
 
-/// Restricts charges of groups (bodies with one potential) before descend(), except on the finest grid, where
-/// StoreResidual sets the residual.
+/// Completes the right-hand sides of groups (bodies with one potential) on a coarse grid before descend(). On the
+/// finest grid StoreResidual sets them instead.
 template <class Executor>
 void collect(const Executor& run, const ProblemView& problem, const GridView& grid) {
   if (grid.may_have(Items::newly_absorbed)) restrict_absorbed(run, grid);

@@ -66,8 +66,8 @@ void count_without_cells(const Executor& run, ProblemView problem, GridView grid
   });
 }
 
-/// Lists the direct links (gap conductances) of bodies without cells, each for both bodies. They follow those of bodies
-/// with cells. `before` [bodies + 1]: numbers before each body.
+/// Lists the direct links (gap conductances) of bodies without cells, each for both bodies. The entries follow the
+/// direct links of bodies with cells. `before` [bodies + 1]: numbers before each body.
 template <class Executor>
 void list_without_cells(const Executor& run, ProblemView problem, GridView grid, const WithoutCells* before) {
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {

@@ -30,7 +30,7 @@ struct ChangeView {
 };
 
 /// Stored solution of the solver on a coarser grid that this solver follows, and the change of that solver's
-/// potentials. The arrays move only with the number of bodies or the box.
+/// potentials. The arrays move only if the number of bodies or the coarser grid changes.
 template <class Executor>
 class Follower {
  public:

@@ -161,13 +161,13 @@ struct DirectLink {
 
 /// End of a link (conductance) from a fluid cell at a conductor: the body, and a number from 0 to 3. The number is the
 /// cell's side towards the body. For a subgrid conductor (a body too small for the grid) it is the cell's place among
-/// the four cells around the disk. One integer stores both: 4 body + side, or -1 - (4 body + corner).
+/// the four cells around the body. One integer stores both: 4 body + side, or -1 - (4 body + corner).
 class LinkEnd {
  public:
   /// Makes the end of a link (conductance) from a fluid cell to a body across a side of the cell.
   LICHTENBERG_HOST_DEVICE static constexpr LinkEnd at_side(int body, int side) { return LinkEnd(4 * body + side); }
   /// Makes the end of a link (conductance) from a fluid cell to a subgrid conductor, a body too small for the grid.
-  /// `corner`: number of the cell among the four around the disk.
+  /// `corner`: number of the cell among the four around the body.
   LICHTENBERG_HOST_DEVICE static constexpr LinkEnd at_subgrid_conductor(int body, int corner) {
     return LinkEnd(-1 - (4 * body + corner));
   }
@@ -268,7 +268,7 @@ struct MediumArrays {
   /// Bodies of absorbed groups. Its array `start` continues with that of the subgrid conductors.
   Bins absorbed_bodies;
   Bins subgrid_conductors;
-  /// Groups that the next finer grid does not absorb.
+  /// Absorbed groups that the next finer grid does not absorb.
   Bins absorbed_groups;
   /// By body: number of the point whose first body it is, or -1.
   int* point;
@@ -278,7 +278,7 @@ struct MediumArrays {
   float *east, *north;
 };
 
-/// Arrays by slot (memory index of a cell). A boundary cell is a fluid cell with a link to a conductor.
+/// Arrays by slot (memory index of a cell). A boundary cell is a fluid cell next to a conductor.
 struct CellArrays {
   CellOwner* owner;
   /// 1 / (sum of conductances); 0 in covered cells and padding.
@@ -325,7 +325,7 @@ struct BoundaryArrays {
   Coupling* coupling;
 };
 
-/// Near-surface cells of a grid on which the V-cycle eliminates them (Kron reduction).
+/// Arrays for the near-surface cells that the V-cycle eliminates on this grid (Kron reduction).
 struct BoundArrays {
   /// 1 if a boundary cell is eliminated.
   int* is_eliminated;
@@ -347,7 +347,7 @@ struct DirectArrays {
 };
 
 /// Links of the finest grid that a coarse grid may keep: direct links (gap conductances), and links (`joined`) made by
-/// the elimination of near-surface cells. Null on grids that keep none.
+/// the elimination of near-surface cells. Null pointers: the grid keeps none.
 struct InheritedArrays {
   const DirectLink *link, *joined;
   /// By rank (order of bodies by group): index of the body's first link.
@@ -355,7 +355,7 @@ struct InheritedArrays {
 };
 
 /// Pieces of each group's list of links (conductances) and of its list of covered cells (inside conductors). Sums run
-/// over pieces in parallel, so that a large group (bodies with one potential) is no long serial sum.
+/// over pieces in parallel, so that the sum of a large group (bodies with one potential) is not serial.
 struct PieceArrays {
   /// Number of pieces that the arrays have memory for.
   int capacity;

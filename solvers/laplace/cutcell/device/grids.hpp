@@ -24,7 +24,7 @@ struct GridRole {
   int *number = nullptr, *required = nullptr;
   /// Clusters (groups solved together) of the V-cycle and of the finest grid's system; null: none.
   const ClusterView *clusters = nullptr, *exact_clusters = nullptr;
-  /// The finest grid, whose direct links this coarse one inherits; null: none.
+  /// The finest grid, whose direct links this coarse grid inherits; null: none.
   const GridView* finest = nullptr;
 };
 

@@ -167,7 +167,7 @@ class DeviceMultigrid {
            solves_without_strong_links_ >= solves_to_forget_strong_links;
   }
 
-  /// Detects changes since the last build, and reserves memory for them.
+  /// Detects changes of the problem's arrays and features since the last build; if there are any, reserves memory.
   void prepare(const LaplaceProblem& problem, const ProblemView& view) {
     const SmallestDisks disks(problem);
     std::vector<bool> medium;
@@ -266,8 +266,8 @@ class DeviceMultigrid {
     run_.copy(singular_.device, coarsest_.is_singular(), sizeof(int));
   }
 
-  /// Returns the number of the finest grid that fits into one block's memory together with all coarser ones. The finest
-  /// grid of several is left out.
+  /// Returns the number of the finest grid that fits into one block's memory together with all coarser ones. Grid 0
+  /// counts only if it is the only grid.
   int first_small() const {
     int first = levels() - 1;
     while (first > 1 && levels() - first < SmallGrids::most &&

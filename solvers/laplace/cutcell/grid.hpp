@@ -13,8 +13,8 @@
 namespace lichtenberg::laplace {
 
 /// One grid of the multigrid V-cycle in single precision: its linear system, its vectors and the passes of the cycle.
-/// Unknowns are the potentials of fluid cells and of floating groups (bodies with one unknown potential) that the grid
-/// does not absorb in an effective medium. Passes over cells run in bands of rows on a thread team (wavefront.hpp).
+/// Unknowns are the potentials of fluid cells and of floating groups (bodies with one potential), except groups in an
+/// effective medium. Passes over cells run in bands of rows on a thread team (wavefront.hpp).
 class Grid {
  public:
   /// Makes a grid of the V-cycle. `sweeps`: number of smoothing sweeps before the correction from the next coarser

@@ -12,7 +12,7 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Links of a boundary cell (a fluid cell next to a conductor), by side. Also tells whether they are large enough for
+/// Links of a boundary cell (a fluid cell next to a conductor), by side. Also holds whether they are large enough for
 /// an elimination of the cell in the V-cycle. A link is the conductance to the body behind a side.
 struct LinksOfCell {
   /// Index of the link on each side in LinkArrays; -1: none.

@@ -438,11 +438,11 @@ struct GridView {
     const int start = strips.start[rank], end = number[Items::strips];
     return strips.counts[start < end ? start : end];
   }
-  /// Returns the index of the first link (conductance to a fluid cell) of the body at this rank. The rank is its place
-  /// in the order of bodies by group.
+  /// Returns the index of the first link (conductance to a fluid cell) of the body at this rank. The rank is the body's
+  /// index in the order of bodies by group.
   LICHTENBERG_HOST_DEVICE int link_start(int rank) const { return before(rank).links; }
-  /// Returns the index of the first covered cell (inside a conductor) of the body at this rank. The rank is its place
-  /// in the order of bodies by group.
+  /// Returns the index of the first covered cell (inside a conductor) of the body at this rank. The rank is the body's
+  /// index in the order of bodies by group.
   LICHTENBERG_HOST_DEVICE int covered_start(int rank) const { return before(rank).covered; }
   /// Returns the index of the link (conductance to a conductor) of boundary cell k on a side, or -1. A boundary cell is
   /// a fluid cell next to a conductor.

@@ -17,7 +17,7 @@ struct Profile {
   double partners = 0;                     ///< Mean number of partners of a charge in the lists
 };
 
-/// Particle-mesh Ewald method on a device, in single precision. It finds its own pairs.
+/// Particle-mesh Ewald method on a device, in single precision. evaluate() finds the pairs itself.
 class DeviceMesh : public Sum {
  public:
   double cutoff() const override { return 0; }

@@ -32,8 +32,8 @@ struct RandomKey {
 /// and its index in the sequence. It is therefore the same for any order of draws and any number of threads, and a
 /// resumed run needs no generator state.
 /// The generator is Philox 4x64 with ten rounds (Salmon, Moraes, Dror and Shaw 2011) of the library Random123. Its key
-/// is (seed, purpose); its counter (i, j, count, n) gives words 4 n to 4 n + 3 of the sequence. Each function below
-/// states the number of words that it consumes.
+/// is (seed, purpose); its counter (i, j, count, n) gives words 4 n to 4 n + 3 of the sequence. Each function that
+/// draws numbers states how many words it consumes.
 class Random {
  public:
   LICHTENBERG_HOST_DEVICE explicit Random(const RandomKey& key)

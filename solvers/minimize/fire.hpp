@@ -6,7 +6,7 @@ namespace lichtenberg::minimize {
 
 /// Minimizer FIRE (fast inertial relaxation engine): molecular dynamics of unit masses with adaptive damping. Each step
 /// mixes the velocity with the direction of the force. After 20 iterations downhill the time step grows, up to its
-/// limit. When the motion turns uphill, the velocity is set to 0 and the time step is shortened.
+/// limit. As soon as the motion goes uphill, the velocity is set to 0 and the time step is shortened.
 /// Source: Bitzek et al. 2006, with semi-implicit Euler steps and the half step back of Guenole et al. 2020.
 class Fire : public Minimizer {
  public:

@@ -209,8 +209,8 @@ struct TableView {
   LICHTENBERG_HOST_DEVICE int end(int s) const { return start[static_cast<long>(s + 1) * columns]; }
 };
 
-/// Neighbour list on an executor, in a periodic box: for each particle a row of its partners within a range. build()
-/// counts the partners first, so rows need no maximum length.
+/// Neighbour list on an executor, in a periodic box: for each particle a row of its partners within a range.
+/// Construction counts the partners first, so rows need no maximum length.
 template <class Executor>
 class NeighbourTable {
  public:

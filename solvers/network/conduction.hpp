@@ -46,7 +46,8 @@ struct Conduction {
 /// path to an electrode have none (NaN). Both follow from the graph, so that rounding cannot connect a network without
 /// a path.
 /// Throws InputError if the electrodes are the same node or not in the network, and the exceptions of check(network).
-/// Throws Failure if the dissipated power differs from V I by more than the tolerance, or if a solver fails.
+/// Throws Failure if the dissipated power differs from voltage times current by more than the tolerance, or if a solver
+/// fails.
 Conduction conduct(const Network& network, int low, int high, const ConductionOptions& options = {});
 
 /// Computes the effective (two-point) resistances (Ohm) between a node and every node, [nodes], by one elimination. The

@@ -427,7 +427,8 @@ class CudaExecutor {
     check_cuda(cudaLaunchKernelEx(&how, kernel, arguments...));
   }
 
-  /// Copies bytes, a multiple of 4, between any memory that the device can access, by a kernel.
+  /// Copies bytes by a kernel, from and to memory that the device can access. The number of bytes must be a multiple of
+  /// 4.
   void copy_words(void* to, const void* from, std::size_t bytes) const {
     auto* target = static_cast<int*>(to);
     const auto* source = static_cast<const int*>(from);

@@ -210,8 +210,8 @@ class HostExecutor {
         if (keep(k)) put(take_index(taken), k);
     }
   };
-  /// Calls f(Grid) in a single kernel, on a device by each of as many threads as it can execute at once. f can execute
-  /// several loops in sequence without the launch overhead of kernels.
+  /// Calls f(Grid) in a single kernel, on a device by each of as many threads as it can execute at once. The function
+  /// can execute several loops in sequence without the launch overhead of kernels.
   template <class F>
   void run_cooperative(F f) const {
     f(Grid());
@@ -251,8 +251,8 @@ class HostExecutor {
   }
 
   /// Sum over all items: calls finish(sum) with the sum of value(k) over k = 0 ... n - 1. An executor sums in the same
-  /// order in each call. On a device each thread takes about `a_thread` values, or more if n is large. Not allowed
-  /// within `run_concurrently` or `for_each_concurrently`.
+  /// order in each call. On a device each thread takes about `a_thread` values, or more if n is large. Of functions
+  /// that run concurrently (run_concurrently, for_each_concurrently), at most one may call sum().
   template <int a_thread = 4, class Value, class Finish>
   void sum(long n, Value value, Finish finish) const {
     decltype(value(0)) sum{};
@@ -314,8 +314,8 @@ class HostExecutor {
   void run(Recording&, F f) const {
     f();
   }
-  /// Conditional execution within run(): executes the kernels of f if *flag is not 0 after the kernels before. The flag
-  /// is in device memory.
+  /// Conditional execution within run(): executes the kernels of f if *flag is not 0 after all earlier kernels. The
+  /// flag is in device memory.
   template <class F>
   void when(const int* flag, F f) const {
     if (*flag) f();

@@ -51,7 +51,7 @@ class Team {
   using Call = void (*)(const void*, int);
   /// Calls a task with index k. The function is compiled once for all threads: if it were inlined separately for the
   /// caller and the workers, contraction or vectorization could round differently. The call has an overhead, so the
-  /// work of an index should be a range.
+  /// task for one index should process a range of items.
   template <class Task>
   [[gnu::noinline, gnu::noclone]] static void call_task(const void* task, int k) {
     (*static_cast<const Task*>(task))(k);

@@ -24,7 +24,7 @@ double relative_error(const Mesh& mesh, const Cloud& cloud, double contact, doub
 
 /// Estimates the mean square of the dipoles that charges of mean square 1 induce, for a polarizability (length^3),
 /// number density (1/length^3) and smallest distance `contact` (length). It is polarizability^2 times the mean squared
-/// field. The field has two parts: 4 pi density / contact of charges at random positions, and 6 / contact^4 of six
+/// field. The mean squared field is 4 pi density / contact of charges at random positions plus 6 / contact^4 of six
 /// touching neighbours. Six is the mean coordination number of isostatic packings of frictionless spheres.
 double induced_dipole2(double polarizability, double density, double contact);
 

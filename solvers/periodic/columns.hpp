@@ -52,7 +52,7 @@ template <class Real>
 class Columns {
  public:
   using FixedPoint = Coordinate<Real>;
-  /// Parameters of the columns (lengths).
+  /// Parameters of the columns: lengths, except `together`.
   struct Layout {
     double length_unit = 1;  ///< Unit of length of dipoles
     int together = 8;        ///< Number of sources in a cube of the column width, approximately

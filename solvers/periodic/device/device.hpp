@@ -26,7 +26,7 @@ class DeviceMesh : public Sum {
   virtual Profile profile(const Sources& sources, double skin, int repeats) = 0;
 };
 
-/// Makes a mesh sum on the first CUDA device. Throws InputError if there is no usable device or the program was built
+/// Makes a mesh sum on the current CUDA device. Throws InputError if there is no usable device or the program was built
 /// without CUDA, and the exceptions of make_tables().
 std::unique_ptr<DeviceMesh> make_cuda_mesh(const Mesh& mesh, const Cloud& cloud);
 /// Makes a mesh sum that runs the device's algorithms sequentially on the CPU, for tests. Throws the exceptions of

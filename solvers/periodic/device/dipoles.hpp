@@ -17,7 +17,7 @@ namespace lichtenberg::periodic::device {
 struct ExactSum {
   std::int64_t high = 0, low = 0;  ///< Parts in units of 2^-20 and 2^-60
 
-  /// Converts one number.
+  /// Returns the exact sum that consists of one number.
   static LICHTENBERG_HOST_DEVICE ExactSum of(double value) {
     const double scaled = value * 0x1p20, whole = std::floor(scaled);
     return {static_cast<std::int64_t>(whole), static_cast<std::int64_t>((scaled - whole) * 0x1p40)};
@@ -170,7 +170,8 @@ class InducedDipolesOn {
     solve(charges, scale, partners, go);
     finish(scale, dipole_history, go);
   }
-  /// Computes the dipoles of the same step again, with fields and forces, for other charges.
+  /// Computes the dipoles of the last step again, with fields and forces, for other charges, from the present dipoles
+  /// as initial guess.
   void follow_charges(const PointCharge* charges, const double* scale, const TableView& partners) {
     solve(charges, scale, partners, nullptr);
     finish(scale, 1, nullptr);
@@ -222,10 +223,10 @@ class InducedDipolesOn {
   }
 
   /// Solves for the induced dipoles, and computes fields and forces. An evaluation with the initial guess suffices if
-  /// its residual is within the tolerance. Otherwise sweeps over near dipoles correct most of the residual, and the
-  /// evaluation is repeated while this reduces the residual to a quarter or less. Otherwise conjugate gradients follow,
-  /// with 1/A as the inverse preconditioner. The tolerance is relative to the field of charges and dipoles. If *go is 0
-  /// the initial guess is accepted.
+  /// its residual is within the tolerance. Otherwise sweeps over near dipoles correct most of the residual. Sweeps and
+  /// evaluation are repeated while they reduce the residual to less than a quarter. If it is then still too large,
+  /// conjugate gradients follow, with 1/A as the inverse preconditioner. The tolerance is relative to the field of
+  /// charges and dipoles. If *go is 0 the initial guess is accepted.
   void solve(const PointCharge* charges, const double* scale, const TableView& partners, const int* go) {
     take(scale);
     sums_->evaluate(charges, moments_.data(), partners);

@@ -11,8 +11,8 @@
 
 namespace lichtenberg::parallel {
 
-/// Array in the memory of a device (GPU, or CPU for HostExecutor); resize() and transfers use the executor. resize()
-/// never reduces the capacity, so that a size up to the capacity needs no allocation.
+/// Array in the memory of a device (GPU, or CPU for HostExecutor); resize() and transfers use the executor. The
+/// capacity never shrinks, so that a size up to the capacity needs no allocation.
 template <class T, class Executor>
 class Array {
  public:

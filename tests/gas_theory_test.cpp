@@ -259,7 +259,7 @@ TEST_CASE("theory and analyse: inputs, results and links are not overwritten") {
            {"theory haff --csv gas.h5", "is a result"},
            {"theory haff --csv link.csv", "is no plain file"},
            {"theory haff --csv link.csv --overwrite", "is no plain file"},
-           {"theory haff --csv mine.csv", "mine.csv exists: name another file, or allow --overwrite"},
+           {"theory haff --csv mine.csv", "mine.csv exists: name another file, or give --overwrite"},
            {"analyse gas.h5 --csv mine.csv", "mine.csv exists"},
            {"theory stability --plot", "theory-stability.png exists"},
            {"theory haff --csv x --json x", "cannot be written twice"},

@@ -79,7 +79,7 @@ class GasAnalyser {
   AnalysedGas run() const;
   /// Analyses all frames, including the local exponents of growth.
   std::vector<GasFrame> all() const;
-  /// Analyses the frame of this index, from 0.
+  /// Analyses the frame of this index, from 0, without the local exponents of growth.
   GasFrame one(int index) const;
 
  private:

@@ -29,8 +29,8 @@ class Charges {
   void transfer(const Resistor& resistor, double remaining, double total);
   /// Divides the charge of each equipotential group among its members according to the field solution `by_field` (C,
   /// charge of each node). A floating group keeps its total charge exactly; an error of the field is divided equally
-  /// among its members. Conductors at a prescribed potential take the field's charges, and their potential source
-  /// collects the difference.
+  /// among its members. Nodes at a prescribed potential take the field's charges, and their potential source collects
+  /// the difference.
   void distribute(const ElectricalGroups& groups, std::span<const double> by_field,
                   parallel::Team& team = parallel::Team::single());
 
@@ -55,7 +55,7 @@ class Charges {
   std::vector<double> save() const;
   /// Returns the number of elements of save().
   std::size_t saved_size() const { return 2 * (charge_.size() + collected_.size() + 2); }
-  /// Restores a state of save(). Throws Failure if `saved` has another number of nodes or sources.
+  /// Restores a state of save(). Throws Failure if `saved` does not have saved_size() elements.
   void restore(std::span<const double> saved);
 
  private:

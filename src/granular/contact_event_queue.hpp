@@ -90,9 +90,10 @@ class ContactEventQueue {
   template <class IsOpen>
   void search(const Bodies& bodies, const Bounds& bounds, double horizon, double step, const IsOpen& is_open,
               parallel::Team& team);
-  /// Adds a pair that cannot touch within a time t (t0) from now.
+  /// Adds a pair that cannot touch within a time t (t0) from now, unless that time is beyond the horizon.
   void wait(Pair pair, double t);
-  /// Removes the pairs that may touch within a time dt (t0) from now, and stores them in `due`.
+  /// Removes the pairs that may touch within a time dt (t0) from now, and stores them in `due`. It may also take pairs
+  /// that touch somewhat later.
   void take(double dt, std::vector<Pair>& due);
   /// Advances the time of the queue by dt (t0).
   void pass(double dt) { now_ += dt; }

@@ -29,7 +29,7 @@ struct Cluster {
 std::vector<Cluster> clusters(const Bodies& bodies, std::span<const std::int32_t> numbers);
 
 /// Makes one body of each cluster, with the mass, charge, momentum and volume (area) of its grains, in ascending order
-/// of first grains. Its position is the mean of its grains' positions, each as the periodic image nearest to the
+/// of first grains. A body's position is the mean of the grains' positions, each as the periodic image nearest to the
 /// cluster's first grain. The position is wrong for a cluster that extends farther than half the box from that grain.
 /// `numbers`: result of cluster_numbers(), [N].
 Bodies cluster_bodies(const Bodies& bodies, std::span<const std::int32_t> numbers);

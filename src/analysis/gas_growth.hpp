@@ -19,8 +19,8 @@ struct ShiftedPower {
 };
 
 /// Fits the power law S = amplitude (t + shift)^exponent by least squares in ln S. Empty if the best shift is at a
-/// limit of the search: just above minus the first time, or about ten times the last time. Throws InputError unless
-/// there are at least five finite sizes > 0 at finite times > 0 in ascending order.
+/// limit of the search: just above -time.front(), or about 10 time.back(). Throws InputError unless there are at least
+/// five finite sizes > 0 at finite times > 0 in ascending order.
 std::optional<ShiftedPower> fit_growth(std::span<const double> time, std::span<const double> size);
 
 }  // namespace lichtenberg::analysis

@@ -85,8 +85,8 @@ DegreeDistribution degree_distribution(const ContactGraph& graph, std::span<cons
 ///
 /// Relations without the suffix `_printed` hold for every network. They have c = (2 loops - grounded) / M in place of
 /// -1 / N (D 7.7, N conductors), and include degrees above 4. Relations with the suffix are those of the dissertation
-/// D. Except 7.7 they need c = 0, which a large tree with one contact to the ground approaches. D 7.9 also requires
-/// that no degree exceeds 4.
+/// D. D 7.7 holds for a tree of all N conductors with one contact to the ground. D 7.8 and 7.9 need c = 0, which such a
+/// tree approaches for large N. D 7.9 also requires that no degree exceeds 4.
 struct DegreeRelations {
   double normalization = 0;        ///< sum_j f_j - 1 (7.6)
   double branches = 0;             ///< sum_j (j - 2) f_j - c

@@ -15,7 +15,7 @@ namespace lichtenberg::analysis {
 /// definition.
 std::vector<int> strahler_numbers(std::span<const int> successor);
 
-/// Distribution of Strahler numbers over a tree, and its streams. Index j is order j; index 0 is empty.
+/// Numbers of conductors and streams of a tree by Strahler number (order): element j is for order j, element 0 is 0.
 struct StrahlerDistribution {
   std::vector<int> conductors;  ///< sigma_j (D 7.17)
   /// Number of streams: longest chains of conductors of one order, each the successor of the previous one. Horton's law
@@ -30,7 +30,8 @@ struct StrahlerDistribution {
   double bifurcation_ratio(int order) const { return static_cast<double>(streams[order]) / streams[order + 1]; }
 };
 
-/// Counts the conductors and streams of each Strahler number. `successor`, `strahler`: see strahler_numbers().
+/// Counts the conductors and streams of each Strahler number. `successor`: result of successors(); `strahler`: result
+/// of strahler_numbers().
 StrahlerDistribution strahler_distribution(std::span<const int> successor, std::span<const int> strahler);
 
 }  // namespace lichtenberg::analysis

@@ -18,7 +18,8 @@ struct Distribution {
   double mean = 0, deviation = 0;  ///< standard deviation of the sample, with count - 1; 0 for one value
 };
 
-/// Computes the statistics of a sample. Quartiles are interpolated linearly between the sorted values.
+/// Computes the quartiles, mean and standard deviation of a sample. Quartiles are interpolated linearly between the
+/// sorted values.
 Distribution distribution(std::vector<double> sample);
 
 /// Euclidean minimum spanning tree of the conductors' centres (D 7.4.1): N nodes, N - 1 edges, no ground.

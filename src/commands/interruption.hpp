@@ -18,10 +18,10 @@ class Interruption {
 
   /// Marks the change from `preparing` to `run`.
   void begin();
-  /// Returns true if a signal was recorded, and starts the 20 s again.
+  /// Returns true if a signal was recorded, and then restarts the period of 20 s within which it must be called again.
   static bool requested();
   /// Returns true if the last recorded signal is SIGTERM or SIGHUP, whose senders (a scheduler, a closing terminal) do
-  /// not wait long. Also starts the 20 s again, as requested() does.
+  /// not wait long. Also restarts the period of 20 s, as requested() does.
   static bool urgent();
   /// Disables the limit of 20 s after a signal while a file is written. Until the next requested(), only a repeated
   /// signal ends the program.

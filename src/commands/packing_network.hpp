@@ -68,8 +68,8 @@ ResistancesToAll resistances_to_all(const PackingFrame& frame, NetworkModel mode
                                     const std::function<void(int)>& count = {});
 
 /// Stores solved networks in the groups /network/MODEL of the result file and replaces earlier ones. Removes an earlier
-/// contact-centred one if `no_contact_network`. The file is replaced as a whole. Throws Failure, without changing the
-/// file, if it cannot be written or has changed since the frame was read (its run continues).
+/// contact-centred network if `no_contact_network`. The file is replaced as a whole. Throws Failure, without changing
+/// the file, if it cannot be written or has changed since the frame was read (its run continues).
 void save_networks(const std::string& path, const PackingFrame& frame, const std::vector<SolvedNetwork>& networks,
                    bool no_contact_network = false);
 

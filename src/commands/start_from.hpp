@@ -12,13 +12,14 @@
 namespace lichtenberg {
 
 /// Reads positions and radii of the bodies in a frame of a result (no value: the last), for a scene whose bodies start
-/// there (src/scene/stopping.hpp). Throws InputError if the frame does not exist.
+/// at these positions (src/scene/stopping.hpp). Throws InputError if the frame does not exist.
 std::vector<Conductor> bodies_in(const std::string& result, std::optional<int> frame);
 
-/// Sets the positions, velocities and charges of a scene's bodies to those of a frame of a result (no value: the last),
-/// at time 0. A [[group]] whose charge the scene prescribes gets the sum of its members' charges. Throws InputError if
-/// the frame does not exist or its bodies do not fit the domain. Throws InputError if the result has another number of
-/// bodies or is of another kind of scene. Throws Stopped if `stop` requests it while the result's scene is read.
+/// Sets the initial positions, velocities and charges of a scene's bodies to those in a frame of a result (no value:
+/// the last frame). A [[group]] whose charge the scene prescribes gets the sum of its members' charges. Throws
+/// InputError if the frame does not exist or its bodies do not fit the domain. Throws InputError if the result has
+/// another number of bodies or is of another kind of scene. Throws Stopped if `stop` requests it while the result's
+/// scene is read.
 void start_from(const std::string& result, std::optional<int> frame, Scene& scene, const StopRequest& stop = {});
 
 /// Reads a scene whose bodies start from a frame of a result (`--from`, empty: none; `--frame`). `read` reads the scene

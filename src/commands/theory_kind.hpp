@@ -9,8 +9,8 @@
 
 namespace lichtenberg {
 
-/// Options of `lichtenberg theory` that only some theories have. A theory refuses options that TheoryKind::options does
-/// not name.
+/// Options of `lichtenberg theory` that only some theories have. The command refuses options that TheoryKind::options
+/// of the theory does not name.
 struct TheoryOptions {
   std::optional<double> restitution, charge_number;
   std::optional<int> cells, seed;
@@ -26,8 +26,8 @@ struct TheoryRequest {
   TheoryOptions options;
 };
 
-/// Declaration of a theory of a gas of grains for `lichtenberg theory`. To add one, write a file with a function that
-/// returns this, and add a line to theory_kinds().
+/// Declaration of a theory of a gas of grains for `lichtenberg theory`. To add a theory, write a file with a function
+/// that returns its TheoryKind, and add a line to theory_kinds().
 struct TheoryKind {
   std::string name;
   /// Computes the results. Throws InputError for a gas to which the theory does not apply.

@@ -20,8 +20,9 @@ class Charges {
   /// sources that collect charge (potential_sources_of).
   Charges(std::span<const double> initial, std::size_t supplies);
 
-  /// Adds the injected charge current[i] * dt to each conductor i (A, s). Subtracts the charge that leaks through a
-  /// conducting fluid in the time dt, with the charge relaxation time `relaxation_time` (s; infinite: no leakage).
+  /// Adds the injected charge current[i] * dt to each conductor i (`current`: A, `dt`: s). Subtracts the charge that
+  /// leaks through a conducting fluid in the time dt, with the charge relaxation time `relaxation_time` (s; infinite:
+  /// no leakage).
   void inject(std::span<const double> current, double dt, double relaxation_time = INFINITY);
   /// Moves the charge that a resistor carries in a step from its node a to its node b or to its potential source.
   /// `total`: charge through the resistor (C); `remaining`: part of `total` that has not leaked by the end of the step

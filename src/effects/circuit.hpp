@@ -61,8 +61,8 @@ void linearize(const Scene& scene, Contact contact, const ContactState& state, R
 ///   Q(t + dt) = decay Q(t) + injection_time J + F,        F = weight I(t + dt) + inherited F_before.
 /// ```
 ///
-/// F is the charge that came through resistors in the step and has not leaked. F_before is the same of the previous
-/// step. Leakage and J are exact. I uses the second-order backward differentiation formula (BDF2) for unequal steps, or
+/// F is the charge that came through resistors in the step and has not leaked. F_before is F of the previous step.
+/// Leakage and J are exact. I uses the second-order backward differentiation formula (BDF2) for unequal steps, or
 /// backward Euler if there is no previous step. The factor exp(-t/tau) is included such that a constant current is
 /// exact at any dt/tau. Without leakage, F is the total charge through resistors.
 ///

@@ -21,8 +21,8 @@ double longest_cutoff(const Scene& scene);
 /// Returns the requirements of a scene on the particle mesh of its Coulomb sum: accuracy, number of charges, box and
 /// given parameters.
 periodic::MeshRequest mesh_request(const Scene& scene);
-/// Chooses the particle-mesh parameters for a scene, with an estimate of the force error. It is for the initial
-/// positions, or for random positions if cutoff, mesh and order are all given. Throws InputError if the given
+/// Chooses the particle-mesh parameters for a scene, with an estimate of the force error. The estimate is for the
+/// initial positions, or for random positions if cutoff, mesh and order are all given. Throws InputError if the given
 /// parameters exclude the accuracy.
 periodic::MeshChoice mesh_for(const Scene& scene);
 /// Returns a warning if the force error of a particle mesh exceeds effects.coulomb.accuracy, or 0.1 if cutoff, mesh and

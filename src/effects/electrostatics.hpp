@@ -65,9 +65,9 @@ std::vector<double> carried_by_resistors(const ElectricalGroups& groups, const N
 void neutralize(std::vector<laplace::Group>& groups);
 
 /// Adds a constant to all potentials of a field in an insulated box, which the field equations leave undetermined. The
-/// constant makes the currents of resistors to potential sources equal to the injected current, because the box allows
-/// no net charge (Kirchhoff's current law). The function is for field solves at an instant, in which resistors carry no
-/// charge. Without a conducting resistor to a source it has no effect. All terminals must be nodes.
+/// constant makes the total current of resistors to potential sources equal to the injected current, because the box
+/// allows no net charge (Kirchhoff's current law). The function is for field solves at an instant, in which resistors
+/// carry no charge. Without a conducting resistor to a source it has no effect. All terminals must be nodes.
 void set_level(Electrostatics& field, const NodeCharges& charges);
 
 }  // namespace lichtenberg::effects

@@ -32,8 +32,8 @@ laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run);
 /// Converts the method, grid and tolerance that the field solvers chose for an accuracy to field options of a scene.
 FieldOptions field_chosen(const FieldRequest& field_request, const laplace::Choice& choice);
 
-/// Solves the field of spheres to the accuracy that the scene requests. Stores the tolerance that reached it, and the
-/// error estimate, in the scene. Throws the exceptions of the solver.
+/// Solves the field of spheres to the accuracy that the scene requests. Stores the tolerance with which it was reached,
+/// and the error estimate, in the scene. Throws the exceptions of the solver.
 laplace::AccurateSpheres solve_to_accuracy(Scene& scene, const laplace::SphereProblem& problem);
 
 /// Returns a copy of the scene in which field options for a run replace a requested accuracy. It is unchanged without

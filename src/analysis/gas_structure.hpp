@@ -21,8 +21,8 @@ StructureFactors structure_factors(const Bodies& bodies, int shells = structure_
 /// is the granular temperature relative to the flow, m the mean mass.
 struct MachNumber {
   double raw = 0;
-  /// Value corrected for the thermal contribution d T / M_c of a cell of mass M_c in d dimensions to <V_c^2>; 0 if the
-  /// correction exceeds <V_c^2>.
+  /// Value without the thermal contribution to <V_c^2>, which is d T / M_c for a cell of mass M_c in d dimensions; 0 if
+  /// that is larger.
   double flow = 0;
 };
 /// Computes the Mach number of the flow in cells of about this edge (d0). Both values are NaN if no cell has two grains

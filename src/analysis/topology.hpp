@@ -41,7 +41,7 @@ SpanningTree spanning_tree(std::span<const Vec2> position, std::span<const doubl
                            std::span<const int> successor, const Ground& ground);
 
 /// Topology of a configuration of conductors: the quantities of chapter 7 of the dissertation D, and fractal
-/// dimensions. Lengths in m. A is the tree of conductors and their successors on the way to ground.
+/// dimensions. Lengths in m. A is the tree of conductors and their successors on the path to ground.
 struct Topology {
   ContactNetwork network;
   DegreeRelations relations;

@@ -50,7 +50,7 @@ inline void set_device(Scene& scene, const std::string& device) {
 }
 
 /// Reads a scene with keys changed by `--set` and prints its warnings. `device`: value of `--device`, empty: as in the
-/// scene. `stop`: tells whether reading must stop; `bodies`: bodies of a result from which the scene starts
+/// scene. `stop`: returns true if reading must stop; `bodies`: bodies of a result from which the scene starts
 /// (src/scene/stopping.hpp).
 inline Scene read_scene_for(const std::string& path, const std::string& device,
                             const std::vector<std::string>& settings, const StopRequest& stop = {},

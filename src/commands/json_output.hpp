@@ -16,8 +16,8 @@ void check_not_read(const std::string& file, const std::vector<std::string>& rea
 void check_different(const std::vector<std::string>& written);
 
 /// Checks files to be written, before the work; empty names are skipped. Throws InputError if one cannot be written, or
-/// equals another one or a file that is read. Also throws if one would replace a scene (a .toml file), a result or
-/// something other than a plain file, or without `overwrite` any existing file.
+/// equals another one or a file that is read. Also throws if one would replace a scene (.toml), a result or something
+/// other than a plain file. Without `overwrite` it throws for any existing file.
 void check_outputs(const std::vector<std::string>& written, const std::vector<std::string>& read, bool overwrite);
 
 /// Throws InputError if `overwrite` is set and no file is to be written. `options`: names of the options that write

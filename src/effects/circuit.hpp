@@ -54,8 +54,8 @@ double contact_current(const Scene& scene, Contact contact, const ContactState& 
 /// is the derivative of the current by the potential difference, or 0 if the derivative is negative.
 void linearize(const Scene& scene, Contact contact, const ContactState& state, Resistor& resistor);
 
-/// Coefficients of a time step dt for the charge Q of a node: dQ/dt = J - Q/tau + I. J is the injected current, tau the
-/// charge relaxation time of leakage, and I the current of resistors into the node, in which the step is implicit:
+/// Coefficients of a time step dt for the charge Q of a node: dQ/dt = J - Q/tau + I. J is the injected current and tau
+/// the charge relaxation time of leakage. I is the current of resistors into the node, in which the step is implicit:
 ///
 /// ```
 ///   Q(t + dt) = decay Q(t) + injection_time J + F,        F = weight I(t + dt) + inherited F_before.

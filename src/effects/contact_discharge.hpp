@@ -20,7 +20,7 @@ struct ContactDischargeOptions {
 /// Effect of electrical contacts between close conductors, or a conductor and an electrode (Stephenson 2018, eq. 6.40).
 /// A contact joins both to one equipotential group, unless an effect gives it a finite conductance (sharing_law()).
 ///
-/// A contact closes when the gap between two surfaces falls to the contact distance `make_gap`, and opens when the gap
+/// A contact closes when the gap between two surfaces falls to the contact distance `make_gap`. It opens when the gap
 /// rises to the larger `release_gap` (hysteresis). Conductors can come to rest at the contact distance, because their
 /// attraction ends if a contact makes their potentials equal. Without hysteresis, rounding would close and open such a
 /// contact repeatedly. The two gaps differ by at least one position tolerance (mechanics.position_tolerance, the
@@ -45,8 +45,8 @@ class ContactDischarge : public Effect {
     std::vector<Contact> made, lost;
   };
   /// Closes and opens contacts for the current positions, and returns the changes. `contacts`: closed contacts in
-  /// ascending order, updated. A contact also changes if its gap is within a position tolerance of the threshold or
-  /// less and moves towards it, so that nearly simultaneous changes are one event.
+  /// ascending order, updated. A contact also changes shortly before its gap reaches the threshold, by at most a
+  /// position tolerance. Nearly simultaneous changes are thus one event.
   Changes update(const Bodies& bodies, std::vector<Contact>& contacts) const;
 
   /// A contact that may close or open soon.
@@ -82,8 +82,8 @@ class ContactDischarge : public Effect {
     Contact contact;
     bool made = false;
   };
-  /// Returns all pairs of conductors, and of a conductor i and a terminal, whose gap is below `range` plus travel[i] of
-  /// each conductor (m), in ascending order.
+  /// Returns all pairs of conductors, and of a conductor and a terminal, in ascending order. Their gap is below `range`
+  /// plus travel[i] of each conductor i in the pair (m).
   std::vector<Contact> pairs_within(const Bodies& bodies, double range, std::span<const double> travel) const;
   void update_terminal_gaps(const Bodies& bodies) const;
   void update_close_pairs(const Bodies& bodies, std::span<const Contact> contacts,

@@ -22,9 +22,9 @@ struct FloatingConductorsOptions {
 };
 
 /// Returns the plane field problem (Laplace's equation) of a scene's conductors at their current positions. Bodies: the
-/// conductors in order, then the electrodes. Groups: the equipotential groups in ascending order of id, then one for
-/// each electrode without a series resistor, then one for each potential source at a resistor. Charges and lumped
-/// capacitances are per metre of depth.
+/// conductors in order, then the electrodes. Groups: first the equipotential groups in ascending order of id. Then
+/// follows one group for each electrode without a series resistor, then one for each potential source at a resistor.
+/// Charges and lumped capacitances are per metre of depth.
 laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
                                              const NodeCharges& charges = {});
 

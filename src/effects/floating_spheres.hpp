@@ -9,9 +9,9 @@
 namespace lichtenberg::effects {
 
 /// Returns the field problem (Laplace's equation) of a scene's spheres at their current positions in three dimensions.
-/// Spheres: the conductors in order, then the electrodes. Groups: the equipotential groups in ascending order of id,
-/// then one for each further potential of electrodes without a series resistor, then one for each potential source at a
-/// resistor.
+/// Spheres: the conductors in order, then the electrodes. Groups: first the equipotential groups in ascending order of
+/// id. Then follows one group for each further potential of electrodes without a series resistor, then one for each
+/// potential source at a resistor.
 ///
 /// Spheres that have the potential of an electrode side or a resistive contact to a side are moved away from it. Their
 /// gap is then at least 0.1 % of their radius. A sphere cannot touch its image, and the field between surfaces of equal

@@ -23,8 +23,8 @@ struct Bounds {
   /// Returns an upper bound on the approach of two grains (d0) within a time t due to contacts, in addition to straight
   /// flight.
   double contact_deviation(double t) const { return std::min(0.5 * contact_acceleration * t * t, 3 * speed() * t); }
-  /// Returns an upper bound on the approach of two grains (d0) within a time t due to contacts, slow forces and
-  /// velocity kicks, in addition to straight flight.
+  /// Returns an upper bound on the approach of two grains (d0) within a time t, in addition to straight flight. It
+  /// includes contacts, slow forces and velocity kicks.
   double closed_by(double t) const {
     return 2 * velocity_kick * t + contact_deviation(t) + external_acceleration * t * t;
   }

@@ -13,7 +13,7 @@ struct ClusterShape {
   int grains = 0;
   double gyration = 0;       ///< radius of gyration R_g: rms distance of the grains' centres from their mean
   double charge_dipole = 0;  ///< |sum (q_i - <q>) (r_i - mean)|; 0 without charges
-  /// True if pairs connect the cluster to its own periodic image. R_g and charge_dipole are then NaN.
+  /// Percolation: true if pairs connect the cluster to its own periodic image. R_g and charge_dipole are then NaN.
   bool percolates = false;
   /// Magnitude |sum mu_i| of the sum of the grains' induced dipoles (G 7.1), defined also for percolating clusters; 0
   /// without dipoles.

@@ -27,7 +27,7 @@ def check_output(path, overwrite, folder=False, otherwise="give --out another na
     if not folder and holds_hdf5(path):
         raise InputError(f"{path} is a result and is not overwritten: {otherwise}")
     if not overwrite:
-        raise InputError(f"{path} exists: {otherwise}" + (f", or allow {option}" if option else ""))
+        raise InputError(f"{path} exists: {otherwise}" + (f", or give {option}" if option else ""))
 
 
 def holds_hdf5(path):

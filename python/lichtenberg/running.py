@@ -95,7 +95,7 @@ class Run:
             raise InputError("the run was made with record=False, so it has no frames to save")
         path = Path(path)
         if path.exists() and not overwrite:
-            raise InputError(f"{path} exists: give another name, or allow overwrite=True")
+            raise InputError(f"{path} exists: give another name, or give overwrite=True")
         if self._run is None:
             self._begin(None)
         self._finish()

@@ -77,9 +77,9 @@ struct ConductorFrame {
 /// columns include cumulative charges and energies, and means since the previous frame (NaN if there are none).
 Frame columns_of(const ConductorFrame& frame);
 
-/// Converts a frame of named columns to the state of a scene of conductors, the inverse of columns_of(). The result has
-/// no CircuitRates, and no prescribed potentials and series resistances of terminals. Throws InputError if the frame
-/// has potentials of conductors but lacks another column of the field.
+/// Converts a frame of named columns, made by columns_of(), back to the state of a scene of conductors. The result
+/// lacks CircuitRates, and the prescribed potentials and series resistances of terminals. Throws InputError if the
+/// frame has potentials of conductors but lacks another column of the field.
 ConductorFrame conductor_frame(const Frame& frame);
 
 }  // namespace lichtenberg

@@ -207,18 +207,18 @@ std::vector<Key> keys() {
        .unit = "1/d0",
        .range = ranges::positive,
        .computed_default = "none: a prolate splitting",
-       .help = "for the sum mesh: Ewald's splitting parameter alpha, in reduced units (1/d0), with the near part "
+       .help = "for sum = \"mesh\": Ewald's splitting parameter alpha, in reduced units (1/d0), with the near part "
                "erfc(alpha r) / r of 1 / r; without it the splitting is by prolate spheroidal functions"},
       {.name = "mesh",
        .target = target<&CoulombOptions::mesh>,
        .range = {.low = 8, .high = 1024},
        .computed_default = "from the accuracy",
-       .help = "for the sum mesh: number of mesh points along the longest side of the domain"},
+       .help = "for sum = \"mesh\": number of mesh points along the longest side of the domain"},
       {.name = "order",
        .target = target<&CoulombOptions::order>,
        .range = {.low = 4, .high = 8},
        .computed_default = "from the accuracy",
-       .help = "for the sum mesh: order of the window functions that spread charges on the mesh. Where cutoff, mesh "
+       .help = "for sum = \"mesh\": order of the window functions that spread charges on the mesh. Where cutoff, mesh "
                "and order are all given, effects.coulomb.accuracy is not allowed"},
       {.name = "damping",
        .target = target<&CoulombOptions::damping>,

@@ -15,7 +15,7 @@ namespace lichtenberg::effects {
 /// `reach_of_smallest`: cutoff of the law for this pair (d0).
 PairGeometry strongest_pair(const Scene& scene, double reach_of_smallest);
 
-/// Returns that pair for a pair law.
+/// Returns strongest_pair() for a pair force law, with the cutoff of the law.
 template <class Law>
 PairGeometry strongest_pair_of(const Scene& scene, const Law& law) {
   const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
@@ -23,11 +23,11 @@ PairGeometry strongest_pair_of(const Scene& scene, const Law& law) {
 }
 
 /// Adds the memory of neighbour lists up to the cutoff `reach` (d0) to forces.bytes. Throws InputError for a cutoff
-/// beyond half of the box.
+/// beyond half of the shortest side.
 void add_pair_lists(const Scene& scene, double reach, DeviceForces& forces);
 
 /// Adds the pair forces of a law on grains to those of a device, for the CPU executor only. The law is in reduced
-/// units. Returns the added factory. Throws InputError for a cutoff beyond half of the box.
+/// units. Returns the added factory. Throws InputError for a cutoff beyond half of the shortest side.
 template <class Law>
 DevicePartForm& add_pair_law(const Scene& scene, const Law& law, DeviceForces& forces) {
   const auto [smallest, largest] = std::ranges::minmax(scene.conductors, {}, &Conductor::radius);

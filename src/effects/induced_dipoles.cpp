@@ -85,8 +85,8 @@ const EffectKind& InducedDipolesOptions::kind() {
       .name = "induced_dipoles",
       .description = "charges polarize grains, whose dipoles act on all",
       .help =
-          "Each grain is a point dipole, of the moment A times the field at its centre, which is that of the charges "
-          "and of the other dipoles (Singh 2019, equations 3.22 to 3.34 with corrected signs).",
+          "Each grain is a point dipole (degree 1): its moment is A times the field of the charges and of the other "
+          "dipoles at its centre (Singh 2019, equations 3.22 to 3.34, with corrected signs unless sum = \"source\").",
       .options = InducedDipolesOptions{},
       .keys = {{.name = "polarizability",
                 .target = target<&InducedDipolesOptions::polarizability>,

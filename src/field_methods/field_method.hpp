@@ -35,7 +35,8 @@ struct FieldMethodCost {
 };
 
 /// Declaration of a method that solves Laplace's equation for scenes: its properties, and a maker of its solver. Code
-/// uses these properties, never the name. A property's default means that the method lacks the ability.
+/// uses these properties, never the name. A null function or a flag that is false means that the method lacks the
+/// ability, unless the member's comment says otherwise.
 struct FieldMethodKind {
   std::string name;  ///< value of field.method
   std::string help;  ///< text after the name in `help scene`
@@ -83,7 +84,7 @@ struct FieldMethodKind {
 
 using FieldMethodKinds = std::vector<const FieldMethodKind*>;
 
-/// Returns the field methods that scenes may name: built-in ones first, then added ones.
+/// Returns the field methods that scenes may name: the built-in methods first, then those of add_field_method().
 const FieldMethodKinds& field_methods();
 
 /// Registers a field method, which must outlive all scenes. Call it before any scene is read. Throws InputError if its

@@ -60,16 +60,16 @@ LICHTENBERG_HOST_DEVICE PairStep<d, Real> chosen(const MaskOf<Real>& which, cons
           no.impact_speed};
 }
 
-/// Impulse and displacement of the second grain of a pair due to their contact in a step. The first grain has the
-/// opposite ones.
+/// Impulse and shift (displacement times mass) of the second grain of a pair due to their contact in a step. The first
+/// grain has the opposite impulse and shift.
 template <class Vector>
 struct ContactTransfer {
   Vector impulse;
   Vector shift;  ///< displacement times mass of the grain
 };
-/// Returns the impulse and displacement due to the contact of a pair in a step of length dt. These are the changes of
-/// the relative state from `start` to `end` minus those due to the initial velocity and to `external`, times the
-/// reduced mass `mass`.
+/// Returns the impulse and shift (displacement times mass) due to the contact of a pair in a step of length dt. These
+/// are the changes of the relative state from `start` to `end` minus those due to the initial velocity and to
+/// `external`, times the reduced mass `mass`.
 template <int d, class Real>
 LICHTENBERG_HOST_DEVICE ContactTransfer<typename VecOf<d, Real>::type> transfer(
     const PairState<d, Real>& start, const PairState<d, Real>& end, const ExternalAcceleration<d, Real>& external,
@@ -159,7 +159,7 @@ class PairMotion {
     return integrate_to_end(begun, load(begun.step.end), dt);
   }
 
-  /// Returns the contact force on the second grain; zero without overlap.
+  /// Returns the contact force on the second grain; zero without overlap, and where it would be attractive.
   LICHTENBERG_HOST_DEVICE V force(const State& s) const {
     const Contact contact = at(s);
     return chosen<Real>(contact.distance.value < reach_,
@@ -179,9 +179,9 @@ class PairMotion {
             s.velocity + (external_.velocity(end) - then)};
   }
 
-  /// Returns the time of contact onset since the start of the step, at which the distance falls to `reach_`; infinite
-  /// if there is none up to dt. Straight flight gives it in closed form. Newton's method then accounts for the
-  /// acceleration.
+  /// Returns the time of contact onset since the start of the step, at which the distance falls to `reach_`. It is 0
+  /// for a pair that overlaps, and infinite if no onset up to dt is found. Straight flight gives it in closed form.
+  /// Newton's method then accounts for the acceleration.
   LICHTENBERG_HOST_DEVICE Real onset_time(const State& s, double dt) const {
     const Real b = dot(s.separation, s.velocity), c = norm2(s.separation) - reach_ * reach_, v2 = norm2(s.velocity);
     const auto excess2 = [&](const State& then) { return norm2(then.separation) - reach_ * reach_; };

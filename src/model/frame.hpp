@@ -14,7 +14,7 @@ namespace lichtenberg {
 /// Returns a text for an instant of a run, such as "t = 0.5 s", or "iteration 12" for the time unit "1".
 std::string instant_in_words(double time, const std::string& time_unit);
 
-/// Recorded state of a run at one instant, as named columns (tables of numbers). The integrator and the effects add
+/// Recorded state of a run at one instant, as named columns (tables of numbers). The simulation and the effects add
 /// columns. The recorder writes them, and analysis and pictures read them by name.
 struct Frame {
   double time = 0;

@@ -261,8 +261,9 @@ class GasImpl final : public DeviceGas {
     run_->for_each(gas_.n, [=] LICHTENBERG_HOST_DEVICE(int s) { g.slow_force[s] = force(s); });
   }
 
-  /// Records the kernels of an outer step, to be executed many times (a CUDA graph). The host starts several steps
-  /// ahead, so the kernels do nothing if no step has been chosen.
+  /// Records the kernels of an outer step (on a device as a CUDA graph), to be executed many times. The device chooses
+  /// the next step (ChooseNext), and the host starts several graphs ahead. Graphs without a chosen step compute the
+  /// forces again and leave the state of the gas unchanged.
   template <class Law>
   void record(const Law& law) {
     Progress* now = progress_.device();

@@ -239,8 +239,8 @@ void ContactRows<d, Law>::add(Forces when, Pair pair, const Vec<d>& force) {
   for (int k = 0; k < d; ++k) on_i[k] -= force[k], on_j[k] += force[k];
 }
 
-/// Returns the total forces on the lower and on the higher grain of each pair, at the start or in the middle of the
-/// step (`when`).
+/// Returns the total forces on the lower and the higher grain of each pair, at the start or middle of the step
+/// (`when`).
 template <int d, class Law>
 template <class Indices>
 std::array<Vectors<d>, 2> ContactRows<d, Law>::grain_forces(Forces when, const Indices& of) const {

@@ -40,16 +40,16 @@ struct StepContact {
 
 /// Returns the contacts of one step, for integrators that compute forces only at the ends of a step. A pair is in
 /// contact while it overlaps. Contacts that begin and end within the step are not found. The onset of a new contact is
-/// the zero of the gap on a straight path from the position at the start to that in `bodies`. `from`: positions at the
-/// start ([N * d]); `contacts`: the contacts at the start, in ascending order of pairs; `pairs`: all candidate pairs
-/// (pairs that may touch), in ascending order; `begin`, dt: start and length of the step (t0).
+/// the zero of the gap on a straight path from the start to the positions in `bodies`. `from`: positions at the start
+/// ([N * d]). `contacts`: the contacts at the start. `pairs`: all candidate pairs (pairs that may touch). Both are in
+/// ascending order. `begin`, dt: start and length of the step (t0).
 std::vector<StepContact> contacts_in_step(std::span<const double> from, const Bodies& bodies,
                                           std::span<const GrainContact> contacts, std::span<const Pair> pairs,
                                           double begin, double dt);
 
-/// Throws Failure with the message that two grains fly through each other, because their centres are closer than
-/// `too_close` times the sum of the radii. `stiffer`: factor of the stiffness with which the grains would stop there,
-/// for the message; 0: not known.
+/// Throws Failure with the message that two grains fly through each other. Their centres are closer than `too_close`
+/// times the sum of the radii. `stiffer`: factor of the stiffness with which the grains would stop there, for the
+/// message; 0: not known.
 [[noreturn]] void refuse_flight_through(const GrainContact& contact, double stiffer = 0);
 
 /// Adds new and ended contacts of a step and the largest overlap to `record`, and replaces `contacts` by the contacts

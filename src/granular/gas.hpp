@@ -26,7 +26,8 @@ struct GasEnergy {
   double dissipated = 0;  ///< energy dissipated by contacts since the start
   double exchanged = 0;   ///< energy that charge exchange has given to the electric field since the start
   double driven = 0;      ///< energy that Effect::drive and changes of stages have given to the grains since the start
-  /// Part of the change of total() that the time integration of contacts causes; 0 if the integrator does not know it.
+  /// Part of the change of total() that the time integration of contacts causes; 0 if the integrator does not compute
+  /// it.
   double contact_error = 0;
 
   double total() const { return kinetic + contact + potential + dissipated - exchanged - driven; }

@@ -43,8 +43,8 @@ void add_integrator(const IntegratorKind& kind, std::unique_ptr<GasIntegrator> (
 /// grains.
 std::unique_ptr<GasIntegrator> make_integrator(Integrator which);
 
-/// Returns the scene's mechanics.step (t0). Throws InputError unless the shortest possible contact takes at least
-/// `steps_a_contact` such steps. The same holds for 1.5 times the damping time of typical impacts.
+/// Returns the scene's mechanics.step (t0). Throws InputError unless at least `steps_a_contact` such steps fit into the
+/// shortest possible contact, and into 1.5 times the damping time of typical impacts.
 double step_that_resolves_contacts(const Gas& gas, const Instant& now, double steps_a_contact);
 
 /// Returns the longest step (t0) during which forces other than contacts may be constant; infinite without an

@@ -272,13 +272,14 @@ class PairMotion {
 
   // Polynomials: coefficients by powers of s = sigma - sigma(begin).
 
-  /// Returns the line through at_0 at s = 0 and at_h at s = h.
+  /// Returns the coefficients, by powers of s, of the line with the values at_0 at s = 0 and at_h at s = h.
   template <class Value>
   LICHTENBERG_HOST_DEVICE static std::array<Value, 2> line(const Value& at_0, const Value& at_h,
                                                            const Real& inverse_h) {
     return {at_0, inverse_h * (at_h - at_0)};
   }
-  /// Returns the parabola through at_0 at s = 0, `middle` at h / 2 and at_h at h.
+  /// Returns the coefficients, by powers of s, of the parabola with the values at_0 at s = 0, `middle` at h / 2 and
+  /// at_h at h.
   template <class Value>
   LICHTENBERG_HOST_DEVICE static std::array<Value, 3> parabola(const Value& at_0, const Value& middle,
                                                                const Value& at_h, const Real& inverse_h) {
@@ -287,8 +288,8 @@ class PairMotion {
             (two * inverse_h * inverse_h) * (at_0 - two * middle + at_h)};
   }
 
-  /// Returns the integral over time of a polynomial in s, from 0 to s. Time follows from dt = 2 (from + s) ds, `from`
-  /// the value of sigma at s = 0.
+  /// Returns the integral over time, from 0 to s, of the polynomial in s with the coefficients c. Here s is the
+  /// increase of sigma = sqrt(time since the onset) from the value `from`, so dt = 2 (from + s) ds.
   template <class Value, std::size_t n>
   LICHTENBERG_HOST_DEVICE static Value integral(const std::array<Value, n>& c, const Real& from, const Real& s) {
     Value sum = (s * (2.0 * from + s)) * c[0];
@@ -296,7 +297,7 @@ class PairMotion {
     if constexpr (n > 2) sum += (s * s * s * ((2.0 / 3) * from + 0.5 * s)) * c[2];
     return sum;
   }
-  /// Returns the integral over time, from 0 to s, of integral().
+  /// Returns the integral over time, from 0 to s, of integral() with the same coefficients and `from`.
   template <class Value, std::size_t n>
   LICHTENBERG_HOST_DEVICE static Value double_integral(const std::array<Value, n>& c, const Real& from, const Real& s) {
     const Real s2 = s * s, f2 = from * from, fs = from * s;
@@ -306,8 +307,9 @@ class PairMotion {
     return sum;
   }
 
-  /// Returns the state after an increase of sigma by s, from the state `start` at the time `begin`. `acceleration`:
-  /// relative acceleration by the contact, as a polynomial in s; `from`: sigma at the start.
+  /// Returns the state after an increase of sigma = sqrt(time since the contact onset) by s, from the state `start` at
+  /// the time `begin`. `acceleration`: relative acceleration by the contact, as a polynomial in s; `from`: sigma at the
+  /// start.
   template <std::size_t n>
   LICHTENBERG_HOST_DEVICE State after(const State& start, const Real& begin, const std::array<V, n>& acceleration,
                                       const Real& from, const Real& s) const {
@@ -317,9 +319,9 @@ class PairMotion {
     return then;
   }
 
-  /// Integrates the motion in contact by one step in sigma, from the time `begin` to the time `end` (since the start of
-  /// the step). `step`: state and dissipated energy, updated; `first`: contact force and power at `begin`; `age`: time
-  /// since the onset at `begin`.
+  /// Integrates the motion in contact by one step in sigma = sqrt(time since the onset). `begin`, `end`: times since
+  /// the start of the step. `step`: state and dissipated energy, updated; `first`: contact force and power at `begin`;
+  /// `age`: time since the onset at `begin`.
   ///
   /// Four evaluations are made as in the classical Runge-Kutta method, but positions follow from the accelerations by
   /// integrals of polynomials in sigma. Just after the onset, where the overlap is of second order in sigma, each stage

@@ -15,7 +15,7 @@ namespace lichtenberg::granular {
 
 /// Returns the exact restitution coefficient and duration (t0) of a head-on collision of two grains for a contact law.
 /// `effective_mass`: m_i m_j / (m_i + m_j); `scale`: the law's factor of the forces for the radii; `speed`: impact
-/// speed (v0), > 0. Both are 0 for viscoelastic grains beyond the end of theory::RestitutionCurve, where the
+/// speed (v0), > 0. Both results are 0 for viscoelastic grains beyond the end of theory::RestitutionCurve, where the
 /// restitution coefficient is below 1e-3.
 HeadOnCollision expected_collision(const GrainContactLaw& law, double effective_mass, double scale, double speed);
 

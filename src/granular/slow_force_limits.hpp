@@ -12,9 +12,9 @@ namespace lichtenberg::granular {
 /// It is max_relative_path times the shortest length over which forces of an effect change (StepLimits::force_length),
 /// or times 1 d0 if that is less.
 double path_by_length(const Scene& scene);
-/// Returns the path (d0) of the fastest grain in a step of constant slow forces whose error equals the error of the
-/// most accurate forces (StepLimits::force_accuracy, path_for_accuracy()). Throws Failure if no effect of the scene
-/// states the accuracy of its forces.
+/// Returns the path (d0) of the fastest grain in a step of constant slow forces. The error of this step is about that
+/// of the most accurate forces (StepLimits::force_accuracy, path_for_accuracy()). Throws Failure if no effect of the
+/// scene states the accuracy of its forces.
 double path_by_accuracy(const Scene& scene);
 /// Returns the sum of the attractions of two grains in contact by all effects of the scene.
 ContactAttraction contact_attraction(const Scene& scene);

@@ -46,9 +46,9 @@ class ContactEvents {
   /// prediction omits elastic collisions; no value: all bodies.
   ContactPrediction predict_contacts(const ElectricalState& now, std::span<const double> reach,
                                      const std::optional<std::vector<int>>& colliding = {}) const;
-  /// Makes one event function for each candidate contact, and as the last one that of a body that moves farther than
-  /// its reach. `mergers_wait`: true if closing contacts, which merge equipotential groups, may wait: the event is then
-  /// where the deferral must end. `prediction` must outlive the events. Without contact_discharge there are no events.
+  /// Makes one event function for each candidate contact, and a last one for bodies that move farther than their reach.
+  /// `mergers_wait`: true if closing contacts, which merge equipotential groups, may wait: the event is then where the
+  /// deferral must end. `prediction` must outlive the events. Without contact_discharge there are no events.
   Events events(const ContactPrediction& prediction, bool mergers_wait = false) const;
   /// Enlarges distances (m) by 1 % and one position tolerance. A body that moves exactly as far as expected then
   /// triggers no event.

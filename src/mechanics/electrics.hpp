@@ -97,9 +97,9 @@ class Electrics {
   std::vector<TerminalReading> terminals() const;
   /// Returns the energy balance; null in a scene without a circuit.
   EnergyBudget* energy() { return now_.energy ? &*now_.energy : nullptr; }
-  /// Returns true if contacts and wires connect every conductor to a prescribed potential (of an electrode, side or
-  /// wire), and all free conductors are nearly at rest. The force on each and its speed are then at most `fraction` of
-  /// the largest of the run (D 7.1).
+  /// Returns true if contacts and wires connect every conductor to a prescribed potential (electrode, side or wire),
+  /// and all free conductors are nearly at rest. The force on each and its speed are then at most `fraction` of the
+  /// largest of the run (D 7.1).
   bool stationary(double fraction) const;
 
   /// Saves charges, contacts, resistor currents, the energy balance, and the largest force and speed.

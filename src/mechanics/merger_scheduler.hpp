@@ -33,7 +33,7 @@ class MergerScheduler {
   void update_merge_deferral(const ForceJump& jump);
   /// Corrects positions and momenta of bodies except `fixed` (in ascending order) at `time` (s). The bodies have moved
   /// without the jump of the forces from the times on at which the group merges were due. Negligible corrections are
-  /// left out, and those of more than a tolerance by which a body may touch another.
+  /// left out. So are corrections of more than a position tolerance that may bring a body into contact.
   void correct_positions(double time, std::span<const Merger> mergers, const ForceJump& jump,
                          std::span<const int> fixed);
 

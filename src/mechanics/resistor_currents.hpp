@@ -45,13 +45,13 @@ class ResistorCurrents {
   void check_fixed_contacts() const;
 
   /// Rebuilds the list of resistors for the present contacts. If the list or the equipotential groups have changed, the
-  /// carried charges are set to 0, and the currents follow from the potentials of the last accepted field (0 before the
-  /// first).
+  /// carried charges are set to 0. The currents then follow from the potentials of the last accepted field (0 before
+  /// the first).
   void update(bool groups_changed);
   /// Linearizes the currents of contacts whose conductance depends on their state, about the last accepted field.
   void linearize();
-  /// Sets the current (A) of each resistor from the potentials of the last accepted field, by Ohm's law or by the
-  /// linearized law of a contact.
+  /// Sets the current (A) of each resistor from the potentials of the last accepted field, by Ohm's law or a contact's
+  /// linearized law.
   void estimate_currents();
   /// Adds to the charges of nodes (C; conductors and electrodes behind a resistor) the explicit part of the charge that
   /// resistors carry in a step. This part is known before the field solve.

@@ -42,9 +42,9 @@ class Simulation : public Motion {
   Frame frame() override;
   std::optional<laplace::Field> field() override;
   std::string progress() override;
-  /// Returns true if contacts and wires connect every conductor to a prescribed potential (of an electrode, side or
-  /// wire), and all free conductors are nearly at rest. The force on each and its speed are then at most stop.force
-  /// times the largest of the run (D 7.1). Never true in a scene without a field.
+  /// Returns true if contacts and wires connect every conductor to a prescribed potential (electrode, side or wire),
+  /// and all free conductors are nearly at rest. The force on each and its speed are then at most stop.force times the
+  /// largest of the run (D 7.1). Never true in a scene without a field.
   bool stationary();
 
   /// Returns the complete state. Also discards earlier solutions of this simulation's field solver, as a restored
@@ -55,8 +55,8 @@ class Simulation : public Motion {
   std::optional<Checkpoint> snapshot() override;
   void restore(const Checkpoint& checkpoint) override;
 
-  /// In a scene with field.accuracy: estimates the error of the last solved field, and returns a warning when it first
-  /// exceeds this accuracy. The solver's parameters were chosen for the positions at the start.
+  /// In two dimensions with field.accuracy: estimates the error of the last solved field, and returns a warning when it
+  /// first exceeds this accuracy. The solver's parameters were chosen for the positions at the start.
   std::vector<std::string> warnings() override;
   Summary summary() override;
   std::map<std::string, double> seconds() const override;

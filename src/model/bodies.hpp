@@ -35,8 +35,8 @@ struct Bodies {
 /// so that no force moves it. Bodies::charge is empty; `initial_charges` returns the charges.
 Bodies make_bodies(const Scene& scene);
 
-/// Returns the charge (C, [N]) of each conductor of a scene at the start. Conductors wired to one group have a total
-/// charge, which is divided equally among them; the first field solve corrects the division.
+/// Returns the charge of each conductor (C, [N]) or grain (q0, [N]) of a scene at the start. Conductors wired to one
+/// group have a total charge, which is divided equally among them; the first field solve corrects the division.
 std::vector<double> initial_charges(const Scene& scene);
 
 /// Returns views of the positions, radii and charges of the bodies, with a copy of their box, as input of the pair

@@ -148,8 +148,8 @@ class Effect {
   virtual bool saves_exactly() const { return true; }
   /// Restores the effect's own state from a checkpoint of save(). Throws Failure if the checkpoint does not fit.
   virtual void restore(const Checkpoint& checkpoint) { (void)checkpoint; }
-  /// Returns the wall time (s) of the effect's force computation since the start, by named part of the computation;
-  /// empty if it is not timed.
+  /// Returns the wall time (s) of the effect's force computations, by named part of the computation; empty if it is not
+  /// timed.
   virtual std::map<std::string, double> seconds() const { return {}; }
   /// Returns warnings for the user before the run continues, such as an exceeded error bound.
   virtual std::vector<std::string> warnings() const { return {}; }

@@ -107,8 +107,8 @@ LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const StepResults
   now.go = !(std::sqrt(results.moved2) + now.travel > 0.5 * rule.skin);
 }
 
-/// Adds the completed outer step to the counters of a series, and sets the time to its end. `exchanges`: true if forces
-/// must be computed again after charge exchange.
+/// Adds the completed outer step to the counters of a series, and sets the time to its end. `made`: parameters of the
+/// step; `exchanges`: true if forces must be computed again after charge exchange.
 LICHTENBERG_HOST_DEVICE inline void count_step(const StepResults& results, const StepParameters& made, bool exchanges,
                                                Progress& now) {
   now.time = now.end;

@@ -69,7 +69,7 @@ struct GrainsView {
             dissipated[i],   charged[i],  field_at_source ? field_at_source[i] : FieldSample{},
             image[i],        number[i]};
   }
-  /// Writes the data of take() to the grain with the sorted index s.
+  /// Writes the data `g`, as returned by take(), to the grain with the sorted index s.
   LICHTENBERG_HOST_DEVICE void put(int s, const Grain& g, FieldSample* field_at_source) const {
     position[s] = g.position, momentum[s] = g.momentum, charge[s] = g.charge, inverse_mass[s] = g.inverse_mass;
     radius[s] = g.radius, collisions[s] = g.collisions, dissipated[s] = g.dissipated, charged[s] = g.charged;
@@ -242,8 +242,8 @@ struct ContactSteps {
     if (touching) add(grains.force, p, inverse_units.force * force);
   }
 
-  /// Adds the contact force of active pair a in the middle of the substep to both grains. The positions there follow
-  /// from the forces at its start.
+  /// Adds the contact force of active pair a in the middle of the substep to both grains. The positions in the middle
+  /// follow from the forces at the start of the substep.
   LICHTENBERG_HOST_DEVICE void add_halfway_force(int a) const {
     const ActivePair p = contacts.active[a];
     const PairState<3> at = contacts.state[a];
@@ -324,8 +324,8 @@ struct ContactSteps {
     return 2 * inverse_mass(p) * law.force_terms(reach(p) - root_of(distance2), scale(p)).stored;
   }
 
-  /// Compares the k-th ended contact of the outer step with the restitution coefficient of the law, if there is such a
-  /// contact.
+  /// Adds the error of the restitution coefficient in the k-th ended contact of the outer step, if it exists, to the
+  /// statistics (RestitutionCheck).
   LICHTENBERG_HOST_DEVICE void count_end(int k) const {
     if (k >= results->ended) return;
     const EndedContact contact = restitution.ended[k];
@@ -334,8 +334,8 @@ struct ContactSteps {
   }
 
  private:
-  /// Returns true if the separate candidate pair k may come into contact in this substep. If not, sets the substep in
-  /// which it may touch.
+  /// Returns true if the separate candidate pair k may come into contact in substep `step`. If not, sets the first
+  /// substep in which it may touch.
   LICHTENBERG_HOST_DEVICE bool may_come_into_contact(int k, const NearPair& p, int step) const {
     const double dt = parameters->inner;
     const auto path = static_cast<float>(parameters->reach * dt / parameters->outer);
@@ -369,8 +369,8 @@ struct ContactSteps {
     return {{law, scale}, reach(p), inverse_mass(p), external};
   }
 
-  /// Adds `value`, rounded to integers, to the sum of the higher grain of a pair and subtracts it from the sum of the
-  /// lower grain.
+  /// Adds `value`, rounded to integers, to the sum `to` of the higher grain of a pair, and subtracts it from that of
+  /// the lower grain.
   LICHTENBERG_HOST_DEVICE static void add(FixedPointVec* to, const GrainPair& p, Vec3 value) {
     const std::int64_t x = rounded_to_integer(value.x), y = rounded_to_integer(value.y),
                        z = rounded_to_integer(value.z);

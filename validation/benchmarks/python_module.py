@@ -11,6 +11,7 @@ import os
 import re
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -79,8 +80,8 @@ def memory_growth(solves):
 
 
 def frame_overhead(grains):
-    scene = li.Scene(str(HOME / "scenes/neutral-gas.toml"), {"population[0].count": grains, "population[0].filling": 0.05}
-                     if False else {})
+    length = 38.8 * (grains / 8516) ** (1 / 3)  # at the density of the scene
+    scene = li.Scene(str(HOME / "scenes/neutral-gas.toml"), {"population[0].count": grains, "domain.size": [length] * 3})
     run = li.Run(scene, record=False)
     frames = run.frames()
     next(frames)
@@ -105,17 +106,20 @@ def copied_effect():
 
 
 def compiled_effect():
-    start = time.perf_counter()
-    effect = li.compile_effect(copied_effect())
-    compiled = time.perf_counter() - start
+    with tempfile.TemporaryDirectory() as folder:
+        os.environ["XDG_CACHE_HOME"] = folder
+        start = time.perf_counter()
+        effect = li.compile_effect(copied_effect())
+        compiled = time.perf_counter() - start
     random = np.random.default_rng(3)
     n, spacing = 20, 2.02e-3
     grid = np.stack(np.meshgrid(*[np.arange(n)] * 3), -1).reshape(-1, 3) * spacing + 2e-3
     tables = {"domain": {"size": [0.05, 0.05, 0.05]}, "medium": {"permittivity": 2.0, "viscosity": 1e-3},
-              "material": {"density": 1000.0}, "stop": {"time": 2e-4, "stationary": False}, "output": {"every": 1e-3, "picture": False},
-              "mechanics": {"threads": 1},
-              "conductor": li.conductors(grid + random.uniform(-2e-5, 2e-5, grid.shape), radius=1e-3, velocity=None)
-              if False else li.conductors(grid + random.uniform(-2e-5, 2e-5, grid.shape), radius=1.03e-3)}
+              "material": {"density": 1000.0}, "stop": {"time": 2e-3, "stationary": False}, "output": {"every": 1e-3, "picture": False},
+              "conductor": li.conductors(grid + random.uniform(-9e-6, 9e-6, grid.shape), radius=1e-3)}
+
+    for body in tables["conductor"]:
+        body["velocity"] = random.uniform(-0.05, 0.05, 3)
 
     def run(name, effects):
         scene = li.Scene({**tables, "effects": {name: {"young": 1e6}, "stokes_drag": {}}}, effects=effects)

@@ -15,7 +15,7 @@ namespace lichtenberg {
 std::string instant_in_words(double time, const std::string& time_unit);
 
 /// Recorded state of a run at one instant, a frame of its trajectory, as named columns (tables of numbers). The
-/// integrator and the effects add columns. The recorder writes them, and analysis and pictures read them by name.
+/// simulation and the effects add columns. The recorder writes them, and analysis and pictures read them by name.
 struct Frame {
   double time = 0;
   std::string time_unit = "s";  ///< "1" if time is the number of an iteration

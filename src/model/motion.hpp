@@ -43,8 +43,8 @@ struct ProgressMeasure {
   double done = 0, whole = 0;
 };
 
-/// Data that a run saves at an instant in addition to its frame: a checkpoint, and rows of its time series since the
-/// last one.
+/// Data that a run saves at an instant in addition to its frame: a checkpoint, and the rows of its time series since
+/// the last saved state.
 struct SavedState {
   Checkpoint checkpoint;
   ColumnGroup history;
@@ -54,8 +54,8 @@ struct SavedState {
 struct Paused {};
 
 /// Interface of a simulation that advances a scene in time, or towards rest by minimization. `lichtenberg run` drives
-/// any Motion, records its frames and saves checkpoints. Another Motion of the same scene continues from a checkpoint
-/// with bitwise identical results.
+/// any Motion, records its frames and saves checkpoints. Another Motion of the same scene continues from the state of
+/// checkpoint() with bitwise identical results.
 class Motion {
  public:
   virtual ~Motion() = default;

@@ -121,7 +121,7 @@ class Batch {
   }
 
   /// Adds the pair forces of the batch to `force` (N, [N * d]). Forces on a second particle j >= end are appended to
-  /// `outside` instead. `all`: no such particle exists.
+  /// `outside` instead. `all`: there is no pair with j >= end.
   template <bool all>
   void add_forces(int end, std::span<double> force, std::vector<ParticleForce>& outside) const {
     for (int c = 0; c < count_; ++c) {
@@ -229,8 +229,8 @@ void add_pair_derivatives(const Law& law, const PairInReach<d>& pair, Jacobian& 
   jacobian.add_central(j, i, normal, -along, -across);
 }
 
-/// Adds the forces and energies of the pairs whose first particle is in a range, for callers that divide the particles
-/// among threads. `pairs`: neighbour pairs in ascending order; pairs beyond the law's cutoff are skipped.
+/// Adds the forces and energies of the pairs whose first particle is in `range` to `output`, for callers that divide
+/// the particles among threads. `pairs`: neighbour pairs in ascending order; pairs beyond the law's cutoff are skipped.
 template <int d, class Law>
 void add_pair_forces(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, const ParticleRange& range,
                      const PairOutput& output) {

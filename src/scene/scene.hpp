@@ -81,8 +81,8 @@ struct Wall {
   Vec3 normal{};  ///< unit vector
 };
 
-/// A mobile body: a disk for the two-dimensional field, a sphere for mechanics. Two-dimensional scenes leave z at 0. In
-/// a scene of grains all values are in reduced units.
+/// A body that moves unless it is fixed: a disk for the two-dimensional field, a sphere for the three-dimensional field
+/// and for mechanics. Two-dimensional scenes leave z at 0. In a scene of grains all values are in reduced units.
 struct Conductor {
   Vec3 position{};                  ///< m
   Vec3 velocity{};                  ///< m/s
@@ -129,8 +129,8 @@ struct UnitNames {
   std::string length = "m", mass = "kg", time = "s";
 };
 
-/// A stage of equilibration of a run of grains, with modified settings. It starts at the end of the stage before it.
-/// After the last stage, the scene's own parameters apply.
+/// A stage of equilibration of a run of grains, with modified settings. The stages follow each other from the start of
+/// the run. After the last stage, the scene's own parameters apply.
 struct Stage {
   double duration = 0;   ///< t0
   bool elastic = true;   ///< contacts dissipate no energy and move no charge, and no gas acts
@@ -179,8 +179,8 @@ template <>
 inline constexpr Named<NetworkModel> values_named<NetworkModel>[] = {{NetworkModel::particle, "particle"},
                                                                      {NetworkModel::contact, "contact"}};
 
-/// Options of [network] for `lichtenberg network`, which measures a packing's contacts as resistors; a run does not
-/// read them. solvers/network/resistor.hpp lists the parameters of each model.
+/// Options of [network] for `lichtenberg network`, which measures a packing's contacts as resistors; a run does not use
+/// them. network::resistor_models() lists the parameters of each model.
 struct NetworkOptions {
   std::optional<NetworkModel> model;  ///< empty: both, sequentially
   /// Name in network::resistor_models; empty: constant, of 1 Ohm by default
@@ -197,8 +197,8 @@ struct StopOptions {
   double force = 1e-3;
 };
 
-/// A checked and complete scene: every default is filled in, and populations are placed. Units are SI or those of
-/// `reference`.
+/// A checked and complete scene: defaults are filled in, and populations are placed. Field options may still have to be
+/// chosen for a requested accuracy (field_request). Units are SI or those of `reference`.
 struct Scene {
   std::string path;                   ///< the file it was read from
   std::string text;                   ///< text of that file, with the settings of the command line (provenance)
@@ -260,8 +260,8 @@ struct Setting {
 };
 
 /// Reads and checks a scene file with effects of these kinds. `settings`: keys that are set as if they were in the
-/// file; `Scene::text` then contains them. Throws InputError with the file, line, key, value and allowed values.
-/// src/effects/read_scene.hpp reads scenes with the effects of this program.
+/// file; `Scene::text` then contains them. Throws InputError for an invalid scene; the message names the file and
+/// describes the fault. src/effects/read_scene.hpp reads scenes with the effects of this program.
 Scene read_scene(const std::string& path, const EffectKinds& kinds, const std::vector<Setting>& settings = {});
 
 /// Reads and checks a scene from text in memory; `path` is used in messages.

@@ -46,8 +46,8 @@ struct Impacts {
 };
 
 /// Table of means over the impacts of a Maxwellian gas as functions of temperature. They are interpolated by
-/// polynomials through Chebyshev points of ln T, within 1e-12. Each polynomial is made at its first use, and results do
-/// not depend on the order of calls.
+/// polynomials through Chebyshev points of ln T, to about 1e-12. Each polynomial is made at its first use, and results
+/// do not depend on the order of calls.
 class ImpactTable {
  public:
   explicit ImpactTable(Impacts impacts) : impacts_(std::move(impacts)) {}
@@ -76,9 +76,11 @@ struct CoolingState {
 ///
 ///   dT/dt = -(omega/3) T <(1 - eps(v)^2) x>,   d<q^2>/dt = omega <dq^2>,
 ///
-/// with the collision frequency omega, Maxwellian velocities (impact_mean) and no forces between charges.
+/// with the collision frequency omega, reduced by the duration of collisions (Impacts::duration). Velocities are
+/// Maxwellian (impact_mean), and there are no forces between charges.
 std::vector<CoolingState> cool(double density, const Impacts& impacts, double initial, std::span<const double> times);
-/// Integrates the same equations with tabulated means over impacts.
+/// Integrates temperature and mean square charge of a freely cooling gas like cool(density, impacts, initial, times),
+/// but with tabulated means over impacts.
 std::vector<CoolingState> cool(double density, const ImpactTable& table, double initial, std::span<const double> times);
 
 /// Computes the mean square charge <dq^2> that a collision transfers. The charge is +-strength (Psi_1 m_eff

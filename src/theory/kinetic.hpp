@@ -109,8 +109,9 @@ struct KineticState {
 ///
 ///   dn/dt = -N_m,  d(3nT/2)/dt = -L_r - L_m,  d(n <q^2>)/dt = S_r - S_m.
 ///
-/// The right-hand sides are KineticRates. All rates are multiplied by g / (1 + omega t_c) if impacts have a duration
-/// t_c, with the collision frequency omega. Throws Failure if the gas charges too fast to be integrated.
+/// N_m, L_r, L_m, S_r and S_m are those of KineticRates, multiplied by g (KineticGas::contact_value). If impacts have a
+/// duration t_c, they are also divided by 1 + omega t_c, with the collision frequency omega. Throws Failure if the gas
+/// charges too fast to be integrated.
 std::vector<KineticState> kinetic_evolution(const KineticGas& gas, std::span<const double> times);
 
 }  // namespace lichtenberg::theory

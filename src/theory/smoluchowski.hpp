@@ -30,7 +30,7 @@ double flight_exponent(double beta);
 double flight_time(double beta, double size);
 
 /// Makes the size classes of a discretized distribution: 1, 2, ..., `single`, then sizes in a geometric sequence with
-/// `ratio`, up to `largest`.
+/// `ratio`, at least 1 apart, up to `largest`.
 std::vector<double> size_classes(int single, double ratio, double largest);
 
 /// Size distribution of aggregates at one time, by size class.
@@ -64,8 +64,8 @@ struct CoagulationSeries {
 
 /// Computes mean size S and number of aggregates at these times (ascending, >= 0), up to a million grains, from
 /// Smoluchowski's equation. The error of geometric classes is quadratic in their width, so values of two widths are
-/// extrapolated to zero width (Richardson). Widths are halved until two extrapolations differ by less than three times
-/// `tolerance`, or the ratio is 1.0075.
+/// extrapolated to zero width (Richardson). Widths are halved until two extrapolations of S differ by at most three
+/// times `tolerance` (relative), or the ratio is 1.0075.
 CoagulationSeries coagulation_series(const Kernel& kernel, std::span<const double> times, double tolerance = 1e-4);
 
 }  // namespace lichtenberg::theory

@@ -72,7 +72,7 @@ void check_pictures(const RunArguments& request, const Scene& scene) {
   for (const char* end : {".png", "-series.png"})
     if (std::filesystem::exists(stem + end) && (*end == '.' || scene.reference))
       throw InputError(fmt::format(
-          "the file {} exists, where the run writes its picture: give another name with --out, or allow --overwrite",
+          "the file {} exists, where the run writes its picture: give another name with --out, or give --overwrite",
           stem + end));
 }
 

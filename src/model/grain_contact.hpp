@@ -24,8 +24,8 @@ struct Collision {
   double tangential_speed = 0;  ///< relative speed across the line of centres at separation
 };
 
-/// Contacts of grains that began or ended from `time` - dt to `time` or have not ended at `time`, and the energy that
-/// contacts dissipated in this interval. Units are the reduced ones (t0, m0 v0^2).
+/// Contacts of grains that began or ended from `time` - dt to `time`, and those that have not ended at `time`. Also the
+/// energy that contacts dissipated in this interval. Units are the reduced ones (t0, m0 v0^2).
 struct ContactRecord {
   double time = 0, dt = 0;
   std::vector<GrainContact> begun;  ///< in the order of the steps, and within a step in the order of the pairs

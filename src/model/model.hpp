@@ -66,7 +66,7 @@ struct Model {
   void summarize(double time, Summary& summary);
 
   /// Returns the largest displacement (m) of a body that all effects allow in one step of an integrator
-  /// (Needs::largest_move); infinite without bodies or if no effect limits it.
+  /// (Needs::largest_move). It is infinite without bodies or if no effect limits it.
   double largest_move() const;
 
   /// Returns the input of the effects for the current bodies at `time`, with an updated neighbour list.

@@ -98,7 +98,8 @@ class Motion {
   /// Returns a checkpoint without discarding cached data, to be saved if the motion fails later. Results of a motion
   /// restored from it agree within solver tolerances. Empty if it is not supported.
   virtual std::optional<Checkpoint> snapshot() { return {}; }
-  /// Restores the state of a checkpoint. Throws Failure if it belongs to another scene.
+  /// Restores the state of a checkpoint. Throws Failure if the checkpoint does not fit the scene or this version of the
+  /// program.
   virtual void restore(const Checkpoint& checkpoint) = 0;
 
   /// Returns warnings for the user, such as exceeded error bounds. The run prints them whenever it saves a checkpoint.

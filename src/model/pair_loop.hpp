@@ -165,7 +165,8 @@ class Batch {
   std::array<Numbers, d> direction_;
 };
 
-/// Adds the forces and energies of pairs in batches.
+/// Adds the forces and energies of `pairs` to `output`, in batches. Forces on second particles j >= end are appended to
+/// output.outside.
 template <bool periodic, bool all, int d, class Law>
 void add_range(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, int end,
                const PairOutput& output) {

@@ -65,8 +65,8 @@ class OpenFile {
   FileIdentity identity_;
 };
 
-/// Throws InputError if no file can be created at `path`: its folder is missing or not writable, or its name with the
-/// suffix of a partial file (NewFile) is too long. Also throws if the path is a folder, a link, a device or a pipe.
+/// Throws InputError if no file can be created at `path`: its folder is missing or not writable, or its name is too
+/// long with the suffix of a NewFile. Also throws if the path is a folder, a link, a device or a pipe.
 void check_writable(const std::string& path);
 
 /// Returns true if `name` is a name of a partial NewFile for the file named `of`.

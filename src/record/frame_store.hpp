@@ -16,8 +16,9 @@ namespace lichtenberg {
 
 /// Frames of the result file at `path` while its run writes them. The last frames are the tail in memory, which each
 /// save writes again. Older frames are in segments (separate files that never change). The tail is written to a segment
-/// before a frame would make it exceed its limit. A frame larger than the limit gets its own segment immediately.
-/// Resumed from a large file without segments, a store leaves the earlier frames in that file until the next write.
+/// before a frame would make it exceed its limit. A frame larger than the limit gets its own segment immediately. If a
+/// run is resumed from a large file without segments, the earlier frames stay in that file until the next frame or
+/// save.
 class FrameStore {
  public:
   /// Makes an empty store for the result at `path`. `particles`: number of rows of each column of particles.

@@ -43,9 +43,9 @@ class Recorder {
                         std::uint64_t tail_bytes = usual_tail);
 
   /// Continues a run from the checkpoint in the result at `path`. Throws InputError if there is no result file of this
-  /// program's format, or if another program has changed it or another process is writing it. Throws InputError if its
-  /// scene differs from `scene` outside of the keys that first_change() ignores, or if the two start from different
-  /// results. Throws Failure if it is damaged or cannot be read.
+  /// program's format, or if another program has changed it or another process is writing it. Throws InputError if the
+  /// result's scene differs from `scene` outside of the keys that first_change() ignores, or if the two scenes start
+  /// from different results. Throws Failure if the result is damaged or cannot be read.
   static Recorder resume(const std::string& path, const Scene& scene, std::uint64_t tail_bytes = usual_tail);
 
   /// Returns a warning for a resumed run if a program of another version or commit wrote its last session, because
@@ -69,8 +69,8 @@ class Recorder {
   bool in_one_file() const { return frames_.in_one_file(); }
 
   /// Keeps a frame for the next save. Throws InputError that names a column with a wrong length, a wrong unit or a
-  /// duplicate name, or one that earlier frames lack (a resumed run omits such columns). Throws Failure if frames
-  /// beyond the tail cannot be written to a segment.
+  /// duplicate name. Also throws for a column that earlier frames lack, except in a resumed run, which omits it. Throws
+  /// Failure if frames beyond the tail cannot be written to a segment.
   void add(Frame frame);
 
   /// Adds all frames since the last save to the result, and merges all frames into one file if there is a summary.

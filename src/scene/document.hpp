@@ -21,7 +21,7 @@ std::string shown(const toml::node& node);
 
 /// Sets keys of a TOML document to the values of `settings`, as with_settings (vary.hpp) does. All other values keep
 /// their line numbers. Missing tables are added, except for effects and repeated tables. Throws InputError for a key
-/// that the schema does not have, and for a key of an effect or a repeated table that the document lacks.
+/// that the schema does not have. Also throws for a key of an effect or a repeated table that the document lacks.
 void apply(const std::vector<Setting>& settings, const Schema& schema, toml::table& document);
 
 /// Converts a TOML document to the text of a scene file, without comments.

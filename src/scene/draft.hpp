@@ -139,7 +139,7 @@ struct Draft {
   int line(const std::string& path) const;
 };
 
-/// Returns "path:line: " for an error message; without the line if it is 0 or stands for the command line
+/// Returns "path:line: " for an error message; without the line if it is 0 or marks the command line
 /// (Draft::line).
 std::string location_prefix(const std::string& path, int line);
 

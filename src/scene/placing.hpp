@@ -52,7 +52,7 @@ class SphereGrid {
  private:
   static constexpr int none = -1;
   /// Returns the index of a coordinate's bucket along an axis. Coordinates outside the domain are in the last bucket on
-  /// their side, or in that of their image.
+  /// their side, or along a periodic axis in that of their image.
   int bucket_along(int axis, double coordinate) const;
   /// Returns the index of the bucket `steps` further along the axis; `none` beyond a side.
   int neighbour_bucket(int axis, int bucket, int steps) const;
@@ -79,7 +79,7 @@ void check_given_conductors(const Draft& draft, const std::vector<Electrode>& el
 
 /// Makes the conductors of a scene with the positions and radii of `bodies`, from a result. First come the
 /// [[conductor]]s, then the populations in the order of the file. Throws InputError for an invalid population, if the
-/// numbers of bodies differ, or if a body has a radius that it cannot have according to the file.
+/// numbers of bodies differ, or if the file does not allow the radius of a body.
 std::vector<Conductor> conductors_at(const Draft& draft, const std::vector<Conductor>& bodies);
 
 /// Makes the conductors of a scene, those of populations at random positions (random sequential addition). First come

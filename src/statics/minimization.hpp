@@ -13,9 +13,8 @@
 
 namespace lichtenberg {
 
-/// Minimization of the potential energy of a scene's soft particles, by the method that its table [minimize] names:
-/// gradient descent, FIRE, L-BFGS, Newton-CG, or L-BFGS and Newton-CG combined. Its "time" is the number of the
-/// iteration.
+/// Minimization of the potential energy of a scene's soft particles, by the method of the table [minimize]. Methods are
+/// gradient descent, FIRE, L-BFGS, Newton-CG, or the last two combined. Its "time" is the number of the iteration.
 class Minimization : public Motion {
  public:
   /// Starts at the positions of the scene. Throws InputError if the energy there is infinite, Failure if a force is not

@@ -21,14 +21,16 @@ double contact_value(double density);
 /// contact_value(n).
 double collision_frequency(double density, double temperature);
 
-/// Computes the time tau of Haff's cooling law for a constant restitution coefficient eps and pair correlation g.
+/// Computes the time tau of Haff's cooling law for a constant restitution coefficient eps. n is the density, T_0 the
+/// initial temperature, and g = contact_value(n).
 ///
 ///   1/tau = (2/3) sqrt(pi) (1 - eps^2) n g sqrt(T_0) (1 + 3 a_2/16)
 ///
 /// a_2 (`sonine`) is the second Sonine coefficient of the velocities (van Noije and Ernst 1998).
 double haff_time(double density, double temperature, double restitution, double sonine = 0);
 
-/// Computes the temperature of a freely cooling gas by Haff's law, T_0 / (1 + t/tau)^2 (Haff 1983).
+/// Computes the temperature of a freely cooling gas of constant restitution by Haff's law, T_0 / (1 + t/tau)^2 (Haff
+/// 1983).
 double haff_temperature(double initial, double tau, double time);
 
 /// Computes the mean of f(v, x) over the impacts of a Maxwellian gas. v is the normal speed of impact: v^2 = 4 T x,

@@ -78,10 +78,10 @@ struct KineticRates {
 /// corrected). `coupling`: K, Coulomb's constant. `means`: means over impacts.
 KineticRates kinetic_rates(const Aggregates& gas, double coupling, const ImpactMeans& means);
 
-/// Computes the same rates with an impact speed that includes the acceleration by charges, v_n^2 = (4T/m) (x - s b) u.
-/// In units of T, x = m v^2/(4T) is the relative energy and b = K |q_i q_j|/(d T) the charge energy. s is the sign of
-/// q_i q_j. The impact parameter gives u, uniform in [0, 1]. Pairs that cannot separate after the contact coalesce: x <
-/// (1 - eps^2) (x + b) u with s < 0. Accurate to 1e-6. `coupling`: K.
+/// Computes KineticRates with an impact speed that includes the acceleration by charges, v_n^2 = (4T/m) (x - s b) u. In
+/// units of T, x = m v^2/(4T) is the relative energy and b = K |q_i q_j|/(d T) the charge energy. s is the sign of q_i
+/// q_j. The impact parameter gives u, uniform in [0, 1]. Pairs that cannot separate after the contact coalesce: x < (1
+/// - eps^2) (x + b) u with s < 0. Accurate to 1e-6. `coupling`: K.
 KineticRates contact_speed_rates(const Aggregates& gas, double coupling, const Impacts& impacts);
 
 /// Parameters of a charging and coalescing gas for kinetic_evolution(), in reduced units.

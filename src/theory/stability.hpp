@@ -27,7 +27,8 @@ double hydrodynamic_length(double density);
 /// and l_0 = hydrodynamic_length(density). G 6.30 prints t_0 l_0 for l_0^2.
 double charge_number(double coupling, double density, double mean_charge, double temperature);
 
-/// Growth rates (1/t_0) of the hydrodynamic modes of wave number k (1/l_0): a mode grows if its real part is above 0.
+/// Growth rates (1/t_0) of the hydrodynamic modes of wave number k (1/l_0): a mode grows if the real part of its rate
+/// is above 0.
 struct Modes {
   double wave_number = 0;
   /// Complex growth rates of the three modes that couple density, temperature, velocity along k and potential (G 6.39),
@@ -62,8 +63,8 @@ struct CriticalWave {
   double wave_number = 0;
   bool oscillates = false;  ///< true: a pair of sound modes; false: the heat mode
 };
-/// Finds the critical wave numbers between `least` and `most` (1/l_0), in ascending order: sign changes of the product
-/// of the numerical eigenvalues and of the product of their pair sums. `charge_number`: R.
+/// Finds the critical wave numbers between `least` and `most` (1/l_0), in ascending order. They are sign changes of the
+/// product of the numerical eigenvalues and of the product of their pair sums. `charge_number`: R.
 std::vector<CriticalWave> critical_waves(const TransportCoefficients& c, double charge_number, double least = 1e-3,
                                          double most = 1);
 /// Finds the critical wave numbers by the Routh-Hurwitz criterion: zeros of c and of a b - c of the characteristic

@@ -23,7 +23,7 @@ enum class RandomPurpose : std::uint64_t {
 /// particles i < j, and `count`. `count` distinguishes repeated uses, such as the collisions of one pair or the time
 /// steps.
 struct RandomKey {
-  std::uint64_t seed = 0;
+  std::uint64_t seed = 0;  ///< Random seed of the run
   RandomPurpose purpose = {};
   std::uint64_t i = 0, j = 0, count = 0;
 };

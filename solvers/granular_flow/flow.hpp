@@ -20,10 +20,10 @@ namespace lichtenberg::granular_flow {
 //   e = (3/2) n T + n u^2, q = (15/4) sqrt(T) (kappa* grad T + mu* (T/n) grad n).
 // Terms with zeta* other than the cooling -(3 zeta*/4) n^2 T^(3/2) arise because the unit of speed decreases.
 
-/// Reduced transport coefficients of a charged granular gas. They are the cooling rate zeta*, viscosity eta*, heat
-/// conductivity kappa*, density-gradient coefficient mu* of the heat flux, and charge number R. R = 2 pi K rho_0^2
-/// l_0^2 / (n_0 T_h) with the Coulomb constant K and the units of the equations above. `src/theory/stability.hpp`
-/// computes the coefficients from the restitution coefficient, K, density and charge.
+/// Reduced transport coefficients of a charged granular gas. They are the cooling rate zeta*, viscosity eta*,
+/// thermal conductivity kappa*, density-gradient coefficient mu* of the heat flux, and charge number R.
+/// R = 2 pi K rho_0^2 l_0^2 / (n_0 T_h) with the Coulomb constant K and the units of the equations above.
+/// `src/theory/stability.hpp` computes the coefficients from the restitution coefficient, K, density and charge.
 struct Gas {
   double cooling = 0, viscosity = 0, conduction = 0, density_conduction = 0;  ///< zeta*, eta*, kappa*, mu*
   double charge_number = 0;                                                   ///< R at tau = 0

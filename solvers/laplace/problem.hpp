@@ -10,8 +10,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Boundary condition at one side of the rectangular box: insulating (zero normal field) or an electrode of given
-/// potential.
+/// Boundary condition at one side of the rectangular box: insulating (Neumann boundary condition, zero normal field) or
+/// an electrode (Dirichlet boundary condition, given potential).
 struct Side {
   enum class Kind { insulating, electrode } kind = Kind::insulating;
   double potential = 0;  ///< Potential (V) of an electrode
@@ -110,7 +110,7 @@ struct LaplaceSolution {
   std::vector<double> body_charge;      ///< Field charge of each body (C/m), without charge through couplings
   std::vector<Vec2> body_force;         ///< Force on each body (N/m)
   std::array<double, 4> side_charge{};  ///< Charge on each side of the box if it is an electrode (C/m)
-  double energy = 0;                    ///< Energy (J/m), eps/2 integral |grad V|^2
+  double energy = 0;                    ///< Electrostatic energy of the field (J/m), eps/2 integral |grad V|^2
   long unknowns = 0;                    ///< Number of unknowns of the solver
   int iterations = 0;                   ///< Number of iterations of the solver
   double work = 0;      ///< Operator evaluations, in units of residual evaluations on the whole grid; 0: not counted

@@ -28,7 +28,7 @@ struct Conduction {
   double conductance = 0;               ///< Conductance between the electrodes (S); 0 without a path
   double resistance = 0;                ///< Resistance between the electrodes (Ohm); infinite without a path
   double current = 0;                   ///< Current (A) from the second electrode through the network to the first
-  double power = 0;                     ///< Dissipated power (W): sum over the links of i^2 r
+  double power = 0;                     ///< Dissipated power (W), the Joule heating of all links: sum of i^2 r
   double power_balance = 0;             ///< Relative error |power - V I| / (V I), checked: rounding or tolerance
   std::vector<double> potential;        ///< [nodes] Potential (V); NaN in a component without a path to an electrode
   std::vector<double> link_current;     ///< [links] Current (A) from a to b; exactly 0 outside the backbone

@@ -13,7 +13,8 @@ struct ClusterShape {
   int grains = 0;
   double gyration = 0;       ///< radius of gyration R_g: rms distance of the grains' centres from their mean
   double charge_dipole = 0;  ///< |sum (q_i - <q>) (r_i - mean)|; 0 without charges
-  /// True if its pairs connect around the box. It then has no extent, and R_g and charge_dipole are NaN.
+  /// Percolation: true if its pairs connect around the box. The cluster then has no extent, and R_g and charge_dipole
+  /// are NaN.
   bool percolates = false;
   /// Magnitude |sum mu_i| of the sum of the grains' induced dipoles (G 7.1), defined also for percolating clusters; 0
   /// without dipoles.

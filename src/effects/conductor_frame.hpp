@@ -27,7 +27,7 @@ struct TerminalReading {
 /// Energies (J) that a circuit has received from sources and converted to heat since the start.
 struct EnergyFlows {
   double by_supplies = 0, by_source = 0;  ///< received from potential sources; from the injected current
-  /// Heat in series resistors, in resistive contacts, by leakage through the fluid, in sparks and by drag.
+  /// Joule heating of series resistors, resistive contacts and the leaking fluid; heat of sparks and of drag.
   double series_resistors = 0, contacts = 0, leakage = 0, sparks = 0, drag = 0;
 
   double supplied() const { return by_supplies + by_source; }

@@ -27,7 +27,7 @@ struct Electrostatics {
   std::vector<Vec3> force;        ///< electric force on each conductor (N); z is 0 in two dimensions
   std::vector<double> charge;     ///< charge of each conductor from the field (C), the integral of the surface charge
   std::vector<double> potential;  ///< potential of each conductor (V)
-  double energy = 0;              ///< field energy (J)
+  double energy = 0;              ///< electrostatic energy of the field (J)
   /// Charge (C) through each resistor from a to b in the step: NodeCharges::weight * current at its end
   std::vector<double> carried;
   // Terminals, in the order of terminals_of:

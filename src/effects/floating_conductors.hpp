@@ -73,9 +73,9 @@ void check_can_move(const Scene& scene);
 /// solved, which also requires one process.
 void check_processes(const FieldTable* field);
 
-/// Effect of the electric field between conductors with given charges (Laplace's equation with floating potentials). It
-/// owns the field solver. A field solve dominates the cost of a step, so forces are extrapolated in time between
-/// solves. add_forces() adds the extrapolated forces, which the caller updates (follow()).
+/// Effect of the electric field between floating conductors, which have given charges and unknown potentials (Laplace's
+/// equation). It owns the field solver. A field solve dominates the cost of a step, so forces are extrapolated in time
+/// between solves. add_forces() adds the extrapolated forces, which the caller updates (follow()).
 class FloatingConductors : public Effect {
  public:
   FloatingConductors(const Scene& scene, std::unique_ptr<laplace::LaplaceSolver> solver);  ///< two dimensions

@@ -16,8 +16,8 @@
 
 namespace lichtenberg {
 
-/// Result file of a run, read frame by frame, in the state in which it was opened (ResultFile). Members throw
-/// InputError if data are missing or damaged.
+/// Result file of a run with the trajectory of its bodies, read frame by frame, in the state in which it was opened
+/// (ResultFile). Members throw InputError if data are missing or damaged.
 class Result {
  public:
   /// Opens the file. Throws InputError if it is missing, damaged, without frames, or not of this program's format.

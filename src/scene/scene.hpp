@@ -66,9 +66,10 @@ struct Electrode {
 
 /// Properties of the fluid.
 struct Medium {
-  double permittivity = 0;  ///< F/m, absolute
-  double viscosity = 0;     ///< Pa s
-  double depth = 0;         ///< m: charge in C = depth * charge per metre of the two-dimensional field
+  /// F/m, absolute: dielectric constant of the fluid times the vacuum permittivity
+  double permittivity = 0;
+  double viscosity = 0;  ///< Pa s
+  double depth = 0;      ///< m: charge in C = depth * charge per metre of the two-dimensional field
   /// Temperature (K; 22 degrees Celsius, D 4.1), which relates dissipated power to entropy production
   double temperature = 295.15;
 };
@@ -115,9 +116,9 @@ struct Material {
 /// chosen.
 using FieldTable = std::variant<FieldOptions, FieldRequest>;
 
-/// Units of a scene of grains (G table 5.3), in SI. Numbers of such a scene are in these units: lengths in d0, masses
-/// in m0, velocities in v0, charges in q0. Times are in t0 = d0 / v0, energies and temperatures in m0 v0^2. Only a
-/// material's young and viscosity are in SI.
+/// Reduced units of a scene of grains (G table 5.3) in SI: the factors of the unit conversion. Numbers of such a scene
+/// are in these units: lengths in d0, masses in m0, velocities in v0, charges in q0. Times are in t0 = d0 / v0, energies
+/// and temperatures in m0 v0^2. Only a material's young and viscosity are in SI.
 struct Reference {
   double length = 4.78e-3;  ///< d0, m: diameter of a grain
   double mass = 1.52e-4;    ///< m0, kg: mass of a grain
@@ -134,7 +135,7 @@ struct UnitNames {
 /// the run. After the last stage, the scene's own parameters apply.
 struct Stage {
   double duration = 0;   ///< t0
-  bool elastic = true;   ///< contacts dissipate no energy and move no charge, and no gas acts
+  bool elastic = true;   ///< contacts dissipate no energy and move no charge, and no Effect::drive acts
   double stiffness = 1;  ///< factor of contact stiffness; the restitution stays the same
   /// Temperature (m0 v0^2) at the end of the stage, set by scaling all velocities
   std::optional<double> temperature{};
@@ -205,6 +206,7 @@ struct Scene {
   std::string text;                   ///< text of that file, with the settings of the command line (provenance)
   std::vector<std::string> warnings;  ///< former names of keys and tables in the file
   std::string title;
+  /// random seed: selects the random positions, velocities, charges, charge transfers and gas velocities of a run
   std::uint64_t seed = 1;
   Domain domain;
   Medium medium;

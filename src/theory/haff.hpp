@@ -13,8 +13,8 @@ namespace lichtenberg::theory {
 // The temperature T is the variance of each component of its velocity (G 2.12). The density n is the number of grains
 // per volume.
 
-/// Computes the pair correlation function at contact of hard spheres (Carnahan and Starling 1969): g = (1 - phi/2) / (1
-/// - phi)^3, with the volume fraction phi = pi density / 6.
+/// Computes the radial distribution function (pair correlation function) at contact of hard spheres (Carnahan and
+/// Starling 1969): g = (1 - phi/2) / (1 - phi)^3, with the volume fraction phi = pi density / 6.
 double contact_value(double density);
 
 /// Computes the collision frequency of a grain, omega = 4 n g sqrt(pi T), with density n, temperature T and g =

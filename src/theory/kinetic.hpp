@@ -57,7 +57,8 @@ struct Aggregates {
   double charge_square = 0;  ///< <q^2>
   double mass = 1, diameter = 1;
 
-  /// Returns the Bjerrum parameter B = K <q^2> / (T d), with `coupling` K.
+  /// Returns the Bjerrum parameter B = K <q^2> / (T d): the Bjerrum length K <q^2> / T over the diameter d.
+  /// `coupling`: K.
   double bjerrum(double coupling) const { return coupling * charge_square / (temperature * diameter); }  ///< B
 };
 

@@ -11,9 +11,9 @@ namespace lichtenberg::theory {
 // exp(i k x) of the hydrodynamic equations. Units follow from nu_0 = (16/5) n d^2 sqrt(pi T/m): time t_0 = 1/(2 nu_0),
 // speed sqrt(2T/m), length l_0 = t_0 sqrt(2T/m) = .12467/(n d^2). All are instantaneous values.
 
-/// Transport coefficients of a granular gas, dimensionless: cooling rate zeta*, shear viscosity eta*, thermal
-/// conductivity kappa* and coefficient mu* of the heat flux by density gradients. Source: G, appendix 3, (2)-(8); Brey,
-/// Dufty, Kim and Santos 1998.
+/// Transport coefficients of a granular gas, dimensionless: cooling rate zeta*, shear viscosity eta*,
+/// thermal conductivity kappa* and coefficient mu* of the heat flux by density gradients. Source: G, appendix 3,
+/// (2)-(8); Brey, Dufty, Kim and Santos 1998.
 struct TransportCoefficients {
   double cooling = 0, viscosity = 0, conduction = 0, density_conduction = 0;
 };

@@ -79,8 +79,8 @@ def memory_growth(solves):
 
 
 def frame_overhead(grains):
-    scene = li.Scene(str(HOME / "scenes/neutral-gas.toml"), {"population[0].count": grains, "population[0].filling": 0.05}
-                     if False else {})
+    length = 38.8 * (grains / 8516) ** (1 / 3)  # at the density of the scene
+    scene = li.Scene(str(HOME / "scenes/neutral-gas.toml"), {"population[0].count": grains, "domain.size": [length] * 3})
     run = li.Run(scene, record=False)
     frames = run.frames()
     next(frames)
@@ -114,8 +114,7 @@ def compiled_effect():
     tables = {"domain": {"size": [0.05, 0.05, 0.05]}, "medium": {"permittivity": 2.0, "viscosity": 1e-3},
               "material": {"density": 1000.0}, "stop": {"time": 2e-4, "stationary": False}, "output": {"every": 1e-3, "picture": False},
               "mechanics": {"threads": 1},
-              "conductor": li.conductors(grid + random.uniform(-2e-5, 2e-5, grid.shape), radius=1e-3, velocity=None)
-              if False else li.conductors(grid + random.uniform(-2e-5, 2e-5, grid.shape), radius=1.03e-3)}
+              "conductor": li.conductors(grid + random.uniform(-2e-5, 2e-5, grid.shape), radius=1.03e-3)}
 
     def run(name, effects):
         scene = li.Scene({**tables, "effects": {name: {"young": 1e6}, "stokes_drag": {}}}, effects=effects)

@@ -25,8 +25,9 @@ class Grid {
   /// (bodies with one potential). The threads of `team` do the work; the team may differ from that of the passes.
   void build(const LaplaceProblem& problem, const Level& level, parallel::Team& team);
 
-  /// Smooths the potentials v and phi from zero for the right-hand sides f and `charge`, then computes the residual.
-  /// The order of relaxation is groups (bodies with one potential), red cells, black cells.
+  /// Applies the smoother (red-black Gauss-Seidel relaxation) to the potentials v and phi from zero, for the right-hand
+  /// sides f and `charge`. It then computes the residual. The order of relaxation is groups (bodies with one
+  /// potential), red cells, black cells.
   void smooth_from_zero();
   /// Restricts the residual to the right-hand sides `f` and `charge` of the next coarser grid (full weighting).
   void restrict_to(Grid& coarse);
@@ -41,8 +42,8 @@ class Grid {
   /// entry of `potential`. Groups that this grid absorbs first get the interpolated potential in phi. Mirror images of
   /// cells beyond a side are multiplied by mirrored[side]. A group is a set of bodies with one potential.
   void spread(const std::vector<float>& potential, const std::array<float, 4>& mirrored);
-  /// Sets v to the bilinear interpolation from the next coarser grid, which must have called spread(), and phi to that
-  /// grid's group potentials. A group is a set of bodies with one potential.
+  /// Prolongation: sets v to the bilinear interpolation from the next coarser grid, which must have called spread(),
+  /// and phi to that grid's group potentials. A group is a set of bodies with one potential.
   void interpolate_from(const Grid& coarse);
   /// Solves for the potentials phi of groups (bodies with one potential) joined by couplings (lumped capacitances), for
   /// given `charge` and potentials v of the cells. Without couplings it does nothing.

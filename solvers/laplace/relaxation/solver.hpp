@@ -8,7 +8,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Electrostatic stress whose integral along a contour around a body is the force on the body.
+/// Maxwell stress, or the stress of the normal field alone. Its integral along a contour around a body is the force on
+/// the body.
 enum class Stress {
   maxwell,           ///< eps [(E.n) E - E^2 n / 2]: valid on any closed curve in the fluid
   normal_derivative  ///< eps/2 (dV/dn)^2 n (D 6.16): valid on the surface only, while the curve is off the surface

@@ -40,6 +40,10 @@ class CutCell : public DeviceSolver {
   explicit CutCell(const CutCellOptions& options) : DeviceSolver(options) {}
   ~CutCell() override { release_vectors(); }
 
+  void forget() override {
+    clear_history();
+    if (multigrid_) multigrid_->forget();
+  }
   void follow(const CutCellBackend& coarser) override {
     followed_ = dynamic_cast<const CutCell*>(&coarser);  // null: another kind of device
     recordings_.clear();
@@ -72,7 +76,7 @@ class CutCell : public DeviceSolver {
     profile.copy.bytes = 16 * cells;
     profile.levels = multigrid_->levels();
     profile.coarse_unknowns = multigrid_->coarse_unknowns();
-    forget();
+    clear_history();
     return profile;
   }
 

@@ -104,8 +104,14 @@ class DeviceGrid {
     }
   }
 
-  /// Sets the capacity of strong links (large gap conductances) to 0, until enlarge() raises it; reserve() must follow.
+  /// Sets the memory for strong links (large gap conductances) to 0 entries; call reserve() afterwards. enlarge() can
+  /// raise it again.
   void forget_strong_links() { own().capacity[Items::strong_links] = 0; }
+  /// Sets the memory for all links between groups (bodies with one potential) to 0 entries; call reserve() afterwards.
+  void forget_links_of_groups() {
+    for (const Items::Kind kind : {Items::strong_links, Items::direct_links, Items::joined_links})
+      own().capacity[kind] = 0;
+  }
 
   /// Computes the bodies' outlines in cells and the groups (bodies with one potential) that become part of the grid's
   /// effective medium. `finer`: the next finer grid, with outlines; null for the finest.

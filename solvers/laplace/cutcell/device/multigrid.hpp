@@ -99,6 +99,13 @@ class DeviceMultigrid {
     solves_without_strong_links_ = required(0)[Items::strong_links] > 0 ? 0 : solves_without_strong_links_ + 1;
     return true;
   }
+  /// Discards memory for links between groups (bodies with one potential), because the relaxation of groups depends on
+  /// it. The next set-up thus depends on its problem only.
+  void forget() {
+    for (DeviceGrid<Executor>& grid : grids_) grid.forget_links_of_groups();
+    medium_.clear();  // so that prepare() reserves the arrays again
+    solves_without_strong_links_ = 0;
+  }
   /// Returns a number that changes when arrays move.
   int generation() const { return generation_; }
   /// Returns true if the device solves the coarsest grid's system, so that the V-cycle needs no host.

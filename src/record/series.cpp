@@ -70,7 +70,8 @@ void check_free(const Column& column) {
 void check(const Column& column, std::size_t particles) {
   if (column.name.empty() || column.name.find_first_of("/.") != std::string::npos)
     refuse(column.name, "a name must not be empty and not contain `/` or `.`");
-  if (column.name == step_name || column.name == time_name) refuse(column.name, "each frame has its own step and time");
+  if (column.name == step_name || column.name == time_name)
+    refuse(column.name, "the name is that of the step or time of frames");
   check_free(column);
   if (column.unit.empty()) refuse(column.name, "it has no unit; that of a pure number is \"1\"");
   check_shape(column, particles);

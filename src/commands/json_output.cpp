@@ -37,7 +37,8 @@ void check_output_file(const std::string& path, bool overwrite) {
     throw InputError(
         fmt::format("the file {} ends in .toml as scenes do and is not overwritten: name another file", path));
   if (holds_hdf5(path))
-    throw InputError(fmt::format("the file {} is a result and is not overwritten: name another file", path));
+    throw InputError(
+        fmt::format("the file {} is an HDF5 file, as results are, and is not overwritten: name another file", path));
   if (!overwrite && std::filesystem::exists(path))
     throw InputError(fmt::format("the file {} exists: name another file, or give --overwrite", path));
 }

@@ -213,7 +213,7 @@ Command run_command() {
             &request->overwrite,
             "replace the result file and its pictures if they exist",
             {.excluded = "--resume"}},
-           {"--quiet", &request->quiet, "print only errors"}},
+           {"--quiet", &request->quiet, "print only warnings and errors"}},
           [request] { run(*request); }};
 }
 

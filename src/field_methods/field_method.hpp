@@ -59,7 +59,7 @@ struct FieldMethodKind {
   /// Keys of [field] that a scene may give in addition to method, tolerance, moving_tolerance and device. The default
   /// has the keys of the built-in methods, so that --set field.method compares methods on one scene. Other keys are
   /// refused.
-  std::vector<std::string> keys = {"cells", "threads", "links", "linear_solver", "relaxation_eta"};
+  std::vector<std::string> keys = {"cells", "threads", "boundary_stencil", "linear_solver", "relaxation_eta"};
   FieldTolerances tolerance{};
   /// Error estimator for field.accuracy. Empty: none, and field.accuracy is refused in two dimensions.
   std::optional<laplace::Method> accuracy{};

@@ -7,7 +7,7 @@
 
 namespace lichtenberg::laplace {
 
-/// Upper bound of couplings (lumped conductances between groups, per permittivity) on the coarse grids of the
+/// Upper bound of couplings (lumped capacitances between groups, per permittivity) on the coarse grids of the
 /// preconditioner. Single precision does not distinguish larger couplings. With this bound the elimination in double
 /// precision is accurate enough for a preconditioner. A group is a set of bodies with one potential.
 constexpr double largest_coarse_coupling = 1e9;

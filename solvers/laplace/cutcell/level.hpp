@@ -67,10 +67,11 @@ struct SideLink {
   Vec2 gradient;
 };
 
-/// Lumped conductance (per permittivity) between a floating group and a group of given potential, as a resistor to a
-/// voltage source. A floating group is a set of bodies with one unknown potential.
+/// Coupling (lumped capacitance) between a floating group and a group of given potential, as a conductance. A floating
+/// group is a set of bodies with one unknown potential.
 struct FixedCoupling {
   int group;
+  /// Capacitance per permittivity.
   double conductance;
   /// Given potential (V).
   double potential;

@@ -31,7 +31,7 @@ struct GroupNetwork {
   std::vector<double> diagonal;
   /// Direct links (gap conductances) between groups, each once. They may lead to groups without an unknown potential.
   std::vector<NetworkLink> links = {};
-  /// Couplings (lumped conductances) between groups with unknown potentials. The diagonals do not contain them.
+  /// Couplings (lumped capacitances per permittivity) between groups with unknown potentials, not in the diagonals.
   std::vector<NetworkLink> couplings = {};
   /// By group: sum of its couplings to given potentials; empty without couplings.
   std::vector<double> hold = {};

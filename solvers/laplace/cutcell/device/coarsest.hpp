@@ -71,7 +71,7 @@ struct RowShare {
   }
 };
 
-/// Adds the couplings (lumped conductances) of group g to row `a` of the coarsest grid's matrix, within the bounds of
+/// Adds the couplings (lumped capacitances) of group g to row `a` of the coarsest grid's matrix, within the bounds of
 /// agglomerates.hpp. `slots`: number of cell entries in CoarsestView::index before those of the groups. A group is a
 /// set of bodies with one potential.
 LICHTENBERG_HOST_DEVICE inline void couple_in_row(const ProblemView& problem, const CoarsestView& coarsest, int g,

@@ -11,7 +11,7 @@ namespace lichtenberg::granular_flow {
 
 /// Right-hand side of the hydrodynamic equations (flow.hpp) by finite volumes. It computes the rates of density n,
 /// charge density c, momentum n u and ln T in each cell. u is the velocity, T the temperature.
-/// The flux through a face is the central-upwind flux of Kurganov and Tadmor (2000) between the values on its two
+/// The flux through a face is the central flux of Kurganov and Tadmor (2000) between the values on its two
 /// sides. WENO interpolation computes each value from five cells (Jiang and Shu 1996, weights of Borges and others
 /// 2008). It interpolates ln n, ln T, u and c/n, so that n and T are positive at faces too.
 /// The viscous stress tensor and the heat flux are centred differences of fourth order. The heat flux is limited in

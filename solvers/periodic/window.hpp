@@ -35,7 +35,8 @@ class WindowTransform {
 
   /// Returns the transform of a window of order 4 to 8: a constant object that all callers share.
   static const WindowTransform& of(Window window, int order);
-  /// Makes the transform of a prolate window of any order, for a recipe with fewer boxes than the order.
+  /// Makes the transform of a prolate window of any order. `recipe`: number of boxes (one spacing wide) convolved with
+  /// the prolate function, less than the order, and the function's band limit.
   WindowTransform(int order, ProlateRecipe recipe);
 
   /// Computes the transform at the wave numbers k + 2 pi m (in 1 / spacing) for m from -far_aliases to far_aliases.

@@ -14,9 +14,9 @@ namespace lichtenberg::laplace {
 /// from cells `flux`.
 class GroupRelaxation {
  public:
-  /// Chooses and factorizes the block of coupled groups, and lists the direct links (gap conductances). `diagonal`
-  /// [groups]: sum of each group's conductances without couplings (lumped capacitances); 0 for groups of given
-  /// potential. A group is a set of bodies with one potential.
+  /// Chooses and factorizes the block: the groups with couplings (lumped capacitances) or strong direct links (gap
+  /// conductances). Lists all direct links. `diagonal` [groups]: sum of each group's conductances to cells and through
+  /// direct links, without couplings; 0 for groups of given potential. A group is a set of bodies with one potential.
   void build(const LaplaceProblem& problem, const Level& level, const std::vector<float>& diagonal);
 
   /// Computes new potentials phi by one Gauss-Seidel sweep. It relaxes the single groups (bodies with one potential) in

@@ -40,7 +40,8 @@ class ChargeConstraints {
 
   /// Computes the charge (C) that flows through each of the problem's couplings, from its group a to its group b.
   std::vector<double> carried(const double* x) const;
-  /// Computes the potential difference (V) across each coupling with an unknown.
+  /// Computes the potential difference (V) across each coupling (lumped capacitance between two groups) that has a
+  /// floating end, and hence an unknown in x.
   std::vector<double> differences(const double* x) const;
   /// Sets the couplings' unknowns in x from the potential differences (V) across them.
   void set_differences(std::span<const double> difference, double* x) const;

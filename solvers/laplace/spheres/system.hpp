@@ -131,8 +131,9 @@ class System {
   /// Makes an initial guess with the given charges: a corrected linear combination of past solutions, if there are any.
   /// `noise`: relative error of past solutions.
   std::vector<double> start(const History& history = {}, double noise = 0) const;
-  /// Computes the right-hand side of apply(x). It is sqrt(R) (fixed potential - potential of the sides) for l = 0, the
-  /// sides' field for l = 1, and the fixed potentials at couplings. Potentials of floating groups count as 0.
+  /// Computes the right-hand side of apply(x). It is sqrt(R) (fixed potential - potential without spheres) for l = 0,
+  /// and R sqrt(R beta) times the field without spheres for l = 1. For a coupling (lumped capacitance C between groups
+  /// a and b) it is sqrt(C') (V_a - V_b), with C' = C / (4 pi eps). Potentials of floating groups count as 0.
   std::vector<double> right_hand_side() const;
   /// Returns the right-hand side for one group at 1 V and all else at 0.
   std::vector<double> unit_potential(int group) const;

@@ -97,8 +97,8 @@ class ChargeSums {
   /// Returns the fields and potentials at the sources, in device memory.
   FieldSample* field_at_source() const { return field_at_source_.data(); }
   /// Returns the forces on charges with dipoles, in device memory, after an evaluation with dipoles. The component
-  /// `potential` contains the share of the source in the net force that the caller subtracts; the total of the shares
-  /// is Totals::square.
+  /// `potential` contains the weight of the source for the correction of the net force. The caller subtracts
+  /// (net force) * weight / Totals::square from each force. Totals::square is the sum of the weights.
   FieldSample* force() const { return force_.data(); }
   /// Returns the sums over all charges, in device memory.
   const Totals* totals() const { return totals_.data(); }

@@ -11,9 +11,10 @@ namespace lichtenberg::periodic::device {
 /// on the order.
 struct Totals {
   double x = 0, y = 0, z = 0;  ///< Sum of charge times field, or of the forces with dipoles
-  double square = 0;           ///< Sum of the squared charges, or of the sources' shares in the net force with dipoles
-  double charge = 0;           ///< Sum of the charges
-  double energy = 0;           ///< Energy: half of charge times potential, without the background
+  /// Sum of the squared charges; with dipoles, of the sources' weights for the correction of the net force
+  double square = 0;
+  double charge = 0;  ///< Sum of the charges
+  double energy = 0;  ///< Energy: half of charge times potential, without the background
 
   LICHTENBERG_HOST_DEVICE Totals& operator+=(const Totals& t) {
     x += t.x, y += t.y, z += t.z, square += t.square, charge += t.charge, energy += t.energy;
@@ -42,7 +43,7 @@ LICHTENBERG_HOST_DEVICE inline Totals terms_of(const PointCharge& charge, const 
 }
 
 /// Returns the terms of a charge with a dipole in Totals, for the field and force at the source. Stores the source's
-/// share of the net force that is subtracted in force.potential; for the share, the dipole counts as two charges 1 /
+/// weight for the correction of the net force in force.potential. For the weight, the dipole counts as two charges 1 /
 /// sqrt(inverse_separation2) apart (../mesh.cpp).
 LICHTENBERG_HOST_DEVICE inline Totals terms_of(const PointCharge& charge, const Moment& m, const FieldSample& f,
                                                FieldSample& force, float inverse_separation2) {

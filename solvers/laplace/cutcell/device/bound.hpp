@@ -68,8 +68,9 @@ LICHTENBERG_HOST_DEVICE inline bool has_subgrid_conductors(const GridView& grid,
 
 /// Finds the near-surface cells that the V-cycle eliminates, with the Schur-complement terms at their links. Such a
 /// cell has a large conductance to a conductor and no flux to subgrid conductors (bodies too small for the grid).
-/// `joined_before` [boundary cells + 1]: becomes the number of entries that list_joined() makes for earlier cells. A
-/// boundary cell is a fluid cell next to a conductor.
+/// `joined_before` [boundary cells + 1]: becomes, for each cell, the number of list entries of all cells before it. An
+/// entry is one end of a conductance that the elimination of a cell adds between two groups (list_joined()). A boundary
+/// cell is a fluid cell next to a conductor; a group is a set of bodies with one potential.
 template <class Executor>
 void find_bound_cells(const Executor& run, ProblemView problem, GridView grid, int* joined_before) {
   run.fill(grid.bound.share, 0, grid.capacity[Items::links] * sizeof(float));

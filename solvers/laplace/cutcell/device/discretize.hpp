@@ -56,9 +56,10 @@ void outline_bodies(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Counts the strips (parts of rows of cells) in each body's bounding box, by rank (order of bodies by group). Subgrid
-/// conductors (bodies too small for the grid) of one group around the same four cells have one strip, with the first
-/// body. A group is a set of bodies with one potential.
+/// Counts the strips (parts of rows of cells) of each body, by rank (order of bodies by group). A resolved body has
+/// those in its bounding box, and a body that the medium absorbs has none. Subgrid conductors (bodies too small for the
+/// grid) of one group around the same four cells have one strip, with the first body. A group is a set of bodies with
+/// one potential.
 template <class Executor>
 void count_strips(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(problem.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int rank) {

@@ -68,8 +68,9 @@ class Follower {
 };
 
 /// Computes an initial guess x: the newest solution plus the change on the coarser grid (add_change). The change is
-/// interpolated bilinearly between cell centres; a group (bodies with one potential) gets the mean of its bodies. The
-/// change is even about an insulating side and odd about an electrode, whose potential does not change.
+/// interpolated bilinearly between cell centres. A floating group (bodies with one unknown potential) gets the mean of
+/// its bodies, other groups 0. The change is even about an insulating side and odd about an electrode, whose potential
+/// does not change.
 template <class Executor>
 void follow_change(const Executor& run, ProblemView problem, GridView grid, SolutionView newest, ChangeView change,
                    double* x) {

@@ -100,7 +100,8 @@ struct Items {
     unknown_groups,
     /// On a small grid: groups with an unknown potential.
     own_groups,
-    /// Links between groups, made by the elimination of near-surface cells (bound.hpp).
+    /// Links (conductances) between groups (bodies with one potential) that arise where the V-cycle eliminates
+    /// near-surface cells (bound.hpp).
     joined_links,
     /// On the finest grid: 1 if any direct link requires clusters (groups solved together).
     strong_links,
@@ -208,7 +209,7 @@ struct HomogenizedPoint {
   }
 };
 
-/// Points in the plane, sorted by bin. A bin is a set of four neighbouring cells, between which its points are
+/// Homogenized points, sorted by bin. A bin is a set of four neighbouring cells, between which its points are
 /// interpolated; the lower left cell gives its number. Sums over the points around a cell then always have the same
 /// order.
 struct Bins {

@@ -46,7 +46,8 @@ class DeviceGrid {
 
   /// Returns the device pointers to the grid's arrays.
   const GridView& view() const { return arrays_.view.grid; }
-  /// Returns the number of fluid cells (outside all bodies), from the `numbers` of this grid's items.
+  /// Returns the number of fluid cells: all cells of the grid minus the covered ones (inside bodies). `numbers`: number
+  /// of this grid's items of each kind.
   long fluid_cells(const Numbers& numbers) const {
     return static_cast<long>(view().layout.nx) * view().layout.ny - numbers[Items::covered];
   }

@@ -189,7 +189,8 @@ void distribute_points(const Executor& run, ProblemView problem, GridView grid, 
   });
 }
 
-/// Points with a share in one cell: those of the four bins that contain the cell.
+/// Homogenized points around one cell: those of the four bins that contain the cell. A homogenized point represents
+/// unresolved bodies of one group between the same four cells (HomogenizedPoint).
 struct CellBins {
   const Bins& bins;
   int below, above;  // first bin of either row
@@ -198,9 +199,11 @@ struct CellBins {
       : bins(b), below(j * (at.nx + 1) + i), above(below + at.nx + 1) {}
   /// Returns the number of points in the two lower of the cell's four bins.
   LICHTENBERG_HOST_DEVICE int below_count() const { return bins.start[below + 2] - bins.start[below]; }
-  /// Returns the number of points with a share in the cell.
+  /// Returns the number of homogenized points (HomogenizedPoint: small bodies of one group, treated as one point) in
+  /// the four bins that contain the cell.
   LICHTENBERG_HOST_DEVICE int count() const { return below_count() + bins.start[above + 2] - bins.start[above]; }
-  /// Returns value(group, share in the cell) of the t-th point. A group is a set of bodies with one potential.
+  /// Returns value(group, share) of the t-th homogenized point. `share`: part of the point's area or conductance in the
+  /// cell, or its interpolation weight. A group is a set of bodies with one potential.
   template <class Value>
   LICHTENBERG_HOST_DEVICE auto value(int t, Value of) const {
     const int n = below_count(), first = t < n ? below : above;
@@ -209,8 +212,9 @@ struct CellBins {
   }
 };
 
-/// Returns the sum of value(group, share) over the points with a share in cell (i, j). A group is a set of bodies with
-/// one potential.
+/// Returns the sum of value(group, share) over the homogenized points (unresolved bodies of one group, between the same
+/// four cells) around cell (i, j). `share`: part of the point's area or conductance in this cell, or its interpolation
+/// weight. A group is a set of bodies with one potential.
 template <class Value>
 LICHTENBERG_HOST_DEVICE float gathered(const Layout& at, const Bins& bins, int i, int j, Value value) {
   const CellBins around(at, bins, i, j);

@@ -377,8 +377,9 @@ void average_bodies(const Executor& run, ProblemView problem, GridView grid, dou
 }
 
 /// Computes a stored solution, or its difference from `older` if that has data, on the unknowns of the present
-/// geometry. A newly uncovered cell has its conductor's last potential, a new group (bodies with one potential) the
-/// mean of its bodies. `v`: receives the result, by slot (memory index), then by group.
+/// geometry. A newly uncovered cell has its conductor's last potential. A floating group (bodies with one unknown
+/// potential) has the mean of its bodies, other groups 0. `v`: receives the result, by slot (memory index), then by
+/// group.
 template <class Executor>
 void difference_on_unknowns(const Executor& run, ProblemView problem, GridView grid, SolutionView solution,
                             SolutionView older, double* v) {

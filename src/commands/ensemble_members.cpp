@@ -98,7 +98,8 @@ void check_names(const std::vector<Member>& members) {
   for (const Member& member : members)
     if (!names.insert(member.name).second)
       throw InputError(
-          fmt::format("two members of the ensemble would both have the name {}: leave out values that are given twice",
+          fmt::format("two members of the ensemble would both have the name {}: leave out values that are given twice, "
+                      "or that differ only in characters other than letters, digits, '.', '-' and '+'",
                       member.name));
 }
 

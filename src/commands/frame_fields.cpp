@@ -111,12 +111,13 @@ struct FieldsRequest {
   bool quiet = false;
 };
 
-/// Reads frame indices from standard input, one per line. `count`: number of frames. Throws InputError.
+/// Reads frame indices, separated by white space, from standard input. `count`: number of frames. Throws InputError.
 std::vector<int> chosen_frames(int count) {
   std::vector<int> frames{std::istream_iterator<int>(std::cin), std::istream_iterator<int>()};
   const auto is_there = [&](int frame) { return frame >= 0 && frame < count; };
   if (!std::cin.eof() || !std::ranges::all_of(frames, is_there))
-    throw InputError(fmt::format("standard input must hold indices of frames, one on a line, from 0 to {}", count - 1));
+    throw InputError(
+        fmt::format("standard input must contain indices of frames from 0 to {}, separated by white space", count - 1));
   return frames;
 }
 

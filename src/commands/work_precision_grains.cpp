@@ -244,8 +244,8 @@ void sweep_grains(const Scene& scene, const Request& request) {
       .title = fmt::format("motion of {} grains over {:g} t0", scene.conductors.size(), subject.scene.stop.time),
       .quantities = {"places", "energy book"},
       .measure =
-          "rms distance of grains from the reference, in d0; error of the energy balance over the initial kinetic "
-          "energy",
+          "rms distance of grains from the reference, in d0; error of the energy balance over the sum of the "
+          "final kinetic and the dissipated energy",
       .work = "steps of contacts",
       .clock = "time of one core"};
   request.begin();

@@ -98,9 +98,11 @@ const EffectKind& InducedDipolesOptions::kind() {
                 "dielectric sphere of diameter d0 and relative permittivity eps_r, 1/8 of a conductor of this size"},
            {.name = "sum",
             .target = target<&InducedDipolesOptions::sum>,
-            .help = "periodic images in the interactions of charges and dipoles. ewald: all images, by Ewald sums; "
-                    "mixed-consistent: between dipoles nearest images only; minimum-image: nearest images only, except "
-                    "between charges; source: as printed in Singh 2019, with forces that derive from no energy"},
+            .help =
+                "periodic images in the interactions of charges and dipoles. ewald: all images, by Ewald sums; "
+                "mixed-consistent: between dipoles near images only; minimum-image: near images only, except between "
+                "charges; source: as printed in Singh 2019, with forces that derive from no energy. Near images are "
+                "nearest images closer than half of the shortest edge of the domain"},
            {.name = "tolerance",
             .target = target<&InducedDipolesOptions::tolerance>,
             .range = ranges::accuracy,

@@ -26,8 +26,8 @@ Table reference() {
           .help =
               "Makes the scene one of grains in reduced units. Its numbers are in units of these scales, even if their "
               "keys name another unit: lengths in d0, masses in m0, velocities in v0, charges in q0, times in t0 = d0 "
-              "/ v0, energies and temperatures in m0 v0^2. Only a material's young and viscosity are in SI. The "
-              "defaults are those of Singh 2019, table 5.3.",
+              "/ v0, energies and temperatures in m0 v0^2. Only the keys of this table and the keys young and "
+              "viscosity of [effects.viscoelastic_contact] are in SI. The defaults are those of Singh 2019, table 5.3.",
           .open = [](Draft& d, int) { d.scene.reference.emplace(); },
           .keys =
               {

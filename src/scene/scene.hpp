@@ -118,7 +118,8 @@ using FieldTable = std::variant<FieldOptions, FieldRequest>;
 
 /// Reduced units of a scene of grains (G table 5.3) in SI: the factors of the unit conversion. Numbers of such a scene
 /// are in these units: lengths in d0, masses in m0, velocities in v0, charges in q0. Times are in t0 = d0 / v0,
-/// energies and temperatures in m0 v0^2. Only a material's young and viscosity are in SI.
+/// energies and temperatures in m0 v0^2. Only the keys of [units] and the keys young and viscosity of
+/// [effects.viscoelastic_contact] are in SI.
 struct Reference {
   double length = 4.78e-3;  ///< d0, m: diameter of a grain
   double mass = 1.52e-4;    ///< m0, kg: mass of a grain

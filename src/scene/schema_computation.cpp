@@ -93,8 +93,9 @@ std::vector<Key> field_accuracy() {
                "walls, also from infinity). Errors of charges, also of the charge through resistors, are relative to "
                "the largest, and errors of forces on conductors to the largest. Forces below 1e-11 of eps V^2, with "
                "the permittivity eps and the largest potential difference V, count as rounding. Errors are measured: "
-               "`solve` refuses an accuracy that it cannot reach. A run makes the choice at its start, in the plane "
-               "for gaps down to contact_discharge's, and checks it at checkpoints"},
+               "`solve` refuses an accuracy that it cannot reach. A run makes the choice at its start. In the plane "
+               "it does so for gaps down to effects.contact_discharge.contact_distance, and checks the choice at "
+               "checkpoints"},
       {.name = "method",
        .target = field_method(),
        .computed_default = "\"cut-cell\"; in three dimensions \"spheres\"",
@@ -213,12 +214,14 @@ std::vector<Key> conductor_steps() {
        .target = [](Draft& d) { return &d.scene.mechanics.euler_step; },
        .unit = "s",
        .range = positive,
-       .help = "time step of the integrator euler, in s"},
+       .help = "largest time step of the integrator euler, in s; the time between two field solves is divided into "
+               "equal steps"},
       {.name = "euler_field_step",
        .target = [](Draft& d) { return &d.scene.mechanics.euler_field_step; },
        .unit = "s",
        .range = positive,
-       .help = "time between two field solves of the integrator euler, in s"},
+       .help = "largest time between two field solves of the integrator euler, in s; the time between two frames is "
+               "divided into equal parts"},
   };
 }
 
@@ -239,7 +242,8 @@ std::vector<Key> grain_steps() {
        .range = {.low = 4, .high = 1e4},
        .computed_default = "from effects.coulomb.accuracy: 16 for 1e-3, 50 for 1e-4; 16 without",
        .help = "for multirate: number of substeps in the shortest possible contact, or in the damping time if that is "
-               "shorter; with n substeps the energy of a contact has a relative error of about 1 / (4 n^2)",
+               "shorter; with n substeps, at least 16, the energy of a contact has a relative error of about "
+               "1 / (4 n^2)",
        .old_name = "contact_steps"},
       {.name = "threads",
        .target = [](Draft& d) { return &d.scene.mechanics.threads; },

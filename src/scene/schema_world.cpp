@@ -162,7 +162,7 @@ std::vector<Key> electrode_shape() {
        .unit = "m",
        .range = positive,
        .shapes = {"disk", "half-disk", "ring", "sphere"},
-       .help = "radius of the disk, the ring's circle or the sphere, in m"},
+       .help = "radius of the disk, the half-disk, the ring's circle or the sphere, in m"},
       {.name = "side",
        .target = [](Draft& d) { return &d.electrodes.back().side; },
        .texts = {"left", "right", "bottom", "top"},

@@ -4,8 +4,8 @@
 
 namespace lichtenberg {
 
-/// Prints how the motion of a scene of grains is computed (steps, contacts, sums of forces), the predictions of theory
-/// and the cost.
+/// Prints the units of a scene of grains, its filling, and its total momentum and charge. Prints how its motion is
+/// computed (stages, steps, contacts), the memory, the predictions of theory and the cost.
 void explain_grains(const Scene& scene);
 
 }  // namespace lichtenberg

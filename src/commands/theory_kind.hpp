@@ -27,7 +27,7 @@ struct TheoryRequest {
 };
 
 /// Declaration of a theory of a gas of grains for `lichtenberg theory`. To add a theory, write a file with a function
-/// that returns its TheoryKind, and add a line to theory_kinds().
+/// that returns its TheoryKind, declare the function below, and add it to theory_kinds().
 struct TheoryKind {
   std::string name;
   /// Computes the results. Throws InputError for a gas to which the theory does not apply.

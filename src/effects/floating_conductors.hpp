@@ -147,9 +147,9 @@ class FloatingConductors : public Effect {
   std::int64_t solves_ = 0, iterations_ = 0, predictions_ = 0;
 };
 
-/// Makes the effect for a run, with the scene's field solver and with a predictor if predictor_cells() is not 0 in two
-/// dimensions. The solver has the tolerance field.moving_tolerance, or field.tolerance for spheres if
-/// is_inside_integrator().
+/// Makes the effect for a run, with the scene's field solver. In two dimensions it also has a predictor (a solver on a
+/// coarser grid) if predictor_cells() is not 0. The solver's tolerance is field.moving_tolerance; for spheres with
+/// is_inside_integrator() it is field.tolerance.
 std::unique_ptr<FloatingConductors> make_floating_conductors(const Scene& scene);
 
 }  // namespace lichtenberg::effects

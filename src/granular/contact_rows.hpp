@@ -299,8 +299,9 @@ void ContactRows<d, Law>::follow(parallel::Team& team) {
   });
 }
 
-/// Integrates each pair of a vector separately over the step, by go(motion, partial step), and stores the results in
-/// the columns. The relative acceleration by all other forces is linear in time. Returns the result of `go`.
+/// Integrates a SIMD vector of pairs over the step, each pair on its own, and stores the results in the columns.
+/// go(motion, begun) completes the step from `begun`, the motion up to the onset of the contact (PartialStep). The
+/// relative acceleration by all other forces is linear in time. Returns the result of `go`.
 template <int d, class Law>
 template <class Indices, class Go>
 [[gnu::flatten]] auto ContactRows<d, Law>::follow_pairs(const Indices& of, const Go& go) {

@@ -170,7 +170,7 @@ class Gas {
   /// Returns kinetic energy plus elastic energy of contacts (m0 v0^2).
   double mechanical_energy() const;
   State state();
-  /// Sets the contact law of the current stage.
+  /// Sets the contact law of the current stage of equilibration; after the last stage, that of the scene.
   void set_law();
   /// Scales all momenta to a temperature (m0 v0^2). Throws Failure if all grains are at rest.
   void rescale(double temperature);

@@ -113,10 +113,10 @@ class PairMotion {
 
   // The parts of `integrate` for several pairs. The caller collects the few pairs whose force ends within the step.
 
-  /// Motion of a pair over the first part of a step.
+  /// Motion of a pair over the first part of a step, or over the whole step if the pair stays separate.
   struct PartialStep {
-    Step step;   ///< motion up to the time `from`
-    Real from;   ///< time since the start of the step
+    Step step;   ///< motion up to the time `from`; for a separate pair, to the end of the step
+    Real from;   ///< time since the start of the step; 0 for a separate pair
     Real age;    ///< time since the onset of the contact, at `from`
     Mask moves;  ///< false: the pair is separate throughout the step
   };

@@ -20,7 +20,7 @@ struct ForceJump {
 /// Corrects positions for the delay.
 class MergerScheduler {
  public:
-  /// Makes a scheduler. All arguments must outlive this object.
+  /// Makes a scheduler. `model` and `flight` must outlive this object.
   MergerScheduler(const Scene& scene, Model& model, const FreeFlight& flight);
 
   /// Returns the longest time (s) by which a group merge may be delayed.

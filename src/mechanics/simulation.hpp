@@ -28,8 +28,10 @@ class Simulation : public Motion {
   double next_frame() const override;
   double end_time() const override;
   /// Advances the scene to `time` (s). Throws Paused if `pause` returns true between two steps. Throws InputError if
-  /// the first instant cannot be solved, by a short circuit, for example. Throws Failure if a solver fails or
-  /// conductors connect different prescribed potentials (a short circuit).
+  /// the state at the first instant is not valid: a short circuit of perfect conductors, or surfaces of different
+  /// potential that touch. Throws Failure if a solver fails, or if conductors connect different prescribed potentials
+  /// later (a short circuit). Throws Failure at any instant if a contact of finite conductance joins bodies that
+  /// touch at different potentials.
   void advance_to(double time, const std::function<bool()>& pause = {}) override;
   /// Returns true at stop.time, or earlier in a stationary state if stop.stationary is set.
   bool finished() override;

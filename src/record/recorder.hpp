@@ -16,7 +16,8 @@
 
 namespace lichtenberg {
 
-/// Data that one save writes in addition to the frames: checkpoint, field, times, summary.
+/// Data that one save writes in addition to the frames: checkpoint, field, wall-clock times, summary with warnings,
+/// time series, and quantities of the last frame.
 struct Milestone {
   Checkpoint checkpoint;
   std::optional<laplace::Field> field;    ///< field at the time of the last frame

@@ -143,7 +143,7 @@ struct Draft {
 /// (Draft::line).
 std::string location_prefix(const std::string& path, int line);
 
-/// Throws InputError with the text "path:line: " followed by `message`. Line 0 is left out.
+/// Throws InputError with location_prefix(path, line), that is "path:line: " or "path: ", followed by `message`.
 [[noreturn]] void refuse(const std::string& path, int line, const std::string& message);
 /// Throws InputError if the file has this table or key: "[table] PREDICATE" or "table.key PREDICATE".
 void refuse_if_given(const Draft& draft, const std::string& key, const std::string& predicate);

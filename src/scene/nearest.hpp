@@ -7,8 +7,8 @@
 
 namespace lichtenberg {
 
-/// Computes the Levenshtein distance: the number of insertions, deletions and replacements of single characters that
-/// convert a to b.
+/// Computes the Levenshtein distance: the smallest number of insertions, deletions and replacements of single
+/// characters that convert a to b.
 int edit_distance(std::string_view a, std::string_view b);
 
 /// Returns the word with the smallest Levenshtein distance to `word`, the first of equals. `words` must not be empty.

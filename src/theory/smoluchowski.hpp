@@ -30,7 +30,7 @@ double flight_exponent(double beta);
 double flight_time(double beta, double size);
 
 /// Makes the size classes of a discretized distribution: 1, 2, ..., `single`, then a geometric sequence with `ratio` up
-/// to `largest`. Neighbouring sizes differ by at least 1.
+/// to `largest`. Neighbouring sizes differ by at least 1, so that the last can exceed `largest` by less than 1.
 std::vector<double> size_classes(int single, double ratio, double largest);
 
 /// Size distribution of aggregates at one time, by size class.

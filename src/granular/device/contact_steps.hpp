@@ -151,7 +151,8 @@ struct StepParameters {
   int unused = 0;
 };
 
-/// Contact law with the factor of the forces for the radii of one pair.
+/// Contact law of one pair: the law of all grains, and the factor `scale` of its forces, which follows from the radii
+/// of the pair.
 template <class Law>
 struct LawOfPair {
   Law law;
@@ -430,7 +431,8 @@ struct ContactSteps {
     grains.collisions[s] += count;
     grains.begun[s] = no_end;
   }
-  /// Returns the index in the scene of the other grain of a new contact; `end`: element of a grain's linked list.
+  /// Returns the index in the scene of the other grain of a new contact. `end`: element of a grain's linked list of new
+  /// contacts, 2 * active pair + (0 for the lower grain, 1 for the higher).
   LICHTENBERG_HOST_DEVICE int partner(int end) const {
     const GrainPair& p = contacts.active[end / 2];
     return grains.number[end % 2 ? p.lower : p.higher];

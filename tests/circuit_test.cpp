@@ -261,7 +261,7 @@ TEST_CASE("series resistor: monolithic coupling of the field is refused") {
                        InputError);
 }
 
-TEST_CASE("series resistor: energy balances; half of the supplied energy is heat") {
+TEST_CASE("series resistor: energy balances; half of it becomes heat once charged") {
   for (const double rc : {1e-9, 0.2, 100.0})
     for (const double tau : {0.0, 0.1}) {
       Scene scene = resistor_scene(rc / capacitance);

@@ -144,7 +144,7 @@ TEST_CASE("contact of two fixed potentials through a resistance: ends the run") 
   CHECK_FALSE(contains(ended.err, "too soft"));
 }
 
-TEST_CASE("SIGTERM or SIGHUP: run stops between two steps and can be resumed") {
+TEST_CASE("SIGTERM or SIGHUP: run stops between two steps and names --resume") {
   const Folder folder;
   // The only frame in 1000 simulated seconds takes hours.
   std::string endless = replaced(lone_supply, "every = 0.05", "every = 1000");

@@ -280,7 +280,7 @@ TEST_CASE("explain: measures the cost of a shuttle's run, adds that of the pictu
                  "measured here up to its end at 0.001 s"));
 }
 
-TEST_CASE("explain: measures the cost of runs without drag and without field") {
+TEST_CASE("explain: measures the cost of a run without drag and one without field") {
   const Folder folder;
   folder.write("charged.toml", small_scene + "[stop]\ntime = 1e-3\nstationary = false\n");
   folder.write("falling.toml",

@@ -68,7 +68,7 @@ TEST_CASE("gas: 100 steps need fewer than 25 neighbour searches") {
 
 // Collisions do not double the largest speed of equal grains, but light grains among heavy ones can exceed it. The gap
 // of half a diameter closes before the next planned rebuild.
-TEST_CASE("contact search: a grain faster than predicted is found at the next call") {
+TEST_CASE("contact search: contact of a grain faster than predicted is found once") {
   Scene scene = grains::cube(10);
   grains::add(scene, {4, 5, 5}, {0.01, 0, 0});
   grains::add(scene, {5.5, 5, 5}, {0, 0, 0});

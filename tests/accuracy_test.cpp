@@ -42,7 +42,7 @@ std::string refusal(const LaplaceProblem& problem, const AccuracyRequest& reques
 
 }  // namespace
 
-TEST_CASE("scales_of: error units are the largest potential range, charge and force") {
+TEST_CASE("scales_of: potential range, largest charge and force (of moving disks)") {
   LaplaceProblem problem = three_disks();
   problem.bodies.push_back({Bar{{0.1, 0.8}, {0.2, 0.8}, 0.05}, 2});
   LaplaceSolution solution;
@@ -225,7 +225,7 @@ TEST_CASE("multipole accuracy: met where charges or forces vanish by symmetry") 
     }
 }
 
-TEST_CASE("multipole accuracy: 0.1 to 0.001 are met for forces on neutral disks") {
+TEST_CASE("multipole accuracy: requests of 0.1 to 0.001 are met for neutral disks") {
   LaplaceProblem problem{.size = {12.1647, 12.1647}, .permittivity = 1};
   problem.sides[left] = {Side::Kind::electrode, 400, {}};
   problem.sides[right] = {Side::Kind::electrode, 0, {}};
@@ -252,7 +252,7 @@ TEST_CASE("multipole accuracy: 0.1 to 0.001 are met for forces on neutral disks"
   }
 }
 
-TEST_CASE("accuracy: met if potentials differ by only 1e-4 of their value") {
+TEST_CASE("cut-cell accuracy: met if potentials differ by only 1e-4 of their value") {
   LaplaceProblem problem = three_disks();
   constexpr double level = 1e4;  // The potentials differ by about 1.
   for (Side& side : problem.sides) side.potential += level;
@@ -262,7 +262,7 @@ TEST_CASE("accuracy: met if potentials differ by only 1e-4 of their value") {
   CHECK(largest_error(problem, found.solution, exact, scales_of(problem, exact)) <= 3e-3);
 }
 
-TEST_CASE("accuracy for a run: a smaller expected gap requires more cells") {
+TEST_CASE("accuracy for a run: an expected gap below the initial needs more cells") {
   AccuracyRequest request{.accuracy = 1e-2, .method = Method::cut_cell};
   const int now = solve_to_accuracy(three_disks(), request).choice.cells;
   request.least_gap = 0.01;  // A gap smaller by 4 has 4^(3/2) times the error and needs 4^(3/4) times the cells.

@@ -321,7 +321,7 @@ TEST_CASE("analyse: prints a line per frame and details of the last frame") {
     CHECK_MESSAGE(ended.out.find(part) != std::string::npos, part);
 }
 
-TEST_CASE("analyse: contacts not recorded per frame follow from distances and tree") {
+TEST_CASE("analyse: unrecorded contacts follow from distances and the recorded tree") {
   const Folder folder;
   saved_run(folder / "four.h5");
   change(folder / "four.h5", [](const hdf5::Handle& file) {

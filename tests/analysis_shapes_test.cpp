@@ -125,7 +125,7 @@ ClusterShape shape_of(Cluster3 cluster) {
 
 }  // namespace
 
-TEST_CASE("cluster shapes: joined across the box corner; a ring percolates") {
+TEST_CASE("cluster shapes: joined across a box face; a ring around it percolates") {
   std::vector<Vec3> chain, ring;
   for (int k = 0; k < 7; ++k) chain.push_back({18.5 + k, 19.7, 0.1});
   for (int k = 0; k < 20; ++k) ring.push_back({0.5 + k, 10, 10});
@@ -218,7 +218,7 @@ TEST_CASE("fractal dimension of clusters: known for sheets, cubes and aggregates
   CHECK(dlpca.dimension - bcca.dimension > 3 * std::hypot(dlpca.error, bcca.error));
 }
 
-TEST_CASE("fractal dimension of clusters: none if few, small, percolating or equal") {
+TEST_CASE("fractal dimension: none if clusters are few, small, percolating or equal") {
   std::vector<ClusterShape> shapes(4, {10, 1.5});
   for (int k = 0; k < 20; ++k) shapes.push_back({5, 1.0}), shapes.push_back({50 + k, NAN, NAN, true});
   CHECK_FALSE(cluster_dimension(shapes));
@@ -277,7 +277,7 @@ TEST_CASE("structure factors: 1 for random points, 0 for a lattice, peak for a w
   CHECK(wave[0] < 1e-20);
 }
 
-TEST_CASE("Mach number: without sampling noise 0 at rest and 2 in a known flow") {
+TEST_CASE("Mach number corrected for sampling noise: 0 at rest, 2 in a known flow") {
   Bodies gas = random_gas(20'000, 40);
   const double temperature = 0.01;
   for (int i = 0; i < gas.size(); ++i) {

@@ -97,7 +97,7 @@ TEST_CASE("successors (next towards ground): independent of conductor numbering"
   CHECK_EQ(successor[1], unconnected);
 }
 
-TEST_CASE("successors (next towards ground): the first of two equally near is taken") {
+TEST_CASE("successors (next towards ground): of two equally near, the lower number") {
   // 0 and 2 are on the electrode, 1 is above the middle between them.
   const std::vector<Vec2> position{{10, 1.5}, {12, 3.5}, {14, 1.5}};
   CHECK_EQ(network_on_bottom(position).successor, std::vector<int>{to_ground, 0, to_ground});

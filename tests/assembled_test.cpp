@@ -114,7 +114,7 @@ TEST_CASE("assembled matrix: all processes get bitwise identical solutions") {
   }
 }
 
-TEST_CASE("more processes than unknowns: four cells and a group are solved") {
+TEST_CASE("assembled matrix with 13 unknowns: neutral disk has the electrode's 1 V") {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {4, 4};
   problem.sides[left] = {Side::Kind::electrode, 1, {}};

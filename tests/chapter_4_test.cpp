@@ -94,7 +94,7 @@ TEST_CASE("disk between plates: a position on or beyond a plate is refused") {
   }
 }
 
-TEST_CASE("disk touching a plate: repulsion tends to eps R E^2 (pi^3/9 + pi/3)") {
+TEST_CASE("disk approaching a plate: repulsion tends to eps R E^2 (pi^3/9 + pi/3)") {
   const DiskBetweenPlates disk = disk_between(2000);
   const auto off = [&](double gap) {
     return at_potential(disk, -disk.position_at_gap(gap), 0.5 * disk.voltage).force / repulsion_at_plate(disk) - 1;
@@ -116,7 +116,7 @@ TEST_CASE("disk near a plate at 0 V: charge and force equal those of a mirror pa
   CHECK(held.force == Approx(force(pair, held.charge).x).epsilon(1e-6));
 }
 
-TEST_CASE("disk between plates: given charge and potential agree; mirror image") {
+TEST_CASE("disk between plates: with_charge and at_potential agree; mirror symmetry") {
   const DiskBetweenPlates disk = disk_between(4.5);
   const DiskState floating = with_charge(disk, 0.9, -2.0);
   const DiskState held = at_potential(disk, 0.9, floating.potential);
@@ -135,7 +135,7 @@ TEST_CASE("thin disk between distant plates: the force is that of a line charge"
     CHECK(with_charge(disk, x, charge).force == Approx(line_charge_force(disk, charge, x)).epsilon(1e-3));
 }
 
-TEST_CASE("two close spheres: capacitance equals half of sphere and plane") {
+TEST_CASE("two close spheres: half the capacitance of sphere and plane at half gap") {
   const double gap = 1e-4 * radius;
   // Two spheres with a small gap are two planes at half the gap in series. The neglected terms are of the order gap /
   // R.
@@ -205,7 +205,7 @@ TEST_CASE("broken wire: critical_field solves force * sin(end angle) = tension")
   CHECK(in_units == Approx(2.002).epsilon(5e-4));
 }
 
-TEST_CASE("broken wire: the source's printed formula gives a field of 19.6 kV/m") {
+TEST_CASE("broken wire: the published formula gives a critical field of 19.6 kV/m") {
   CHECK(printed_critical_field(wire_of_d()) == Approx(19.6e3).epsilon(3e-3));  // Computed manually to three digits.
 }
 

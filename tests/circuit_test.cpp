@@ -76,7 +76,7 @@ TEST_CASE("charge_step: integrates a constant current with leakage for any step"
   }
 }
 
-TEST_CASE("charge_step after another: linear current exact, O(dt^3) with leakage") {
+TEST_CASE("second charge_step: exact for linear current, O(dt^3) error if leaking") {
   const double dt = 0.3, before = 0.2;
   const auto integral = [](double from, double to) { return 0.5 * (to * to - from * from); };  // of I = t
   const ChargeStep step = charge_step(dt, before, INFINITY);
@@ -149,7 +149,7 @@ TEST_CASE("leakage: the source of a fixed potential delivers the lost Q / tau") 
 
 // ---- resistors
 
-TEST_CASE("series resistor: electrode charges as 1 - exp(-t/RC) within tolerance") {
+TEST_CASE("series resistor: electrode charges as 1 - exp(-t/RC) within 4 tolerances") {
   const double ohm = 0.2 / capacitance;  // RC = 0.2 s
   for (const double tolerance : {1e-2, 1e-3, 1e-4}) {
     Scene scene = resistor_scene(ohm);
@@ -230,7 +230,7 @@ TEST_CASE("series resistor: the charge error is of second order in the step") {
   CHECK(error(0.005) / error(0.0025) == doctest::Approx(4).epsilon(0.05));
 }
 
-TEST_CASE("series resistor: tiny acts as none, huge as insulation of the electrode") {
+TEST_CASE("series resistor: a tiny one acts as none, a huge one insulates") {
   Scene scene = resistor_scene(1e-3 / capacitance * 1e-6);  // RC = 1 ns
   Simulation simulation(scene, std::make_unique<LineCharges>());
   simulation.advance_to(0.3);
@@ -242,7 +242,7 @@ TEST_CASE("series resistor: tiny acts as none, huge as insulation of the electro
   CHECK(open.now().terminals[0].surface_potential == near(1000 * 0.3e-12, 1e-3));
 }
 
-TEST_CASE("electrode behind a resistor: contact with its source's group is refused") {
+TEST_CASE("electrode behind a resistor: contact with a fixed potential is refused") {
   Scene scene = resistor_scene(1e9);
   scene.effects.remove<effects::ContactDischargeOptions>();
   scene.conductors[0] = {.position = {0.08 - 1.9 * radius, 0.05}, .radius = radius, .group = 0};
@@ -261,7 +261,7 @@ TEST_CASE("series resistor: monolithic coupling of the field is refused") {
                        InputError);
 }
 
-TEST_CASE("series resistor: energy balances; half of the supplied energy is heat") {
+TEST_CASE("series resistor: energy balances; half of it becomes heat once charged") {
   for (const double rc : {1e-9, 0.2, 100.0})
     for (const double tau : {0.0, 0.1}) {
       Scene scene = resistor_scene(rc / capacitance);
@@ -283,7 +283,7 @@ TEST_CASE("series resistor: energy balances; half of the supplied energy is heat
     }
 }
 
-TEST_CASE("contact resistance tending to 0: charges and heat tend to ideal contact") {
+TEST_CASE("contact resistance tending to 0: charges and heat as in ideal contact") {
   Scene scene = scene_of({{0.05, 0.05}, {0.05 + 2.5 * radius, 0.05}});
   scene.effects.add<effects::FloatingConductorsOptions>();
   scene.effects.add(effects::ContactDischargeOptions{.contact_distance = radius, .hysteresis = 0.01});

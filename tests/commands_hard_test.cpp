@@ -144,7 +144,7 @@ TEST_CASE("contact of two fixed potentials through a resistance: ends the run") 
   CHECK_FALSE(contains(ended.err, "too soft"));
 }
 
-TEST_CASE("SIGTERM or SIGHUP: run stops between two steps and can be resumed") {
+TEST_CASE("SIGTERM or SIGHUP: run stops between two steps and names --resume") {
   const Folder folder;
   // The only frame in 1000 simulated seconds takes hours.
   std::string endless = replaced(lone_supply, "every = 0.05", "every = 1000");
@@ -209,7 +209,7 @@ TEST_CASE("integers beyond 2^53 in a scene: read as numbers, refused by range") 
                 "material.density = -9223372036854775808 is not allowed");
 }
 
-TEST_CASE("electrode that reaches the domain by less than a cell: refused") {
+TEST_CASE("electrode less than half a cell diagonal inside the domain: refused") {
   const Folder folder;
   // The corners are 0.022627 m from the centre; half the diagonal of a cell is 1.77e-4 m.
   for (const auto& [radius, depth] :
@@ -407,7 +407,7 @@ TEST_CASE("disk smaller than a grid cell: solve and run print a warning") {
   CHECK_FALSE(contains(run_program(folder, "run scene.toml --overwrite").err, "below a cell"));
 }
 
-TEST_CASE("run: removing the result's folder ends it with a message on lost data") {
+TEST_CASE("run: ends with a message on lost data if its result folder is removed") {
   const Folder folder;
   folder.write("scene.toml",
                replaced(replaced(falling_wire, "time = 1\n", "time = 1e6\n"), "every = 0.01", "every = 1e-3"));

@@ -90,7 +90,7 @@ TEST_CASE("analyse: its results are stored even if they cannot be printed") {
   }
 }
 
-TEST_CASE("ensemble: members run and are tabulated with closed output streams") {
+TEST_CASE("ensemble: runs and tabulates members with stdout closed, stderr full") {
   const Moving folder;
   const Ended ended =
       run_shell(folder, "LICHTENBERG ensemble moving.toml --vary conductor[0].charge=1e-10,2e-10 >&- 2>/dev/full");

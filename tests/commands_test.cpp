@@ -223,7 +223,7 @@ TEST_CASE("explain: a grid of 2^30 cells gives status 0 and its unknowns") {
   CHECK(contains(result.out, "0.328 cells, less than one"));  // 1e-7 m / (1e-2 m / 32768)
 }
 
-TEST_CASE("explain: a neutral scene lists no electrical parts or unknowns") {
+TEST_CASE("explain: a neutral scene needs no charges or field and has no unknowns") {
   const Folder folder;
   folder.write("neutral.toml",
                "[domain]\nsize = [1e-2, 1e-2]\n[[conductor]]\nposition = [5e-3, 5e-3]\nradius = 1e-3\n");
@@ -267,7 +267,7 @@ TEST_CASE("explain: predicts a packing's iterations within a factor of three") {
   CHECK(contains(run(folder, "explain slow.toml").out, "no estimate: gradient descent"));
 }
 
-TEST_CASE("explain: measures the cost of a shuttle's run and counts its picture") {
+TEST_CASE("explain: measures the cost of a shuttle's run, adds that of the picture") {
   const Folder folder;
   const std::string scene = source_folder() + "/scenes/shuttle.toml";
   const Ended result = run(folder, "explain " + scene);
@@ -280,7 +280,7 @@ TEST_CASE("explain: measures the cost of a shuttle's run and counts its picture"
                  "measured here up to its end at 0.001 s"));
 }
 
-TEST_CASE("explain: measures the cost of runs without drag and without field") {
+TEST_CASE("explain: measures the cost of a run without drag and one without field") {
   const Folder folder;
   folder.write("charged.toml", small_scene + "[stop]\ntime = 1e-3\nstationary = false\n");
   folder.write("falling.toml",

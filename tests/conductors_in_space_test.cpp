@@ -139,7 +139,7 @@ TEST_CASE("make_sphere_problem: a sphere in contact with a side gets a small gap
   CHECK(height({{.conductor = 0, .partner = 1}}) == near(1.001 * radius, 1e-12));
 }
 
-TEST_CASE("two opposite charges: approach as Maxwell's image charges predict") {
+TEST_CASE("two oppositely charged spheres: approach as Maxwell's images predict") {
   const double charge = 4e-10, start = 6 * radius, until = 0.3;
   Scene scene = cube_of({{0.3 - 0.5 * start, 0.3, 0.3}, {0.3 + 0.5 * start, 0.3, 0.3}}, 1e-7);
   scene.domain.size = {0.6, 0.6, 0.6};
@@ -404,7 +404,7 @@ TEST_CASE("collision without contact force: ends the run and names the remedy") 
   CHECK(contains(end_of(scene), "a larger effects.wall_contact.young"));
 }
 
-TEST_CASE("sphere gap beyond the requested accuracy: message names a possible one") {
+TEST_CASE("sphere gap too small for the accuracy: the message names a possible one") {
   // Two small spheres whose images in a large one interact.
   Scene scene =
       cube_of({{0.03, 0.03, 0.03}, {0.03 + 8.081 * radius, 0.03, 0.03}, {0.03, 0.03 + 8.081 * radius, 0.03}}, 1e-12);

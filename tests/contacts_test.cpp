@@ -68,7 +68,7 @@ TEST_CASE("splits_group: detects lost members and released or changed potentials
   CHECK(splits_group(held, {{0, 0, 2}, {6.0, 6.0, {}}}));  // The electrode changes.
 }
 
-TEST_CASE("contact discharge: closes below the gap, opens above the release gap") {
+TEST_CASE("contact discharge: closes at contact_distance, opens at the release gap") {
   const Scene scene = scene_of({{0, 0}, {0, 0}});
   const effects::ContactDischarge discharge(scene);
   std::vector<Contact> contacts;
@@ -177,7 +177,7 @@ TEST_CASE("ContactDischarge::watch: lists only contacts that can open or close")
   for (const auto& w : watched(0.11e-3)) CHECK(w.contact != Contact{1, 2});
 }
 
-TEST_CASE("deferred contact: waits on approach until the gap is 1/16 smaller") {
+TEST_CASE("deferred contact: waits on approach until gap < 15/16 contact_distance") {
   const Scene scene = scene_of({{0.02, 0.02}, {0.05, 0.02}});
   const effects::ContactDischarge discharge(scene);
   Bodies bodies = make_bodies(scene);

@@ -308,7 +308,7 @@ TEST_CASE("coarse grids: a group smaller than 1.5 cells has no unknown on them")
   CHECK(coarser.newly_absorbed == 0);
 }
 
-TEST_CASE("cut-cell solver: at most 13 iterations if coarse grids miss the disks") {
+TEST_CASE("cut-cell solver: at most 13 iterations for disks below coarse cells") {
   // Lattice of disks of radius 2.4 cells in boxes of increasing size: for each size another grid no longer resolves the
   // disks. Regression values, with a margin of 2: 11, 11, 11.
   for (const int n : {8, 16, 32}) {

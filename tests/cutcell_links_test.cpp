@@ -154,7 +154,7 @@ TEST_CASE("gap_conductance between circles: equals the integral of ds / gap") {
   }
 }
 
-TEST_CASE("link to a disk centred on a cell corner: three cells see the full angle") {
+TEST_CASE("links to a disk centred on a cell corner: faces see 3/4 or 1/4 pi") {
   // The disk covers the cell above and to the right of the corner. Two faces subtend pi/4 each; those that end in the
   // corner share the rest.
   const double ln = std::log(std::sqrt(2.5) / 0.1), near_ln = std::log(std::sqrt(0.5) / 0.1);
@@ -178,7 +178,7 @@ TEST_CASE("link to a disk centred on a cell face: the cell sees an angle of pi")
   }
 }
 
-TEST_CASE("two disks of half a cell centred on faces: links positive, CG converges") {
+TEST_CASE("disks of radius 0.545 cells on cell faces: links positive, CG converges") {
   // The centres lie on faces, as in two-disks.toml with 36 cells. With a negative conductance CG would not converge.
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {36, 36};

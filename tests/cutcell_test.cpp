@@ -311,7 +311,7 @@ TEST_CASE("surfaces 1e-6 to 1e-14 of a radius from cell centres: usual accuracy"
   }
 }
 
-TEST_CASE("disk smaller than a cell: potential rises by Q ln(r1 / r2) / (2 pi eps)") {
+TEST_CASE("disk within a cell, shrunk: potential rises by Q ln(r1/r2) / (2 pi eps)") {
   // The distant field depends only on the charge: shrinking the disk from r1 to r2 raises its potential by Q ln(r1/r2)
   // / 2 pi. The four neighbours differ in their distance to the walls by the order (h/L)^2 = (1/64)^2 = 2.4e-4.
   double phi[2];
@@ -363,7 +363,7 @@ LaplaceProblem with_merged(LaplaceProblem problem, int from) {
 
 }  // namespace
 
-TEST_CASE("CutCellSolver::follow: a coarse solver's change saves iterations") {
+TEST_CASE("CutCellSolver::follow: a coarse solver saves iterations after a merge") {
   const LaplaceProblem before = random_disks(30, 256, 10, 1), after = with_merged(before, 2);
   CutCellSolver coarse(options(64, 1e-4)), following(options(256, 1e-5)), alone(options(256, 1e-5));
   following.follow(coarse);
@@ -383,7 +383,7 @@ TEST_CASE("CutCellSolver::follow: a coarse solver's change saves iterations") {
   }
 }
 
-TEST_CASE("add_change: bilinear interpolation, odd at electrodes, even elsewhere") {
+TEST_CASE("add_change: bilinear, odd at electrode sides, even at insulating sides") {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {32, 32};
   problem.sides[left] = {Side::Kind::electrode, 0, {}};

@@ -121,7 +121,7 @@ rlim_t room_for_a_hundred_threads() {
   return pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + 100 * stack;
 }
 
-TEST_CASE("parallel::Team: more threads than available are refused") {
+TEST_CASE("parallel::Team: more threads than memory permits are refused") {
   rlimit before{};
   REQUIRE(getrlimit(RLIMIT_AS, &before) == 0);
   rlimit little = before;

@@ -59,7 +59,7 @@ struct KnownPotentials {
 
 }  // namespace
 
-TEST_CASE("device follower: initial guess from a coarser grid equals the CPU's") {
+TEST_CASE("device initial guess from a coarser grid: equals the CPU's") {
   const LaplaceProblem problem = with_merged(random_disks(25, 0.6), 3, 7);
   const int nx = 96, ny = 64, bodies = static_cast<int>(problem.bodies.size());
   Level level(problem, nx, ny);
@@ -132,7 +132,7 @@ TEST_CASE("closest_shares: error is orthogonal to the basis, also a dependent on
   }
 }
 
-TEST_CASE("device follower: needs an earlier solution with equally many bodies") {
+TEST_CASE("device::Follower: needs an earlier solution with equally many bodies") {
   parallel::HostExecutor run;
   device::Follower<parallel::HostExecutor> follower(run);
   KnownPotentials two({8, 8, std::vector<double>(64), {1, 2}}, 1), one({8, 8, std::vector<double>(64), {1}}, 1);
@@ -146,7 +146,7 @@ TEST_CASE("device follower: needs an earlier solution with equally many bodies")
   CHECK_FALSE(follower.is_comparable(two.view()));
 }
 
-TEST_CASE("device follower: following a coarse grid saves iterations at merges") {
+TEST_CASE("device initial guess from a coarser grid: saves iterations at merges") {
   CutCellOptions fine, coarse;
   fine.cells = 192;
   fine.tolerance = 1e-5;

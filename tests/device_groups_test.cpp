@@ -164,7 +164,7 @@ LaplaceProblem with_supply(LaplaceProblem problem, double capacitance) {
 
 }  // namespace
 
-TEST_CASE("device algorithms: lumped conductances of any size as on the CPU") {
+TEST_CASE("device algorithms: lumped capacitances of any size as on the CPU") {
   CutCellOptions options;
   options.cells = 96;
   options.tolerance = 1e-9;
@@ -198,7 +198,7 @@ TEST_CASE("device algorithms: lumped conductances of any size as on the CPU") {
   }
 }
 
-TEST_CASE("device algorithms: lumped conductances conserve charge at any tolerance") {
+TEST_CASE("device algorithms: lumped capacitances conserve charge at tolerance 1e-2") {
   for (const double capacitance : {1e-3, 1.0, 1e12}) {
     CAPTURE(capacitance);
     CutCellOptions options;
@@ -217,7 +217,7 @@ TEST_CASE("device algorithms: lumped conductances conserve charge at any toleran
   }
 }
 
-TEST_CASE("device algorithms: lumped conductances may change from solve to solve") {
+TEST_CASE("device algorithms: lumped capacitances may change from solve to solve") {
   CutCellOptions options;
   options.cells = 96;
   options.tolerance = 1e-10;
@@ -228,7 +228,7 @@ TEST_CASE("device algorithms: lumped conductances may change from solve to solve
     CHECK(difference(device->solve(problem), CutCellSolver(options).solve(problem)) < 2e-8);
 }
 
-TEST_CASE("device kernels: recorded once despite merges, splits and conductances") {
+TEST_CASE("device kernels: recorded once despite merges, splits and capacitances") {
   CutCellOptions options;
   options.cells = 96;
   const LaplaceProblem separated = insulated();
@@ -256,7 +256,7 @@ TEST_CASE("device kernels: recorded once despite merges, splits and conductances
   }
 }
 
-TEST_CASE("device solver: after forget() it gives the bits of a new solver") {
+TEST_CASE("device solver after forget(): gives the bits of a new solver") {
   CutCellOptions options;
   options.cells = 128;
   options.tolerance = 1e-8;

@@ -395,7 +395,7 @@ TEST_CASE("device algorithms: potentials, charges and forces equal the CPU's") {
   }
 }
 
-TEST_CASE("device algorithms: charges and their sum are exact at tolerance 1e-2") {
+TEST_CASE("device algorithms: charges are exact to rounding at tolerance 1e-2") {
   for (const Case& c : cases()) {
     CAPTURE(std::string(c.name));
     CutCellOptions options;
@@ -440,7 +440,7 @@ TEST_CASE("device solver: increases its capacity for more links, gaps or groups"
   }
 }
 
-TEST_CASE("device memory too small: the solve is refused and states the need") {
+TEST_CASE("device memory too small: the solve fails and states the memory needed") {
   CutCellOptions options;
   options.cells = 192;
   device::CutCell<Cramped> solver(options);

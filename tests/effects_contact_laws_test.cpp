@@ -111,7 +111,7 @@ TEST_CASE("collision: kinetic energy lost equals energy dissipated in the contac
           Approx(collision.dissipated).epsilon(1e-6).scale(0));
 }
 
-TEST_CASE("viscoelastic grains: restitution and duration, E = 278.6, D = 27.7") {
+TEST_CASE("viscoelastic grains, E = 278.6, D = 27.7: known restitution and duration") {
   // To the digits of an independent solution of the same equation.
   CHECK(collide(viscoelastic, 1).restitution == Approx(0.330835).epsilon(2e-6).scale(0));
   CHECK(collide(viscoelastic, 0.01).restitution == Approx(0.597185).epsilon(2e-6).scale(0));

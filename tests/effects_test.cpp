@@ -361,7 +361,7 @@ TEST_CASE("make_field_solver: returns the solver of the scene's field method") {
   CHECK_THROWS_AS(make_field_solver({.method = &relaxation_method(), .device = FieldDevice::cuda}), InputError);
 }
 
-TEST_CASE("multipole method: a model without sphere and wall contacts is refused") {
+TEST_CASE("multipole method: a model without Hertz or wall contacts is refused") {
   Scene scene = scene_of({{0.02, 0.02}, {0.03, 0.03}});
   scene.field().method = &multipole_method();
   CHECK_THROWS_AS(make_model(scene), InputError);

@@ -143,7 +143,7 @@ TEST_CASE("ensemble: completed members are not run again") {
   CHECK(summary(folder, "neutral-ensemble")["members"].size() == 3);
 }
 
-TEST_CASE("ensemble --json=FILE: replaces the file only if it has written it") {
+TEST_CASE("ensemble --json=FILE: replaces the file only if ensemble has written it") {
   const ScenesFolder folder;
   const std::string arguments = "neutral.toml --seeds 2 --json=" + (folder / "table.json").string();
   REQUIRE(ensemble(folder, arguments).status == 0);
@@ -155,7 +155,7 @@ TEST_CASE("ensemble --json=FILE: replaces the file only if it has written it") {
   CHECK_FALSE(contains(refused.err, "--overwrite"));  // ensemble does not have this option.
 }
 
-TEST_CASE("ensemble: incomplete members are resumed up to the new stop time") {
+TEST_CASE("ensemble: finished members are resumed up to a later stop time") {
   const ScenesFolder folder;
   const std::string shorter = replaced(charged_scene, "time = 0.2", "time = 0.08");  // The 8th frame has a checkpoint.
   folder.write("charged.toml", shorter);
@@ -168,7 +168,7 @@ TEST_CASE("ensemble: incomplete members are resumed up to the new stop time") {
   }
 }
 
-TEST_CASE("ensemble: packings stopped at max_iterations continue with more of them") {
+TEST_CASE("ensemble: packings stopped at max_iterations continue if it is raised") {
   const ScenesFolder folder;
   const std::string packing =
       "[domain]\nsize = [6.4, 6.4]\n[effects.soft_repulsion]\n[output]\npicture = false\n"
@@ -222,7 +222,7 @@ TEST_CASE("ensemble: a member with changed settings fails and its file stays") {
   CHECK(states(summary(folder, "neutral-ensemble")) == std::vector<std::string>{"failed", "finished"});
 }
 
-TEST_CASE("ensemble: members with damaged or foreign files fail, the files stay") {
+TEST_CASE("ensemble: members with damaged or foreign files fail; foreign ones stay") {
   const ScenesFolder folder;
   REQUIRE(ensemble(folder, "neutral.toml --seeds 1 --vary population.count=2").status == 0);
   const fs::path out = folder / "neutral-ensemble";

@@ -77,7 +77,7 @@ TEST_CASE("FreeFlight: one closed-form step equals CVODE's motion") {
   }
 }
 
-TEST_CASE("FreeFlight: ends at the first zero crossing in the given direction") {
+TEST_CASE("FreeFlight: ends at an event's first zero crossing in its direction") {
   FlyingPair pair;
   mechanics::FreeFlight flight(pair.model);
   // The first conductor moves to the right and is driven back: x - 0.0101 rises through zero at 0.4 ms and falls later.
@@ -104,7 +104,7 @@ TEST_CASE("FreeFlight: ends at the first zero crossing in the given direction") 
   CHECK(down < 1.05);
 }
 
-TEST_CASE("FreeFlight with CVODE for other bodies: events read free bodies as well") {
+TEST_CASE("FreeFlight of one body, CVODE of the other: event of the first is found") {
   const double line = 0.0101;
   FlyingPair mixed, solved;
   const auto events_of = [&](FlyingPair& pair) {

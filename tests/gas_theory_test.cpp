@@ -147,7 +147,7 @@ TEST_CASE("theory hydrodynamics: agrees with linear theory, writes picture and V
   CHECK(mass == near(1, 1e-12));
 }
 
-TEST_CASE("theory hydrodynamics: states the change by half the number of cells") {
+TEST_CASE("theory hydrodynamics: states the change of results at half the cells") {
   const Folder folder;
   for (const std::string cells : {"8", "16"})
     REQUIRE(run_program(folder, "theory hydrodynamics --cells " + cells + " --json " + cells + ".json").status == 0);
@@ -187,7 +187,7 @@ TEST_CASE("theory hydrodynamics --space: three dimensions, charge number 0") {
   CHECK(answer["maps"][0]["fields"][0]["values"].size() == 64);
 }
 
-TEST_CASE("theory stability: default parameters are the source's, can be changed") {
+TEST_CASE("theory stability: default parameters are published, can be changed") {
   const Folder folder;
   REQUIRE(run_program(folder, "theory stability --json stability.json").status == 0);
   const json stability = read_json(folder, "stability.json");

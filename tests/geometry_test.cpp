@@ -80,7 +80,7 @@ TEST_CASE("signed_distance to a bar: at side, end and corner; negative inside") 
   CHECK(signed_distance(bar, {3.75, 0}) == Approx(-0.25));
 }
 
-TEST_CASE("signed_distance to a bar: a common rotation leaves it unchanged") {
+TEST_CASE("signed_distance to a bar: rotation of bar and point leaves it unchanged") {
   const double angle = 0.7;
   const auto turned = [&](Vec2 p) {
     return Vec2{std::cos(angle) * p.x - std::sin(angle) * p.y, std::sin(angle) * p.x + std::cos(angle) * p.y};

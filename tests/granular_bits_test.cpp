@@ -196,7 +196,7 @@ TEST_CASE("dielectric grains: a run restored from a checkpoint has identical bit
 
 // A distant fast grain causes a search soon, but two accelerations of 200 close the gap of 0.2 earlier, after sqrt(2 x
 // 0.2 / 400). The bound on contact forces alone would close it after that search.
-TEST_CASE("contact search: a pair at rest under constant forces is found in time") {
+TEST_CASE("contact search: a pair at rest under constant forces is found at onset") {
   Scene scene = grains::cube(20);
   grains::add(scene, {5, 5, 5});
   grains::add(scene, {6.2, 5, 5});

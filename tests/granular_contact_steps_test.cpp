@@ -153,7 +153,7 @@ TEST_CASE("contact_steps_for: the usual accuracy of 1e-3 holds for any damping")
     }
 }
 
-TEST_CASE("contact steps: small grains with shorter contacts keep the accuracy") {
+TEST_CASE("contact steps: small grains keep the accuracy despite short contacts") {
   for (const bool linear : {true, false}) {
     CAPTURE(linear);
     Scene scene = contact_scene(20, 27.7, contact_steps_for(usual_contact_accuracy));

@@ -75,7 +75,7 @@ void check_same_bits(const std::vector<Column>& found, const std::vector<Column>
 
 }  // namespace
 
-TEST_CASE("device motion: frames built during further steps keep their time") {
+TEST_CASE("device motion: frames built during later steps equal those built at once") {
   for (const bool polarized : {false, true}) {
     CAPTURE(polarized);
     Scene scene = polarized ? polarized_gas() : charged_gas(60, 7, 3);

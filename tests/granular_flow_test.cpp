@@ -289,7 +289,7 @@ TEST_CASE("granular hydrodynamics: all fields converge in second order or better
   }
 }
 
-TEST_CASE("granular hydrodynamics, elastic: energy error decreases with the grid") {
+TEST_CASE("granular hydrodynamics, elastic: energy error decreases with cell size") {
   const Gas gas = gas_of(1, 0);
   double lost[2];
   for (const int fine : {0, 1}) {

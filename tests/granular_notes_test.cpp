@@ -234,7 +234,7 @@ TEST_CASE("cooling and charging gas: summary and history have equal end values")
     CHECK(std::abs(error) < 0.02 * value(summary, "dissipated_energy"));
 }
 
-TEST_CASE("resumed gas: summary and history are identical, also with more output") {
+TEST_CASE("resumed gas: summary and history are identical, also with extra output") {
   GranularMotion whole(scene());
   continue_to(whole, 2);
   whole.take_history();

@@ -109,7 +109,7 @@ TEST_CASE("charge_exchange.model = \"none\": population charges stay constant") 
   for (std::size_t k = 0; k < after.size(); ++k) REQUIRE(after[k] == scene.conductors[k].charge);
 }
 
-TEST_CASE("viscoelastic_contact in SI units: gives the source's scaled numbers") {
+TEST_CASE("viscoelastic_contact in SI units: gives the published scaled numbers") {
   // G table 5.3: alpha = 2.67e4, beta = 12.8 with d0 = 4.78e-3, m0 = 1.52e-4, v0 = 1 give E = 277.5, D = 27.83. With nu
   // = 0.25, alpha = Y 2 sqrt(d0/4) / (3 (1 - nu^2)) and gamma = beta / alpha.
   const double young = 2.67e4 * 3 * (1 - 0.0625) / (2 * std::sqrt(4.78e-3 / 4));

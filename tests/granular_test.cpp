@@ -68,7 +68,7 @@ TEST_CASE("gas: 100 steps need fewer than 25 neighbour searches") {
 
 // Collisions do not double the largest speed of equal grains, but light grains among heavy ones can exceed it. The gap
 // of half a diameter closes before the next planned rebuild.
-TEST_CASE("contact search: a grain faster than predicted is found at the next call") {
+TEST_CASE("contact search: contact of a grain faster than predicted is found once") {
   Scene scene = grains::cube(10);
   grains::add(scene, {4, 5, 5}, {0.01, 0, 0});
   grains::add(scene, {5.5, 5, 5}, {0, 0, 0});
@@ -311,7 +311,7 @@ TEST_CASE("elastic stage: conserves energy and ends at the given temperature") {
   }
 }
 
-TEST_CASE("contacts near a grain 1000 times faster than the others: none is missed") {
+TEST_CASE("gas with one grain 500 times faster than the rest: no contact is missed") {
   Scene scene = viscoelastic(8);
   add_gas(scene, 150, 7.9, 1e-4);
   scene.conductors.front().velocity = {7, 5, 3};

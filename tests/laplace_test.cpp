@@ -69,7 +69,7 @@ TEST_CASE("has_ground: false for a fixed group without a body") {
   CHECK_NOTHROW(problem.check());
 }
 
-TEST_CASE("has_ground: a fixed node grounds groups joined to it by conductances") {
+TEST_CASE("has_ground: a fixed node grounds groups joined to it by capacitances") {
   LaplaceProblem problem = neutral_pair();
   problem.groups[0].charge = 5;
   problem.groups.push_back({});                   // 2, a node between two resistors.
@@ -94,7 +94,7 @@ TEST_CASE("LaplaceProblem::check: charge of a node tied to a source is not count
   CHECK_NOTHROW(problem.check());
 }
 
-TEST_CASE("coupled_sets: chains of conductances above the minimum join groups") {
+TEST_CASE("coupled_sets: chains of capacitances above the minimum join groups") {
   LaplaceProblem problem{.permittivity = 1};
   problem.groups.resize(6);
   problem.couplings = {{4, 5, 1e-3}, {1, 4, 1.0}, {2, 5, 1.0}, {0, 3, 0.0}};

@@ -61,7 +61,7 @@ Scene lone_grain() {
 
 }  // namespace
 
-TEST_CASE("user-defined drive: v / (1 + c v t) of a grain on CPU and device") {
+TEST_CASE("user-defined drive: grain speed v / (1 + c v t) on CPU and device") {
   const Scene scene = lone_grain();
   grains::Run cpu(scene);
   const Checkpoint start = cpu.gas.save();

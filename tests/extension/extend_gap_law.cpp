@@ -90,7 +90,7 @@ constexpr Passage fall{.start = -2 * radius, .acceleration = speed * speed / (4 
 
 }  // namespace
 
-TEST_CASE("user-defined gap conductance: a fast passage moves the right charge") {
+TEST_CASE("user-defined gap conductance: charge of a fast passage right within 1e-3") {
   for (const Passage& passage : {flight, fall}) {
     const ConductorFrame frame = after(passage, decay);
     const double left = (frame.charge[0] - frame.charge[1]) / 2e-12;

@@ -108,7 +108,7 @@ TEST_CASE("user-defined grain effect: unsupported functions are refused by name"
   CHECK_THROWS_WITH_AS(granular::Gas(scene_with<Driven>()), doctest::Contains("overrides drive"), InputError);
 }
 
-TEST_CASE("user-defined grain effect: step limits are the strictest of all effects") {
+TEST_CASE("user-defined grain effect: strictest step limit holds, attractions add") {
   Scene scene = scene_with<StandingWave>();
   scene.effects.add(effects::CoulombOptions{.accuracy = 1e-2});
   // The root of the accuracy, 1e-6 / 2, for the fastest of few grains (3.2 times the thermal speed), and 0.1 d0.

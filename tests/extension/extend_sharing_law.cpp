@@ -65,7 +65,7 @@ ConductorFrame after(const Scene& scene, double time) {
 
 }  // namespace
 
-TEST_CASE("user-defined rectifier: charge becomes equal in one direction only") {
+TEST_CASE("user-defined rectifier: charges become equal in one direction only") {
   const RectifierOptions diode{.conductance = pair_capacitance / rc};
   CHECK(after(pair({-1e-12, 3e-12}, diode), 20 * rc).charge == std::vector<double>{-1e-12, 3e-12});
   for (const double times : {1.0, 30.0}) {
@@ -110,7 +110,7 @@ TEST_CASE("rectifier, moving conductors: total charge kept, also in a restored r
   CHECK(whole.now().charge_held == 3e-12 + 1e-12);
 }
 
-TEST_CASE("rectifier: second law, no contacts, infinite conductance are refused") {
+TEST_CASE("rectifier: refuses contact_resistance, no contacts, infinite conductance") {
   Scene scene = pair({3e-12, -1e-12}, {.conductance = INFINITY});
   CHECK_THROWS_WITH_AS(after(scene, rc), doctest::Contains("a conductance of inf S"), InputError);
   scene.effects.add(effects::ContactResistanceOptions{.resistance = 1});

@@ -109,7 +109,7 @@ TEST_CASE("two disks: force is the energy's negative derivative") {
   CHECK(force(unequal, charge).x == Approx(-(energy(s) - energy(-s)) / (2 * s)).epsilon(1e-7));
 }
 
-TEST_CASE("two disks: capacitance keeps its digits at a gap of 2e-10 R") {
+TEST_CASE("two disks: capacitance accurate to 1e-6 at a gap of 2e-10 R") {
   // acosh(1 + x) = sqrt(2 x) (1 - x / 12 + ...): at x = 1e-10 the correction is 1e-11. The gap of such a pair is
   // rounded by 1e-16 / 1e-10.
   CHECK(capacitance(equal_pair(1 + 1e-10)) == Approx(pi / std::sqrt(2e-10)).epsilon(1e-6));

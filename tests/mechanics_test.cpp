@@ -85,7 +85,7 @@ TEST_CASE("next_step: step times 0.9 error^(-1/order), a factor from 0.2 to 2") 
   CHECK(next_step(1, 1e9, 2) == 0.2);
 }
 
-TEST_CASE("time_to_displace_from_rest: solves growth t^4 / (24 m^2) = tolerance") {
+TEST_CASE("time_to_displace_from_rest: force growing as t^2 moves by the tolerance") {
   // m x'' = growth t^2 / 2 m, integrated twice: x = growth t^4 / 24 m^2.
   const double t = time_to_displace_from_rest(1e-6, 3e-4, mass);
   CHECK(3e-4 * std::pow(t, 4) / (24 * mass * mass) == near(1e-6));

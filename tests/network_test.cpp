@@ -185,7 +185,7 @@ TEST_CASE("column of disks: constant, length and constriction resistors add") {
   CHECK(measured(particle_network, "constriction") == exactly(6 * 5 / 0.04));
 }
 
-TEST_CASE("constriction model: contact-centred network equals particle-centred one") {
+TEST_CASE("constriction model, ring: contact- and particle-centred networks agree") {
   // A ring of five disks, each with two contacts, with the bottom wall under one and the top wall over another.
   ParticlePacking packing{.walls = {{"bottom", {0, -1.5, 0}, {0, 1, 0}}, {"top", {0, 1.6, 0}, {0, -1, 0}}}};
   for (int k = 0; k < 5; ++k) {

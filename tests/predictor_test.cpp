@@ -47,7 +47,7 @@ TEST_CASE("predictor grid: number of cells halved while a radius keeps two cells
   }
 }
 
-TEST_CASE("coarse-grid predictor: half as many field solves, error in same bound") {
+TEST_CASE("coarse-grid predictor: under half the field solves, same error bound") {
   const double until = 0.3;  // Some contacts occur by then; later they amplify small errors.
   const auto run = [&](bool predictor, double tolerance) {
     Scene scene = resolved_spheres();
@@ -88,7 +88,7 @@ TEST_CASE("coarse-grid predictor: error below one tolerance for each correction"
   CHECK(largest_distance(with, exact) < static_cast<double>(few.corrections) * 1e-3 * radius);
 }
 
-TEST_CASE("coarse-grid predictor: force correction shrinks with force, never grows") {
+TEST_CASE("coarse-grid predictor: correction shrinks with the force, never grows") {
   const Scene scene = conductor_scene({{0.04, 0.05}, {0.06, 0.05}});
   std::vector<Vec2> coarse{{3e-7, 4e-7}, {0, 0}};  // N
   const std::vector<Vec2> wrong_by{{1e-8, -2e-8}, {3e-8, 0}}, fine{coarse[0] + wrong_by[0], coarse[1] + wrong_by[1]};

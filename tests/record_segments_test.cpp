@@ -40,7 +40,7 @@ TEST_CASE("result segments: few frames stay in one file without a folder") {
   CHECK(numbers(folder / "run.h5") == expected(20));
 }
 
-TEST_CASE("result segments: a frame above the size limit is a segment at once") {
+TEST_CASE("result segments: a frame above the size limit becomes a segment at once") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   Recorder recorder = start(path, 100);

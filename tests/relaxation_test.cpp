@@ -145,7 +145,7 @@ TEST_CASE("relaxation solver, two disks: errors of first order in the spacing") 
   CHECK(r16.force < 0.027);
 }
 
-TEST_CASE("relaxation solver: force by the normal derivative is 7.7 % too small") {
+TEST_CASE("relaxation solver: force by normal derivative alone is 7.7 % too small") {
   // The integral of (dV/dn)^2 n / 2 over the circle of radius R + sqrt(2) in the exact field of d / 2R = 2 is 7.7 %
   // below the force at R = 16. The scheme's staircase adds the error of the full stress.
   const double radius = 16, ratio = 2, half = radius * ratio, a = std::sqrt(half * half - radius * radius);
@@ -189,7 +189,7 @@ TEST_CASE("relaxation solver: charges of a floating group sum to the given charg
   CHECK(solution.body_charge[2] + solution.body_charge[3] == Approx(-0.75).epsilon(2e-7));
 }
 
-TEST_CASE("relaxation solver: descent error decays as (1 - eta C)^2 per step") {
+TEST_CASE("relaxation solver: error decays as (1 - step * capacitance)^2 per step") {
   // d / 2R = 4, eta = 0.01, insulating walls (figure 6.6). A step multiplies the charge defect by 1 - eta C with the
   // scheme's capacitance C, so the rate is -2 ln(1 - eta C). The 2 eta C of D 6.39 is lower by eta C / 2 = 0.9 % of it.
   const double eta = 0.01;
@@ -218,7 +218,7 @@ TEST_CASE("relaxation solver: descent step of 2.1 / C diverges, 1.9 / C converge
   CHECK_THROWS_AS(RelaxationSolver(options).solve(problem), Failure);
 }
 
-TEST_CASE("relaxation solver: chosen descent step needs half the solves of eta 0.1") {
+TEST_CASE("relaxation solver: chosen descent step halves the solves of step 0.1") {
   LaplaceProblem problem = neutral_quartet();
   problem.sides[bottom] = electrode(0);
   RelaxationSolver chosen({.sites = 64}), constant({.sites = 64, .eta = 0.1});

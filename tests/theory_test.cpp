@@ -115,7 +115,7 @@ TEST_CASE("two disks: capacitance accurate to 1e-6 at a gap of 2e-10 R") {
   CHECK(capacitance(equal_pair(1 + 1e-10)) == Approx(pi / std::sqrt(2e-10)).epsilon(1e-6));
 }
 
-TEST_CASE("descent theory: error decays as (1 - eta C)^2, or 1 - 2 eta C if small") {
+TEST_CASE("descent theory: error times (1 - x)^2 per step, x = step * capacitance") {
   // eta C = 0.25: one step multiplies the error by 0.75^2.
   CHECK(std::exp(-error_decay_rate(0.05, 5)) == Approx(0.5625));
   CHECK(small_step_decay_rate(0.05, 5) == Approx(0.5));

@@ -362,7 +362,7 @@ TEST_CASE("Recorder::resume: a file of another kind or format is refused") {
   CHECK_EQ(resume("old.h5").find("can be resumed"), std::string::npos);
 }
 
-TEST_CASE("Recorder::resume: a changed scene is refused, except for its [stop]") {
+TEST_CASE("Recorder::resume: a changed title is refused, a changed [stop] accepted") {
   const Folder folder;
   saved_run(folder / "run.h5", 1);
   Scene other = two_conductors();

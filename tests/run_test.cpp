@@ -135,7 +135,7 @@ TEST_CASE("run: --quiet prints nothing") {
 }
 
 // Contacts are all pairs closer than the contact gap and some of those closer than the release gap.
-TEST_CASE("run: gaps below contact_distance are contacts, above release gap none") {
+TEST_CASE("run: a gap below contact_distance is a contact, one above release is not") {
   const SceneFolder folder;
   REQUIRE_EQ(run(folder, "six.h5"), 0);
   const Scene scene = read_scene(folder / "six.toml");

@@ -149,7 +149,7 @@ TEST_CASE("LaplaceProblem::check: malformed problems are refused") {
   CHECK_THROWS_AS(problem.check(), InputError);
 }
 
-TEST_CASE("capacitance_matrix: sums charges over members, other groups at 0 V") {
+TEST_CASE("capacitance_matrix: charges of group members, all else at 0 V") {
   LaplaceProblem problem = neutral_pair();
   problem.bodies.push_back({Disk{{5, 8}, 1}, 0});  // Group 0 has two members.
   problem.sides[left] = {.kind = Side::Kind::electrode, .potential = 7, .profile = [](Vec2) { return 7.0; }};

@@ -41,7 +41,7 @@ TEST_CASE("fix_z: the field moves bodies only in x and y; vertical force is zero
   CHECK(frame.force[0].x > 0);
 }
 
-TEST_CASE("gravity: a heavy sphere sinks with Stokes' velocity") {
+TEST_CASE("gravity: a heavy sphere sinks with Stokes' terminal velocity") {
   Scene scene = cube_of({{0.03, 0.03, 0.03}}, 1e-3);
   scene.effects.add(effects::GravityOptions{.acceleration = 9.81, .fluid_density = 960});
   Simulation simulation(scene);
@@ -51,7 +51,7 @@ TEST_CASE("gravity: a heavy sphere sinks with Stokes' velocity") {
   CHECK(simulation.now().velocity[0].z == near(-speed, 1e-6));
 }
 
-TEST_CASE("gravity: the stored energy is height times weight minus buoyancy") {
+TEST_CASE("gravity: stored energy is height times (weight minus buoyancy)") {
   Scene low = cube_of({{0.03, 0.03, 0.02}, {0.04, 0.03, 0.02}}, 1e-3);
   low.effects.add(effects::GravityOptions{.acceleration = 9.81, .fluid_density = 960});
   Scene high = low;
@@ -95,7 +95,7 @@ TEST_CASE("gravity: stored energy is continuous across a periodic side") {
   CHECK(model.stored_energy(0) - before == near(-0.005 * weight, 1e-9));
 }
 
-TEST_CASE("sphere on the bottom: its overlap balances the weight by Hertz's law") {
+TEST_CASE("sphere at rest on the bottom: Hertz force of its overlap is its weight") {
   Scene scene = cube_of({{0.03, 0.03, radius}}, 1e-3);
   scene.conductors[0].charge = 0;
   scene.effects.add<effects::GravityOptions>();

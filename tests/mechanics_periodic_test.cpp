@@ -161,7 +161,7 @@ TEST_CASE("periodic box: a restored run has identical bits and image counts") {
   }
 }
 
-TEST_CASE("frames: positions have z in space, images on periodic axes") {
+TEST_CASE("frames: z positions in 3D; image counts of bodies, 0 along z in 2D") {
   Simulation simulation(scene_of_gas(3, "cvode"));
   simulation.advance_to(2);
   const Frame frame = simulation.frame();
@@ -182,7 +182,7 @@ TEST_CASE("frames: positions have z in space, images on periodic axes") {
   CHECK(std::ranges::any_of(turns, [](int turn) { return turn != 0; }));
 }
 
-TEST_CASE("periodic box shorter than twice the largest pair distance: refused") {
+TEST_CASE("periodic box shorter than twice the range of interaction: refused") {
   const Scene scene = parse_scene(
       "domain = { size = [1.9, 9.0], left = \"periodic\", right = \"periodic\" }\neffects.hertz_contact = {}\n"
       "[[conductor]]\nposition = [1.0, 4.0]\nradius = 0.5\n[[conductor]]\nposition = [1.0, 6.0]\nradius = 0.5\n",

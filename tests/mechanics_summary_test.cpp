@@ -26,7 +26,7 @@ Scene one_conductor() { return conductor_scene({{0.02, 0.05}}); }
 
 }  // namespace
 
-TEST_CASE("energy_warning: only for an imbalance beyond that of steps and grid") {
+TEST_CASE("energy_warning: only beyond the errors of steps, grid and field solves") {
   const Scene scene = one_conductor();
   mechanics::Outcome outcome;
   outcome.frame.energy_balance = EnergyBalance{.flows = {.by_supplies = 1, .contacts = 1}};
@@ -73,7 +73,7 @@ TEST_CASE("summary of conductors: overlaps and a missed accuracy give warnings")
   CHECK(mechanics::summarize(scene, outcome).warnings.empty());
 }
 
-TEST_CASE("largest_overlap: between disks and with a side, fixed disks excluded") {
+TEST_CASE("largest_overlap: disk pairs not both fixed, free disks with sides") {
   Scene scene = conductor_scene({{0.02, 0.05}, {0.02 + 1.5 * radius, 0.05}, {0.05, 0.4 * radius}});
   CHECK(mechanics::largest_overlap(scene, make_bodies(scene)) == near(0.3));
   scene.conductors[2].fixed = true;
@@ -82,7 +82,7 @@ TEST_CASE("largest_overlap: between disks and with a side, fixed disks excluded"
   CHECK(mechanics::largest_overlap(scene, make_bodies(scene)) == 0);
 }
 
-TEST_CASE("unresolved_bodies: warns of disks below a grid cell, not for multipoles") {
+TEST_CASE("unresolved_bodies: warns of radii below a cell, not for multipoles") {
   Scene scene = conductor_scene({{0.02, 0.05}, {0.03, 0.05}});
   scene.field().cells = 128;  // Cells of 0.78 mm; the radius is 0.775 mm.
   CHECK(effects::unresolved_bodies(scene).starts_with("disks below a cell: 2 of "));

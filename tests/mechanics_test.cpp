@@ -58,7 +58,7 @@ TEST_CASE("displacement by a linearly growing force: equals a Runge-Kutta soluti
   }
 }
 
-TEST_CASE("displacement by a linearly growing force: limits of inertia and drag") {
+TEST_CASE("displacement by a growing force: limits where inertia or drag dominates") {
   CHECK(displacement(2, 1e-7, mass, drag) == near(2 * 1e-14 / (6 * mass), 1e-4));
   CHECK(displacement(2, 3, mass, 0) == near(2 * 9 / (6 * mass)));
   CHECK(displacement(2, 100, mass, drag) == near(2 * 100 / (2 * drag), 1e-4));
@@ -77,7 +77,7 @@ TEST_CASE("time_to_displace: displacement is 0.3 to 1 times the tolerance") {
   CHECK(std::isinf(time_to_displace(1e-6, 0, mass, drag)));
 }
 
-TEST_CASE("next_step: 0.9 error^(-1/order) times the step, limited to 0.2 and 2") {
+TEST_CASE("next_step: step times 0.9 error^(-1/order), a factor from 0.2 to 2") {
   CHECK(next_step(1, 0.125, 3) == near(1.8));
   CHECK(next_step(1, 8, 3) == near(0.45));
   CHECK(next_step(1, 0, 3) == 2);
@@ -85,7 +85,7 @@ TEST_CASE("next_step: 0.9 error^(-1/order) times the step, limited to 0.2 and 2"
   CHECK(next_step(1, 1e9, 2) == 0.2);
 }
 
-TEST_CASE("time_to_displace_from_rest: solves growth t^4 / (24 m^2) = tolerance") {
+TEST_CASE("time_to_displace_from_rest: force growing as t^2 moves by the tolerance") {
   // m x'' = growth t^2 / 2 m, integrated twice: x = growth t^4 / 24 m^2.
   const double t = time_to_displace_from_rest(1e-6, 3e-4, mass);
   CHECK(3e-4 * std::pow(t, 4) / (24 * mass * mass) == near(1e-6));
@@ -128,7 +128,7 @@ TEST_CASE("Stokes drag: a constant force gives the terminal velocity") {
   CHECK(std::abs(0.05 - frame.position[0].y - fallen) < 1e-4 * radius);
 }
 
-TEST_CASE("Hertz contact: duration and restitution match the closed form") {
+TEST_CASE("Hertz contact: duration is Hertz's, equal masses exchange velocities") {
   // At maximum overlap 1/2 m v^2 = 2/5 k delta^(5/2), with the reduced mass m and k = 4/3 E* sqrt(R_eff). The contact
   // lasts 2.943275 delta / v (Hertz 1882). Soft spheres make the duration visible in the positions.
   Scene scene = scene_of({{0.03, 0.05}, {0.03 + 2 * radius + 1e-3, 0.05}});
@@ -205,7 +205,7 @@ TEST_CASE("collision: two bodies among hundreds at rest collide as if isolated")
   }
 }
 
-TEST_CASE("Electrics: a dropped trial changes nothing, rollback undoes a step") {
+TEST_CASE("Electrics: an unaccepted trial changes nothing, rollback undoes a step") {
   const Scene scene = random_spheres();
   auto made = std::make_unique<effects::FloatingConductors>(scene, std::make_unique<LineCharges>());
   effects::FloatingConductors& field = *made;
@@ -233,7 +233,7 @@ TEST_CASE("Electrics: a dropped trial changes nothing, rollback undoes a step") 
   CHECK(electrics.now().time == 0);
 }
 
-TEST_CASE("Hertz contact: compressed steel in oil comes to rest in few steps") {
+TEST_CASE("Hertz contact: pressed steel in oil rests, below 100 steps per second") {
   Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 2 * radius, 0.05}});
   scene.effects.remove<effects::ContactDischargeOptions>();
   scene.effects.add<effects::HertzContactOptions>();
@@ -336,7 +336,7 @@ TEST_CASE("monolithic coupling: an exception while integrating is passed on") {
 
 // ---- Euler
 
-TEST_CASE("Euler: explicit steps of euler_step, field solve per euler_field_step") {
+TEST_CASE("Euler: explicit steps of euler_step, a field solve per euler_field_step") {
   Scene scene = conductor_scene({{0.05, 0.05}});
   scene.mechanics.integrator = Integrator::euler;
   scene.conductors[0].velocity = {0.1, 0};
@@ -376,7 +376,7 @@ TEST_CASE("Euler: its difference from CVODE is proportional to the step") {
 
 // ---- coupling
 
-TEST_CASE("split coupling: converges to monolithic coupling in second order") {
+TEST_CASE("split coupling: converges to monolithic coupling with second order") {
   Scene scene = conductor_scene({{0.048, 0.05}, {0.053, 0.051}, {0.05, 0.0545}, {0.0458, 0.0463}});
   const double charges[] = {1.5e-10, -1e-10, 1.25e-10, -1e-10};
   for (int i = 0; i < 4; ++i) scene.conductors[i].charge = charges[i];
@@ -401,7 +401,7 @@ TEST_CASE("split coupling: converges to monolithic coupling in second order") {
   CHECK(std::log2(e2 / e4) == near(2, 0.15));
 }
 
-TEST_CASE("split coupling: keeps the position tolerance with 1/5 of the solves") {
+TEST_CASE("split coupling: position tolerance kept, below 1/5 of monolithic solves") {
   Scene scene = conductor_scene({{0.048, 0.05}, {0.053, 0.051}, {0.05, 0.0545}});
   scene.conductors[0].charge = 1.5e-10, scene.conductors[1].charge = -1e-10, scene.conductors[2].charge = 1.25e-10;
   scene.effects.remove<effects::ContactDischargeOptions>();
@@ -423,7 +423,7 @@ TEST_CASE("split coupling: keeps the position tolerance with 1/5 of the solves")
   CHECK(5 * coarse.field_solves < reference.field_solves);
 }
 
-TEST_CASE("split coupling: a body in a trap stiffer than the step comes to rest") {
+TEST_CASE("split coupling, trap 100 times faster than a step: body comes to rest") {
   // The trap's time is 1 ms with drag, and steps are up to 0.1 s. Extrapolation alone would oscillate and diverge.
   Scene scene = conductor_scene({{0.05, 0.05}});
   const double stiffness = 1000 * drag;
@@ -475,7 +475,7 @@ TEST_CASE("leakage: costs no extra field solves and exerts no force") {
   CHECK(without.now().charge_leaked == 0);
 }
 
-TEST_CASE("field without contacts: no contact detection, one solve per step at rest") {
+TEST_CASE("scene without contact_discharge: no contact search, one solve per step") {
   Scene scene = conductor_scene({{0.03, 0.05}, {0.05, 0.05}});
   scene.effects.remove<effects::ContactDischargeOptions>();
   const auto log = std::make_shared<SolverLog>();

@@ -128,7 +128,7 @@ TEST_CASE("wrap: bodies re-enter a periodic box and their images are counted") {
 }
 
 // wrap() works on groups of bodies; it must bring back each body outside and change no other.
-TEST_CASE("wrap: among 53 bodies only those outside are brought back") {
+TEST_CASE("wrap: of 53 bodies only those outside on periodic axes are brought back") {
   Bodies bodies{.dimension = 3, .box = {.lengths = {2, 3, 4}}};
   bodies.box.sides.fill(Boundary::periodic);
   bodies.box.sides[2] = bodies.box.sides[3] = Boundary::wall;  // Not along y.
@@ -151,14 +151,14 @@ TEST_CASE("wrap: among 53 bodies only those outside are brought back") {
   }
 }
 
-TEST_CASE("initial_charges: a wired group's charge is divided among its members") {
+TEST_CASE("initial_charges: a wired group's charge is divided equally by members") {
   Scene scene;
   scene.groups = {{.name = "pair", .charge = 6e-12}};
   scene.conductors = {{.radius = 1, .group = 0}, {.radius = 1, .charge = 5e-12}, {.radius = 1, .group = 0}};
   CHECK(initial_charges(scene) == std::vector<double>{3e-12, 5e-12, 3e-12});
 }
 
-TEST_CASE("pairs_closer_than: finds the pairs of a search over all pairs, in order") {
+TEST_CASE("pairs_closer_than: equals a search over all pairs, in the same order") {
   for (const int dimension : {2, 3})
     for (const double range : {-0.5, 0.0, 0.7, 3.0, 40.0}) {
       const Bodies bodies = random_bodies(150, dimension, 20, 1);
@@ -301,7 +301,7 @@ TEST_CASE("ForceJacobian::add_central: block has normal and transverse stiffness
   CHECK(jacobian.by_position[3].value == near(3.92));
 }
 
-TEST_CASE("Drag: two laws add up, derivatives equal those of the forces") {
+TEST_CASE("Drag: laws of one body add up, the Jacobian is the force's derivative") {
   for (const int dimension : {2, 3}) {
     CAPTURE(dimension);
     Bodies bodies{.dimension = dimension, .position = {0, 0, 0}, .momentum = {3, -4, 2}, .mass = {2}, .radius = {1}};

@@ -12,7 +12,7 @@ using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 using namespace lichtenberg::multipole_problems;
 
-TEST_CASE("disk touching a side of its own potential: solution is continuous") {
+TEST_CASE("disk at an insulating side or one at its potential: no jump at gap 0") {
   // With an insulating side the problem is half of the plane with a touching image: all values are half. At an
   // electrode of the disk's own potential the solution is continuous in the gap.
   for (const Side::Kind kind : {Side::Kind::insulating, Side::Kind::electrode}) {
@@ -66,7 +66,7 @@ TEST_CASE("disk near an electrode side: equals the pair with its mirror image") 
   }
 }
 
-TEST_CASE("multipole boundary conditions: hold on all sides for any electrodes") {
+TEST_CASE("multipole method: boundary conditions hold for any choice of electrodes") {
   LaplaceProblem problem = random_disks(6, {1.3, 0.9}, 0.08, 0.03);
   neutralize(problem);
   problem.groups[0] = {false, 0, 0.3};
@@ -124,7 +124,7 @@ TEST_CASE("multipole method, empty box with two plates: it is a plate capacitor"
   CHECK(solver.potential({0.5, 1}) == doctest::Approx(2));
 }
 
-TEST_CASE("corner of different electrodes: side charges infinite, potential exact") {
+TEST_CASE("electrodes meeting at a corner: their charges infinite, potential exact") {
   // Four sides, one at 1 V. The sum of the four problems rotated by 90 degrees is 1 V everywhere, so an uncharged disk
   // in the middle of a square is at 1/4 V.
   for (int s = 0; s < 4; ++s) {
@@ -163,7 +163,7 @@ TEST_CASE("disk near a corner of different electrodes: potential exact to 1e-11"
   }
 }
 
-TEST_CASE("half-disks on insulating sides: half the values of the mirrored scene") {
+TEST_CASE("half-disks on insulating sides: values follow from the mirrored scene") {
   // The lower box mirrored upwards has a whole disk and two of each other disk. All values of the half are half. The
   // force on the half lacks the mirror's cancelling part.
   LaplaceProblem half{.permittivity = 1};
@@ -212,7 +212,7 @@ TEST_CASE("quarter-disks in corners: values follow from the mirrored scene") {
   }
 }
 
-TEST_CASE("half-disk on a side: charge and force are integrals over its arc") {
+TEST_CASE("half-disk on a side: charge and force are field integrals over its arc") {
   for (const bool electrode : {false, true}) {
     LaplaceProblem problem{.permittivity = 1};
     problem.size = {1, 1};

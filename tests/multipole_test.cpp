@@ -56,7 +56,7 @@ Reference read(const std::filesystem::path& path) {
 
 }  // namespace
 
-TEST_CASE("multipole method, two disks: bipolar capacitance, potential and force") {
+TEST_CASE("multipole method, two disks: bipolar closed forms of potential, force") {
   // phi_1 - phi_2 = Q acosh((d^2 - R1^2 - R2^2) / (2 R1 R2)) / 2 pi, W = Q (phi_1 - phi_2) / 2, force = dW/dd.
   for (const double second_radius : {1.0, 0.3})
     for (const double gap : {10.0, 1.0, 0.1, 0.02}) {
@@ -73,7 +73,7 @@ TEST_CASE("multipole method, two disks: bipolar capacitance, potential and force
     }
 }
 
-TEST_CASE("multipole method: gaps down to 1e-7 R need no more unknowns") {
+TEST_CASE("multipole method: unknowns do not grow as gaps shrink to 1e-7 R") {
   long unknowns = 0;
   for (const double gap : {1e-2, 1e-3, 1e-5, 1e-7}) {
     CAPTURE(gap);
@@ -310,7 +310,7 @@ TEST_CASE("multipole method: errors are below the tolerance and the residual") {
   }
 }
 
-TEST_CASE("multipole history: saves iterations; forget() restores the cold start") {
+TEST_CASE("MultipoleSolver: history saves iterations, forget() removes it") {
   LaplaceProblem problem = random_disks(20, {1, 1}, 0.05, 0.02);
   set_walls(problem, 4, {});
   LaplaceProblem moved = problem;
@@ -364,7 +364,7 @@ TEST_CASE("MultipoleSolver::field: potential and covering disk at cell centres")
   CHECK(std::count(field.body.begin(), field.body.end(), -1) > 700);
 }
 
-TEST_CASE("multipole method: bars, rings, overlaps and crossed sides are refused") {
+TEST_CASE("multipole method: impossible shapes, overlaps and sides are refused") {
   LaplaceProblem problem = random_disks(2, {1, 1}, 0.1, 0.1);
   problem.groups[0] = {false, 0, 0};
   MultipoleOptions o;

@@ -67,7 +67,7 @@ std::vector<Pair> all_pairs(const Spheres<d>& s, double range, std::vector<doubl
 
 }  // namespace
 
-TEST_CASE("pairs_closer_than: finds the pairs of a search over all images") {
+TEST_CASE("pairs_closer_than: equals a search over all pairs and periodic images") {
   // Boxes of 2 to 11 cells per side, with positions up to one box length outside.
   for (const double length : {6.5, 8.0, 9.5, 13.0, 33.0}) {
     const SphereSet two = random_spheres(200, 2, length, 0.2, 1, 1, 1),
@@ -108,7 +108,7 @@ TEST_CASE("periodic box: pairs across faces, edges and corners are found once") 
       }
 }
 
-TEST_CASE("pair search in a periodic box below twice the pair distance: refused") {
+TEST_CASE("pair search beyond half of a periodic box's length: refused") {
   const std::vector<double> position = {1, 1, 2, 2}, radius = {0.5, 0.5};
   Box<2> box = periodic_box<2>(4, 1);
   CHECK(pairs_closer_than(Spheres<2>{position, radius, box}, 1.0).size() == 1);  // The distance of 2 is half of 4.
@@ -117,7 +117,7 @@ TEST_CASE("pair search in a periodic box below twice the pair distance: refused"
   CHECK(pairs_closer_than(Spheres<2>{position, radius, periodic_box<2>(4, 0)}, 1.1).size() == 1);
 }
 
-TEST_CASE("range beyond all positions: pair searches find every pair") {
+TEST_CASE("range larger than all distances: pair searches find every pair") {
   const SphereSet some = random_spheres(20, 2, 1, 0.01, 0.02, 0, 1);
   const Spheres<2> spheres{some.position, some.radius};
   const std::vector<double> reach(20, 1e300);
@@ -128,7 +128,7 @@ TEST_CASE("range beyond all positions: pair searches find every pair") {
   }
 }
 
-TEST_CASE("pairs_closer_than: any number of threads finds identical pairs") {
+TEST_CASE("pairs_closer_than: three threads find the same pairs as one") {
   const SphereSet some = random_spheres(20000, 3, 40, 0.3, 0.7, 0, 4);
   const Spheres<3> spheres{some.position, some.radius, periodic_box<3>(40)};
   parallel::Team three(3);
@@ -138,7 +138,7 @@ TEST_CASE("pairs_closer_than: any number of threads finds identical pairs") {
   CHECK(pairs_closer_than(spheres, 0.5, three) == alone);
 }
 
-TEST_CASE("pairs_within_reach (individual cutoffs): right across periodic sides") {
+TEST_CASE("pairs_within_reach (individual cutoffs): equals a search over all images") {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> exponent(-2, 1);
   const SphereSet some = random_spheres(150, 3, 9, 0.2, 1, 0.5, 6);
@@ -239,7 +239,7 @@ int count_rebuilds(const Box<d>& box, int steps) {
 
 }  // namespace
 
-TEST_CASE("ReachList: equals a new search; rebuilds are rare unless periodic") {
+TEST_CASE("ReachList: equals a new search; rebuilds rare, in each step if periodic") {
   // A random step of 0.01 per axis covers half a skin of 0.3 after about 0.15^2 / (0.01^2 2/3) = 340 steps. The two
   // fast particles and the three large cutoffs are too few for a rebuild.
   CHECK(count_rebuilds(Box<2>{}, 200) <= 3);
@@ -247,7 +247,7 @@ TEST_CASE("ReachList: equals a new search; rebuilds are rare unless periodic") {
   CHECK(count_rebuilds(periodic_box<2>(20), 10) == 10);  // A rebuild in each step.
 }
 
-TEST_CASE("ReachList: a large cutoff finds pairs that moved since the search") {
+TEST_CASE("ReachList: a large cutoff finds moved pairs without a new search") {
   std::vector<double> position = {0, 0, 3.5, 0}, reach = {0, 0};
   const std::vector<double> radius = {0.5, 0.5};
   ReachList list;

@@ -54,7 +54,7 @@ TEST_CASE("balanced Wheatstone bridge: its cross link carries no current") {
   CHECK(std::abs(c.link_current[2]) < 1e-15);
 }
 
-TEST_CASE("network without a path: infinite resistance, NaN for isolated nodes") {
+TEST_CASE("network without a path: infinite resistance, isolated potentials NaN") {
   const Conduction c = conduct({.nodes = 5, .links = {{0, 1, 1}, {2, 3, 1}}}, 0, 3, {.voltage = 2});
   CHECK(!c.connected);
   CHECK(std::isinf(c.resistance));
@@ -167,7 +167,7 @@ TEST_CASE("resistor models: missing or impossible parameters are refused") {
   CHECK(contains(message_of([&] { check(bad); }), "particle 2 has radius -1"));
 }
 
-TEST_CASE("column of three disks: each model gives resistors in series") {
+TEST_CASE("column of disks: constant, length and constriction resistors add") {
   const ParticlePacking packing = column();
   const Contacts contacts = find_contacts(packing);
   REQUIRE(contacts.pairs.size() == 2);
@@ -185,7 +185,7 @@ TEST_CASE("column of three disks: each model gives resistors in series") {
   CHECK(measured(particle_network, "constriction") == exactly(6 * 5 / 0.04));
 }
 
-TEST_CASE("constriction model: contact and particle networks resist equally") {
+TEST_CASE("constriction model, ring: contact- and particle-centred networks agree") {
   // A ring of five disks, each with two contacts, with the bottom wall under one and the top wall over another.
   ParticlePacking packing{.walls = {{"bottom", {0, -1.5, 0}, {0, 1, 0}}, {"top", {0, 1.6, 0}, {0, -1, 0}}}};
   for (int k = 0; k < 5; ++k) {
@@ -204,7 +204,7 @@ TEST_CASE("constriction model: contact and particle networks resist equally") {
   CHECK(measured(contact_network) == exactly(measured(particle_network)));
 }
 
-TEST_CASE("sphere resistor model: equals the Neumann series for small contacts") {
+TEST_CASE("sphere resistor model, small contacts: equals a Legendre series") {
   constexpr double a = 1.5, b = 0.01, rho = 0.7, pi = std::numbers::pi;
   Particle sphere{.centre = {1, 2, 3}, .radius = a};
   const std::vector<Point> at = {{0, 0, 1}, {std::sqrt(0.75), 0, -0.5}, {0.28, 0.96, 0}};
@@ -233,7 +233,7 @@ TEST_CASE("sphere resistor model: equals the Neumann series for small contacts")
     }
 }
 
-TEST_CASE("find_contacts: overlaps of 1e-9 radii are none, of 4e-9 radii are one") {
+TEST_CASE("find_contacts: an overlap of 4e-9 radii is a contact, 1e-9 is none") {
   ParticlePacking packing{.position = {{0, 0, 0}, {2 - 1e-9, 0, 0}}, .radius = {1, 1}};
   CHECK(find_contacts(packing).pairs.empty());
   packing.position[1][0] = 2 - 4e-9;
@@ -257,7 +257,7 @@ TEST_CASE("find_contacts: finds all overlaps of spheres of many sizes") {
   }
 }
 
-TEST_CASE("condense: equals the Schur complement of the kept nodes") {
+TEST_CASE("condense: equals the Schur complement on the kept nodes") {
   std::mt19937_64 random(7);
   Network net{.nodes = 300};
   std::uniform_int_distribution<int> node(0, net.nodes - 1);
@@ -276,7 +276,7 @@ TEST_CASE("condense: equals the Schur complement of the kept nodes") {
     for (int j = 0; j < i; ++j) CHECK(mesh(i, j) == Approx(-schur(i, j)).epsilon(1e-12));
 }
 
-TEST_CASE("Elimination::potentials: several right-hand sides, as a dense solution") {
+TEST_CASE("Elimination::potentials: equals dense solves for four right-hand sides") {
   std::mt19937_64 random(11);
   Network net{.nodes = 120};
   std::uniform_int_distribution<int> node(0, net.nodes - 1);
@@ -324,7 +324,7 @@ TEST_CASE("resistances_from one node: equal those of individual pairs") {
   }
 }
 
-TEST_CASE("resistances_from: k (n - k) / n on a ring of n unit resistors") {
+TEST_CASE("resistances_from: k (n - k) / n to node k in a ring of n unit resistors") {
   const int n = 1001;
   Network ring{.nodes = n};
   for (int k = 0; k < n; ++k) ring.links.push_back({k, (k + 1) % n, 1});
@@ -333,7 +333,7 @@ TEST_CASE("resistances_from: k (n - k) / n on a ring of n unit resistors") {
   for (int k = 1; k < n; ++k) CHECK(found[k] == Approx(k * double(n - k) / n).epsilon(1e-12));
 }
 
-TEST_CASE("network positions: change the order of elimination, not the resistance") {
+TEST_CASE("network with node positions: resistance equals that without positions") {
   const int side = 40;
   Network net{.nodes = side * side};
   for (int y = 0; y < side; ++y)

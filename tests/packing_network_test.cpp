@@ -98,7 +98,7 @@ std::string message_of(const std::function<void()>& work) {
 
 }  // namespace
 
-TEST_CASE("solve_network of a packing: both networks, backbone and dead ends") {
+TEST_CASE("solve_network: known resistances, backbone and dead ends of a column") {
   const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
   CHECK(frame.frame == 1);
@@ -149,7 +149,7 @@ TEST_CASE("network electrodes by number and name: give the known resistances") {
   }
 }
 
-TEST_CASE("network, touching electrodes: only the particle network, with a reason") {
+TEST_CASE("network, touching electrodes: gives only the particle-centred network") {
   const Folder folder;
   triangle(folder / "triangle.h5");
   // Two contacts of 1 Ohm in series, in parallel to a third.
@@ -165,7 +165,7 @@ TEST_CASE("network, touching electrodes: only the particle network, with a reaso
   check_refused(run(folder, "network triangle.h5 --between 0,1 --model contact"), "particles 0 and 1, touch");
 }
 
-TEST_CASE("network, touching electrodes: removes the stored contact network") {
+TEST_CASE("network, touching electrodes: removes a stored contact-centred network") {
   const TwoFrames file;
   const auto has = [&](const char* model) {
     return hdf5::exists(hdf5::load(file.path()), std::string("network/") + model);
@@ -272,7 +272,7 @@ TEST_CASE("network power balance: holds for a current of 2.5e-308 A") {
   CHECK(solved.conduction.power_balance < 1e-12);
 }
 
-TEST_CASE("network of different materials: 1e-30 and 1e30 Ohm combine exactly") {
+TEST_CASE("network of two materials, 1e-30 and 1e30 Ohm: resistance is exact") {
   const TwoFrames file;
   PackingFrame frame = read_packing(file.path(), {});
   frame.packing.resistivity = {1e-30, 1e30, 1e-30, 1, 1};
@@ -282,7 +282,7 @@ TEST_CASE("network of different materials: 1e-30 and 1e30 Ohm combine exactly") 
   CHECK(solved.conduction.power_balance < 1e-14);
 }
 
-TEST_CASE("save_networks: stores networks and leaves all other data unchanged") {
+TEST_CASE("save_networks: stores the solved network, keeps checkpoint and frames") {
   const TwoFrames file;
   for (const double voltage : {1.0, 12.0}) {  // The second call replaces the data of the first.
     const PackingFrame frame = read_packing(file.path(), {});

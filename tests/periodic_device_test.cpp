@@ -85,7 +85,7 @@ double relative(std::span<const double> found, std::span<const double> exact) {
 
 }  // namespace
 
-TEST_CASE("device NeighbourTable: each pair in both rows, or once if requested") {
+TEST_CASE("device NeighbourTable: pairs in both rows, or on request in one row") {
   const parallel::HostExecutor run;
   std::mt19937 random(1);
   for (const Vec3 lengths : {Vec3{10, 10, 10}, Vec3{4, 9, 30}}) {
@@ -163,7 +163,7 @@ TEST_CASE("device mesh sum: forces and potentials equal the CPU's to 1e-6") {
     }
 }
 
-TEST_CASE("device mesh sum: prolate windows keep the requested accuracy") {
+TEST_CASE("device mesh sum: prolate windows err by below 1.5 times the request") {
   const Vec3 lengths{12, 15, 10};
   const Charges charges = some(250, lengths);
   const Response exact = evaluated_near(*std::make_unique<Ewald>(splitting_for(charges, 1e-9)), charges);
@@ -216,7 +216,7 @@ TEST_CASE("device mesh sum: charges with dipoles, dipoles alone equal the CPU's"
     }
 }
 
-TEST_CASE("device mesh sum: independent of the order of charges, exact scaling") {
+TEST_CASE("device mesh sum: independent of charge order, exact for charges times 64") {
   const Vec3 lengths{12, 12, 12};
   const Charges charges = some(250, lengths);
   const MeshChoice choice = choose_mesh(1e-3, 250, lengths, 0.9);
@@ -251,7 +251,7 @@ TEST_CASE("on_grid (device near sums): rounds to multiples of 2^-31") {
       }
 }
 
-TEST_CASE("device mesh sum: unavailable parameters are refused") {
+TEST_CASE("device mesh sum: near part beyond single precision, no CUDA: refused") {
   CHECK_THROWS_AS(device::make_host_mesh({{40, 40, 40}, {64, 64, 64}, 6}, prolate_cloud(60, 9)), InputError);
 #ifndef LICHTENBERG_WITH_CUDA
   const MeshChoice choice = choose_mesh(1e-3, 250, {12, 12, 12}, 1);

@@ -108,7 +108,7 @@ TEST_CASE("Ewald sum with dipoles: independent of the splitting parameter alpha"
   }
 }
 
-TEST_CASE("Ewald sum with dipoles: forces and fields equal energy derivatives") {
+TEST_CASE("Ewald sum with dipoles: forces, fields are negative energy derivatives") {
   SourceSet sources = random_sources(6, {1, 1.25, 0.75}, 0.2, true, 2);
   const Response at = by_ewald(sources);
   const auto energy = [&] { return by_ewald(sources).energy; };
@@ -155,7 +155,7 @@ TEST_CASE("Ewald sum in a large neutral box: agrees with the minimum image") {
   CHECK(largest_difference(response.force, expected.force) < bound);
 }
 
-TEST_CASE("shifted force: equals its energy's derivative, vanishes at the cutoff") {
+TEST_CASE("shifted force: negative energy derivative, vanishes at the cutoff") {
   for (const double alpha : {0.0, 1.5}) {
     SourceSet sources = random_sources(6, {2, 2.5, 2}, 0.4, false, 2);
     const Response at = by_shifted_force(sources, 0.95, alpha);
@@ -178,7 +178,7 @@ TEST_CASE("shifted force: equals its energy's derivative, vanishes at the cutoff
   }
 }
 
-TEST_CASE("shifted force: opposite charges cancel, rock salt has Madelung's energy") {
+TEST_CASE("shifted force: close pair of +1, -1 adds -1/r; Madelung's energy to 1 %") {
   SourceSet sources = random_sources(6, {2, 2.5, 2}, 0.4, false, 2);
   const double expected = by_shifted_force(sources, 0.95, 1.5).energy, separation = 0x1p-20;
   for (const double sign : {1.0, -1.0}) {
@@ -208,7 +208,7 @@ TEST_CASE("shifted force: threads give identical bits; bad cutoffs are refused")
         "the shifted force is defined for charges only, not for dipoles");
 }
 
-TEST_CASE("induced dipoles of a touching chain: closed form up to divergence") {
+TEST_CASE("induced dipoles of a touching chain: closed form, refused if divergent") {
   Ewald ewald(1e-14);
   for (const int n : {1, 3}) {
     const SourceSet row = chain(n);
@@ -227,7 +227,7 @@ TEST_CASE("induced dipoles of a touching chain: closed form up to divergence") {
   }
 }
 
-TEST_CASE("check_stability: refuses a growing mode that charges do not excite") {
+TEST_CASE("check_stability: refuses divergent dipoles that charges do not excite") {
   Ewald ewald(1e-14);
   SourceSet row = chain(6);
   // The field along the row is odd about a charge and does not excite the uniform mode.
@@ -250,7 +250,7 @@ TEST_CASE("check_stability: refuses a growing mode that charges do not excite") 
   }
 }
 
-TEST_CASE("Jacobi iteration of induced dipoles: error times 0.361 for each sweep") {
+TEST_CASE("Jacobi iteration of a chain's dipoles: each sweep scales error by 0.361") {
   Ewald ewald(1e-14);
   const SourceSet row = chain(2);
   const DipoleField field_of = field_by(ewald, row, {}, alone);
@@ -267,7 +267,7 @@ TEST_CASE("Jacobi iteration of induced dipoles: error times 0.361 for each sweep
   CHECK(polarizability * chain_sum == doctest::Approx(0.361).epsilon(2e-3));
 }
 
-TEST_CASE("largest_polarizability of a close packing: is 3 / (4 pi sqrt(2))") {
+TEST_CASE("largest_polarizability, close packing, diameter 1: 3 / (4 pi sqrt(2))") {
   const SourceSet packed =
       lattice(std::sqrt(2.0), {{0, 0, 0}, {0, 0.5, 0.5}, {0.5, 0, 0.5}, {0.5, 0.5, 0}}, {0, 0, 0, 0});
   Ewald ewald(1e-14);
@@ -275,7 +275,7 @@ TEST_CASE("largest_polarizability of a close packing: is 3 / (4 pi sqrt(2))") {
   CHECK(largest == doctest::Approx(3 / (4 * pi * std::sqrt(2.0))).epsilon(1e-9));
 }
 
-TEST_CASE("induced dipoles: forces are energy derivatives, not in source's variant") {
+TEST_CASE("induced dipoles: forces are -dE/dx except for DipoleSum::source") {
   const SourceSet sources = grains();
   for (const DipoleSum variant : {DipoleSum::ewald, DipoleSum::mixed_consistent, DipoleSum::minimum_image}) {
     const Response at = with_induced(sources, variant);
@@ -286,7 +286,7 @@ TEST_CASE("induced dipoles: forces are energy derivatives, not in source's varia
   CHECK(worst_slope_error(sources, with_induced(sources, DipoleSum::source).force, DipoleSum::source) > 1e-3);
 }
 
-TEST_CASE("induced dipoles, source's variant: force derivatives are asymmetric") {
+TEST_CASE("induced dipoles: force derivatives symmetric except DipoleSum::source") {
   const auto crosswise = [](DipoleSum variant) {
     const double step = 1e-4;
     SourceSet sources = grains();
@@ -311,7 +311,7 @@ TEST_CASE("induced dipoles, source's variant: force derivatives are asymmetric")
   CHECK(crosswise(DipoleSum::source) > 5e-4);
 }
 
-TEST_CASE("induced dipoles: residual within tolerance, energy error is its square") {
+TEST_CASE("induced dipoles: residual below tolerance, energy error below its square") {
   const SourceSet sources = grains();
   Ewald ewald(1e-14);
   const double tolerance = 1e-4;
@@ -335,7 +335,7 @@ TEST_CASE("induced dipoles: residual within tolerance, energy error is its squar
   }
 }
 
-TEST_CASE("potential with induced dipoles: from the sum that gives their forces") {
+TEST_CASE("induced dipoles: potential by Ewald or nearest images as in DipoleSum") {
   const SourceSet sources = grains();
   const std::vector<double> charges = by_ewald(sources).potential;
   Ewald ewald(1e-14);

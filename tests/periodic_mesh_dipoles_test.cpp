@@ -82,7 +82,7 @@ constexpr DipoleSum variants[] = {DipoleSum::ewald, DipoleSum::mixed_consistent,
 // cloud's band limit, where the transform is cut off, and the mesh's first alias, 2 pi over its spacing. For positions
 // at least 1 apart the squared forces sum to 4 pi between charges, 8 pi / 3 from charges on dipoles and 8 pi between
 // dipoles. The errors of charges are at most 1.25 of the estimate.
-TEST_CASE("mesh sum, random dipoles: error is that of charges times wavenumber") {
+TEST_CASE("mesh sum of dipoles: error is that of charges times k, for forces k^2") {
   const SourceSet sources = gas(1), dipoles = without_charges(sources);
   const Response exact = by_ewald(sources, 1e-11), exact_of_dipoles = by_ewald(dipoles, 1e-11);
   for (const auto& [band_limit, cutoff, points] : {std::tuple{6.3, 1.8, 16}, {9.0, 3.0, 18}, {15.4, 5.3, 24}})
@@ -111,7 +111,7 @@ TEST_CASE("mesh sum, random dipoles: error is that of charges times wavenumber")
     }
 }
 
-TEST_CASE("mesh sum: error estimate holds for any ratio of dipoles to charges") {
+TEST_CASE("mesh sum of charges and dipoles: error is 0.5 to 2 times the estimate") {
   for (const double factor : {0.1, 0.5, 3.0}) {
     const SourceSet sources = with_dipoles(gas(4), factor);
     const Response exact = by_ewald(sources, 1e-11);
@@ -161,7 +161,7 @@ TEST_CASE("induced_dipole2: 1.5 times the mean square dipole of touching charges
   CHECK(ratio == doctest::Approx(12.60 / 18.57).epsilon(0.15));
 }
 
-TEST_CASE("mesh sum: dipoles of 10 % of the charges keep the force accuracy") {
+TEST_CASE("mesh sum: dipoles of 10 % of charges raise errors at most as estimated") {
   const SourceSet sources = with_dipoles(gas(2), 0.1);
   const Response exact = by_ewald(sources, 1e-11);
   for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-6}) {
@@ -270,7 +270,7 @@ TEST_CASE("mesh sum: field of dipoles is linear and symmetric to rounding") {
   CHECK(largest_difference(field_a, evaluated_on(sum, without_charges(a)).field) < 1e-14 * largest(field_a));
 }
 
-TEST_CASE("mesh sum: zero dipoles change nothing, neutral particles have no force") {
+TEST_CASE("mesh sum: zero dipoles change nothing; no charge or dipole, no force") {
   SourceSet sources = gas(3);
   std::fill_n(sources.dipole.begin(), 30, 0.0);
   std::fill_n(sources.charge.begin(), 10, 0.0);
@@ -285,7 +285,7 @@ TEST_CASE("mesh sum: zero dipoles change nothing, neutral particles have no forc
   CHECK(relative_difference(none.potential, charges.potential) < 1e-8);
 }
 
-TEST_CASE("mesh sum with dipoles: any number of threads gives identical bits") {
+TEST_CASE("mesh sum with dipoles: threads give identical bits") {
   const SourceSet sources = random_sources(2000, {30, 24, 21}, 0.5, true, 5);
   ParticleMesh sum({sources.lengths, {36, 30, 24}, 5}, prolate_cloud(8, 3));
   const Response expected = evaluated_on(sum, sources);
@@ -332,7 +332,7 @@ TEST_CASE("induced dipoles on a mesh: largest polarizability equals Ewald's") {
   CHECK(largest_by(mesh) == doctest::Approx(largest_by(ewald)).epsilon(2e-5));
 }
 
-TEST_CASE("induced dipoles on a mesh: four variants agree with Ewald's sum") {
+TEST_CASE("induced dipoles on a mesh: each DipoleSum agrees with that by Ewald") {
   const SourceSet sources = grains();
   Ewald ewald(1e-14);
   ParticleMesh mesh = mesh_for_grains();
@@ -352,7 +352,7 @@ TEST_CASE("induced dipoles on a mesh: four variants agree with Ewald's sum") {
   }
 }
 
-TEST_CASE("induced dipoles on a mesh: forces are derivatives, not source's variant") {
+TEST_CASE("induced dipoles on a mesh: forces are -dE/dx but for DipoleSum::source") {
   SourceSet sources = grains();
   ParticleMesh mesh = mesh_for_grains();
   for (const DipoleSum variant : variants) {

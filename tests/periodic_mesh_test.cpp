@@ -128,7 +128,7 @@ TEST_CASE("mesh sum of twenty charges: forces and energy accurate to 1e-6") {
   }
 }
 
-TEST_CASE("mesh sum: Madelung's constant, and a charge in its background") {
+TEST_CASE("mesh sum: Madelung's constants of rock salt and of a lone charge") {
   // Two unit cells per side, because half a box is too short a cutoff for an accuracy of 1e-6.
   SourceSet salt{.lengths = {4, 4, 4}};
   for (int n = 0; n < 64; ++n) {
@@ -191,7 +191,7 @@ TEST_CASE("choose_mesh: force errors are 0.1 to 2 times the requested accuracy")
   }
 }
 
-TEST_CASE("mesh sum with net charge: independent of the Ewald splitting") {
+TEST_CASE("mesh sum with net charge: equals Ewald's for four charge clouds") {
   SourceSet sources = gas(3);
   for (double& q : sources.charge) q += 0.5;
   const Response exact = by_ewald(sources);
@@ -233,7 +233,7 @@ TEST_CASE("mesh sum: forces are energy derivatives minus mean force, sum is zero
     CHECK(std::abs(slope[k] - missing[k % 3] * std::pow(sources.charge[k / 3], 2) - at.force[k]) < 1e-6);
 }
 
-TEST_CASE("mesh tiles: those processed concurrently share no charge") {
+TEST_CASE("mesh tiles: tiles processed concurrently reach no common charge") {
   const SourceSet sources = random_sources(1500, {30, 20, 12}, 0.5, false, 10);
   const double reach = 2.4;
   Columns<double> columns(sources.lengths, {.together = 8, .widest = 4, .reach = reach});
@@ -300,7 +300,7 @@ TEST_CASE("mesh sum: scaling lengths and charges by powers of two is exact") {
   for (int k = 0; k < 3 * sources.size(); ++k) CHECK(response.force[k] == expected.force[k] / 64);
 }
 
-TEST_CASE("mesh sum: shifts by whole spacings and boxes change nothing") {
+TEST_CASE("mesh sum: shifts by whole spacings and boxes change only rounding") {
   const SourceSet sources = gas(7);
   const Mesh mesh{sources.lengths, {16, 16, 16}, 5};
   SourceSet moved = sources;

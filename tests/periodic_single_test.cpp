@@ -104,7 +104,7 @@ TEST_CASE("mesh windows: continuous, with the stated Fourier transforms") {
     }
 }
 
-TEST_CASE("mesh windows: errors are as estimated, smallest for prolate windows") {
+TEST_CASE("mesh windows: errors as estimated, smaller for prolate than for splines") {
   const SourceSet sources = gas();
   const Response exact = by_ewald(sources, 1e-11);
   const auto estimate = [&](Window window, int order, int points, const Cloud& cloud) {
@@ -130,17 +130,17 @@ TEST_CASE("mesh windows: errors are as estimated, smallest for prolate windows")
   }
 }
 
-TEST_CASE("single-precision mesh: equals double precision for all spline orders") {
+TEST_CASE("single-precision mesh: equals double precision for orders 4 to 7") {
   for (const int order : {4, 5, 6, 7})
     check_against_double(gas(), {{12.8, 12.8, 12.8}, {20, 24, 16}, order}, prolate_cloud(16, 3.9));
 }
 
-TEST_CASE("single-precision mesh: equals double precision for any mesh size") {
+TEST_CASE("single-precision mesh: equals double precision for five mesh sizes") {
   for (const std::array points : {std::array{16, 18, 20}, {21, 25, 14}, {15, 28, 36}, {22, 27, 26}, {32, 45, 30}})
     check_against_double(gas(), {{12.8, 12.8, 12.8}, points, 6}, prolate_cloud(14, 4.1));
 }
 
-TEST_CASE("single-precision mesh: equals double precision in long boxes, clusters") {
+TEST_CASE("single-precision mesh: as double in long boxes, clusters, few charges") {
   check_against_double(random_sources(200, {10, 12, 31}, 1, false, 3), {{10, 12, 31}, {16, 18, 48}, 6},
                        prolate_cloud(8, 3.3));
   check_against_double(random_sources(200, {31, 10, 12}, 1, false, 3), {{31, 10, 12}, {48, 16, 18}, 6},
@@ -197,7 +197,7 @@ TEST_CASE("single-precision mesh: forces() gives the bits of the full evaluation
   }
 }
 
-TEST_CASE("single-precision mesh: forces sum to zero, images change nothing") {
+TEST_CASE("single-precision mesh: forces sum to zero, images change only rounding") {
   SourceSet sources = gas();
   SingleMesh sum(fine, prolate_cloud(11, 4));
   const Response found = evaluated(sum, sources);
@@ -211,7 +211,7 @@ TEST_CASE("single-precision mesh: forces sum to zero, images change nothing") {
   CHECK(relative_difference(evaluated(sum, sources).force, found.force) < rounding);
 }
 
-TEST_CASE("choose_quick_mesh: single precision down to 1e-6, accuracy is met") {
+TEST_CASE("choose_quick_mesh: errors 1/3 to 1.2 of the request, single down to 1e-6") {
   const SourceSet sources = gas();
   const Response exact = by_ewald(sources, 1e-10);
   for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7}) {

@@ -41,7 +41,7 @@ TEST_CASE("Ewald sum of twenty charges: accurate to the digits of a double") {
   CHECK(std::abs(response.energy - energy) < 1e-14);
 }
 
-TEST_CASE("Ewald sum: Madelung's constants, and a charge in its background") {
+TEST_CASE("Ewald sum: Madelung's constants of two salts and of a lone charge") {
   constexpr double rounding = 2e-15;
   CHECK(std::abs(by_ewald(rock_salt()).energy / 4 + 1.7475645946331822) < rounding);
   const SourceSet caesium_chloride = lattice(1, {{0, 0, 0}, {0.5, 0.5, 0.5}}, {1, -1});
@@ -149,7 +149,7 @@ TEST_CASE("Ewald sum: scaling lengths and charges by powers of two is exact") {
   }
 }
 
-TEST_CASE("Ewald sum: threads and evaluation at samples give identical bits") {
+TEST_CASE("Ewald sum: threads and evaluation of selected charges change no bit") {
   const SourceSet sources = random_sources(30, {1, 1, 1}, 0.05, true, 7);
   Ewald ewald;
   const Response expected = evaluated(ewald, sources);

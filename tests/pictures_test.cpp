@@ -161,7 +161,7 @@ TEST_CASE("plot: frames have equal layout and colour scale, and show their field
   CHECK(difference("solved-4.png") > 0.005);  // The sphere has another position there.
 }
 
-TEST_CASE("plot: text and colours follow the options in PNG, PDF and SVG") {
+TEST_CASE("plot: options set text in SVG and colours in PNG; a PDF is written") {
   const RunFolder folder(plates);
   run_without_error(folder, "plot scene.h5 --frame 1 --out a.svg --range=-20e3,5e3");
   const std::string words = text_of(folder / "a.svg");
@@ -301,13 +301,13 @@ TEST_CASE("film: an interruption leaves no file and prints no traceback") {
   CHECK(run_shell(folder, "ls | grep -c partial").out == "0\n");
 }
 
-TEST_CASE("plot --frames ::5: a range without ends covers all frames") {
+TEST_CASE("plot --frames ::5: without ends, the range has every fifth frame") {
   const RunFolder folder(plates);
   CHECK(run_without_error(folder, "plot scene.h5 --frames ::5 --out a.png").out ==
         "a-0.png shows frame 0 by potential\na-5.png shows frame 5 by potential\n");
 }
 
-TEST_CASE("film: each frame appears once, in the size of the picture") {
+TEST_CASE("film: each frame appears once, with 170 pixels per inch of the picture") {
   const RunFolder folder(plates);
   const Ended made = run_without_error(folder, "film scene.h5 --rate 10");
   CHECK(made.out == "scene.mp4 shows 6 frames by potential in 0.6 s\n");
@@ -326,7 +326,7 @@ TEST_CASE("film: each frame appears once, in the size of the picture") {
             .out == "3\n");
 }
 
-TEST_CASE("plot: time series of several results, and pictures side by side") {
+TEST_CASE("plot: draws time series of several results, and frames side by side") {
   const RunFolder folder(plates);
   fs::copy_file(folder / "scene.h5", folder / "twin.h5");
   run_without_error(folder, "plot scene.h5 --series --observables energy,charge_held --out curves.svg");

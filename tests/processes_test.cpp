@@ -95,7 +95,7 @@ TEST_CASE("two MPI processes: an error of all processes is printed once") {
 }
 
 // Without this the remaining process would wait endlessly; five minutes are ample.
-TEST_CASE("two MPI processes: an error on one ends both with status 1") {
+TEST_CASE("two MPI processes: an error on one process ends both with status 1") {
   const std::string program = "LICHTENBERG solve scene.toml --petsc -field_mat_type ";
   const std::string two = "timeout -k 10 300 mpirun -n 1 " + program;
   const Ended first = run(two + "nonsense : -n 1 " + program + "aij", scene + assembled);

@@ -72,7 +72,7 @@ TEST_CASE("read_in_child: a crash with readable files gives a message, status 1"
   }
 }
 
-TEST_CASE("read_in_child: exit status or signal of the reader become the command's") {
+TEST_CASE("read_in_child: the reader's exit status or signal is the command's") {
   for (const int status : {0, 1, 2, 7}) {
     const Ended ended = command([=] { _exit(status); });
     REQUIRE(WIFEXITED(ended.status));

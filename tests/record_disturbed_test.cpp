@@ -34,7 +34,7 @@ int frames_of_whole(const std::string& path) {
 
 // A child saves, makes segments and merges them. It is killed before one of its changes of the disk, for every seventh
 // change.
-TEST_CASE("result file: a kill at any disk call leaves it readable and resumable") {
+TEST_CASE("result file: killed before disk calls, it stays readable, resumable") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   disk_calls::done() = 0;
@@ -82,7 +82,7 @@ TEST_CASE("writer lock: a second writer is refused and the first one is named") 
   CHECK(message_of([&] { Recorder::resume(path, some_scene()); }) == "");
 }
 
-TEST_CASE("writer lock: one of a killed process does not block a resume") {
+TEST_CASE("writer lock of a killed process: does not block a resume") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   const pid_t child = in_child([&] {
@@ -99,7 +99,7 @@ TEST_CASE("writer lock: one of a killed process does not block a resume") {
 }
 
 // All processes compete repeatedly; no two may have the lock at the same time.
-TEST_CASE("writer lock: of four concurrent writers one has it at a time") {
+TEST_CASE("writer lock: at most one of four concurrent writers holds it") {
   const Folder folder;
   const std::string path = folder / "run.h5", inside = folder / "inside";
   std::vector<pid_t> children;

@@ -62,7 +62,7 @@ TEST_CASE("writer lock: a link, foreign file or pipe at its path is not replaced
   CHECK(WriterLock::if_free(folder / "run.h5").has_value());
 }
 
-TEST_CASE("write_atomically: does not write through a link at its partial name") {
+TEST_CASE("write_atomically: a symbolic link at its temporary name is not followed") {
   const Folder folder;
   folder.write("diary", diary);
   const std::string path = folder / "out", bytes = "whole";
@@ -76,7 +76,7 @@ TEST_CASE("write_atomically: does not write through a link at its partial name")
   CHECK_FALSE(fs::exists(folder / "nowhere"));
 }
 
-TEST_CASE("remove_partial_files: removes those of processes, no other files") {
+TEST_CASE("remove_partial_files: removes files run.h5.partial-PID, no others") {
   const Folder folder;
   for (const char* name : {"run.h5.partial-17", "run.h5.partial-", "run.h5.partial-notes", "run.h5.partial-17b"})
     folder.write(name, diary);

@@ -123,7 +123,7 @@ TEST_CASE("Recorder::resume: frames after the last checkpoint are replaced") {
     CHECK_EQ(hdf5::get<std::int64_t>(cut, list), hdf5::get<std::int64_t>(whole, list));
 }
 
-TEST_CASE("resumed result file: has the data of an uninterrupted run, with units") {
+TEST_CASE("resumed result of grains: has the groups of a full run and its units") {
   const Folder folder;
   Scene grains = two_conductors();
   grains.reference = Reference{};
@@ -170,7 +170,7 @@ TEST_CASE("Recorder::resume: older files with constant box edges keep them") {
   CHECK_EQ(hdf5::get<double>(file, "observables/energy/time"), std::vector<double>{0, 1});
 }
 
-TEST_CASE("Recorder::resume: frames of iterations, time with unit 1 or without") {
+TEST_CASE("Recorder::resume: accepts iteration times with unit 1 or without unit") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   const auto iteration = [](double number) {
@@ -201,7 +201,7 @@ TEST_CASE("Recorder::resume: frames of iterations, time with unit 1 or without")
   }
 }
 
-TEST_CASE("Recorder::resume: later frames remove the contacts of a packing at rest") {
+TEST_CASE("Recorder::resume: later frames delete the stored contacts of a packing") {
   const Folder folder;
   Milestone last = milestone(1);
   last.findings = {
@@ -362,7 +362,7 @@ TEST_CASE("Recorder::resume: a file of another kind or format is refused") {
   CHECK_EQ(resume("old.h5").find("can be resumed"), std::string::npos);
 }
 
-TEST_CASE("Recorder::resume: a changed scene is refused, except for its [stop]") {
+TEST_CASE("Recorder::resume: a changed title is refused, a changed [stop] accepted") {
   const Folder folder;
   saved_run(folder / "run.h5", 1);
   Scene other = two_conductors();
@@ -374,7 +374,7 @@ TEST_CASE("Recorder::resume: a changed scene is refused, except for its [stop]")
   CHECK_EQ(Recorder::resume(folder / "run.h5", other).saved_time(), 0);
 }
 
-TEST_CASE("first_change of two scenes: names the first key that matters") {
+TEST_CASE("first_change of two scenes: first different key outside [output], [stop]") {
   const std::string scene = "a = 1\n[medium]\nviscosity = 0.7\n[[conductor]]\nx = 1\n[stop]\ntime = 1\n";
   CHECK_EQ(first_change(scene, scene), "");
   CHECK_EQ(first_change(scene,

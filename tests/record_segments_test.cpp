@@ -40,7 +40,7 @@ TEST_CASE("result segments: few frames stay in one file without a folder") {
   CHECK(numbers(folder / "run.h5") == expected(20));
 }
 
-TEST_CASE("result segments: a frame above the size limit becomes one at once") {
+TEST_CASE("result segments: a frame above the size limit becomes a segment at once") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   Recorder recorder = start(path, 100);
@@ -74,7 +74,7 @@ TEST_CASE("result segments: a completed run is one file, resuming copies nothing
   CHECK_FALSE(fs::exists(segments_folder(path)));
 }
 
-TEST_CASE("resume after any frame: the result has the numbers of a full run") {
+TEST_CASE("resume after 1 to 16 frames: the result has the numbers of a full run") {
   const Folder folder;
   for (const int stop : {1, 2, 7, 9, 16}) {
     const std::string path = folder / fmt::format("{}.h5", stop);
@@ -326,7 +326,7 @@ TEST_CASE("Recorder::add: a column that cannot be recorded is named in the error
   CHECK(numbers(folder / "run.h5") == expected(2));
 }
 
-TEST_CASE("Recorder::add after a resume: other columns than the old are refused") {
+TEST_CASE("Recorder::add after a resume: a column with another unit is refused") {
   const Folder folder;
   run(folder / "run.h5", 10, false);
   Recorder resumed = Recorder::resume(folder / "run.h5", some_scene(), few);

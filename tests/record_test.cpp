@@ -53,7 +53,7 @@ void for_each_dataset(hid_t group, const std::string& path, const std::function<
 
 }  // namespace
 
-TEST_CASE("result frames: H5MD elements that share one step and one time array") {
+TEST_CASE("result frames: H5MD elements share one step and one time array") {
   const Folder folder;
   saved_run(folder / "run.h5", 3);
   const hdf5::Handle file = hdf5::load(folder / "run.h5");

@@ -113,7 +113,7 @@ TEST_CASE("relaxation solver: reproduces the potential x^2 - y^2 exactly") {
   CHECK(solution.side_charge[left] == Approx(-16).epsilon(1e-8));
 }
 
-TEST_CASE("relaxation solver, plate capacitor: exact for a surface on sites") {
+TEST_CASE("relaxation solver, plate capacitor on sites: energy exact, force to 5e-3") {
   LaplaceProblem problem;
   problem.size = {32, 24};
   problem.permittivity = 3;
@@ -130,7 +130,7 @@ TEST_CASE("relaxation solver, plate capacitor: exact for a surface on sites") {
   CHECK(solver.field().value[4 * 32 + 7] == Approx(8 * 4.5 / 16).epsilon(1e-8));
 }
 
-TEST_CASE("relaxation solver, two disks: capacitance and force of first order") {
+TEST_CASE("relaxation solver, two disks: errors of first order in the spacing") {
   // The staircase shifts the surface by a fraction of a spacing that does not depend on R: the error is proportional to
   // 1 / R. Its mean over random positions halves with each doubling, within the scatter of six positions.
   const PairErrors r4 = pair_errors(4, 2), r8 = pair_errors(8, 2), r16 = pair_errors(16, 2);
@@ -145,7 +145,7 @@ TEST_CASE("relaxation solver, two disks: capacitance and force of first order") 
   CHECK(r16.force < 0.027);
 }
 
-TEST_CASE("relaxation solver: force of the printed formula is 7.7 % too small") {
+TEST_CASE("relaxation solver: force by normal derivative alone is 7.7 % too small") {
   // The integral of (dV/dn)^2 n / 2 over the circle of radius R + sqrt(2) in the exact field of d / 2R = 2 is 7.7 %
   // below the force at R = 16. The scheme's staircase adds the error of the full stress.
   const double radius = 16, ratio = 2, half = radius * ratio, a = std::sqrt(half * half - radius * radius);
@@ -178,7 +178,7 @@ TEST_CASE("relaxation solver, gap of 0.8 spacings: capacitance within 33 %") {
         Approx(pair_capacitance(1.05)).epsilon(0.33));
 }
 
-TEST_CASE("relaxation solver: charges of a floating group sum to the given one") {
+TEST_CASE("relaxation solver: charges of a floating group sum to the given charge") {
   LaplaceProblem problem = neutral_quartet();
   problem.sides[bottom] = electrode(0);
   RelaxationSolver solver({.sites = 64, .tolerance = 1e-7});
@@ -189,7 +189,7 @@ TEST_CASE("relaxation solver: charges of a floating group sum to the given one")
   CHECK(solution.body_charge[2] + solution.body_charge[3] == Approx(-0.75).epsilon(2e-7));
 }
 
-TEST_CASE("relaxation solver: descent error decays as (1 - eta C)^2 per step") {
+TEST_CASE("relaxation solver: error decays as (1 - step * capacitance)^2 per step") {
   // d / 2R = 4, eta = 0.01, insulating walls (figure 6.6). A step multiplies the charge defect by 1 - eta C with the
   // scheme's capacitance C, so the rate is -2 ln(1 - eta C). The 2 eta C of D 6.39 is lower by eta C / 2 = 0.9 % of it.
   const double eta = 0.01;
@@ -207,7 +207,7 @@ TEST_CASE("relaxation solver: descent error decays as (1 - eta C)^2 per step") {
   CHECK(rate == Approx(2 * eta * capacitance).epsilon(0.01));
 }
 
-TEST_CASE("relaxation solver: descent diverges 5 % above 2 / C, converges below") {
+TEST_CASE("relaxation solver: descent step of 2.1 / C diverges, 1.9 / C converges") {
   // The bound requires converged potential solves: 40 n10 sweeps instead of 4 n10.
   const LaplaceProblem problem = floating_near_grounded();
   const double critical = 2 * RelaxationSolver({.sites = 128}).solve(problem).group_potential[0];  // 2 / C with Q = 1.
@@ -218,7 +218,7 @@ TEST_CASE("relaxation solver: descent diverges 5 % above 2 / C, converges below"
   CHECK_THROWS_AS(RelaxationSolver(options).solve(problem), Failure);
 }
 
-TEST_CASE("relaxation solver: the chosen descent step halves the solves") {
+TEST_CASE("relaxation solver: chosen descent step halves the solves of step 0.1") {
   LaplaceProblem problem = neutral_quartet();
   problem.sides[bottom] = electrode(0);
   RelaxationSolver chosen({.sites = 64}), constant({.sites = 64, .eta = 0.1});
@@ -244,7 +244,7 @@ TEST_CASE("relaxation solver: a group of given potential balances the charges") 
   CHECK(solution.body_charge[1] == Approx(-0.25).epsilon(0.04));
 }
 
-TEST_CASE("relaxation solver, insulated box: mean potential is zero") {
+TEST_CASE("relaxation solver, insulated box: mean potential of bodies is zero") {
   RelaxationSolver solver({.sites = 64, .tolerance = 1e-6});
   const LaplaceSolution solution = solver.solve(neutral_quartet());
   const std::vector<double>& v = solution.group_potential;
@@ -326,7 +326,7 @@ TEST_CASE("relaxation solver: disk cut by an insulating wall has half the charge
   }
 }
 
-TEST_CASE("relaxation solver, insulated: capacitance matrix symmetric, zero rows") {
+TEST_CASE("relaxation solver, insulated: symmetric capacitances, zero row sums") {
   RelaxationSolver solver({.sites = 64, .tolerance = 1e-6});
   const std::vector<double> c = capacitance_matrix(solver, neutral_quartet());
   for (int i = 0; i < 3; ++i) {

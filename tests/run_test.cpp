@@ -135,7 +135,7 @@ TEST_CASE("run: --quiet prints nothing") {
 }
 
 // Contacts are all pairs closer than the contact gap and some of those closer than the release gap.
-TEST_CASE("run: recorded contacts have gaps below contact_distance or hysteresis") {
+TEST_CASE("run: a gap below contact_distance is a contact, one above release is not") {
   const SceneFolder folder;
   REQUIRE_EQ(run(folder, "six.h5"), 0);
   const Scene scene = read_scene(folder / "six.toml");
@@ -173,7 +173,7 @@ TEST_CASE("run: resumed from any checkpoint, its result has identical bits") {
   }
 }
 
-TEST_CASE("run: killed at any disk call and resumed, its result has identical bits") {
+TEST_CASE("run: killed at a disk call and resumed, its result has identical bits") {
   const SceneFolder folder;
   disk_calls::done() = 0;
   REQUIRE_EQ(run(folder, "reference.h5"), 0);
@@ -211,7 +211,7 @@ TEST_CASE("run: SIGTERM during the choice of a field method leaves no file") {
   CHECK_FALSE(fs::exists(folder / "six.h5"));
 }
 
-TEST_CASE("run: SIGTERM during the placement of conductors leaves no file") {
+TEST_CASE("run: SIGTERM during the placement of conductors stops it at once") {
   const SceneFolder folder;
   // The count is too large for random positions and too small for the early check. Without the signal the run ends with
   // status 2.
@@ -346,7 +346,7 @@ time = 0.1
 }
 
 // With the sphere's capacitance of 0.3 pF, RC is 0.03 ms or 0.3 s; the sphere crosses the gap in 1 ms.
-TEST_CASE("run of a circuit: energy balances; a too slow contact ends it") {
+TEST_CASE("run with contact resistance: energy balances; a too slow contact ends it") {
   const SceneFolder folder;
   folder.write("six.toml", shuttle_text("1e8"));
   Child sound(folder, "sound.h5");
@@ -368,7 +368,7 @@ TEST_CASE("run of a circuit: energy balances; a too slow contact ends it") {
            std::string::npos);
 }
 
-TEST_CASE("run: a resumed run compares its energy with that of the first frame") {
+TEST_CASE("run with contact resistance: resumed, it equals an uninterrupted run") {
   const SceneFolder folder;
   folder.write("six.toml", shuttle_text("1e8"));
   REQUIRE_EQ(run(folder, "reference.h5"), 0);

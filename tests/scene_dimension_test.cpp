@@ -61,7 +61,7 @@ TEST_CASE("periodic axis: both of its sides or none must be periodic") {
                 {"domain.left = \"round\"", "\"periodic\", \"insulating\" or { potential = a number }"});
 }
 
-TEST_CASE("domain.front, back: refused in 2D, and in 3D with a potential alone") {
+TEST_CASE("domain.front, back: refused in 2D, and in 3D if they have a potential") {
   check_refused("domain = { size = [1.0, 1.0], front = \"periodic\", back = \"periodic\" }\n",
                 {"domain.front is not allowed in two dimensions"});
   check_refused("domain = { size = [1.0, 1.0, 1.0], back = { potential = 5.0 } }\n",
@@ -93,7 +93,7 @@ TEST_CASE("effect that does not support periodic sides: the scene is refused") {
   }
 }
 
-TEST_CASE("keys of a field: refused in scenes without one, in 3D or periodic") {
+TEST_CASE("keys of electric fields: refused in 3D or periodic scenes without field") {
   for (const std::string more :
        {"[[group]]\nname = \"wire\"\n", "[field]\ncells = 64\n", "charge = 1.0\n",
         "[[electrode]]\nshape = \"disk\"\ncentre = [0.2, 0.2]\nradius = 0.1\npotential = 0\n"}) {

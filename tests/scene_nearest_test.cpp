@@ -31,7 +31,7 @@ TEST_CASE("edit_distance: counts insertions, deletions and replacements") {
   CHECK(nearest("grond", {"wire", "ground"}) == "ground");
 }
 
-TEST_CASE("likely: finds the word for a slip or a prefix, none for a far word") {
+TEST_CASE("likely: finds the word for a typing error or a prefix, none if far") {
   const std::vector<std::string> words{"run", "network", "analyse", "work-precision", "film"};
   CHECK(likely("analyze", words) == "analyse");
   CHECK(likely("analysis", words) == "analyse");  // s -> e after i -> s: two replacements and one deletion.

@@ -94,7 +94,7 @@ TEST_CASE("old name of a key in several tables: gives one warning") {
   CHECK(scene.warnings.size() == 3);
 }
 
-TEST_CASE("old names of keys: the complete list for results of earlier versions") {
+TEST_CASE("old names of keys: equal the list of names in earlier versions") {
   const std::map<std::string, std::string> expected = {{"reference", "units"},
                                                        {"stage", "equilibration"},
                                                        {"effects.contact_potential", "effects.soft_repulsion"},

@@ -20,7 +20,7 @@ namespace scene_places_test {
 using namespace lichtenberg;
 using namespace lichtenberg::scene_texts;
 
-TEST_CASE("young and poisson: conductors and populations have their own, in order") {
+TEST_CASE("young and poisson: own values of conductors, populations, in scene order") {
   const std::string two = disk("[0.01, 0.01]", "young = 1e6\n") + disk("[0.02, 0.01]", "poisson = 0.1\n") +
                           disk("[0.03, 0.01]") +
                           "[[population]]\ncount = 2\nradius = 0.0005\nyoung = 2e6\npoisson = 0.4\n";
@@ -307,7 +307,7 @@ TEST_CASE("bodies in contact: must have one potential or [contact_discharge]") {
       {"touches the electrode \"disk 1\""});
 }
 
-TEST_CASE("packing scene: walls, radii and networks; unused keys are refused") {
+TEST_CASE("packing scene: reads walls, radii, networks; impossible keys are refused") {
   const std::string start = "[domain]\nsize = [4.0, 2.0]\n", contact = "[effects.soft_repulsion]\n";
   const std::string some = "[[population]]\ncount = 6\nradius = [0.2, 0.4]\noverlapping = true\n";
   SUBCASE("the domain's sides are the first walls") {

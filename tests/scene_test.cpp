@@ -199,7 +199,7 @@ TEST_CASE("scene file: missing keys get their defaults") {
   CHECK(s.seed == 1);
 }
 
-TEST_CASE("scene effects: one exists only if its table does") {
+TEST_CASE("scene without effect tables: has no effects") {
   const Scene s = parse("domain = { size = [0.04, 0.02] }\nfield.cells = 64\n" + disk("[0.01, 0.01]"));
   CHECK_FALSE(s.effects.has<effects::FloatingConductorsOptions>());
   CHECK_FALSE(s.effects.has<effects::CurrentInjectionOptions>());
@@ -296,7 +296,7 @@ TEST_CASE("field.cells: cells must be square, numbers that fit are suggested") {
   CHECK(refusal("domain.size = [0.7, 0.1]\nfield.cells = 14\n" + end) == "");
 }
 
-TEST_CASE("relaxation method: every conductor must contain a lattice site") {
+TEST_CASE("relaxation method: a radius below half a cell's diagonal is refused") {
   const auto with_cells = [](int cells) {
     return "domain.size = [0.04, 0.04]\nfield = { method = \"relaxation\", cells = " + std::to_string(cells) + " }\n" +
            disk("[0.01, 0.01]");
@@ -306,7 +306,7 @@ TEST_CASE("relaxation method: every conductor must contain a lattice site") {
   CHECK(refusal(with_cells(29)) == "");
 }
 
-TEST_CASE("multipole method: scenes with shapes other than disks are refused") {
+TEST_CASE("multipole method: bars, rings, cut or overlapping disks are refused") {
   const auto with = [](const std::string& electrode) {
     return "domain = { size = [0.04, 0.02], bottom = { potential = 0 }, left = { potential = 0 } }\n"
            "field = { method = \"multipole\", cells = 64 }\n[[electrode]]\nname = \"e\"\npotential = 0.0\n" +
@@ -350,7 +350,7 @@ TEST_CASE("field tolerances: defaults by method, refused below rounding") {
   check_refused(with("method = \"relaxation\", tolerance = 1e-12"), {"it must be at least 1e-10"});
 }
 
-TEST_CASE("position_tolerance: refused below the resolution of positions") {
+TEST_CASE("position_tolerance: 1e-9 of the smallest radius up to the domain's size") {
   const auto with = [](const std::string& tolerance) {
     return box + "field.cells = 64\nmechanics.position_tolerance = " + tolerance + "\n" + disk("[0.01, 0.01]");
   };

@@ -67,7 +67,7 @@ void check_shortest(const std::vector<Vec2>& point) {
 
 }  // namespace
 
-TEST_CASE("euclidean_minimum_spanning_tree: equals Prim's for random points") {
+TEST_CASE("euclidean_minimum_spanning_tree: equals Prim's tree for random points") {
   for (unsigned seed = 0; seed < 300; ++seed) {
     const auto point = random_points(2 + static_cast<int>(seed) % 60, seed);
     CHECK_EQ(sorted(euclidean_minimum_spanning_tree(point)), sorted(by_prim(point)));
@@ -76,7 +76,7 @@ TEST_CASE("euclidean_minimum_spanning_tree: equals Prim's for random points") {
   CHECK_EQ(sorted(euclidean_minimum_spanning_tree(many)), sorted(by_prim(many)));
 }
 
-TEST_CASE("euclidean_minimum_spanning_tree: none, one and two points") {
+TEST_CASE("euclidean_minimum_spanning_tree: no edge for 0 or 1 point, one for 2") {
   CHECK(euclidean_minimum_spanning_tree({}).empty());
   CHECK(degree_numbers(0, {}).empty());
   const std::vector<Vec2> one{{3, 4}}, two{{3, 4}, {0, 0}};
@@ -127,7 +127,7 @@ TEST_CASE("spanning tree of a star: its centre has degree five") {
   CHECK_EQ(degree_numbers(6, euclidean_minimum_spanning_tree(star)), std::vector<int>{0, 5, 0, 0, 0, 1});
 }
 
-TEST_CASE("minimum_spanning_forest: a tree per component, first of equal edges") {
+TEST_CASE("minimum_spanning_forest: a tree per component; ties by node numbers") {
   // 0 -1- 1 -2- 2    3 -1- 4, where 0 - 2 closes a triangle and is a second edge of weight 2.
   const std::vector<Edge> edge{{0, 1}, {1, 2}, {0, 2}, {3, 4}};
   CHECK_EQ(minimum_spanning_forest(5, edge, std::vector<double>{1, 2, 3, 1}),

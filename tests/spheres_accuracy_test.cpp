@@ -69,7 +69,7 @@ TEST_CASE("spheres, solve_to_accuracy: the largest error is below the request") 
   }
 }
 
-TEST_CASE("spheres, solve_to_accuracy: met if the force vanishes by symmetry") {
+TEST_CASE("spheres, solve_to_accuracy: request met if the force is zero by symmetry") {
   SphereProblem problem = near_wall();
   problem.spheres[0].centre = problem.box.lengths * 0.5;
   for (const double accuracy : {1e-2, 1e-8}) CHECK(solve(problem, accuracy).estimate <= accuracy);

@@ -56,7 +56,7 @@ TEST_CASE("dielectric sphere in a uniform field: Clausius-Mossotti dipole") {
   }
 }
 
-TEST_CASE("dielectric spheres: forces are energy derivatives, limit is a conductor") {
+TEST_CASE("dielectric spheres: forces are energy derivatives, eps 1e9 as conductor") {
   SphereProblem problem = mixed_box();
   problem.spheres[0].relative_permittivity = 4;
   for (int axis = 0; axis < 3; ++axis)

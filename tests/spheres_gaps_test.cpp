@@ -39,7 +39,7 @@ TEST_CASE("two spheres: gaps down to 1e-5 R meet the requested accuracy") {
     }
 }
 
-TEST_CASE("three spheres with gaps of 0.01 to 0.1 R: accurate as requested") {
+TEST_CASE("three spheres, gaps of 0.01 to 0.1 R: errors within twice the request") {
   for (const double gap : {0.1, 0.03, 0.01})
     for (const bool row : {true, false}) {
       CAPTURE(gap);
@@ -79,7 +79,7 @@ TEST_CASE("three spheres with gaps of 1e-4 R: accurate as requested") {
   }
 }
 
-TEST_CASE("four spheres in a bent row: close-pair corrections interact accurately") {
+TEST_CASE("four spheres in a bent row: two close-pair corrections keep the accuracy") {
   // The second and the fourth sphere have a gap of 0.09. Harmonics (2 / 2.09)^(2l) of both close-pair corrections count
   // up to degree 100.
   const double gap = 1e-4, d = 2 + gap, wide = 2.09, turn = std::numbers::pi / 3 + std::acos(wide / (2 * d));

@@ -152,7 +152,7 @@ TEST_CASE("spheres of different radii: harmonics and image reflections agree") {
   }
 }
 
-TEST_CASE("sphere radius ratios out of reach: refused with a possible accuracy") {
+TEST_CASE("sphere radius ratio out of reach: refused, names an accuracy if possible") {
   // Two small spheres whose images in the large one interact.
   SphereProblem problem = near_large_sphere(0.01, 0, true);
   const Vec3 next = Vec3{2, -1, 2.1} * (1.01 / norm(Vec3{2, -1, 2.1}));

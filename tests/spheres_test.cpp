@@ -89,7 +89,7 @@ TEST_CASE("spheres at fixed degrees 1 to 6: forces are energy derivatives") {
   }
 }
 
-TEST_CASE("64 spheres (cell method) at degree 2: forces are energy derivatives") {
+TEST_CASE("64 spheres (cell method) at degree 2: a force is the energy derivative") {
   SphereProblem box{.permittivity = 1};
   box.box.lengths = {4, 4, 4};
   box.box.sides.fill(Boundary::periodic);
@@ -374,7 +374,7 @@ TEST_CASE("spheres at degree one: equal induced dipoles of polarizability R^3") 
   }
 }
 
-TEST_CASE("spheres in an insulated box: charges must cancel, mean potential zero") {
+TEST_CASE("spheres in an insulated box: charges cancel, mean sphere potential is 0") {
   SphereProblem problem{.permittivity = 1};
   problem.box.lengths = {1, 1, 1};
   problem.spheres = {{{0.3, 0.3, 0.3}, 0.1, 0}, {{0.7, 0.6, 0.6}, 0.15, 1}};

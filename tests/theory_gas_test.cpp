@@ -74,7 +74,7 @@ TEST_CASE("viscoelastic restitution: elastic limit and first terms of its series
   CHECK((first_loss() - universal_collision(k).loss) / k == Approx(a).epsilon(2e-3).scale(0));
 }
 
-TEST_CASE("restitution curve: equals CVODE's integration at and between points") {
+TEST_CASE("restitution curve: equals CVODE's integration at and between its points") {
   for (double k = 1e-9; k < RestitutionCurve::largest; k *= 1.7) {
     const UniversalCollision found = restitution_curve()(k), exact = universal_collision(k);
     CHECK(std::abs(found.loss - exact.loss) < 1e-11);
@@ -186,7 +186,7 @@ TEST_CASE("charging gas: <q^2> is <dq^2> times the number of collisions") {
   }
 }
 
-TEST_CASE("impact_charge_square: the mean square charge includes the noise") {
+TEST_CASE("impact_charge_square: mean square exchanged charge includes the noise") {
   // eta -> 0: the noise has no effect, <dq^2> = Q^2. eta = 1/2 with a half-width of the exponent's noise of 0.025:
   // <Psi_1> = 1.63114 m_eff v^2 Q^2, and a correction of the order of 0.025^2.
   CHECK(impact_charge_square(2, 1e-9, 0.5, 3) == Approx(4).epsilon(1e-7).scale(0));
@@ -223,7 +223,7 @@ TEST_CASE("monopolar gas: its temperature solves the rate equation") {
   }
 }
 
-TEST_CASE("monopolar gas: Haff's law without repulsion, U / ln t at late times") {
+TEST_CASE("monopolar gas: Haff's law without repulsion, T = U / ln t at late times") {
   CHECK(monopolar_temperature({10, 3, 0}, 5) == haff_temperature(10, 3, 5));
   CHECK(monopolar_time({10, 3, 0}, haff_temperature(10, 3, 5)) == Approx(5));
   CHECK(monopolar_temperature({10, 3, 1e-300}, 5) == Approx(haff_temperature(10, 3, 5)).epsilon(1e-12).scale(0));
@@ -238,7 +238,7 @@ TEST_CASE("monopolar gas: Haff's law without repulsion, U / ln t at late times")
   }
 }
 
-TEST_CASE("two neutral grains: restitution and dissipation of both contact laws") {
+TEST_CASE("two neutral grains: restitution as in theory for both contact laws") {
   for (const double speed : {0.01, 1.0, 5.0}) {
     const PairContact found = contact({.elastic = 278.6, .dissipative = 27.7}, speed);
     const PairCollision theory = collision(grains, speed);
@@ -297,7 +297,7 @@ TEST_CASE("two attracting grains: captured below capture_speed, escape above it"
   CHECK(capture_speed({.elastic = 278.6, .dissipative = 27.7}) == 0);
 }
 
-TEST_CASE("ImpactTable: a gas cools as with quadrature") {
+TEST_CASE("ImpactTable: a gas cools as with means by quadrature") {
   const Impacts impacts{.restitution = restitution,
                         .duration =
                             [](double temperature) {

@@ -152,7 +152,7 @@ TEST_CASE("kinetic rates: equal Monte Carlo collision integrals") {
   }
 }
 
-TEST_CASE("contact_speed_rates: equal neutral rates, elastic grains never merge") {
+TEST_CASE("contact_speed_rates: kinetic_rates if neutral; no merging if elastic") {
   const Aggregates gas{.density = 0.1, .temperature = 0.5, .charge_square = 0.7};
   const KineticRates neutral = contact_speed_rates(gas, 0, true_laws),
                      same = kinetic_rates(gas, 0, tabulated_means(true_laws, 10));
@@ -211,7 +211,7 @@ TEST_CASE("kinetic theory: depends only on Coulomb prefactor times charge square
   CHECK(found.bjerrum == near(same.bjerrum, 1e-7));
 }
 
-TEST_CASE("kinetic functions as printed: differ from corrected ones as expected") {
+TEST_CASE("kinetic functions, Bjerrum number 1e-6: printed charging is negative") {
   // At B -> 0, g_2 has 5.47's 80 2^(1/5)/(21 sqrt pi) pi/2, and no grains merge.
   const KineticFunctions none = printed_functions(1e-6, 1.6), right = corrected_functions(1e-6, 1.6);
   CHECK(none.contact_loss == near(80 * std::pow(2, 0.2) / (21 * std::sqrt(pi)) * pi / 2, 1e-5));

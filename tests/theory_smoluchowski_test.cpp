@@ -55,7 +55,7 @@ TEST_CASE("coagulate, additive kernel: Golovin's solution, ends if mass is lost"
   }
 }
 
-TEST_CASE("coagulate, geometric classes: mass kept, mean size of second order") {
+TEST_CASE("coagulate, geometric classes: mass kept, size error of second order") {
   const std::vector<double> times = {20};
   double error[2];
   for (int fine = 0; fine < 2; ++fine) {
@@ -142,7 +142,7 @@ TEST_CASE("flight_kernel: growth exponent of the mean size rises to its limit") 
   }
 }
 
-TEST_CASE("flight_time of equal aggregates: they merge at half the kernel's rate") {
+TEST_CASE("flight_time of equal aggregates: mean size grows at half the kernel") {
   for (const double beta : {2.0, 3.0}) {
     const Kernel kernel = flight_kernel(beta);
     CHECK(flight_time(beta, 1) == 0);

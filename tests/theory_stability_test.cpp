@@ -131,7 +131,7 @@ Disturbance without(const TransportCoefficients& c, double r, double k, const Di
 
 }  // namespace
 
-TEST_CASE("disturbance_evolution: equals the sum of growing modes") {
+TEST_CASE("disturbance_evolution: each eigenmode grows as exp(rate times time)") {
   const TransportCoefficients c = transport_coefficients(0.7);
   const double k = 0.12, r = 0.3, later = 20;
   const Disturbance start{{1, 0.5}, {-0.7, 0.1}, {0.2, 0.9}};

@@ -109,13 +109,13 @@ TEST_CASE("two disks: force is the energy's negative derivative") {
   CHECK(force(unequal, charge).x == Approx(-(energy(s) - energy(-s)) / (2 * s)).epsilon(1e-7));
 }
 
-TEST_CASE("two disks: capacitance keeps its digits at a gap of 2e-10 R") {
+TEST_CASE("two disks: capacitance accurate to 1e-6 at a gap of 2e-10 R") {
   // acosh(1 + x) = sqrt(2 x) (1 - x / 12 + ...): at x = 1e-10 the correction is 1e-11. The gap of such a pair is
   // rounded by 1e-16 / 1e-10.
   CHECK(capacitance(equal_pair(1 + 1e-10)) == Approx(pi / std::sqrt(2e-10)).epsilon(1e-6));
 }
 
-TEST_CASE("descent theory: error decays as (1 - eta C)^2, or 1 - 2 eta C if small") {
+TEST_CASE("descent theory: error times (1 - x)^2 per step, x = step * capacitance") {
   // eta C = 0.25: one step multiplies the error by 0.75^2.
   CHECK(std::exp(-error_decay_rate(0.05, 5)) == Approx(0.5625));
   CHECK(small_step_decay_rate(0.05, 5) == Approx(0.5));

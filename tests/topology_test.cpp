@@ -73,7 +73,7 @@ TEST_CASE("Strahler numbers: two equal largest branches raise the number by one"
   CHECK_EQ(strahler_distribution(stream, number).streams, std::vector<int>{0, 3, 1});
 }
 
-TEST_CASE("Strahler numbers: of two trees, zero for unconnected conductors") {
+TEST_CASE("Strahler numbers of two trees: separate, zero for unconnected conductors") {
   const std::vector<int> two{to_ground, to_ground, unconnected, 1, 1};
   CHECK_EQ(strahler_numbers(two), std::vector<int>{1, 2, 0, 1, 1});
   CHECK_EQ(strahler_distribution(two, strahler_numbers(two)).conductors, std::vector<int>{0, 3, 1});
@@ -91,7 +91,7 @@ TEST_CASE("ring of conductors: all have Strahler number 1, none has degree 1") {
   CHECK_EQ(t.relations.mean_degree_printed, doctest::Approx(0.5).epsilon(exact));  // (2 + 2 + 3 + 3) / 4 - 2
 }
 
-TEST_CASE("degree relations: corrected forms hold, printed forms miss terms of 1/M") {
+TEST_CASE("degree relations, M conductors: corrected hold, printed miss 1/M terms") {
   // A stem of three conductors with three arms, and one isolated conductor.
   const std::vector<Vec2> one_foot{{10, 1.5}, {10, 4}, {10, 6.5}, {12.5, 6.5}, {7.5, 6.5}, {10, 9}, {50, 50}};
   const Topology tree = topology_of(one_foot);
@@ -139,7 +139,7 @@ TEST_CASE("distribution: quartiles, extremes, mean and deviation of a sample") {
   CHECK_EQ(distribution({}).count, 0);
 }
 
-TEST_CASE("topology: lengths of the tree and of the minimum spanning tree") {
+TEST_CASE("topology: known lengths of the tree and the minimum spanning tree") {
   // 0 is on the ground, 1 on 0, 2 next to 1 with a link of 2.9. 3 is isolated, at a distance of 5 from 2.
   const Topology t = topology_of({{10, 1.5}, {10, 4}, {12.9, 4}, {17.9, 4}});
   CHECK_EQ(t.edge_length.count, 2);

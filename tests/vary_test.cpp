@@ -87,7 +87,7 @@ TEST_CASE("with_settings: numbers keep all their digits") {
   CHECK(scene.effects.find<effects::ContactDischargeOptions>()->contact_distance == 0.00012345678901234567);
 }
 
-TEST_CASE("setting_of: a number may begin or end with its point, unlike in TOML") {
+TEST_CASE("setting_of: a number may begin or end with its decimal point") {
   CHECK(setting_of("stop.time=.25").value == "0.25");
   CHECK(setting_of("stop.time=-.25").value == "-0.25");
   CHECK(setting_of("stop.time=2.").value == "2");

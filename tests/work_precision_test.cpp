@@ -160,7 +160,7 @@ TEST_CASE("work-precision: an impossible method is left out with a reason") {
         doctest::Approx(points_of(diagram, "cut-cell").back().errors[0] / 3).epsilon(1e-3));
 }
 
-TEST_CASE("work-precision --time: Euler of first order, split follows tolerance") {
+TEST_CASE("work-precision --time: Euler first order, split error falls with work") {
   const Swept diagram = swept(sweep_time, two_disks(), {.methods = {"euler", "split"}}, 0.15);
   CHECK(diagram.reference_errors[0] < 1e-6);
   const std::vector<Measured> euler = points_of(diagram, "euler"), split = points_of(diagram, "split");
@@ -196,7 +196,7 @@ TEST_CASE("work-precision: wrong names and sizes are refused early") {
   CHECK_THROWS_AS(sweep_time(two_disks(), {.methods = {"multipole"}}), InputError);
 }
 
-TEST_CASE("end_of_decay: exact for an exponential, none for other series") {
+TEST_CASE("end_of_decay: time of an exponential at a value; none if far or rising") {
   const auto decay = [](double t) { return benchmarks::Sample{t, 3 * std::exp(-0.1 * t)}; };
   const auto end = benchmarks::end_of_decay(decay(20), decay(40), decay(100).value);
   REQUIRE(end);

@@ -1,4 +1,4 @@
-"""Configuration of the site that `ninja docs` builds from a copy of this folder (cmake/docs.cmake)."""
+"""Configuration of Sphinx for the site that build_site.py builds from a copy of this folder."""
 import importlib.util
 import os
 import posixpath
@@ -10,15 +10,14 @@ from docutils import nodes
 project = "lichtenberg"
 author = "The lichtenberg developers"
 version = release = os.environ.get("LICHTENBERG_VERSION", "")
-extensions = ["myst_parser", "sphinx.ext.mathjax"]
-source_suffix = {".md": "markdown"}
-exclude_patterns = ["conf.py"]
+extensions = ["myst_parser", "sphinx.ext.mathjax", "sphinx.ext.autodoc"]
+source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
+exclude_patterns = []
 html_theme = "furo"
 html_title = "lichtenberg"
 html_copy_source = False
 myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_heading_anchors = 3
-suppress_warnings = ["myst.header", "misc.highlighting_failure"]
 highlight_language = "none"
 
 # Formulas without a network: Debian's package libjs-mathjax (version 2).
@@ -28,6 +27,30 @@ if LOCAL_MATHJAX.exists():
     mathjax_path = f"file://{LOCAL_MATHJAX}?config=TeX-AMS-MML_HTMLorMML"
     mathjax_options = {"async": "async"}
     mathjax2_config = {"tex2jax": {"inlineMath": [["\\(", "\\)"]], "displayMath": [["\\[", "\\]"]]}}
+
+# The Python library, from its docstrings.
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"
+default_role = "code"
+
+# Tutorials, as scripts that sphinx-gallery executes (tutorial_scripts.py). Without them their Markdown is shown.
+TUTORIALS = os.environ.get("LICHTENBERG_TUTORIALS", "")
+if TUTORIALS:
+    import tutorial_scripts
+
+    extensions.append("sphinx_gallery.gen_gallery")
+    sphinx_gallery_conf = {
+        "examples_dirs": TUTORIALS,
+        "gallery_dirs": "tutorials",
+        "filename_pattern": "",
+        "within_subsection_order": tutorial_scripts.Order,
+        "image_scrapers": (tutorial_scripts.NewPictures(), "matplotlib"),
+        "abort_on_example_error": False,
+        "download_all_examples": False,
+        "show_signature": False,
+        "capture_repr": (),
+        "show_memory": False,
+    }
 
 # The C++ library, if Doxygen has written its XML and Breathe is installed.
 DOXYGEN_XML = os.environ.get("LICHTENBERG_DOXYGEN_XML", "")
@@ -56,8 +79,9 @@ def contents(app):
     page has. The first index page also has all remaining pages."""
     source = Path(app.srcdir)
     found = sorted(app.env.found_docs)
-    indexes = sorted((name for name in found if posixpath.basename(name) == "index"), key=lambda name: (name.count("/"), name))
-    taken, entries = {"index"}, {}
+    indexes = [name for name in found if posixpath.basename(name) == "index" and (source / f"{name}.md").exists()]
+    indexes.sort(key=lambda name: (name.count("/"), name))
+    taken, entries = {"index", *(name for name in found if TUTORIALS and re.match("tutorials/(?!index)", name))}, {}
     for name in indexes[1:]:
         links = linked_pages((source / f"{name}.md").read_text(), posixpath.dirname(name))
         own = [link for link in links if link.startswith(posixpath.dirname(name) + "/") and link != name]
@@ -68,9 +92,17 @@ def contents(app):
     return entries
 
 
+def tutorial_page(link):
+    """Returns the link to a page of sphinx-gallery instead of the Markdown of a tutorial."""
+    folder, _, name = link[1].rpartition("/")
+    return f"{folder}/{name.replace('-', '_')}.rst"
+
+
 def add_contents(app, name, source):
     """Appends the table of contents to an index page, so that the files stay plain Markdown."""
-    if posixpath.basename(name) == "index":
+    if TUTORIALS and (Path(app.srcdir) / f"{name}.md").exists():
+        source[0] = re.sub(r"(\]\([^)\s]*tutorials/[\w-]+)\.md", tutorial_page, source[0])
+    if posixpath.basename(name) == "index" and (Path(app.srcdir) / f"{name}.md").exists():
         names = contents(app).get(name, [])
         source[0] += toctree(names) if names else ""
 

@@ -1,14 +1,29 @@
 #!/usr/bin/env python3
-"""Writes the pages of the scene reference and of the commands from the help of the program.
+"""Writes the generated pages of the reference: scene tables and commands from the help of the program, the libraries
+from their docstrings.
 
     reference.py PROGRAM FOLDER
+
+commands.toml has an example of each command, which this script runs, and the meaning of each part of its output.
 """
+import os
 import re
 import subprocess
 import sys
+import tempfile
+import tomllib
+from functools import cache
 from pathlib import Path
 
 HOME = Path(__file__).resolve().parents[1]
+EXAMPLES = HOME / "docs/reference/commands.toml"
+# Kinds of scene that read a table; those of effects are in the table of effects of docs/what-it-is.md.
+ALL_KINDS = "conductors, packings, grains"
+KINDS = {"(top of the file)": ALL_KINDS, "[domain]": ALL_KINDS, "[medium]": "conductors", "[material]": "conductors",
+         "[[electrode]]": "conductors", "[[wall]]": "packings", "[[conductor]]": ALL_KINDS, "[[group]]": "conductors",
+         "[[population]]": ALL_KINDS, "[units]": "grains", "[[equilibration]]": "grains", "[effects]": ALL_KINDS,
+         "[minimize]": "packings", "[field]": "conductors", "[mechanics]": "conductors, grains",
+         "[network]": "packings", "[output]": ALL_KINDS, "[stop]": "conductors, grains"}
 TYPES = re.compile(r'(?:one of "|a number|an integer|true or false|a text|two numbers|a list|two corners|"periodic", )')
 CPP_TYPES = {  # by kind in Doxygen, in the order of the page
     "laplace::LaplaceProblem": "struct",
@@ -29,15 +44,32 @@ CPP_TYPES = {  # by kind in Doxygen, in the order of the page
     "Motion": "class",
     "Frame": "struct",
 }
+PYTHON_NAMES = {  # by directive of autodoc, in the order of the page
+    "load": "autofunction",
+    "run": "autofunction",
+    "solve": "autofunction",
+    "conductors": "autofunction",
+    "Result": "autoclass",
+    "Frame": "autoclass",
+    "Array": "autoclass",
+    "InputError": "autoexception",
+    "Failure": "autoexception",
+}
 
 
 def help_of(program, *words):
     return subprocess.run([program, "help", *words], capture_output=True, text=True, check=True).stdout
 
 
+def version_of(program):
+    """Returns the version of the program without its commit."""
+    return subprocess.run([program, "--version"], capture_output=True, text=True, check=True).stdout.split()[1]
+
+
 def escaped(text):
-    """Escapes characters that Markdown would interpret."""
-    return re.sub(r"([\\`*_\[\]<>|$~{}#])", r"\\\1", text)
+    """Escapes characters that Markdown would interpret, except for code in backticks."""
+    parts = re.split(r"(`[^`]+`)", text)
+    return "".join(part if k % 2 else re.sub(r"([\\`*_\[\]<>|$~{}#])", r"\\\1", part) for k, part in enumerate(parts))
 
 
 def tables_of(text):
@@ -66,24 +98,94 @@ def divided(lines):
     return " ".join(lines), ""
 
 
+def properties(values):
+    """Divides the description of a key's values into type, unit, range and default. Parts that do not apply are "-"."""
+    kind, _, default = re.sub(r"; (required[^;]*)", r"; default: \1", values).partition("; default: ")
+    default = default or "-"
+    if kind.startswith("one of"):
+        return "text", "-", kind.removeprefix("one of "), default
+    if "{" in kind:  # a side of the domain
+        return "text or table", "V", kind.removesuffix(" in V"), default
+    found = re.fullmatch(r"(.*?(?:\[.*\])?)(?: in ([^,]+?))?(?:, ((?:at least|at most|greater|less|not empty|without).*))?",
+                         kind.replace("a list of numbers, not empty", "a non-empty list of numbers"))
+    return found[1], found[2] or "-", found[3] or "-", default
+
+
 def example_of(header):
     """Returns the name of a shipped scene with this table, and the lines of the table; empty without one."""
+    best = "", ""
+    start = r"^title" if header.startswith("(") else rf"^{re.escape(header)}"
     for path in sorted((HOME / "scenes").glob("*.toml")):
-        found = re.search(rf"^{re.escape(header)}[^\n]*\n(?:[^\n\[][^\n]*\n)*", path.read_text(), re.MULTILINE)
-        if found and found.group().count("\n") > 1:
-            return path.name, found.group().rstrip()
-    return "", ""
+        for found in re.finditer(rf"{start}[^\n]*\n(?:[^\n\[][^\n]*\n)*", path.read_text(), re.MULTILINE):
+            lines = found.group().rstrip().split("\n")
+            if len(lines) > best[1].count("\n") + 1 or not best[1]:
+                best = path.name, "\n".join(lines)
+    return best
+
+
+@cache
+def kinds_of_effects():
+    """Returns the kinds of scene by effect, from the table of effects in docs/what-it-is.md."""
+    text = (HOME / "docs/what-it-is.md").read_text()
+    return dict(re.findall(r"^\| `([a-z_]+)` \| (conductors|packings|grains) \|", text, re.MULTILINE))
+
+
+def kinds_of(header):
+    """Returns the kinds of scene that read a table. Throws KeyError for a table without an entry."""
+    name = header.strip("[]")
+    return kinds_of_effects()[name.removeprefix("effects.")] if name.startswith("effects.") else KINDS[header]
+
+
+def occurrence(header, keys):
+    """Returns how often a scene may have the table."""
+    if header.startswith("[["):
+        return "any number of times"
+    required = any(properties(values)[3] == "required" for _, _, values in keys)
+    return "once, with its required keys" if required else "at most once"
 
 
 def file_name(header):
     return "top" if header.startswith("(") else header.strip("[]").replace(".", "-")
 
 
-def page_of_table(header, description, keys):
-    lines = [f"# {escaped(header)}", "", escaped(description), ""]
+def full_name(header, key):
+    return key if header.startswith("(") else f"{header.strip('[]')}.{key}"
+
+
+def related(text, own, names):
+    """Returns links to the tables and keys that a text names, except for those of the table `own`. `names` has the page
+    by name."""
+    found = dict.fromkeys(word.rstrip(".") for word in re.findall(r"[a-z][a-z_]*(?:\.[a-z_]+)*", text))
+    pages = {word: names[word] for word in found if names.get(word, own) != own}
+    return [f"[`{word}`]({page}.md)" for word, page in pages.items()]
+
+
+def names_of(tables):
+    """Returns the page of each table and key by its unique names: `field`, `field.cells`, and `coulomb` of an effect."""
+    names = {}
+    for header, _, keys in tables:
+        page = file_name(header)
+        path = header.strip("[]")
+        names |= {path: page} if not header.startswith("(") and "." in path or "_" in path else {}
+        if path.startswith("effects."):
+            names[path.removeprefix("effects.")] = page
+        names |= {full_name(header, key): page for key, _, _ in keys if not header.startswith("(")}
+    return names
+
+
+def page_of_table(header, description, keys, names):
+    own = file_name(header)
+    lines = [f"# {escaped(header)}", "", escaped(description), "",
+             f"Kinds of scene: {kinds_of(header)}. The table may occur {occurrence(header, keys)}.", ""]
     if keys:
-        lines += ["| key | meaning | type; default |", "|---|---|---|"]
-        lines += [f"| `{name}` | {escaped(meaning)} | {escaped(values)} |" for name, meaning, values in keys]
+        lines += ["| key | meaning | type | unit | range | default | related |", "|---|---|---|---|---|---|---|"]
+        for name, meaning, values in keys:
+            links = ", ".join(related(f"{meaning} {values}", own, names))
+            cells = " | ".join(map(escaped, (meaning, *properties(values))))
+            lines.append(f"| `{name}` | {cells} | {links} |")
+    links = related(description, own, names)
+    if links:
+        lines += ["", f"Related: {', '.join(links)}."]
     scene, example = example_of(header)
     if example:
         lines += ["", f"In `scenes/{scene}`:", "", "```toml", example, "```"]
@@ -95,10 +197,11 @@ def write_scene_reference(program, folder):
     text = help_of(program, "scene")
     tables = tables_of(text)
     lines = ["# Scene reference", "", escaped(" ".join(text.split("\n\n")[0].split())), ""]
-    lines += ["| table | contents |", "|---|---|"]
+    lines += ["| table | contents | kinds of scene |", "|---|---|---|"]
+    names = names_of(tables)
     for header, description, keys in tables:
-        (folder / f"{file_name(header)}.md").write_text(page_of_table(header, description, keys))
-        lines.append(f"| [{escaped(header)}]({file_name(header)}.md) | {escaped(description)} |")
+        (folder / f"{file_name(header)}.md").write_text(page_of_table(header, description, keys, names))
+        lines.append(f"| [{escaped(header)}]({file_name(header)}.md) | {escaped(description)} | {kinds_of(header)} |")
     (folder / "index.md").write_text("\n".join(lines) + "\n")
 
 
@@ -108,14 +211,56 @@ def commands_of(text):
     return re.findall(r"^  ([a-z][a-z-]*)\s+(\S.*)$", section, re.MULTILINE)
 
 
+def output_of(program, words, folder):
+    """Returns the output of a command in a folder. Throws RuntimeError if the command fails."""
+    environment = {**os.environ, "LICHTENBERG": str(Path(program).resolve())}
+    ended = subprocess.run(f"'{Path(program).resolve()}' {words}", shell=True, cwd=folder, env=environment, text=True,
+                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+    if ended.returncode:
+        raise RuntimeError(f"`lichtenberg {words}` ended with status {ended.returncode}:\n{ended.stdout}")
+    return ended.stdout.rstrip()
+
+
+def example_section(program, example, folder):
+    """Returns the lines of an example: commands before it, its output, and the meaning of each column. Throws
+    RuntimeError if the output lacks a column."""
+    for words in example.get("before", []):
+        output_of(program, words, folder)
+    output = output_of(program, example["run"], folder)
+    missing = [name for name, _ in example["columns"] if name not in output]
+    if missing:
+        raise RuntimeError(f"the output of `lichtenberg {example['run']}` lacks {', '.join(missing)}:\n{output}")
+    shown = output.split("\n")
+    largest = example.get("lines", len(shown))
+    commands = "\n".join(f"./lichtenberg {words}" for words in [*example.get("before", []), example["run"]])
+    before = ["", "`seedling.h5` is the result of the example of [run](run.md)."] if "seedling.h5" in commands else []
+    return ["", "## Example", *before, "", "```text", commands, "```", "", "The last command prints:" if example.get("before") else
+            "The command prints:", "", "```text", *shown[:largest], *(["..."] if largest < len(shown) else []), "```", "",
+            "| output | meaning |", "|---|---|", *(f"| `{name}` | {meaning} |" for name, meaning in example["columns"])]
+
+
 def write_commands(program, folder):
     folder.mkdir(parents=True, exist_ok=True)
+    examples = tomllib.loads(EXAMPLES.read_text())
     lines = ["# Commands", "", "| command | purpose |", "|---|---|"]
-    for name, description in commands_of(help_of(program)):
-        page = f"# {name}\n\n{escaped(description)}\n\n```text\n{help_of(program, name).strip()}\n```\n"
-        (folder / f"{name}.md").write_text(page)
-        lines.append(f"| [{name}]({name}.md) | {escaped(description)} |")
+    with tempfile.TemporaryDirectory(prefix="lichtenberg-reference-") as work:
+        (Path(work) / "scenes").symlink_to(HOME / "scenes")
+        for name, description in commands_of(help_of(program)):
+            page = [f"# {name}", "", escaped(description), "", "```text", help_of(program, name).strip(), "```"]
+            page += example_section(program, examples[name], work)
+            (folder / f"{name}.md").write_text("\n".join(page) + "\n")
+            lines.append(f"| [{name}]({name}.md) | {escaped(description)} |")
     (folder / "index.md").write_text("\n".join(lines) + "\n")
+
+
+def write_python(folder):
+    """Writes the page of the Python package, which autodoc fills from the docstrings."""
+    lines = ["# Python package", "", "[python/README.md](../../python/README.md) has examples. `import lichtenberg` "
+             "provides these names.", ""]
+    for name, directive in PYTHON_NAMES.items():
+        options = ["   :members:", "   :special-members: __getitem__, __len__"] if directive == "autoclass" else []
+        lines += [f"## {name}", "", "```{eval-rst}", f".. {directive}:: lichtenberg.{name}", *options, "```", ""]
+    (folder / "python.md").write_text("\n".join(lines))
 
 
 def write_cpp(folder):
@@ -126,11 +271,16 @@ def write_cpp(folder):
     (folder / "cpp.md").write_text("\n".join(lines))
 
 
-def main():
-    program, folder = sys.argv[1], Path(sys.argv[2])
+def write_all(program, folder):
+    """Writes all generated pages of the reference."""
     write_scene_reference(program, folder / "scene")
     write_commands(program, folder / "commands")
+    write_python(folder)
     write_cpp(folder)
+
+
+def main():
+    write_all(sys.argv[1], Path(sys.argv[2]))
 
 
 if __name__ == "__main__":

@@ -166,7 +166,9 @@ def write_scripts(pages, scripts, program, home):
     """
     scripts.mkdir(parents=True)
     (scripts / "lichtenberg").symlink_to(Path(program).resolve())
-    (scripts / "scenes").symlink_to(home / "scenes")
+    (scripts / "scenes").mkdir()  # without the README.md of scenes/, which would make it a gallery
+    for scene in (home / "scenes").glob("*.toml"):
+        (scripts / "scenes" / scene.name).symlink_to(scene)
     for page in sorted(pages.glob("*.md")):
         if page.name == "index.md":
             (scripts / "README.txt").write_text("\n".join(restructured(page.read_text(), pages.name)) + "\n")

@@ -1,10 +1,8 @@
 #!/usr/bin/env python3
-"""Writes the generated pages of the reference: scene tables and commands from the help of the program, the libraries
-from their docstrings.
+"""Writes the generated pages of the reference. Usage: reference.py PROGRAM FOLDER.
 
-    reference.py PROGRAM FOLDER
-
-commands.toml has an example of each command, which this script runs, and the meaning of each part of its output.
+Pages of scene tables and commands follow from the help of the program. Pages of the libraries follow from docstrings.
+The file EXAMPLES has an example of each command, which this script runs.
 """
 import os
 import re
@@ -16,8 +14,9 @@ from functools import cache
 from pathlib import Path
 
 HOME = Path(__file__).resolve().parents[1]
+SCOPE = HOME / "docs/what-it-is.md"
 EXAMPLES = HOME / "docs/reference/commands.toml"
-# Kinds of scene that read a table; those of effects are in the table of effects of docs/what-it-is.md.
+# Kinds of scene that read a table. A table of the page SCOPE has those of effects.
 ALL_KINDS = "conductors, packings, grains"
 KINDS = {"(top of the file)": ALL_KINDS, "[domain]": ALL_KINDS, "[medium]": "conductors", "[material]": "conductors",
          "[[electrode]]": "conductors", "[[wall]]": "packings", "[[conductor]]": ALL_KINDS, "[[group]]": "conductors",
@@ -125,8 +124,8 @@ def example_of(header):
 
 @cache
 def kinds_of_effects():
-    """Returns the kinds of scene by effect, from the table of effects in docs/what-it-is.md."""
-    text = (HOME / "docs/what-it-is.md").read_text()
+    """Returns the kinds of scene by effect, from the table of effects of the page SCOPE."""
+    text = SCOPE.read_text()
     return dict(re.findall(r"^\| `([a-z_]+)` \| (conductors|packings|grains) \|", text, re.MULTILINE))
 
 

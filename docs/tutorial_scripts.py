@@ -7,17 +7,7 @@ import posixpath
 import re
 from pathlib import Path
 
-FIRST_CELL = r'''\
-import subprocess
-from pathlib import Path
-
-
-def shell(command, status=0):
-    """Prints a command and its output. Throws AssertionError if its exit status differs from `status`."""
-    ended = subprocess.run(command, shell=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-    print(f"$ {command}\n{ended.stdout}")
-    assert ended.returncode == status, f"{command} ended with status {ended.returncode}"
-'''
+FIRST_CELL = (Path(__file__).parent / "tutorial_shell.py").read_text()
 FAILS = "fails:"  # end of the paragraph before a command that the program refuses
 COMMAND = re.compile(r"    (?:\./lichtenberg .*|  .*)$")  # or the continuation of one
 

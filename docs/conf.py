@@ -19,6 +19,7 @@ html_copy_source = False
 myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_heading_anchors = 3
 highlight_language = "none"
+smartquotes = False
 
 # Formulas without a network: Debian's package libjs-mathjax (version 2).
 LOCAL_MATHJAX = Path("/usr/share/javascript/mathjax/MathJax.js")
@@ -62,6 +63,15 @@ else:
     exclude_patterns.append("reference/cpp.md")
 
 
+# Pages of the reference that only the site has (reference.py), and their subjects.
+GENERATED = {
+    "reference/scene/index": "each table and key of a scene",
+    "reference/commands/index": "each command with its options and an example",
+    "reference/python": "the Python package, from its docstrings",
+    "reference/cpp": "the C++ library, from its docstrings",
+}
+
+
 def linked_pages(text, folder):
     """Returns the names of the pages of the site that a page in this folder links to, in their order."""
     targets = re.findall(r"\]\(([^)#\s]+)\.md(?:#[^)]*)?\)", text)
@@ -72,6 +82,13 @@ def linked_pages(text, folder):
 def toctree(names):
     entries = "\n".join(f"/{name}" for name in names)
     return f"\n\n```{{toctree}}\n:hidden:\n\n{entries}\n```\n"
+
+
+def generated_pages(app):
+    """Returns the table of the pages that only the site has, in Markdown."""
+    pages = [(name, subject) for name, subject in GENERATED.items() if name in app.env.found_docs]
+    rows = "\n".join(f"| {subject} | [](/{name}.md) |" for name, subject in pages)
+    return f"\n\n## Generated reference\n\n| subject | page |\n|---|---|\n{rows}\n"
 
 
 def contents(app):
@@ -87,7 +104,8 @@ def contents(app):
         own = [link for link in links if link.startswith(posixpath.dirname(name) + "/") and link != name]
         entries[name] = [link for link in own if link in found and link not in taken]
         taken.update(entries[name])
-    first = [link for link in linked_pages((source / "index.md").read_text(), "") if link in found and link not in taken]
+    listed = [*linked_pages((source / "index.md").read_text(), ""), *GENERATED]
+    first = [link for link in listed if link in found and link not in taken]
     entries["index"] = first + [name for name in found if name not in taken and name not in first]
     return entries
 
@@ -104,6 +122,7 @@ def add_contents(app, name, source):
         source[0] = re.sub(r"(\]\([^)\s]*tutorials/[\w-]+)\.md", tutorial_page, source[0])
     if posixpath.basename(name) == "index" and (Path(app.srcdir) / f"{name}.md").exists():
         names = contents(app).get(name, [])
+        source[0] += generated_pages(app) if name == "index" else ""
         source[0] += toctree(names) if names else ""
 
 

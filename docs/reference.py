@@ -152,42 +152,42 @@ def full_name(header, key):
 
 
 def related(text, own, names):
-    """Returns links to the tables and keys that a text names, except for those of the table `own`. `names` has the page
-    by name."""
+    """Returns links to the tables and keys that a text names, except for `own`. `names` has the address by name."""
     found = dict.fromkeys(word.rstrip(".") for word in re.findall(r"[a-z][a-z_]*(?:\.[a-z_]+)*", text))
-    pages = {word: names[word] for word in found if names.get(word, own) != own}
-    return [f"[`{word}`]({page}.md)" for word, page in pages.items()]
+    targets = {word: names[word] for word in found if names.get(word, own) != own}
+    return [f"[`{word}`]({target})" for word, target in targets.items()]
 
 
 def names_of(tables):
-    """Returns the page of each table and key by its unique names: `field`, `field.cells`, and `coulomb` of an effect."""
+    """Returns the address of each table and key by its unique names: `field.cells`, and `coulomb` of an effect."""
     names = {}
     for header, _, keys in tables:
-        page = file_name(header)
-        path = header.strip("[]")
-        names |= {path: page} if not header.startswith("(") and "." in path or "_" in path else {}
+        page, path = f"{file_name(header)}.md", header.strip("[]")
         if path.startswith("effects."):
-            names[path.removeprefix("effects.")] = page
-        names |= {full_name(header, key): page for key, _, _ in keys if not header.startswith("(")}
+            names |= {path: page, path.removeprefix("effects."): page}
+        names |= {full_name(header, key): f"{page}#{key}" for key, _, _ in keys if not header.startswith("(")}
     return names
 
 
+def section_of_key(header, name, meaning, values, names):
+    """Returns the lines about a key: its meaning, a table of its properties, and related keys."""
+    kind, unit, allowed, default = map(escaped, properties(values))
+    lines = ["", f"## {name}", "", escaped(meaning), "",
+             "| type | unit | range | default |", "|---|---|---|---|", f"| {kind} | {unit} | {allowed} | {default} |"]
+    links = related(f"{meaning} {values}", f"{file_name(header)}.md#{name}", names)
+    return lines + (["", f"Related: {', '.join(links)}."] if links else [])
+
+
 def page_of_table(header, description, keys, names):
-    own = file_name(header)
     lines = [f"# {escaped(header)}", "", escaped(description), "",
-             f"Kinds of scene: {kinds_of(header)}. The table may occur {occurrence(header, keys)}.", ""]
-    if keys:
-        lines += ["| key | meaning | type | unit | range | default | related |", "|---|---|---|---|---|---|---|"]
-        for name, meaning, values in keys:
-            links = ", ".join(related(f"{meaning} {values}", own, names))
-            cells = " | ".join(map(escaped, (meaning, *properties(values))))
-            lines.append(f"| `{name}` | {cells} | {links} |")
-    links = related(description, own, names)
-    if links:
-        lines += ["", f"Related: {', '.join(links)}."]
+             f"Kinds of scene: {kinds_of(header)}. The table may occur {occurrence(header, keys)}."]
+    links = related(description, f"{file_name(header)}.md", names)
+    lines += ["", f"Related: {', '.join(links)}."] if links else []
     scene, example = example_of(header)
     if example:
         lines += ["", f"In `scenes/{scene}`:", "", "```toml", example, "```"]
+    for name, meaning, values in keys:
+        lines += section_of_key(header, name, meaning, values, names)
     return "\n".join(lines) + "\n"
 
 

@@ -16,6 +16,10 @@ from pathlib import Path
 
 HOME = Path(__file__).resolve().parents[2]
 DOCS = HOME / "docs"
+sys.path.insert(0, str(DOCS))
+
+import tutorial_scripts  # noqa: E402
+
 PROGRAM = Path(os.environ.get("LICHTENBERG", HOME / "build/lichtenberg"))
 MAX_WORDS = 2500
 SKIPPED_FOLDERS = {".git", ".cache"}
@@ -165,6 +169,34 @@ class Commands(unittest.TestCase):
                     self.assertNotIn("old name", ended.stderr)
 
 
+class Tutorials(unittest.TestCase):
+    def test_a_script_has_each_command_and_block_of_its_page(self):
+        for page in (DOCS / "tutorials").glob("*.md"):
+            if page.name == "index.md":
+                continue
+            text = page.read_text()
+            script = tutorial_scripts.script(text, "tutorials")
+            with self.subTest(page.name):
+                compile(script, page.name, "exec")
+                for command in re.findall(r"^    (\./lichtenberg .*)$", re.sub(r"\\\n\s*", "", text), re.MULTILINE):
+                    self.assertIn(f"shell({command!r}", script)
+                for block in re.findall(r"^```(?:toml|python)\n(.*?)^```", text, re.DOTALL | re.MULTILINE):
+                    self.assertIn(block, script)
+
+    def test_each_tutorial_checks_its_numbers(self):
+        for page in (DOCS / "tutorials").glob("*.md"):
+            if page.name != "index.md":
+                with self.subTest(page.name):
+                    self.assertRegex(page.read_text(), r"(?m)^ *assert ")
+
+    def test_prose_becomes_restructured_text(self):
+        text = "# Title\n\nSee `a|b`, $x_1$ and [the page](../concepts.md#units), in x_1.\n\n| a | b |\n|---|---|\n| 1 | `2` |\n"
+        self.assertEqual(tutorial_scripts.restructured(text, "tutorials"), [
+            "Title", "==========", "",
+            "See ``a|b``, :math:`x_1` and :doc:`the page </concepts>`, in x\\_1.", "",
+            ".. list-table::", "   :header-rows: 1", "", "   * - a", "     - b", "   * - 1", "     - ``2``", ""])
+
+
 @unittest.skipUnless(PROGRAM.exists(), "the program is not built")
 class Reference(unittest.TestCase):
     def test_each_table_has_a_page_and_each_key_its_type(self):
@@ -173,9 +205,13 @@ class Reference(unittest.TestCase):
             text = subprocess.run([PROGRAM, "help", "scene"], capture_output=True, text=True, check=True).stdout
             for header in re.findall(r"^(\[\[?[a-z_.]+\]\]?)$", text, re.MULTILINE):
                 page = (Path(folder) / "scene" / f"{header.strip('[]').replace('.', '-')}.md").read_text()
-                for row in re.findall(r"^\| `[a-z_]+` \|.*$", page, re.MULTILINE):
-                    with self.subTest(f"{header} {row}"):
-                        self.assertRegex(row, r"\| (?:[^|]|\\\|)+ \| (?:[^|]|\\\|)+ \|$")
+                self.assertIn("Kinds of scene: ", page)
+                keys = re.split(r"^## ([a-z_]+)$", page, flags=re.MULTILINE)[1:]
+                for key, section in zip(keys[::2], keys[1::2]):
+                    with self.subTest(f"{header} {key}"):  # meaning, then type, unit, range, default
+                        self.assertRegex(section, r"^\n\n[^\n]+\n\n\|[^\n]*\n\|[-|]*\n(?:\| (?:[^|]|\\\|)+ ){4}\|\n")
+                listed = re.findall(r"^    (\S+)", text.split(f"\n{header}\n")[1].split("\n\n")[0], re.MULTILINE)
+                self.assertEqual(keys[::2], listed)
             commands_page = (Path(folder) / "commands/index.md").read_text()
             self.assertIn("[solve](solve.md)", commands_page)
 

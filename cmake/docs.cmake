@@ -1,12 +1,12 @@
 # `ninja docs` builds the site of docs/ into docs/html of the build, and `ninja docs-fast` builds it without execution of
 # the tutorials. Both need the Debian packages below. With doxygen and python3-breathe the site also has the C++ library;
 # libjs-mathjax shows formulas without a network.
-execute_process(COMMAND /usr/bin/python3 -c "import sphinx, myst_parser, furo, sphinx_gallery, h5py, matplotlib, pandas, MDAnalysis"
+execute_process(COMMAND /usr/bin/python3 -c "import sphinx, myst_parser, furo, sphinx_gallery, h5py, matplotlib, pandas, MDAnalysis, vtkmodules"
   RESULT_VARIABLE sphinx_status OUTPUT_QUIET ERROR_QUIET)
 if(NOT sphinx_status EQUAL 0)
   foreach(name docs docs-fast)
     add_custom_target(${name}
-      COMMAND ${CMAKE_COMMAND} -E echo "${name}: install furo python3-myst-parser python3-sphinx-gallery python3-h5py python3-matplotlib python3-pandas python3-mdanalysis and run cmake again"
+      COMMAND ${CMAKE_COMMAND} -E echo "${name}: install furo python3-myst-parser python3-sphinx-gallery python3-h5py python3-matplotlib python3-pandas python3-mdanalysis python3-vtk9 and run cmake again"
       COMMAND false)
   endforeach()
   return()

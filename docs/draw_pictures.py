@@ -1,10 +1,9 @@
 #!/usr/bin/env python3
-"""Draws the pictures of docs/pictures with the built program, or with the one that LICHTENBERG names.
+"""Draws the pictures of docs/pictures. Usage: draw_pictures.py [NAME ...], with names of scenes or `contact`.
 
-    draw_pictures.py [NAME ...]      names of scenes, or `contact`; all without a name
-
-scenes/gallery.py runs the scenes, some of them shortened. docs/measurements/gallery.json stores the processor time of
-each run. Pictures are reduced to the first of COLOURS and WIDTHS that gives less than LARGEST bytes.
+Without a name it draws all of them. The program is the built one, or the one that LICHTENBERG names. scenes/gallery.py
+runs the scenes, some of them shortened. The file TIMES stores the processor time of each run. Pictures are reduced to
+the first of COLOURS and WIDTHS that gives less than LARGEST bytes.
 """
 import argparse
 import datetime
@@ -36,7 +35,7 @@ def reduce(source, target):
     for colours, width in itertools.product(COLOURS, WIDTHS):
         size = (width, round(picture.height * width / picture.width))
         smaller = picture.resize(size, Image.Resampling.LANCZOS)
-        smaller.quantize(colours, Image.Quantize.MEDIANCUT, dither=Image.Dither.NONE).save(target, optimize=True)
+        smaller.quantize(colours, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(target, optimize=True)
         if target.stat().st_size < LARGEST:
             return
     raise RuntimeError(f"{target} has {target.stat().st_size} bytes, more than {LARGEST}")

@@ -14,7 +14,7 @@ from functools import cache
 from pathlib import Path
 
 HOME = Path(__file__).resolve().parents[1]
-SCOPE = HOME / "docs/what-it-is.md"
+SCOPE = next((HOME / "docs").glob("what-*.md"))
 EXAMPLES = HOME / "docs/reference/commands.toml"
 # Kinds of scene that read a table. A table of the page SCOPE has those of effects.
 ALL_KINDS = "conductors, packings, grains"

@@ -2,7 +2,8 @@
 
 Tests that need the program are skipped if LICHTENBERG names none.
 
-`docs_test.py --update` writes the table of expected numbers in docs/gallery.md from tests/shipped_scenes.json.
+`docs_test.py --update` writes the sections of scenes in docs/gallery.md. Their data are the expected numbers in
+tests/shipped_scenes.json and the times in docs/measurements/gallery.json.
 """
 import json
 import os
@@ -11,6 +12,7 @@ import shlex
 import subprocess
 import sys
 import tempfile
+import textwrap
 import unittest
 from pathlib import Path
 
@@ -30,7 +32,8 @@ COMMAND_NAMES |= {"help", "test", "--version", *re.findall(r'return \{"([a-z-]+)
     path.read_text() for path in (HOME / "src/commands").glob("*.cpp")))}
 COMMAND_NAMES |= set(re.findall(r'Command command\{"([a-z-]+)"', (HOME / "src/commands/network.cpp").read_text()))
 
-# Quantities of the table of expected numbers, in the order of its columns.
+# Expected numbers of the gallery, in their order. Counts are exact.
+COUNTS = {"connected", "contacts", "rattlers", "collisions"}
 QUANTITIES = ["energy", "connected", "contacts", "rattlers", "kinetic_energy", "dissipated_energy", "collisions"]
 LEFT_OUT = {"output.picture"}  # settings without an effect on the numbers
 
@@ -78,26 +81,37 @@ def shown(value):
     return f"{value:.4g}"
 
 
-def expected_numbers():
-    """Returns the table of expected numbers in Markdown."""
+def expected_number(name, row):
+    value = row["values"][name]
+    interval = "" if name in COUNTS else f" ± {100 * row['tolerance']:.2g} %"
+    return f"{name.replace('_', ' ')} {shown(value)}{interval}"
+
+
+def scene_sections():
+    """Returns the sections of the gallery about each scene: picture, command, time and expected numbers, in Markdown."""
     rows = json.loads((HOME / "tests/shipped_scenes.json").read_text())["rows"]
-    lines = ["| scene | command and settings | expected |", "|---|---|---|"]
+    drawn = json.loads((DOCS / "measurements/gallery.json").read_text())
+    times = {f"{row['scene']}.toml": row for row in drawn["rows"]}
+    lines = [wrapped(f"Machine of the times: {drawn['machine']}; {drawn['date']}."), ""]
     for row in sorted(rows, key=lambda each: each["scene"]):
-        settings = []
-        for key, value in row["settings"].items():
-            if key in LEFT_OUT:
-                continue
-            settings.append(f"`{key}={value}`")
-        numbers = [f"{name.replace('_', ' ')} {shown(row['values'][name])}" for name in QUANTITIES if name in row["values"]]
-        words = ", ".join([f"`{row['command']}`", *settings])
-        lines.append(f"| `{row['scene']}` | {words} | {', '.join(numbers)} |")
+        name, picture = row["scene"], times[row["scene"]]
+        settings = [f"`{key}={value}`" for key, value in row["settings"].items() if key not in LEFT_OUT]
+        calls = [f"`./{call}`" for call in picture["command"].split("; ")]
+        numbers = [expected_number(quantity, row) for quantity in QUANTITIES if quantity in row["values"]]
+        items = [f"- Picture: {', then '.join(calls)}.", f"- Time with the picture: {picture['time (s)']:.3g} s.",
+                 f"- Test: {', '.join([row['command'], *settings])}.", f"- Expected: {', '.join(numbers)}."]
+        lines += [f"### {name}", "", f"![{name}](pictures/{picture['scene']}.png)", "", *map(wrapped, items), ""]
     return "\n".join(lines)
+
+
+def wrapped(line):
+    return textwrap.fill(line, 100, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
 
 
 def update_gallery():
     page = DOCS / "gallery.md"
     before, rest = page.read_text().split(BEGIN)
-    page.write_text(f"{before}{BEGIN}\n{expected_numbers()}\n{END}{rest.split(END)[1]}")
+    page.write_text(f"{before}{BEGIN}\n{scene_sections()}{END}{rest.split(END)[1]}")
 
 
 def source_text():
@@ -151,8 +165,16 @@ class Commands(unittest.TestCase):
         listed = re.findall(r"^\| `([a-z0-9-]+\.toml)` \| [^`|]", text, re.MULTILINE)
         self.assertEqual(sorted(listed), sorted(path.name for path in (HOME / "scenes").glob("*.toml")))
 
+    def test_pictures_are_small_and_used(self):
+        used = {path.name for path in (DOCS / "pictures").glob("*.png")}
+        for path in (DOCS / "pictures").iterdir():
+            with self.subTest(path.name):
+                self.assertLess(path.stat().st_size, 120_000)
+        text = "".join(page.read_text() for page in [HOME / "README.md", *pages(DOCS)])
+        self.assertEqual(used, set(re.findall(r"pictures/([\w-]+\.png)[)\"]", text)))
+
     def test_expected_numbers_are_those_of_the_test(self):
-        self.assertIn(expected_numbers(), (DOCS / "gallery.md").read_text(), "run tests/language/docs_test.py --update")
+        self.assertIn(scene_sections(), (DOCS / "gallery.md").read_text(), "run tests/language/docs_test.py --update")
 
     @unittest.skipUnless(PROGRAM.exists(), "the program is not built")
     def test_each_scene_of_a_page_is_valid(self):

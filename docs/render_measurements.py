@@ -212,16 +212,16 @@ def plain(value):
 
 
 def source(fields):
-    """Returns one item of the bibliography: key, authors, place of publication. Articles have no title."""
+    """Returns one item of the bibliography: key, authors, where it was published. Articles have no title."""
     authors = [name.partition(",")[0] for name in fields.get("author", "").split(" and ") if name]
     names = ", ".join(authors) if len(authors) < 4 else f"{authors[0]} and others"
-    place = [f"*{fields['journal']}*" if "journal" in fields else f"*{fields['title']}*"]
-    place += [f"**{fields['volume']}**"] if "volume" in fields else []
-    place += [f"number {fields['number']}"] if "number" in fields and "volume" not in fields else []
-    place = [" ".join(place), *(fields[key] for key in ("pages", "booktitle", "publisher", "school", "howpublished")
-                                if key in fields)]
+    published = [f"*{fields['journal']}*" if "journal" in fields else f"*{fields['title']}*"]
+    published += [f"**{fields['volume']}**"] if "volume" in fields else []
+    published += [f"number {fields['number']}"] if "number" in fields and "volume" not in fields else []
+    others = [fields[key] for key in ("pages", "booktitle", "publisher", "school", "howpublished") if key in fields]
+    published = [" ".join(published), *others]
     key = fields.get("key") or f"{authors[0] if authors else ''} {fields.get('year', '')}"
-    return f"- **{key}**: {names and names + ', '}{', '.join(place)}."
+    return f"- **{key}**: {names and names + ', '}{', '.join(published)}."
 
 
 def bibliography():

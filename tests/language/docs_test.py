@@ -20,6 +20,7 @@ HOME = Path(__file__).resolve().parents[2]
 DOCS = HOME / "docs"
 sys.path.insert(0, str(DOCS))
 
+import render_measurements  # noqa: E402
 import tutorial_scripts  # noqa: E402
 
 PROGRAM = Path(os.environ.get("LICHTENBERG", HOME / "build/lichtenberg"))
@@ -252,6 +253,12 @@ class Lengths(unittest.TestCase):
         for page in [HOME / "README.md", *pages(DOCS)]:
             with self.subTest(page.relative_to(HOME)):
                 self.assertLessEqual(len(without_fences(page.read_text()).split()), MAX_WORDS)
+
+    def test_all_pages_together_are_short(self):
+        """Generated pages and parts do not count."""
+        generated = {DOCS / f"{name}.md" for name in render_measurements.written_pages()}
+        texts = [page.read_text().split(BEGIN)[0] for page in pages(DOCS) if page not in generated]
+        self.assertLessEqual(sum(len(without_fences(text).split()) for text in texts), 35_000)
 
     def test_the_readme_is_short(self):
         self.assertLessEqual(len((HOME / "README.md").read_text().split()), 450)

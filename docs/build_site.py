@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
 """Builds the site of docs/ with Sphinx, without a network. Exits with 1 after a warning or a broken link.
 
-    build_site.py PROGRAM FOLDER [--fast] [--xml FOLDER]
+    build_site.py PROGRAM FOLDER [--fast]
 
 FOLDER/html is the site. FOLDER/source is a copy of docs/ with the generated pages. --fast leaves the tutorials as
-Markdown; otherwise sphinx-gallery executes them. --xml names the output of Doxygen, for the C++ library.
+Markdown; otherwise sphinx-gallery executes them. The site has the C++ library if Doxygen and Breathe are installed.
 """
 import argparse
+import importlib.util
 import os
 import shutil
 import subprocess
@@ -17,6 +18,25 @@ from pathlib import Path
 
 import reference
 import tutorial_scripts
+
+DOXYGEN = """
+INPUT = "{home}/solvers" "{home}/src"
+EXCLUDE_PATTERNS = */src/commands/*
+FILE_PATTERNS = *.hpp
+RECURSIVE = YES
+OUTPUT_DIRECTORY = "{folder}"
+STRIP_FROM_PATH = "{home}"
+GENERATE_XML = YES
+GENERATE_HTML = NO
+GENERATE_LATEX = NO
+HAVE_DOT = NO
+JAVADOC_AUTOBRIEF = YES
+EXTRACT_ALL = YES
+QUIET = YES
+WARNINGS = NO
+WARN_IF_DOC_ERROR = NO
+WARN_IF_INCOMPLETE_DOC = NO
+"""
 
 DOCS = Path(__file__).resolve().parent
 HOME = DOCS.parent
@@ -57,15 +77,26 @@ def broken_links(site):
     return messages
 
 
-def build(program, folder, fast=False, xml=""):
+def read_headers(folder):
+    """Writes the docstrings of the headers as XML. Returns its folder, or an empty text without Doxygen and Breathe."""
+    if not shutil.which("doxygen") or not importlib.util.find_spec("breathe"):
+        return ""
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir()
+    subprocess.run(["doxygen", "-"], input=DOXYGEN.format(home=HOME, folder=folder), text=True, check=True)
+    return folder / "xml"
+
+
+def build(program, folder, fast=False):
     """Writes the site into folder/html and returns the exit status of Sphinx."""
     source = folder / "source"
     for old in (source, folder / "html", folder / "tutorials"):
         shutil.rmtree(old, ignore_errors=True)
     shutil.copytree(DOCS, source, ignore=shutil.ignore_patterns("__pycache__", "*.json"))
     reference.write_all(program, source / "reference")
-    environment = {**os.environ, "LICHTENBERG": str(Path(program).resolve()), "LICHTENBERG_DOXYGEN_XML": str(xml),
-                   "LICHTENBERG_VERSION": reference.version_of(program), "LICHTENBERG_TUTORIALS": "",
+    environment = {**os.environ, "LICHTENBERG": str(Path(program).resolve()), "LICHTENBERG_TUTORIALS": "",
+                   "LICHTENBERG_VERSION": reference.version_of(program),
+                   "LICHTENBERG_DOXYGEN_XML": str(read_headers(folder / "doxygen")),
                    "PYTHONPATH": os.pathsep.join([str(HOME / "python"), str(DOCS)]), "MPLBACKEND": "Agg"}
     if not fast:
         tutorial_scripts.write_scripts(source / "tutorials", folder / "tutorials", program, HOME)
@@ -79,11 +110,10 @@ def main():
     parser.add_argument("program", help="path of the program lichtenberg")
     parser.add_argument("folder", type=Path, help="folder of the site and of intermediate files")
     parser.add_argument("--fast", action="store_true", help="leave the tutorials as Markdown, without execution")
-    parser.add_argument("--xml", default="", help="folder with the XML of Doxygen")
     request = parser.parse_args()
     folder = request.folder.resolve()
     folder.mkdir(parents=True, exist_ok=True)
-    status = build(request.program, folder, request.fast, request.xml)
+    status = build(request.program, folder, request.fast)
     messages = broken_links(folder / "html")
     print("\n".join(messages), file=sys.stderr, end="\n" if messages else "")
     return 1 if status or messages else 0

@@ -1,5 +1,4 @@
 """Configuration of Sphinx for the site that build_site.py builds from a copy of this folder."""
-import importlib.util
 import os
 import posixpath
 import re
@@ -16,6 +15,7 @@ exclude_patterns = []
 html_theme = "furo"
 html_title = "lichtenberg"
 html_copy_source = False
+html_show_copyright = False
 myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_heading_anchors = 3
 highlight_language = "none"
@@ -53,14 +53,15 @@ if TUTORIALS:
         "show_memory": False,
     }
 
-# The C++ library, if Doxygen has written its XML and Breathe is installed.
+# The C++ library, if Doxygen has written its XML.
 DOXYGEN_XML = os.environ.get("LICHTENBERG_DOXYGEN_XML", "")
-if DOXYGEN_XML and importlib.util.find_spec("breathe"):
+if DOXYGEN_XML:
     extensions.append("breathe")
     breathe_projects = {project: DOXYGEN_XML}
     breathe_default_project = project
+    cpp_id_attributes = ["LICHTENBERG_HOST_DEVICE"]
 else:
-    exclude_patterns.append("reference/cpp.md")
+    exclude_patterns.append("reference/cpp")
 
 
 # Pages of the reference that only the site has (reference.py), and their subjects.
@@ -68,7 +69,7 @@ GENERATED = {
     "reference/scene/index": "each table and key of a scene",
     "reference/commands/index": "each command with its options and an example",
     "reference/python": "the Python package, from its docstrings",
-    "reference/cpp": "the C++ library, from its docstrings",
+    "reference/cpp/index": "the C++ library, from its docstrings",
 }
 
 

@@ -24,24 +24,32 @@ KINDS = {"(top of the file)": ALL_KINDS, "[domain]": ALL_KINDS, "[medium]": "con
          "[minimize]": "packings", "[field]": "conductors", "[mechanics]": "conductors, grains",
          "[network]": "packings", "[output]": ALL_KINDS, "[stop]": "conductors, grains"}
 TYPES = re.compile(r'(?:one of "|a number|an integer|true or false|a text|two numbers|a list|two corners|"periodic", )')
-CPP_TYPES = {  # by kind in Doxygen, in the order of the page
-    "laplace::LaplaceProblem": "struct",
-    "laplace::LaplaceSolution": "struct",
-    "laplace::LaplaceSolver": "class",
-    "laplace::CutCellSolver": "class",
-    "laplace::CutCellOptions": "struct",
-    "laplace::MultipoleSolver": "class",
-    "laplace::MultipoleOptions": "struct",
-    "laplace::SphereProblem": "struct",
-    "laplace::SphereSolution": "struct",
-    "laplace::SphereSolver": "class",
-    "Scene": "struct",
-    "Bodies": "struct",
-    "Effect": "class",
-    "EffectKind": "struct",
-    "FieldMethodKind": "struct",
-    "Motion": "class",
-    "Frame": "struct",
+CPP_PAGES = {  # by page: title, and the entities by directive of Breathe in the order of the page
+    "field": ("Fields of conductors", {
+        "struct": ["laplace::LaplaceProblem", "laplace::Side", "laplace::Group", "laplace::Body", "laplace::Coupling",
+                   "laplace::LaplaceSolution", "laplace::Field", "laplace::CutCellOptions", "laplace::MultipoleOptions",
+                   "laplace::AccuracyRequest", "laplace::Choice", "laplace::AccurateSolution", "laplace::SphereProblem",
+                   "laplace::SphereSolution", "Disk", "Bar", "Ring"],
+        "class": ["laplace::LaplaceSolver", "laplace::CutCellSolver", "laplace::MultipoleSolver",
+                  "laplace::SphereSolver"],
+        "function": ["laplace::solve_to_accuracy(const LaplaceProblem &, const AccuracyRequest &)"]}),
+    "periodic": ("Sums over charges in a periodic box", {
+        "struct": ["periodic::Sources", "periodic::Response", "periodic::FieldSample", "periodic::Multipole",
+                   "periodic::MeshRequest"],
+        "class": ["periodic::Sum", "periodic::MeshSum", "periodic::Ewald", "periodic::MinimumImage",
+                  "periodic::ShiftedForce", "periodic::InducedDipoles"]}),
+    "network": ("Resistor networks", {
+        "struct": ["network::ParticlePacking", "network::ResistorModel", "network::Parameters", "network::PackingNetwork",
+                   "network::Network", "network::Link", "network::ConductionOptions", "network::Conduction"],
+        "function": ["network::particle_network", "network::contact_network", "network::conduct"]}),
+    "numerics": ("Minimizers, integration, neighbours, errors", {
+        "class": ["minimize::Objective", "minimize::SmoothObjective", "minimize::Minimizer", "minimize::Lbfgs",
+                  "minimize::NewtonCg", "minimize::Fire", "minimize::GradientDescent"],
+        "struct": ["Ode", "OdeEnd", "Box", "InputError", "Failure"]}),
+    "simulation": ("Scenes and runs", {
+        "struct": ["Scene", "Bodies", "EffectKind", "FieldMethodKind", "Frame"],
+        "class": ["Effect", "Motion"],
+        "function": ["read_scene(const std::string &, const std::vector<Setting> &)"]}),
 }
 PYTHON_NAMES = {  # by directive of autodoc, in the order of the page
     "load": "autofunction",
@@ -263,11 +271,21 @@ def write_python(folder):
 
 
 def write_cpp(folder):
-    """Writes the page of the main types of the C++ library, which Breathe fills from the docstrings."""
-    lines = ["# C++ library", ""]
-    for name, kind in CPP_TYPES.items():
-        lines += [f"## {name}", "", f"```{{doxygen{kind}}} lichtenberg::{name}", ":members:", "```", ""]
-    (folder / "cpp.md").write_text("\n".join(lines))
+    """Writes the pages of the C++ library, which Breathe fills from the docstrings."""
+    folder.mkdir(parents=True, exist_ok=True)
+    index = ["# C++ library", "", "The pages have the main types and functions. [C++ library](../../how-to/cpp-library.md) "
+             "shows a program that uses them. The namespace is `lichtenberg`.", "", "| page | contents |", "|---|---|"]
+    for page, (title, entities) in CPP_PAGES.items():
+        lines = [f"# {title}", ""]
+        for directive, names in entities.items():
+            options = [] if directive == "function" else [":members:", ":undoc-members:"]
+            for name in names:
+                lines += [f"## {name.partition('(')[0]}", "", f"```{{doxygen{directive}}} lichtenberg::{name}", *options, "```", ""]
+        (folder / f"{page}.md").write_text("\n".join(lines))
+        shown = [name.partition("(")[0].rpartition("::")[2] for names in entities.values() for name in names]
+        contents = ", ".join(f"`{name}`" for name in shown)
+        index.append(f"| [{title}]({page}.md) | {contents} |")
+    (folder / "index.md").write_text("\n".join(index) + "\n")
 
 
 def write_all(program, folder):
@@ -275,7 +293,7 @@ def write_all(program, folder):
     write_scene_reference(program, folder / "scene")
     write_commands(program, folder / "commands")
     write_python(folder)
-    write_cpp(folder)
+    write_cpp(folder / "cpp")
 
 
 def main():

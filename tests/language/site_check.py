@@ -5,6 +5,7 @@ The exit status is 77 if Sphinx or a package of the site is not installed.
 """
 import importlib.util
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -45,7 +46,8 @@ class Site(unittest.TestCase):
         self.assertIn("contact_distance", (self.site / "searchindex.js").read_text())
 
     def test_reference_has_tables_commands_and_libraries(self):
-        for name in ("scene/field", "commands/solve", "python"):
+        library = ["cpp/field", "cpp/network"] if shutil.which("doxygen") and importlib.util.find_spec("breathe") else []
+        for name in ["scene/field", "commands/solve", "python", *library]:
             with self.subTest(name):
                 self.assertTrue((self.site / f"reference/{name}.html").exists())
 

@@ -6,8 +6,9 @@ resistance R_s, at which the structure takes the most power from a source behind
 oil grow (scenes/wire-growth.toml). Runs `lichtenberg run` four times.
 
 Runs with an energy error above the bound for their steps and grid (analysis/circuit.hpp; `lichtenberg run` warns about
-them) have hollow symbols and enter no claim. The uncertainty of a resistance is its variation: R_f agrees with R_s if,
-in every valid run, R_s is between the 10th and the 90th percentile of the last quarter (the bars in the figure).
+them) have hollow symbols and enter no claim. The uncertainty of a resistance is its variation over the last quarter of a
+run, from the 10th to the 90th percentile (the bars in the figure). R_f agrees with R_s if R_s is in this interval in
+every valid run.
 """
 
 import sys
@@ -27,8 +28,9 @@ WINDOW = 10  # frames per average of a resistance; shuttling conductors transfer
 
 
 def simulate(arguments, resistance):
-    """Returns the times of the frames (s), the charge delivered by each source (C), their potentials (V) behind the
-    resistance, and the final energy error and its bound as fractions of the supplied energy."""
+    """Runs the scene with this series resistance (ohm). Returns the times of the frames (s), the charge delivered by each
+    source (C) and their potentials (V) behind the resistance. Also returns the final energy error and its bound as
+    fractions of the supplied energy."""
     lines = [f"series_resistance = {resistance:g}" if line.startswith("series_resistance") else line
              for line in SCENE.read_text().splitlines()]
     with tempfile.TemporaryDirectory() as folder:

@@ -30,9 +30,9 @@ def cells(gap):
 
 
 def allowed_error(gap):
-    """Returns the bound on the relative error of a resistance: one frame in the seven timed crossings; the position
-    tolerance, by default 1e-3 R, at both ends of the path; and the square of cell over radius, the error of a
-    second-order scheme up to a factor near 1."""
+    """Returns the bound on the relative error of a resistance, the sum of three errors. The first is one frame in the
+    seven timed crossings. The second is the position tolerance, by default 1e-3 R, at both ends of the path. The third is
+    the square of cell over radius, the error of a second-order scheme up to a factor near 1."""
     return 1 / (7 * FRAMES) + 2e-3 * RADIUS / gap + (3 * (gap + 2 * RADIUS) / cells(gap) / RADIUS) ** 2
 
 

@@ -1,5 +1,5 @@
-"""Functions for the figure scripts: finding and running the built programs, saving a figure as PDF and PNG, and saving
-the comparison of its results with the source for the table that make.sh prints (table.py)."""
+"""Functions for the figure scripts. They find and run the built programs, and save a figure as PDF and PNG. They also save
+the comparison of its results with the source, for the table that make.sh prints (table.py)."""
 
 import argparse
 import json
@@ -126,11 +126,11 @@ UNDECIDED = 0.2  # of the published value; a wider interval agrees with too many
 def claim(what, source, published, ours, verdict=None, note=""):
     """Returns a row of the table: a source's claim from a figure, and the result here.
 
-    published, ours: a number, a pair (number, half width of its 95 % interval or error bound), or text. Without a
-    verdict, both must be numbers, at least one with an interval. They differ if they do so by more than both intervals
-    allow. They agree if they do not differ and both intervals together are within UNDECIDED of the published value; the
-    verdict states that fraction. A given verdict must follow from the results. note: reason for a difference, omitted
-    if they agree.
+    `published` and `ours`: a number, a pair (number, half width of its 95 % interval or error bound), or text. Without a
+    verdict, both must be numbers, at least one with an interval. They differ if their difference exceeds both intervals
+    together. They agree if they do not differ and both intervals together are within UNDECIDED of the published value;
+    the verdict states that fraction. A given verdict must follow from the results.
+    `note`: reason for a difference, omitted if they agree.
     """
     verdict = verdict or agreement(published, ours)
     return {"claim": what, "source": source, "published": published, "ours": ours, "verdict": verdict,

@@ -39,9 +39,9 @@ def main():
     save_claims("granular_5_4", [
         claim("B of bound clusters, t = 100 ... 200", "G 5.11", "below 1", in_words(ours),
               "differs" if ours[0] - ours[1] > 1 else "agrees" if sum(ours) < 1 else "undecided: 1 within the interval",
-              "in contact alone it is larger, 1.7 to 2.2 at 50016 grains: what counts as a cluster decides"),
+              "in contact alone it is larger, 1.7 to 2.2 at 50016 grains: it depends on the definition of a cluster"),
         claim("kinetic theory, corrected: largest B with merging", "G 5.4", "1", f"{top:.2f}",
-              "differs" if abs(top - 1) > 0.01 else "agrees", "nothing bounds B at 1; merging turns it over at a value that depends on the exchange"),
+              "differs" if abs(top - 1) > 0.01 else "agrees", "nothing bounds B at 1; with merging it has a maximum that depends on the exchange"),
         claim("the same without merging, at t = 200", "G 5.4", "grows beyond 1", f"{bouncing:.1f}",
               "agrees" if bouncing > 1 else "differs")])
 

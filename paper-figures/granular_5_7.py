@@ -54,7 +54,7 @@ def main():
         claim("exponent of the Mach number, t = 20 ... 100 and 100 ... 300", "G 5.7 c", "faster from t = 1e2 on",
               f"{in_words(slopes[0])}, {in_words(slopes[1])}; 50016 grains {full_slopes[0]:.2f}, {full_slopes[1]:.2f}",
               "agrees" if rises(slopes) and full_slopes[1] > full_slopes[0] else "undecided" if not differ(*slopes) else "differs",
-              "without what temperature alone gives a cell; with it the raw number has a floor that hides the early rise")])
+              "without the Mach number that temperature alone gives a cell; with it the raw number has a floor that hides the early rise")])
 
 
 if __name__ == "__main__":

@@ -40,7 +40,7 @@ def main():
         claim("from heat to sound at R / (1 - eps^2), restitution .9, .7, .5", "G 6.3",
               "heat first, then abruptly sound", "; ".join(rows),
               "agrees, at other values" if abrupt else "differs",
-              "heat goes at R of a few thousandths; the source does not say where")])
+              "the heat mode ends at R of a few times 0.001; the source does not state R")])
 
 
 if __name__ == "__main__":

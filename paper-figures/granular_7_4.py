@@ -33,7 +33,7 @@ def main():
               "agrees" if sum(slopes[0]) < -1 else "differs"),
         claim("S = .05: exponent of T, t = 100 ... 300", "G 7.4 b", 0.0, number(slopes[1]),
               "agrees" if abs(slopes[1][0]) + slopes[1][1] < 0.1 else "differs"),
-        claim("plateau over what free grains have", "G 7.4 b", "not stated", in_words(plateau), "below 1" if sum(plateau) < 1 else "1",
+        claim("plateau over the temperature of free grains", "G 7.4 b", "not stated", in_words(plateau), "below 1" if sum(plateau) < 1 else "1",
               "collisions take the rest; speed and hold of the gas decide, and the source states neither")])
 
 

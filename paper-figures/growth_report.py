@@ -16,8 +16,10 @@ QUANTITIES = ("density_cluster_size", "mean_aggregate", "mean_bound_aggregate", 
               "temperature", "mach_number_of_flow", "mean_square_displacement")
 WINDOWS = ((20, 40), (50, 100), (70, 140), (100, 150), (100, 200), (150, 290), (200, 400))
 FEWEST = 5  # minimum number of seeds per row
-# For the gases of --conditions: the time when the number mean of bound aggregates reaches ONSET; its exponent between
-# the sizes STAGE, and the fractal dimension at the end of STAGE. Gases are compared at equal sizes, not at equal times.
+
+# Quantities for the gases of --conditions. The first is the time when the number mean of bound aggregates reaches ONSET.
+# The others are its exponent between the sizes STAGE, and the fractal dimension at the end of STAGE. Gases are compared at
+# equal sizes, not at equal times.
 CONDITIONS = FOLDER / "growth_conditions.csv"
 ONSET, STAGE = 4, (3, 6)
 

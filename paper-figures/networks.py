@@ -12,8 +12,8 @@ from lichtenberg.pictures import drawing  # used by `lichtenberg plot`
 
 
 def last_state(description, name):
-    """Returns the last frame of the result file on the command line (default: scenes/dendrite.toml, run once), its
-    contacts [E, 2] as indices (-1: the ground), and the name of the figure NAME."""
+    """Returns the last frame of the result file on the command line, its contacts [E, 2] as indices (-1: the ground), and
+    the name of the figure NAME. The default is scenes/dendrite.toml, which is run once."""
     arguments = request(description, ("--result", "result file of `lichtenberg run` to show in place of dendrite's"))
     path = arguments.result or kept_run(arguments.program, SOURCE / "scenes" / "dendrite.toml", arguments.results / "dendrite.h5")
     try:

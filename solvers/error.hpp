@@ -5,14 +5,14 @@
 
 namespace lichtenberg {
 
-/// Error in the user's input. The message states the failure, its location (file, key) and the allowed values. The
-/// command line prints it and exits with status 2.
+/// Exception for an error in the user's input. Its message states the failure, its location (file, key) and the allowed
+/// values. The command line prints the message and exits with status 2.
 struct InputError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Failure with valid input (full disk, failed solver, damaged file). The command line prints its message and exits
-/// with status 1.
+/// Exception for a failure in spite of valid input, such as a full disk, a failed solver or a damaged file. The command
+/// line prints its message and exits with status 1.
 struct Failure : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

@@ -8,19 +8,22 @@
 
 namespace lichtenberg {
 
+/// Deleter that destroys a plan of FFTW.
 struct DestroyFftwPlan {
   void operator()(fftw_plan plan) const { fftw_destroy_plan(plan); }
 };
-/// Plan of FFTW with one owner.
+/// Plan of an FFTW transform; its owner destroys the plan.
 using FftwPlan = std::unique_ptr<std::remove_pointer_t<fftw_plan>, DestroyFftwPlan>;
 
-/// Alignment (bytes) for vectors of 8 numbers, the longest that FFTW supports.
+/// Alignment (bytes) for SIMD vectors of 8 doubles, the longest vectors that FFTW supports.
 constexpr std::align_val_t fftw_alignment{64};
+/// Deleter of arrays of make_fftw_numbers().
 struct DeleteFftwNumbers {
   void operator()(double* numbers) const { ::operator delete[](numbers, fftw_alignment); }
 };
-/// Uninitialized numbers for in-place transforms by FFTW.
+/// Array of doubles for input or output of an FFTW transform, aligned for SIMD; its owner frees the memory.
 using FftwNumbers = std::unique_ptr<double[], DeleteFftwNumbers>;
+/// Allocates an array of `count` doubles with undefined values, aligned to fftw_alignment.
 inline FftwNumbers make_fftw_numbers(std::size_t count) {
   return FftwNumbers(static_cast<double*>(::operator new[](count * sizeof(double), fftw_alignment)));
 }

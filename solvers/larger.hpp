@@ -4,7 +4,7 @@
 
 namespace lichtenberg {
 
-/// Returns the larger number, or NaN if either is NaN, which std::max would not return.
+/// Returns the maximum of a and b, or NaN if either is NaN. std::max would drop a NaN in its second argument.
 inline double larger(double a, double b) { return a >= b || std::isnan(a) ? a : b; }
 
 }  // namespace lichtenberg

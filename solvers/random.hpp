@@ -10,7 +10,8 @@
 
 namespace lichtenberg {
 
-/// Purposes of random numbers. The values affect results: they must never be changed or used again.
+/// Purpose of a sequence of random numbers, a part of its key: sequences of different purposes are independent. The
+/// enumerators' values affect results: they must never be changed or reused.
 enum class RandomPurpose : std::uint64_t {
   population = 1,  ///< Initial positions, velocities and charges
   exchange = 2,    ///< Charge that a contact transfers
@@ -18,25 +19,27 @@ enum class RandomPurpose : std::uint64_t {
   flow = 4,        ///< Perturbation of a flow, by its wave vector
 };
 
-/// Key of a sequence of random numbers: a purpose, for a particle i or a pair (i, j), i < j, and `count` for repeated
-/// use (its number of collisions, or the number of a step).
+/// Key that selects a sequence of random numbers. It consists of the run's seed, a purpose, a particle i or a pair of
+/// particles i < j, and `count`. `count` distinguishes repeated uses, such as the collisions of one pair or the time
+/// steps.
 struct RandomKey {
   std::uint64_t seed = 0;
   RandomPurpose purpose = {};
   std::uint64_t i = 0, j = 0, count = 0;
 };
 
-/// Sequence of random numbers of a key. The numbers depend only on the key and the index in the sequence. They are
-/// therefore the same for any order of draws and any number of threads, and a resumed run needs no generator state.
-/// Philox 4x64 with ten rounds (Salmon, Moraes, Dror and Shaw 2011) of Random123: its key is (seed, purpose), its
-/// counter (i, j, count, n) for words 4 n to 4 n + 3 of the sequence. Each function below states the number of words
-/// that it consumes.
+/// Counter-based random number generator: draws the sequence that a RandomKey selects. A number depends only on the key
+/// and its index in the sequence. It is therefore the same for any order of draws and any number of threads, and a
+/// resumed run needs no generator state.
+/// The generator is Philox 4x64 with ten rounds (Salmon, Moraes, Dror and Shaw 2011) of the library Random123. Its key
+/// is (seed, purpose); its counter (i, j, count, n) gives words 4 n to 4 n + 3 of the sequence. Each function below
+/// states the number of words that it consumes.
 class Random {
  public:
   LICHTENBERG_HOST_DEVICE explicit Random(const RandomKey& key)
       : key_{{key.seed, static_cast<std::uint64_t>(key.purpose)}}, counter_{{key.i, key.j, key.count, 0}} {}
 
-  /// Returns the next word: 64 independent, unbiased bits.
+  /// Returns the next word of the sequence: 64 independent random bits, each 0 or 1 with equal probability.
   LICHTENBERG_HOST_DEVICE std::uint64_t word() {
     if (used_ == 4) {
       block_ = r123::Philox4x64()(counter_, key_);
@@ -46,21 +49,21 @@ class Random {
     return block_[used_++];
   }
 
-  /// Returns a uniform number in (0, 1), both ends excluded: (n + 1/2) / 2^52 with the word's upper 52 bits as n, which
-  /// is exact. One word.
+  /// Returns a uniformly distributed number in (0, 1), both ends excluded. It is (n + 1/2) / 2^52, without rounding,
+  /// with the upper 52 bits of a word as n. Consumes one word.
   LICHTENBERG_HOST_DEVICE double uniform() { return (static_cast<double>(word() >> 12) + 0.5) * 0x1p-52; }
 
-  /// Returns a uniform number between `low` and `high`. One word.
+  /// Returns a uniformly distributed number between `low` and `high`. Consumes one word.
   LICHTENBERG_HOST_DEVICE double uniform(double low, double high) { return low + (high - low) * uniform(); }
 
-  /// Returns a Gaussian number of mean 0 and variance 1, of magnitude up to 8.6 (Box and Muller 1958, the cosine
-  /// alone). Two words.
+  /// Returns a normally distributed (Gaussian) number of mean 0 and variance 1, by the cosine formula of Box and Muller
+  /// (1958). Its magnitude is at most 8.6. Consumes two words.
   LICHTENBERG_HOST_DEVICE double normal() {
     const double distance = std::sqrt(-2 * std::log(uniform()));
     return distance * std::cos(2 * std::numbers::pi * uniform());
   }
 
-  /// Returns 1 or -1 with equal probability: the word's highest bit. One word.
+  /// Returns 1 or -1 with equal probability, by the highest bit of a word. Consumes one word.
   LICHTENBERG_HOST_DEVICE double sign() { return word() >> 63 ? -1 : 1; }
 
  private:

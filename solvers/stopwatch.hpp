@@ -4,7 +4,7 @@
 
 namespace lichtenberg {
 
-/// Adds the wall time (s) of its own lifetime to a counter.
+/// Timer of a scope: its destructor adds the wall time (s) since construction to the counter `seconds`.
 class Stopwatch {
  public:
   explicit Stopwatch(double& seconds) : seconds_(seconds) {}

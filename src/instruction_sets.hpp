@@ -1,7 +1,7 @@
 #pragma once
 
-/// Instruction sets of which a compiler may make use: X(name for __builtin_cpu_supports, macro of the compiler that is
-/// 1 for programs that use the set, name in messages).
+/// List of the instruction sets of processors that a compiler may use: X(name for __builtin_cpu_supports, macro of the
+/// compiler that is 1 for programs that use the set, name in messages).
 #define LICHTENBERG_INSTRUCTION_SETS(X)                          \
   X("sse4.2", __SSE4_2__, "SSE 4.2")                             \
   X("popcnt", __POPCNT__, "POPCNT")                              \
@@ -27,7 +27,8 @@
 
 namespace lichtenberg {
 
-/// States for each of the sets whether the program was compiled for it. Can be read before any constructor has run.
+/// For each instruction set of the list: true if the program was compiled for it. Can be read before any constructor
+/// has run.
 extern const bool compiled_for[];
 
 }  // namespace lichtenberg

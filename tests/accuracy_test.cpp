@@ -42,7 +42,7 @@ std::string refusal(const LaplaceProblem& problem, const AccuracyRequest& reques
 
 }  // namespace
 
-TEST_CASE("error units: the largest potential difference, charge and force") {
+TEST_CASE("scales_of: error units are the largest potential range, charge and force") {
   LaplaceProblem problem = three_disks();
   problem.bodies.push_back({Bar{{0.1, 0.8}, {0.2, 0.8}, 0.05}, 2});
   LaplaceSolution solution;
@@ -83,7 +83,7 @@ TEST_CASE("error units: the largest potential difference, charge and force") {
   CHECK(largest_error(problem, other, solution, scales_of(problem, solution)) < 1e-4);
 }
 
-TEST_CASE("grids: whole numbers of cells on all levels, with many coarsenings") {
+TEST_CASE("Grids: cell counts give whole square cells on all multigrid levels") {
   const Grids square({2, 2}), oblong({0.05, 0.03});
   CHECK(square.at_least(1) == 32);
   CHECK(square.at_least(33) == 48);
@@ -100,7 +100,7 @@ TEST_CASE("grids: whole numbers of cells on all levels, with many coarsenings") 
   CHECK_THROWS_AS(oblong.at_most(100), InputError);
 }
 
-TEST_CASE("narrowest gap: it is between different potentials") {
+TEST_CASE("narrowest: finds the smallest gap between different potentials") {
   LaplaceProblem problem = three_disks();
   CHECK(narrowest(problem).gap == doctest::Approx(0.04));
   CHECK(narrowest(problem).radius == 0.08);
@@ -120,7 +120,7 @@ TEST_CASE("narrowest gap: it is between different potentials") {
   CHECK(difficulty({0.04, 0.08}, 0.01) == doctest::Approx(4 * difficulty({0.04, 0.08}, 0.005)));
 }
 
-TEST_CASE("accuracy: the actual error is below the request with either method") {
+TEST_CASE("solve_to_accuracy: cut-cell and multipole errors stay below the request") {
   const LaplaceProblem problem = three_disks();
   const LaplaceSolution exact = MultipoleSolver({.tolerance = 1e-12}).solve(problem);
   const Scales scales = scales_of(problem, exact);
@@ -140,7 +140,7 @@ TEST_CASE("accuracy: the actual error is below the request with either method") 
     }
 }
 
-TEST_CASE("accuracy: differences of equal potentials by rounding are no field") {
+TEST_CASE("accuracy: rounding differences between equal potentials count as zero") {
   LaplaceProblem problem{.size = {0.02, 0.02}, .permittivity = 4e-11};  // An insulated box.
   problem.groups = {{.floating = false, .potential = -100}, {.charge = 0}};
   problem.bodies = {{Disk{{0.0160657, 0.0149699}, 1.772e-4}, 0}, {Disk{{0.0160165, 0.0145738}, 2.218e-4}, 1}};
@@ -152,7 +152,7 @@ TEST_CASE("accuracy: differences of equal potentials by rounding are no field") 
             .potential > 0);
 }
 
-TEST_CASE("multipoles: the actual error is below the request and close to it") {
+TEST_CASE("multipole accuracy: errors below the request, median above 5 % of it") {
   // The median ratio of some scenes exceeds 5 % of the request: 0.1 to 0.2 in docs/validation.md. This
   // holds also if the charge of a half-disk on an electrode, an integral over a part of its circle, dominates.
   for (const double accuracy : {1e-2, 1e-4, 1e-8}) {
@@ -179,7 +179,7 @@ TEST_CASE("multipoles: the actual error is below the request and close to it") {
   }
 }
 
-TEST_CASE("multipoles: the accuracy holds in gaps of 1e-6 radii") {
+TEST_CASE("multipole accuracy: the request is met at gaps of 1e-6 radii") {
   // A neutral disk lies at an electrode or next to a pair of charged disks. Its force is that of a gap whose potential
   // difference is 0.1 % of that at a gap of one radius.
   LaplaceProblem near_charged{.permittivity = 1};
@@ -203,7 +203,7 @@ TEST_CASE("multipoles: the accuracy holds in gaps of 1e-6 radii") {
     }
 }
 
-TEST_CASE("multipoles: the accuracy holds if charges or forces cancel by symmetry") {
+TEST_CASE("multipole accuracy: met where charges or forces vanish by symmetry") {
   LaplaceProblem plates{.permittivity = 1};
   plates.size = {1, 1};
   plates.sides[left].kind = plates.sides[right].kind = Side::Kind::electrode;
@@ -225,7 +225,7 @@ TEST_CASE("multipoles: the accuracy holds if charges or forces cancel by symmetr
     }
 }
 
-TEST_CASE("multipoles: a coarse accuracy holds for forces on neutral disks") {
+TEST_CASE("multipole accuracy: 0.1 to 0.001 are met for forces on neutral disks") {
   LaplaceProblem problem{.size = {12.1647, 12.1647}, .permittivity = 1};
   problem.sides[left] = {Side::Kind::electrode, 400, {}};
   problem.sides[right] = {Side::Kind::electrode, 0, {}};
@@ -252,7 +252,7 @@ TEST_CASE("multipoles: a coarse accuracy holds for forces on neutral disks") {
   }
 }
 
-TEST_CASE("accuracy: it holds for nearly equal potentials far from 0") {
+TEST_CASE("accuracy: met if potentials differ by only 1e-4 of their value") {
   LaplaceProblem problem = three_disks();
   constexpr double level = 1e4;  // The potentials differ by about 1.
   for (Side& side : problem.sides) side.potential += level;
@@ -262,7 +262,7 @@ TEST_CASE("accuracy: it holds for nearly equal potentials far from 0") {
   CHECK(largest_error(problem, found.solution, exact, scales_of(problem, exact)) <= 3e-3);
 }
 
-TEST_CASE("accuracy for a run: the choice accounts for the smallest gap") {
+TEST_CASE("accuracy for a run: a smaller expected gap requires more cells") {
   AccuracyRequest request{.accuracy = 1e-2, .method = Method::cut_cell};
   const int now = solve_to_accuracy(three_disks(), request).choice.cells;
   request.least_gap = 0.01;  // A gap smaller by 4 has 4^(3/2) times the error and needs 4^(3/4) times the cells.
@@ -271,7 +271,7 @@ TEST_CASE("accuracy for a run: the choice accounts for the smallest gap") {
   CHECK(solve_to_accuracy(three_disks(), request).choice.cells == now);
 }
 
-TEST_CASE("method: the only possible, the requested or the cheaper one") {
+TEST_CASE("predict_choice: takes the requested or the only possible field method") {
   LaplaceProblem problem = three_disks();
   CHECK(predict_choice(problem, {.accuracy = 1e-8}).method == Method::multipole);
   CHECK(predict_choice(problem, {.accuracy = 1e-3, .method = Method::cut_cell}).method == Method::cut_cell);
@@ -299,7 +299,7 @@ LaplaceProblem neutral_disk(bool near_grounded) {
 
 }  // namespace
 
-TEST_CASE("one or two disks: small forces have the accuracy or are refused") {
+TEST_CASE("tiny force on a neutral disk: is accurate, or cut-cell refuses it") {
   for (const bool near_grounded : {false, true}) {
     CAPTURE(near_grounded);
     const LaplaceProblem problem = neutral_disk(near_grounded);
@@ -323,7 +323,7 @@ TEST_CASE("one or two disks: small forces have the accuracy or are refused") {
   CHECK(sentence.find("field.method = \"multipole\" can do it") != std::string::npos);
 }
 
-TEST_CASE("accuracy: an impossible one is refused with a possible one") {
+TEST_CASE("accuracy out of reach: the error message states one that can be met") {
   const std::string grids = refusal(three_disks(), {.accuracy = 1e-6, .method = Method::cut_cell, .most_cells = 256});
   CHECK(grids.find("1e-06 cannot be met: with 256 cells") != std::string::npos);
   // The stated accuracy is met.
@@ -332,7 +332,7 @@ TEST_CASE("accuracy: an impossible one is refused with a possible one") {
   CHECK(refusal(three_disks(), {.accuracy = 1e-13}).find("between 1e-12 and 0.1") != std::string::npos);
 }
 
-TEST_CASE("accuracy: without any potential there is no error") {
+TEST_CASE("charges and potentials all zero: both field methods give potential zero") {
   LaplaceProblem problem = three_disks();
   for (Group& group : problem.groups) group = {.floating = group.floating};
   for (const Method method : {Method::cut_cell, Method::multipole})

@@ -97,7 +97,7 @@ const EffectKind& TetherOptions::kind() {
                 .unit = "m",
                 .range = ranges::positive,
                 .computed_default = "100 of the largest radius",
-                .help = "way after which half the stiffness is left"}},
+                .help = "distance after which half the stiffness is left"}},
       .needs = {{"stokes_drag", "which damps it"}},
       .check =
           [](const Draft& draft) {
@@ -145,7 +145,7 @@ bool has(const std::string& text, const std::string& part) { return text.find(pa
 
 }  // namespace
 
-TEST_CASE("added effect: its keys have units, ranges, defaults, checks and help") {
+TEST_CASE("user-defined effect: scene keys have units, ranges, defaults and help") {
   const Scene scene = tethered("stiffness = 2.0\n");
   CHECK(scene.effects.find<TetherOptions>()->stiffness == 2);
   CHECK(scene.effects.find<TetherOptions>()->wear == 0.2);
@@ -162,14 +162,14 @@ TEST_CASE("added effect: its keys have units, ranges, defaults, checks and help"
   CHECK(has(scene_help(kinds()), "a number in m, greater than 0; default: 100 of the largest radius"));
 }
 
-TEST_CASE("added effect: it is explained on its own line") {
+TEST_CASE("user-defined effect: summarize_effects lists its line of explanation") {
   const std::vector<effects::EffectSummary> all = effects::summarize_effects(tethered("stiffness = 2.0\n"));
   CHECK(all.back().name == "tether");
   REQUIRE(all.back().explanation.size() == 1);
   CHECK(all.back().explanation[0].text == "half after 0.2 m");
 }
 
-TEST_CASE("added effect: it acts, gives columns and a line in the summary") {
+TEST_CASE("user-defined effect: adds columns to frames and a line to the summary") {
   Simulation simulation(tethered("stiffness = 2e-4\n"));
   simulation.advance_to(0.5);
   const Frame frame = simulation.frame();
@@ -184,7 +184,7 @@ TEST_CASE("added effect: it acts, gives columns and a line in the summary") {
   CHECK(std::ranges::count(summary.lines, "tethers", &Summary::Line::label) == 1);
 }
 
-TEST_CASE("added effect: its columns are recorded") {
+TEST_CASE("user-defined effect: its columns are stored in the result file") {
   const Folder folder;
   const Scene scene = tethered("stiffness = 2e-4\n");
   const std::string path = (folder / "tethered.h5").string();
@@ -205,7 +205,7 @@ TEST_CASE("added effect: its columns are recorded") {
   CHECK_THROWS_WITH_AS(result.scene(), doctest::Contains("unknown key effects.tether"), InputError);
 }
 
-TEST_CASE("added effect: its declared properties are available to others") {
+TEST_CASE("user-defined effect: its field flag and contact gap reach the result") {
   const Folder folder;
   const EffectKind arcs = {
       .name = "arcs", .description = "", .help = "", .field = true, .contact_gap = [](const Scene& scene) {
@@ -223,7 +223,7 @@ TEST_CASE("added effect: its declared properties are available to others") {
   CHECK(hdf5::exists(file, "provenance/session-0/field"));
 }
 
-TEST_CASE("added effect: its state is in the checkpoint, with identical bits") {
+TEST_CASE("user-defined effect: a run restored from a checkpoint has identical bits") {
   const Scene scene = tethered("stiffness = 2e-3\nwear = 1e-3\n");
   Simulation whole(scene), resumed(scene);
   whole.advance_to(0.2);
@@ -240,7 +240,7 @@ TEST_CASE("added effect: its state is in the checkpoint, with identical bits") {
   CHECK_THROWS_AS(resumed.restore(without), Failure);
 }
 
-TEST_CASE("added effect: its state is in the result, with identical bits") {
+TEST_CASE("user-defined effect: a run resumed from a result has identical bits") {
   const Folder folder;
   const Scene scene = tethered("stiffness = 2e-3\nwear = 1e-3\n");
   const std::string path = (folder / "tethered.h5").string();
@@ -262,7 +262,7 @@ TEST_CASE("added effect: its state is in the result, with identical bits") {
   CHECK(result.observable("tether_age", 1) == std::vector<double>{*whole.frame().number("tether_age")});
 }
 
-TEST_CASE("added effect: every integrator reports each accepted step once") {
+TEST_CASE("integrators: Effect::accept gets each accepted step exactly once") {
   struct Scheme {
     Integrator integrator;
     FieldCoupling coupling;
@@ -283,14 +283,14 @@ TEST_CASE("added effect: every integrator reports each accepted step once") {
   }
 }
 
-TEST_CASE("effects: two of one name are refused") {
+TEST_CASE("effect kinds: two of one name are refused when a scene is read") {
   EffectKinds twice = kinds();
   twice.push_back(&TetherOptions::kind());
   CHECK_THROWS_WITH_AS(parse_scene("", "scene.toml", twice), doctest::Contains("two kinds of effects are named"),
                        InputError);
 }
 
-TEST_CASE("effects: another kind of the same name is refused") {
+TEST_CASE("scene effects: adding another kind with an existing name is refused") {
   Scene scene = tethered("stiffness = 1.0\n");
   const EffectKind other = {.name = "tether"};
   CHECK_THROWS_WITH_AS(scene.effects.add(other, std::any(1)), doctest::Contains("two kinds of effects are named"),
@@ -298,7 +298,7 @@ TEST_CASE("effects: another kind of the same name is refused") {
   CHECK(scene.effects.add(TetherOptions{.stiffness = 2}).stiffness == 2);
 }
 
-TEST_CASE("make_model: a given effect must be in the scene, once") {
+TEST_CASE("make_model: a given effect must be in the scene and be given only once") {
   Scene scene = tethered("stiffness = 1.0\n");
   CHECK_THROWS_WITH_AS(
       effects::make_model(scene, effects::made(std::make_unique<Tether>(scene), std::make_unique<Tether>(scene))),
@@ -313,7 +313,7 @@ TEST_CASE("make_model: a given effect must be in the scene, once") {
                        doctest::Contains("no table [effects.tether]"), InputError);
 }
 
-TEST_CASE("added effect: one that is 2D only is refused in three dimensions") {
+TEST_CASE("user-defined effect for 2D only: a model in three dimensions refuses it") {
   Scene scene = tethered("stiffness = 1.0\n");
   std::vector<std::unique_ptr<Effect>> tether = effects::made(std::make_unique<Tether>(scene));
   const Bodies space{.dimension = 3, .position = {0, 0, 0}, .momentum = {0, 0, 0}, .mass = {1}, .radius = {1}};

@@ -149,7 +149,7 @@ void check_refused(const Folder& folder, const std::string& file, const std::str
 
 }  // namespace
 
-TEST_CASE("analyse: it finds the topology of each frame") {
+TEST_CASE("analyse: gives degrees, loops, Strahler numbers and tree of each frame") {
   const Folder folder;
   saved_run(folder / "four.h5");
   const json answer = analysed(folder, "four.h5");
@@ -184,7 +184,7 @@ TEST_CASE("analyse: it finds the topology of each frame") {
   CHECK_EQ(second["strahler_streams"], json({0, 2, 1}).get<std::vector<int>>());
 }
 
-TEST_CASE("analyse: it derives the power from a frame's data") {
+TEST_CASE("analyse: computes power of drag, field and source from a frame's data") {
   const Folder folder;
   saved_run(folder / "four.h5");
   const json answer = analysed(folder, "four.h5");
@@ -200,7 +200,7 @@ TEST_CASE("analyse: it derives the power from a frame's data") {
   CHECK_EQ(answer["units"]["power_dissipated"], "W");
 }
 
-TEST_CASE("analyse: energy stored in elastic contacts is not dissipated") {
+TEST_CASE("analyse: energy stored in elastic contacts is not counted as dissipated") {
   const Folder folder;
   const std::string elastic =
       "[effects.hertz_contact]\nyoung = 200e9\npoisson = 0.3\n"
@@ -230,7 +230,7 @@ TEST_CASE("analyse: energy stored in elastic contacts is not dissipated") {
            doctest::Approx(14e-9 + 4e-9 - (kinetic + stored) / 0.5).epsilon(1e-9).scale(0));
 }
 
-TEST_CASE("analyse: if an electrode is not at 0 V, the dissipated power is null") {
+TEST_CASE("analyse: dissipated power is null if an electrode is not at 0 V") {
   const Folder folder;
   std::string text = scene_text;
   text.replace(text.find("potential = 0.0"), 15, "potential = 5.0");
@@ -238,7 +238,7 @@ TEST_CASE("analyse: if an electrode is not at 0 V, the dissipated power is null"
   CHECK(analysed(folder, "four.h5")["frames"][1]["power_dissipated"].is_null());
 }
 
-TEST_CASE("analyse: quantities that a circuit's run recorded are kept") {
+TEST_CASE("analyse: keeps the recorded dissipated power and currents of a circuit") {
   const Folder folder;
   saved_run(folder / "four.h5");
   change(folder / "four.h5", [](const hdf5::Handle& file) {
@@ -260,7 +260,7 @@ TEST_CASE("analyse: quantities that a circuit's run recorded are kept") {
   CHECK_NE(ended.out.find("current 2e-09, -2e-09 A"), std::string::npos);
 }
 
-TEST_CASE("analyse: stored and printed numbers agree, and other data are unchanged") {
+TEST_CASE("analyse: stored numbers equal printed ones; other data stay unchanged") {
   const Folder folder;
   saved_run(folder / "four.h5");
   auto before = numbers_in(folder / "four.h5");
@@ -295,7 +295,7 @@ TEST_CASE("analyse: stored and printed numbers agree, and other data are unchang
     CHECK(entry.path().string().find(".partial") == std::string::npos);
 }
 
-TEST_CASE("analyse --frame: one frame is printed and nothing is stored") {
+TEST_CASE("analyse --frame: prints one frame and stores nothing in the file") {
   const Folder folder;
   saved_run(folder / "four.h5");
   const std::string before = text_of(folder / "four.h5");
@@ -310,7 +310,7 @@ TEST_CASE("analyse --frame: one frame is printed and nothing is stored") {
   CHECK_FALSE(hdf5::exists(hdf5::load(other / "four.h5"), "analysis"));
 }
 
-TEST_CASE("analyse: it prints a line per frame and details of the last one") {
+TEST_CASE("analyse: prints a line per frame and details of the last frame") {
   const Folder folder;
   saved_run(folder / "four.h5");
   const Ended ended = analyse(folder, "four.h5");
@@ -321,7 +321,7 @@ TEST_CASE("analyse: it prints a line per frame and details of the last one") {
     CHECK_MESSAGE(ended.out.find(part) != std::string::npos, part);
 }
 
-TEST_CASE("file with the last frame's contacts only: uses D 7.1 and the tree") {
+TEST_CASE("analyse: contacts not recorded per frame follow from distances and tree") {
   const Folder folder;
   saved_run(folder / "four.h5");
   change(folder / "four.h5", [](const hdf5::Handle& file) {
@@ -337,7 +337,7 @@ TEST_CASE("file with the last frame's contacts only: uses D 7.1 and the tree") {
   CHECK_EQ(second["strahler"], json({2, 1, 1, 1}));
 }
 
-TEST_CASE("result of format 1: it is read like the current one and not resumed") {
+TEST_CASE("result of format 1: analyse and plot read it, run --resume refuses it") {
   const Folder now, earlier;
   saved_run(now / "four.h5");
   fs::copy_file(source_folder() + "/tests/format-1.h5", earlier / "four.h5");
@@ -354,7 +354,7 @@ TEST_CASE("result of format 1: it is read like the current one and not resumed")
            std::string::npos);
 }
 
-TEST_CASE("resume: an analysis of fewer frames is removed from the file") {
+TEST_CASE("resume: adding a frame removes the stored analysis of fewer frames") {
   const Folder folder;
   saved_run(folder / "four.h5");
   REQUIRE_EQ(analyse(folder, "four.h5").status, 0);
@@ -363,7 +363,7 @@ TEST_CASE("resume: an analysis of fewer frames is removed from the file") {
   CHECK_EQ(analysed(folder, "four.h5")["frames"].size(), 3);
 }
 
-TEST_CASE("analyse: a file that changes during the analysis stays unchanged") {
+TEST_CASE("put_analysis: a result file that changed since reading is not modified") {
   const Folder folder;
   saved_run(folder / "four.h5");
   const Result result(folder / "four.h5");
@@ -373,7 +373,7 @@ TEST_CASE("analyse: a file that changes during the analysis stays unchanged") {
   CHECK(text_of(folder / "four.h5") == newer);
 }
 
-TEST_CASE("analyse: a result being written is analysed but not changed") {
+TEST_CASE("analyse: the result file of an active run is analysed but not changed") {
   const Folder folder;
   const Recorder recorder = saved_run(folder / "four.h5");
   const std::string before = text_of(folder / "four.h5");
@@ -384,7 +384,7 @@ TEST_CASE("analyse: a result being written is analysed but not changed") {
   CHECK(text_of(folder / "four.h5") == before);
 }
 
-TEST_CASE("analyse: impossible requests give one message and status 2") {
+TEST_CASE("analyse: unusable files or frame numbers give one message and status 2") {
   const Folder folder;
   CHECK_EQ(analyse(folder, "nowhere.h5").status, 2);
   CHECK_NE(analyse(folder, "nowhere.h5").err.find("nowhere.h5 does not exist"), std::string::npos);
@@ -411,7 +411,7 @@ TEST_CASE("analyse: impossible requests give one message and status 2") {
     check_refused(folder, "four.h5", "it has frames 0 to 1", options);
 }
 
-TEST_CASE("analyse: a result with missing parts is refused") {
+TEST_CASE("analyse: result files with missing or inconsistent parts are refused") {
   const Folder folder;
   saved_run(folder / "four.h5");
   const std::string whole = text_of(folder / "four.h5");
@@ -441,7 +441,7 @@ TEST_CASE("analyse: a result with missing parts is refused") {
     text.erase(text.rfind("[[conductor]]"), text.find("[effects.floating") - text.rfind("[[conductor]]"));
     hdf5::put_text(file, "scene/text", text);
   });
-  check_refused(folder, "less.h5", "its scene has 3 conductors, its frames 4");
+  check_refused(folder, "less.h5", "its scene has 3 conductors, but its frames have 4");
   folder.write("less.h5", whole);
   change(folder / "less.h5", [](const hdf5::Handle& file) {
     hdf5::put<std::int64_t>(file, "network/contacts_end", std::array<std::int64_t, 2>{9, 3}, {2}, "1");

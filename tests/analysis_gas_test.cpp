@@ -68,7 +68,7 @@ std::vector<double> samples(int n, double (*draw)(Random&)) {
 
 }  // namespace
 
-TEST_CASE("cells: they fill a box and continue across its sides") {
+TEST_CASE("averaging cells: a whole number fills the box; neighbours are periodic") {
   const Bodies b = grains_at(10.4, {{0.1, 10.3, 5}, {10.39, 0, 0}});
   const Cells cells = cells_of(b, 2);
   CHECK(cells.count == std::array{5, 5, 5});
@@ -85,7 +85,7 @@ TEST_CASE("cells: they fill a box and continue across its sides") {
   CHECK(cells.next(124, 2) == 24);
 }
 
-TEST_CASE("granular temperature: unbiased in a flow with few grains per cell") {
+TEST_CASE("granular temperature: unbiased in a flow with 2 grains per cell") {
   constexpr double temperature = 0.3;
   // On average there are 2 grains per cell: dividing by n_c instead of n_c - 1 would give a value lower by a fraction
   // of (1 - exp(-2)) / 2 = 0.43.
@@ -104,14 +104,14 @@ TEST_CASE("granular temperature: unbiased in a flow with few grains per cell") {
   CHECK(found.total == Approx(all).epsilon(1e-12).scale(0));
 }
 
-TEST_CASE("granular temperature: undefined for isolated grains") {
+TEST_CASE("granular temperature: NaN if each grain is alone in its averaging cell") {
   Bodies b = grains_at(20, {{1, 1, 1}, {11, 11, 11}});
   b.momentum = {3, 0, 0, 0, 0, 0};
   CHECK(std::isnan(granular_temperature(b).local));
   CHECK(granular_temperature(b).total == Approx(9.0 / 6));
 }
 
-TEST_CASE("clusters of contact: found across faces and corners of the box") {
+TEST_CASE("contact clusters: found across periodic faces and corners of the box") {
   // 0-1 across a face, 1-2 and 2-4 adjacent, 3-5 across a corner, 6 isolated.
   Bodies b =
       grains_at(10, {{0.2, 5, 5}, {9.3, 5, 5}, {8.4, 5, 5}, {0.2, 0.2, 0.2}, {7.5, 5, 5}, {9.8, 9.8, 9.8}, {3, 3, 3}});
@@ -136,7 +136,7 @@ TEST_CASE("clusters of contact: found across faces and corners of the box") {
   CHECK(std::isnan(cluster_sizes(std::vector<std::int32_t>{0, 1}).aggregate));
 }
 
-TEST_CASE("bound pairs: they are close, attract each other and are slow") {
+TEST_CASE("bound_pairs: near, attracting, kinetic energy below the Coulomb energy") {
   Bodies b = grains_at(10, {{0.02, 5, 5}, {8.97, 5, 5}});  // The distance is 1.05.
   b.charge = {2, -2};
   // m_eff v^2 / 2 = v^2 / 4, compared with 4 K / 1.05.
@@ -152,7 +152,7 @@ TEST_CASE("bound pairs: they are close, attract each other and are slow") {
   CHECK(bound_pairs(b, 0.5).empty());
 }
 
-TEST_CASE("dense cells: adjacent ones form clusters") {
+TEST_CASE("density clusters: adjacent cells above a packing threshold are united") {
   std::vector<Vec3> positions;
   fill(positions, {0, 0, 0}, 4);
   fill(positions, {4, 0, 0}, 5);  // Adjacent to the first across a face of the box.
@@ -174,7 +174,7 @@ TEST_CASE("dense cells: adjacent ones form clusters") {
   CHECK(density_clusters(grains_at(10, positions), 2, 0.5).size.empty());
 }
 
-TEST_CASE("dense cells: a box of 10^18 cells gives the result of a small box") {
+TEST_CASE("density clusters: a box of 10^18 cells gives the result of a small box") {
   std::vector<Vec3> positions;
   fill(positions, {0, 0, 0}, 4);
   fill(positions, {1, 0, 0}, 5);
@@ -192,7 +192,7 @@ TEST_CASE("dense cells: a box of 10^18 cells gives the result of a small box") {
   CHECK(lost.size.empty());
 }
 
-TEST_CASE("local temperature: cells have equal lengths in large and small boxes") {
+TEST_CASE("granular temperature: boxes of 20 and 2e6 diameters give equal values") {
   Bodies small = grains_at(20, {{1, 1, 1}, {3, 1, 1}, {6, 1, 1}}),
          large = grains_at(2e6, {{1, 1, 1}, {3, 1, 1}, {6, 1, 1}});
   for (Bodies* b : {&small, &large}) b->momentum = {3, 0, 0, -1, 0, 0, 7, 0, 0};
@@ -201,7 +201,7 @@ TEST_CASE("local temperature: cells have equal lengths in large and small boxes"
   CHECK(granular_temperature(large).local == granular_temperature(small).local);
 }
 
-TEST_CASE("occupied cells: a table and sorting give the same numbers") {
+TEST_CASE("occupied_cells: table and sorting assign the same cells to bodies") {
   const Bodies b = random_grains(300, 20);
   const Cells cells = cells_of(b, 2);  // 1000 cells: by a table.
   const OccupiedCells by_table = occupied_cells(b, cells);
@@ -215,7 +215,7 @@ TEST_CASE("occupied cells: a table and sorting give the same numbers") {
     for (int c = 0; c < found->size(); ++c) CHECK(found->find(found->cell[c]) == c);
 }
 
-TEST_CASE("moments: known charges and speeds are recovered") {
+TEST_CASE("charge moments and Sonine coefficient: known samples give known values") {
   constexpr int n = 100'000;
   const std::vector<double> gaussian = samples(n, [](Random& random) { return 7 + 2 * random.normal(); });
   // Four standard deviations of the kurtosis of Gaussian samples, sqrt(24 / n).
@@ -239,7 +239,7 @@ TEST_CASE("moments: known charges and speeds are recovered") {
   CHECK(std::isnan(sonine(grains_at(10, {{1, 1, 1}}))));
 }
 
-TEST_CASE("correlation and histograms: known samples") {
+TEST_CASE("correlation coefficient and histogram: known samples give known values") {
   const std::vector<double> x = {1, 2, 3, 4}, y = {2, 1, 4, 3};
   CHECK(correlation(x, std::vector{-3.0, -5.0, -7.0, -9.0}) == Approx(-1));
   CHECK(correlation(x, y) == Approx(0.6));

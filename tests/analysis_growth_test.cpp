@@ -27,7 +27,7 @@ Series shifted_power(double amplitude, double shift, double exponent, double noi
 
 }  // namespace
 
-TEST_CASE("growth fit: it recovers a shifted power for any shift") {
+TEST_CASE("fit_growth: recovers amplitude, shift and exponent of A (t + shift)^z") {
   for (const double shift : {-1.5, 0.0, 3.0, 50.0}) {
     const auto [time, size] = shifted_power(0.3, shift, 1.49);
     const analysis::ShiftedPower fit = *analysis::fit_growth(time, size);
@@ -43,7 +43,7 @@ TEST_CASE("growth fit: it recovers a shifted power for any shift") {
   CHECK(std::abs(fit.exponent - 1.2) < 0.05);  // scatter / sqrt(40) over a span of ln 250, and as much for the shift.
 }
 
-TEST_CASE("local slopes: the exponent without shift, less with one, late times only") {
+TEST_CASE("local_slopes: exponent of a power law, lower if the time is shifted") {
   const auto [time, size] = shifted_power(0.3, 0, 1.5);
   const std::vector<double> slopes = analysis::local_slopes(time, size);
   CHECK(std::isnan(slopes[4]));  // 2 (1.15)^4 / 2 < 2
@@ -52,13 +52,13 @@ TEST_CASE("local slopes: the exponent without shift, less with one, late times o
   CHECK(analysis::local_slopes(later.time, later.size).back() < 1.48);
 }
 
-TEST_CASE("growth faster than any power: no exponent") {
+TEST_CASE("fit_growth: exponential growth gives no exponent") {
   Series fast = shifted_power(1, 0, 1);
   for (double& s : fast.size) s = std::exp(s / 30);
   CHECK_FALSE(analysis::fit_growth(fast.time, fast.size));
 }
 
-TEST_CASE("growth fit: unsuitable series are refused") {
+TEST_CASE("fit_growth: too few, unordered, zero or NaN values are refused") {
   const std::vector<double> time = {1, 2, 3, 4, 5}, size = {1, 2, 3, 4, 5};
   CHECK_NOTHROW(analysis::fit_growth(time, size));
   CHECK_THROWS_AS(analysis::fit_growth(std::span(time).first(4), std::span(size).first(4)), InputError);

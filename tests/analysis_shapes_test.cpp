@@ -125,7 +125,7 @@ ClusterShape shape_of(Cluster3 cluster) {
 
 }  // namespace
 
-TEST_CASE("shapes: a chain across the box's corner is whole, a ring percolates") {
+TEST_CASE("cluster shapes: joined across the box corner; a ring percolates") {
   std::vector<Vec3> chain, ring;
   for (int k = 0; k < 7; ++k) chain.push_back({18.5 + k, 19.7, 0.1});
   for (int k = 0; k < 20; ++k) ring.push_back({0.5 + k, 10, 10});
@@ -172,7 +172,7 @@ TEST_CASE("shapes: a chain across the box's corner is whole, a ring percolates")
   CHECK(bodies.radius[0] == Approx(0.5 * std::cbrt(7)));
 }
 
-TEST_CASE("cluster dimension: chains, sheets, cubes and ballistic aggregates") {
+TEST_CASE("fractal dimension of clusters: known for sheets, cubes and aggregates") {
   const auto dimension_of = [](const auto& size_of_cluster) {
     std::vector<ClusterShape> shapes;
     for (int n = 3; n <= 12; ++n) shapes.push_back(size_of_cluster(n));
@@ -218,7 +218,7 @@ TEST_CASE("cluster dimension: chains, sheets, cubes and ballistic aggregates") {
   CHECK(dlpca.dimension - bcca.dimension > 3 * std::hypot(dlpca.error, bcca.error));
 }
 
-TEST_CASE("cluster dimension: none for few, small, percolating or equal clusters") {
+TEST_CASE("fractal dimension of clusters: none if few, small, percolating or equal") {
   std::vector<ClusterShape> shapes(4, {10, 1.5});
   for (int k = 0; k < 20; ++k) shapes.push_back({5, 1.0}), shapes.push_back({50 + k, NAN, NAN, true});
   CHECK_FALSE(cluster_dimension(shapes));
@@ -228,7 +228,7 @@ TEST_CASE("cluster dimension: none for few, small, percolating or equal clusters
   CHECK(cluster_dimension(shapes)->clusters == 6);
 }
 
-TEST_CASE("size exponent: known samples are recovered, unsuitable ones refused") {
+TEST_CASE("size_exponent: recovers power laws; few or equal sizes give none") {
   for (const double tau : {1.5, 2.5})
     for (const int least : {1, 3}) {
       // Inverse of the distribution function with a summed tail.
@@ -252,7 +252,7 @@ TEST_CASE("size exponent: known samples are recovered, unsuitable ones refused")
   CHECK_FALSE(size_exponent(std::vector<int>{}, 1));
 }
 
-TEST_CASE("structure factors: random positions, a lattice and a wave") {
+TEST_CASE("structure factors: 1 for random points, 0 for a lattice, peak for a wave") {
   Bodies gas = random_gas(3000, 20);
   for (int i = 0; i < gas.size(); ++i) gas.charge.push_back(random_number(i, 2).sign());
   const StructureFactors random = structure_factors(gas, 4);
@@ -277,7 +277,7 @@ TEST_CASE("structure factors: random positions, a lattice and a wave") {
   CHECK(wave[0] < 1e-20);
 }
 
-TEST_CASE("Mach number: zero for a gas at rest, the flow's otherwise") {
+TEST_CASE("Mach number: without sampling noise 0 at rest and 2 in a known flow") {
   Bodies gas = random_gas(20'000, 40);
   const double temperature = 0.01;
   for (int i = 0; i < gas.size(); ++i) {

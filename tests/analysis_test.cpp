@@ -29,7 +29,7 @@ ContactNetwork network_on_bottom(const std::vector<Vec2>& position) { return net
 
 }  // namespace
 
-TEST_CASE("contacts: they exist for gaps below the contact gap") {
+TEST_CASE("contacts: exist where the surface gap is below the contact gap") {
   const Ground none{{30, 30}, {}, {}};
   const auto in_contact = [&](double distance, double r1, double r2, double gap) {
     const std::vector<Vec2> position{{5, 5}, {5 + distance, 5}};
@@ -42,18 +42,18 @@ TEST_CASE("contacts: they exist for gaps below the contact gap") {
   CHECK(in_contact(1.5, 1, 1, 1));  // Overlapping, as Hertz contacts are.
 }
 
-TEST_CASE("contacts: each is listed once, in ascending order") {
+TEST_CASE("contacts(): lists each contact once, in ascending order of conductors") {
   const std::vector<Vec2> position{{5, 4}, {5, 1.5}, {20, 1.5}};
   CHECK_EQ(contacts(position, ones(3), 1, bottom), std::vector<Edge>{{0, 1}, {1, to_ground}, {2, to_ground}});
 }
 
-TEST_CASE("contact graph: it can be made from given contacts") {
+TEST_CASE("contact_graph: builds neighbour lists and ground flags from contacts") {
   const ContactGraph graph = contact_graph(3, std::vector<Edge>{{0, 2}, {2, to_ground}});
   CHECK_EQ(graph.neighbours, std::vector<std::vector<int>>{{2}, {}, {0}});
   CHECK_EQ(graph.grounded, std::vector<bool>{false, false, true});
 }
 
-TEST_CASE("ground: sides of the box, disks, bars and rings count") {
+TEST_CASE("gap to ground: smallest one to electrode sides, disks, bars and rings") {
   const Disk disk{{5, 8}, 1};
   CHECK_EQ(gap(disk, Ground{{30, 10}, {true, false, false, false}, {}}), 4);  // 5 - 1
   CHECK_EQ(gap(disk, Ground{{30, 10}, {true, false, false, true}, {}}), 1);   // 10 - 8 - 1
@@ -63,7 +63,7 @@ TEST_CASE("ground: sides of the box, disks, bars and rings count") {
   CHECK(std::isinf(gap(disk, Ground{{30, 10}, {}, {}})));
 }
 
-TEST_CASE("ground_of: it takes a scene's electrodes without insulating sides") {
+TEST_CASE("ground_of: contains electrodes and electrode sides, no insulating sides") {
   Scene scene;
   scene.domain.size = {3, 2};
   scene.domain.sides[3].electrode = true;  // The top
@@ -80,11 +80,11 @@ TEST_CASE("ground_of: it takes a scene's electrodes without insulating sides") {
 // c. e and f touch only each other.
 const std::vector<Vec2> rounds{{0, 1.5}, {2.8, 2.5}, {1.0, 4.2}, {2.9, 5.0}, {20, 10}, {22.5, 10}};
 
-TEST_CASE("successors: they are found round by round") {
+TEST_CASE("successors (next towards ground): assigned in rounds from the ground") {
   CHECK_EQ(network_on_bottom(rounds).successor, std::vector<int>{to_ground, 0, 0, 2, unconnected, unconnected});
 }
 
-TEST_CASE("successors towards the ground: conductors may be numbered in any order") {
+TEST_CASE("successors (next towards ground): independent of conductor numbering") {
   const std::vector<int> number{3, 5, 0, 2, 4, 1};  // Numbers of a, b, ... f.
   std::vector<Vec2> position(rounds.size());
   for (size_t k = 0; k < number.size(); ++k) position[number[k]] = rounds[k];
@@ -97,7 +97,7 @@ TEST_CASE("successors towards the ground: conductors may be numbered in any orde
   CHECK_EQ(successor[1], unconnected);
 }
 
-TEST_CASE("successors: of two equally near conductors the first is taken") {
+TEST_CASE("successors (next towards ground): the first of two equally near is taken") {
   // 0 and 2 are on the electrode, 1 is above the middle between them.
   const std::vector<Vec2> position{{10, 1.5}, {12, 3.5}, {14, 1.5}};
   CHECK_EQ(network_on_bottom(position).successor, std::vector<int>{to_ground, 0, to_ground});
@@ -106,7 +106,7 @@ TEST_CASE("successors: of two equally near conductors the first is taken") {
   CHECK_EQ(network_on_bottom(arch).successor, std::vector<int>{to_ground, to_ground, 1, 0, 2});
 }
 
-TEST_CASE("degrees: contacts in the network and with the ground are counted") {
+TEST_CASE("degree distribution: counts contacts, ground contacts and loops") {
   const DegreeDistribution degrees = network_on_bottom(rounds).degrees;
   // a: ground, b, c; b: a, c, d; c: a, b, d; d: b, c. There are 5 contacts and one with the ground, two more than in a
   // tree of 4.
@@ -120,7 +120,7 @@ TEST_CASE("degrees: contacts in the network and with the ground are counted") {
   CHECK_EQ(degrees.branching(), 0.75);
 }
 
-TEST_CASE("tree with one conductor on the ground: it obeys D 7.6, 7.7 and 7.9") {
+TEST_CASE("tree with one ground contact: degree fractions obey the sum rules") {
   // A stem of three conductors, the third of which carries three arms. Contacts are 2.5 long, diagonals 3.54.
   const std::vector<Vec2> position{{10, 1.5}, {10, 4}, {10, 6.5}, {12.5, 6.5}, {7.5, 6.5}, {10, 9}};
   const ContactNetwork tree = network_on_bottom(position);
@@ -143,7 +143,7 @@ TEST_CASE("tree with one conductor on the ground: it obeys D 7.6, 7.7 and 7.9") 
   CHECK_EQ(degrees.fraction(4), doctest::Approx(f1 - b - 1 / m));
 }
 
-TEST_CASE("no ground: no conductor is connected and all fractions are zero") {
+TEST_CASE("no ground: all conductors are unconnected and degree fractions are zero") {
   const ContactNetwork none = network_on(Ground{{30, 30}, {}, {}}, rounds);
   CHECK_EQ(none.successor, std::vector<int>(rounds.size(), unconnected));
   CHECK_EQ(none.degrees.connected, 0);
@@ -153,14 +153,14 @@ TEST_CASE("no ground: no conductor is connected and all fractions are zero") {
   CHECK(network_on_bottom({}).successor.empty());
 }
 
-TEST_CASE("long chain: it takes as many rounds as it has links") {
+TEST_CASE("chain of 20000 conductors: each successor is the next one towards ground") {
   std::vector<Vec2> position;
   for (int i = 0; i < 20000; ++i) position.push_back({1, 1.5 + 2.5 * i});
   const std::vector<int> successor = network_on_bottom(position).successor;
   for (int i = 0; i < 20000; ++i) REQUIRE_EQ(successor[i], i - 1);  // to_ground is -1.
 }
 
-TEST_CASE("random networks: the sum rule holds, successors approach the ground") {
+TEST_CASE("random networks: degree sum rule holds, successors lead to the ground") {
   std::mt19937_64 random(7);
   std::uniform_real_distribution<double> uniform(0, 60);
   std::vector<Vec2> position(400);
@@ -191,13 +191,13 @@ TEST_CASE("random networks: the sum rule holds, successors approach the ground")
   }
 }
 
-TEST_CASE("Student's factors: they are those of the tables") {
+TEST_CASE("Student's factors: equal tabulated values for 95 % confidence") {
   CHECK(student_factor(1) == doctest::Approx(12.706).epsilon(1e-4));
   CHECK(student_factor(4) == doctest::Approx(2.776).epsilon(2e-4));
   CHECK(student_factor(30) == doctest::Approx(2.042).epsilon(2e-4));
 }
 
-TEST_CASE("mean: it has a confidence interval") {
+TEST_CASE("mean: known 95 % confidence interval, none for a single value") {
   // 1, 2, 3, 4, 5: mean 3, variance 10/4, standard error sqrt(2.5/5); the factor is 2.776 for 4 degrees of freedom.
   const Estimate estimate = mean(std::vector<double>{1, 2, 3, 4, 5});
   CHECK(estimate.value == 3);
@@ -207,7 +207,7 @@ TEST_CASE("mean: it has a confidence interval") {
   CHECK_FALSE(mean(std::vector<double>{7}).half_width);  // A single run does not determine the scatter.
 }
 
-TEST_CASE("slope through the origin: it has a confidence interval") {
+TEST_CASE("slope through the origin: known data give the 95 % confidence interval") {
   const std::vector<double> x{1, 4, 5};
   const Estimate exact = slope(x, std::vector<double>{2, 8, 10});
   CHECK(exact.value == 2);
@@ -219,7 +219,7 @@ TEST_CASE("slope through the origin: it has a confidence interval") {
   CHECK(*scattered.half_width == doctest::Approx(student_factor(2) * 0.3));
 }
 
-TEST_CASE("confidence intervals: 19 of 20 contain the true value") {
+TEST_CASE("confidence intervals of 95 %: 95 % of them contain the true value") {
   // Binomial counts of x independent events of probability 1/4. For 2000 ensembles the share is 95 % +- 1.5 % (three
   // standard deviations).
   std::mt19937_64 random(1);
@@ -239,13 +239,13 @@ TEST_CASE("confidence intervals: 19 of 20 contain the true value") {
   CHECK(means / 2000.0 == doctest::Approx(0.95).epsilon(0.015));
 }
 
-TEST_CASE("energy account: stored and dissipated minus supplied energy of all kinds") {
+TEST_CASE("energy_account: adds stored and dissipated, subtracts supplied energy") {
   ConductorFrame frame{.energy = 1};
   frame.energy_balance = {.kinetic = 10, .elastic = 100, .flows = {1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9}};
   CHECK_EQ(energy_account(frame), 1111100000 + 111 - 11000);
 }
 
-TEST_CASE("allowed energy imbalance: contributions of the steps and the grid") {
+TEST_CASE("allowed energy imbalance: sum of time-step and grid contributions") {
   Scene scene;
   scene.conductors = {{.radius = 2}, {.radius = 1}};
   scene.mechanics.position_tolerance = 4e-3;

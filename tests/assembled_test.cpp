@@ -82,7 +82,7 @@ std::vector<double> all_of(double value) {
 
 }  // namespace
 
-TEST_CASE("assembled system: it equals the matrix-free one, cold and in motion") {
+TEST_CASE("assembled matrix: solutions equal matrix-free ones, also after motion") {
   for (const auto& [grounded, coupling] :
        {std::pair{true, 0.0}, {false, 0.0}, {true, 0.5}, {true, 1e9}, {false, 1e9}}) {
     CAPTURE(grounded);
@@ -102,7 +102,7 @@ TEST_CASE("assembled system: it equals the matrix-free one, cold and in motion")
   }
 }
 
-TEST_CASE("assembled system: every process gets identical bits") {
+TEST_CASE("assembled matrix: all processes get bitwise identical solutions") {
   CutCellSolver solver(options(CutCellOptions::LinearSolver::assembled));
   const LaplaceSolution solution = solver.solve(random_disks(true));
   double sum = 0;
@@ -127,7 +127,7 @@ TEST_CASE("more processes than unknowns: four cells and a group are solved") {
   CHECK(solver.solve(problem).group_potential[0] == doctest::Approx(1).epsilon(agreement));
 }
 
-TEST_CASE("-field_ksp_rtol: it overrides the tolerance") {
+TEST_CASE("-field_ksp_rtol: this option of PETSc overrides the solver's tolerance") {
   lichtenberg::parallel::start_petsc();
   CutCellSolver strict(options(CutCellOptions::LinearSolver::assembled));
   const int iterations = strict.solve(random_disks(true)).iterations;
@@ -166,7 +166,7 @@ std::array<LaplaceSolution, 2> two_solves(bool grounded) {
 
 }  // namespace
 
-TEST_CASE("PETSc's other methods: they give the answer of conjugate gradients") {
+TEST_CASE("PETSc's other linear solvers: give the solution of conjugate gradients") {
   constexpr const char *method = "-field_ksp_type", *preconditioner = "-field_pc_type";
   std::vector<std::vector<std::array<const char*, 2>>> choices = {
       {{method, "gmres"}},
@@ -196,7 +196,7 @@ TEST_CASE("PETSc's other methods: they give the answer of conjugate gradients") 
   }
 }
 
-TEST_CASE("PETSc: a method that ends before the tolerance is met fails") {
+TEST_CASE("PETSc: a solver that stops before the tolerance is met throws Failure") {
   for (const auto& choice : std::vector<std::vector<std::array<const char*, 2>>>{
            {{"-field_ksp_type", "preonly"}},  // One V-cycle.
            {{"-field_ksp_norm_type", "none"}, {"-field_ksp_max_it", "3"}}}) {
@@ -227,7 +227,7 @@ LaplaceProblem two_disks(int side, double R, int k) {
 
 }  // namespace
 
-TEST_CASE("apertures: capacitance of first order, forces do not converge") {
+TEST_CASE("LinkFormula::aperture: capacitance of first order, forces not convergent") {
   const double phi = std::acosh(2.0) / std::numbers::pi;
   std::array<double, 3> capacitance{}, force{};
   for (int level = 0; level < 3; ++level) {
@@ -260,7 +260,7 @@ TEST_CASE("apertures: capacitance of first order, forces do not converge") {
   CHECK(capacitance[1] < 0.25 / (8 * std::log(4.0)));
 }
 
-TEST_CASE("apertures: only for the assembled system and round bodies") {
+TEST_CASE("LinkFormula::aperture: needs the assembled matrix and round bodies") {
   CutCellOptions o = options(CutCellOptions::LinearSolver::multigrid);
   o.links = LinkFormula::aperture;
   CHECK_THROWS_AS(CutCellSolver{o}, InputError);
@@ -271,7 +271,7 @@ TEST_CASE("apertures: only for the assembled system and round bodies") {
   CHECK_THROWS_AS(solver.solve(problem), InputError);
 }
 
-TEST_CASE("apertures: tiny, touching, grouped and cut disks are solved") {
+TEST_CASE("LinkFormula::aperture: tiny, grouped and cut disks have total charge 0") {
   CutCellOptions o = options(CutCellOptions::LinearSolver::assembled);
   o.links = LinkFormula::aperture;
   LaplaceProblem problem = random_disks(true);

@@ -41,7 +41,7 @@ double sphere_before_plane(double distance) {
 
 }  // namespace
 
-TEST_CASE("shuttle: the monopole force is Coulomb's law between charges C V / 2") {
+TEST_CASE("charge shuttle: monopole_force is Coulomb's law for charges of C V / 2") {
   const SphereShuttle shuttle = shuttle_of(5e-3);
   const double charge = 0.5 * shuttle.capacitance * shuttle.voltage, x = 1.1e-3;
   const auto coulomb = [&](double distance) { return charge * charge / (4 * pi * permittivity * distance * distance); };
@@ -49,7 +49,7 @@ TEST_CASE("shuttle: the monopole force is Coulomb's law between charges C V / 2"
         Approx(coulomb(2.5e-3 - x + 2 * radius) + coulomb(2.5e-3 + x + 2 * radius)).epsilon(1e-13));
 }
 
-TEST_CASE("shuttle: the closed form of the crossing time equals the quadrature") {
+TEST_CASE("charge shuttle: closed-form crossing time equals numerical integration") {
   for (const double gap : {1e-3, 5e-3, 20e-3}) {
     const SphereShuttle shuttle = shuttle_of(gap);
     const double time =
@@ -59,7 +59,7 @@ TEST_CASE("shuttle: the closed form of the crossing time equals the quadrature")
   }
 }
 
-TEST_CASE("shuttle: current is C V per period, resistance goes as 1 / V^2 (D 4.7)") {
+TEST_CASE("charge shuttle: resistance is 2 crossing times / C, proportional to V^-2") {
   SphereShuttle shuttle = shuttle_of(5e-3);
   const double at_18_kv = resistance(shuttle);
   CHECK(at_18_kv == Approx(2 * crossing_time(shuttle) / shuttle.capacitance).epsilon(1e-14));
@@ -67,7 +67,7 @@ TEST_CASE("shuttle: current is C V per period, resistance goes as 1 / V^2 (D 4.7
   CHECK(resistance(shuttle) == Approx(at_18_kv / 9).epsilon(1e-13));
 }
 
-TEST_CASE("shuttle: inertia shortens the crossing only in nonuniform forces") {
+TEST_CASE("overdamped and ballistic crossing times: closed forms for linear forces") {
   CHECK(overdamped_time([](double) { return 2.0; }, 3, 1, 5) == Approx(6).epsilon(1e-12));
   CHECK(ballistic_time([](double) { return 2.0; }, 3, 1, 5) == Approx(6).epsilon(1e-12));
   const auto rising = [](double x) { return x; };
@@ -75,7 +75,7 @@ TEST_CASE("shuttle: inertia shortens the crossing only in nonuniform forces") {
   CHECK(ballistic_time(rising, 3, 1, 5) == Approx(3 * 16 / 12.0).epsilon(1e-10));
 }
 
-TEST_CASE("disk between plates: near a plate its charge follows from reciprocity") {
+TEST_CASE("disk near one of two plates: its charge equals the reciprocity formula") {
   // At a distance of 2000 R, the images in the other plate change the charge by a fraction of (R / H)^2 = 2.5e-7.
   const DiskBetweenPlates disk = disk_between(2000);
   for (const double gap : {0.01, 0.1, 1.0}) {
@@ -85,7 +85,7 @@ TEST_CASE("disk between plates: near a plate its charge follows from reciprocity
   CHECK(charge_near_plate(disk, 0) == Approx(2 * pi * 2.5 * 3 / 2000).epsilon(1e-14));
 }
 
-TEST_CASE("disk between plates: one that touches a plate or is beyond it is refused") {
+TEST_CASE("disk between plates: a position on or beyond a plate is refused") {
   const DiskBetweenPlates disk = disk_between(4.5);
   for (const double x :
        {disk.position_at_gap(0), -disk.position_at_gap(0), disk.position_at_gap(-0.1), 1e9, std::nan("")}) {
@@ -94,7 +94,7 @@ TEST_CASE("disk between plates: one that touches a plate or is beyond it is refu
   }
 }
 
-TEST_CASE("disk between plates: at contact repulsion is eps R E^2 (pi^3/9 + pi/3)") {
+TEST_CASE("disk touching a plate: repulsion tends to eps R E^2 (pi^3/9 + pi/3)") {
   const DiskBetweenPlates disk = disk_between(2000);
   const auto off = [&](double gap) {
     return at_potential(disk, -disk.position_at_gap(gap), 0.5 * disk.voltage).force / repulsion_at_plate(disk) - 1;
@@ -104,7 +104,7 @@ TEST_CASE("disk between plates: at contact repulsion is eps R E^2 (pi^3/9 + pi/3
   CHECK(std::abs(off(1e-3)) < 1e-3);
 }
 
-TEST_CASE("disk between plates: grounded at a plate it is half of two disks") {
+TEST_CASE("disk near a plate at 0 V: charge and force equal those of a mirror pair") {
   // At a distance of 4e6 R, the other plate changes the potential by a fraction of R / 4e6.
   DiskBetweenPlates disk = disk_between(4e6);
   disk.voltage = 0;
@@ -116,7 +116,7 @@ TEST_CASE("disk between plates: grounded at a plate it is half of two disks") {
   CHECK(held.force == Approx(force(pair, held.charge).x).epsilon(1e-6));
 }
 
-TEST_CASE("disk between plates: given charge and potential agree, with symmetry") {
+TEST_CASE("disk between plates: given charge and potential agree; mirror image") {
   const DiskBetweenPlates disk = disk_between(4.5);
   const DiskState floating = with_charge(disk, 0.9, -2.0);
   const DiskState held = at_potential(disk, 0.9, floating.potential);
@@ -127,7 +127,7 @@ TEST_CASE("disk between plates: given charge and potential agree, with symmetry"
   CHECK(mirrored.force == Approx(-floating.force).epsilon(1e-10));
 }
 
-TEST_CASE("disk between plates: a thin one is subject to a line charge's force") {
+TEST_CASE("thin disk between distant plates: the force is that of a line charge") {
   // The radius adds terms of the order (R / distance to the plate)^2 of the force, and of E^2 alone.
   const DiskBetweenPlates disk = disk_between(400);
   const double charge = 50 * disk.permittivity * disk.field();
@@ -135,7 +135,7 @@ TEST_CASE("disk between plates: a thin one is subject to a line charge's force")
     CHECK(with_charge(disk, x, charge).force == Approx(line_charge_force(disk, charge, x)).epsilon(1e-3));
 }
 
-TEST_CASE("broken wire: two close spheres are twice a sphere in front of a plane") {
+TEST_CASE("two close spheres: capacitance equals half of sphere and plane") {
   const double gap = 1e-4 * radius;
   // Two spheres with a small gap are two planes at half the gap in series. The neglected terms are of the order gap /
   // R.
@@ -150,14 +150,14 @@ TEST_CASE("broken wire: two close spheres are twice a sphere in front of a plane
         Approx(-0.5 * voltage * voltage * slope).epsilon(1e-6));
 }
 
-TEST_CASE("broken wire: tension 4.13 is the attraction of charges +-C V / 2") {
+TEST_CASE("broken wire: tension is the attraction of two spheres with +-C V / 2") {
   const BrokenWire wire = wire_of_d();
   const double gap = 1e-5;
   const double voltage = 0.5 * wire.capacitance * wire.voltage / close_spheres_capacitance(radius, permittivity, gap);
   CHECK(tension(wire, gap) == Approx(close_spheres_attraction(radius, permittivity, gap, voltage)).epsilon(1e-12));
 }
 
-TEST_CASE("broken wire: the mean transverse force averages all gap positions") {
+TEST_CASE("broken wire: mean transverse force averages over all gap positions") {
   const BrokenWire wire = wire_of_d();
   const double field = 1e5, one = 0.5 * wire.capacitance * wire.voltage * field;
   for (const int i : {1, 13, 20}) {
@@ -167,7 +167,7 @@ TEST_CASE("broken wire: the mean transverse force averages all gap positions") {
   }
 }
 
-TEST_CASE("broken wire: the shape balances tension and force along a long wire") {
+TEST_CASE("broken wire: the displacement balances tension and transverse force") {
   BrokenWire wire = wire_of_d();
   wire.conductors = 2000;
   wire.radius = 40e-3 / 2 / 2001;
@@ -183,7 +183,7 @@ TEST_CASE("broken wire: the shape balances tension and force along a long wire")
   }
 }
 
-TEST_CASE("broken wire: largest displacement of the cubic") {
+TEST_CASE("broken wire: largest_displacement equals the maximum on a fine grid") {
   const BrokenWire wire = wire_of_d();
   double largest = 0;
   for (int k = 0; k <= 10000; ++k) largest = std::max(largest, displacement(wire, 3.0, wire.length * k / 10000));
@@ -191,7 +191,7 @@ TEST_CASE("broken wire: largest displacement of the cubic") {
   CHECK(largest_displacement(wire, 3.0) == Approx(largest).epsilon(1e-7));
 }
 
-TEST_CASE("broken wire: the critical field solves F sin(theta) = T, given a slope") {
+TEST_CASE("broken wire: critical_field solves force * sin(end angle) = tension") {
   const BrokenWire wire = wire_of_d();
   const double wire_tension = tension(wire, wire.mean_gap());
   for (const double slope : {printed_slope, slope_at_end(wire)}) {
@@ -205,11 +205,11 @@ TEST_CASE("broken wire: the critical field solves F sin(theta) = T, given a slop
   CHECK(in_units == Approx(2.002).epsilon(5e-4));
 }
 
-TEST_CASE("broken wire: 4.21 as printed gives 19.6 kV/m where D has 334") {
+TEST_CASE("broken wire: the source's printed formula gives a field of 19.6 kV/m") {
   CHECK(printed_critical_field(wire_of_d()) == Approx(19.6e3).epsilon(3e-3));  // Computed manually to three digits.
 }
 
-TEST_CASE("broken wire: above a critical B_0 elongation leaves no equilibrium") {
+TEST_CASE("broken wire: elongation limits the shape coefficient to a maximum") {
   const BrokenWire wire = wire_of_d();
   for (const double p : {1.0, 1.5}) {
     double most = 0;

@@ -63,7 +63,7 @@ double total_energy(const ConductorFrame& f) {
 
 // ---- a step of charge
 
-TEST_CASE("charge step: constant currents are integrated exactly at any length") {
+TEST_CASE("charge_step: integrates a constant current with leakage for any step") {
   const double tau = 0.7, current = 3;
   for (const double dt : {1e-6, 0.1, 5.0, 400.0}) {
     const double exact = current * tau * -std::expm1(-dt / tau);
@@ -76,7 +76,7 @@ TEST_CASE("charge step: constant currents are integrated exactly at any length")
   }
 }
 
-TEST_CASE("charge step: with a previous step a linear current is exact") {
+TEST_CASE("charge_step after another: linear current exact, O(dt^3) with leakage") {
   const double dt = 0.3, before = 0.2;
   const auto integral = [](double from, double to) { return 0.5 * (to * to - from * from); };  // of I = t
   const ChargeStep step = charge_step(dt, before, INFINITY);
@@ -95,7 +95,7 @@ TEST_CASE("charge step: with a previous step a linear current is exact") {
   CHECK(over(0.02) / over(0.01) == doctest::Approx(8).epsilon(0.05));
 }
 
-TEST_CASE("charge step: the error estimate is half the current's change") {
+TEST_CASE("charge_error: equals the error of one backward Euler step of charge") {
   // Backward Euler carries dt I(end). For a linear current this is too little by dt (I(start) - I(end)) / 2.
   CHECK(charge_error(0.1 * 1.0, 0.1, 1.2, 1.0, 0) == doctest::Approx(0.01).epsilon(0.2));
   CHECK(charge_error(0.1 * 1.2, 0.1, 1.0, 1.2, 0) == near(0.01));
@@ -108,7 +108,7 @@ TEST_CASE("charge step: the error estimate is half the current's change") {
 
 // ---- leakage
 
-TEST_CASE("leakage: charge decays with the fluid's relaxation time at any step") {
+TEST_CASE("leakage: charge relaxes exponentially to I tau, exact for any step") {
   for (const Integrator integrator : {Integrator::cvode, Integrator::euler}) {
     Scene scene = scene_of({{0.05, 0.05}});
     scene.effects.add<effects::FloatingConductorsOptions>();
@@ -130,7 +130,7 @@ TEST_CASE("leakage: charge decays with the fluid's relaxation time at any step")
   }
 }
 
-TEST_CASE("leakage: the supply replaces the charge that a fixed potential loses") {
+TEST_CASE("leakage: the source of a fixed potential delivers the lost Q / tau") {
   // At a fixed 1 kV the charge stays Q = C V, and the supply delivers Q / tau.
   Scene scene = scene_of({{0.05, 0.05}});
   scene.effects.add<effects::FloatingConductorsOptions>();
@@ -149,7 +149,7 @@ TEST_CASE("leakage: the supply replaces the charge that a fixed potential loses"
 
 // ---- resistors
 
-TEST_CASE("resistor: an electrode charges with RC within the run's accuracy") {
+TEST_CASE("series resistor: electrode charges as 1 - exp(-t/RC) within tolerance") {
   const double ohm = 0.2 / capacitance;  // RC = 0.2 s
   for (const double tolerance : {1e-2, 1e-3, 1e-4}) {
     Scene scene = resistor_scene(ohm);
@@ -172,7 +172,7 @@ TEST_CASE("resistor: an electrode charges with RC within the run's accuracy") {
   }
 }
 
-TEST_CASE("charge through a resistor: its error is below field.accuracy") {
+TEST_CASE("series resistor: the error of the charge stays below field.accuracy") {
   const double ohm = 0.2 / capacitance;
   for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-5}) {  // LineCharges drifts by 1e-9 per solve.
     CAPTURE(accuracy);
@@ -191,7 +191,7 @@ TEST_CASE("charge through a resistor: its error is below field.accuracy") {
 
 // Q_a(t) = Q (a + b exp(-t / tau)) / (a + b) with tau = R 4 pi eps a b / (a + b). The spheres are so far apart that
 // their mutual capacitance changes tau by less than 1 %. The field gives this change at the start and at the end.
-TEST_CASE("charge between two spheres in space: its error is below field.accuracy") {
+TEST_CASE("two spheres joined by a resistance: charge error below field.accuracy") {
   const double farad = 4 * std::numbers::pi * 8.8541878128e-12 * 0.01 * 0.02 / 0.03, ohm = 1 / farad;
   const auto charge_at = [&](double accuracy, double time) {
     Simulation simulation(effects::with_field_chosen(parse_scene(
@@ -216,7 +216,7 @@ TEST_CASE("charge between two spheres in space: its error is below field.accurac
     }
 }
 
-TEST_CASE("charge step: the error is of second order in the step") {
+TEST_CASE("series resistor: the charge error is of second order in the step") {
   const double ohm = 0.2 / capacitance;
   const auto error = [&](double dt) {
     Scene scene = resistor_scene(ohm);
@@ -230,7 +230,7 @@ TEST_CASE("charge step: the error is of second order in the step") {
   CHECK(error(0.005) / error(0.0025) == doctest::Approx(4).epsilon(0.05));
 }
 
-TEST_CASE("resistor: zero ohm acts as the supply, a huge one as insulation") {
+TEST_CASE("series resistor: tiny acts as none, huge as insulation of the electrode") {
   Scene scene = resistor_scene(1e-3 / capacitance * 1e-6);  // RC = 1 ns
   Simulation simulation(scene, std::make_unique<LineCharges>());
   simulation.advance_to(0.3);
@@ -242,7 +242,7 @@ TEST_CASE("resistor: zero ohm acts as the supply, a huge one as insulation") {
   CHECK(open.now().terminals[0].surface_potential == near(1000 * 0.3e-12, 1e-3));
 }
 
-TEST_CASE("resistor: a group at the supply's potential cannot touch the electrode") {
+TEST_CASE("electrode behind a resistor: contact with its source's group is refused") {
   Scene scene = resistor_scene(1e9);
   scene.effects.remove<effects::ContactDischargeOptions>();
   scene.conductors[0] = {.position = {0.08 - 1.9 * radius, 0.05}, .radius = radius, .group = 0};
@@ -254,14 +254,14 @@ TEST_CASE("resistor: a group at the supply's potential cannot touch the electrod
   CHECK_NOTHROW(one.now());
 }
 
-TEST_CASE("resistor: a coupling that cannot move its charge is refused") {
+TEST_CASE("series resistor: monolithic coupling of the field is refused") {
   Scene scene = resistor_scene(1e9);
   scene.mechanics.coupling = FieldCoupling::monolithic;
   CHECK_THROWS_WITH_AS(Simulation(scene, std::make_unique<LineCharges>()), doctest::Contains("\"monolithic\""),
                        InputError);
 }
 
-TEST_CASE("resistor: charging a capacitor dissipates half of the supplied energy") {
+TEST_CASE("series resistor: energy balances; half of the supplied energy is heat") {
   for (const double rc : {1e-9, 0.2, 100.0})
     for (const double tau : {0.0, 0.1}) {
       Scene scene = resistor_scene(rc / capacitance);
@@ -283,7 +283,7 @@ TEST_CASE("resistor: charging a capacitor dissipates half of the supplied energy
     }
 }
 
-TEST_CASE("contact resistance: the limit of zero resistance is the ideal contact") {
+TEST_CASE("contact resistance tending to 0: charges and heat tend to ideal contact") {
   Scene scene = scene_of({{0.05, 0.05}, {0.05 + 2.5 * radius, 0.05}});
   scene.effects.add<effects::FloatingConductorsOptions>();
   scene.effects.add(effects::ContactDischargeOptions{.contact_distance = radius, .hysteresis = 0.01});
@@ -318,7 +318,7 @@ TEST_CASE("contact resistance: the limit of zero resistance is the ideal contact
   }
 }
 
-TEST_CASE("contact resistance: conductors in contact at the start are refused") {
+TEST_CASE("contact resistance: conductors that touch at the start are refused") {
   Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 2 * radius, 0.05}});
   scene.conductors[0].charge = 1e-12;
   scene.effects.add(effects::ContactResistanceOptions{.resistance = 1e14});
@@ -337,7 +337,7 @@ Scene series_circuit() {
   return scene;
 }
 
-TEST_CASE("series circuit: potentials in an insulated box obey Kirchhoff's laws") {
+TEST_CASE("series circuit in an insulated box: potentials obey Kirchhoff's laws") {
   const double farad = 1e-13;  // An arbitrary value.
   Scene scene = series_circuit();
   scene.electrodes[0].series_resistance = 1e-3 / farad;
@@ -363,7 +363,7 @@ TEST_CASE("series circuit: potentials in an insulated box obey Kirchhoff's laws"
   CHECK(std::abs(total_energy(frame) - total_energy(first)) < 1e-5 * flows.supplied());
 }
 
-TEST_CASE("current source: the current leaves an insulated box by conductance") {
+TEST_CASE("injected current: divides between two series resistors by conductance") {
   const double farad = 1e-13;
   Scene scene = series_circuit();
   scene.electrodes[0].series_resistance = 1e-3 / farad;
@@ -379,7 +379,7 @@ TEST_CASE("current source: the current leaves an insulated box by conductance") 
   CHECK(std::abs(balance(frame)) < 1e-14 * frame.charge_fed);
 }
 
-TEST_CASE("dense circuit: charge balances exactly and a resumed run is identical") {
+TEST_CASE("dense circuit: charge balances to 1e-12; restored run has identical bits") {
   for (const auto& [integrator, every] : {std::tuple{Integrator::cvode, 0.05}, {Integrator::euler, 0.02}}) {
     Scene scene = random_spheres();
     scene.electrodes.push_back(ball("high", {0.062, 0.05}, 50));
@@ -413,7 +413,7 @@ TEST_CASE("dense circuit: charge balances exactly and a resumed run is identical
   }
 }
 
-TEST_CASE("energy budget: flows before a group merge use extrapolated potentials") {
+TEST_CASE("EnergyBudget: flows up to a contact use extrapolated potentials") {
   Scene scene = conductor_scene({{0.02, 0.05}});
   scene.electrodes = {ball("high", {0.08, 0.05}, 1000), ball("low", {0.05, 0.02}, 0)};
   scene.effects.add(effects::LeakageOptions{.conductivity = scene.medium.permittivity / 4.0});  // tau = 4 s
@@ -449,7 +449,7 @@ TEST_CASE("energy budget: flows before a group merge use extrapolated potentials
   }
 }
 
-TEST_CASE("circuit: a scene without one records no energy and no resistors") {
+TEST_CASE("scene without circuit: records no energy balance and no link currents") {
   Simulation simulation(random_spheres(), std::make_unique<LineCharges>());
   simulation.advance_to(0.01);
   CHECK_FALSE(simulation.now().energy_balance);

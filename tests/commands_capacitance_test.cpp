@@ -34,7 +34,7 @@ const std::string plates_in_space = R"(
 
 }  // namespace
 
-TEST_CASE("solve --capacitance: a group is the row of the matrix") {
+TEST_CASE("solve --capacitance: matrix times potentials gives the groups' charges") {
   const Folder folder;
   // Conductors 0 and 1 form one group. In space two electrodes at one potential form one as well.
   const std::string wired = "[[conductor]]\nradius = 1e-3\ngroup = \"pair\"\n";
@@ -77,7 +77,7 @@ TEST_CASE("solve --capacitance: a group is the row of the matrix") {
   }
 }
 
-TEST_CASE("sphere between two plates: the matrix contains the plates' charges") {
+TEST_CASE("solve --capacitance: plates are included; symmetric, zero row sums") {
   const Folder folder;
   folder.write("plates.toml", plates_in_space);
   const json answer = json::parse(run(folder, "solve plates.toml --capacitance --json").out);
@@ -111,7 +111,7 @@ TEST_CASE("sphere between two plates: the matrix contains the plates' charges") 
         near(-joined["capacitance"]["matrix"][0][0].get<double>(), 1e-7));
 }
 
-TEST_CASE("explain and work-precision: degree and cost of harmonics") {
+TEST_CASE("explain and work-precision: state unknowns, degree and error of spheres") {
   const Folder folder;
   folder.write("plates.toml", plates_in_space);
   const std::string explained = run(folder, "explain plates.toml").out;

@@ -134,7 +134,7 @@ void check_refused(const Ended& ended, int status, const std::string& part) {
 
 }  // namespace
 
-TEST_CASE("contact of fixed potentials joined by a resistor: it ends the run") {
+TEST_CASE("contact of two fixed potentials through a resistance: ends the run") {
   const Folder folder;
   folder.write("scene.toml", falling_wire);
   const Ended ended = run_within_minutes(folder, "run scene.toml --quiet");
@@ -144,7 +144,7 @@ TEST_CASE("contact of fixed potentials joined by a resistor: it ends the run") {
   CHECK_FALSE(contains(ended.err, "too soft"));
 }
 
-TEST_CASE("signal: a run ends between two steps and keeps its last checkpoint") {
+TEST_CASE("SIGTERM or SIGHUP: run stops between two steps and can be resumed") {
   const Folder folder;
   // The only frame in 1000 simulated seconds takes hours.
   std::string endless = replaced(lone_supply, "every = 0.05", "every = 1000");
@@ -163,7 +163,7 @@ TEST_CASE("signal: a run ends between two steps and keeps its last checkpoint") 
 }
 
 // A charge of 10^30 C within 0.1 ms gives forces of 10^60 N. CVODE's step would become 0 and its call endless.
-TEST_CASE("force overflow: it ends the run with an error message") {
+TEST_CASE("current of 2e35 A: overflowing forces end the run with an error message") {
   const Folder folder;
   folder.write("scene.toml", R"(seed = 1
 [domain]
@@ -193,14 +193,14 @@ every = 5e-5
   check_refused(run_within_minutes(folder, "run scene.toml --quiet"), 1, "is pressed into a side of the domain");
 }
 
-TEST_CASE("file size limit: it is reported as a write error") {
+TEST_CASE("file size limit (ulimit -f): run reports a write error") {
   const Folder folder;
   folder.write("scene.toml", lone_supply);
   const Ended ended = run_shell(folder, "ulimit -f 16; LICHTENBERG run scene.toml --quiet");
   check_refused(ended, 1, "File too large");
 }
 
-TEST_CASE("scene numbers: integers beyond 2^53 are read and refused as numbers") {
+TEST_CASE("integers beyond 2^53 in a scene: read as numbers, refused by range") {
   const Folder folder;
   folder.write("large.toml", replaced(falling_wire, "1.324e-3", "9007199254740993"));
   check_refused(run_program(folder, "explain large.toml"), 2, "by 9.01e+15 m");
@@ -209,7 +209,7 @@ TEST_CASE("scene numbers: integers beyond 2^53 are read and refused as numbers")
                 "material.density = -9223372036854775808 is not allowed");
 }
 
-TEST_CASE("ring outside the domain: it is refused, also if it covers no cell") {
+TEST_CASE("electrode that reaches the domain by less than a cell: refused") {
   const Folder folder;
   // The corners are 0.022627 m from the centre; half the diagonal of a cell is 1.77e-4 m.
   for (const auto& [radius, depth] :
@@ -225,7 +225,7 @@ TEST_CASE("ring outside the domain: it is refused, also if it covers no cell") {
   check_refused(run_program(folder, "solve disk.toml"), 2, "the disk reaches into the domain by 0.0001 m");
 }
 
-TEST_CASE("supply behind a resistor and neutral conductors: the run completes") {
+TEST_CASE("source behind a resistor, neutral conductors: the run completes") {
   const Folder folder;
   folder.write("scene.toml", lone_supply);
   const Ended ended = run_within_minutes(folder, "run scene.toml");
@@ -234,7 +234,7 @@ TEST_CASE("supply behind a resistor and neutral conductors: the run completes") 
 }
 
 // No device is tested, because as root a failure would replace it.
-TEST_CASE("run: a result does not replace a pipe or a link") {
+TEST_CASE("run: its result file does not replace a pipe or a symbolic link") {
   const Folder folder;
   folder.write("scene.toml", lone_supply);
   REQUIRE(run_shell(folder, "mkfifo pipe; ln -s elsewhere link").status == 0);
@@ -245,7 +245,7 @@ TEST_CASE("run: a result does not replace a pipe or a link") {
   CHECK(std::filesystem::is_symlink(folder / "link"));
 }
 
-TEST_CASE("names and keys: ones that are too long are refused") {
+TEST_CASE("file names and scene keys that are too long: refused with status 2") {
   const Folder folder;
   folder.write("scene.toml", lone_supply);
   const std::string name(300, 'x');
@@ -262,7 +262,7 @@ TEST_CASE("names and keys: ones that are too long are refused") {
   check_refused(run_program(folder, "explain deep.toml"), 2, "deep.toml:1: a key with 1000 or more parts");
 }
 
-TEST_CASE("scene file: a pipe, a device or an oversized file is refused") {
+TEST_CASE("scene file: a pipe, a device or more than 100 MB is refused") {
   const Folder folder;
   REQUIRE(run_shell(folder, "mkfifo pipe.toml; truncate -s 100000001 large.toml").status == 0);
   for (const std::string command : {"run", "explain", "solve", "ensemble"}) {
@@ -271,11 +271,11 @@ TEST_CASE("scene file: a pipe, a device or an oversized file is refused") {
     };
     refused("/dev/zero", "/dev/zero is not a regular file");
     refused("pipe.toml", "pipe.toml is not a regular file");
-    refused("large.toml", "large.toml has 100000001 bytes: a scene file has at most 100000000");
+    refused("large.toml", "large.toml has 100000001 bytes: at most 100000000 are allowed");
   }
 }
 
-TEST_CASE("open files: a limit that is too low ends a command with a message") {
+TEST_CASE("limit below 64 open files (ulimit -n): commands end with a message") {
   const Folder folder;
   folder.write("scene.toml", lone_supply);
   for (const std::string command : {"solve scene.toml", "run scene.toml", "--version"})
@@ -286,7 +286,7 @@ TEST_CASE("open files: a limit that is too low ends a command with a message") {
   CHECK(run_shell(folder, "ulimit -S -n 12; LICHTENBERG solve scene.toml").status == 0);
 }
 
-TEST_CASE("scene text: its control characters are not printed") {
+TEST_CASE("scene text with control characters: refused, and they are not printed") {
   const Folder folder;
   const auto silent = [](const Ended& ended) {
     return !contains(ended.out + ended.err, "\x1b") && !contains(ended.out + ended.err, "\x07");
@@ -308,7 +308,7 @@ TEST_CASE("scene text: its control characters are not printed") {
   CHECK(silent(run_program(folder, "explain \"$(printf '\\033[31m').toml\"")));
 }
 
-TEST_CASE("energy: an imbalance within solver noise is reported as noise") {
+TEST_CASE("energy imbalance within the noise of field solves: reported as noise") {
   // Almost nothing moves: the stored energy is 1e-14 J, and solves to 1e-4 change it by more than the supplied energy.
   const Folder folder;
   folder.write("scene.toml", R"(
@@ -363,7 +363,7 @@ std::pair<int, std::string> end_of_crash(const Folder& folder, const std::string
 
 }  // namespace
 
-TEST_CASE("crash: a readable file is not reported as damaged") {
+TEST_CASE("read_in_child: a crash on a readable file is not reported as damage") {
   const Folder folder;
   folder.write("scene.toml", lone_supply);
   REQUIRE(run_program(folder, "run scene.toml --quiet").status == 0);
@@ -374,7 +374,7 @@ TEST_CASE("crash: a readable file is not reported as damaged") {
   CHECK_FALSE(contains(message, "is damaged"));
 }
 
-TEST_CASE("file names: their control characters are not printed") {
+TEST_CASE("file names with control characters: accepted but not printed raw") {
   const Folder folder;
   const std::string name =
       "a\x1b[31m\x07"
@@ -395,7 +395,7 @@ TEST_CASE("file names: their control characters are not printed") {
   }
 }
 
-TEST_CASE("conductor below a cell: solve and run warn before any frame") {
+TEST_CASE("disk smaller than a grid cell: solve and run print a warning") {
   const Folder folder;
   folder.write("scene.toml", replaced(replaced(falling_wire, "1.324e-3", "1e-4"), "time = 1\n", "time = 1e-9\n"));
   for (const std::string command : {"solve", "run"}) {  // A cell is 2.5e-4 m wide.
@@ -407,7 +407,7 @@ TEST_CASE("conductor below a cell: solve and run warn before any frame") {
   CHECK_FALSE(contains(run_program(folder, "run scene.toml --overwrite").err, "below a cell"));
 }
 
-TEST_CASE("run: a removed folder ends it with a message about the lost data") {
+TEST_CASE("run: removing the result's folder ends it with a message on lost data") {
   const Folder folder;
   folder.write("scene.toml",
                replaced(replaced(falling_wire, "time = 1\n", "time = 1e6\n"), "every = 0.01", "every = 1e-3"));

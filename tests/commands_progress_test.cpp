@@ -7,7 +7,7 @@ namespace commands_progress_test {
 
 using lichtenberg::seconds_left;
 
-TEST_CASE("time left: from the recent pace, unless it is far from the mean pace") {
+TEST_CASE("seconds_left: from the recent pace; none if far from the mean pace") {
   CHECK(seconds_left(0.5, 10, 0.2, 4) == doctest::Approx(10));  // Uniform pace of 0.05 per second.
   CHECK(seconds_left(0.5, 10, 0.2, 6) == doctest::Approx(15));
   CHECK_FALSE(seconds_left(0.09, 1, 0.09, 1));   // Less than 10 % is done.

@@ -48,7 +48,7 @@ const std::string plates = R"(
 
 }  // namespace
 
-TEST_CASE("solve in space: unknown side charges are stated; a device is refused") {
+TEST_CASE("solve in space: charges of adjoining sides are null; CUDA is refused") {
   const Folder folder;
   folder.write("edge.toml",
                "domain = { size = [1.0, 1.0, 1.0], left = { potential = 0.0 }, front = { potential = 0.0 } }\n"
@@ -70,7 +70,7 @@ TEST_CASE("solve: a scene without field or with unbalanced charge is refused") {
   check_refused(run(folder, "solve insulated.toml"), "charge");
 }
 
-TEST_CASE("solve --json: the two disks of the shipped scene") {
+TEST_CASE("solve --json: fields, charges, forces and energy of two disks") {
   const Ended result = run("solve " + scenes + "two-disks.toml --json --capacitance");
   REQUIRE(result.status == 0);
   const json answer = json::parse(result.out);
@@ -121,7 +121,7 @@ std::string rock_salt(const std::string& effects) {
 
 }  // namespace
 
-TEST_CASE("solve: charged grains have the energy and the potentials of rock salt") {
+TEST_CASE("solve: rock salt of charged grains has Madelung's energy and potentials") {
   const Folder folder;
   constexpr double madelung = 1.747564594633182, strength = 0.3;
   for (const std::string sum : {"mesh", "ewald"}) {
@@ -145,7 +145,7 @@ TEST_CASE("solve: charged grains have the energy and the potentials of rock salt
   CHECK(contains(table, fmt::format("energy      {:.7g} m0 v0^2", -4 * strength * madelung / 1.5)));
 }
 
-TEST_CASE("solve: forces on polarized grains are derivatives of the energy") {
+TEST_CASE("solve: forces on polarized grains are negative energy derivatives") {
   const Folder folder;
   for (const std::string degree : {"1", "3"}) {
     CAPTURE(degree);
@@ -167,7 +167,7 @@ TEST_CASE("solve: forces on polarized grains are derivatives of the energy") {
   }
 }
 
-TEST_CASE("solve: options for conductors are refused for charged grains") {
+TEST_CASE("solve: options for conductors are refused for scenes of charged grains") {
   const Folder folder;
   folder.write("salt.toml", rock_salt("[effects.coulomb]\n"));
   check_refused(run(folder, "solve salt.toml --capacitance"), "--capacitance is for scenes of conductors");
@@ -180,7 +180,7 @@ TEST_CASE("solve: options for conductors are refused for charged grains") {
   check_refused(run(folder, "solve neutral.toml"), "[effects.coulomb]");
 }
 
-TEST_CASE("solve: the table has the numbers of the JSON output") {
+TEST_CASE("solve: the printed table shows the numbers of the JSON output") {
   const Folder folder;
   folder.write("small.toml", small_scene);
   const json answer = json::parse(run(folder, "solve small.toml --json").out);
@@ -192,7 +192,7 @@ TEST_CASE("solve: the table has the numbers of the JSON output") {
   CHECK_FALSE(answer.contains("capacitance"));
 }
 
-TEST_CASE("solve and explain: the multipole method") {
+TEST_CASE("multipole method: solve agrees with a grid; explain predicts unknowns") {
   const Folder folder;
   folder.write("grid.toml", small_scene_with("tolerance = 1e-8"));
   folder.write("small.toml", small_scene_with("method = \"multipole\""));
@@ -215,7 +215,7 @@ TEST_CASE("solve and explain: the multipole method") {
   check_refused(run(folder, "run small.toml"), "[effects.hertz_contact]");
 }
 
-TEST_CASE("solve, explain and run: the choice for an accuracy is reported") {
+TEST_CASE("field.accuracy: solve, explain and run report the chosen field method") {
   const Folder folder;
   folder.write("grid.toml", small_scene_with_accuracy("1e-2\n  method = \"cut-cell\""));
   folder.write("any.toml", small_scene_with_accuracy("1e-6"));
@@ -247,7 +247,7 @@ TEST_CASE("solve, explain and run: the choice for an accuracy is reported") {
   CHECK(contains(result.out, "field error    at most "));
 }
 
-TEST_CASE("field.accuracy: an impossible one is refused with a possible one") {
+TEST_CASE("field.accuracy out of reach: solve, explain and run refuse the scene") {
   const Folder folder;
   // A gap of 1e-4 of the box.
   std::string close = small_scene_with_accuracy("1e-9\n  method = \"cut-cell\"");
@@ -257,7 +257,7 @@ TEST_CASE("field.accuracy: an impossible one is refused with a possible one") {
     check_refused(run(folder, command + " close.toml"), "field.accuracy = 1e-09 cannot be met");
 }
 
-TEST_CASE("multipole method: shapes other than disks are refused early") {
+TEST_CASE("multipole method: solve, explain and run refuse a ring electrode") {
   const Folder folder;
   folder.write("ring.toml", small_scene_with("method = \"multipole\"\n[[electrode]]\nname = \"rim\"\nshape = \"ring\"\n"
                                              "centre = [8e-3, 8e-3]\nradius = 8e-3\npotential = 0.0"));
@@ -265,7 +265,7 @@ TEST_CASE("multipole method: shapes other than disks are refused early") {
     check_refused(run(folder, command + " ring.toml"), "\"rim\" is a ring");
 }
 
-TEST_CASE("field.device: one that the method cannot use is refused") {
+TEST_CASE("field.device = \"cuda\": refused for the multipole method") {
   const Folder folder;
   folder.write("small.toml", small_scene_with("method = \"multipole\""));
   for (const std::string command : {"solve", "explain"})
@@ -276,7 +276,7 @@ TEST_CASE("field.device: one that the method cannot use is refused") {
   CHECK(run(folder, "solve small.toml --device cpu").status == 0);
 }
 
-TEST_CASE("solve --petsc: the following options reach PETSc") {
+TEST_CASE("solve --petsc: the options that follow are passed to PETSc") {
   const Folder folder;
   folder.write("small.toml", small_scene);
   CHECK(contains(run(folder, "solve small.toml --petsc -field_ksp_view").out, "KSP Object"));
@@ -285,7 +285,7 @@ TEST_CASE("solve --petsc: the following options reach PETSc") {
   CHECK(contains(result.err, "nonsense"));
 }
 
-TEST_CASE("solve: MINRES and BiCGStab converge with the multigrid") {
+TEST_CASE("solve --petsc: other solvers on a grid give the default's energy") {
   // An insulating box, whose matrix is singular, and a grounded one.
   const Folder folder;
   std::string neutral = "[domain]\nsize = [0.02, 0.02]\n[medium]\nrelative_permittivity = 4.7\n";
@@ -308,7 +308,7 @@ TEST_CASE("solve: MINRES and BiCGStab converge with the multigrid") {
   }
 }
 
-TEST_CASE("solve: PETSc's methods give the answer of conjugate gradients in space") {
+TEST_CASE("solve --petsc: other solvers for spheres give the default's energy") {
   const Folder folder;
   std::filesystem::copy(source_folder() + "/scenes/pair-3d.toml", folder / "pair.toml");
   const json expected = json::parse(run(folder, "solve pair.toml --json --capacitance").out);
@@ -322,7 +322,7 @@ TEST_CASE("solve: PETSc's methods give the answer of conjugate gradients in spac
   }
 }
 
-TEST_CASE("solve --field: it writes a file and replaces one only on request") {
+TEST_CASE("solve --field: writes an HDF5 file, replaces one only with --overwrite") {
   const Folder folder;
   folder.write("small.toml", small_scene);
   CHECK(run(folder, "solve small.toml --field field.vtkhdf").status == 0);
@@ -339,7 +339,7 @@ TEST_CASE("solve --field: it writes a file and replaces one only on request") {
   CHECK(run(folder, "solve small.toml --field field.vtkhdf --overwrite").status == 0);
 }
 
-TEST_CASE("solve --overwrite: neither the scene nor a result is replaced") {
+TEST_CASE("solve --overwrite: replaces neither the scene file nor a result") {
   const Folder folder;
   folder.write("small.toml", small_scene);
   folder.write("run.toml", small_scene + "[stop]\ntime = 1e-6\n[output]\npicture = false\n[effects.stokes_drag]\n");
@@ -352,7 +352,7 @@ TEST_CASE("solve --overwrite: neither the scene nor a result is replaced") {
   CHECK(text_of(folder / "run.h5") == result);
 }
 
-TEST_CASE("electrodes alone: a plate capacitor has its charges and capacitance") {
+TEST_CASE("solve with electrodes only: charge and capacitance of a plate capacitor") {
   const Folder folder;
   folder.write("plates.toml", plates);
   const double capacitance = 4e-11 * 16e-3 * 2e-3 / 8e-3;  // The field is uniform: exact within the solver's tolerance.
@@ -382,7 +382,7 @@ TEST_CASE("electrodes alone: a plate capacitor has its charges and capacitance")
   check_refused(run(folder, "solve empty.toml"), "there is no field");
 }
 
-TEST_CASE("four electrodes without conductors: the charges sum to zero") {
+TEST_CASE("solve with four disk electrodes only: their charges sum to zero") {
   const Folder folder;
   std::string scene = "domain = { size = [16e-3, 16e-3] }\nmedium = { permittivity = 4e-11 }\n";
   for (const auto& [x, y, potential] : {std::tuple{4, 4, 0}, {12, 4, 50}, {4, 12, 100}, {12, 12, -30}})

@@ -32,7 +32,7 @@ struct Moving : Folder {
 
 }  // namespace
 
-TEST_CASE("run: unwritable messages leave the same result and status 0") {
+TEST_CASE("run: closed or full output streams change neither result nor status") {
   const Moving folder;
   REQUIRE(run(folder, "run moving.toml --out reference.h5 --quiet").status == 0);
   const auto reference = folder.numbers("reference.h5");
@@ -46,7 +46,7 @@ TEST_CASE("run: unwritable messages leave the same result and status 0") {
   }
 }
 
-TEST_CASE("run: a pipe closed by its reader leaves the same result and status 0") {
+TEST_CASE("run: a pipe closed by its reader changes neither result nor status") {
   const Moving folder;
   REQUIRE(run(folder, "run moving.toml --out reference.h5 --quiet").status == 0);
   run_shell(folder, "(LICHTENBERG run moving.toml --out shown.h5 2>&1; echo $? >status) | true");
@@ -54,14 +54,14 @@ TEST_CASE("run: a pipe closed by its reader leaves the same result and status 0"
   CHECK((folder.numbers("shown.h5") == folder.numbers("reference.h5")));
 }
 
-TEST_CASE("run: a summary that cannot be written gives a message and status 0") {
+TEST_CASE("run: a full standard output gives a message and status 0") {
   const Moving folder;
   const Ended ended = run_shell(folder, "LICHTENBERG run moving.toml >/dev/full");
   CHECK(ended.status == 0);
   CHECK(contains(ended.err, "the output could not be written (No space left on device)"));
 }
 
-TEST_CASE("errors: they keep their status if no message can be written") {
+TEST_CASE("errors: exit status stays 2 even if no message can be written") {
   const Moving folder;
   for (const std::string streams : {"2>/dev/full", "2>&-", ">&- 2>&-"}) {
     CAPTURE(streams);
@@ -70,7 +70,7 @@ TEST_CASE("errors: they keep their status if no message can be written") {
   }
 }
 
-TEST_CASE("output-only commands: a closed pipe ends them by SIGPIPE") {
+TEST_CASE("help: a closed pipe ends it by SIGPIPE, a closed stdout with status 1") {
   const Folder folder;
   run_shell(folder, "(sleep 0.2; LICHTENBERG help scene; echo $? >status) | true");
   CHECK(text_of(folder / "status") == "141\n");  // 128 plus the number of SIGPIPE.
@@ -78,7 +78,7 @@ TEST_CASE("output-only commands: a closed pipe ends them by SIGPIPE") {
   CHECK(run_shell(folder, "LICHTENBERG help scene >&-").status == 1);
 }
 
-TEST_CASE("analyse: results are stored if they cannot be printed") {
+TEST_CASE("analyse: its results are stored even if they cannot be printed") {
   const Moving folder;
   folder.write("contacts.toml",
                text_of(folder / "moving.toml") + "[effects.contact_discharge]\ncontact_distance = 1e-5\n");
@@ -90,7 +90,7 @@ TEST_CASE("analyse: results are stored if they cannot be printed") {
   }
 }
 
-TEST_CASE("ensemble: members run and are tabulated without any output") {
+TEST_CASE("ensemble: members run and are tabulated with closed output streams") {
   const Moving folder;
   const Ended ended =
       run_shell(folder, "LICHTENBERG ensemble moving.toml --vary conductor[0].charge=1e-10,2e-10 >&- 2>/dev/full");
@@ -98,7 +98,7 @@ TEST_CASE("ensemble: members run and are tabulated without any output") {
   CHECK(std::filesystem::exists(folder / "moving-ensemble" / "ensemble.json"));
 }
 
-TEST_CASE("plot, view and export: files are written without any output") {
+TEST_CASE("plot, view and export: write their files with closed or full streams") {
   const Moving folder;
   REQUIRE(run(folder, "run moving.toml --quiet").status == 0);
   for (const std::string streams : {">/dev/full", ">&-", ">&- 2>&-", ">/dev/full 2>/dev/full"}) {

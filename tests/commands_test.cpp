@@ -20,7 +20,7 @@ using namespace lichtenberg::command_line_tests;
 
 using nlohmann::json;
 
-TEST_CASE("command line: a wrong one gives one message and status 2") {
+TEST_CASE("command line: wrong commands or options give one message and status 2") {
   check_refused(run(""), "lichtenberg help");
   check_refused(run("slove scene.toml"), "`solve`");
   check_refused(run("solve"), "SCENE is required");
@@ -29,7 +29,7 @@ TEST_CASE("command line: a wrong one gives one message and status 2") {
   check_refused(run("help scne"), "`scene`");
 }
 
-TEST_CASE("scene: an unusable one gives one message and status 2") {
+TEST_CASE("scene file missing or with a misspelt key: one message and status 2") {
   check_refused(run("solve nowhere.toml"), "nowhere.toml");
   check_refused(run("explain nowhere.toml"), "nowhere.toml");
   const Folder folder;
@@ -38,7 +38,7 @@ TEST_CASE("scene: an unusable one gives one message and status 2") {
   check_refused(run(folder, "explain typo.toml"), "tolerance");
 }
 
-TEST_CASE("help: it explains the program, a command and the scene") {
+TEST_CASE("help: describes the program, a command and the scene file") {
   const Ended program = run("help");
   CHECK(program.status == 0);
   for (const std::string command : {"run", "solve", "explain", "plot", "film", "view", "export", "analyse", "network",
@@ -49,7 +49,7 @@ TEST_CASE("help: it explains the program, a command and the scene") {
   CHECK(run("help scene").out == lichtenberg::scene_help());
 }
 
-TEST_CASE("alternative spellings: help, completion and the manual page list them") {
+TEST_CASE("alternative option names: in help, completion and manual page") {
   const Folder folder;
   const std::string completion = run("help completion").out, page = run("help man").out;
   for (const std::string command :
@@ -67,7 +67,7 @@ TEST_CASE("alternative spellings: help, completion and the manual page list them
   CHECK(contains(page, ".SS help"));
 }
 
-TEST_CASE("wrong word: similar words are suggested and no others") {
+TEST_CASE("misspelt command or option: only similar words are suggested") {
   check_refused(run("analyze x.h5"), "there is no command `analyze`; did you mean `analyse`?");
   check_refused(run("help plt"), "there is no help on `plt`; did you mean `plot`?");
   check_refused(run("plot x.h5 --colur charge"), "plot has no option --colur; did you mean --colour?");
@@ -87,7 +87,7 @@ TEST_CASE("wrong word: similar words are suggested and no others") {
   CHECK(contains(option.err, "run has no option --json; see `lichtenberg help run` for the allowed arguments"));
 }
 
-TEST_CASE("--json: it prints instead of the table, or writes a file as well") {
+TEST_CASE("--json: prints JSON instead of the table; --json=FILE writes it as well") {
   const Folder folder;
   folder.write("small.toml", small_scene);
   const json printed = json::parse(run(folder, "solve small.toml --json").out);
@@ -117,7 +117,7 @@ TEST_CASE("--json: it prints instead of the table, or writes a file as well") {
   CHECK(json::parse(text_of(folder / "any-name"))["theory"] == "stability");
 }
 
-TEST_CASE("empty value: it is refused and does not take the next word") {
+TEST_CASE("option with an empty value: refused, the next word is not its value") {
   const Folder folder;
   folder.write("small.toml", small_scene);
   for (const std::string option :
@@ -126,7 +126,7 @@ TEST_CASE("empty value: it is refused and does not take the next word") {
   CHECK_FALSE(std::filesystem::exists(folder / "--quiet"));
 }
 
-TEST_CASE("--overwrite: where no file is written it is refused") {
+TEST_CASE("--overwrite: refused for a command that writes no file") {
   const Folder folder;
   folder.write("small.toml", small_scene);
   for (const std::string command : {"solve small.toml", "solve small.toml --json", "theory stability"})
@@ -134,7 +134,7 @@ TEST_CASE("--overwrite: where no file is written it is refused") {
   CHECK(run(folder, "solve small.toml --overwrite --json=a.json").status == 0);
 }
 
-TEST_CASE("explain: a start from a result needs no random positions") {
+TEST_CASE("explain --from: a dense population needs no random positions") {
   const Folder folder;
   // Random positions are not found above an area fraction of about 0.55.
   const std::string scene = R"(
@@ -166,13 +166,13 @@ TEST_CASE("explain: a start from a result needs no random positions") {
   check_refused(run(folder, "explain dense.toml --frame 0"), "--frame needs --from");
 }
 
-TEST_CASE("--version: it states the commit") {
+TEST_CASE("--version: prints the program's version and commit") {
   const Ended result = run("--version");
   CHECK(result.status == 0);
   CHECK(result.out.starts_with("lichtenberg 0.1.0 ("));
 }
 
-TEST_CASE("output: a write failure is an error") {
+TEST_CASE("solve, explain and help: a full standard output gives status 1") {
   const Folder folder;
   folder.write("small.toml", small_scene);
   for (const std::string arguments : {"solve small.toml --json", "explain small.toml", "help scene"}) {
@@ -195,7 +195,7 @@ TEST_CASE("run: a conductor that leaves the domain ends it with status 1") {
   CHECK(contains(result.err, "[effects.wall_contact]"));
 }
 
-TEST_CASE("explain: it names every effect and the unknowns without PETSc") {
+TEST_CASE("explain: lists effects and unknowns and does not start PETSc") {
   const Folder folder;
   folder.write("small.toml", small_scene);
   // If PETSc started, it would end with a list of the unused options.
@@ -210,7 +210,7 @@ TEST_CASE("explain: it names every effect and the unknowns without PETSc") {
   CHECK(contains(result.out, fmt::format(" {}:", answer["unknowns"].get<long>())));
 }
 
-TEST_CASE("explain: a grid beyond the machine's memory states the need") {
+TEST_CASE("explain: a grid of 2^30 cells gives status 0 and its unknowns") {
   const Folder folder;
   // 2^30 cells with about 100 bytes each.
   folder.write(
@@ -223,7 +223,7 @@ TEST_CASE("explain: a grid beyond the machine's memory states the need") {
   CHECK(contains(result.out, "0.328 cells, less than one"));  // 1e-7 m / (1e-2 m / 32768)
 }
 
-TEST_CASE("explain: a neutral scene has no electrical parts") {
+TEST_CASE("explain: a neutral scene lists no electrical parts or unknowns") {
   const Folder folder;
   folder.write("neutral.toml",
                "[domain]\nsize = [1e-2, 1e-2]\n[[conductor]]\nposition = [5e-3, 5e-3]\nradius = 1e-3\n");
@@ -245,7 +245,7 @@ double number_before(const std::string& text, const std::string& label, const st
 
 }  // namespace
 
-TEST_CASE("explain: a packing's iterations are its run's to a factor of three") {
+TEST_CASE("explain: predicts a packing's iterations within a factor of three") {
   const Folder folder;
   for (const double side : {19.78e-3, 20.58e-3}) {  // 400 disks have area fractions of 0.92 and 0.85.
     folder.write("packing.toml",
@@ -267,7 +267,7 @@ TEST_CASE("explain: a packing's iterations are its run's to a factor of three") 
   CHECK(contains(run(folder, "explain slow.toml").out, "no estimate: gradient descent"));
 }
 
-TEST_CASE("explain: a shuttle's run is tried, and its picture is counted") {
+TEST_CASE("explain: measures the cost of a shuttle's run and counts its picture") {
   const Folder folder;
   const std::string scene = source_folder() + "/scenes/shuttle.toml";
   const Ended result = run(folder, "explain " + scene);
@@ -280,7 +280,7 @@ TEST_CASE("explain: a shuttle's run is tried, and its picture is counted") {
                  "measured here up to its end at 0.001 s"));
 }
 
-TEST_CASE("explain: runs of conductors without drag or field have a cost") {
+TEST_CASE("explain: measures the cost of runs without drag and without field") {
   const Folder folder;
   folder.write("charged.toml", small_scene + "[stop]\ntime = 1e-3\nstationary = false\n");
   folder.write("falling.toml",
@@ -295,7 +295,7 @@ TEST_CASE("explain: runs of conductors without drag or field have a cost") {
   }
 }
 
-TEST_CASE("plot: a file that is no result is refused") {
+TEST_CASE("plot: a missing file or one that is no result is refused") {
   const Folder folder;
   const Ended missing = run(folder, "plot nowhere.h5");
   CHECK(missing.status == 2);
@@ -305,7 +305,7 @@ TEST_CASE("plot: a file that is no result is refused") {
   CHECK_FALSE(std::filesystem::exists(folder / "text.png"));
 }
 
-TEST_CASE("work-precision: it prints tables and costs, and replaces no file") {
+TEST_CASE("work-precision: prints tables, writes picture and JSON, replaces no file") {
   const Folder folder;
   folder.write("small.toml", small_scene);
   const std::string command = "work-precision small.toml --methods cut-cell,relaxation --sizes 32 --json small.json";
@@ -322,7 +322,7 @@ TEST_CASE("work-precision: it prints tables and costs, and replaces no file") {
   CHECK(text_of(folder / "small-work-precision.png") == picture);
 }
 
-TEST_CASE("work-precision: wrong methods, sizes and pictures are refused") {
+TEST_CASE("work-precision: wrong methods, sizes and output names are refused") {
   const Folder folder;
   folder.write("small.toml", small_scene);
   check_refused(run(folder, "work-precision small.toml --methods sor"), "sor");
@@ -334,7 +334,7 @@ TEST_CASE("work-precision: wrong methods, sizes and pictures are refused") {
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path), {}) == 3);  // The scene, out and err.
 }
 
-TEST_CASE("--set: it changes keys of any scene, with texts without quotes") {
+TEST_CASE("--set KEY=VALUE: changes any key of a scene; wrong keys are refused") {
   const Folder folder;
   folder.write("small.toml", small_scene);
   const Ended explained = run(folder, "explain small.toml --set field.cells=32 --set 'medium.depth = 2e-3'");
@@ -354,7 +354,7 @@ TEST_CASE("--set: it changes keys of any scene, with texts without quotes") {
   check_refused(run(folder, "solve small.toml --set field.cells"), "it must be KEY=VALUE");
 }
 
-TEST_CASE("run --from: a run starts from another's frame with other settings") {
+TEST_CASE("run --from: starts at a frame of another run; conflicts are refused") {
   const Folder folder;
   folder.write("small.toml", small_scene + R"(
   [effects.stokes_drag]
@@ -384,7 +384,7 @@ TEST_CASE("run --from: a run starts from another's frame with other settings") {
   CHECK(run(folder, "run small.toml --out second.h5 --resume --from first.h5 --frame 3" + drag).status == 0);
 }
 
-TEST_CASE("box in space: three lengths are printed and stored") {
+TEST_CASE("box in space: explain prints its three lengths, run stores them") {
   const Folder folder;
   folder.write("cube.toml", R"(
   domain = { size = [0.01, 0.02, 0.03] }
@@ -398,7 +398,7 @@ TEST_CASE("box in space: three lengths are printed and stored") {
         std::vector<double>{0.01, 0.02, 0.03});
 }
 
-TEST_CASE("fixed conductor: it does not move, and the other one does") {
+TEST_CASE("fixed conductor: stays in place while the other one moves") {
   const Folder folder;
   std::string scene = replaced(small_scene, "charge = 1e-10", "charge = 1e-10\n  fixed = true") +
                       "[effects.stokes_drag]\n[output]\nevery = 0.05\npicture = false\n[stop]\ntime = 0.1\n";
@@ -417,7 +417,7 @@ TEST_CASE("fixed conductor: it does not move, and the other one does") {
                 "conductor.velocity is not allowed with conductor.fixed");
 }
 
-TEST_CASE("field.cells: a number that does not fit is refused with two that do") {
+TEST_CASE("field.cells: defaults fit the domain; an error suggests two that fit") {
   const Folder folder;
   folder.write("small.toml", replaced(replaced(small_scene, "[16e-3, 16e-3]", "[16e-3, 12.5e-3]"), "cells = 64", ""));
   CHECK(contains(run(folder, "explain small.toml").out, "grid                 512 x 400 cells"));
@@ -426,7 +426,7 @@ TEST_CASE("field.cells: a number that does not fit is refused with two that do")
   check_refused(run(folder, "explain other.toml --set field.cells=64"), "field.cells = 60 or 66 would do");
 }
 
-TEST_CASE("help scene: tables, keys and lines that fit a screen") {
+TEST_CASE("help scene: prints tables or keys in lines of at most 100 columns") {
   const std::string field = run("help scene field").out;
   CHECK(field.starts_with("[field]\n"));
   CHECK(contains(field, "linear_solver"));
@@ -441,7 +441,7 @@ TEST_CASE("help scene: tables, keys and lines that fit a screen") {
   for (std::string line; std::getline(lines, line);) CHECK_MESSAGE(line.size() <= 100, line);
 }
 
-TEST_CASE("shell: bash completes commands, options and files; man has a page") {
+TEST_CASE("bash completion: completes commands, options and files; help man works") {
   const Folder folder;
   const auto completed = [&](const std::string& words) {
     return run_shell(folder, "LICHTENBERG help completion >completion.sh; bash -c 'source completion.sh; COMP_WORDS=(" +
@@ -465,7 +465,7 @@ TEST_CASE("shell: bash completes commands, options and files; man has a page") {
 }
 
 #if defined(__x86_64__)
-TEST_CASE("program for another processor: it ends with a message, not a signal") {
+TEST_CASE("program built for another processor: ends with a message and status 1") {
   // Only Xeon Phi processors have AVX-512 ER.
   const Folder folder;
   folder.write("main.cpp", "int main() {}");

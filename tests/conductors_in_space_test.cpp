@@ -78,7 +78,7 @@ std::string ball(const std::string& position, const std::string& shape = "shape 
 
 }  // namespace
 
-TEST_CASE("scene in space: its field method is that of spheres") {
+TEST_CASE("scene in space: the field method is spheres with default tolerances") {
   const Scene scene = parse(dish + sphere("[0.01, 0.01, 0.002]") + ball("[0.004, 0.01, 0.002]") + floating);
   CHECK(scene.field().method == &spheres_method());
   CHECK(scene.field().moving_tolerance == 1e-3);
@@ -88,7 +88,7 @@ TEST_CASE("scene in space: its field method is that of spheres") {
   CHECK(exact.field().moving_tolerance == 1e-5);
 }
 
-TEST_CASE("scene in space: keys for the plane are refused with an error message") {
+TEST_CASE("scene in space: keys for the plane and bad positions are refused") {
   const std::string one = sphere("[0.01, 0.01, 0.002]");
   check_refused(dish + one +
                     "[[electrode]]\nshape = \"disk\"\ncentre = [0.004, 0.01]\nradius = 1e-3\npotential = 0.0\n" +
@@ -112,7 +112,7 @@ TEST_CASE("scene in space: keys for the plane are refused with an error message"
                   InputError);
 }
 
-TEST_CASE("electrode: its surface is found through a periodic side") {
+TEST_CASE("spherical electrode: its surface is found across a periodic side") {
   const std::string open_dish =
       "domain = { size = [0.02, 0.02, 0.005], left = \"periodic\", right = \"periodic\" }\n"
       "medium = { relative_permittivity = 4.7 }\n";
@@ -127,7 +127,7 @@ TEST_CASE("electrode: its surface is found through a periodic side") {
                 {"on or through a side"});
 }
 
-TEST_CASE("sphere problem: a sphere in contact with a side is moved to a gap") {
+TEST_CASE("make_sphere_problem: a sphere in contact with a side gets a small gap") {
   Scene scene = cube_of({{0.03, 0.03, 1.0005 * radius}}, 1e-3);
   scene.domain.sides[4].electrode = true;
   const Bodies bodies = make_bodies(scene);
@@ -139,7 +139,7 @@ TEST_CASE("sphere problem: a sphere in contact with a side is moved to a gap") {
   CHECK(height({{.conductor = 0, .partner = 1}}) == near(1.001 * radius, 1e-12));
 }
 
-TEST_CASE("two opposite charges: they approach as Maxwell's images predict") {
+TEST_CASE("two opposite charges: approach as Maxwell's image charges predict") {
   const double charge = 4e-10, start = 6 * radius, until = 0.3;
   Scene scene = cube_of({{0.3 - 0.5 * start, 0.3, 0.3}, {0.3 + 0.5 * start, 0.3, 0.3}}, 1e-7);
   scene.domain.size = {0.6, 0.6, 0.6};
@@ -174,7 +174,7 @@ TEST_CASE("two opposite charges: they approach as Maxwell's images predict") {
   CHECK(frame.charge[0] == charge);
 }
 
-TEST_CASE("force: it is the energy's derivative at constant charge on each axis") {
+TEST_CASE("force on a sphere: negative energy derivative along each axis") {
   const std::vector<Vec3> positions = {{0.03, 0.03, 0.03}, {0.0321, 0.0305, 0.0299}, {0.0308, 0.0297, 0.0325}};
   const auto now_at = [&](std::vector<Vec3> at) {
     Scene scene = cube_of(at, 1e-9);
@@ -194,7 +194,7 @@ TEST_CASE("force: it is the energy's derivative at constant charge on each axis"
   }
 }
 
-TEST_CASE("charge balance: exact while spheres charge, touch and discharge") {
+TEST_CASE("charge balance of spheres: exact over injection, contact, discharge") {
   Simulation simulation(random_spheres_in_space());
   const ConductorFrame start = simulation.now();
   simulation.advance_to(0.5);
@@ -209,9 +209,11 @@ TEST_CASE("charge balance: exact while spheres charge, touch and discharge") {
   CHECK(most > 0);  // The force along z is not zero.
 }
 
-TEST_CASE("run in space: a restored run has identical bits") { check_restored(random_spheres_in_space(), 0.1, 0.2); }
+TEST_CASE("run of spheres in space: restored from a checkpoint with identical bits") {
+  check_restored(random_spheres_in_space(), 0.1, 0.2);
+}
 
-TEST_CASE("periodic side: spheres attract through it and re-enter") {
+TEST_CASE("periodic side: spheres attract across it, cross it and are wrapped") {
   Scene scene = cube_of({{0.0001, 0.03, 0.03}, {0.0562, 0.03, 0.03}}, 1e-3);
   scene.domain.sides[0].periodic = scene.domain.sides[1].periodic = true;
   scene.conductors[0].charge = 4e-10;
@@ -224,7 +226,7 @@ TEST_CASE("periodic side: spheres attract through it and re-enter") {
   CHECK(simulation.frame().integers("image") == std::vector<int>{-1, 0, 0, 0, 0, 0});
 }
 
-TEST_CASE("resistor: a ball charges with its capacitance and the resistance") {
+TEST_CASE("series resistor: a ball in space charges as 1 - exp(-t/RC)") {
   Scene scene = cube_of({{0.045, 0.03, 0.03}}, 1e-6);
   scene.domain.sides[4].electrode = true;
   scene.electrodes = {{.name = "supplied", .shape = Disk{{0.02, 0.03}, radius}, .potential = 1000, .height = 0.03}};
@@ -296,7 +298,7 @@ TEST_CASE("series circuit in an insulated cube: potentials obey Kirchhoff's laws
   CHECK(std::abs(gained + now.flows.dissipated() - now.flows.supplied()) < 1e-4 * now.flows.supplied());
 }
 
-TEST_CASE("resistor between isolated spheres: its heat is the field's energy") {
+TEST_CASE("contact resistance of two spheres: its heat is the initial field energy") {
   Scene scene = cube_of({{0.028, 0.03, 0.03}, {0.03, 0.03, 0.03}}, 1e-6);
   scene.conductors[0].charge = 1e-11, scene.conductors[1].charge = -1e-11;
   for (Conductor& conductor : scene.conductors) conductor.fixed = true;
@@ -312,7 +314,7 @@ TEST_CASE("resistor between isolated spheres: its heat is the field's energy") {
   CHECK(frame.energy_balance->flows.contacts == near(first.energy, 1e-3));
 }
 
-TEST_CASE("contact resistance: compressed spheres share charge as one conductor") {
+TEST_CASE("contact resistance: compressed spheres get the charges of ideal contact") {
   Scene scene =
       cube_of({{0.028, 0.03, 0.03}, {0.028 + 2 * radius - 1e-8, 0.03, 0.03}, {radius - 1e-8, 0.03, 0.03}}, 1e-3);
   scene.domain.sides[0].electrode = true;
@@ -329,9 +331,11 @@ TEST_CASE("contact resistance: compressed spheres share charge as one conductor"
   for (int i = 0; i < 2; ++i) CHECK(got.charge[i] == near(expected.charge[i], 2e-3));
 }
 
-TEST_CASE("circuit of spheres: a restored run has identical bits") { check_restored(series_circuit(), 0.005, 0.01); }
+TEST_CASE("circuit of spheres: restored from a checkpoint with identical bits") {
+  check_restored(series_circuit(), 0.005, 0.01);
+}
 
-TEST_CASE("many spheres: a restored run has identical bits with a preconditioner") {
+TEST_CASE("49 spheres with preconditioner: a restored run has identical bits") {
   Scene scene = cube_of({}, 1e-2);
   for (int i = 0; i < 49; ++i)  // More spheres than the direct pair sum takes.
     scene.conductors.push_back(
@@ -342,7 +346,7 @@ TEST_CASE("many spheres: a restored run has identical bits with a preconditioner
   check_restored(scene, 0.01, 0.02);
 }
 
-TEST_CASE("free space: V = Q / (4 pi eps R) of an isolated sphere") {
+TEST_CASE("unbounded domain: potential of one sphere; wrong keys are refused") {
   const std::string open =
       "domain = { size = [0.02, 0.02, 0.005], open = true }\nmedium = { relative_permittivity = 4.7 }\n";
   const Scene scene = parse(open + sphere("[0.01, 0.01, 0.002]", "charge = 1e-10\n") + floating);
@@ -366,7 +370,7 @@ TEST_CASE("free space: V = Q / (4 pi eps R) of an isolated sphere") {
       {"domain.unbounded = true needs the table [effects.floating_conductors]"});
 }
 
-TEST_CASE("free space: two spheres move beyond the initial box without a wall") {
+TEST_CASE("unbounded domain: spheres leave the initial box without a wall force") {
   Scene scene = cube_of({{0.002, 0.03, 0.03}, {0.0075, 0.03, 0.03}}, 1e-3);
   scene.domain.open = true;
   scene.effects.add<effects::WallContactOptions>();
@@ -377,7 +381,7 @@ TEST_CASE("free space: two spheres move beyond the initial box without a wall") 
   CHECK(simulation.now().position[0].x == near(0.002 - 0.003, 1e-9));
 }
 
-TEST_CASE("collision without a contact force: it ends the run with a remedy") {
+TEST_CASE("collision without contact force: ends the run and names the remedy") {
   Scene scene = cube_of({{0.027, 0.03, 0.03}, {0.033, 0.03, 0.03}}, 1e-3);
   scene.conductors[0].velocity = {0.5, 0, 0};
   scene.effects.remove<effects::StokesDragOptions>();
@@ -400,7 +404,7 @@ TEST_CASE("collision without a contact force: it ends the run with a remedy") {
   CHECK(contains(end_of(scene), "a larger effects.wall_contact.young"));
 }
 
-TEST_CASE("accuracy out of reach at a gap: the error names a possible one") {
+TEST_CASE("sphere gap beyond the requested accuracy: message names a possible one") {
   // Two small spheres whose images in a large one interact.
   Scene scene =
       cube_of({{0.03, 0.03, 0.03}, {0.03 + 8.081 * radius, 0.03, 0.03}, {0.03, 0.03 + 8.081 * radius, 0.03}}, 1e-12);

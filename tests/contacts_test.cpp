@@ -17,7 +17,7 @@ using namespace lichtenberg;
 using namespace lichtenberg::conductors;
 using namespace lichtenberg::effects;
 
-TEST_CASE("groups: the smallest member is the name for any order of contacts") {
+TEST_CASE("electrical_groups: a group's number is its smallest member") {
   const Scene scene = scene_of(std::vector<Vec2>(6));
   const std::vector<Contact> contacts = {{1, 4}, {2, 3}, {3, 4}};
   const ElectricalGroups groups = electrical_groups(scene, contacts);
@@ -25,7 +25,7 @@ TEST_CASE("groups: the smallest member is the name for any order of contacts") {
   CHECK(std::ranges::none_of(groups.potential, [](const auto& p) { return p.has_value(); }));
 }
 
-TEST_CASE("groups: wires connect separate conductors and can fix their potential") {
+TEST_CASE("electrical_groups: wires join separate conductors and fix potentials") {
   Scene scene = scene_of(std::vector<Vec2>(5));
   scene.groups = {{.name = "loose"}, {.name = "held", .potential = 3.0}};
   scene.conductors[1].group = scene.conductors[3].group = 0;
@@ -37,7 +37,7 @@ TEST_CASE("groups: wires connect separate conductors and can fix their potential
   CHECK(!groups.potential[1]);
 }
 
-TEST_CASE("groups: electrodes fix potentials, and equal fixed potentials merge") {
+TEST_CASE("electrical_groups: electrodes fix potentials; short circuits are refused") {
   Scene scene = scene_of(std::vector<Vec2>(4));
   scene.electrodes = {electrode_of("ball", Disk{{0.05, 0.05}, 1e-3}, 5)};
   scene.domain.sides[2] = {.electrode = true, .potential = 5};
@@ -53,13 +53,13 @@ TEST_CASE("groups: electrodes fix potentials, and equal fixed potentials merge")
   const std::vector<Contact> shorted = {{0, 1}, {0, 4}, {1, 5}};
   CHECK_THROWS_WITH_AS(
       electrical_groups(scene, shorted),
-      "the group of conductor 0 connects the electrode \"ball\" at 5 V with the bottom side of the domain "
-      "at 6 V: a short circuit of perfect conductors, whose current has no limit, is not allowed: scene.toml "
-      "gives them these potentials, in electrode.potential, side's potential in [domain] or group.potential",
+      "the group of conductor 0 connects the electrode \"ball\" at 5 V with the bottom side of the domain at 6 V: a "
+      "short circuit of perfect conductors, whose current has no limit, is not allowed: the scene scene.toml gives "
+      "them these potentials, in electrode.potential, the side's potential in [domain] or group.potential",
       InputError);
 }
 
-TEST_CASE("parts: a split, a release and another potential are recognized") {
+TEST_CASE("splits_group: detects lost members and released or changed potentials") {
   const ElectricalGroups held = {{0, 0, 2}, {5.0, 5.0, {}}};
   CHECK(!splits_group(held, held));
   CHECK(!splits_group({{0, 1, 2}, {5.0, {}, {}}}, held));  // A merge.
@@ -68,7 +68,7 @@ TEST_CASE("parts: a split, a release and another potential are recognized") {
   CHECK(splits_group(held, {{0, 0, 2}, {6.0, 6.0, {}}}));  // The electrode changes.
 }
 
-TEST_CASE("contact: it closes at the gap and opens at the release gap") {
+TEST_CASE("contact discharge: closes below the gap, opens above the release gap") {
   const Scene scene = scene_of({{0, 0}, {0, 0}});
   const effects::ContactDischarge discharge(scene);
   std::vector<Contact> contacts;
@@ -86,14 +86,14 @@ TEST_CASE("contact: it closes at the gap and opens at the release gap") {
   CHECK(at_gap(1.05 * radius) == 0);
 }
 
-TEST_CASE("release gap: it exceeds the gap by at least the position tolerance") {
+TEST_CASE("release gap: exceeds contact_distance by at least the position tolerance") {
   Scene scene = scene_of({{0, 0}});
   scene.effects.find<effects::ContactDischargeOptions>()->hysteresis = 0;
   scene.mechanics.position_tolerance = 3e-6;
   CHECK(effects::ContactDischarge(scene).release_gap() == near(radius + 3e-6));
 }
 
-TEST_CASE("update: a contact within the tolerance closes if the gap decreases") {
+TEST_CASE("ContactDischarge::update: gap within tolerance closes only on approach") {
   const Scene scene = scene_of({{0, 0}, {0, 0}});
   Bodies bodies = make_bodies(scene);
   bodies.position = {0, 0, 3 * radius + 0.5e-6, 0};  // Half a tolerance from the threshold.
@@ -104,7 +104,7 @@ TEST_CASE("update: a contact within the tolerance closes if the gap decreases") 
   }
 }
 
-TEST_CASE("periodic box: one too short for the release gap is refused") {
+TEST_CASE("ContactDischarge: periodic box too short for the release gap is refused") {
   const Scene scene = scene_of({{0, 0}, {0, 0}});
   const effects::ContactDischarge discharge(scene);
   Bodies bodies = make_bodies(scene);
@@ -121,7 +121,7 @@ TEST_CASE("periodic box: one too short for the release gap is refused") {
   }
 }
 
-TEST_CASE("gap: it is measured between surfaces, for electrodes and sides as well") {
+TEST_CASE("ContactDischarge::gap: between surfaces, also of electrodes and sides") {
   Scene scene = scene_of({{0.03, 0.0021}, {0.03, 0.0021}});
   scene.conductors[1].radius = 3e-3;
   scene.conductors[1].position.y += 5.01e-3;  // The gap is 1.01 mm
@@ -138,7 +138,7 @@ TEST_CASE("gap: it is measured between surfaces, for electrodes and sides as wel
   CHECK(contacts == std::vector<Contact>{{0, 2}});
 }
 
-TEST_CASE("gap_rate: it is the time derivative of the gap") {
+TEST_CASE("ContactDischarge::gap_rate: equals the time derivative of the gap") {
   Scene scene = scene_of({{0.03, 0.02}, {0.034, 0.023}});
   scene.electrodes = {electrode_of("ring", Ring{{0.03, 0.03}, 0.02}, 0)};
   scene.conductors[0].velocity = {1e-3, -2e-3};
@@ -153,7 +153,7 @@ TEST_CASE("gap_rate: it is the time derivative of the gap") {
           near((discharge.gap(later, contact) - discharge.gap(bodies, contact)) / dt, 1e-4));
 }
 
-TEST_CASE("watch: only contacts that can change are listed") {
+TEST_CASE("ContactDischarge::watch: lists only contacts that can open or close") {
   Scene scene = scene_of({{0.02, 0.02}, {0.0232, 0.02}, {0.0264, 0.02}, {0.0264, 0.0229}});
   const effects::ContactDischarge discharge(scene);
   const Bodies bodies = make_bodies(scene);
@@ -177,7 +177,7 @@ TEST_CASE("watch: only contacts that can change are listed") {
   for (const auto& w : watched(0.11e-3)) CHECK(w.contact != Contact{1, 2});
 }
 
-TEST_CASE("watch: a closing contact waits, by at most 1/16 of the gap") {
+TEST_CASE("deferred contact: waits on approach until the gap is 1/16 smaller") {
   const Scene scene = scene_of({{0.02, 0.02}, {0.05, 0.02}});
   const effects::ContactDischarge discharge(scene);
   Bodies bodies = make_bodies(scene);
@@ -195,7 +195,7 @@ TEST_CASE("watch: a closing contact waits, by at most 1/16 of the gap") {
   CHECK(!waits(0.937 * make, -1e-3));
 }
 
-TEST_CASE("groups: a supply's potential excludes electrodes behind its resistor") {
+TEST_CASE("watch: lists an electrode at equal potential only if behind a resistor") {
   Scene scene = scene_of({{0.046, 0.05}, {0.08, 0.08}});
   scene.electrodes = {electrode_of("ball", Disk{{0.05, 0.05}, radius}, 0)};
   scene.groups = {{.name = "wire", .potential = 0.0}};
@@ -212,7 +212,7 @@ TEST_CASE("groups: a supply's potential excludes electrodes behind its resistor"
   CHECK(discharge.watch(make_bodies(scene), {}, electrical_groups(scene, both), travel).empty());
 }
 
-TEST_CASE("watch: a body with a long path lists only its own contacts") {
+TEST_CASE("ContactDischarge::watch: a body's long travel lists only its contacts") {
   Scene scene = scene_of({{0.02, 0.02}, {0.08, 0.02}, {0.02, 0.08}, {0.08, 0.08}});
   scene.electrodes = {electrode_of("ball", Disk{{0.05, 0.05}, radius}, 0)};
   const effects::ContactDischarge discharge(scene);
@@ -224,7 +224,7 @@ TEST_CASE("watch: a body with a long path lists only its own contacts") {
   CHECK(watched == std::vector<Contact>{{0, 2}, {2, 3}, {2, 4}});
 }
 
-TEST_CASE("contacts: cached gaps of moving bodies give those of a new search") {
+TEST_CASE("ContactDischarge: cached gaps of moving bodies equal a new search") {
   // Sixty bodies on 3 cm by 3 cm: some gaps, to bodies or the ball, are always close to the contact gap.
   std::mt19937 random(3);
   std::uniform_real_distribution<double> unit(-1, 1);
@@ -261,7 +261,7 @@ TEST_CASE("contacts: cached gaps of moving bodies give those of a new search") {
   CHECK(lost > 20);
 }
 
-TEST_CASE("undetected_travel: on it a gap falls below the threshold by a tolerance") {
+TEST_CASE("undetected_travel: chord on which the gap dips by one tolerance") {
   // The path is a straight line whose minimum gap lies a tolerance below the threshold. Two checks at the threshold are
   // separated by at most the chord.
   Scene scene = scene_of({{0.05, 0.05}, {0.05, 0.05}});
@@ -278,7 +278,7 @@ TEST_CASE("undetected_travel: on it a gap falls below the threshold by a toleran
   CHECK(discharge.undetected_travel(bodies, pair) == near(0.01));
 }
 
-TEST_CASE("compensated sum: it keeps the digits that a plain sum loses") {
+TEST_CASE("CompensatedSum: keeps digits that a plain sum loses") {
   // Adding 1e-11 C to 1 C rounds to a multiple of 2^-52, in the same direction each time.
   const double step = 1e-11 / 3;
   CompensatedSum sum(1.0);
@@ -289,7 +289,7 @@ TEST_CASE("compensated sum: it keeps the digits that a plain sum loses") {
   CHECK(std::abs(plain - exact) > 1e-13);
 }
 
-TEST_CASE("charges: merges, splits, injection and collection conserve the sum") {
+TEST_CASE("Charges: stored + collected - injected charge is constant to 1e-15") {
   const int n = 20;
   std::mt19937 random(5);
   std::uniform_real_distribution<double> noise(-1, 1);
@@ -328,7 +328,7 @@ TEST_CASE("charges: merges, splits, injection and collection conserve the sum") 
   CHECK(std::abs(charges.stored() + charges.collected() - charges.injected() - start) < 1e-15 * charges.injected());
 }
 
-TEST_CASE("charges: floating groups keep their sum, fixed ones take the field's") {
+TEST_CASE("Charges::distribute: floating groups keep their sum, fixed ones do not") {
   Scene scene = scene_of(std::vector<Vec2>(4));
   scene.electrodes = {electrode_of("ground", Disk{{0.05, 0.05}, 1e-3}, 0)};
   const std::vector<double> initial = {1, 2, 3, 4};
@@ -345,7 +345,7 @@ TEST_CASE("charges: floating groups keep their sum, fixed ones take the field's"
   CHECK(charges.charge(3) == 4);  // A group of one keeps its charge.
 }
 
-TEST_CASE("charges: charge is collected by the supply that its conductor touches") {
+TEST_CASE("Charges::distribute: the touched source collects a conductor's charge") {
   // 0 touches both electrodes at 5 V and discharges into the first. 1 touches the second. 2 is connected to 5 V outside
   // the box. 3 touches the side at 0 V.
   Scene scene = scene_of(std::vector<Vec2>(4));
@@ -368,7 +368,7 @@ TEST_CASE("charges: charge is collected by the supply that its conductor touches
   CHECK(charges.stored() + charges.collected() == 10);
 }
 
-TEST_CASE("charges: the forecast of a step agrees with its injection and leakage") {
+TEST_CASE("Charges::after: predicted charges equal those after inject()") {
   // The last node receives no current.
   const std::vector<double> initial = {1e-10, -2e-10, 3e-10}, current = {1e-9, 0};
   for (const double relaxation_time : {double{INFINITY}, 0.3}) {
@@ -380,7 +380,7 @@ TEST_CASE("charges: the forecast of a step agrees with its injection and leakage
   }
 }
 
-TEST_CASE("charges: a restored state is bitwise identical") {
+TEST_CASE("Charges: a state restored from save() continues with identical bits") {
   const std::vector<double> initial = {1e-10, -2e-10}, current = {1e-9 / 3, 1e-9 / 7};
   Charges charges(initial, 2), copy(initial, 2);
   for (int k = 0; k < 1000; ++k) charges.inject(current, 1e-3 / 3);

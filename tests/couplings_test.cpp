@@ -146,7 +146,7 @@ void check_potentials(const LaplaceSolution& solution, const Eigen::VectorXd& ex
 
 }  // namespace
 
-TEST_CASE("elimination: the common mode of strongly linked nodes is preserved") {
+TEST_CASE("NetworkFactors: links up to 1e200 keep the sum over the linked nodes") {
   // (1 + c) x - c y = 1 and (2 + c) y - c x = 5: the sum is x + 2 y = 6, and x = y = 2 up to 1 / c.
   for (const double c : {1e9, 1e15, 1e30, 1e200}) {
     double flow[] = {1, 5};
@@ -156,7 +156,7 @@ TEST_CASE("elimination: the common mode of strongly linked nodes is preserved") 
   }
 }
 
-TEST_CASE("elimination: it solves a network's equations") {
+TEST_CASE("NetworkFactors::solve: satisfies Kirchhoff's law at 40 nodes") {
   Random random;
   constexpr int nodes = 40;
   std::vector<double> ground(nodes), flow(nodes);
@@ -180,7 +180,7 @@ TEST_CASE("elimination: it solves a network's equations") {
   for (const double left : flow) CHECK(std::abs(left) < 1e-13);
 }
 
-TEST_CASE("elimination: a star of three nodes becomes the known triangle") {
+TEST_CASE("NetworkFactors: eliminating a star's centre gives the known triangle") {
   const NetworkFactors factors({0, 0, 0, 0}, {{0, 3, 1}, {3, 1, 2}, {2, 3, 5}}, {1, 1, 1, 0});
   for (const auto& [a, b, conductance] : factors.kept_links()) {
     const double arms[] = {1, 2, 5};
@@ -189,7 +189,7 @@ TEST_CASE("elimination: a star of three nodes becomes the known triangle") {
   CHECK(factors.kept_links().size() == 3);
 }
 
-TEST_CASE("two disks and a resistor: the exact field with a lumped conductance") {
+TEST_CASE("two disks joined by a lumped conductance: equal the bipolar solution") {
   // Two disks of radius R at distance d, one of them at 0 V. The walls have the exact potential in bipolar coordinates:
   // per charge q on the other, V = q acosh(d / 2R) / (pi eps). A coupling K to the fixed disk gives Q = q + K V.
   // Log-fitted links with R = 4 cells have an error of about 3e-4.
@@ -216,7 +216,7 @@ TEST_CASE("two disks and a resistor: the exact field with a lumped conductance")
   }
 }
 
-TEST_CASE("tree of couplings over twelve decades: it solves the dense equations") {
+TEST_CASE("lumped conductances over twelve decades: solution equals dense algebra") {
   LaplaceProblem problem = random_disks(24);
   Random random;
   couple(problem, 0);
@@ -232,7 +232,7 @@ TEST_CASE("tree of couplings over twelve decades: it solves the dense equations"
   check_potentials(solve_assembled(problem), solution.group_potential, 2 * uncertainty(solution));
 }
 
-TEST_CASE("assembled system: couplings of any strength with and without ground") {
+TEST_CASE("assembled matrix: equals multigrid for lumped conductances of any size") {
   for (const bool grounded : {true, false})
     for (const double K : {1e-12, 1e-3, 1.0, 900.0, 1100.0, 1e6, 1e12, 1e15}) {
       CAPTURE(grounded);
@@ -248,7 +248,7 @@ TEST_CASE("assembled system: couplings of any strength with and without ground")
     }
 }
 
-TEST_CASE("couplings: strong ones tend to a merge, weak ones to independence") {
+TEST_CASE("lumped conductances: strong ones act as a wire, weak ones as none") {
   // The potential differences of a chain are at most (sum of |charges|) * (number of links) / K, and change all charges
   // and potentials accordingly. 24 disks with |charge| < eps store less than 24 eps.
   const auto compare = [](const LaplaceProblem& coupled, const LaplaceProblem& limit, double effect) {
@@ -287,7 +287,7 @@ TEST_CASE("couplings: strong ones tend to a merge, weak ones to independence") {
   }
 }
 
-TEST_CASE("supply: its coupling sets the potential level of an insulated problem") {
+TEST_CASE("lumped conductance to a source: sets the potentials of an insulated box") {
   LaplaceProblem problem = random_disks(9);
   problem.groups[0] = {};
   problem.groups.push_back({.floating = false, .potential = 7});
@@ -304,7 +304,7 @@ TEST_CASE("supply: its coupling sets the potential level of an insulated problem
   }
 }
 
-TEST_CASE("couplings: nodes without bodies combine in series and in parallel") {
+TEST_CASE("lumped conductances: nodes without bodies add in series and in parallel") {
   LaplaceProblem direct = random_disks(9), nodes = direct;
   direct.couplings = {{1, 2, 0.5 * eps}, {3, 4, 2 * eps}};
   direct.groups[5].charge += 0.25 * eps;
@@ -327,7 +327,7 @@ TEST_CASE("couplings: nodes without bodies combine in series and in parallel") {
   CHECK(phi[13] == doctest::Approx(0.25 * (phi[5] + 3 * phi[6])).epsilon(1e-12));
 }
 
-TEST_CASE("coupled groups: charge is conserved to rounding, not to the tolerance") {
+TEST_CASE("lumped conductances: charge is conserved to rounding at tolerance 1e-3") {
   for (const double K : {1e-3, 1.0, 1e6, 1e12}) {
     CAPTURE(K);
     LaplaceProblem problem = random_disks(24);
@@ -355,7 +355,7 @@ TEST_CASE("coupled groups: charge is conserved to rounding, not to the tolerance
   }
 }
 
-TEST_CASE("coupling charges: they balance each group for any potential difference") {
+TEST_CASE("coupling_charges: balance each group's charge and obey Ohm's law") {
   for (const double K : {1e-12, 1e-3, 1.0, 1e6, 1e12, 1e20}) {
     CAPTURE(K);
     LaplaceProblem problem = random_disks(24);
@@ -380,7 +380,7 @@ TEST_CASE("coupling charges: they balance each group for any potential differenc
   }
 }
 
-TEST_CASE("iterations: they do not depend on the strength of couplings") {
+TEST_CASE("lumped conductances: cost at most 6 more iterations at any strength") {
   // Coarse grids treat disks of 1 to 3 cells as a medium, or as subgrid conductors if their couplings exceed 0.05 eps.
   // Just above this limit a few more iterations are needed (docs/numerics/multigrid.md), over 27 decades and for any
   // ground.
@@ -400,7 +400,7 @@ TEST_CASE("iterations: they do not depend on the strength of couplings") {
     }
 }
 
-TEST_CASE("history: sudden couplings need no cold start and lose no solutions") {
+TEST_CASE("solution history: new lumped conductances need no cold start") {
   LaplaceProblem problem = random_disks(24);
   CutCellSolver warm = solver();
   for (int step = 0; step < 3; ++step) warm.solve(problem);
@@ -412,7 +412,7 @@ TEST_CASE("history: sudden couplings need no cold start and lose no solutions") 
   CHECK(warm.solve(problem).iterations <= 1);
 }
 
-TEST_CASE("coupled systems: any number of threads gives identical bits") {
+TEST_CASE("lumped conductances: any number of threads gives identical bits") {
   LaplaceProblem problem = random_disks(40);
   couple(problem, eps);
   const LaplaceSolution one = solver(tolerance, 1).solve(problem), three = solver(tolerance, 3).solve(problem);
@@ -421,7 +421,7 @@ TEST_CASE("coupled systems: any number of threads gives identical bits") {
   CHECK(one.iterations == three.iterations);
 }
 
-TEST_CASE("single grid: strong couplings are solved without coarser grids") {
+TEST_CASE("grid of 63 cells without coarser grids: solves lumped conductances") {
   LaplaceProblem problem = random_disks(12);
   for (const double K : {1.0, 1e6, 1e12}) {
     problem.couplings.clear();

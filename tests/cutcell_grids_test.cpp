@@ -21,7 +21,7 @@ using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 using namespace lichtenberg::cutcell_problems;
 
-TEST_CASE("operator: it equals the assembled matrix") {
+TEST_CASE("CutCellOperator: matrix-free product equals the assembled matrix") {
   const LaplaceProblem problem = random_disks(12, 64, 5, 0.05);
   Level level(problem, 64, 64);
   LevelBuilder().build(problem, LinkFormula::log_fitted, level);
@@ -49,7 +49,7 @@ TEST_CASE("operator: it equals the assembled matrix") {
   CHECK(worst <= 1e-14 * largest * 64);  // Rounding of sums of at most about 60 terms.
 }
 
-TEST_CASE("link lists: they contain the links of floating groups") {
+TEST_CASE("LinkLists: sums over links of floating groups equal direct sums") {
   LaplaceProblem problem = random_disks(12, 64, 5, 0.05);
   for (const int body : {3, 5, 8}) problem.groups[problem.bodies[body].group].floating = false;
   Level level(problem, 1024, 1024);  // A disk has more links than one block of them.
@@ -90,7 +90,7 @@ TEST_CASE("link lists: they contain the links of floating groups") {
   CHECK(by_group[problem.bodies[5].group] == 0);
 }
 
-TEST_CASE("edge cells: each cell at a conductor once, with its floating links") {
+TEST_CASE("EdgeCells: visits each cell next to a conductor once, with its links") {
   LaplaceProblem problem = random_disks(12, 64, 5, 0.05);
   for (const int body : {3, 5}) problem.groups[problem.bodies[body].group].floating = false;
   Level level(problem, 64, 64);
@@ -118,7 +118,7 @@ TEST_CASE("edge cells: each cell at a conductor once, with its floating links") 
   CHECK(static_cast<long>(edges.size()) == std::count(visits.begin(), visits.end(), 1));
 }
 
-TEST_CASE("multigrid preconditioner: it is symmetric and positive definite") {
+TEST_CASE("multigrid preconditioner: is symmetric and positive definite") {
   LaplaceProblem problem = random_disks(12, 128, 5, 0.05);  // The coarsest grids do not resolve the disks.
   problem.groups[problem.bodies[2].group].floating = false;
   // Two distant bodies of one group: subgrid conductors on coarse grids.
@@ -175,7 +175,7 @@ LaplaceProblem lattice(int n, double radius) {
 
 }  // namespace
 
-TEST_CASE("coarse grid: unresolved floating disks form an effective medium") {
+TEST_CASE("coarse grid: unresolved floating disks become a Maxwell Garnett medium") {
   const double radius = 0.3, fill = pi * radius * radius;
   Level level(lattice(8, radius), 8, 8);
   LevelBuilder().build_coarse(lattice(8, radius), LinkFormula::log_fitted, find_agglomerates(lattice(8, radius), {}),
@@ -192,7 +192,7 @@ TEST_CASE("coarse grid: unresolved floating disks form an effective medium") {
   CHECK(level.diagonal[level.layout(0, 0)] == doctest::Approx((2 + 2) * permittivity).epsilon(single));
 }
 
-TEST_CASE("coarse grid: small disks at given potentials are subgrid conductors") {
+TEST_CASE("coarse grid: small disks at given potential act as subgrid conductors") {
   LaplaceProblem problem = lattice(8, 0.1);
   for (Group& group : problem.groups) group.floating = false;
   Level level(problem, 8, 8);
@@ -204,7 +204,7 @@ TEST_CASE("coarse grid: small disks at given potentials are subgrid conductors")
   CHECK(level.has_unknown(3));
 }
 
-TEST_CASE("coarse grid: a group's subgrid conductors in a cell form one link") {
+TEST_CASE("coarse grid: a group's subgrid conductors share one link per cell") {
   LaplaceProblem problem = lattice(16, 0.1);
   for (std::size_t k = 0; k < problem.bodies.size(); ++k) problem.bodies[k].group = static_cast<int>(k % 2);
   const bool electrode[4] = {false, false, true, true};
@@ -228,7 +228,7 @@ TEST_CASE("coarse grid: a group's subgrid conductors in a cell form one link") {
   }
 }
 
-TEST_CASE("subgrid conductor: its mean flux follows the lattice Green function") {
+TEST_CASE("subgrid conductor: mean conductance follows the lattice Green function") {
   // A conductor is distributed to four cells by weights w. Their weighted mean is the potential at the radius
   // exp(-gamma - 2 pi <G>) / sqrt(8). <G> is the sum of w_k w_l (G(k - l) - G(0)), which is 0, -1/4 for neighbours and
   // -1/pi across a diagonal.
@@ -254,7 +254,7 @@ TEST_CASE("subgrid conductor: its mean flux follows the lattice Green function")
         doctest::Approx(mean_logarithm - std::log(0.01)).epsilon(0.004 / 3.9));
 }
 
-TEST_CASE("conductor on a side: only its part inside the box takes flux") {
+TEST_CASE("share_in_box: fraction of a circle that lies inside the box") {
   const Layout box(8, 6);
   CHECK(share_in_box({4, 3}, 2, box) == 1);
   CHECK(share_in_box({4, 0}, 2, box) == doctest::Approx(0.5).epsilon(1e-15));
@@ -263,7 +263,7 @@ TEST_CASE("conductor on a side: only its part inside the box takes flux") {
   CHECK(share_in_box({4, 6}, 2, box) == doctest::Approx(0.5).epsilon(1e-15));
 }
 
-TEST_CASE("multigrid cycle: a small grounded half-disk sets the potential level") {
+TEST_CASE("multigrid cycle: a small grounded half-disk sets potentials within 20 %") {
   // Charges of one sign raise all potentials together. One cycle gives 1.15 of this level (regression value). It would
   // give 0.76 if coarse grids, most of which treat the ground as a subgrid conductor, took the half-disk for a whole
   // disk.
@@ -294,7 +294,7 @@ TEST_CASE("multigrid cycle: a small grounded half-disk sets the potential level"
   CHECK(std::abs(level_found / level_exact - 1) < 0.2);
 }
 
-TEST_CASE("coarse grids: a group below 1.5 cells has no unknown there and coarser") {
+TEST_CASE("coarse grids: a group smaller than 1.5 cells has no unknown on them") {
   LaplaceProblem problem = lattice(16, 0.2);
   for (std::size_t k = 0; k < problem.bodies.size(); ++k) problem.bodies[k].group = k == 1 ? 0 : static_cast<int>(k);
   problem.groups[1].floating = false;  // No body belongs to this group.
@@ -308,7 +308,7 @@ TEST_CASE("coarse grids: a group below 1.5 cells has no unknown there and coarse
   CHECK(coarser.newly_absorbed == 0);
 }
 
-TEST_CASE("iterations: unresolved disks on coarse grids do not increase them") {
+TEST_CASE("cut-cell solver: at most 13 iterations if coarse grids miss the disks") {
   // Lattice of disks of radius 2.4 cells in boxes of increasing size: for each size another grid no longer resolves the
   // disks. Regression values, with a margin of 2: 11, 11, 11.
   for (const int n : {8, 16, 32}) {
@@ -320,7 +320,7 @@ TEST_CASE("iterations: unresolved disks on coarse grids do not increase them") {
   }
 }
 
-TEST_CASE("iterations: unresolved chains with tiny gaps converge as separate disks") {
+TEST_CASE("cut-cell solver: at most 14 iterations for chains, gaps of 1e-5 cells") {
   // The disks form a row with gaps of 1e-5 cells. Each floats alone or belongs to one of six groups along the row.
   // Without gap conductances on coarse grids the solve takes more than 50 and 20 iterations. Regression value, with a
   // margin of 2: 12.
@@ -336,7 +336,7 @@ TEST_CASE("iterations: unresolved chains with tiny gaps converge as separate dis
   }
 }
 
-TEST_CASE("cells with centres nearly on a surface: relaxed with the conductor") {
+TEST_CASE("cut-cell solver: at most 11 iterations if gaps contain cell centres") {
   // Some gaps of this row of disks contain a cell centre. The solve takes 47 and 30 iterations if such cells are
   // relaxed alone or hidden from coarse grids. Regression value, with a margin of 2: 9.
   LaplaceProblem problem{.permittivity = 1};
@@ -349,7 +349,7 @@ TEST_CASE("cells with centres nearly on a surface: relaxed with the conductor") 
   CHECK(CutCellSolver(options(256, 1e-8)).solve(problem).iterations <= 11);
 }
 
-TEST_CASE("agglomerates: groups join only if gap conductances dominate") {
+TEST_CASE("cut-cell solver: at most 12 iterations for disks at gaps of 0.3 cells") {
   // Disks of one cell's size, each with a gap of 0.3 cells to another, cover 1/6 of the box. As one agglomerate they
   // would be 1000 subgrid conductors on all grids and take 29 iterations. Regression value, with a margin of 2: 10.
   random_placement::Random random(1);

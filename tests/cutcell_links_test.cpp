@@ -16,7 +16,7 @@ using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 using namespace lichtenberg::cutcell_problems;
 
-TEST_CASE("log-fitted link: it carries the exact flux of a logarithmic field") {
+TEST_CASE("log-fitted link (cell to disk): exact flux of a logarithmic potential") {
   const Vec2 centre{0.3, -0.2}, p{2.5, 0.5}, a{2.0, 1.0}, b{2.0, 0.0};
   const double R = 1.7, q = 2.4;
   const double seen = std::atan2(a.y - centre.y, a.x - centre.x) - std::atan2(b.y - centre.y, b.x - centre.x);
@@ -25,14 +25,14 @@ TEST_CASE("log-fitted link: it carries the exact flux of a logarithmic field") {
   CHECK(log_fitted_link(p, a, b, centre, R).value * difference == doctest::Approx(q * seen / (2 * pi)).epsilon(1e-14));
 }
 
-TEST_CASE("log-fitted link: it tends to 1 / cut for a large circle") {
+TEST_CASE("log-fitted link (cell to disk): tends to 1 / distance for large circles") {
   const double R = 1e6, cut = 0.3;
   const Conductance c = log_fitted_link({0, 0}, {0.5, 0.5}, {0.5, -0.5}, {R + cut, 0}, R);
   // c = dtheta / ln(1 + cut/R), dtheta = 1/(R + cut - 1/2): the relative difference is of order 1/R.
   CHECK(c.value == doctest::Approx(1 / cut).epsilon(2.0 / R));
 }
 
-TEST_CASE("log-fitted links: batches equal single links") {
+TEST_CASE("log_fitted_links: batches equal single links to rounding") {
   for (const double R : {least_batched_radius, 1.0, 7.75, 1000.0})
     for (int k = 0; k < 1000; ++k) {
       // Centres at any position in a cell, and a cell at the rim in any direction.
@@ -56,7 +56,7 @@ TEST_CASE("log-fitted links: batches equal single links") {
     }
 }
 
-TEST_CASE("links in gaps below a cell: those of link.hpp, with opposed surfaces") {
+TEST_CASE("links in gaps below a cell: LevelBuilder equals functions of link.hpp") {
   for (const bool one_group : {false, true}) {
     LaplaceProblem problem{.size = {32, 32}, .permittivity = 1};
     problem.sides[bottom].kind = Side::Kind::electrode;
@@ -103,7 +103,7 @@ TEST_CASE("links in gaps below a cell: those of link.hpp, with opposed surfaces"
   }
 }
 
-TEST_CASE("link gradients: they are the derivatives of the values") {
+TEST_CASE("link conductances: gradients equal central differences") {
   // Central differences with step s: truncation s^2 f'''/6 and rounding 1e-16 |f| / s are equal near s = 1e-5.
   const double s = 1e-5, accuracy = 1e-7;
   SUBCASE("log-fitted, outside and inside") {
@@ -139,7 +139,7 @@ TEST_CASE("link gradients: they are the derivatives of the values") {
   }
 }
 
-TEST_CASE("channel between two circles: it is the integral of ds / gap") {
+TEST_CASE("gap_conductance between circles: equals the integral of ds / gap") {
   // Parabolic channel: gap(s) = g + s^2 (1/R_a + 1/R_b) / 2 up to terms s^4/(4 R^3) = 3e-5 for s = 1/2, R = 8.
   for (const double g : {1e-5, 1e-3, 0.1}) {
     const double k = 0.125, exact = 2 / std::sqrt(g * k) * std::atan(0.5 * std::sqrt(k / g));
@@ -154,7 +154,7 @@ TEST_CASE("channel between two circles: it is the integral of ds / gap") {
   }
 }
 
-TEST_CASE("disk centred on a cell's corner: surrounding cells see the full angle") {
+TEST_CASE("link to a disk centred on a cell corner: three cells see the full angle") {
   // The disk covers the cell above and to the right of the corner. Two faces subtend pi/4 each; those that end in the
   // corner share the rest.
   const double ln = std::log(std::sqrt(2.5) / 0.1), near_ln = std::log(std::sqrt(0.5) / 0.1);
@@ -168,7 +168,7 @@ TEST_CASE("disk centred on a cell's corner: surrounding cells see the full angle
   CHECK(std::isfinite(below.gradient.y));
 }
 
-TEST_CASE("disk centred on a face: the cell in front sees the angle pi") {
+TEST_CASE("link to a disk centred on a cell face: the cell sees an angle of pi") {
   for (const Vec2 p : {Vec2{0.5, -0.5}, Vec2{0.5, 0.5}}) {
     const double ln = std::log(std::hypot(0.41, 0.5) / 0.5);
     const Conductance c = log_fitted_link(p, {0, 0}, {1, 0}, {0.91, 0}, 0.5);
@@ -178,7 +178,7 @@ TEST_CASE("disk centred on a face: the cell in front sees the angle pi") {
   }
 }
 
-TEST_CASE("two disks of half a cell: centres on faces give positive links") {
+TEST_CASE("two disks of half a cell centred on faces: links positive, CG converges") {
   // The centres lie on faces, as in two-disks.toml with 36 cells. With a negative conductance CG would not converge.
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {36, 36};

@@ -54,7 +54,7 @@ TEST_CASE("cut-cell solver: any number of threads gives identical bits") {
   for (const int threads : {2, 3, 7}) CHECK((solve(threads) == one));
 }
 
-TEST_CASE("order of bodies: it makes no difference, also for initial guesses") {
+TEST_CASE("cut-cell solver: the order of bodies changes results within tolerance") {
   LaplaceProblem problem = random_disks(60, 256, 8, 0.5), turned = problem;
   std::reverse(turned.bodies.begin(), turned.bodies.end());
   const std::size_t bodies = problem.bodies.size();
@@ -93,7 +93,7 @@ TEST_CASE("order of bodies: it makes no difference, also for initial guesses") {
   }
 }
 
-TEST_CASE("team: it does every task once and forwards a side task's exception") {
+TEST_CASE("parallel::Team: does every task once, rethrows a background exception") {
   parallel::Team team(4);
   for (int round = 0; round < 2000; ++round) {
     const int count = 1 + round % 37;
@@ -121,7 +121,7 @@ rlim_t room_for_a_hundred_threads() {
   return pages * static_cast<rlim_t>(sysconf(_SC_PAGESIZE)) + 100 * stack;
 }
 
-TEST_CASE("team: more threads than available are refused, and existing ones end") {
+TEST_CASE("parallel::Team: more threads than available are refused") {
   rlimit before{};
   REQUIRE(getrlimit(RLIMIT_AS, &before) == 0);
   rlimit little = before;
@@ -140,7 +140,7 @@ TEST_CASE("team: more threads than available are refused, and existing ones end"
 
 [[gnu::noinline]] const void* call_site() { return __builtin_return_address(0); }
 
-TEST_CASE("team: a task is compiled once, so it rounds equally alone and shared") {
+TEST_CASE("parallel::Team: a task is compiled once for one and for several threads") {
   // The call address of the task distinguishes its compilations at any optimization that inlines it.
   std::vector<const void*> site(8);
   const auto run = [&](parallel::Team& team, int count) {

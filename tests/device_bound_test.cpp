@@ -14,7 +14,7 @@ namespace device_bound_test {
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 
-TEST_CASE("device: random scenes take no more iterations than the CPU's bound") {
+TEST_CASE("device algorithms on the CPU: at most 24 iterations for random scenes") {
   // The bound of validation/hard_cases. Without elimination of near-surface cells, 38 and 8 of the scenes need more
   // than 24.
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
@@ -27,7 +27,7 @@ TEST_CASE("device: random scenes take no more iterations than the CPU's bound") 
   }
 }
 
-TEST_CASE("device: disks with gaps at cell centres take about the CPU's iterations") {
+TEST_CASE("device algorithms, gaps at cell centres: iterations near the CPU's") {
   for (const double gap : {1e-6, 0.01}) {
     CAPTURE(gap);
     LaplaceProblem problem{.permittivity = 1};

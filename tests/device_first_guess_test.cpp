@@ -59,7 +59,7 @@ struct KnownPotentials {
 
 }  // namespace
 
-TEST_CASE("initial guess from a coarser grid's change: it is the CPU's") {
+TEST_CASE("device follower: initial guess from a coarser grid equals the CPU's") {
   const LaplaceProblem problem = with_merged(random_disks(25, 0.6), 3, 7);
   const int nx = 96, ny = 64, bodies = static_cast<int>(problem.bodies.size());
   Level level(problem, nx, ny);
@@ -103,7 +103,7 @@ TEST_CASE("initial guess from a coarser grid's change: it is the CPU's") {
   for (std::size_t k = 0; k < op.size(); ++k) REQUIRE(std::abs(device_x[k] - x[k]) <= 6 / scale * 0x1p-24 + 1e-14);
 }
 
-TEST_CASE("closest shares: a dependent basis vector leaves the error orthogonal") {
+TEST_CASE("closest_shares: error is orthogonal to the basis, also a dependent one") {
   // Vectors in the metric diag(1, 2, 3, 4); the third is the sum of the others, or independent.
   constexpr int n = 4, m = history_length;
   const std::array<double, n> exact{1, -2, 0.5, 3};
@@ -132,7 +132,7 @@ TEST_CASE("closest shares: a dependent basis vector leaves the error orthogonal"
   }
 }
 
-TEST_CASE("follower: it requires the same bodies and an earlier solution") {
+TEST_CASE("device follower: needs an earlier solution with equally many bodies") {
   parallel::HostExecutor run;
   device::Follower<parallel::HostExecutor> follower(run);
   KnownPotentials two({8, 8, std::vector<double>(64), {1, 2}}, 1), one({8, 8, std::vector<double>(64), {1}}, 1);
@@ -146,7 +146,7 @@ TEST_CASE("follower: it requires the same bodies and an earlier solution") {
   CHECK_FALSE(follower.is_comparable(two.view()));
 }
 
-TEST_CASE("device follower: fewer iterations after group merges") {
+TEST_CASE("device follower: following a coarse grid saves iterations at merges") {
   CutCellOptions fine, coarse;
   fine.cells = 192;
   fine.tolerance = 1e-5;

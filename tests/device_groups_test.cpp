@@ -81,7 +81,7 @@ double difference(const LaplaceSolution& device, const LaplaceSolution& cpu) {
 
 }  // namespace
 
-TEST_CASE("device: chains with tiny gaps take about the CPU's iterations") {
+TEST_CASE("device algorithms, chain with gaps of 1e-6: iterations near the CPU's") {
   // Separate Jacobi relaxation of the twelve disks would not change their common mode: at least 43 iterations.
   CutCellOptions options;
   options.cells = 256;
@@ -98,7 +98,7 @@ TEST_CASE("device: chains with tiny gaps take about the CPU's iterations") {
   }
 }
 
-TEST_CASE("device: coarse grids keep the gap conductances of nearly touching disks") {
+TEST_CASE("device algorithms, unresolved rows of disks: iterations near the CPU's") {
   // The row of disks of cutcell_grids_test, which coarse grids do not resolve, each alone or in one of six groups.
   // Without clusters the device takes 77 to 165 iterations, with clusters alone 38. 200 disks form more than one
   // cluster.
@@ -124,7 +124,7 @@ TEST_CASE("device: coarse grids keep the gap conductances of nearly touching dis
   }
 }
 
-TEST_CASE("device: the host waits once per solve, or three times with clusters") {
+TEST_CASE("device solver: host waits once per solve, 3 times with strong links") {
   CutCellOptions options;
   options.cells = 256;
   options.tolerance = 1e-8;
@@ -164,7 +164,7 @@ LaplaceProblem with_supply(LaplaceProblem problem, double capacitance) {
 
 }  // namespace
 
-TEST_CASE("device: couplings of any strength are solved as on the CPU") {
+TEST_CASE("device algorithms: lumped conductances of any size as on the CPU") {
   CutCellOptions options;
   options.cells = 96;
   options.tolerance = 1e-9;
@@ -198,7 +198,7 @@ TEST_CASE("device: couplings of any strength are solved as on the CPU") {
   }
 }
 
-TEST_CASE("device: couplings keep the total floating charge at any tolerance") {
+TEST_CASE("device algorithms: lumped conductances conserve charge at any tolerance") {
   for (const double capacitance : {1e-3, 1.0, 1e12}) {
     CAPTURE(capacitance);
     CutCellOptions options;
@@ -217,7 +217,7 @@ TEST_CASE("device: couplings keep the total floating charge at any tolerance") {
   }
 }
 
-TEST_CASE("device: couplings may change from solve to solve") {
+TEST_CASE("device algorithms: lumped conductances may change from solve to solve") {
   CutCellOptions options;
   options.cells = 96;
   options.tolerance = 1e-10;
@@ -228,7 +228,7 @@ TEST_CASE("device: couplings may change from solve to solve") {
     CHECK(difference(device->solve(problem), CutCellSolver(options).solve(problem)) < 2e-8);
 }
 
-TEST_CASE("device: kernels are recorded once through merges, splits and couplings") {
+TEST_CASE("device kernels: recorded once despite merges, splits and conductances") {
   CutCellOptions options;
   options.cells = 96;
   const LaplaceProblem separated = insulated();
@@ -256,7 +256,7 @@ TEST_CASE("device: kernels are recorded once through merges, splits and coupling
   }
 }
 
-TEST_CASE("device: changing strong links record kernels once; the host stays out") {
+TEST_CASE("device kernels: recorded again only after long absence of strong links") {
   CutCellOptions options;
   options.cells = 64;
   options.tolerance = 1e-2;
@@ -289,7 +289,7 @@ TEST_CASE("device: changing strong links record kernels once; the host stays out
   CHECK(Counting::waits == 3);
 }
 
-TEST_CASE("cluster: its inverse is accurate although one link is 1e11 times larger") {
+TEST_CASE("clusters_of: inverse is accurate although one link is 1e11 times larger") {
   // Three nodes in a row with links of 1e12 and 8; the fourth node is isolated.
   const std::vector<double> ground{1, 0.5, 2, 3};
   const std::vector<NetworkLink> links{{1, 0, 1e12}, {1, 2, 8}};
@@ -310,7 +310,7 @@ TEST_CASE("cluster: its inverse is accurate although one link is 1e11 times larg
   CHECK(pairs.row == std::vector<int>{0, 1, -1, -1});
 }
 
-TEST_CASE("clusters: those of the linked groups are those of all groups") {
+TEST_CASE("LinkedGroups: clusters of linked groups equal clusters of all groups") {
   // Among nine groups the second has no unknown, and the fifth and the last have no links.
   const std::vector<double> diagonal{3, 0, 1 + 1e3, 2 + 40, 5, 2 + 1e3 + 40, 1 + 7, 6 + 7, 4};
   const std::vector<NetworkLink> links{{5, 2, 1e3}, {0, 1, 50}, {3, 5, 40}, {7, 6, 7}};
@@ -363,7 +363,7 @@ struct CoarseGrid {
 
 }  // namespace
 
-TEST_CASE("device: a group's subgrid conductors between four cells form one") {
+TEST_CASE("device grid: subgrid conductors of a group between four cells are merged") {
   const LaplaceProblem problem = three_thin_groups(600);
   const int n = 8;
   const CoarseGrid coarse(problem, n);
@@ -398,7 +398,7 @@ TEST_CASE("device: a group's subgrid conductors between four cells form one") {
   }
 }
 
-TEST_CASE("device: a coarsest grid beyond one block's memory is inverted in panels") {
+TEST_CASE("invert_in_panels: inverts up to 200 nodes, detects singular matrices") {
   parallel::HostExecutor run;
   random_placement::Random random(3);
   for (const int n : {1, 32, 33, 200}) {
@@ -445,7 +445,7 @@ TEST_CASE("device: a coarsest grid beyond one block's memory is inverted in pane
   }
 }
 
-TEST_CASE("device: a coarsest grid beyond one block's memory permits strong links") {
+TEST_CASE("device algorithms, large coarsest grid: gaps of 1e-6 converge as on CPU") {
   // 60, 30 and 15 cells per side.
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {60, 60};

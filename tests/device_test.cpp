@@ -80,6 +80,20 @@ LaplaceProblem shared_cells() {
   return problem;
 }
 
+/// Problem of floating and grounded bars, shorter or narrower than the cells of coarse grids.
+LaplaceProblem short_bars() {
+  LaplaceProblem problem{.permittivity = 1};
+  problem.size = {64, 64};
+  problem.sides[left].kind = problem.sides[right].kind = Side::Kind::electrode;
+  problem.sides[right].potential = 1;
+  problem.bodies = {{Bar{{20, 25}, {20.5, 26}, 3}, 0},
+                    {Bar{{40, 28}, {42, 28}, 0.3}, 1},
+                    {Bar{{12, 50}, {13, 51}, 1}, 2},
+                    {Bar{{50, 50}, {50, 50.4}, 9}, 3}};
+  problem.groups = {{true, 0.5, 0}, {true, -0.7, 0}, {false, 0, 0.5}, {true, 0.2, 0}};
+  return problem;
+}
+
 struct Case {
   const char* name;
   LaplaceProblem problem{.permittivity = 1};
@@ -91,6 +105,7 @@ std::vector<Case> cases() {
           {"narrow gaps", random_disks(35, 0.01), 96},
           {"groups", merged(random_disks(35, 0.01)), 96},
           {"dish", dish(), 128},
+          {"short bars", short_bars(), 128},
           {"shared cells", shared_cells(), 32},
           {"insulated", insulated(), 96},
           {"one grid", narrow_box(), 16}};
@@ -150,7 +165,7 @@ int body_at(CellOwner owner) { return owner.is_fluid() ? -1 : owner.body(); }
 
 }  // namespace
 
-TEST_CASE("device: cells and links are the CPU's") {
+TEST_CASE("device grid: cell owners and links equal the CPU solver's") {
   for (const Case& c : cases())
     for (const LinkFormula formula : {LinkFormula::log_fitted, LinkFormula::plain}) {
       CAPTURE(std::string(c.name));
@@ -209,7 +224,7 @@ TEST_CASE("device: cells and links are the CPU's") {
     }
 }
 
-TEST_CASE("test cases: they contain the intended situations") {
+TEST_CASE("test cases of the device: contain gaps, shared cells and large groups") {
   bool pairs = false, shared_cell = false, cross = false, body_at_side = false, large_group = false;
   for (const Case& c : cases()) {
     const int nx = c.cells, ny = static_cast<int>(std::lround(nx * c.problem.size.y / c.problem.size.x));
@@ -231,7 +246,7 @@ TEST_CASE("test cases: they contain the intended situations") {
   CHECK(large_group);
 }
 
-TEST_CASE("device: operator and right-hand side are the CPU's") {
+TEST_CASE("device: operator and right-hand side equal the CPU solver's") {
   for (const Case& c : cases()) {
     CAPTURE(std::string(c.name));
     const int nx = c.cells, ny = static_cast<int>(std::lround(nx * c.problem.size.y / c.problem.size.x));
@@ -320,13 +335,13 @@ constexpr double rounding_of_cycles = 20 * 6e-8;
 
 }  // namespace
 
-TEST_CASE("device V-cycle: it is the CPU's without gap conductances") {
+TEST_CASE("device V-cycle: equals the CPU's without eliminated cells") {
   const LaplaceProblem problem = bars(0);
   REQUIRE(count_eliminated_cells(problem, 96, 64) == 0);
   CHECK(difference_of_cycles(problem, 96, 64) < rounding_of_cycles);
 }
 
-TEST_CASE("device V-cycle: it eliminates near-surface cells as the CPU does") {
+TEST_CASE("device V-cycle: equals the CPU's with eliminated near-surface cells") {
   // The ends lie 0.1 cells from a column of centres: on the finest grid of 96 cells, or on 192 cells, the second of
   // three grids.
   const LaplaceProblem on_finest = bars(0.4), on_second = bars(0.2);
@@ -337,7 +352,7 @@ TEST_CASE("device V-cycle: it eliminates near-surface cells as the CPU does") {
   CHECK(difference_of_cycles(on_second, 384, 256) < rounding_of_cycles);
 }
 
-TEST_CASE("device: the solution is the CPU's within the tolerance") {
+TEST_CASE("device algorithms: potentials, charges and forces equal the CPU's") {
   for (Case& c : cases()) {
     CAPTURE(std::string(c.name));
     CutCellOptions options;
@@ -380,7 +395,7 @@ TEST_CASE("device: the solution is the CPU's within the tolerance") {
   }
 }
 
-TEST_CASE("device: charges and their sum are exact for any tolerance") {
+TEST_CASE("device algorithms: charges and their sum are exact at tolerance 1e-2") {
   for (const Case& c : cases()) {
     CAPTURE(std::string(c.name));
     CutCellOptions options;
@@ -403,7 +418,7 @@ TEST_CASE("device: charges and their sum are exact for any tolerance") {
   }
 }
 
-TEST_CASE("device: it increases capacity for more links, gaps or groups") {
+TEST_CASE("device solver: increases its capacity for more links, gaps or groups") {
   LaplaceProblem small = random_disks(30, 2), large = small;
   for (std::size_t body = 1; body < large.bodies.size(); ++body) {
     std::get<Disk>(small.bodies[body].shape).radius *= 0.3;   // A quarter of the links.
@@ -425,7 +440,7 @@ TEST_CASE("device: it increases capacity for more links, gaps or groups") {
   }
 }
 
-TEST_CASE("device memory: too little is refused with the amount needed") {
+TEST_CASE("device memory too small: the solve is refused and states the need") {
   CutCellOptions options;
   options.cells = 192;
   device::CutCell<Cramped> solver(options);
@@ -436,7 +451,7 @@ TEST_CASE("device memory: too little is refused with the amount needed") {
 }
 
 #ifndef LICHTENBERG_WITH_CUDA
-TEST_CASE("device: without CUDA in the build it is refused with a message") {
+TEST_CASE("device = \"cuda\" in a build without CUDA: refused with a message") {
   CutCellOptions options;
   options.device = CutCellOptions::Device::cuda;
   CHECK_THROWS_WITH_AS(CutCellSolver{options},
@@ -446,7 +461,7 @@ TEST_CASE("device: without CUDA in the build it is refused with a message") {
 }
 #endif
 
-TEST_CASE("iterations: one predicted to reach the tolerance is the last") {
+TEST_CASE("device iterations: one that is predicted to converge is the last") {
   device::Iterations iterations{};
   iterations.begin(1e-2, 100);
   iterations.criterion.energy_norm = 1;

@@ -52,7 +52,7 @@ double impact_square(double eta, double energy) {
 
 }  // namespace
 
-TEST_CASE("impact exchange: both signs, and the mean square of its law") {
+TEST_CASE("ImpactExchange of charge: zero mean, mean square of its law") {
   const ImpactExchange law{2, 0.83};
   for (const double speed : {0.1, 3.0}) {
     const Sample s = sample([&](Random& random) { return law(0.5, speed, random); });
@@ -61,7 +61,7 @@ TEST_CASE("impact exchange: both signs, and the mean square of its law") {
   }
 }
 
-TEST_CASE("impact exchange: its noise has the limits of G 4.3") {
+TEST_CASE("ImpactExchange of charge: random factors stay within the law's limits") {
   double least = 1e9, most = 0;
   const ImpactExchange law{1, 2};
   for (int k = 0; k < many; ++k) {
@@ -76,7 +76,7 @@ TEST_CASE("impact exchange: its noise has the limits of G 4.3") {
   CHECK(most > 10);
 }
 
-TEST_CASE("random walks: the charge's variance is proportional to the time step") {
+TEST_CASE("charge exchange by random walk: variance proportional to the time step") {
   const RandomWalkExchange walk{2, 5};
   const ContactAreaExchange area{2, 5};
   for (const double dt : {0.01, 0.04}) {
@@ -88,7 +88,7 @@ TEST_CASE("random walks: the charge's variance is proportional to the time step"
   }
 }
 
-TEST_CASE("contact area: two spheres intersect in a circle") {
+TEST_CASE("contact_area: area of the circle in which two spheres intersect") {
   for (const double overlap : {0.0, 1e-9, 0.1, 0.4})
     CHECK(contact_area(0.5, 0.5, overlap) == Approx(pi * overlap / 2 * (1 - overlap / 2)).epsilon(1e-14));
   // For radii 3 and 4 at distance 5 the circle's radius is the height of a right triangle, 12/5.
@@ -117,7 +117,7 @@ TEST_CASE("charge quanta: charges sum to exactly zero after a million transfers"
   CHECK(down == 0);
 }
 
-TEST_CASE("charges: scaling with their strength is exact") {
+TEST_CASE("charge transfer: half the strength gives exactly half the charge") {
   for (int k = 0; k < 1000; ++k) {
     Random one = pair_random(k), other = pair_random(k);
     const double whole = ImpactExchange{4.5e-3, 0.83}(0.5, 1.7, one);
@@ -128,7 +128,7 @@ TEST_CASE("charges: scaling with their strength is exact") {
   }
 }
 
-TEST_CASE("capacity: it refuses a transfer or discharges, and states the loss") {
+TEST_CASE("exchange_charges: above capacity refuses or resets, states lost charge") {
   const auto refused = exchange_charges(0.75, -0.5, 0.5, 1, OverCapacity::refuse);
   CHECK(refused.i == 0.75);
   CHECK(refused.j == -0.5);

@@ -68,7 +68,7 @@ void check_derivatives(const Law& law, double overlap, double closing, double sc
 
 }  // namespace
 
-TEST_CASE("contact law: derivatives, stored energy and dissipation fit the force") {
+TEST_CASE("contact laws: slope, stored energy and dissipation match the force") {
   for (const double closing : {-5.0, -0.1, 0.0, 0.7, 3.0})
     for (const double scale : {1.0, 0.7}) {
       check_derivatives(viscoelastic, 0.08, closing, scale);
@@ -76,7 +76,7 @@ TEST_CASE("contact law: derivatives, stored energy and dissipation fit the force
     }
 }
 
-TEST_CASE("contact: it never attracts, and the remaining spring energy is lost") {
+TEST_CASE("contact laws: never attract; the remaining spring energy is dissipated") {
   // E xi = 0.04 * 278.6 = 11.1 < D |xi'|, and A xi = 11.1 < B |xi'| = 20.
   const ContactForce soft = contact_at(viscoelastic, 0.04, -2), spring = contact_at(linear, 0.04, -2);
   CHECK(soft.force == 0);
@@ -90,7 +90,7 @@ TEST_CASE("contact: it never attracts, and the remaining spring energy is lost")
   }
 }
 
-TEST_CASE("spheres of any radii: Hertz's force") {
+TEST_CASE("viscoelastic law without damping: Hertz's force for spheres of any radii") {
   // E of two grains of diameter 1 is 4/3 E* sqrt(1/4).
   const ViscoelasticLaw elastic{278.6, 0};
   for (const double radius : {0.5, 0.2, 3.0}) {
@@ -104,21 +104,21 @@ TEST_CASE("spheres of any radii: Hertz's force") {
   CHECK(elastic.scale(0.5, 0.5) == 1);
 }
 
-TEST_CASE("collision: the lost energy is that dissipated in the contact") {
+TEST_CASE("collision: kinetic energy lost equals energy dissipated in the contact") {
   for (const Collision& collision :
        {collide(viscoelastic, 1), collide(linear, 1), collide(LinearSpringLaw{278.6, 27.7}, 1)})
     CHECK(half * half * (1 - collision.restitution * collision.restitution) ==
           Approx(collision.dissipated).epsilon(1e-6).scale(0));
 }
 
-TEST_CASE("viscoelastic grains: restitution and duration at E = 278.6, D = 27.7") {
+TEST_CASE("viscoelastic grains: restitution and duration, E = 278.6, D = 27.7") {
   // To the digits of an independent solution of the same equation.
   CHECK(collide(viscoelastic, 1).restitution == Approx(0.330835).epsilon(2e-6).scale(0));
   CHECK(collide(viscoelastic, 0.01).restitution == Approx(0.597185).epsilon(2e-6).scale(0));
   CHECK(collide(viscoelastic, 1).duration == Approx(0.213).epsilon(3e-3).scale(0));
 }
 
-TEST_CASE("linear springs: restitution in closed form") {
+TEST_CASE("linear spring law: restitution and duration equal the closed form") {
   // A = 278.6, and z = 1 at B = 2 sqrt(A / 2) = 23.6: both branches. Digits of a numerical solution.
   const double known[][2] = {{1, .8784330594}, {10, .3464297011}, {20, .1675527592}, {27.7, .1086084758}};
   for (const auto& [damping, restitution] : known) {

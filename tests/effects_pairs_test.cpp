@@ -77,7 +77,7 @@ void check_law(const Law& law, const RandomSpheres<d>& particles) {
 
 }  // namespace
 
-TEST_CASE("pair forces: threads give identical bits, an executor equal forces") {
+TEST_CASE("add_pair_forces: threads give identical bits, device algorithm agrees") {
   const RandomSpheres<2> plane(6000, 60);
   const RandomSpheres<3> space(6000, 16);
   REQUIRE(space.pairs.size() > 6000);
@@ -88,7 +88,7 @@ TEST_CASE("pair forces: threads give identical bits, an executor equal forces") 
   check_law(ScreenedCoulombLaw{1, 0.5, 0.9}, space);
 }
 
-TEST_CASE("quick form of a law: it equals the law") {
+TEST_CASE("ContactPotentialLaw::quick: equals the full law at small overlaps") {
   const effects::ContactPotentialLaw law{3};
   for (double q = 0.8; q < 1; q += 0.01) {
     const PairGeometry pair{.distance = 2 * q, .reach = 2};
@@ -99,7 +99,7 @@ TEST_CASE("quick form of a law: it equals the law") {
   CHECK_FALSE(law.quick_holds({.distance = 1.5, .reach = 2}));
 }
 
-TEST_CASE("Hertz force: across periodic faces it equals that inside") {
+TEST_CASE("Hertz force across periodic faces: equals that inside the box") {
   const effects::HertzLaw law{1e3};
   const std::vector<double> radius = {0.5, 0.5};
   const std::vector<Pair> pairs = {{0, 1}};
@@ -116,7 +116,7 @@ TEST_CASE("Hertz force: across periodic faces it equals that inside") {
   CHECK(inside[3] == -inside[0]);
 }
 
-TEST_CASE("Hertz across periodic sides: forces are energy derivatives") {
+TEST_CASE("Hertz forces in a periodic box: equal negative energy derivatives") {
   RandomSpheres<3> particles(400, 6.5);
   const effects::HertzLaw law{5};
   const auto energy = [&] {

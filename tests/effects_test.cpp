@@ -68,7 +68,7 @@ double jacobian_error(const Effect& effect, Bodies bodies, double step, const st
 
 }  // namespace
 
-TEST_CASE("surfaces: distance, gradient and curvature match the field's geometry") {
+TEST_CASE("surface_of: distance, normal and curvature of disk, ring and bar") {
   const std::vector<Shape> shapes = {Disk{{0.01, 0.02}, 0.003}, Ring{{0.02, 0.02}, 0.02},
                                      Bar{{0.01, 0.01}, {0.03, 0.02}, 0.004}};
   std::mt19937 random(1);
@@ -91,7 +91,7 @@ TEST_CASE("surfaces: distance, gradient and curvature match the field's geometry
     }
 }
 
-TEST_CASE("surfaces: normals of the domain's sides point inward") {
+TEST_CASE("sides_of: distances and inward normals of the domain's four sides") {
   const auto sides = sides_of({.size = {3, 2}, .sides = {}});
   REQUIRE(sides.size() == 4);
   const Vec3 p = {0.5, 0.25, 0};
@@ -101,7 +101,7 @@ TEST_CASE("surfaces: normals of the domain's sides point inward") {
   CHECK(view(sides[3], p).normal == Vec3{0, -1, 0});
 }
 
-TEST_CASE("Hertz: the force between two steel spheres") {
+TEST_CASE("HertzContact: known force between two steel spheres") {
   // E* = 200e9 / (2 * 0.91) = 1.0989e11 Pa, R_eff = 1 mm / 2, overlap 1 um: F = 4/3 * 1.0989e11 * sqrt(5e-4) * 1e-9 =
   // 3.27629 N.
   Bodies bodies{.position = {0, 0, 2 * radius - 1e-6, 0}, .mass = {1, 1}, .radius = {radius, radius}};
@@ -114,7 +114,7 @@ TEST_CASE("Hertz: the force between two steel spheres") {
   CHECK(forces_of(hertz, bodies, {{0, 1}}) == std::vector<double>(4, 0.0));
 }
 
-TEST_CASE("Hertz: derivatives agree with central differences, in 2D and 3D") {
+TEST_CASE("HertzContact: Jacobian agrees with central differences in 2D and 3D") {
   // Steps of 1e-10 m in an overlap of about 1e-5: truncation (1e-5)^2 / 8, rounding 1e-18 / 1e-10 of 1e-5.
   const effects::HertzContact hertz({.young = 1e9, .poisson = 0.3});
   Bodies plane{.position = {0, 0, 1.5e-3, 1.3e-3, -1.2e-3, 1.55e-3}, .mass = {1, 1, 1}, .radius = {1e-3, 1e-3, 1e-3}};
@@ -123,7 +123,7 @@ TEST_CASE("Hertz: derivatives agree with central differences, in 2D and 3D") {
   CHECK(jacobian_error(hertz, space, 1e-10, {{0, 1}}) < 1e-6);
 }
 
-TEST_CASE("Hertz: an overlap above one radius is a failure") {
+TEST_CASE("HertzContact and WallContact: overlap above one radius throws Failure") {
   Bodies bodies{.position = {0, 0, 1.01 * radius, 0}, .mass = {1, 1}, .radius = {radius, radius}};
   const effects::HertzContact hertz({.young = 1e6, .poisson = 0.3});
   CHECK_NOTHROW(forces_of(hertz, bodies, {{0, 1}}));
@@ -138,7 +138,7 @@ TEST_CASE("Hertz: an overlap above one radius is a failure") {
   CHECK_THROWS_AS(forces_of(walls, make_bodies(scene)), Failure);
 }
 
-TEST_CASE("walls: the force is normal, with the effective radius of both surfaces") {
+TEST_CASE("WallContact: normal force with the effective radius of both surfaces") {
   Scene scene = scene_of({{0.05, 0.05}});
   scene.effects.add<effects::WallContactOptions>();
   const auto force_at = [&](Vec2 p) {
@@ -169,7 +169,7 @@ TEST_CASE("walls: the force is normal, with the effective radius of both surface
   CHECK(inward.y == 0);
 }
 
-TEST_CASE("wall contact: different materials give the modulus of both") {
+TEST_CASE("WallContact: different materials give the combined modulus") {
   // 1/E* = 0.96 / 4 MPa + 0.96 / 6 MPa = 1 / 2.5 MPa; F = 4/3 E* sqrt(R_eff) overlap^(3/2).
   Scene scene = scene_of({{0.05, 0.05}});
   scene.effects.add(effects::WallContactOptions{.young = 6e6, .poisson = 0.2});
@@ -192,7 +192,7 @@ TEST_CASE("wall contact: different materials give the modulus of both") {
   CHECK(force_at({radius - overlap, 0.05}) == near(force(6e6 / 1.92, radius), 1e-9));
 }
 
-TEST_CASE("Hertz: pairs of different materials have the modulus of both") {
+TEST_CASE("HertzContact: pairs of different materials have the combined modulus") {
   // 1/E* = 0.96 / 4 MPa + 0.96 / 6 MPa = 1 / 2.5 MPa.
   const effects::Elasticity soft{4e6, 0.2}, hard{6e6, 0.2};
   const effects::HertzContact hertz({.young = 4e6, .poisson = 0.2, .bodies = {soft, hard, hard}});
@@ -214,7 +214,7 @@ TEST_CASE("Hertz: pairs of different materials have the modulus of both") {
   CHECK(jacobian_error(stiff, plane, 1e-10, {{0, 1}, {0, 2}, {1, 2}}) < 1e-6);
 }
 
-TEST_CASE("Hertz: a collision of different materials takes Hertz's time") {
+TEST_CASE("HertzContact: a collision of different materials lasts Hertz's time") {
   // The largest overlap is (15 m* v^2 / (16 sqrt(R*) E*))^(2/5). The duration is that over v, times 4/5 sqrt(pi) G(2/5)
   // / G(9/10).
   const double v = 0.1, mass = 1e-3, modulus = 2.5e6;
@@ -235,7 +235,7 @@ TEST_CASE("Hertz: a collision of different materials takes Hertz's time") {
   }
 }
 
-TEST_CASE("walls: each body has the modulus of its own material") {
+TEST_CASE("WallContact: each body contributes the modulus of its own material") {
   Scene scene = scene_of({{0.05, 0.05}, {0.05, 0.02}});
   const double overlap = 1e-5;
   const auto forces = [&] {
@@ -249,7 +249,7 @@ TEST_CASE("walls: each body has the modulus of its own material") {
   CHECK(forces()[2] == near(force(6e6 / 1.92), 1e-9));
 }
 
-TEST_CASE("walls: cached gaps give the forces of a new search") {
+TEST_CASE("WallContact: cached gaps give the forces of a new search") {
   // One body crosses the box repeatedly past a ball and returns at once; the other rises from the bottom and returns.
   Scene scene = scene_of({{0.05, 0.05}, {0.08, 0.05}});
   scene.effects.add<effects::WallContactOptions>();
@@ -273,7 +273,7 @@ TEST_CASE("walls: cached gaps give the forces of a new search") {
   CHECK(pushed > 20);
 }
 
-TEST_CASE("walls: derivatives agree with central differences") {
+TEST_CASE("WallContact: Jacobian agrees with central differences") {
   // A side, a ball, a ring from inside, and a bar's face and corner, with overlaps of about 10 um as for the spheres.
   const Shape nothing = Disk{{0.09, 0.09}, 1e-3}, ball = Disk{{0.05, 0.05}, 2e-3}, ring = Ring{{0.05, 0.05}, 8e-3},
               bar = Bar{{0.02, 0.02}, {0.03, 0.02}, 2e-3};
@@ -287,7 +287,7 @@ TEST_CASE("walls: derivatives agree with central differences") {
   }
 }
 
-TEST_CASE("Stokes drag: forces and derivatives follow 6 pi viscosity R") {
+TEST_CASE("Stokes drag: force and derivative follow 6 pi viscosity R") {
   Scene scene = scene_of({{0.05, 0.05}});
   scene.conductors[0].radius = 0.775e-3;
   scene.effects.add<effects::StokesDragOptions>();
@@ -307,7 +307,7 @@ TEST_CASE("Stokes drag: forces and derivatives follow 6 pi viscosity R") {
   CHECK(jacobian.by_momentum[1].value * model.bodies.momentum[1] == near(force[1]));
 }
 
-TEST_CASE("field problem of a scene: bodies, groups, charge per depth, sides") {
+TEST_CASE("make_laplace_problem: bodies, groups, charge per depth, sides of a scene") {
   Scene scene = scene_of({{0.01, 0.01}, {0.02, 0.01}, {0.03, 0.01}, {0.04, 0.01}});
   scene.electrodes = {electrode_of("ball", Disk{{0.05, 0.05}, 1e-3}, 7)};
   scene.domain.sides[1] = {.electrode = true, .potential = 2};
@@ -330,7 +330,7 @@ TEST_CASE("field problem of a scene: bodies, groups, charge per depth, sides") {
   CHECK(problem.sides[1].potential == 2);
 }
 
-TEST_CASE("field forces, charges and energies: SI values are per depth times depth") {
+TEST_CASE("FloatingConductors: SI force, charge, energy are plane value times depth") {
   // Two line charges q at distance d repel with q^2 / (2 pi eps d) per metre.
   Scene scene = scene_of({{0.04, 0.05}, {0.05, 0.05}});
   auto log = std::make_shared<SolverLog>();
@@ -353,7 +353,7 @@ TEST_CASE("field forces, charges and energies: SI values are per depth times dep
   CHECK(log->solves == 1);  // Constant forces need no solve.
 }
 
-TEST_CASE("field solver: it is the one of the scene") {
+TEST_CASE("make_field_solver: returns the solver of the scene's field method") {
   CHECK(dynamic_cast<laplace::CutCellSolver*>(make_field_solver({.method = &cut_cell_method()}).get()));
   CHECK(dynamic_cast<laplace::RelaxationSolver*>(make_field_solver({.method = &relaxation_method()}).get()));
   CHECK(dynamic_cast<laplace::MultipoleSolver*>(make_field_solver({.method = &multipole_method()}).get()));
@@ -361,7 +361,7 @@ TEST_CASE("field solver: it is the one of the scene") {
   CHECK_THROWS_AS(make_field_solver({.method = &relaxation_method(), .device = FieldDevice::cuda}), InputError);
 }
 
-TEST_CASE("multipole method: motion requires contact forces") {
+TEST_CASE("multipole method: a model without sphere and wall contacts is refused") {
   Scene scene = scene_of({{0.02, 0.02}, {0.03, 0.03}});
   scene.field().method = &multipole_method();
   CHECK_THROWS_AS(make_model(scene), InputError);
@@ -371,7 +371,7 @@ TEST_CASE("multipole method: motion requires contact forces") {
   CHECK_NOTHROW(make_model(scene));
 }
 
-TEST_CASE("contact of different potentials: without a discharge it ends the run") {
+TEST_CASE("overlap at different potentials: InputError at the start, Failure later") {
   Scene scene = scene_of({{0.02, 0.02}, {0.03, 0.02}});
   scene.effects.remove<effects::ContactDischargeOptions>();
   scene.domain.sides[0] = {true, 0};
@@ -390,7 +390,7 @@ TEST_CASE("contact of different potentials: without a discharge it ends the run"
   CHECK_THROWS_AS(field.solve(bodies, separate_groups, charges), Failure);
 }
 
-TEST_CASE("model: it has the effects of the scene's tables and no others") {
+TEST_CASE("make_model: has the effects of the scene's tables and no others") {
   Scene scene = scene_of({{0.02, 0.02}, {0.03, 0.03}});
   scene.effects = {};
   const Model nothing = make_model(scene);
@@ -417,7 +417,7 @@ TEST_CASE("model: it has the effects of the scene's tables and no others") {
   CHECK(!parallel::petsc_started());  // PETSc starts with the first solve.
 }
 
-TEST_CASE("effects: they are listed with descriptions and needs") {
+TEST_CASE("summarize_effects: lists description, presence and needs of each effect") {
   Scene scene = scene_of({{0.02, 0.02}});
   scene.effects = {};
   scene.effects.add<effects::HertzContactOptions>();

@@ -25,7 +25,7 @@ using namespace lichtenberg::ensembles;
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-TEST_CASE("ensemble: all combinations run, each into its own file") {
+TEST_CASE("ensemble: runs all combinations, each into a file of its own") {
   const ScenesFolder folder;
   const Ended result = ensemble(folder, "neutral.toml --vary medium.viscosity=0.5,1.0 --conductors 1,2 --seeds 2");
   INFO(result.err);
@@ -46,7 +46,7 @@ TEST_CASE("ensemble: all combinations run, each into its own file") {
   }
 }
 
-TEST_CASE("ensemble: means and slopes are those of the members") {
+TEST_CASE("ensemble: means, deviations and slopes equal those of the members") {
   const ScenesFolder folder;
   const Ended result = ensemble(folder, "charged.toml --conductors 4,7 --seeds 3 --json");
   INFO(result.err);
@@ -79,7 +79,7 @@ TEST_CASE("ensemble: means and slopes are those of the members") {
   CHECK(found["proportions"][0]["slope"]["value"].get<double>() == doctest::Approx(endpoints / conductors));
 }
 
-TEST_CASE("degree: readings with ground, tree and hysteresis") {
+TEST_CASE("ensemble: degree fractions in tree, without ground, without hysteresis") {
   // 0 touches the ground; 1 and 2 touch 0 and each other; 3 touches 2. Conductor 3 starts within the contact gap of 0.6
   // mm at 32.6 mm/s. Drag stops it in the hysteresis band after 0.03 mm (tau = 2 R^2 density / 9 viscosity = 0.92 ms).
   // The degrees are 3 (with the ground), 2, 3 and 1; the tree has the edges 0-1, 0-2 and 2-3.
@@ -111,7 +111,7 @@ TEST_CASE("degree: readings with ground, tree and hysteresis") {
   CHECK(quantities["strahler_fraction_1"] == 0.75);
 }
 
-TEST_CASE("ensemble: the table is printed") {
+TEST_CASE("ensemble: prints a table of means with confidence intervals") {
   const ScenesFolder folder;
   const Ended result = ensemble(folder, "charged.toml --conductors 4,5 --seeds 2");
   CHECK(result.status == 0);
@@ -119,7 +119,7 @@ TEST_CASE("ensemble: the table is printed") {
     CHECK(contains(result.out, part));
 }
 
-TEST_CASE("ensemble: a member's scene is complete and reproduces its run") {
+TEST_CASE("ensemble: a member's scene file alone reproduces its run") {
   const ScenesFolder folder;
   REQUIRE(ensemble(folder, "charged.toml --vary population.count=5").status == 0);
   REQUIRE(run_program(folder, "run charged-ensemble/count-5.toml --out alone.h5 --quiet").status == 0);
@@ -143,7 +143,7 @@ TEST_CASE("ensemble: completed members are not run again") {
   CHECK(summary(folder, "neutral-ensemble")["members"].size() == 3);
 }
 
-TEST_CASE("ensemble --json=FILE: only the sweep that wrote it writes it again") {
+TEST_CASE("ensemble --json=FILE: replaces the file only if it has written it") {
   const ScenesFolder folder;
   const std::string arguments = "neutral.toml --seeds 2 --json=" + (folder / "table.json").string();
   REQUIRE(ensemble(folder, arguments).status == 0);
@@ -155,7 +155,7 @@ TEST_CASE("ensemble --json=FILE: only the sweep that wrote it writes it again") 
   CHECK_FALSE(contains(refused.err, "--overwrite"));  // ensemble does not have this option.
 }
 
-TEST_CASE("ensemble: incomplete members are resumed") {
+TEST_CASE("ensemble: incomplete members are resumed up to the new stop time") {
   const ScenesFolder folder;
   const std::string shorter = replaced(charged_scene, "time = 0.2", "time = 0.08");  // The 8th frame has a checkpoint.
   folder.write("charged.toml", shorter);
@@ -168,7 +168,7 @@ TEST_CASE("ensemble: incomplete members are resumed") {
   }
 }
 
-TEST_CASE("ensemble: packings stopped at max_iterations continue with more") {
+TEST_CASE("ensemble: packings stopped at max_iterations continue with more of them") {
   const ScenesFolder folder;
   const std::string packing =
       "[domain]\nsize = [6.4, 6.4]\n[effects.soft_repulsion]\n[output]\npicture = false\n"
@@ -182,7 +182,7 @@ TEST_CASE("ensemble: packings stopped at max_iterations continue with more") {
   CHECK(at_rest() == 1);
 }
 
-TEST_CASE("ensemble: a member past the new stop is reported and its file stays") {
+TEST_CASE("ensemble: a member past the new stop time fails and its file stays") {
   const ScenesFolder folder;
   const std::string stop = "time = 0.08";  // The 8th frame has a checkpoint.
   folder.write("charged.toml", replaced(charged_scene, "time = 0.2", stop));
@@ -193,7 +193,7 @@ TEST_CASE("ensemble: a member past the new stop is reported and its file stays")
     const Ended result = ensemble(folder, "charged.toml");
     INFO(result.err);
     CHECK(result.status == 1);
-    CHECK(contains(result.err, "charged.h5 is already past this [stop]: move it away"));
+    CHECK(contains(result.err, "charged.h5 is already past the end that [stop] now sets: move it away"));
     CHECK(states(summary(folder, "charged-ensemble")) == std::vector<std::string>{"failed"});
   };
   folder.write("charged.toml", replaced(charged_scene, "time = 0.2", "time = 0.05"));
@@ -210,7 +210,7 @@ TEST_CASE("ensemble: a member past the new stop is reported and its file stays")
   CHECK(states(summary(folder, "charged-ensemble")) == std::vector<std::string>{"finished"});
 }
 
-TEST_CASE("ensemble: a member with other settings is reported and its file stays") {
+TEST_CASE("ensemble: a member with changed settings fails and its file stays") {
   const ScenesFolder folder;
   REQUIRE(ensemble(folder, "neutral.toml --seeds 1 --vary population.count=1").status == 0);
   const std::string before = text_of(folder / "neutral-ensemble" / "count-1.h5");
@@ -222,22 +222,22 @@ TEST_CASE("ensemble: a member with other settings is reported and its file stays
   CHECK(states(summary(folder, "neutral-ensemble")) == std::vector<std::string>{"failed", "finished"});
 }
 
-TEST_CASE("ensemble: files that are no results are reported and stay") {
+TEST_CASE("ensemble: members with damaged or foreign files fail, the files stay") {
   const ScenesFolder folder;
   REQUIRE(ensemble(folder, "neutral.toml --seeds 1 --vary population.count=2").status == 0);
   const fs::path out = folder / "neutral-ensemble";
   const std::string whole = text_of(out / "count-2.h5");
-  folder.write("neutral-ensemble/count-1.h5", "something dear");
+  folder.write("neutral-ensemble/count-1.h5", "something valuable");
   folder.write("neutral-ensemble/count-2.h5", whole.substr(0, whole.size() / 2));
-  folder.write("neutral-ensemble/count-3.toml", "something dear, too");
+  folder.write("neutral-ensemble/count-3.toml", "something valuable, too");
   const Ended result = ensemble(folder, "neutral.toml --seeds 1 --vary population.count=1,2,3,4");
   CHECK(result.status == 1);
   CHECK(contains(result.err, "count-1.h5 is no HDF5 file"));
   CHECK(contains(result.err, "count-2.h5 is damaged"));
   CHECK(contains(result.err, "count-3.toml exists and is not a scene"));
   CHECK(contains(result.err, "3 of 4 members failed"));
-  CHECK(text_of(out / "count-1.h5") == "something dear");
-  CHECK(text_of(out / "count-3.toml") == "something dear, too");
+  CHECK(text_of(out / "count-1.h5") == "something valuable");
+  CHECK(text_of(out / "count-3.toml") == "something valuable, too");
   CHECK(fs::exists(out / "count-4.h5"));
 }
 
@@ -273,12 +273,12 @@ TEST_CASE("ensemble: impossible members fail with a message and the others run")
   CHECK(contains(text_of(folder / "neutral-ensemble" / "count-1000_min_gap-0.toml"), "count = 1000"));
 }
 
-TEST_CASE("ensemble: members may request an accuracy of the field") {
+TEST_CASE("ensemble: scenes with field.accuracy instead of field.cells run") {
   const ScenesFolder folder;
-  folder.write("asked.toml", replaced(charged_scene, "cells = 32", "accuracy = 0.05"));
-  const Ended result = ensemble(folder, "asked.toml --seeds 2 --set stop.time=0.01");
+  folder.write("accurate.toml", replaced(charged_scene, "cells = 32", "accuracy = 0.05"));
+  const Ended result = ensemble(folder, "accurate.toml --seeds 2 --set stop.time=0.01");
   CHECK_EQ(result.status, 0);
-  CHECK(states(summary(folder, "asked-ensemble")) == std::vector<std::string>{"finished", "finished"});
+  CHECK(states(summary(folder, "accurate-ensemble")) == std::vector<std::string>{"finished", "finished"});
 }
 
 TEST_CASE("ensemble: a member that fails during its run is reported") {
@@ -319,13 +319,14 @@ TEST_CASE("ensemble: an invalid command gives one message and status 2") {
   check_refused("neutral.toml --conductors 1 --vary population[0].count=2", "varied twice");
   check_refused("neutral.toml --conductors 2000,3000", "no member of this ensemble is possible");
   check_refused("neutral.toml --seeds 0", "--seeds");
-  check_refused("neutral.toml --seeds 1000000000", "--seeds 1000000000 is not allowed: it must be at most 100000");
+  check_refused("neutral.toml --seeds 1000000000",
+                "--seeds 1000000000 is not allowed: at most 100000 seeds are allowed");
   check_refused("neutral.toml --seeds 60000 --conductors 1,2", "the ensemble has 120000 members: at most 100000");
   check_refused("neutral.toml --out neutral.toml", "neutral.toml");
   check_refused("neutral.toml --petsc -ksp_view", "ensemble passes no options to PETSc");
 }
 
-TEST_CASE("ensemble: a key under its former and its present name is varied twice") {
+TEST_CASE("ensemble: varying a key under its old and its new name is refused") {
   const ScenesFolder folder;
   const Ended result = ensemble(folder, "neutral.toml --vary conductor.held=true --vary conductor.fixed=false");
   CHECK(result.status == 2);
@@ -341,7 +342,7 @@ TEST_CASE("ensemble: names of scene and folder may begin with a dash") {
   CHECK(states(summary(folder, "-out")) == std::vector<std::string>{"finished"});
 }
 
-TEST_CASE("ensemble: a folder has one ensemble at a time") {
+TEST_CASE("ensemble: a folder in use by another ensemble is refused") {
   const ScenesFolder folder;
   REQUIRE(ensemble(folder, "neutral.toml").status == 0);
   const int lock = open((folder / "neutral-ensemble" / ".lock").c_str(), O_RDWR);
@@ -353,7 +354,7 @@ TEST_CASE("ensemble: a folder has one ensemble at a time") {
   CHECK(ensemble(folder, "neutral.toml").status == 0);
 }
 
-TEST_CASE("ensemble: sweeps in one folder have separate tables") {
+TEST_CASE("ensemble: sweeps of different keys in one folder have separate tables") {
   const ScenesFolder folder;
   const std::string in_one = "ensemble charged.toml --out both --quiet --set stop.time=0.01 ";
   const auto members = [&](const std::string& table) {
@@ -370,7 +371,7 @@ TEST_CASE("ensemble: sweeps in one folder have separate tables") {
   CHECK_FALSE(fs::exists(folder / "both/ensemble-3.json"));
 }
 
-TEST_CASE("ensemble --share: shares run one by one and are then gathered") {
+TEST_CASE("ensemble --share k/n: runs one n-th of the members; tabulated later") {
   const ScenesFolder folder;
   const std::string command = "ensemble charged.toml --seeds 5 --out parts --quiet --set stop.time=0.01";
   const auto results = [&] {
@@ -391,7 +392,7 @@ TEST_CASE("ensemble --share: shares run one by one and are then gathered") {
     CHECK(run_program(folder, command + " --share " + share).status == 2);
 }
 
-TEST_CASE("ensemble: an interruption stops members at checkpoints for resuming") {
+TEST_CASE("ensemble: SIGINT stops members at checkpoints; they can be resumed") {
   const ScenesFolder folder;
   folder.write("charged.toml",
                replaced(charged_scene, "time = 0.2", "time = 20"));  // A thousand times the duration of this test.
@@ -431,7 +432,7 @@ TEST_CASE("ensemble: an interruption stops members at checkpoints for resuming")
   }
 }
 
-TEST_CASE("ensemble --device: it overrides the scenes") {
+TEST_CASE("ensemble --device: overrides field.device of the scene") {
   // Without a device, a run that requests one is refused.
   const Folder folder;
   const std::string on_device = replaced(charged_scene, "cells = 32", "cells = 32\ndevice = \"cuda\"");

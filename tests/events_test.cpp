@@ -29,7 +29,7 @@ doctest::Approx near(double value, double tolerance = 1e-9) {
 
 // ---- contacts and charges
 
-TEST_CASE("split and monolithic coupling: they agree through contact events") {
+TEST_CASE("split and monolithic field coupling: agree through merges and splits") {
   // Conductors with various charges surround a grounded ball. Within 0.1 s groups merge, split and discharge. Errors
   // grow with each event, so both runs have finer tolerances than the comparison.
   Scene scene = random_spheres();
@@ -53,7 +53,7 @@ TEST_CASE("split and monolithic coupling: they agree through contact events") {
   CHECK(split.charge_drained == near(monolithic.charge_drained, 1e-3));
 }
 
-TEST_CASE("contacts: they are located at the gap, not at the ends of steps") {
+TEST_CASE("contacts: located where the gap is reached, not at the end of a step") {
   // A constant force acts until contact with the grounded ball, and no force after it. v = sqrt(2 a s) measures the
   // position of the contact.
   for (const FieldCoupling coupling : {FieldCoupling::split, FieldCoupling::monolithic}) {
@@ -77,7 +77,7 @@ TEST_CASE("contacts: they are located at the gap, not at the ends of steps") {
   }
 }
 
-TEST_CASE("contacts: one that closes and opens between steps is not missed") {
+TEST_CASE("contact that closes and opens between two steps: is not missed") {
   // The path passes a grounded ball with a smallest gap 1 % below the contact gap. Without a force no other event ends
   // a step.
   for (const FieldCoupling coupling : {FieldCoupling::split, FieldCoupling::monolithic})
@@ -109,7 +109,7 @@ TEST_CASE("step control: a force that reverses before contact causes no contact"
   CHECK(simulation.counters().contacts_made == 0);
 }
 
-TEST_CASE("event: before half a step it is accepted, later it needs another solve") {
+TEST_CASE("event in the first half of a step saves a field solve, a later one not") {
   // Without forces the first step has the maximum length. There is one solve at the start, one after the merge, one at
   // the end, and one to assess the step.
   const auto solves = [](double share) {
@@ -126,7 +126,7 @@ TEST_CASE("event: before half a step it is accepted, later it needs another solv
   CHECK(solves(0.51) == 4);
 }
 
-TEST_CASE("events: simultaneous ones are one event") {
+TEST_CASE("simultaneous contacts: form one event with one regrouping") {
   Scene scene = conductor_scene({{0.04, 0.05}, {0.05, 0.05}, {0.06, 0.05}});
   scene.effects.remove<effects::StokesDragOptions>();
   scene.conductors[0].velocity = {0.01, 0};
@@ -141,7 +141,7 @@ TEST_CASE("events: simultaneous ones are one event") {
   for (const double charge : frame.charge) CHECK(charge == near(1e-12));
 }
 
-TEST_CASE("deferred merge: it waits for later ones, and its delay is corrected") {
+TEST_CASE("deferred group merge: waits for later ones, and its delay is corrected") {
   // Three distant pairs are driven together by a force that decreases by 10 % at contact. The first pair, whose contact
   // sets the deferral, meets at about 0.01 s; the others meet 0.2 ms apart at about 0.02 s. With piecewise constant
   // forces the correction is exact.
@@ -173,7 +173,7 @@ TEST_CASE("deferred merge: it waits for later ones, and its delay is corrected")
   CHECK(largest_distance(split->now(), exact->now()) < 1e-8);
 }
 
-TEST_CASE("alternating contact: the run does not stall and conserves charge") {
+TEST_CASE("contact that attracts open and repels closed: no stall, charge conserved") {
   // The attraction A before contact becomes the repulsion A after it. The gap oscillates between the thresholds, which
   // are h = 7.75 um apart. At the terminal speed A / drag = 1 mm/s one crossing takes 7.75 ms, and each reversal a few
   // relaxation times. In 1 s there are at least 1 / (7.75 + 3 * 1.5) ms = 80 changes and at most 1 / 7.75 ms = 129.
@@ -208,7 +208,7 @@ TEST_CASE("alternating contact: the run does not stall and conserves charge") {
   }
 }
 
-TEST_CASE("group split: its members keep their charges") {
+TEST_CASE("group split: the members keep the charges that they had before") {
   // The two conductors repel each other and separate. A third, charged one behind the first makes their shares unequal
   // at equal potentials. The field sets these shares; the split must not change them.
   Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 2.9 * radius, 0.05}, {0.045, 0.05}});
@@ -234,7 +234,7 @@ TEST_CASE("group split: its members keep their charges") {
   CHECK(simulation.now().charge[0] == kept);
 }
 
-TEST_CASE("group split: the charges are those at the instant of the split") {
+TEST_CASE("group split: charges are those at the instant of the split within 1 %") {
   // The field gives conductor 0 a share of the pair's charge that decreases linearly with the gap, by half from the
   // start to the release gap. The pair separates at terminal speed, 0.5 mm/s each, at some time within a step.
   Scene scene = conductor_scene({{0.05, 0.05}, {0.05 + 2.9 * radius, 0.05}});
@@ -265,7 +265,7 @@ TEST_CASE("group split: the charges are those at the instant of the split") {
   CHECK(frame.charge[0] + frame.charge[1] == near(1e-11, 1e-15));
 }
 
-TEST_CASE("charge balance: 1e-12 over complete runs with every integrator") {
+TEST_CASE("charge balance: within 1e-12 over complete runs with every integrator") {
   for (const auto& [integrator, coupling, end] : {std::tuple{Integrator::cvode, FieldCoupling::split, 2.0},
                                                   {Integrator::cvode, FieldCoupling::monolithic, 0.1},
                                                   {Integrator::euler, FieldCoupling::split, 0.5}}) {
@@ -285,7 +285,7 @@ TEST_CASE("charge balance: 1e-12 over complete runs with every integrator") {
   }
 }
 
-TEST_CASE("current source: current into a grounded conductor leaves at once") {
+TEST_CASE("current injected into a grounded conductor: drains at once") {
   Scene scene = conductor_scene({{0.05, 0.05}});
   scene.electrodes = {ball("ground", {0.05 + 2.5 * radius, 0.05}, 0)};
   scene.effects.add(effects::CurrentInjectionOptions{.current = 1e-10});
@@ -298,7 +298,7 @@ TEST_CASE("current source: current into a grounded conductor leaves at once") {
   CHECK(simulation.stationary());
 }
 
-TEST_CASE("wires: one at a fixed potential takes charge, one of given charge shares") {
+TEST_CASE("wired groups: fixed potential takes charge, given charge is shared") {
   Scene scene = conductor_scene({{0.03, 0.03}, {0.07, 0.03}, {0.05, 0.07}, {0.02, 0.08}});
   scene.groups = {{.name = "held", .potential = 100.0}, {.name = "charged", .charge = 6e-12}};
   scene.conductors[0].group = 0;
@@ -315,7 +315,7 @@ TEST_CASE("wires: one at a fixed potential takes charge, one of given charge sha
   CHECK(frame.charge_drained == near(-frame.charge[0]));
 }
 
-TEST_CASE("short circuit: an input error at the start and a failure later") {
+TEST_CASE("short circuit: InputError at the start, Failure during the run") {
   Scene scene = conductor_scene({{0.05, 0.05}});
   scene.electrodes = {ball("a", {0.05 - 2.9 * radius, 0.05}, 0), ball("b", {0.05 + 2.9 * radius, 0.05}, 5)};
   CHECK_THROWS_AS(Simulation(scene, std::make_unique<LineCharges>()).advance_to(1), InputError);
@@ -333,7 +333,7 @@ TEST_CASE("short circuit: an input error at the start and a failure later") {
 
 // ---- stationary state, checkpoints
 
-TEST_CASE("stationary: true only when all conductors are grounded and at rest") {
+TEST_CASE("Simulation::stationary: true once all are grounded and at rest") {
   // The conductor starts near the ball; a current source charges it, and the ball attracts it.
   Scene scene = conductor_scene({{0.05 + 3.2 * radius, 0.05}});
   scene.electrodes = {ball("ground", {0.05, 0.05}, 0)};
@@ -348,7 +348,7 @@ TEST_CASE("stationary: true only when all conductors are grounded and at rest") 
   CHECK(norm(frame.velocity[0]) < 1e-5);
 }
 
-TEST_CASE("checkpoint: a restored simulation has identical bits") {
+TEST_CASE("checkpoint: restored runs of every integrator have identical bits") {
   for (const auto& [integrator, coupling, every] : {std::tuple{Integrator::cvode, FieldCoupling::split, 0.05},
                                                     {Integrator::cvode, FieldCoupling::monolithic, 0.005},
                                                     {Integrator::euler, FieldCoupling::split, 0.02}}) {
@@ -384,14 +384,14 @@ TEST_CASE("checkpoint: a restored simulation has identical bits") {
   }
 }
 
-TEST_CASE("checkpoint: a restored neutral simulation has identical bits") {
+TEST_CASE("checkpoint: a restored run without charges has identical bits") {
   Scene scene = scene_of({{0.03, 0.05}, {0.05, 0.05}});
   scene.conductors[0].velocity = {0.1, 0};
   scene.effects.add<effects::HertzContactOptions>();
   check_restored(scene, 0.1, 0.3);
 }
 
-TEST_CASE("checkpoint: another scene or program is refused with an error message") {
+TEST_CASE("checkpoint of another scene or program version: refused with a message") {
   Simulation simulation(random_spheres(), std::make_unique<LineCharges>());
   Checkpoint checkpoint = simulation.checkpoint();
   Scene smaller = random_spheres();

@@ -44,14 +44,14 @@ struct FlyingPair {
 
 }  // namespace
 
-TEST_CASE("free fall: without drag it is uniformly accelerated") {
+TEST_CASE("FreeFall without drag: closed form of displacement and velocity") {
   const double t = 0.02, v = 0.3, f = 1e-3, rate = 0.7;
   const FreeFall fall(t, mass, 0);
   CHECK(fall.displacement(v, f, rate) == near(v * t + f * t * t / (2 * mass) + rate * t * t * t / (6 * mass), 1e-14));
   CHECK(fall.final_velocity(v, f, rate) == near(v + f * t / mass + rate * t * t / (2 * mass), 1e-14));
 }
 
-TEST_CASE("free fall: with drag it solves m dv/dt = F + rate t - drag v") {
+TEST_CASE("FreeFall with drag: solves m dv/dt = F + rate t - drag v") {
   const double v = 0.3, f = 1e-3, rate = 0.7;
   for (const double z : {1e-4, 0.03, 0.0999, 0.1, 1.0, 30.0}) {
     const double t = z * relaxation;
@@ -66,7 +66,7 @@ TEST_CASE("free fall: with drag it solves m dv/dt = F + rate t - drag v") {
   }
 }
 
-TEST_CASE("free flight: one step equals CVODE's motion") {
+TEST_CASE("FreeFlight: one closed-form step equals CVODE's motion") {
   FlyingPair exact, solved;
   mechanics::FreeFlight flight(exact.model);
   CHECK(flight.advance(1, 1.02, exact.held, {}) == 1.02);
@@ -77,7 +77,7 @@ TEST_CASE("free flight: one step equals CVODE's motion") {
   }
 }
 
-TEST_CASE("free flight: it ends at the first event in the given direction") {
+TEST_CASE("FreeFlight: ends at the first zero crossing in the given direction") {
   FlyingPair pair;
   mechanics::FreeFlight flight(pair.model);
   // The first conductor moves to the right and is driven back: x - 0.0101 rises through zero at 0.4 ms and falls later.
@@ -104,7 +104,7 @@ TEST_CASE("free flight: it ends at the first event in the given direction") {
   CHECK(down < 1.05);
 }
 
-TEST_CASE("events: they also read free bodies while CVODE moves the others") {
+TEST_CASE("FreeFlight with CVODE for other bodies: events read free bodies as well") {
   const double line = 0.0101;
   FlyingPair mixed, solved;
   const auto events_of = [&](FlyingPair& pair) {
@@ -130,7 +130,7 @@ TEST_CASE("events: they also read free bodies while CVODE moves the others") {
   }
 }
 
-TEST_CASE("free flight: only for bodies out of range of bodies, walls, electrodes") {
+TEST_CASE("FreeFlight::interacting: lists bodies that may reach bodies or walls") {
   FlyingPair pair;
   const mechanics::FreeFlight flight(pair.model);
   const double gap = 0.04 - 2 * radius, to_side = 0.01 - radius;

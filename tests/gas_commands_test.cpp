@@ -45,7 +45,7 @@ void check_reasons(const json& found) {
 
 }  // namespace
 
-TEST_CASE("gas: run, analyse and plot complete with consistent numbers") {
+TEST_CASE("gas: run, analyse and plot succeed and their numbers agree") {
   const Folder folder;
   folder.write("gas.toml", scene);
   const Ended run = run_program(folder, "run gas.toml");
@@ -103,7 +103,7 @@ TEST_CASE("gas: run, analyse and plot complete with consistent numbers") {
   CHECK(contains(text_of(folder / "curves.svg"), "relative to it"));  // There are too few grains for the theory.
 }
 
-TEST_CASE("gas without charges: charge quantities are left out") {
+TEST_CASE("gas without charges: analyse leaves charge quantities out with a reason") {
   const Folder folder;
   std::string neutral = scene;
   for (const char* table : {"[effects.charge_exchange]\n", "[effects.coulomb]\n", "sum = \"minimum-image\"\n"})
@@ -124,7 +124,7 @@ TEST_CASE("gas without charges: charge quantities are left out") {
   CHECK(found["null"]["bound_clusters"] == "no forces between charges");
 }
 
-TEST_CASE("polarized grains: a cluster's dipole is the sum of its grains' dipoles") {
+TEST_CASE("analyse: a cluster's induced dipole is the sum over its grains") {
   const Folder folder;
   folder.write("gas.toml", replaced(scene, "[output]", "[output]\npicture = false") +
                                "[effects.induced_dipoles]\npolarizability = 0.01\n");
@@ -150,7 +150,7 @@ TEST_CASE("polarized grains: a cluster's dipole is the sum of its grains' dipole
   CHECK(last["induced_dipole"][2].get<double>() == Approx(expected / number).epsilon(1e-12).scale(0));
 }
 
-TEST_CASE("plot: --colour charge and cluster colour the grains") {
+TEST_CASE("plot --colour charge and cluster: give different pictures of a gas") {
   const Folder folder;
   folder.write("gas.toml", replaced(scene, "[output]", "[output]\npicture = false"));
   REQUIRE(run_program(folder, "run gas.toml --quiet").status == 0);
@@ -160,7 +160,7 @@ TEST_CASE("plot: --colour charge and cluster colour the grains") {
   CHECK(run_program(folder, "plot gas.h5 --colour size").status == 2);
 }
 
-TEST_CASE("ensemble: gases have the means of their summaries") {
+TEST_CASE("ensemble of gases: means equal those of the summaries in the results") {
   const Folder folder;
   folder.write("gas.toml", replaced(scene, "[output]", "[output]\npicture = false"));
   const Ended ended = run_program(folder, "ensemble gas.toml --seeds 3 --out gases --quiet");
@@ -184,7 +184,7 @@ TEST_CASE("ensemble: gases have the means of their summaries") {
 // The estimate neglects accelerations and the higher temperature of charged gases, whose <q^2> in theory is one third
 // too low: 10 % of the steps each. Without growing charges and the bound-pair frequency the estimate would have one
 // third fewer steps than the run.
-TEST_CASE("explain: predicted steps of a charging gas agree with the run's") {
+TEST_CASE("explain: predicted steps of a charging gas are right within 25 %") {
   const Folder folder;
   const std::string charges = replaced(gas_text(200, 12, 30, 30), "sum = \"minimum-image\"", "accuracy = 1e-2");
   folder.write("gas.toml",
@@ -209,7 +209,7 @@ TEST_CASE("explain: predicted steps of a charging gas agree with the run's") {
 
 // Grains of half the radius have 1/8 of the mass. At the same temperature they are sqrt(8) times as fast and fly the
 // allowed path per step in a shorter time.
-TEST_CASE("explain: the predicted step accounts for the speed of light grains") {
+TEST_CASE("explain: the shortest contact time follows size and speed of grains") {
   const Folder folder;
   folder.write("gas.toml", scene);
   const auto shortest = [&](const std::string& settings) {
@@ -225,7 +225,7 @@ TEST_CASE("explain: the predicted step accounts for the speed of light grains") 
   CHECK_NE(shortest(" --set population.radius=0.25"), shortest(""));
 }
 
-TEST_CASE("explain: initial charges and the safe temperature of polarized grains") {
+TEST_CASE("explain: prints initial charges, steps and safe temperature of dipoles") {
   const Folder folder;
   folder.write("gas.toml",
                replaced(scene, "temperature = 1", "temperature = 1\ncharge = 2\ncharge_distribution = \"gaussian\"") +
@@ -254,7 +254,7 @@ TEST_CASE("explain: initial charges and the safe temperature of polarized grains
   CHECK_MESSAGE(contains(ended.out, "safe below T = 4.1"), ended.out);
 }
 
-TEST_CASE("explain and run: unreachable accuracy and poor parameters are reported") {
+TEST_CASE("explain and run: report precision and poor parameters of Coulomb's sum") {
   const Folder folder;
   const auto said = [&](const std::string& command, const std::string& keys, const std::string& sentence) {
     folder.write("gas.toml",
@@ -272,7 +272,7 @@ TEST_CASE("explain and run: unreachable accuracy and poor parameters are reporte
   said("explain", "cutoff = 2\nmesh = 256\norder = 4", "256 x 256 x 256 points");
 }
 
-TEST_CASE("undefined numbers: one grain, rest and elastic contacts print no nan") {
+TEST_CASE("gas of one grain, at rest or elastic: commands print no nan or inf") {
   const Folder folder;
   const std::string quiet = replaced(scene, "[output]", "[output]\npicture = false");
   const auto is_word = [](char c) { return std::isalnum(static_cast<unsigned char>(c)) || c == '_'; };
@@ -296,7 +296,7 @@ TEST_CASE("undefined numbers: one grain, rest and elastic contacts print no nan"
   }
 }
 
-TEST_CASE("grains: impossible requests are refused with an error message") {
+TEST_CASE("gas commands: impossible requests are refused with an error message") {
   const Folder folder;
   folder.write("gas.toml", replaced(scene, "[output]", "[output]\npicture = false"));
   REQUIRE(run_program(folder, "run gas.toml --quiet").status == 0);
@@ -356,7 +356,7 @@ TEST_CASE("grains: impossible requests are refused with an error message") {
   refused("explain by-hand.toml", "they leave nothing to choose");
   with_sum("cutoff = 1.5\nmesh = 14");
   refused("explain by-hand.toml",
-          "effects.coulomb: no mesh of up to 1024 points along a side reaches an accuracy of 0.0001");
+          "[effects.coulomb] are not valid: no mesh of up to 1024 points along a side reaches an accuracy of 0.0001");
 }
 
 // 120 spheres in a cube of edge 5.2 have a volume fraction of 0.447, one third above the limit of random positions.

@@ -37,7 +37,7 @@ double figure(const json& answer, const std::string& name) {
 
 }  // namespace
 
-TEST_CASE("theory of a scene: a table, JSON, CSV and a picture") {
+TEST_CASE("theory haff --scene: prints a table, writes JSON, CSV and a picture") {
   const Folder folder;
   folder.write("gas.toml", scene());
   const Ended haff = run_program(folder, "theory haff --scene gas.toml --json haff.json --csv haff.csv --plot");
@@ -61,7 +61,7 @@ TEST_CASE("theory of a scene: a table, JSON, CSV and a picture") {
   CHECK(text_of(folder / "haff.csv").starts_with("time (t0),temperature (m0 v0^2),"));
 }
 
-TEST_CASE("theory of a result: it uses the scene and the measured values") {
+TEST_CASE("theory of a result: uses its scene and compares with measured values") {
   const Folder folder;
   folder.write("gas.toml", scene());
   REQUIRE(run_program(folder, "run gas.toml --quiet").status == 0);
@@ -85,7 +85,7 @@ TEST_CASE("theory of a result: it uses the scene and the measured values") {
   CHECK(analysed[4]["y"][0] <= 60 / 216.0);
 }
 
-TEST_CASE("theory smoluchowski: it follows the merge rate; theory all compares") {
+TEST_CASE("theory all: has Smoluchowski's cluster numbers and measured series") {
   const Folder folder;
   folder.write("gas.toml", scene());
   REQUIRE(run_program(folder, "run gas.toml --quiet").status == 0);
@@ -117,7 +117,7 @@ TEST_CASE("theory smoluchowski: it follows the merge rate; theory all compares")
   CHECK_MESSAGE(contains(damaged.err, "gas.h5 is damaged: it has frames without bound clusters"), damaged.err);
 }
 
-TEST_CASE("hydrodynamics: time series, linear theory, pictures, ParaView files") {
+TEST_CASE("theory hydrodynamics: agrees with linear theory, writes picture and VTK") {
   const Folder folder;
   const Ended flow = run_program(folder, "theory hydrodynamics --cells 16 --json h.json --field h.vtkhdf --plot");
   REQUIRE_MESSAGE(flow.status == 0, flow.err);
@@ -147,7 +147,7 @@ TEST_CASE("hydrodynamics: time series, linear theory, pictures, ParaView files")
   CHECK(mass == near(1, 1e-12));
 }
 
-TEST_CASE("hydrodynamics: it states the change by half the number of cells") {
+TEST_CASE("theory hydrodynamics: states the change by half the number of cells") {
   const Folder folder;
   for (const std::string cells : {"8", "16"})
     REQUIRE(run_program(folder, "theory hydrodynamics --cells " + cells + " --json " + cells + ".json").status == 0);
@@ -164,7 +164,7 @@ TEST_CASE("hydrodynamics: it states the change by half the number of cells") {
   }
 }
 
-TEST_CASE("hydrodynamics: reproducible for a seed and different for another") {
+TEST_CASE("theory hydrodynamics: reproducible for a seed, different for another") {
   const Folder folder;
   const auto tables = [&](const std::string& options) {
     REQUIRE(run_program(folder, "theory hydrodynamics --cells 8 --overwrite --json h.json" + options).status == 0);
@@ -175,7 +175,7 @@ TEST_CASE("hydrodynamics: reproducible for a seed and different for another") {
   CHECK(tables(" --seed 2") != first);
 }
 
-TEST_CASE("hydrodynamics: in space, and for a scene with constant charges") {
+TEST_CASE("theory hydrodynamics --space: three dimensions, charge number 0") {
   const Folder folder;
   folder.write("gas.toml",
                replaced(replaced(scene(), "count = 60", "count = 2000"), "size = [6, 6, 6]", "size = [20, 20, 20]"));
@@ -187,7 +187,7 @@ TEST_CASE("hydrodynamics: in space, and for a scene with constant charges") {
   CHECK(answer["maps"][0]["fields"][0]["values"].size() == 64);
 }
 
-TEST_CASE("stability: default parameters are the source's and can be changed") {
+TEST_CASE("theory stability: default parameters are the source's, can be changed") {
   const Folder folder;
   REQUIRE(run_program(folder, "theory stability --json stability.json").status == 0);
   const json stability = read_json(folder, "stability.json");
@@ -199,7 +199,7 @@ TEST_CASE("stability: default parameters are the source's and can be changed") {
   CHECK(contains(run_program(folder, "theory restitution").out, "0.330835"));
 }
 
-TEST_CASE("barrier of repelling grains: it is fitted to a run if it is measurable") {
+TEST_CASE("theory monopolar: fits the barrier to a run if it is measurable") {
   const Folder folder;
   const std::string repelling =
       replaced(replaced(replaced(replaced(scene(), "[effects.charge_exchange]\n", ""), "[effects.viscoelastic_contact]",
@@ -228,7 +228,7 @@ TEST_CASE("barrier of repelling grains: it is fitted to a run if it is measurabl
     if (f["name"] == "fitted_barrier") CHECK(f["value"].is_null());
 }
 
-TEST_CASE("theory: --set without a scene file is refused, not ignored") {
+TEST_CASE("theory --set: refused without --scene") {
   const Folder folder;
   folder.write("gas.toml", scene());
   for (const auto& [command, sentence] : std::vector<std::pair<std::string, std::string>>{
@@ -243,7 +243,7 @@ TEST_CASE("theory: --set without a scene file is refused, not ignored") {
   }
 }
 
-TEST_CASE("theory: inputs, results and special files are not overwritten") {
+TEST_CASE("theory and analyse: inputs, results and links are not overwritten") {
   const Folder folder;
   folder.write("gas.toml", scene());
   REQUIRE(run_program(folder, "run gas.toml --quiet").status == 0);
@@ -275,7 +275,7 @@ TEST_CASE("theory: inputs, results and special files are not overwritten") {
   CHECK(text_of(folder / "gas.toml") == text);
 }
 
-TEST_CASE("theory: parameters outside its range are refused with the range") {
+TEST_CASE("theory: parameters out of range and unsuitable scenes are refused") {
   const Folder folder;
   folder.write("gas.toml", scene());
   const auto refused = [&](const std::string& arguments, const std::string& sentence) {
@@ -290,16 +290,17 @@ TEST_CASE("theory: parameters outside its range are refused with the range") {
   refused("haff --restitution 0.5",
           "--restitution is for theory stability and theory hydrodynamics, not for theory haff");
   refused("stability --cells 8", "--cells is for theory hydrodynamics, not for theory stability");
-  refused("hydrodynamics --restitution 1", "of a restitution in (0, 1), not of 1");
-  refused("hydrodynamics --charge-number 101", "theory hydrodynamics is for R in [0, 100], not for 101");
+  refused("hydrodynamics --restitution 1", "of a restitution coefficient in (0, 1), not of 1");
+  refused("hydrodynamics --charge-number 101",
+          "theory hydrodynamics is for a charge number R in [0, 100], not for 101");
   refused("hydrodynamics --cells 7", "--cells is for 8 to 1024 cells along an edge, not for 7");
-  refused("hydrodynamics --seed -1", "--seed is 0 or more, not -1");
+  refused("hydrodynamics --seed -1", "--seed -1 is not allowed: it must be 0 or more");
   refused("hydrodynamics --scene gas.toml",
           "the thermal noise of 60 grains makes the density or temperature of a cell");
   folder.write("narrow.toml", replaced(scene(), "count = 60", "count = 20"));
   refused("hydrodynamics --scene narrow.toml", "for boxes of ten mean free paths");
-  refused("stability --restitution 1.5", "a restitution in (0, 1], not for 1.5");
-  refused("stability --charge-number -1", "theory stability is for R in [0, 1e6), not for -1");
+  refused("stability --restitution 1.5", "a restitution coefficient in (0, 1], not for 1.5");
+  refused("stability --charge-number -1", "theory stability is for a charge number R in [0, 1e6), not for -1");
   refused("haff --json none/x.json", "none/x.json");
   refused("hydrodynamics --field gas.toml --scene gas.toml", "is an input file");
   folder.write("neutral.toml", replaced(scene(), "[effects.charge_exchange]", ""));

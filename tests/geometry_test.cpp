@@ -14,7 +14,7 @@ namespace geometry_test {
 using namespace lichtenberg;
 using doctest::Approx;
 
-TEST_CASE("vectors of the plane: products") {
+TEST_CASE("Vec2: dot product, cross product, norm and perpendicular") {
   const Vec2 a = {3, 4}, b = {-2, 5};
   CHECK(dot(a, b) == 14);    // -6 + 20
   CHECK(cross(a, b) == 23);  // 15 + 8
@@ -23,7 +23,7 @@ TEST_CASE("vectors of the plane: products") {
   CHECK(cross(a, perpendicular(a)) == norm2(a));  // +90 degrees: counterclockwise.
 }
 
-TEST_CASE("vectors of space: products") {
+TEST_CASE("Vec3: dot product, cross product, norm and linear combination") {
   const Vec3 a = {1, 2, 3}, b = {4, 5, -6};
   CHECK(dot(a, b) == -4);                   // 4 + 10 - 18
   CHECK(cross(a, b) == Vec3{-27, 18, -3});  // -12 - 15, 12 + 6, 5 - 8
@@ -31,7 +31,7 @@ TEST_CASE("vectors of space: products") {
   CHECK(2.0 * a - b / 2.0 + -a == Vec3{-1, -0.5, 6});
 }
 
-TEST_CASE("periodic box: a difference is that of nearest images on periodic axes") {
+TEST_CASE("Box::difference: takes nearest images along periodic axes only") {
   Box<3> box{{10, 10, 10}};
   box.sides[0] = box.sides[1] = box.sides[4] = box.sides[5] = Boundary::periodic;  // x and z
   const Vec3 a = {9.5, 9.5, 0.25}, b = {0.5, 0.5, 9.75};
@@ -42,7 +42,7 @@ TEST_CASE("periodic box: a difference is that of nearest images on periodic axes
   CHECK(Box<3>{}.difference(a, b) == a - b);
 }
 
-TEST_CASE("wrap: points re-enter a periodic box and their images are counted") {
+TEST_CASE("Box::wrap: points re-enter a periodic box and images are counted") {
   Box<2> box{{4, 8}};
   box.sides.fill(Boundary::periodic);
   const auto wrapped = [&](Vec2 p) {
@@ -58,19 +58,19 @@ TEST_CASE("wrap: points re-enter a periodic box and their images are counted") {
   CHECK(wrapped({5, -1}) == std::tuple(Vec2{1, -1}, 1, 0));
 }
 
-TEST_CASE("disk: the distance is measured from its surface, negative inside") {
+TEST_CASE("signed_distance to a disk: from its surface, negative inside") {
   const Shape disk = Disk{{1, 2}, 0.5};
   CHECK(signed_distance(disk, {4, 6}) == Approx(4.5));  // 5 from the centre.
   CHECK(signed_distance(disk, {1, 2}) == Approx(-0.5));
 }
 
-TEST_CASE("ring: its conductor is the outside of its circle") {
+TEST_CASE("signed_distance to a ring: positive inside its circle, negative outside") {
   const Shape ring = Ring{{0, 0}, 2};
   CHECK(signed_distance(ring, {0, 0.5}) == Approx(1.5));
   CHECK(signed_distance(ring, {3, 0}) == Approx(-1));
 }
 
-TEST_CASE("bar: distance at its side, beyond its end, at a corner and inside") {
+TEST_CASE("signed_distance to a bar: at side, end and corner; negative inside") {
   // Axis from (0, 0) to (4, 0): the bar covers [0, 4] x [-1, 1].
   const Shape bar = Bar{{0, 0}, {4, 0}, 2};
   CHECK(signed_distance(bar, {2, 3}) == Approx(2));
@@ -80,7 +80,7 @@ TEST_CASE("bar: distance at its side, beyond its end, at a corner and inside") {
   CHECK(signed_distance(bar, {3.75, 0}) == Approx(-0.25));
 }
 
-TEST_CASE("bar: a common rotation does not change a distance") {
+TEST_CASE("signed_distance to a bar: a common rotation leaves it unchanged") {
   const double angle = 0.7;
   const auto turned = [&](Vec2 p) {
     return Vec2{std::cos(angle) * p.x - std::sin(angle) * p.y, std::sin(angle) * p.x + std::cos(angle) * p.y};
@@ -91,7 +91,7 @@ TEST_CASE("bar: a common rotation does not change a distance") {
     CHECK(signed_distance(oblique, turned(p)) == Approx(signed_distance(bar, p)));
 }
 
-TEST_CASE("gap: it is measured between the surfaces of a disk and each shape") {
+TEST_CASE("gap of a disk to a disk, bar or ring: between the surfaces") {
   const Disk disk{{0, 0}, 1};
   CHECK(gap(disk, Disk{{3, 4}, 1.5}) == Approx(2.5));        // 5 - 1 - 1.5
   CHECK(gap(disk, Disk{{0.5, 0}, 1}) == Approx(-1.5));       // An overlap of 1.5.
@@ -99,7 +99,7 @@ TEST_CASE("gap: it is measured between the surfaces of a disk and each shape") {
   CHECK(gap(disk, Ring{{0.5, 0}, 4}) == Approx(2.5));        // The rim is at x = 4.5 and -3.5: the nearest is 3.5 - 1.
 }
 
-TEST_CASE("circle cut by a rectangle: its outline is closed") {
+TEST_CASE("circle cut by a rectangle: arc and edge normals sum to zero") {
   // The normals of the arc and of the edges' parts inside the circle sum to zero (divergence theorem). The bound is
   // rounding of about ten operations on numbers of order 3.
   for (int k = 0; k < 200; ++k) {
@@ -113,7 +113,7 @@ TEST_CASE("circle cut by a rectangle: its outline is closed") {
   }
 }
 
-TEST_CASE("arc: its length inside a rectangle") {
+TEST_CASE("arc_inside, length_inside: arc and chord lengths inside a rectangle") {
   const double pi = std::numbers::pi;
   const Disk disk{{0, 0}, 2};
   CHECK(arc_inside(disk, {-3, -3}, {3, 3}).length == doctest::Approx(4 * pi).epsilon(1e-15));

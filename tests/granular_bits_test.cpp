@@ -111,14 +111,14 @@ std::pair<End, End> check_scaled(const auto& end) {
 
 }  // namespace
 
-TEST_CASE("pair search: earlier searches for longer times change no bit of a gas") {
+TEST_CASE("candidate pairs kept between calls: no bit of a gas changes") {
   Scene scene = viscoelastic(9);
   add_gas(scene, 200, 8.9, 4);
   check_waiting(scene);
 }
 
 // If several pairs of a grain touch in one step, their sum depends on their order.
-TEST_CASE("pair search: it changes no bit of a collapsing dense cluster") {
+TEST_CASE("candidate pairs kept between calls: no bit of a dense cluster changes") {
   Scene scene = viscoelastic(9);
   Random random({.seed = 3, .purpose = RandomPurpose::population});
   for (int n = 0; n < 125; ++n) {
@@ -129,7 +129,7 @@ TEST_CASE("pair search: it changes no bit of a collapsing dense cluster") {
   check_waiting(scene);
 }
 
-TEST_CASE("gas: any number of threads gives identical bits") {
+TEST_CASE("charged gas: any number of threads gives identical bits") {
   Scene scene = charged(9, Integrator::multirate);
   add_gas(scene, 200, 8.9, 1);
   const auto end = [&](int threads) {
@@ -144,7 +144,7 @@ TEST_CASE("gas: any number of threads gives identical bits") {
   check_same_bits(one, end(4));
 }
 
-TEST_CASE("gas: a run restored from a checkpoint has identical bits") {
+TEST_CASE("gas, every integrator: a restored run has identical bits") {
   for (const Integrator integrator : all_integrators) {
     CAPTURE(name_of(integrator));
     Scene scene = charged(6, integrator);
@@ -155,13 +155,13 @@ TEST_CASE("gas: a run restored from a checkpoint has identical bits") {
   }
 }
 
-TEST_CASE("polarized gas: restored or on more threads it has identical bits") {
+TEST_CASE("polarized gas: a run restored with two threads has identical bits") {
   Scene scene = polarized(9);
   add_gas(scene, 100, 8.9, 1);
   CHECK(check_restored(scene, 2) > 20);
 }
 
-TEST_CASE("charged gas: (K, Q) and (4 K, Q / 2) have identical trajectories") {
+TEST_CASE("charged gas: Coulomb prefactor 4 K and charges Q / 2 change no bit") {
   for (const Integrator integrator : all_integrators) {
     CAPTURE(name_of(integrator));
     const auto end = [&](double strength, double exchange) {
@@ -176,7 +176,7 @@ TEST_CASE("charged gas: (K, Q) and (4 K, Q / 2) have identical trajectories") {
   }
 }
 
-TEST_CASE("polarized gas: (K, Q) and (4 K, Q / 2) have identical trajectories") {
+TEST_CASE("polarized gas: Coulomb prefactor 4 K and charges Q / 2 change no bit") {
   const auto end = [](double strength, double exchange) {
     Scene scene = polarized(9, strength, exchange);
     add_gas(scene, 100, 8.9, 1);
@@ -196,7 +196,7 @@ TEST_CASE("dielectric grains: a run restored from a checkpoint has identical bit
 
 // A distant fast grain causes a search soon, but two accelerations of 200 close the gap of 0.2 earlier, after sqrt(2 x
 // 0.2 / 400). The bound on contact forces alone would close it after that search.
-TEST_CASE("pair search: a pair at rest under constant forces is found in time") {
+TEST_CASE("contact search: a pair at rest under constant forces is found in time") {
   Scene scene = grains::cube(20);
   grains::add(scene, {5, 5, 5});
   grains::add(scene, {6.2, 5, 5});
@@ -214,7 +214,7 @@ TEST_CASE("pair search: a pair at rest under constant forces is found in time") 
 // Two grains at rest, each hit from behind by three heavy ones, meet within the call. They meet earlier than 10 % of
 // the maximum contact acceleration, estimated before contacts act, predicts. The step with the larger acceleration is
 // repeated with a new search.
-TEST_CASE("pair search: a pair driven together faster than predicted is found") {
+TEST_CASE("contact search: a pair driven together faster than predicted is found") {
   Scene scene = grains::cube(20);
   const double behind = 1.01 * 0.766, aside = 1.01 * 0.643;  // 40 degrees.
   for (const int side : {-1, 1}) {
@@ -250,7 +250,7 @@ TEST_CASE("pair search: a pair driven together faster than predicted is found") 
   CHECK(touch(0, 20) == since);
 }
 
-TEST_CASE("pair search: steps grown by more than a quarter require another") {
+TEST_CASE("ContactEventQueue: valid for steps up to 25 % longer than searched for") {
   Scene scene = grains::cube(20);
   add(scene, {10, 10, 10});
   add(scene, {12, 10, 10});

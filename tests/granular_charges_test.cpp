@@ -59,7 +59,7 @@ PairInteraction pair_interaction(const Scene& scene) {
 
 }  // namespace
 
-TEST_CASE("periodic box: one slightly longer than twice the cutoff is accepted") {
+TEST_CASE("gas in a box slightly longer than twice the Coulomb cutoff: runs") {
   Scene scene = viscoelastic(4);
   scene.effects.add(effects::CoulombOptions{.accuracy = 1e-3});
   add(scene, {1, 1, 1}, {0.3, 0, 0}, 1);
@@ -69,7 +69,7 @@ TEST_CASE("periodic box: one slightly longer than twice the cutoff is accepted")
   CHECK(run.gas.steps > 0);
 }
 
-TEST_CASE("charge exchange: the sum of charges stays exactly zero") {
+TEST_CASE("charge exchange: the sum of all charges stays exactly zero") {
   for (const auto model :
        {effects::ExchangeModel::impact, effects::ExchangeModel::random_walk, effects::ExchangeModel::contact_area}) {
     Scene scene = viscoelastic(5);
@@ -88,7 +88,7 @@ TEST_CASE("charge exchange: the sum of charges stays exactly zero") {
 // A lasting rms error e of the forces displaces a grain by e F t^2 / 2. F^2 = 4 pi n = 1.3^2 at K = q = 1 and n = 0.14.
 // The error of constant forces is of second order in the outer step, which is proportional to the root of the accuracy.
 // It is therefore proportional to the accuracy.
-TEST_CASE("outer step: its error equals the error of the charges' forces") {
+TEST_CASE("outer step: its displacement error equals that of the force accuracy") {
   const std::vector<double> exact = final_positions(1e-9, 5e-4);
   const auto error = [&](double accuracy) {
     const std::vector<double> positions = final_positions(accuracy);
@@ -103,7 +103,7 @@ TEST_CASE("outer step: its error equals the error of the charges' forces") {
   CHECK(coarse / fine == doctest::Approx(10).epsilon(0.5));
 }
 
-TEST_CASE("outer step: charges at rest that attract each other limit it") {
+TEST_CASE("outer step: limited by the attraction of two charges at rest") {
   for (const double radius : {0.5, 0.25}) {
     Scene scene = viscoelastic(10);
     scene.effects.add(effects::CoulombOptions{.sum = effects::CoulombSum::ewald, .accuracy = 1e-6});
@@ -117,7 +117,7 @@ TEST_CASE("outer step: charges at rest that attract each other limit it") {
   }
 }
 
-TEST_CASE("multipoles: touching grains attract as dielectric spheres do") {
+TEST_CASE("grain multipoles: touching grains attract as dielectric spheres do") {
   const double k = 5.5;  // (1 + 16 A) / (1 - 8 A) for A = 0.075
   const effects::InducedDipolesOptions options{.polarizability = 0.075};
   CHECK(options.relative_permittivity(0.5) == doctest::Approx(k).epsilon(1e-14));
@@ -140,7 +140,7 @@ TEST_CASE("multipoles: touching grains attract as dielectric spheres do") {
   CHECK(far.dipole == doctest::Approx(dipoles.dipole).epsilon(1e-3));
 }
 
-TEST_CASE("explain: a degree above 1 states multipoles and their error") {
+TEST_CASE("explain: states multipole degree and error of dielectric grains") {
   Scene scene = two_dielectric_grains(1.6, 6);
   scene.effects.add(effects::CoulombOptions{});  // A mesh.
   const auto remarks = effects::CoulombOptions::kind().explain(scene);
@@ -149,7 +149,7 @@ TEST_CASE("explain: a degree above 1 states multipoles and their error") {
   CHECK(remarks[1].text.find("effects.induced_dipoles.degree = 6 leaves forces at the start off by ") == 0);
 }
 
-TEST_CASE("truncation: the stated error is the difference from bispherical forces") {
+TEST_CASE("multipole_truncation: equals the difference from bispherical forces") {
   for (const int degree : {1, 2, 4, 8}) {
     CAPTURE(degree);
     Scene scene = two_dielectric_grains(1.5, degree);
@@ -166,7 +166,7 @@ TEST_CASE("truncation: the stated error is the difference from bispherical force
   }
 }
 
-TEST_CASE("multipoles of a gas: forces are energy derivatives at degrees 1 to 6") {
+TEST_CASE("grain multipoles: forces are energy derivatives at degrees 1 to 6") {
   Scene scene = cube(4);
   scene.effects.add(effects::CoulombOptions{.sum = effects::CoulombSum::ewald, .accuracy = 1e-12});
   for (int i = 0; i < 8; ++i)
@@ -197,7 +197,7 @@ TEST_CASE("multipoles of a gas: forces are energy derivatives at degrees 1 to 6"
   }
 }
 
-TEST_CASE("dielectric grains: a pause between frames throws, for dipoles it stops") {
+TEST_CASE("pause between frames: throws for dielectric grains, stops for dipoles") {
   Scene scene = two_dielectric_grains(1.6, 6);
   scene.mechanics.integrator = Integrator::multirate;
   scene.stop.time = scene.output.every = 1;

@@ -93,7 +93,7 @@ constexpr std::array accuracies = {1e-3, 1e-4};
 
 }  // namespace
 
-TEST_CASE("contact steps: the smallest number whose error is within the accuracy") {
+TEST_CASE("contact_steps_for: smallest number of steps that meets the accuracy") {
   for (const double accuracy : {1e-3, 3e-4, 1e-4, 1e-5, 1e-6}) {
     const int steps = contact_steps_for(accuracy);
     CHECK(contact_error(steps) <= accuracy);
@@ -104,14 +104,14 @@ TEST_CASE("contact steps: the smallest number whose error is within the accuracy
   CHECK(contact_steps_for(1e-15) == contact_steps_for(1e-6));
 }
 
-TEST_CASE("elastic contact: energy keeps the accuracy, with half the steps not") {
+TEST_CASE("elastic contact: energy error meets the accuracy, not at half the steps") {
   for (const double accuracy : accuracies) {
     CHECK(elastic_error(contact_steps_for(accuracy)) < accuracy);
     CHECK(elastic_error(contact_steps_for(accuracy) / 2) > accuracy);
   }
 }
 
-TEST_CASE("dense elastic gas: energy keeps the accuracy, with half the steps not") {
+TEST_CASE("dense elastic gas: energy meets the accuracy, not at half the steps") {
   for (const double accuracy : accuracies) {
     CHECK(dense_gas(0, contact_steps_for(accuracy)).left_over < accuracy);
     CHECK(dense_gas(0, contact_steps_for(accuracy) / 2).left_over > accuracy);
@@ -120,7 +120,7 @@ TEST_CASE("dense elastic gas: energy keeps the accuracy, with half the steps not
 
 // The momenta are compared before the motion is chaotic (a grain has met two others), the energy until 90 % is
 // dissipated. Half the steps have four times the error by the law; the test requires a factor of two.
-TEST_CASE("dense cooling gas: momenta and energy keep the accuracy") {
+TEST_CASE("dense cooling gas: errors of momenta and energy meet the accuracy") {
   const DenseGas reference = dense_gas(27.7, 400);
   for (const double accuracy : accuracies) {
     const int steps = contact_steps_for(accuracy);
@@ -132,7 +132,7 @@ TEST_CASE("dense cooling gas: momenta and energy keep the accuracy") {
   }
 }
 
-TEST_CASE("contact steps: the default resolves any damping to 1e-3") {
+TEST_CASE("contact_steps_for: the usual accuracy of 1e-3 holds for any damping") {
   for (const double restitution : {0.9, 0.5, 0.2, 0.1, 0.02, 1e-3}) {
     CAPTURE(restitution);
     Scene scene = cube(20);
@@ -153,7 +153,7 @@ TEST_CASE("contact steps: the default resolves any damping to 1e-3") {
     }
 }
 
-TEST_CASE("contact steps: small grains with shorter contacts have equally many") {
+TEST_CASE("contact steps: small grains with shorter contacts keep the accuracy") {
   for (const bool linear : {true, false}) {
     CAPTURE(linear);
     Scene scene = contact_scene(20, 27.7, contact_steps_for(usual_contact_accuracy));
@@ -173,7 +173,7 @@ TEST_CASE("contact steps: small grains with shorter contacts have equally many")
   }
 }
 
-TEST_CASE("contact steps: the damping of usual gases does not change the number") {
+TEST_CASE("time_to_resolve: usual damping does not shorten the contact time") {
   for (const std::size_t grains : {200u, 8516u, 50016u}) {
     const granular::GrainProperties properties{.typical = granular::typical_impact(grains)};
     const double fastest = 2 * granular::fastest_of(grains);
@@ -185,7 +185,7 @@ TEST_CASE("contact steps: the damping of usual gases does not change the number"
   }
 }
 
-TEST_CASE("contact steps: a step that does not resolve the dashpot is refused") {
+TEST_CASE("step too long for the dashpot: refused; the suggested one is accurate") {
   for (const Integrator integrator : {Integrator::verlet, Integrator::gear}) {
     CAPTURE(name_of(integrator));
     Scene scene = cube(20, integrator);
@@ -202,7 +202,7 @@ TEST_CASE("contact steps: a step that does not resolve the dashpot is refused") 
   }
 }
 
-TEST_CASE("contact steps: they follow the scene's accuracy or its key") {
+TEST_CASE("contact_substeps: follow effects.coulomb.accuracy unless given") {
   const auto steps = [](const std::string& coulomb, const std::string& more = "") {
     std::string text = gas_text(2, 10, 1, 1, more);
     const std::string sum = "[effects.coulomb]\nsum = \"minimum-image\"\n";

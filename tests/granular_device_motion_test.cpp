@@ -17,7 +17,7 @@ namespace granular_device_motion_test {
 using namespace lichtenberg;
 using namespace lichtenberg::device_gases;
 
-TEST_CASE("device motion: output and checkpoints are interchangeable with the CPU's") {
+TEST_CASE("device motion: frames, history and checkpoints agree with the CPU's") {
   Scene scene = charged_gas(60, 7, 3);
   scene.stages = {{.duration = 0.3, .elastic = true, .stiffness = 10, .temperature = 2}};
   scene.stop.time = 1;
@@ -75,7 +75,7 @@ void check_same_bits(const std::vector<Column>& found, const std::vector<Column>
 
 }  // namespace
 
-TEST_CASE("device output: frames and checkpoints built concurrently keep their time") {
+TEST_CASE("device motion: frames built during further steps keep their time") {
   for (const bool polarized : {false, true}) {
     CAPTURE(polarized);
     Scene scene = polarized ? polarized_gas() : charged_gas(60, 7, 3);
@@ -106,7 +106,7 @@ TEST_CASE("device output: frames and checkpoints built concurrently keep their t
   }
 }
 
-TEST_CASE("device output: reading the gas back waits for all pending callbacks") {
+TEST_CASE("device motion: frame() waits for all pending callbacks") {
   Scene scene = charged_gas(60, 7, 3);
   scene.stop.time = 1;
   scene.output.every = 0.25;

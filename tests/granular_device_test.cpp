@@ -40,7 +40,7 @@ Checkpoint stored(const granular::device::DeviceGas& device, Checkpoint checkpoi
 
 }  // namespace
 
-TEST_CASE("device memory: a gas too large is refused with the number that would fit") {
+TEST_CASE("device memory: too large a gas is refused with the number that would fit") {
   granular::device::GasOptions options = granular::device::gas_options(gas(100, 12, 1));
   options.path = "gas.toml";
   options.bytes = 1 << 30;
@@ -63,7 +63,7 @@ TEST_CASE("device lists: a gas with too many list entries is refused") {
                 sentence);
 }
 
-TEST_CASE("device: a step of a neutral gas equals the CPU's within rounding") {
+TEST_CASE("device: 60 steps of a neutral gas equal the CPU's within rounding") {
   for (const bool linear : {false, true}) {
     Scene scene = gas(100, 8, 5);
     if (linear) {
@@ -95,7 +95,7 @@ TEST_CASE("device: a step of a neutral gas equals the CPU's within rounding") {
   }
 }
 
-TEST_CASE("device lists: the number of grains limits the cells of a large box") {
+TEST_CASE("device cells: a large box has few cells, limited by its grains") {
   const auto cells_in = [](double length, int n) {
     const Vec3 edge = granular::device::contact_cell_edges({length, length, length}, n);
     return length * length * length / (edge.x * edge.y * edge.z);
@@ -121,7 +121,7 @@ TEST_CASE("device lists: the number of grains limits the cells of a large box") 
   CHECK(largest_difference(found.reals.at("position"), expected.reals.at("position")) < 1e-8);
 }
 
-TEST_CASE("device: isolated collisions are compared with the law's restitution") {
+TEST_CASE("device: restitution of isolated collisions is recorded as on the CPU") {
   for (const bool linear : {false, true}) {
     CAPTURE(linear);
     Scene scene = grains::cube(40);
@@ -161,7 +161,7 @@ TEST_CASE("device: isolated collisions are compared with the law's restitution")
   }
 }
 
-TEST_CASE("device: drag, wind and weight act as on the CPU and enter the budget") {
+TEST_CASE("device: drag, wind and uniform force act as on the CPU, also in energy") {
   Scene scene = gas(100, 8, 5);
   scene.effects.add(effects::GasDragOptions{.stokes = 0.3, .speed = 2, .correlation_time = 0.07});
   scene.effects.add(effects::UniformForceOptions{.acceleration = {{0.5, 0, -1}, 3}});
@@ -180,7 +180,7 @@ TEST_CASE("device: drag, wind and weight act as on the CPU and enter the budget"
   CHECK(std::abs(found.reals.at("book")[2] - expected.reals.at("book")[2]) < 1e-7);
 }
 
-TEST_CASE("device: a step of a charged gas equals the CPU's within force accuracy") {
+TEST_CASE("device: 40 steps of a charged gas equal the CPU's within force accuracy") {
   const Scene scene = charged_gas(100, 8, 5);
   grains::Run cpu(scene);
   const Checkpoint start = cpu.gas.save();
@@ -241,7 +241,7 @@ TEST_CASE("device: the outer step is at most a quarter of a bound-pair period") 
   CHECK(device->time() == cpu.gas.time());
 }
 
-TEST_CASE("device: the outer step follows from the requested force accuracy") {
+TEST_CASE("device: the outer step from the force accuracy equals the CPU's") {
   Scene scene = charged_gas(60, 7, 0.3);
   scene.effects.find<effects::CoulombOptions>()->accuracy = 1e-4;
   scene.mechanics.step = INFINITY;
@@ -254,7 +254,7 @@ TEST_CASE("device: the outer step follows from the requested force accuracy") {
   CHECK(device->time() == doctest::Approx(cpu.gas.time()).epsilon(1e-5));
 }
 
-TEST_CASE("device: the energy of constant charges equals the CPU's") {
+TEST_CASE("device: potential energy of constant charges equals the CPU's") {
   Scene scene = charged_gas(60, 7, 3);
   scene.effects.remove("charge_exchange");
   grains::Run cpu(scene);
@@ -266,7 +266,7 @@ TEST_CASE("device: the energy of constant charges equals the CPU's") {
   CHECK(device->potential_energy() == doctest::Approx(energy).epsilon(1e-5));
 }
 
-TEST_CASE("device: a polarizable charged gas moves as on the CPU") {
+TEST_CASE("device: 40 steps of a polarizable charged gas equal the CPU's") {
   const Scene scene = polarized_gas();
   grains::Run cpu(scene);
   const Checkpoint start = cpu.gas.save();
@@ -293,7 +293,7 @@ TEST_CASE("device: a polarizable charged gas moves as on the CPU") {
   CHECK(cpu.gas.save().integers.at("effects.coulomb.counters")[0] == evaluations);
 }
 
-TEST_CASE("device dipoles: 1e-4 takes 2 evaluations per short step, 3 per long one") {
+TEST_CASE("device dipoles: at most 2 evaluations per short step, 3 per long step") {
   for (const bool is_short : {true, false}) {
     Scene scene = polarized_gas();
     scene.effects.remove("charge_exchange");
@@ -312,7 +312,7 @@ TEST_CASE("device dipoles: 1e-4 takes 2 evaluations per short step, 3 per long o
   }
 }
 
-TEST_CASE("device: a gas with dipoles resumes from a checkpoint with identical bits") {
+TEST_CASE("device: a gas with dipoles restored from a checkpoint has identical bits") {
   const Scene scene = polarized_gas();
   const grains::Run cpu(scene);
   const Checkpoint start = cpu.gas.save();
@@ -327,7 +327,7 @@ TEST_CASE("device: a gas with dipoles resumes from a checkpoint with identical b
   CHECK(a.integers == b.integers);
 }
 
-TEST_CASE("device: diverging polarization stops the run with an error message") {
+TEST_CASE("device: diverging polarization throws an error message") {
   Scene scene = grains::cube(10);
   for (const double x : {4.0, 4.8}) grains::add(scene, {x, 5, 5}, {4.4 - x, 0, 0});
   scene.conductors[0].charge = 1;
@@ -351,7 +351,7 @@ TEST_CASE("device: diverging polarization stops the run with an error message") 
   }
 }
 
-TEST_CASE("device: a charged gas resumes from any checkpoint with identical bits") {
+TEST_CASE("device: a charged gas restored from a checkpoint has identical bits") {
   const Scene scene = charged_gas(60, 7, 3);
   const grains::Run cpu(scene);
   const Checkpoint start = cpu.gas.save();
@@ -370,7 +370,7 @@ TEST_CASE("device: a charged gas resumes from any checkpoint with identical bits
   CHECK(a.integers == b.integers);
 }
 
-TEST_CASE("device: a grain with two contacts in a step draws as on the CPU") {
+TEST_CASE("device: random charges of a grain with two contacts equal the CPU's") {
   Scene scene = grains::cube(8);
   for (const double x : {4.0, 2.9, 5.1}) grains::add(scene, {x, 4, 4}, {4 - x, 0, 0});
   scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278.6, .dissipative = 27.7});
@@ -388,7 +388,7 @@ TEST_CASE("device: a grain with two contacts in a step draws as on the CPU") {
   CHECK(std::abs(expected.reals.at("charge")[1]) > 1e-3);
 }
 
-TEST_CASE("device: charge exchange is off while the gas is mixed") {
+TEST_CASE("device: charge exchange is off while the gas is mixed elastically") {
   const Scene scene = charged_gas(60, 7, 3);
   const grains::Run cpu(scene);
   const Checkpoint start = cpu.gas.save();

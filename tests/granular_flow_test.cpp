@@ -199,16 +199,16 @@ double difference(const std::vector<double>& coarse, const std::vector<double>& 
 
 }  // namespace
 
-TEST_CASE("modes of a plane: growth at the eigenvalues of linear theory") {
+TEST_CASE("granular hydrodynamics in 2D: modes grow at linear theory's eigenvalues") {
   const std::vector<Wave> waves{{1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {1, 2, 0}, {2, -1, 0}};
   for (const double charge_number : {0.0, 0.9}) check_modes(gas_of(0.7, charge_number), {2, 48, 60}, waves);
 }
 
-TEST_CASE("modes of space: growth at the eigenvalues of linear theory") {
+TEST_CASE("granular hydrodynamics in 3D: modes grow at linear theory's eigenvalues") {
   check_modes(gas_of(0.7, 0.5), {3, 16, 30}, {{1, 0, 0}, {0, 0, 1}, {1, 1, 0}, {1, -1, 1}});
 }
 
-TEST_CASE("constant charges: they drive a wave as R grows") {
+TEST_CASE("granular hydrodynamics, constant charges: a wave follows linear theory") {
   const Grid grid{2, 32, 40};
   Gas gas = gas_of(0.7, 0.1);
   gas.charges_last = true;
@@ -234,7 +234,7 @@ TEST_CASE("constant charges: they drive a wave as R grows") {
   }
 }
 
-TEST_CASE("homogeneous gas: Haff's law in units of another cooling gas") {
+TEST_CASE("granular hydrodynamics, homogeneous: temperature follows Haff's law") {
   for (const int dimension : {2, 3}) {
     const Grid grid{dimension, 6, 10};
     const Gas gas = gas_of(0.5, 0.3);
@@ -252,7 +252,7 @@ TEST_CASE("homogeneous gas: Haff's law in units of another cooling gas") {
   }
 }
 
-TEST_CASE("merging charges: mass, charge and momentum stay, T and n are positive") {
+TEST_CASE("granular hydrodynamics: mass, charge and momentum stay, n and T > 0") {
   const Grid grid{2, 24, 50};
   for (const bool lasting : {false, true}) {
     Gas gas = gas_of(0.7, 0.9);
@@ -273,7 +273,7 @@ TEST_CASE("merging charges: mass, charge and momentum stay, T and n are positive
   }
 }
 
-TEST_CASE("convergence: all fields are of second order or better") {
+TEST_CASE("granular hydrodynamics: all fields converge in second order or better") {
   const Gas gas = gas_of(0.8, 0.2);
   const Fields coarse = wave_at(gas, 16), middle = wave_at(gas, 32), fine = wave_at(gas, 64);
   const auto order = [&](const std::vector<double>& a, const std::vector<double>& b, const std::vector<double>& c) {
@@ -289,7 +289,7 @@ TEST_CASE("convergence: all fields are of second order or better") {
   }
 }
 
-TEST_CASE("elastic grains: energy is conserved to the order of the scheme") {
+TEST_CASE("granular hydrodynamics, elastic: energy error decreases with the grid") {
   const Gas gas = gas_of(1, 0);
   double lost[2];
   for (const int fine : {0, 1}) {
@@ -311,7 +311,7 @@ TEST_CASE("elastic grains: energy is conserved to the order of the scheme") {
   CHECK(lost[0] > 3 * lost[1]);  // The factor is 4 for second order, less with the fourth-order terms.
 }
 
-TEST_CASE("hydrodynamics: any number of threads gives identical bits") {
+TEST_CASE("granular hydrodynamics: any number of threads gives identical bits") {
   const Grid grid{2, 12, 50};
   const Gas gas = gas_of(0.7, 0.9);
   const auto alone = evolve(gas, grid, separated(grid), std::vector{3.0}, {1e-4})[0];
@@ -322,7 +322,7 @@ TEST_CASE("hydrodynamics: any number of threads gives identical bits") {
   CHECK(alone.velocity[1] == shared.velocity[1]);
 }
 
-TEST_CASE("field of a charge wave: it is exact, and its self-force is zero") {
+TEST_CASE("Potential::field of a charge wave: exact, with zero total force") {
   for (const int dimension : {2, 3}) {
     const Grid grid{dimension, 8, 5};
     const Wave wave{1, 2, dimension == 3 ? -1 : 0};
@@ -345,7 +345,7 @@ TEST_CASE("field of a charge wave: it is exact, and its self-force is zero") {
   }
 }
 
-TEST_CASE("hydrodynamics: impossible grids and fields are refused") {
+TEST_CASE("granular hydrodynamics: impossible grids and fields are refused") {
   const Gas gas = gas_of(0.7, 0);
   const std::vector<double> times{1};
   const Grid good{2, 6, 10};

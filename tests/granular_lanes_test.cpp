@@ -78,7 +78,7 @@ void check_same_bits(const Law& law, const std::vector<Start>& starts) {
 
 }  // namespace
 
-TEST_CASE("pair motion: identical bits alone and next to 1, 3 or 7 others") {
+TEST_CASE("pair motion: identical bits alone and in SIMD packs of 2, 4, 8 pairs") {
   Random random({.seed = 1, .purpose = RandomPurpose::population});
   std::vector<Start> starts;
   for (int n = 0; n < 800; ++n) starts.push_back(random_start(random));
@@ -98,7 +98,7 @@ TEST_CASE("pair motion: identical bits alone and next to 1, 3 or 7 others") {
 }
 
 // Distance of two grains in straight flight, minus all effects of the bounds along the line between them.
-TEST_CASE("time to contact: pairs stay separate for it, head-on not longer") {
+TEST_CASE("min_time_to_contact: no contact before it, contact at it if head-on") {
   Random random({.seed = 5, .purpose = RandomPurpose::population});
   int parting = 0, tight = 0;
   for (int n = 0; n < 10000; ++n) {

@@ -49,7 +49,7 @@ Collision collision(double speed, double release_speed, double tangential_speed 
 
 }  // namespace
 
-TEST_CASE("restitution check: isolated central collisions are compared by decade") {
+TEST_CASE("RestitutionCheck: isolated central collisions are counted by speed") {
   Bodies bodies{.dimension = 3};
   bodies.mass = {1, 1};
   bodies.radius = {0.5, 0.5};
@@ -96,7 +96,7 @@ TEST_CASE("restitution check: isolated central collisions are compared by decade
         Approx(0.3464297011).epsilon(2e-10).scale(0));
 }
 
-TEST_CASE("ended contact: normal and tangential relative velocities are recorded") {
+TEST_CASE("contact that ends: normal and tangential relative speeds are recorded") {
   Bodies bodies{.dimension = 3};
   bodies.position = {0, 0, 0, 1.01, 0, 0};
   bodies.momentum = {0, 0, 0, 0.3, 0.4, 0};
@@ -110,7 +110,7 @@ TEST_CASE("ended contact: normal and tangential relative velocities are recorded
   CHECK(record.ended[0].tangential_speed == Approx(0.4));
 }
 
-TEST_CASE("theory of a gas: collisions, Haff's law and charges are followed") {
+TEST_CASE("HomogeneousGas: collisions, temperature and charges equal the theory's") {
   Gas gas(scene());
   std::optional<HomogeneousGas> theory = HomogeneousGas::of(gas);
   REQUIRE(theory);
@@ -150,7 +150,7 @@ TEST_CASE("theory of a gas: collisions, Haff's law and charges are followed") {
   CHECK(*theory->charge_square() == Approx(whole.charge_square).epsilon(1e-8).scale(0));
 }
 
-TEST_CASE("theory: it continues through a cooling stage, restarts after mixing") {
+TEST_CASE("theory in a gas's history: continues over cooling, restarts after mixing") {
   const std::string mixing = "duration = 1\nstiffness = 10\ntemperature = 1", cooling = "duration = 1\nelastic = false";
   const auto temperatures = [](const std::string& with) {
     GranularMotion motion(parse_scene(with, "gas.toml"));
@@ -167,7 +167,7 @@ TEST_CASE("theory: it continues through a cooling stage, restarts after mixing")
   CHECK(mixed[mixed.size() / 2] == Approx(1).epsilon(1e-9).scale(0));
 }
 
-TEST_CASE("theory: none for few, different, driven or resting grains") {
+TEST_CASE("HomogeneousGas::of: none for few, unequal, driven or resting grains") {
   CHECK_FALSE(HomogeneousGas::of(Gas(parse_scene(replaced(text, "120", "99"), "gas.toml"))));
   CHECK(HomogeneousGas::of(Gas(scene())));
   CHECK_FALSE(HomogeneousGas::of(Gas(parse_scene(text + "[effects.gas_drag]\n", "gas.toml"))));
@@ -179,7 +179,7 @@ TEST_CASE("theory: none for few, different, driven or resting grains") {
   CHECK_FALSE(HomogeneousGas::of(Gas(at_rest)));
 }
 
-TEST_CASE("summary: a stop.time within the stages gives a warning") {
+TEST_CASE("gas summary: warns if stop.time lies within the equilibration stages") {
   Scene short_run = scene();
   CHECK_EQ(stages_warning(short_run), "");
   short_run.stop.time = 1;  // The end of the stage.
@@ -191,7 +191,7 @@ TEST_CASE("summary: a stop.time within the stages gives a warning") {
   CHECK_EQ(stages_warning(short_run), "");
 }
 
-TEST_CASE("summary of a gas: energy errors above 1 % and overlaps above 10 % warn") {
+TEST_CASE("gas summary: warns of energy errors above 1 % and overlaps above 10 %") {
   Gas gas(scene());
   std::optional<HomogeneousGas> no_theory;
   double seconds = 0;
@@ -210,7 +210,7 @@ TEST_CASE("summary of a gas: energy errors above 1 % and overlaps above 10 % war
   CHECK(warnings(0)[0].starts_with("grains overlap by 11 % of a diameter"));
 }
 
-TEST_CASE("cooling and charging gas: summary and history are consistent") {
+TEST_CASE("cooling and charging gas: summary and history have equal end values") {
   GranularMotion motion(scene());
   continue_to(motion, 4);
   const Summary summary = motion.summary();
@@ -234,7 +234,7 @@ TEST_CASE("cooling and charging gas: summary and history are consistent") {
     CHECK(std::abs(error) < 0.02 * value(summary, "dissipated_energy"));
 }
 
-TEST_CASE("resume: output is identical, with or without intermediate output") {
+TEST_CASE("resumed gas: summary and history are identical, also with more output") {
   GranularMotion whole(scene());
   continue_to(whole, 2);
   whole.take_history();
@@ -259,7 +259,7 @@ TEST_CASE("resume: output is identical, with or without intermediate output") {
     CHECK(reals_of(a, name) == reals_of(b, name));
 }
 
-TEST_CASE("resume: the number of force evaluations does not depend on output") {
+TEST_CASE("resumed gas: the number of force evaluations does not depend on output") {
   for (const bool exchange : {true, false}) {
     Scene charged = parse_scene(gas_text(120, 8, 1, 0.5), "gas.toml");
     if (!exchange) charged.effects.remove("charge_exchange");
@@ -281,7 +281,7 @@ TEST_CASE("resume: the number of force evaluations does not depend on output") {
   }
 }
 
-TEST_CASE("pause: a run that pauses after any step has the same history") {
+TEST_CASE("gas paused after each step: its history has the times of a full run") {
   GranularMotion whole(scene()), paused(scene());
   continue_to(whole, 1);
   int pauses = 0;

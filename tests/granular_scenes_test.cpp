@@ -71,7 +71,7 @@ std::pair<double, double> moments(const std::vector<double>& charges) {
 
 }  // namespace
 
-TEST_CASE("population charges: equal, Gaussian or of density exp(-|q|^z)") {
+TEST_CASE("population charges: equal, Gaussian or exp(-|q|^z) with known moments") {
   CHECK(sum(charges_of("charge = 0.5\n", 100)) == 50);
   constexpr int n = 4000;
   struct ChargeCase {
@@ -98,7 +98,7 @@ TEST_CASE("population charges: equal, Gaussian or of density exp(-|q|^z)") {
   }
 }
 
-TEST_CASE("population charges: without an exchange they are constant") {
+TEST_CASE("charge_exchange.model = \"none\": population charges stay constant") {
   const std::string charged =
       "[[population]]\ncount = 60\ntemperature = 1\ncharge = 1\ncharge_distribution = \"gaussian\"\n";
   const Scene scene =
@@ -109,7 +109,7 @@ TEST_CASE("population charges: without an exchange they are constant") {
   for (std::size_t k = 0; k < after.size(); ++k) REQUIRE(after[k] == scene.conductors[k].charge);
 }
 
-TEST_CASE("viscoelastic contact in SI units: it equals the scaled numbers") {
+TEST_CASE("viscoelastic_contact in SI units: gives the source's scaled numbers") {
   // G table 5.3: alpha = 2.67e4, beta = 12.8 with d0 = 4.78e-3, m0 = 1.52e-4, v0 = 1 give E = 277.5, D = 27.83. With nu
   // = 0.25, alpha = Y 2 sqrt(d0/4) / (3 (1 - nu^2)) and gamma = beta / alpha.
   const double young = 2.67e4 * 3 * (1 - 0.0625) / (2 * std::sqrt(4.78e-3 / 4));
@@ -121,7 +121,7 @@ TEST_CASE("viscoelastic contact in SI units: it equals the scaled numbers") {
   CHECK(options.dissipative == Approx(27.83).epsilon(2e-4).scale(0));
 }
 
-TEST_CASE("contacts too short for any step: the responsible keys are named") {
+TEST_CASE("contacts too short for any step: the error names the responsible keys") {
   const std::string stage = "[[equilibration]]\nduration = 0.5\nstiffness = ";
   const auto said = [](const std::string& text, const std::string& part) {
     const std::string sentence = error_message_of(box + grains + contact + text);
@@ -134,7 +134,7 @@ TEST_CASE("contacts too short for any step: the responsible keys are named") {
   said("stiffness = 1e60\n" + stage + "10\n", "softer contacts (equilibration.stiffness, stiffness)");
 }
 
-TEST_CASE("stage of stiffer contacts: restitution is kept and energy balances") {
+TEST_CASE("equilibration.stiffness: restitution is kept and energy balances") {
   for (const std::string law : {"[effects.viscoelastic_contact]\n", "[effects.linear_contact]\nrestitution = 0.6\n"}) {
     const std::string stage = "[[equilibration]]\nduration = 0.5\nelastic = false\nstiffness = 10\n";
     granular::Gas gas(parse(box + grains + law + stage)), plain(parse(box + grains + law));
@@ -157,14 +157,14 @@ TEST_CASE("stage of stiffer contacts: restitution is kept and energy balances") 
   }
 }
 
-TEST_CASE("step: one too long or too short is refused before any output") {
+TEST_CASE("mechanics.step too long or too short: refused before any output") {
   const std::string still = "[mechanics]\nstep = 1e-300\n[stop]\ntime = 1\n";
   CHECK_THROWS_AS(GranularMotion(parse(box + grains + contact + still)), InputError);
   const std::string verlet = "[mechanics]\nintegrator = \"verlet\"\nstep = 0.1\n";
   CHECK_THROWS_AS(GranularMotion(parse(box + grains + contact + verlet)), InputError);
 }
 
-TEST_CASE("step below rounding of time: a stage is refused, a run ends") {
+TEST_CASE("step below rounding of time: short stage refused, run ends with message") {
   const auto stage_scene = [](const std::string& duration, const std::string& more) {
     return box + grains + contact + "[[equilibration]]\nduration = 0.5\n[[equilibration]]\nduration = " + duration +
            "\n" + more + "[stop]\ntime = 0.6\n";
@@ -178,7 +178,7 @@ TEST_CASE("step below rounding of time: a stage is refused, a run ends") {
   CHECK_MESSAGE(still.find("time does not advance any more: at t = 0.51 t0") != std::string::npos, still);
 }
 
-TEST_CASE("extreme parameters: gases still run") {
+TEST_CASE("extreme parameters of grains: gases run without an error message") {
   const std::string end = "[stop]\ntime = 0.05\n";
   for (const std::string& scene :
        {box + "[[population]]\ncount = 100\ntemperature = 1e-50\n" + contact + end,
@@ -192,7 +192,7 @@ TEST_CASE("extreme parameters: gases still run") {
   }
 }
 
-TEST_CASE("given mesh parameters: a large error gives one warning") {
+TEST_CASE("given Coulomb mesh with a large error: gives one warning") {
   const std::string charged = box + "[[population]]\ncount = 100\ntemperature = 1\ncharge = 1\n" + contact + coulomb;
   GranularMotion coarse_mesh(parse(charged + "cutoff = 1.1\nmesh = 8\norder = 4\n"));
   const std::vector<std::string> warnings = coarse_mesh.warnings();
@@ -203,7 +203,7 @@ TEST_CASE("given mesh parameters: a large error gives one warning") {
   CHECK(GranularMotion(parse(charged)).warnings().empty());
 }
 
-TEST_CASE("grains: impossible scenes are refused with an error message") {
+TEST_CASE("scenes of grains: impossible ones are refused with a one-line message") {
   struct Refused {
     std::string scene, sentence;
   };
@@ -245,13 +245,14 @@ TEST_CASE("grains: impossible scenes are refused with an error message") {
       {box + "[[population]]\ncount = 20\nradius = [0.3, 0.6]\n" + contact + coulomb + "cutoff = 5.8\n",
        "half of its shortest side minus the difference of the largest and the smallest diameter"},
       {box + few + contact + coulomb + "order = 8\naccuracy = 1e-7\n",
-       "effects.coulomb: order = 8 is not allowed: forces are computed in double precision here, as single is good for "
-       "an accuracy of 6e-07 and more, with splines of order 4 to 7"},
+       "[effects.coulomb] are not valid: order = 8 is not allowed: forces are computed in double precision here, as "
+       "single is good for an accuracy of 6e-07 and more, with splines of order 4 to 7"},
       {box + few + contact + coulomb + "order = 4\n[effects.induced_dipoles]\n", "with splines of order 5 to 7"},
       {box + few + contact + coulomb + "order = 8\ncutoff = 3\nmesh = 17\n", "single needs an even number of points"},
       {box + few + contact + coulomb + "order = 8\ncutoff = 5\nmesh = 32\n",
        "a cutoff of a third of the box, 4, or less"},
-      {box + few + contact + coulomb + "order = 8\ncutoff = 3\nmesh = 12\n", "effects.coulomb: a mesh with 12 points"},
+      {box + few + contact + coulomb + "order = 8\ncutoff = 3\nmesh = 12\n",
+       "[effects.coulomb] are not valid: a mesh with 12 points"},
       {box + few + contact + coulomb + "coupling_constant = 1e101\n", "effects.coulomb.coupling_constant"},
       {box + few + "charge = 1\n" + contact + coulomb + "coupling_constant = 1e10\n",
        "a smaller effects.coulomb.coupling_constant"},
@@ -282,7 +283,7 @@ TEST_CASE("grains: impossible scenes are refused with an error message") {
       {box + few + contact + "damping = -1\n", "effects.viscoelastic_contact.damping"},
       {box + few + contact + "[effects.gas_drag]\nstokes = -1\n", "effects.gas_drag.stokes"},
       {box + few + contact + coulomb + "accuracy = 1e-11\n",
-       "effects.coulomb: the accuracy 1e-11 is not possible for a mesh"},
+       "[effects.coulomb] are not valid: the accuracy 1e-11 is not possible for a mesh"},
       {box + few + contact + coulomb + "accuracy = 1e-13\n", "at least 1e-12 and at most 0.1"},
       {box + few + contact + "[mechanics]\nintegrator = \"verlet\"\nstep = 0.1\n", "would do"},
       {box + few + contact + "[mechanics]\nintegrator = \"gear\"\nstep = 0.1\n", "would do"},

@@ -26,7 +26,7 @@ using granular::Gas;
 using granular::GasEnergy;
 using namespace lichtenberg::grains;
 
-TEST_CASE("contact: an onset that rounding puts beyond the step still decelerates") {
+TEST_CASE("contact onset that rounding puts after the step: the pair decelerates") {
   Scene scene = grains::cube(10);
   grains::add(scene, {4.5 + 1e-7, 5, 5}, {1, 0, 0});
   grains::add(scene, {5.5, 5, 5}, {-1, 0, 0});
@@ -43,7 +43,7 @@ TEST_CASE("contact: an onset that rounding puts beyond the step still decelerate
 // Queries in each step cause no list rebuild. The fastest of 200 grains has 3.5 times the thermal speed and flies 0.3
 // diameters in 17 steps. Stronger contact forces can double the number of rebuilds (regression values: 9 without
 // charges, 11 with them).
-TEST_CASE("neighbour list: rebuilds follow the fastest grain's path, not each step") {
+TEST_CASE("gas: 100 steps need fewer than 25 neighbour searches") {
   for (const bool with_charges : {false, true}) {
     Scene scene = with_charges ? charged(9, Integrator::multirate, 0.1, 1e-3) : viscoelastic(9);
     scene.mechanics.step = 0.005;
@@ -68,7 +68,7 @@ TEST_CASE("neighbour list: rebuilds follow the fastest grain's path, not each st
 
 // Collisions do not double the largest speed of equal grains, but light grains among heavy ones can exceed it. The gap
 // of half a diameter closes before the next planned rebuild.
-TEST_CASE("neighbour list: a grain faster than predicted is found at the next call") {
+TEST_CASE("contact search: a grain faster than predicted is found at the next call") {
   Scene scene = grains::cube(10);
   grains::add(scene, {4, 5, 5}, {0.01, 0, 0});
   grains::add(scene, {5.5, 5, 5}, {0, 0, 0});
@@ -106,7 +106,7 @@ const RestitutionError restitution_errors[] = {{Integrator::multirate, 2.5e-5, 7
 
 }  // namespace
 
-TEST_CASE("restitution: an isolated pair obeys its law with every integrator") {
+TEST_CASE("restitution of an isolated pair: every integrator obeys the law") {
   for (const auto& [integrator, at_1, at_5] : restitution_errors)
     for (const double speed : {0.1, 1.0, 5.0}) {
       CAPTURE(name_of(integrator));
@@ -122,7 +122,7 @@ TEST_CASE("restitution: an isolated pair obeys its law with every integrator") {
 // A frame of another run can be an initial state. Hertz's law F = k x^(3/2) stores 2/5 k x^(5/2), of which each grain
 // receives half. The grains separate at v = sqrt(2 stored / m_eff) = 1.19. The error of v is at most that of a
 // restitution up to 5 v0; the relative error of the energy is twice that.
-TEST_CASE("grains that overlap at the start: the stored energy separates them") {
+TEST_CASE("grains that overlap at the start: stored energy becomes kinetic") {
   constexpr double overlap = 0.1, elastic = 278.6;
   const double stored = 0.4 * elastic * std::pow(overlap, 2.5);
   for (const auto& [integrator, at_1, at_5] : restitution_errors) {
@@ -143,7 +143,7 @@ TEST_CASE("grains that overlap at the start: the stored energy separates them") 
 // An impact takes some hundred steps. Each step's error is the tolerance, relative and absolute, as the rms of 13
 // components. A component of about 1 thus has an error of 2 sqrt(13) times the tolerance at worst: 700 in all, and less
 // with few long steps.
-TEST_CASE("cvode reference: its error is within the tolerance") {
+TEST_CASE("cvode integrator of grains: restitution error follows the tolerance") {
   Scene scene = viscoelastic(10, Integrator::cvode);
   const double exact = theory::collision({278.6, 27.7}, 1).restitution;
   double before = 0;
@@ -156,7 +156,7 @@ TEST_CASE("cvode reference: its error is within the tolerance") {
   }
 }
 
-TEST_CASE("cvode reference: slow grains just apart collide once and separate") {
+TEST_CASE("cvode integrator of grains: slow grains just apart collide exactly once") {
   constexpr double speed = 1e-5;
   Scene scene = viscoelastic(40, Integrator::cvode);
   add_pair(scene, speed, 3e-6);
@@ -172,7 +172,7 @@ TEST_CASE("cvode reference: slow grains just apart collide once and separate") {
 
 // The force of a linear contact jumps at onset, and a fixed step resolves the onset to within one step. The error is of
 // the order dt / t_c = 0.005 / 0.13 of the effect of this force, B v, relative to 1 - 0.9.
-TEST_CASE("linear contact: a collision has the given restitution") {
+TEST_CASE("linear contact: every integrator gives the stated restitution") {
   for (const Integrator integrator : all_integrators)
     for (const double phase : {1.0, 1.3, 1.7}) {
       CAPTURE(name_of(integrator));
@@ -184,7 +184,7 @@ TEST_CASE("linear contact: a collision has the given restitution") {
     }
 }
 
-TEST_CASE("step: one too long for the contacts is refused with a suitable value") {
+TEST_CASE("step too long for the contacts: refused; the suggested one is accepted") {
   for (const Integrator integrator : {Integrator::verlet, Integrator::gear}) {
     Scene scene = viscoelastic(10, integrator);
     add_pair(scene, 1, 0.1);
@@ -202,7 +202,7 @@ TEST_CASE("step: one too long for the contacts is refused with a suitable value"
 
 // With K q^2 = 0.1 the contact carries E xi^(3/2) = 0.1 at xi = 5.05e-3. The reduced mass 1/2 oscillates with stiffness
 // 1.5 E sqrt(xi) = 29.7 and a period of 0.815 t0, a quarter of which is 0.204.
-TEST_CASE("step: one too long for bound pairs is refused with the longest suitable") {
+TEST_CASE("step too long for bound pairs: refused with the longest allowed one") {
   Scene scene = charged(10, Integrator::multirate, 0.1, 0);
   add_pair(scene, 0.01, 0.1, 1);
   scene.mechanics.step = 0.3;
@@ -218,7 +218,7 @@ TEST_CASE("step: one too long for bound pairs is refused with the longest suitab
 // Grains approach each other, some with up to six simultaneous contacts. ContactMotion extrapolates the forces of other
 // contacts linearly in time, so errors are of second order. Momentum is conserved to rounding, and no step raises the
 // energy by more than its error.
-TEST_CASE("multiple contacts: second order, energy decreases, momentum is constant") {
+TEST_CASE("multiple contacts: second order, energy does not grow, momentum constant") {
   Scene scene = viscoelastic(20);
   add_gas(scene, 13, 4.4, 0);
   for (Conductor& grain : scene.conductors) grain.velocity = -0.5 * (grain.position - 0.5 * scene.domain.size);
@@ -251,7 +251,7 @@ TEST_CASE("multiple contacts: second order, energy decreases, momentum is consta
 
 // Twelve charges of -1 surround one of 12. They fall on it and on each other, bounce and come to rest. Impulses at both
 // ends of a step leave an oscillation of second order in the step; Verlet leaves none.
-TEST_CASE("cluster: energy decreases at each instant and forces balance at rest") {
+TEST_CASE("charged cluster: energy decreases until forces balance at rest") {
   Scene scene = viscoelastic(30, Integrator::verlet);
   scene.effects.add(effects::CoulombOptions{.strength = 0.1, .sum = effects::CoulombSum::minimum_image});
   add(scene, 0.5 * scene.domain.size, {}, 12);
@@ -282,7 +282,7 @@ TEST_CASE("cluster: energy decreases at each instant and forces balance at rest"
   CHECK(momentum(run.gas.bodies()) < 1e-12);
 }
 
-TEST_CASE("elastic stage: it conserves energy and charges, ends at its temperature") {
+TEST_CASE("elastic stage: conserves energy and ends at the given temperature") {
   for (const Integrator integrator : {Integrator::multirate, Integrator::verlet, Integrator::gear}) {
     CAPTURE(name_of(integrator));
     Scene scene = viscoelastic(5, integrator);
@@ -311,7 +311,7 @@ TEST_CASE("elastic stage: it conserves energy and charges, ends at its temperatu
   }
 }
 
-TEST_CASE("contacts: none is missed near a grain 1000 times as fast as the others") {
+TEST_CASE("contacts near a grain 1000 times faster than the others: none is missed") {
   Scene scene = viscoelastic(8);
   add_gas(scene, 150, 7.9, 1e-4);
   scene.conductors.front().velocity = {7, 5, 3};
@@ -332,7 +332,7 @@ TEST_CASE("contacts: none is missed near a grain 1000 times as fast as the other
   CHECK(seen > 100);
 }
 
-TEST_CASE("periodic box: collisions across faces, edges and corners are unchanged") {
+TEST_CASE("periodic box: restitution across faces, edges and corners is unchanged") {
   Scene middle = viscoelastic(10);
   const double expected = restitution(middle, 2, 1);
   for (int n = 0; n < 8; ++n)
@@ -371,7 +371,7 @@ TEST_CASE("uniform force: its work equals the recorded driving energy") {
 // Free grains: each velocity component is redrawn after each correlation time, with variance speed^2 tanh(S hold / 2).
 // There are 3 N components at ten instants, five correlation times apart and thus independent to exp(-5). The bound is
 // four standard deviations, 4 sqrt(2 / (30 N)).
-TEST_CASE("gas drag: a random wind drives free grains to its temperature") {
+TEST_CASE("gas drag: random wind drives free grains to the theoretical temperature") {
   constexpr int n = 512;
   Scene scene = viscoelastic(80);
   scene.effects.add(effects::GasDragOptions{.stokes = 1, .speed = 0.1, .correlation_time = 1});
@@ -417,7 +417,7 @@ TEST_CASE("gas drag: collisions lower the temperature to the theoretical value")
 
 // Integers and masses that are powers of two are exact in floating point. The fastest grain is the first, the last or
 // another.
-TEST_CASE("statistics: kinetic energy and largest speed of any number of grains") {
+TEST_CASE("grain_statistics: exact kinetic energy and largest speed of the grains") {
   for (const int d : {2, 3})
     for (const int count : {1, 7, 8, 21})
       for (const int fast : {0, count / 2, count - 1}) {

@@ -46,13 +46,13 @@ class MatrixSolver : public LaplaceSolver {
 
 }  // namespace
 
-TEST_CASE("neutral pair in an insulated box: solvable, without ground") {
+TEST_CASE("LaplaceProblem: a neutral pair in an insulated box is valid, no ground") {
   const LaplaceProblem problem = neutral_pair();
   CHECK_NOTHROW(problem.check());
   CHECK_FALSE(problem.has_ground());
 }
 
-TEST_CASE("ground: an electrode side or a body at a given potential is one") {
+TEST_CASE("has_ground: true for an electrode side or a body of given potential") {
   LaplaceProblem with_side = neutral_pair();
   with_side.sides[top].kind = Side::Kind::electrode;
   CHECK(with_side.has_ground());
@@ -62,14 +62,14 @@ TEST_CASE("ground: an electrode side or a body at a given potential is one") {
   CHECK(with_body.has_ground());
 }
 
-TEST_CASE("ground: a fixed group without a body is none") {
+TEST_CASE("has_ground: false for a fixed group without a body") {
   LaplaceProblem problem = neutral_pair();
   problem.groups.push_back({.floating = false});
   CHECK_FALSE(problem.has_ground());
   CHECK_NOTHROW(problem.check());
 }
 
-TEST_CASE("ground: a fixed group grounds all groups coupled to it") {
+TEST_CASE("has_ground: a fixed node grounds groups joined to it by conductances") {
   LaplaceProblem problem = neutral_pair();
   problem.groups[0].charge = 5;
   problem.groups.push_back({});                   // 2, a node between two resistors.
@@ -86,7 +86,7 @@ TEST_CASE("ground: a fixed group grounds all groups coupled to it") {
   CHECK_THROWS_AS(problem.check(), InputError);
 }
 
-TEST_CASE("charges: they must cancel among the groups in the field") {
+TEST_CASE("LaplaceProblem::check: charge of a node tied to a source is not counted") {
   LaplaceProblem problem = neutral_pair();
   problem.groups.push_back({.charge = 7});  // 2: its charge comes from the supply, and it is not in the field.
   problem.groups.push_back({.floating = false});
@@ -94,7 +94,7 @@ TEST_CASE("charges: they must cancel among the groups in the field") {
   CHECK_NOTHROW(problem.check());
 }
 
-TEST_CASE("coupled_sets: chains of couplings above the minimum join groups") {
+TEST_CASE("coupled_sets: chains of conductances above the minimum join groups") {
   LaplaceProblem problem{.permittivity = 1};
   problem.groups.resize(6);
   problem.couplings = {{4, 5, 1e-3}, {1, 4, 1.0}, {2, 5, 1.0}, {0, 3, 0.0}};
@@ -102,7 +102,7 @@ TEST_CASE("coupled_sets: chains of couplings above the minimum join groups") {
   CHECK(coupled_sets(problem, 0.1) == std::vector<int>{0, 1, 2, 3, 1, 2});
 }
 
-TEST_CASE("unbalanced charge: it is refused without and accepted with a ground") {
+TEST_CASE("LaplaceProblem::check: a net charge needs a ground") {
   LaplaceProblem problem = neutral_pair();
   problem.groups[1].charge = -0.9;
   CHECK_THROWS_AS(problem.check(), InputError);
@@ -110,14 +110,14 @@ TEST_CASE("unbalanced charge: it is refused without and accepted with a ground")
   CHECK_NOTHROW(problem.check());
 }
 
-TEST_CASE("charges that cancel up to rounding: they are neutral") {
+TEST_CASE("LaplaceProblem::check: charges that cancel up to rounding are neutral") {
   LaplaceProblem problem = neutral_pair();
   problem.bodies.push_back({Disk{{5, 8}, 1}, 2});
   problem.groups = {{.charge = 0.1}, {.charge = 0.2}, {.charge = -0.3}};  // The sum is 5.6e-17
   CHECK_NOTHROW(problem.check());
 }
 
-TEST_CASE("malformed problems: they are refused") {
+TEST_CASE("LaplaceProblem::check: malformed problems are refused") {
   LaplaceProblem problem = neutral_pair();
   SUBCASE("box without width") { problem.size.x = 0; }
   SUBCASE("permittivity not positive") { problem.permittivity = -1; }
@@ -149,7 +149,7 @@ TEST_CASE("malformed problems: they are refused") {
   CHECK_THROWS_AS(problem.check(), InputError);
 }
 
-TEST_CASE("capacitance matrix: columns sum over members, other groups are at zero") {
+TEST_CASE("capacitance_matrix: sums charges over members, other groups at 0 V") {
   LaplaceProblem problem = neutral_pair();
   problem.bodies.push_back({Disk{{5, 8}, 1}, 0});  // Group 0 has two members.
   problem.sides[left] = {.kind = Side::Kind::electrode, .potential = 7, .profile = [](Vec2) { return 7.0; }};

@@ -25,7 +25,7 @@ doctest::Approx near(double value, double tolerance) { return doctest::Approx(va
 
 }  // namespace
 
-TEST_CASE("fix_z: the field accelerates bodies only along the dish") {
+TEST_CASE("fix_z: the field moves bodies only in x and y; vertical force is zero") {
   Scene scene = cube_of({{0.028, 0.03, 0.02}, {0.032, 0.03, 0.021}}, 1e-3);
   scene.conductors[0].charge = 4e-10;
   scene.conductors[1].charge = -4e-10;
@@ -61,7 +61,7 @@ TEST_CASE("gravity: the stored energy is height times weight minus buoyancy") {
   CHECK(stored(high) - stored(low) == near(weight * 0.015, 1e-12));
 }
 
-TEST_CASE("gravity: weight acts along its direction, of any length") {
+TEST_CASE("gravity: weight acts along the given direction, a vector of any length") {
   Scene scene = cube_of({{0.03, 0.03, 0.03}}, 1e-3);
   const double weight = 8050 * 9.81 * 4.0 / 3 * std::numbers::pi * std::pow(radius, 3);
   const auto check = [&](effects::GravityOptions options, Vec3 down) {
@@ -81,7 +81,7 @@ TEST_CASE("gravity: weight acts along its direction, of any length") {
   check({.acceleration = 9.81, .direction = Coordinates{{2, 0, -1.5}, 3}}, {0.8, 0, -0.6});
 }
 
-TEST_CASE("gravity: a fall through a periodic side keeps the energy") {
+TEST_CASE("gravity: stored energy is continuous across a periodic side") {
   Scene scene = cube_of({{0.03, 0.03, 0.002}}, 1e-3);
   scene.domain.sides[4].periodic = scene.domain.sides[5].periodic = true;
   scene.effects.add<effects::GravityOptions>();
@@ -95,7 +95,7 @@ TEST_CASE("gravity: a fall through a periodic side keeps the energy") {
   CHECK(model.stored_energy(0) - before == near(-0.005 * weight, 1e-9));
 }
 
-TEST_CASE("sphere on the bottom of a dish: weight and elastic contact balance") {
+TEST_CASE("sphere on the bottom: its overlap balances the weight by Hertz's law") {
   Scene scene = cube_of({{0.03, 0.03, radius}}, 1e-3);
   scene.conductors[0].charge = 0;
   scene.effects.add<effects::GravityOptions>();

@@ -82,7 +82,7 @@ TEST_CASE("elastic spheres in a periodic cube: energy and momentum are conserved
   CHECK(norm(total_momentum(model.bodies) - momentum) < 1e-11);
 }
 
-TEST_CASE("collision across a periodic face: it equals one inside") {
+TEST_CASE("collision across a periodic face: momenta equal those inside the box") {
   const auto after = [](double x) {
     Bodies bodies{.dimension = 3,
                   .position = {x, 5, 5, x + 1.25, 5.25, 5},
@@ -127,7 +127,7 @@ void run_to(Simulation& simulation, double end) {
 
 }  // namespace
 
-TEST_CASE("scene in a periodic box: energy and momentum are conserved") {
+TEST_CASE("scene in a periodic box, 2D and 3D: energy and momentum are conserved") {
   for (const int dimension : {2, 3}) {
     Simulation simulation(scene_of_gas(dimension, "cvode"));
     const Model& model = simulation.model();
@@ -146,7 +146,7 @@ TEST_CASE("scene in a periodic box: energy and momentum are conserved") {
   }
 }
 
-TEST_CASE("periodic box: a resumed run has identical bits and images") {
+TEST_CASE("periodic box: a restored run has identical bits and image counts") {
   for (const char* integrator : {"cvode", "euler"}) {
     const Scene scene = scene_of_gas(3, integrator);
     Simulation whole(scene), first(scene), second(scene);
@@ -161,7 +161,7 @@ TEST_CASE("periodic box: a resumed run has identical bits and images") {
   }
 }
 
-TEST_CASE("frames in space: they have z, and images on periodic axes") {
+TEST_CASE("frames: positions have z in space, images on periodic axes") {
   Simulation simulation(scene_of_gas(3, "cvode"));
   simulation.advance_to(2);
   const Frame frame = simulation.frame();
@@ -182,7 +182,7 @@ TEST_CASE("frames in space: they have z, and images on periodic axes") {
   CHECK(std::ranges::any_of(turns, [](int turn) { return turn != 0; }));
 }
 
-TEST_CASE("periodic box: sides below twice the largest pair distance are refused") {
+TEST_CASE("periodic box shorter than twice the largest pair distance: refused") {
   const Scene scene = parse_scene(
       "domain = { size = [1.9, 9.0], left = \"periodic\", right = \"periodic\" }\neffects.hertz_contact = {}\n"
       "[[conductor]]\nposition = [1.0, 4.0]\nradius = 0.5\n[[conductor]]\nposition = [1.0, 6.0]\nradius = 0.5\n",
@@ -191,7 +191,7 @@ TEST_CASE("periodic box: sides below twice the largest pair distance are refused
                        doctest::Contains("short.toml: the periodic box is 1.9 long from left to right"), InputError);
 }
 
-TEST_CASE("periodic box: an effect without support for it refuses the bodies") {
+TEST_CASE("effect without support of periodic sides: make_model refuses it") {
   Scene scene;
   scene.domain.size = {1, 1};
   scene.domain.sides[0].periodic = scene.domain.sides[1].periodic = true;

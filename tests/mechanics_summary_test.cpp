@@ -26,7 +26,7 @@ Scene one_conductor() { return conductor_scene({{0.02, 0.05}}); }
 
 }  // namespace
 
-TEST_CASE("energy warning: given for an imbalance beyond steps and grid") {
+TEST_CASE("energy_warning: only for an imbalance beyond that of steps and grid") {
   const Scene scene = one_conductor();
   mechanics::Outcome outcome;
   outcome.frame.energy_balance = EnergyBalance{.flows = {.by_supplies = 1, .contacts = 1}};
@@ -44,7 +44,7 @@ TEST_CASE("energy warning: given for an imbalance beyond steps and grid") {
   CHECK_NE(mechanics::energy_warning(scene, outcome), "");
 }
 
-TEST_CASE("energy balance without supply: a gain is relative to the stored energy") {
+TEST_CASE("energy imbalance without supply: is relative to the stored energy") {
   const Scene scene = one_conductor();
   mechanics::Outcome outcome{.initial_energy = 1};
   outcome.frame.energy_balance = EnergyBalance{};
@@ -61,7 +61,7 @@ TEST_CASE("energy balance without supply: a gain is relative to the stored energ
   CHECK_EQ(mechanics::energy_warning(scene, outcome), "");
 }
 
-TEST_CASE("summary: overlapping bodies and a missed accuracy give warnings") {
+TEST_CASE("summary of conductors: overlaps and a missed accuracy give warnings") {
   Scene scene = one_conductor();
   mechanics::Outcome outcome{.largest_error = 2e-3, .largest_overlap = 0.3};
   scene.field().chosen_for = FieldAccuracy{.requested = 1e-3, .estimate = 1e-3};
@@ -73,7 +73,7 @@ TEST_CASE("summary: overlapping bodies and a missed accuracy give warnings") {
   CHECK(mechanics::summarize(scene, outcome).warnings.empty());
 }
 
-TEST_CASE("largest overlap: of two disks and of a disk in a side") {
+TEST_CASE("largest_overlap: between disks and with a side, fixed disks excluded") {
   Scene scene = conductor_scene({{0.02, 0.05}, {0.02 + 1.5 * radius, 0.05}, {0.05, 0.4 * radius}});
   CHECK(mechanics::largest_overlap(scene, make_bodies(scene)) == near(0.3));
   scene.conductors[2].fixed = true;
@@ -82,7 +82,7 @@ TEST_CASE("largest overlap: of two disks and of a disk in a side") {
   CHECK(mechanics::largest_overlap(scene, make_bodies(scene)) == 0);
 }
 
-TEST_CASE("disks below a cell: a warning states the smallest radius") {
+TEST_CASE("unresolved_bodies: warns of disks below a grid cell, not for multipoles") {
   Scene scene = conductor_scene({{0.02, 0.05}, {0.03, 0.05}});
   scene.field().cells = 128;  // Cells of 0.78 mm; the radius is 0.775 mm.
   CHECK(effects::unresolved_bodies(scene).starts_with("disks below a cell: 2 of "));

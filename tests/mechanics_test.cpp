@@ -38,7 +38,7 @@ doctest::Approx near(double value, double tolerance = 1e-9) {
 
 // ---- step control
 
-TEST_CASE("displacement: a growing force error gives the solution of the equation") {
+TEST_CASE("displacement by a linearly growing force: equals a Runge-Kutta solution") {
   // Classical Runge-Kutta for m dv/dt = e t/T - drag v. The 2000 steps are at most 0.05 relaxation times long: error
   // 1e-7.
   for (const double dt : {1e-5, 1e-3, 1e-1}) {
@@ -58,7 +58,7 @@ TEST_CASE("displacement: a growing force error gives the solution of the equatio
   }
 }
 
-TEST_CASE("displacement: inertia limits short steps, drag long ones, smoothly") {
+TEST_CASE("displacement by a linearly growing force: limits of inertia and drag") {
   CHECK(displacement(2, 1e-7, mass, drag) == near(2 * 1e-14 / (6 * mass), 1e-4));
   CHECK(displacement(2, 3, mass, 0) == near(2 * 9 / (6 * mass)));
   CHECK(displacement(2, 100, mass, drag) == near(2 * 100 / (2 * drag), 1e-4));
@@ -67,7 +67,7 @@ TEST_CASE("displacement: inertia limits short steps, drag long ones, smoothly") 
   CHECK(displacement(1, seam * (1 - 1e-12), mass, drag) == near(displacement(1, seam * (1 + 1e-12), mass, drag), 1e-8));
 }
 
-TEST_CASE("time_to_displace: the displacement stays within the tolerance") {
+TEST_CASE("time_to_displace: displacement is 0.3 to 1 times the tolerance") {
   for (const double rate : {1e-9, 1e-5, 1e-1, 1e3}) {
     const double dt = time_to_displace(1e-6, rate, mass, drag);
     const double reached = displacement(rate * dt, dt, mass, drag);
@@ -77,7 +77,7 @@ TEST_CASE("time_to_displace: the displacement stays within the tolerance") {
   CHECK(std::isinf(time_to_displace(1e-6, 0, mass, drag)));
 }
 
-TEST_CASE("next_step: it aims at one tolerance within bounds") {
+TEST_CASE("next_step: 0.9 error^(-1/order) times the step, limited to 0.2 and 2") {
   CHECK(next_step(1, 0.125, 3) == near(1.8));
   CHECK(next_step(1, 8, 3) == near(0.45));
   CHECK(next_step(1, 0, 3) == 2);
@@ -85,14 +85,14 @@ TEST_CASE("next_step: it aims at one tolerance within bounds") {
   CHECK(next_step(1, 1e9, 2) == 0.2);
 }
 
-TEST_CASE("time_to_displace_from_rest: the force error grows with the fall") {
+TEST_CASE("time_to_displace_from_rest: solves growth t^4 / (24 m^2) = tolerance") {
   // m x'' = growth t^2 / 2 m, integrated twice: x = growth t^4 / 24 m^2.
   const double t = time_to_displace_from_rest(1e-6, 3e-4, mass);
   CHECK(3e-4 * std::pow(t, 4) / (24 * mass * mass) == near(1e-6));
   CHECK(std::isinf(time_to_displace_from_rest(1e-6, 0, mass)));
 }
 
-TEST_CASE("time_to_move: it solves v t + a t^2 / 2 = path") {
+TEST_CASE("time_to_move: solves v t + a t^2 / 2 = path for the time t") {
   const double t = time_to_move(0.3, 2, 5);
   CHECK(2 * t + 2.5 * t * t == near(0.3));
   CHECK(time_to_move(0.3, 2, 0) == near(0.15));
@@ -102,7 +102,7 @@ TEST_CASE("time_to_move: it solves v t + a t^2 / 2 = path") {
 
 // ---- CVODE
 
-TEST_CASE("drag: the velocity decays exponentially") {
+TEST_CASE("Stokes drag: velocity decays exponentially, position accordingly") {
   Scene scene = scene_of({{0.05, 0.05}});
   scene.conductors[0].velocity = {0.1, -0.05};
   scene.effects.add<effects::StokesDragOptions>();
@@ -116,7 +116,7 @@ TEST_CASE("drag: the velocity decays exponentially") {
   CHECK(norm(frame.position[0] - Vec3{0.05, 0.05, 0} - relaxation * (1 - left) * Vec3{0.1, -0.05, 0}) < 1e-4 * radius);
 }
 
-TEST_CASE("drag: a constant force gives the terminal velocity") {
+TEST_CASE("Stokes drag: a constant force gives the terminal velocity") {
   Scene scene = conductor_scene({{0.05, 0.05}});
   const double force = 1e-5, terminal = force / drag;
   Simulation simulation(scene, scripted([&](const auto&) { return std::vector<Vec2>{{0, -force}}; }));
@@ -205,7 +205,7 @@ TEST_CASE("collision: two bodies among hundreds at rest collide as if isolated")
   }
 }
 
-TEST_CASE("electrics: a dropped trial has no effect, a restored state undoes one") {
+TEST_CASE("Electrics: a dropped trial changes nothing, rollback undoes a step") {
   const Scene scene = random_spheres();
   auto made = std::make_unique<effects::FloatingConductors>(scene, std::make_unique<LineCharges>());
   effects::FloatingConductors& field = *made;
@@ -309,7 +309,7 @@ TEST_CASE("cvode: a tolerance below rounding is refused with its scene key") {
   CHECK_EQ(sentence.find("CVODE"), std::string::npos);
 }
 
-TEST_CASE("monolithic: only a field failure at an accepted state is an error") {
+TEST_CASE("monolithic coupling: field failures are errors only at accepted states") {
   Scene scene = conductor_scene({{0.05, 0.05}});
   scene.mechanics.coupling = FieldCoupling::monolithic;
   int solves = 0;
@@ -323,7 +323,7 @@ TEST_CASE("monolithic: only a field failure at an accepted state is an error") {
   CHECK_THROWS_WITH_AS(out.advance_to(0.1), doctest::Contains("conductor 0 has left the domain"), Failure);
 }
 
-TEST_CASE("monolithic: an exception within an integration is passed on unchanged") {
+TEST_CASE("monolithic coupling: an exception while integrating is passed on") {
   Scene scene = conductor_scene({{0.05, 0.05}});
   scene.mechanics.coupling = FieldCoupling::monolithic;
   int solves = 0;
@@ -336,7 +336,7 @@ TEST_CASE("monolithic: an exception within an integration is passed on unchanged
 
 // ---- Euler
 
-TEST_CASE("Euler: explicit steps of euler_step, a field every euler_field_step") {
+TEST_CASE("Euler: explicit steps of euler_step, field solve per euler_field_step") {
   Scene scene = conductor_scene({{0.05, 0.05}});
   scene.mechanics.integrator = Integrator::euler;
   scene.conductors[0].velocity = {0.1, 0};
@@ -354,7 +354,7 @@ TEST_CASE("Euler: explicit steps of euler_step, a field every euler_field_step")
   CHECK(solves == 11);  // One solve at the first instant and one per millisecond.
 }
 
-TEST_CASE("Euler: the difference from CVODE is proportional to the step") {
+TEST_CASE("Euler: its difference from CVODE is proportional to the step") {
   Scene scene = conductor_scene({{0.048, 0.05}, {0.053, 0.051}, {0.05, 0.0545}});
   scene.conductors[0].charge = 1.5e-10, scene.conductors[1].charge = -1e-10, scene.conductors[2].charge = 1.25e-10;
   scene.effects.remove<effects::ContactDischargeOptions>();
@@ -376,7 +376,7 @@ TEST_CASE("Euler: the difference from CVODE is proportional to the step") {
 
 // ---- coupling
 
-TEST_CASE("split coupling: it converges to the monolithic one in second order") {
+TEST_CASE("split coupling: converges to monolithic coupling in second order") {
   Scene scene = conductor_scene({{0.048, 0.05}, {0.053, 0.051}, {0.05, 0.0545}, {0.0458, 0.0463}});
   const double charges[] = {1.5e-10, -1e-10, 1.25e-10, -1e-10};
   for (int i = 0; i < 4; ++i) scene.conductors[i].charge = charges[i];
@@ -401,7 +401,7 @@ TEST_CASE("split coupling: it converges to the monolithic one in second order") 
   CHECK(std::log2(e2 / e4) == near(2, 0.15));
 }
 
-TEST_CASE("split coupling: it keeps the position tolerance with far fewer solves") {
+TEST_CASE("split coupling: keeps the position tolerance with 1/5 of the solves") {
   Scene scene = conductor_scene({{0.048, 0.05}, {0.053, 0.051}, {0.05, 0.0545}});
   scene.conductors[0].charge = 1.5e-10, scene.conductors[1].charge = -1e-10, scene.conductors[2].charge = 1.25e-10;
   scene.effects.remove<effects::ContactDischargeOptions>();
@@ -423,7 +423,7 @@ TEST_CASE("split coupling: it keeps the position tolerance with far fewer solves
   CHECK(5 * coarse.field_solves < reference.field_solves);
 }
 
-TEST_CASE("split coupling: a force stiffer than the largest step reaches rest") {
+TEST_CASE("split coupling: a body in a trap stiffer than the step comes to rest") {
   // The trap's time is 1 ms with drag, and steps are up to 0.1 s. Extrapolation alone would oscillate and diverge.
   Scene scene = conductor_scene({{0.05, 0.05}});
   const double stiffness = 1000 * drag;
@@ -438,7 +438,7 @@ TEST_CASE("split coupling: a force stiffer than the largest step reaches rest") 
 
 // ---- effects that the scene requests
 
-TEST_CASE("neutral scene: it has no field, no charges and no PETSc") {
+TEST_CASE("scene without charges: no field, no charge columns, no PETSc") {
   Scene scene = scene_of({{0.03, 0.05}, {0.05, 0.05}});
   scene.effects.add<effects::StokesDragOptions>();
   scene.conductors[0].velocity = {0.01, 0};
@@ -456,7 +456,7 @@ TEST_CASE("neutral scene: it has no field, no charges and no PETSc") {
   CHECK(!parallel::petsc_started());
 }
 
-TEST_CASE("leakage: it costs few solves and exerts no force") {
+TEST_CASE("leakage: costs no extra field solves and exerts no force") {
   Scene scene = conductor_scene({{0.03, 0.05}, {0.05, 0.05}});
   scene.effects.remove<effects::ContactDischargeOptions>();
   scene.effects.add(effects::LeakageOptions{.conductivity = 1e-12});
@@ -475,7 +475,7 @@ TEST_CASE("leakage: it costs few solves and exerts no force") {
   CHECK(without.now().charge_leaked == 0);
 }
 
-TEST_CASE("field without contacts: no contact detection, one solve per resting step") {
+TEST_CASE("field without contacts: no contact detection, one solve per step at rest") {
   Scene scene = conductor_scene({{0.03, 0.05}, {0.05, 0.05}});
   scene.effects.remove<effects::ContactDischargeOptions>();
   const auto log = std::make_shared<SolverLog>();

@@ -67,7 +67,7 @@ double error(Scene scene, const Scripted::Forces& forces) {
 
 }  // namespace
 
-TEST_CASE("deferred merge: a much larger force jump is corrected completely") {
+TEST_CASE("deferred group merge: a much larger force jump is fully corrected") {
   // The first pair's jump of 1 % of its force permits a longer deferral than the jump of 0.9 of the others would.
   // Without a correction these would move several tolerances.
   const auto forces = together(
@@ -75,7 +75,7 @@ TEST_CASE("deferred merge: a much larger force jump is corrected completely") {
   CHECK(error(pairs({2e-4, 4e-4, 4e-4 + 2 * speed * 1e-3}), forces) < 1e-3 * tolerance);
 }
 
-TEST_CASE("contacts that join the same two groups: the first one is the merge") {
+TEST_CASE("contacts that join the same two groups: only the first one is a merge") {
   // Two wires, each connecting a member of the second pair and one of the third.
   Scene scene = pairs({2e-4, 4e-4, 4e-4 + 3 * tolerance});
   scene.groups = {{.name = "lower"}, {.name = "upper"}};
@@ -85,7 +85,7 @@ TEST_CASE("contacts that join the same two groups: the first one is the merge") 
   CHECK(error(scene, forces) < 1e-3 * tolerance);
 }
 
-TEST_CASE("deferred merge: one that occurs early leaves no error") {
+TEST_CASE("deferred group merge: a contact that closes early leaves no error") {
   for (const double behind : {0.3, 0.6, 0.95}) {
     const auto forces =
         together([](const LaplaceProblem& problem, int i) { return (one(problem, i, i ^ 1) ? 0.1 : 1) * force; });
@@ -97,7 +97,7 @@ TEST_CASE("deferred merge: one that occurs early leaves no error") {
   }
 }
 
-TEST_CASE("contact closed by a defect correction: the merge occurs at once") {
+TEST_CASE("contact closed by a defect correction: its group merge follows at once") {
   // The third pair rests just above its threshold until the second pair meets. The resulting force drives it across
   // while the second merge is deferred. The time of crossing follows from its gap and its current speed. It lies within
   // the deferral t = 0.5 drag tolerance / jump. Meanwhile the difference of the jump, 0.08 of the force, moves the pair
@@ -111,7 +111,7 @@ TEST_CASE("contact closed by a defect correction: the merge occurs at once") {
   }
 }
 
-TEST_CASE("merge and split in one solve: they occur in their order in time") {
+TEST_CASE("group merge and split in one solve: happen in their order in time") {
   // The third conductor separates from the fourth while the fifth approaches, each at the speed of its force, 0.1 ms
   // before or after. The first pair has permitted a longer deferral.
   for (const double lead : {-1e-4, 1e-4}) {

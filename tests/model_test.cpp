@@ -91,7 +91,7 @@ Model model_with(Bodies bodies, std::initializer_list<Needs> needs) {
 
 }  // namespace
 
-TEST_CASE("make_bodies: a scene's conductors become spheres") {
+TEST_CASE("make_bodies: conductors become spheres with mass, momentum, position") {
   Scene scene;
   scene.material.density = 8050;
   scene.conductors = {{.position = {1, 2}, .velocity = {3, 4}, .radius = 0.775e-3},
@@ -106,7 +106,7 @@ TEST_CASE("make_bodies: a scene's conductors become spheres") {
   CHECK(bodies.charge.empty());
 }
 
-TEST_CASE("bodies: access with another dimension is refused") {
+TEST_CASE("bodies in space: access as two-dimensional is refused") {
   const Bodies space = random_bodies(3, 3, 10, 6);
   CHECK(position<3>(space, 1) == Vec3{space.position[3], space.position[4], space.position[5]});
   CHECK_THROWS_WITH_AS(position(space, 1), doctest::Contains("have 3 dimensions"), InputError);
@@ -128,7 +128,7 @@ TEST_CASE("wrap: bodies re-enter a periodic box and their images are counted") {
 }
 
 // wrap() works on groups of bodies; it must bring back each body outside and change no other.
-TEST_CASE("wrap: among many bodies only those outside are brought back") {
+TEST_CASE("wrap: among 53 bodies only those outside are brought back") {
   Bodies bodies{.dimension = 3, .box = {.lengths = {2, 3, 4}}};
   bodies.box.sides.fill(Boundary::periodic);
   bodies.box.sides[2] = bodies.box.sides[3] = Boundary::wall;  // Not along y.
@@ -151,14 +151,14 @@ TEST_CASE("wrap: among many bodies only those outside are brought back") {
   }
 }
 
-TEST_CASE("initial charges: a wired group's charge is spread over its members") {
+TEST_CASE("initial_charges: a wired group's charge is divided among its members") {
   Scene scene;
   scene.groups = {{.name = "pair", .charge = 6e-12}};
   scene.conductors = {{.radius = 1, .group = 0}, {.radius = 1, .charge = 5e-12}, {.radius = 1, .group = 0}};
   CHECK(initial_charges(scene) == std::vector<double>{3e-12, 5e-12, 3e-12});
 }
 
-TEST_CASE("cell list: it finds the pairs of a search over all pairs, in order") {
+TEST_CASE("pairs_closer_than: finds the pairs of a search over all pairs, in order") {
   for (const int dimension : {2, 3})
     for (const double range : {-0.5, 0.0, 0.7, 3.0, 40.0}) {
       const Bodies bodies = random_bodies(150, dimension, 20, 1);
@@ -166,7 +166,7 @@ TEST_CASE("cell list: it finds the pairs of a search over all pairs, in order") 
     }
 }
 
-TEST_CASE("individual cutoffs: they find the pairs of a search over all pairs") {
+TEST_CASE("pairs_within_reach (individual cutoffs): equals a search over all pairs") {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> exponent(-2, 2);
   for (const int dimension : {2, 3})
@@ -181,7 +181,7 @@ TEST_CASE("individual cutoffs: they find the pairs of a search over all pairs") 
     }
 }
 
-TEST_CASE("cell list: distant, coinciding and missing bodies are accepted") {
+TEST_CASE("pairs_closer_than: accepts distant bodies, coinciding bodies and none") {
   Bodies bodies = random_bodies(30, 2, 5, 2);
   bodies.position[0] = 1e12;
   bodies.position[2] = bodies.position[4], bodies.position[3] = bodies.position[5];
@@ -189,7 +189,7 @@ TEST_CASE("cell list: distant, coinciding and missing bodies are accepted") {
   CHECK(pairs_closer_than(Bodies{}, 1).empty());
 }
 
-TEST_CASE("neighbour list: it misses no pair and is rebuilt after half a skin") {
+TEST_CASE("NeighbourList: misses no pair, is rebuilt after moves of half a skin") {
   Bodies bodies = random_bodies(60, 2, 15, 3);
   const double range = 0.3, skin = 0.4;
   NeighbourList list(range, skin);
@@ -220,7 +220,7 @@ TEST_CASE("neighbour list: it misses no pair and is rebuilt after half a skin") 
   CHECK(list.searches() == before);
 }
 
-TEST_CASE("model: charges and neighbour list exist only if an effect needs them") {
+TEST_CASE("Model: charges and neighbour list exist only if an effect needs them") {
   const Bodies bodies = random_bodies(10, 2, 5, 5);
   const Model bare = model_with(bodies, {Needs{}});
   CHECK(bare.bodies.charge.empty());
@@ -231,14 +231,14 @@ TEST_CASE("model: charges and neighbour list exist only if an effect needs them"
   CHECK(model_with(bodies, {Needs{.neighbour_range = 0.0}}).neighbours);
 }
 
-TEST_CASE("model: two effects of one name are refused") {
+TEST_CASE("Model: two effects of one name are refused") {
   std::vector<std::unique_ptr<Effect>> effects;
   for (int k = 0; k < 2; ++k) effects.push_back(std::make_unique<Counting>(Needs{}, "twin"));
   CHECK_THROWS_WITH_AS(Model(random_bodies(1, 2, 1, 5), std::move(effects), {}),
                        doctest::Contains("two effects are named \"twin\""), InputError);
 }
 
-TEST_CASE("model: there must be one charge per body") {
+TEST_CASE("Model: another number of charges than bodies is refused") {
   const auto with = [](std::size_t charges) {
     std::vector<std::unique_ptr<Effect>> effects;
     effects.push_back(std::make_unique<Counting>(Needs{.charges = true}, "counting"));
@@ -246,10 +246,11 @@ TEST_CASE("model: there must be one charge per body") {
   };
   CHECK(with(3).bodies.charge.size() == 3);
   for (const std::size_t other : {0, 2, 4})
-    CHECK_THROWS_WITH_AS(with(other), doctest::Contains("effects.counting needs 3 charges, one a body"), InputError);
+    CHECK_THROWS_WITH_AS(with(other), doctest::Contains("effects.counting needs 3 charges, one for each body"),
+                         InputError);
 }
 
-TEST_CASE("neighbour list: its range is the largest one of the effects") {
+TEST_CASE("Model: its neighbour list has the largest range of all effects") {
   Bodies bodies = random_bodies(2, 2, 1, 6);
   bodies.radius = {1, 1};
   bodies.position = {0, 0, 4.5, 0};  // The gap of 2.5 exceeds the range of 1 plus the skin of 0.3.
@@ -262,7 +263,7 @@ TEST_CASE("neighbour list: its range is the largest one of the effects") {
   CHECK(far.neighbours->pairs().size() == 1);
 }
 
-TEST_CASE("forces: the sum over effects, one call each, without allocation") {
+TEST_CASE("Model::forces: sum over effects, one call each, no memory allocation") {
   Model model = model_with(random_bodies(20, 2, 5, 7), {Needs{}, Needs{.neighbour_range = 0.0}});
   std::vector<double> force(40, 99.0), current(20, 99.0);
   model.forces(0, force);  // This call rebuilds the neighbour list.
@@ -279,14 +280,14 @@ TEST_CASE("forces: the sum over effects, one call each, without allocation") {
   CHECK(current[1] == 0);
 }
 
-TEST_CASE("largest move: the smallest one of the effects, in smallest radii") {
+TEST_CASE("Model::largest_move: smallest one of the effects, times smallest radius") {
   Bodies bodies = random_bodies(2, 2, 5, 8);
   bodies.radius = {3, 2};
   CHECK(std::isinf(model_with(bodies, {Needs{}}).largest_move()));
   CHECK(model_with(bodies, {Needs{.largest_move = 0.5}, Needs{.largest_move = 0.7}, Needs{}}).largest_move() == 1);
 }
 
-TEST_CASE("Jacobian: a central block has normal and transverse stiffness") {
+TEST_CASE("ForceJacobian::add_central: block has normal and transverse stiffness") {
   ForceJacobian jacobian(2);
   const std::vector<double> n = {0.6, 0.8};
   jacobian.add_central(1, 0, n, 5, 2);
@@ -300,7 +301,7 @@ TEST_CASE("Jacobian: a central block has normal and transverse stiffness") {
   CHECK(jacobian.by_position[3].value == near(3.92));
 }
 
-TEST_CASE("drag: two laws add up, and their derivatives are those of the forces") {
+TEST_CASE("Drag: two laws add up, derivatives equal those of the forces") {
   for (const int dimension : {2, 3}) {
     CAPTURE(dimension);
     Bodies bodies{.dimension = dimension, .position = {0, 0, 0}, .momentum = {3, -4, 2}, .mass = {2}, .radius = {1}};
@@ -341,7 +342,7 @@ TEST_CASE("drag: two laws add up, and their derivatives are those of the forces"
   CHECK_THROWS_AS(Drag(1).add(0, {.linear = -1}), InputError);
 }
 
-TEST_CASE("drag: a force at rest, a wrong sign or a wrong slope is refused") {
+TEST_CASE("Drag: a law with force at rest, wrong sign or wrong slope is refused") {
   const auto refusal = [](const std::function<DragForce(double)>& law) {
     try {
       Drag(1).add(0, {.nonlinear = law});

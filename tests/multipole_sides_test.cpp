@@ -12,7 +12,7 @@ using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 using namespace lichtenberg::multipole_problems;
 
-TEST_CASE("disk at the potential of a side: contact is permitted") {
+TEST_CASE("disk touching a side of its own potential: solution is continuous") {
   // With an insulating side the problem is half of the plane with a touching image: all values are half. At an
   // electrode of the disk's own potential the solution is continuous in the gap.
   for (const Side::Kind kind : {Side::Kind::insulating, Side::Kind::electrode}) {
@@ -35,7 +35,7 @@ TEST_CASE("disk at the potential of a side: contact is permitted") {
   }
 }
 
-TEST_CASE("disk at an electrode side: it forms a close pair with its image") {
+TEST_CASE("disk near an electrode side: equals the pair with its mirror image") {
   for (const double gap : {0.3, 1e-2, 1e-5}) {
     CAPTURE(gap);
     LaplaceProblem near_side{.permittivity = 1};
@@ -66,7 +66,7 @@ TEST_CASE("disk at an electrode side: it forms a close pair with its image") {
   }
 }
 
-TEST_CASE("boundary conditions: they hold on all sides for any electrodes") {
+TEST_CASE("multipole boundary conditions: hold on all sides for any electrodes") {
   LaplaceProblem problem = random_disks(6, {1.3, 0.9}, 0.08, 0.03);
   neutralize(problem);
   problem.groups[0] = {false, 0, 0.3};
@@ -93,7 +93,7 @@ TEST_CASE("boundary conditions: they hold on all sides for any electrodes") {
   }
 }
 
-TEST_CASE("charges of disks and sides: they cancel, also between plates") {
+TEST_CASE("multipole method: charges of disks and sides sum to zero") {
   LaplaceProblem problem = random_disks(5, {1, 1.4}, 0.07, 0.05);
   problem.permittivity = 2.5;
   problem.groups[1] = {false, 0, -0.4};
@@ -110,7 +110,7 @@ TEST_CASE("charges of disks and sides: they cancel, also between plates") {
   }
 }
 
-TEST_CASE("empty box with plates: it is a capacitor") {
+TEST_CASE("multipole method, empty box with two plates: it is a plate capacitor") {
   LaplaceProblem problem;
   problem.size = {2, 3};
   problem.permittivity = 5;
@@ -124,7 +124,7 @@ TEST_CASE("empty box with plates: it is a capacitor") {
   CHECK(solver.potential({0.5, 1}) == doctest::Approx(2));
 }
 
-TEST_CASE("corner of different electrodes: charges are infinite, the rest exact") {
+TEST_CASE("corner of different electrodes: side charges infinite, potential exact") {
   // Four sides, one at 1 V. The sum of the four problems rotated by 90 degrees is 1 V everywhere, so an uncharged disk
   // in the middle of a square is at 1/4 V.
   for (int s = 0; s < 4; ++s) {
@@ -146,7 +146,7 @@ TEST_CASE("corner of different electrodes: charges are infinite, the rest exact"
   }
 }
 
-TEST_CASE("multipole order: corners of different electrodes increase it") {
+TEST_CASE("disk near a corner of different electrodes: potential exact to 1e-11") {
   // The corner is at a distance of 2.5 R: there the field has a pole, 0.4^k at order k. The images, at 5 R and more,
   // need a series of about 0.2^k.
   LaplaceProblem problem{.permittivity = 1};
@@ -163,7 +163,7 @@ TEST_CASE("multipole order: corners of different electrodes increase it") {
   }
 }
 
-TEST_CASE("half-disks on insulating sides: halves of the mirrored scene") {
+TEST_CASE("half-disks on insulating sides: half the values of the mirrored scene") {
   // The lower box mirrored upwards has a whole disk and two of each other disk. All values of the half are half. The
   // force on the half lacks the mirror's cancelling part.
   LaplaceProblem half{.permittivity = 1};
@@ -187,7 +187,7 @@ TEST_CASE("half-disks on insulating sides: halves of the mirrored scene") {
   CHECK(a.energy == doctest::Approx(0.5 * b.energy).epsilon(1e-10));
 }
 
-TEST_CASE("quarter-disks in corners: quarters of the mirrored scene") {
+TEST_CASE("quarter-disks in corners: values follow from the mirrored scene") {
   // Insulating left and bottom sides: the scene is mirrored in both. With an electrode on the left the quarter has its
   // potential, and the mirrored scene has the opposite potentials.
   for (const bool electrode : {false, true}) {
@@ -212,7 +212,7 @@ TEST_CASE("quarter-disks in corners: quarters of the mirrored scene") {
   }
 }
 
-TEST_CASE("half-disk: charge and force are integrals over its curved side") {
+TEST_CASE("half-disk on a side: charge and force are integrals over its arc") {
   for (const bool electrode : {false, true}) {
     LaplaceProblem problem{.permittivity = 1};
     problem.size = {1, 1};

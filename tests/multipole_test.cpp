@@ -56,7 +56,7 @@ Reference read(const std::filesystem::path& path) {
 
 }  // namespace
 
-TEST_CASE("two disks in the plane: bipolar capacitance, potential and force") {
+TEST_CASE("multipole method, two disks: bipolar capacitance, potential and force") {
   // phi_1 - phi_2 = Q acosh((d^2 - R1^2 - R2^2) / (2 R1 R2)) / 2 pi, W = Q (phi_1 - phi_2) / 2, force = dW/dd.
   for (const double second_radius : {1.0, 0.3})
     for (const double gap : {10.0, 1.0, 0.1, 0.02}) {
@@ -73,7 +73,7 @@ TEST_CASE("two disks in the plane: bipolar capacitance, potential and force") {
     }
 }
 
-TEST_CASE("close pairs: gaps down to 1e-7 R cost no more than distant ones") {
+TEST_CASE("multipole method: gaps down to 1e-7 R need no more unknowns") {
   long unknowns = 0;
   for (const double gap : {1e-2, 1e-3, 1e-5, 1e-7}) {
     CAPTURE(gap);
@@ -93,7 +93,7 @@ TEST_CASE("close pairs: gaps down to 1e-7 R cost no more than distant ones") {
   }
 }
 
-TEST_CASE("disks at one potential: contact and small overlaps are permitted") {
+TEST_CASE("multipole method: disks at one potential may touch and overlap slightly") {
   // The union of two circles of radius 1 that intersect at +-i s is mapped to the outside of a wedge by ((z - i s) / (z
   // + i s))^p with p = pi / 2 beta, beta = 2 atan(s / (1 + c)), c = sqrt(1 - s^2). Its logarithmic capacity is s p, and
   // pi / 2 if the circles only touch. A distant disk takes the opposite charge: phi_1 - phi_2 = Q (ln(D / s p) + ln D)
@@ -115,7 +115,7 @@ TEST_CASE("disks at one potential: contact and small overlaps are permitted") {
   }
 }
 
-TEST_CASE("multipole_unknowns: it gives the number of unknowns of a solve") {
+TEST_CASE("multipole_unknowns: equals the number of unknowns of a solve") {
   LaplaceProblem problem = random_disks(12, {2, 1}, 0.08, 0.002);
   problem.bodies[3].group = problem.bodies[4].group;
   problem.groups[7] = {false, 0, 0.5};
@@ -127,7 +127,7 @@ TEST_CASE("multipole_unknowns: it gives the number of unknowns of a solve") {
   }
 }
 
-TEST_CASE("tight cluster: every disk is an equipotential") {
+TEST_CASE("multipole method, tight cluster: every disk is an equipotential") {
   // Three disks with tiny gaps between each other and to a half-disk, one pair of them in one group. The error of V is
   // largest on a boundary.
   const double gap = 1e-4, side = 0.2 + gap;
@@ -157,7 +157,7 @@ TEST_CASE("tight cluster: every disk is an equipotential") {
   CHECK(std::abs(total_charge(solution)) < 1e-9);
 }
 
-TEST_CASE("reference cases: reproduced to ten digits and more") {
+TEST_CASE("multipole method: reference cases are reproduced to 1e-12") {
   const std::filesystem::path folder = std::filesystem::path(source_folder()) / "validation/data/reference-disks";
   int cases = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
@@ -187,7 +187,7 @@ TEST_CASE("reference cases: reproduced to ten digits and more") {
   CHECK(cases == 11);
 }
 
-TEST_CASE("cut-cell solver: it agrees within its truncation error") {
+TEST_CASE("multipole method and cut-cell solver: agree within the grid's error") {
   // S = 128, R = 9 cells, gaps of at least 4 cells. The capacitance has an error of 0.07 % at a gap of R/2 (table of
   // FIELD-SOLVER for R = 8, d/2R = 1.25), and the walls' different potentials contribute as much.
   LaplaceProblem problem = random_disks(8, {1, 1}, 0.07, 0.04);
@@ -217,7 +217,7 @@ TEST_CASE("cut-cell solver: it agrees within its truncation error") {
   }
 }
 
-TEST_CASE("forces: they are derivatives of the energy at constant charge") {
+TEST_CASE("multipole forces: negative energy derivatives at constant charge") {
   LaplaceProblem problem = random_disks(6, {1, 1.2}, 0.08, 0.04);
   set_walls(problem, 12, {0, 0, 0, 0});
   MultipoleSolver solver(options(1e-12));
@@ -235,7 +235,7 @@ TEST_CASE("forces: they are derivatives of the energy at constant charge") {
         doctest::Approx(-(energy({0, step}) - energy({0, -step})) / (2 * step)).epsilon(1e-5));
 }
 
-TEST_CASE("capacitance matrix: symmetric, zero row sums in an insulated box") {
+TEST_CASE("multipole capacitance matrix: symmetric, zero row sums if insulated") {
   for (const int walls : {0, 6}) {
     LaplaceProblem problem = random_disks(4, {1, 1}, 0.09, 0.03);
     neutralize(problem);
@@ -253,7 +253,7 @@ TEST_CASE("capacitance matrix: symmetric, zero row sums in an insulated box") {
   }
 }
 
-TEST_CASE("plane: it is the limit of a large box") {
+TEST_CASE("multipole method, unbounded plane: it is the limit of a large box") {
   // The images in an insulated box add the field of a dipole of size d: an energy of order (d / L)^2.
   MultipoleSolver plane(options(1e-11, true)), box(options(1e-11));
   const double exact = plane.solve(pair(1, 0.5, 3)).energy;
@@ -269,7 +269,7 @@ TEST_CASE("plane: it is the limit of a large box") {
   CHECK(error[0] / error[1] == doctest::Approx(4).epsilon(0.05));
 }
 
-TEST_CASE("no ground: the mean potential over the bodies is zero") {
+TEST_CASE("multipole method without ground: mean potential of bodies is zero") {
   LaplaceProblem problem = random_disks(5, {1, 1}, 0.08, 0.04);
   problem.bodies[4].group = 1;
   problem.groups.pop_back();
@@ -287,7 +287,7 @@ TEST_CASE("no ground: the mean potential over the bodies is zero") {
   CHECK(solver.potential(beside) == doctest::Approx(solution.group_potential[0]).epsilon(1e-8));
 }
 
-TEST_CASE("error: it follows the tolerance, and the residual indicates it") {
+TEST_CASE("multipole method: errors are below the tolerance and the residual") {
   LaplaceProblem problem = random_disks(40, {1, 1}, 0.04, 0.01);
   set_walls(problem, 4, {});
   MultipoleSolver reference(options(1e-13));
@@ -310,7 +310,7 @@ TEST_CASE("error: it follows the tolerance, and the residual indicates it") {
   }
 }
 
-TEST_CASE("history: it shortens the next solve, and forget() restores the bits") {
+TEST_CASE("multipole history: saves iterations; forget() restores the cold start") {
   LaplaceProblem problem = random_disks(20, {1, 1}, 0.05, 0.02);
   set_walls(problem, 4, {});
   LaplaceProblem moved = problem;
@@ -327,7 +327,7 @@ TEST_CASE("history: it shortens the next solve, and forget() restores the bits")
   }
 }
 
-TEST_CASE("options: values out of range are refused") {
+TEST_CASE("MultipoleOptions: values out of range are refused") {
   CHECK_THROWS_AS(MultipoleSolver(options(0)), InputError);
   CHECK_THROWS_AS(MultipoleSolver(options(1e-15)), InputError);
   CHECK_THROWS_AS(MultipoleSolver(options(NAN)), InputError);
@@ -336,13 +336,13 @@ TEST_CASE("options: values out of range are refused") {
   CHECK_THROWS_AS(MultipoleSolver{none}, InputError);
 }
 
-TEST_CASE("field: none is available before a solve") {
+TEST_CASE("MultipoleSolver: field and potential before a solve throw Failure") {
   MultipoleSolver solver;
   CHECK_THROWS_AS(solver.field(), Failure);
   CHECK_THROWS_AS(solver.potential({0, 0}), Failure);
 }
 
-TEST_CASE("field: the potential and the covering disk at cell centres") {
+TEST_CASE("MultipoleSolver::field: potential and covering disk at cell centres") {
   LaplaceProblem problem = random_disks(3, {2, 1}, 0.1, 0.1);
   set_walls(problem, 4, {});
   MultipoleOptions o = options(1e-8);
@@ -364,7 +364,7 @@ TEST_CASE("field: the potential and the covering disk at cell centres") {
   CHECK(std::count(field.body.begin(), field.body.end(), -1) > 700);
 }
 
-TEST_CASE("multipole method: scenes that it cannot solve are refused") {
+TEST_CASE("multipole method: bars, rings, overlaps and crossed sides are refused") {
   LaplaceProblem problem = random_disks(2, {1, 1}, 0.1, 0.1);
   problem.groups[0] = {false, 0, 0};
   MultipoleOptions o;

@@ -67,7 +67,7 @@ std::vector<Pair> all_pairs(const Spheres<d>& s, double range, std::vector<doubl
 
 }  // namespace
 
-TEST_CASE("cells: they find the pairs of a search over all pairs and images") {
+TEST_CASE("pairs_closer_than: finds the pairs of a search over all images") {
   // Boxes of 2 to 11 cells per side, with positions up to one box length outside.
   for (const double length : {6.5, 8.0, 9.5, 13.0, 33.0}) {
     const SphereSet two = random_spheres(200, 2, length, 0.2, 1, 1, 1),
@@ -86,7 +86,7 @@ TEST_CASE("cells: they find the pairs of a search over all pairs and images") {
   }
 }
 
-TEST_CASE("box without periodic sides: pairs are those without a box") {
+TEST_CASE("box without periodic sides: pairs equal those without a box") {
   const SphereSet some = random_spheres(100, 2, 10, 0.2, 1, 1, 3);
   CHECK(pairs_closer_than(Spheres<2>{some.position, some.radius, periodic_box<2>(1, 0)}, 0.5) ==
         pairs_closer_than(Spheres<2>{some.position, some.radius}, 0.5));
@@ -108,7 +108,7 @@ TEST_CASE("periodic box: pairs across faces, edges and corners are found once") 
       }
 }
 
-TEST_CASE("periodic box: sides below twice the largest pair distance are refused") {
+TEST_CASE("pair search in a periodic box below twice the pair distance: refused") {
   const std::vector<double> position = {1, 1, 2, 2}, radius = {0.5, 0.5};
   Box<2> box = periodic_box<2>(4, 1);
   CHECK(pairs_closer_than(Spheres<2>{position, radius, box}, 1.0).size() == 1);  // The distance of 2 is half of 4.
@@ -117,7 +117,7 @@ TEST_CASE("periodic box: sides below twice the largest pair distance are refused
   CHECK(pairs_closer_than(Spheres<2>{position, radius, periodic_box<2>(4, 0)}, 1.1).size() == 1);
 }
 
-TEST_CASE("range beyond all positions: every pair is found") {
+TEST_CASE("range beyond all positions: pair searches find every pair") {
   const SphereSet some = random_spheres(20, 2, 1, 0.01, 0.02, 0, 1);
   const Spheres<2> spheres{some.position, some.radius};
   const std::vector<double> reach(20, 1e300);
@@ -128,7 +128,7 @@ TEST_CASE("range beyond all positions: every pair is found") {
   }
 }
 
-TEST_CASE("cells: any number of threads finds identical pairs") {
+TEST_CASE("pairs_closer_than: any number of threads finds identical pairs") {
   const SphereSet some = random_spheres(20000, 3, 40, 0.3, 0.7, 0, 4);
   const Spheres<3> spheres{some.position, some.radius, periodic_box<3>(40)};
   parallel::Team three(3);
@@ -138,7 +138,7 @@ TEST_CASE("cells: any number of threads finds identical pairs") {
   CHECK(pairs_closer_than(spheres, 0.5, three) == alone);
 }
 
-TEST_CASE("particles with individual cutoffs: pairs across periodic sides are found") {
+TEST_CASE("pairs_within_reach (individual cutoffs): right across periodic sides") {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> exponent(-2, 1);
   const SphereSet some = random_spheres(150, 3, 9, 0.2, 1, 0.5, 6);
@@ -151,7 +151,7 @@ TEST_CASE("particles with individual cutoffs: pairs across periodic sides are fo
   CHECK(pairs_within_reach(spheres, 0.1, reach) == all_pairs(spheres, 0.1, reach));
 }
 
-TEST_CASE("two large individual cutoffs: the pair is found over many cells") {
+TEST_CASE("pairs_within_reach: a pair with two large cutoffs is found") {
   SphereSet some = random_spheres(1000, 3, 100, 0.01, 0.01, 0, 9);
   std::vector<double> reach(1000, 0.0);
   reach[3] = reach[5] = 5;
@@ -163,7 +163,7 @@ TEST_CASE("two large individual cutoffs: the pair is found over many cells") {
   CHECK(std::ranges::count(all_pairs(spheres, 0, reach), Pair{3, 5}) == 1);
 }
 
-TEST_CASE("neighbour list: no pair of a cold gas with one fast grain is missed") {
+TEST_CASE("NeighbourList: misses no pair of a cold gas with one fast grain") {
   constexpr int d = 3, n = 150;
   const double length = 10, range = 0.1, skin = 0.5;
   SphereSet gas = random_spheres(n, d, length, 0.5, 0.5, 0, 7);
@@ -187,7 +187,7 @@ TEST_CASE("neighbour list: no pair of a cold gas with one fast grain is missed")
   CHECK(list.searches() == 200);
 }
 
-TEST_CASE("neighbour list: another number of particles invalidates it") {
+TEST_CASE("NeighbourList: another number of particles causes a new search") {
   std::vector<double> position = {0, 0, 1.2, 0, 2.4, 0}, radius = {0.5, 0.5, 0.5};
   NeighbourList list(0.3, 0.4);
   list.update(Spheres<2>{position, radius});
@@ -200,7 +200,7 @@ TEST_CASE("neighbour list: another number of particles invalidates it") {
   CHECK(list.pairs().size() == 3);
 }
 
-TEST_CASE("neighbour list: a wrap around the box is no motion") {
+TEST_CASE("NeighbourList: wrapping around the box counts as no motion") {
   std::vector<double> position = {9.99, 5, 0.5, 5}, radius = {0.5, 0.5};
   const Spheres<2> disks{position, radius, periodic_box<2>(10)};
   NeighbourList list(0, 0.4);
@@ -239,7 +239,7 @@ int count_rebuilds(const Box<d>& box, int steps) {
 
 }  // namespace
 
-TEST_CASE("reach list: it equals a new search and is rarely rebuilt") {
+TEST_CASE("ReachList (individual cutoffs): equals a new search, rarely rebuilt") {
   // A random step of 0.01 per axis covers half a skin of 0.3 after about 0.15^2 / (0.01^2 2/3) = 340 steps. The two
   // fast particles and the three large cutoffs are too few for a rebuild.
   CHECK(count_rebuilds(Box<2>{}, 200) <= 3);
@@ -247,7 +247,7 @@ TEST_CASE("reach list: it equals a new search and is rarely rebuilt") {
   CHECK(count_rebuilds(periodic_box<2>(20), 10) == 10);  // A rebuild in each step.
 }
 
-TEST_CASE("reach list: a large cutoff finds pairs that entered since the search") {
+TEST_CASE("ReachList: a large cutoff finds pairs that moved since the search") {
   std::vector<double> position = {0, 0, 3.5, 0}, reach = {0, 0};
   const std::vector<double> radius = {0.5, 0.5};
   ReachList list;
@@ -261,7 +261,7 @@ TEST_CASE("reach list: a large cutoff finds pairs that entered since the search"
   CHECK(list.searches() == 1);
 }
 
-TEST_CASE("reach list: large moves cause a rebuild, large cutoffs a full search") {
+TEST_CASE("ReachList: large moves cause a rebuild, large cutoffs stay correct") {
   SphereSet disks = random_spheres(100, 2, 20, 0.3, 0.5, 0, 8);
   ReachList list;
   std::vector<double> reach(100, 0.0);
@@ -328,7 +328,7 @@ std::vector<Pair> meeting(const Spheres<3>& spheres, double range, const std::ve
 
 }  // namespace
 
-TEST_CASE("cell order: it finds each pair of a search over all images once") {
+TEST_CASE("CellOrder::pairs: finds each pair of a search over all images once") {
   // Boxes of 1 to 11 cells per side, with positions up to one box length outside. Single-precision positions add pairs
   // but lose none: rounding is at most 4 times 6e-8 of 100 m.
   for (const double length : {2.5, 6.5, 9.5, 13.0, 33.0}) {
@@ -352,7 +352,7 @@ TEST_CASE("cell order: it finds each pair of a search over all images once") {
   }
 }
 
-TEST_CASE("cell order: the pairs that may meet in a flight are found") {
+TEST_CASE("CellOrder::pairs_that_meet: finds the pairs that may meet in a flight") {
   constexpr double range = 2;
   // Some axes have one cell and fold. Rounding adds pairs that miss by 4 x 1.2e-7 of 33 m and, for a path of 2 x 3.5 x
   // 0.1 m, by 2 x 1.6e-5 in its direction: 4e-5 m in total.

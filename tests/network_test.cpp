@@ -38,23 +38,23 @@ Network bridge(double r1, double r2, double r3, double r4, double r5) {
 
 }  // namespace
 
-TEST_CASE("resistors: in series they add, in parallel their conductances do") {
+TEST_CASE("resistors: series resistances add, parallel conductances add") {
   CHECK(resistance({.nodes = 3, .links = {{0, 1, 0.5}, {1, 2, 0.25}}}, 0, 2) == exactly(6));
   CHECK(resistance({.nodes = 2, .links = {{0, 1, 0.5}, {1, 0, 0.25}}}, 0, 1) == exactly(1 / 0.75));
 }
 
-TEST_CASE("Wheatstone bridge: 1 to 5 Ohm give 61/21 Ohm") {
+TEST_CASE("Wheatstone bridge of 1 to 5 Ohm: the resistance is 61/21 Ohm") {
   // Loop equations: 1 and 2 Ohm from the source, 3 Ohm across, and 4 and 5 Ohm to ground.
   CHECK(resistance(bridge(1, 2, 3, 4, 5), 0, 3) == exactly(61.0 / 21));
 }
 
-TEST_CASE("balanced bridge: the link across carries no current") {
+TEST_CASE("balanced Wheatstone bridge: its cross link carries no current") {
   const Conduction c = conduct(bridge(1, 2, 3, 2, 4), 0, 3);
   CHECK(c.backbone[2]);
   CHECK(std::abs(c.link_current[2]) < 1e-15);
 }
 
-TEST_CASE("no path: the resistance is infinite for any components") {
+TEST_CASE("network without a path: infinite resistance, NaN for isolated nodes") {
   const Conduction c = conduct({.nodes = 5, .links = {{0, 1, 1}, {2, 3, 1}}}, 0, 3, {.voltage = 2});
   CHECK(!c.connected);
   CHECK(std::isinf(c.resistance));
@@ -64,7 +64,7 @@ TEST_CASE("no path: the resistance is infinite for any components") {
   CHECK(std::isnan(c.potential[4]));
 }
 
-TEST_CASE("dead ends: no current, and the potential of their first node") {
+TEST_CASE("network dead ends: no current, potential of the node they start from") {
   const Conduction c =
       conduct({.nodes = 6, .links = {{0, 1, 1}, {1, 2, 1}, {1, 3, 1}, {3, 4, 1}, {3, 5, 1}, {4, 5, 1}}}, 0, 2);
   CHECK(c.resistance == exactly(2));
@@ -72,7 +72,7 @@ TEST_CASE("dead ends: no current, and the potential of their first node") {
   for (const int n : {1, 3, 4, 5}) CHECK(c.potential[n] == exactly(0.5));
 }
 
-TEST_CASE("extreme values: resistances of 1e-30 and 1e30 Ohm in one network") {
+TEST_CASE("network of 1e-30 and 1e30 Ohm: exact resistance, balanced power") {
   SUBCASE("bridge: large conductances short-circuit, small ones set the result") {
     // 1e-30 Ohm from the source to both inner nodes and between them, and 1e30 Ohm to ground twice: 0.5e30.
     CHECK(resistance(bridge(1e-30, 1e-30, 1e-30, 1e30, 1e30), 0, 3) == exactly(0.5e30));
@@ -127,7 +127,7 @@ const std::vector<PackingElectrode> walls = {{true, 0}, {true, 1}};
 
 }  // namespace
 
-TEST_CASE("network: impossible nodes and links are refused") {
+TEST_CASE("network: invalid nodes, links and conductances are refused") {
   const Network net = {.nodes = 3, .links = {{0, 1, 1}, {1, 2, 1}}};
   CHECK(contains(message_of([&] { conduct(net, 1, 1); }), "node 1 is named twice"));
   CHECK(contains(message_of([&] { conduct(net, 0, 3); }), "there is no node 3"));
@@ -137,9 +137,10 @@ TEST_CASE("network: impossible nodes and links are refused") {
   CHECK(contains(message_of([&] { conduct({.nodes = 2, .links = {{0, 2, 1}}}, 0, 1); }), "nodes 0 to 1"));
 }
 
-TEST_CASE("resistor model: impossible parameters are refused") {
+TEST_CASE("resistor models: missing or impossible parameters are refused") {
   CHECK(contains(message_of([&] { resistor_model("ideal"); }), "no resistor model \"ideal\""));
-  CHECK(contains(message_of([&] { check(resistor_model("constriction"), {.resistivity = 1}); }), "needs contact_radius in m"));
+  CHECK(contains(message_of([&] { check(resistor_model("constriction"), {.resistivity = 1}); }),
+                 "needs contact_radius in m"));
   CHECK(contains(message_of([&] { check(resistor_model("constant"), {.resistance = 0}); }), "greater than 0"));
   CHECK(contains(message_of([&] { check(resistor_model("constant"), {.resistance = -2}); }), "greater than 0"));
   CHECK(contains(message_of([&] { check(resistor_model("constant"), {.resistance = 1, .contact_radius = 1}); }),
@@ -166,7 +167,7 @@ TEST_CASE("resistor model: impossible parameters are refused") {
   CHECK(contains(message_of([&] { check(bad); }), "particle 2 has radius -1"));
 }
 
-TEST_CASE("column of three disks: it is resistors in series") {
+TEST_CASE("column of three disks: each model gives resistors in series") {
   const ParticlePacking packing = column();
   const Contacts contacts = find_contacts(packing);
   REQUIRE(contacts.pairs.size() == 2);
@@ -184,7 +185,7 @@ TEST_CASE("column of three disks: it is resistors in series") {
   CHECK(measured(particle_network, "constriction") == exactly(6 * 5 / 0.04));
 }
 
-TEST_CASE("constriction: contact and particle networks agree") {
+TEST_CASE("constriction model: contact and particle networks resist equally") {
   // A ring of five disks, each with two contacts, with the bottom wall under one and the top wall over another.
   ParticlePacking packing{.walls = {{"bottom", {0, -1.5, 0}, {0, 1, 0}}, {"top", {0, 1.6, 0}, {0, -1, 0}}}};
   for (int k = 0; k < 5; ++k) {
@@ -203,7 +204,7 @@ TEST_CASE("constriction: contact and particle networks agree") {
   CHECK(measured(contact_network) == exactly(measured(particle_network)));
 }
 
-TEST_CASE("sphere model: the Neumann series with small equipotential spots") {
+TEST_CASE("sphere resistor model: equals the Neumann series for small contacts") {
   constexpr double a = 1.5, b = 0.01, rho = 0.7, pi = std::numbers::pi;
   Particle sphere{.centre = {1, 2, 3}, .radius = a};
   const std::vector<Point> at = {{0, 0, 1}, {std::sqrt(0.75), 0, -0.5}, {0.28, 0.96, 0}};
@@ -232,14 +233,14 @@ TEST_CASE("sphere model: the Neumann series with small equipotential spots") {
     }
 }
 
-TEST_CASE("contacts: a pair at the contact threshold, as rattlers have, is none") {
+TEST_CASE("find_contacts: overlaps of 1e-9 radii are none, of 4e-9 radii are one") {
   ParticlePacking packing{.position = {{0, 0, 0}, {2 - 1e-9, 0, 0}}, .radius = {1, 1}};
   CHECK(find_contacts(packing).pairs.empty());
   packing.position[1][0] = 2 - 4e-9;
   CHECK(find_contacts(packing).pairs.size() == 1);
 }
 
-TEST_CASE("contacts: the cell search finds all of spheres of many sizes") {
+TEST_CASE("find_contacts: finds all overlaps of spheres of many sizes") {
   std::mt19937_64 random(3);
   std::uniform_real_distribution<double> coordinate(-5, 5), radius(0.05, 0.9);
   for (const int dimension : {2, 3}) {
@@ -256,7 +257,7 @@ TEST_CASE("contacts: the cell search finds all of spheres of many sizes") {
   }
 }
 
-TEST_CASE("condense: it gives the Schur complement of several nodes") {
+TEST_CASE("condense: equals the Schur complement of the kept nodes") {
   std::mt19937_64 random(7);
   Network net{.nodes = 300};
   std::uniform_int_distribution<int> node(0, net.nodes - 1);
@@ -275,7 +276,7 @@ TEST_CASE("condense: it gives the Schur complement of several nodes") {
     for (int j = 0; j < i; ++j) CHECK(mesh(i, j) == Approx(-schur(i, j)).epsilon(1e-12));
 }
 
-TEST_CASE("potentials: several right-hand sides are those of the dense system") {
+TEST_CASE("Elimination::potentials: several right-hand sides, as a dense solution") {
   std::mt19937_64 random(11);
   Network net{.nodes = 120};
   std::uniform_int_distribution<int> node(0, net.nodes - 1);
@@ -302,7 +303,7 @@ TEST_CASE("potentials: several right-hand sides are those of the dense system") 
   CHECK((both(rest, Eigen::all) - solve_dense(see, fed_rest - sek * given)).cwiseAbs().maxCoeff() < bound);
 }
 
-TEST_CASE("one node to all: resistances are those of each pair") {
+TEST_CASE("resistances_from one node: equal those of individual pairs") {
   std::mt19937_64 random(13);
   std::uniform_real_distribution<double> decades(-8, 8), coordinate(0, 1);
   for (const bool positions : {false, true}) {
@@ -323,7 +324,7 @@ TEST_CASE("one node to all: resistances are those of each pair") {
   }
 }
 
-TEST_CASE("one node to all: on a ring of n it is k (n - k) / n") {
+TEST_CASE("resistances_from: k (n - k) / n on a ring of n unit resistors") {
   const int n = 1001;
   Network ring{.nodes = n};
   for (int k = 0; k < n; ++k) ring.links.push_back({k, (k + 1) % n, 1});
@@ -332,7 +333,7 @@ TEST_CASE("one node to all: on a ring of n it is k (n - k) / n") {
   for (int k = 1; k < n; ++k) CHECK(found[k] == Approx(k * double(n - k) / n).epsilon(1e-12));
 }
 
-TEST_CASE("positions: they change the order of elimination and not the result") {
+TEST_CASE("network positions: change the order of elimination, not the resistance") {
   const int side = 40;
   Network net{.nodes = side * side};
   for (int y = 0; y < side; ++y)
@@ -368,7 +369,7 @@ Network cubic_lattice(int side, bool positions) {
 
 }  // namespace
 
-TEST_CASE("multigrid and elimination: they agree") {
+TEST_CASE("network multigrid: resistance and potentials equal elimination's") {
   const Network net = cubic_lattice(16, true);
   const int low = net.nodes - 2, high = net.nodes - 1;
   const Conduction direct = conduct(net, low, high, {.method = Method::elimination, .voltage = 3});
@@ -383,7 +384,7 @@ TEST_CASE("multigrid and elimination: they agree") {
   CHECK(largest < 1e-8);
 }
 
-TEST_CASE("method: multigrid if memory is short, except for extreme conductances") {
+TEST_CASE("network method: multigrid if memory is short and conductances similar") {
   Network net = cubic_lattice(6, true);
   CHECK(conduct(net, 216, 217).method == Method::elimination);
   CHECK(conduct(net, 216, 217, {.memory = 1e3}).method == Method::multigrid);

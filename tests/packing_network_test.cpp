@@ -98,7 +98,7 @@ std::string message_of(const std::function<void()>& work) {
 
 }  // namespace
 
-TEST_CASE("result file: both networks, and the classes of particles") {
+TEST_CASE("solve_network of a packing: both networks, backbone and dead ends") {
   const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
   CHECK(frame.frame == 1);
@@ -118,7 +118,7 @@ TEST_CASE("result file: both networks, and the classes of particles") {
   }
 }
 
-TEST_CASE("frame without a path: infinite resistance and no error") {
+TEST_CASE("network of a frame without a path: infinite resistance, no error") {
   const TwoFrames file;
   const SolvedNetwork solved = solve_network(read_packing(file.path(), 0), NetworkModel::particle, {}, 1);
   CHECK(!solved.conduction.connected);
@@ -128,7 +128,7 @@ TEST_CASE("frame without a path: infinite resistance and no error") {
   CHECK(run_command_line({"network", file.path(), "--frame", "0", "--no-picture", "--json"}) == 0);
 }
 
-TEST_CASE("electrodes: particles and walls by number and name give the resistance") {
+TEST_CASE("network electrodes by number and name: give the known resistances") {
   const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
   CHECK(solve_network(frame, NetworkModel::particle, {.between = "0,2"}, 1).conduction.resistance ==
@@ -149,7 +149,7 @@ TEST_CASE("electrodes: particles and walls by number and name give the resistanc
   }
 }
 
-TEST_CASE("electrodes in contact: only the particle-centred network, with a reason") {
+TEST_CASE("network, touching electrodes: only the particle network, with a reason") {
   const Folder folder;
   triangle(folder / "triangle.h5");
   // Two contacts of 1 Ohm in series, in parallel to a third.
@@ -165,7 +165,7 @@ TEST_CASE("electrodes in contact: only the particle-centred network, with a reas
   check_refused(run(folder, "network triangle.h5 --between 0,1 --model contact"), "particles 0 and 1, touch");
 }
 
-TEST_CASE("electrodes in contact: networks of other electrodes are removed") {
+TEST_CASE("network, touching electrodes: removes the stored contact network") {
   const TwoFrames file;
   const auto has = [&](const char* model) {
     return hdf5::exists(hdf5::load(file.path()), std::string("network/") + model);
@@ -180,7 +180,7 @@ TEST_CASE("electrodes in contact: networks of other electrodes are removed") {
   CHECK(run_command_line({"network", file.path(), "--no-picture", "--between", "bottom,0", "--model", "contact"}) == 2);
 }
 
-TEST_CASE("one to all: resistances are those of individual pairs") {
+TEST_CASE("resistances_to_all: equal the resistances of individual pairs") {
   const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
   for (const NetworkModel model : {NetworkModel::particle, NetworkModel::contact})
@@ -201,7 +201,7 @@ TEST_CASE("one to all: resistances are those of individual pairs") {
     }
 }
 
-TEST_CASE("one to all: a triangle of 1 Ohm contacts gives 2/3 Ohm in one call") {
+TEST_CASE("network --between 0,all: a triangle of 1 Ohm contacts gives 2/3 Ohm") {
   const Folder folder;
   triangle(folder / "triangle.h5");
   const std::string before = text_of(folder / "triangle.h5");
@@ -217,13 +217,13 @@ TEST_CASE("one to all: a triangle of 1 Ohm contacts gives 2/3 Ohm in one call") 
   for (const std::string option : {"--voltage 2", "--out a.png", "--overwrite"})
     check_refused(run(folder, "network triangle.h5 --between 0,all " + option), "is not allowed with --terminals");
   check_refused(run(folder, "network triangle.h5 --between 0,1 --no-picture --overwrite"),
-                "--overwrite is not allowed where no file is written: it is for a picture or --json=FILE");
+                "--overwrite is not allowed where no file is written: it is for use with a picture or --json=FILE");
   check_refused(run(folder, "analyse triangle.h5 --overwrite"), "--overwrite is not allowed where no file is written");
   check_refused(run(folder, "network triangle.h5 --between 3,all"), "there is no particle 3; allowed are 0 to 2");
   check_refused(run(folder, "network triangle.h5 --between lid,all"), "there is no wall \"lid\"");
 }
 
-TEST_CASE("one to all: too many eliminations are refused, one is not") {
+TEST_CASE("resistances_to_all: more than 20000 eliminations are refused") {
   PackingFrame frame;
   const int count = 20'001;
   frame.packing.position.resize(count);
@@ -234,7 +234,7 @@ TEST_CASE("one to all: too many eliminations are refused, one is not") {
                        doctest::Contains("at most 20000 are allowed: --model particle"), InputError);
 }
 
-TEST_CASE("output: the assumed resistor and its alternatives are stated") {
+TEST_CASE("network output: states an assumed resistor and where each model applies") {
   const Folder folder;
   triangle(folder / "triangle.h5");
   const std::string command = "network triangle.h5 --between bottom,top --no-save ";
@@ -251,7 +251,7 @@ TEST_CASE("output: the assumed resistor and its alternatives are stated") {
   CHECK_EQ(nlohmann::json::parse(run(folder, command + "--json --resistance 1").out)["networks"][0]["assumed"], false);
 }
 
-TEST_CASE("scene: it determines the resistor model") {
+TEST_CASE("[network] of the scene: sets the resistor model, options replace it") {
   const TwoFrames file(
       "[network]\nresistor = \"constriction\"\nresistivity = 3.0\ncontact_radius = 0.01\nmodel = \"contact\"\n");
   const PackingFrame frame = read_packing(file.path(), {});
@@ -263,7 +263,7 @@ TEST_CASE("scene: it determines the resistor model") {
   CHECK(run_command_line({"network", file.path(), "--no-picture", "--resistance", "2"}) == 2);
 }
 
-TEST_CASE("power balance: it holds for extremely small powers") {
+TEST_CASE("network power balance: holds for a current of 2.5e-308 A") {
   const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
   const SolvedNetwork solved =
@@ -272,7 +272,7 @@ TEST_CASE("power balance: it holds for extremely small powers") {
   CHECK(solved.conduction.power_balance < 1e-12);
 }
 
-TEST_CASE("different materials: their resistivities combine in one network") {
+TEST_CASE("network of different materials: 1e-30 and 1e30 Ohm combine exactly") {
   const TwoFrames file;
   PackingFrame frame = read_packing(file.path(), {});
   frame.packing.resistivity = {1e-30, 1e30, 1e-30, 1, 1};
@@ -282,7 +282,7 @@ TEST_CASE("different materials: their resistivities combine in one network") {
   CHECK(solved.conduction.power_balance < 1e-14);
 }
 
-TEST_CASE("result file: networks are stored, and all other data are unchanged") {
+TEST_CASE("save_networks: stores networks and leaves all other data unchanged") {
   const TwoFrames file;
   for (const double voltage : {1.0, 12.0}) {  // The second call replaces the data of the first.
     const PackingFrame frame = read_packing(file.path(), {});
@@ -303,7 +303,7 @@ TEST_CASE("result file: networks are stored, and all other data are unchanged") 
   CHECK(hdf5::shape(result, "particles/conductors/position/value")[0] == 2);
 }
 
-TEST_CASE("result file: one that changes during the measurement stays unchanged") {
+TEST_CASE("save_networks: a result that changed since reading is not modified") {
   const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
   const SolvedNetwork solved = solve_network(frame, NetworkModel::particle, {}, 1);
@@ -314,7 +314,7 @@ TEST_CASE("result file: one that changes during the measurement stays unchanged"
   CHECK(file.alone());
 }
 
-TEST_CASE("network: impossible measurements are refused with an error message") {
+TEST_CASE("network command: impossible measurements are refused with a message") {
   const TwoFrames file;
   const PackingFrame frame = read_packing(file.path(), {});
   const auto refused = [&](const NetworkOptions& options) {

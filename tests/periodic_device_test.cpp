@@ -85,7 +85,7 @@ double relative(std::span<const double> found, std::span<const double> exact) {
 
 }  // namespace
 
-TEST_CASE("neighbour table: all pairs within the range, from both ends") {
+TEST_CASE("device NeighbourTable: each pair in both rows, or once if requested") {
   const parallel::HostExecutor run;
   std::mt19937 random(1);
   for (const Vec3 lengths : {Vec3{10, 10, 10}, Vec3{4, 9, 30}}) {
@@ -133,7 +133,7 @@ TEST_CASE("neighbour table: all pairs within the range, from both ends") {
   }
 }
 
-TEST_CASE("device sums: they equal the CPU's to single precision") {
+TEST_CASE("device mesh sum: forces and potentials equal the CPU's to 1e-6") {
   for (const auto& [lengths, ball] :
        {std::pair{Vec3{12, 12, 12}, 0.0}, {Vec3{12, 15, 10}, 0.0}, {Vec3{12, 12, 12}, 3.5}})
     for (const double accuracy : {1e-2, 1e-3, 1e-4}) {
@@ -163,7 +163,7 @@ TEST_CASE("device sums: they equal the CPU's to single precision") {
     }
 }
 
-TEST_CASE("device: charges use prolate windows and keep the accuracy") {
+TEST_CASE("device mesh sum: prolate windows keep the requested accuracy") {
   const Vec3 lengths{12, 15, 10};
   const Charges charges = some(250, lengths);
   const Response exact = evaluated_near(*std::make_unique<Ewald>(splitting_for(charges, 1e-9)), charges);
@@ -184,7 +184,7 @@ TEST_CASE("device: charges use prolate windows and keep the accuracy") {
   CHECK_THROWS_AS(evaluated(*device, random_sources(250, lengths, 0.9, true, 2)), InputError);
 }
 
-TEST_CASE("device: charges with dipoles and dipoles alone equal the CPU's") {
+TEST_CASE("device mesh sum: charges with dipoles, dipoles alone equal the CPU's") {
   for (const Vec3 lengths : {Vec3{12, 12, 12}, Vec3{12, 15, 10}})
     for (const double accuracy : {1e-2, 1e-4}) {
       CAPTURE(accuracy);
@@ -216,7 +216,7 @@ TEST_CASE("device: charges with dipoles and dipoles alone equal the CPU's") {
     }
 }
 
-TEST_CASE("device sums: independent of the order of charges, exact scaling") {
+TEST_CASE("device mesh sum: independent of the order of charges, exact scaling") {
   const Vec3 lengths{12, 12, 12};
   const Charges charges = some(250, lengths);
   const MeshChoice choice = choose_mesh(1e-3, 250, lengths, 0.9);
@@ -238,7 +238,7 @@ TEST_CASE("device sums: independent of the order of charges, exact scaling") {
   for (std::size_t k = 0; k < more.force.size(); ++k) REQUIRE(more.force[k] == 4096 * expected.force[k]);
 }
 
-TEST_CASE("near sums: terms are multiples of 2^-31 with bounded rounding") {
+TEST_CASE("on_grid (device near sums): rounds to multiples of 2^-31") {
   std::mt19937 random(1);
   std::uniform_real_distribution<float> digits(1, 2);
   for (int exponent = -60; exponent < 10; ++exponent)
@@ -251,7 +251,7 @@ TEST_CASE("near sums: terms are multiples of 2^-31 with bounded rounding") {
       }
 }
 
-TEST_CASE("device: unavailable parameters are refused") {
+TEST_CASE("device mesh sum: unavailable parameters are refused") {
   CHECK_THROWS_AS(device::make_host_mesh({{40, 40, 40}, {64, 64, 64}, 6}, prolate_cloud(60, 9)), InputError);
 #ifndef LICHTENBERG_WITH_CUDA
   const MeshChoice choice = choose_mesh(1e-3, 250, {12, 12, 12}, 1);

@@ -84,7 +84,7 @@ double worst_slope_error(SourceSet sources, const std::vector<double>& force, Di
 
 }  // namespace
 
-TEST_CASE("single dipole in a cube: its field is 4 pi / (3 L^3) times itself") {
+TEST_CASE("Ewald sum, one dipole in a cube: field is 4 pi / (3 L^3) times dipole") {
   const double length = 1.5;
   SourceSet lone = lattice(length, {{0.1, 0.2, 0.3}}, {0});
   lone.dipole = {0.3, -0.4, 0.5};
@@ -95,7 +95,7 @@ TEST_CASE("single dipole in a cube: its field is 4 pi / (3 L^3) times itself") {
   }
 }
 
-TEST_CASE("Ewald sum with dipoles: the result does not depend on alpha") {
+TEST_CASE("Ewald sum with dipoles: independent of the splitting parameter alpha") {
   const SourceSet sources = random_sources(12, {1, 1.25, 0.75}, 0.1, true, 1);
   const Response expected = by_ewald(sources, 1e-14, 3);
   for (const double alpha : {1.5, 5.0, 8.0}) {
@@ -108,7 +108,7 @@ TEST_CASE("Ewald sum with dipoles: the result does not depend on alpha") {
   }
 }
 
-TEST_CASE("forces and fields: energy derivatives by positions and dipoles") {
+TEST_CASE("Ewald sum with dipoles: forces and fields equal energy derivatives") {
   SourceSet sources = random_sources(6, {1, 1.25, 0.75}, 0.2, true, 2);
   const Response at = by_ewald(sources);
   const auto energy = [&] { return by_ewald(sources).energy; };
@@ -135,7 +135,7 @@ TEST_CASE("minimum image: charges and dipoles interact across the box's side") {
   CHECK(dipoles.force[5] == -dipoles.force[2]);
 }
 
-TEST_CASE("minimum image: the cutoff is half the box or the whole box") {
+TEST_CASE("minimum image: cutoff is half the box, or the whole box on request") {
   SourceSet far = two(5, 1, 0, 10);
   far.position[3] = 0.1;
   MinimumImage half, all(MinimumImage::Reach::box);
@@ -143,7 +143,7 @@ TEST_CASE("minimum image: the cutoff is half the box or the whole box") {
   CHECK(evaluated(all, far).energy == doctest::Approx(1 / std::hypot(5, 0.1)).epsilon(1e-15));
 }
 
-TEST_CASE("large box, total charge zero: Ewald's sum agrees with the minimum image") {
+TEST_CASE("Ewald sum in a large neutral box: agrees with the minimum image") {
   SourceSet sources = random_sources(6, {1, 1, 1}, 0.2, true, 9);
   sources.charge.back() -= std::accumulate(sources.charge.begin(), sources.charge.end(), 0.0);
   sources.lengths = {400, 400, 400};
@@ -155,7 +155,7 @@ TEST_CASE("large box, total charge zero: Ewald's sum agrees with the minimum ima
   CHECK(largest_difference(response.force, expected.force) < bound);
 }
 
-TEST_CASE("shifted force: it is its energy's derivative and vanishes at the cutoff") {
+TEST_CASE("shifted force: equals its energy's derivative, vanishes at the cutoff") {
   for (const double alpha : {0.0, 1.5}) {
     SourceSet sources = random_sources(6, {2, 2.5, 2}, 0.4, false, 2);
     const Response at = by_shifted_force(sources, 0.95, alpha);
@@ -178,7 +178,7 @@ TEST_CASE("shifted force: it is its energy's derivative and vanishes at the cuto
   }
 }
 
-TEST_CASE("shifted force: close opposite charges cancel; rock salt has its energy") {
+TEST_CASE("shifted force: opposite charges cancel, rock salt has Madelung's energy") {
   SourceSet sources = random_sources(6, {2, 2.5, 2}, 0.4, false, 2);
   const double expected = by_shifted_force(sources, 0.95, 1.5).energy, separation = 0x1p-20;
   for (const double sign : {1.0, -1.0}) {
@@ -197,7 +197,7 @@ TEST_CASE("shifted force: close opposite charges cancel; rock salt has its energ
   CHECK(2 * by_shifted_force(salt, 4, 0.5).energy / 512 == doctest::Approx(-1.7476).epsilon(0.01));
 }
 
-TEST_CASE("shifted force: identical bits with threads; bad cutoffs are refused") {
+TEST_CASE("shifted force: threads give identical bits; bad cutoffs are refused") {
   const SourceSet sources = random_sources(60, {2, 2, 2}, 0.1, false, 3);  // 1770 pairs form more than one work item.
   const Response one = by_shifted_force(sources, 0.9), four = by_shifted_force(sources, 0.9, 0, 4);
   CHECK(four.force == one.force);
@@ -208,7 +208,7 @@ TEST_CASE("shifted force: identical bits with threads; bad cutoffs are refused")
         "the shifted force is defined for charges only, not for dipoles");
 }
 
-TEST_CASE("touching chain: induced dipoles follow the closed sum up to divergence") {
+TEST_CASE("induced dipoles of a touching chain: closed form up to divergence") {
   Ewald ewald(1e-14);
   for (const int n : {1, 3}) {
     const SourceSet row = chain(n);
@@ -227,7 +227,7 @@ TEST_CASE("touching chain: induced dipoles follow the closed sum up to divergenc
   }
 }
 
-TEST_CASE("dipoles: a growing mode that the charges do not excite is refused") {
+TEST_CASE("check_stability: refuses a growing mode that charges do not excite") {
   Ewald ewald(1e-14);
   SourceSet row = chain(6);
   // The field along the row is odd about a charge and does not excite the uniform mode.
@@ -250,7 +250,7 @@ TEST_CASE("dipoles: a growing mode that the charges do not excite is refused") {
   }
 }
 
-TEST_CASE("Jacobi sweeps: the error is multiplied by A T, 0.361 for A = 0.075") {
+TEST_CASE("Jacobi iteration of induced dipoles: error times 0.361 for each sweep") {
   Ewald ewald(1e-14);
   const SourceSet row = chain(2);
   const DipoleField field_of = field_by(ewald, row, {}, alone);
@@ -267,7 +267,7 @@ TEST_CASE("Jacobi sweeps: the error is multiplied by A T, 0.361 for A = 0.075") 
   CHECK(polarizability * chain_sum == doctest::Approx(0.361).epsilon(2e-3));
 }
 
-TEST_CASE("close packing: the largest polarizability is 3 / (4 pi sqrt(2))") {
+TEST_CASE("largest_polarizability of a close packing: is 3 / (4 pi sqrt(2))") {
   const SourceSet packed =
       lattice(std::sqrt(2.0), {{0, 0, 0}, {0, 0.5, 0.5}, {0.5, 0, 0.5}, {0.5, 0.5, 0}}, {0, 0, 0, 0});
   Ewald ewald(1e-14);
@@ -275,7 +275,7 @@ TEST_CASE("close packing: the largest polarizability is 3 / (4 pi sqrt(2))") {
   CHECK(largest == doctest::Approx(3 / (4 * pi * std::sqrt(2.0))).epsilon(1e-9));
 }
 
-TEST_CASE("induced dipoles: three variants have an energy, the source's has none") {
+TEST_CASE("induced dipoles: forces are energy derivatives, not in source's variant") {
   const SourceSet sources = grains();
   for (const DipoleSum variant : {DipoleSum::ewald, DipoleSum::mixed_consistent, DipoleSum::minimum_image}) {
     const Response at = with_induced(sources, variant);
@@ -286,7 +286,7 @@ TEST_CASE("induced dipoles: three variants have an energy, the source's has none
   CHECK(worst_slope_error(sources, with_induced(sources, DipoleSum::source).force, DipoleSum::source) > 1e-3);
 }
 
-TEST_CASE("source variant: its forces have asymmetric derivatives, so no energy") {
+TEST_CASE("induced dipoles, source's variant: force derivatives are asymmetric") {
   const auto crosswise = [](DipoleSum variant) {
     const double step = 1e-4;
     SourceSet sources = grains();
@@ -311,7 +311,7 @@ TEST_CASE("source variant: its forces have asymmetric derivatives, so no energy"
   CHECK(crosswise(DipoleSum::source) > 5e-4);
 }
 
-TEST_CASE("induced dipoles: A times the field; the energy error is quadratic") {
+TEST_CASE("induced dipoles: residual within tolerance, energy error is its square") {
   const SourceSet sources = grains();
   Ewald ewald(1e-14);
   const double tolerance = 1e-4;
@@ -335,7 +335,7 @@ TEST_CASE("induced dipoles: A times the field; the energy error is quadratic") {
   }
 }
 
-TEST_CASE("potential of dipoles: charges use the sum that gives their forces") {
+TEST_CASE("potential with induced dipoles: from the sum that gives their forces") {
   const SourceSet sources = grains();
   const std::vector<double> charges = by_ewald(sources).potential;
   Ewald ewald(1e-14);
@@ -353,7 +353,7 @@ TEST_CASE("potential of dipoles: charges use the sum that gives their forces") {
   }
 }
 
-TEST_CASE("polarizability: zero induces no dipole, a negative one is refused") {
+TEST_CASE("polarizability 0: induces no dipole; a negative one is refused") {
   const SourceSet sources = grains();
   Ewald ewald(1e-14);
   std::vector<double> dipole = {1, 2, 3};
@@ -366,7 +366,7 @@ TEST_CASE("polarizability: zero induces no dipole, a negative one is refused") {
         }) == "a polarizability is -1: it must not be negative");
 }
 
-TEST_CASE("predictor: Kolafa's weights, linear changes, and a restored history") {
+TEST_CASE("DipolePredictor: has Kolafa's weights and can restore its history") {
   const std::vector<std::vector<double>> weights = {
       {1}, {2, -1}, {2.5, -2, 0.5}, {2.8, -2.8, 1.2, -0.2}, {2.8, -2.8, 1.2, -0.2}};
   for (std::size_t steps = 1; steps <= weights.size(); ++steps)

@@ -82,7 +82,7 @@ constexpr DipoleSum variants[] = {DipoleSum::ewald, DipoleSum::mixed_consistent,
 // cloud's band limit, where the transform is cut off, and the mesh's first alias, 2 pi over its spacing. For positions
 // at least 1 apart the squared forces sum to 4 pi between charges, 8 pi / 3 from charges on dipoles and 8 pi between
 // dipoles. The errors of charges are at most 1.25 of the estimate.
-TEST_CASE("random dipoles: the error is that of charges times the wavenumber") {
+TEST_CASE("mesh sum, random dipoles: error is that of charges times wavenumber") {
   const SourceSet sources = gas(1), dipoles = without_charges(sources);
   const Response exact = by_ewald(sources, 1e-11), exact_of_dipoles = by_ewald(dipoles, 1e-11);
   for (const auto& [band_limit, cutoff, points] : {std::tuple{6.3, 1.8, 16}, {9.0, 3.0, 18}, {15.4, 5.3, 24}})
@@ -111,7 +111,7 @@ TEST_CASE("random dipoles: the error is that of charges times the wavenumber") {
     }
 }
 
-TEST_CASE("random charges and dipoles: the error estimate holds for any ratio") {
+TEST_CASE("mesh sum: error estimate holds for any ratio of dipoles to charges") {
   for (const double factor : {0.1, 0.5, 3.0}) {
     const SourceSet sources = with_dipoles(gas(4), factor);
     const Response exact = by_ewald(sources, 1e-11);
@@ -136,7 +136,7 @@ TEST_CASE("random charges and dipoles: the error estimate holds for any ratio") 
   }
 }
 
-TEST_CASE("induced dipoles: those of touching charges have the predicted size") {
+TEST_CASE("induced_dipole2: 1.5 times the mean square dipole of touching charges") {
   // A simple cubic lattice of touching charges with random signs. The mean square field is the sum of the squared
   // fields of single charges: 12.60 by Ewald's sum over the other sites of 9^3 (16.5 for an infinite lattice). The
   // prediction is 4 pi + 6 = 18.57. Interactions between dipoles subtract (8 pi / 3) 2 A, 1/30. Statistical error: 2/3
@@ -161,7 +161,7 @@ TEST_CASE("induced dipoles: those of touching charges have the predicted size") 
   CHECK(ratio == doctest::Approx(12.60 / 18.57).epsilon(0.15));
 }
 
-TEST_CASE("dipoles of 10 % of the charges: forces keep the requested accuracy") {
+TEST_CASE("mesh sum: dipoles of 10 % of the charges keep the force accuracy") {
   const SourceSet sources = with_dipoles(gas(2), 0.1);
   const Response exact = by_ewald(sources, 1e-11);
   for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-6}) {
@@ -176,7 +176,7 @@ TEST_CASE("dipoles of 10 % of the charges: forces keep the requested accuracy") 
   }
 }
 
-TEST_CASE("near field of multipoles: derivatives of the screened potential") {
+TEST_CASE("near field of multipoles: equals derivatives of the screened potential") {
   constexpr double alpha = 0.75, cutoff = 4.5;
   const Vec3 lengths{12, 12, 12}, direction{2.0 / 3, -1.0 / 3, 2.0 / 3};
   const Cloud cloud = gauss_cloud(alpha, cutoff);
@@ -212,7 +212,7 @@ TEST_CASE("near field of multipoles: derivatives of the screened potential") {
   }
 }
 
-TEST_CASE("single dipole in a cube: its field is 4 pi / (3 L^3) times itself") {
+TEST_CASE("mesh sum, one dipole in a cube: field is 4 pi / (3 L^3) times dipole") {
   const double length = 6, own = 4 * M_PI / 3 / (length * length * length);
   const Cloud cloud = prolate_cloud(18, 3);
   ParticleMesh sum({{length, length, length}, {32, 32, 32}, 7}, cloud);
@@ -226,7 +226,7 @@ TEST_CASE("single dipole in a cube: its field is 4 pi / (3 L^3) times itself") {
   }
 }
 
-TEST_CASE("fields and forces: energy derivatives minus the mesh's mean force") {
+TEST_CASE("mesh sum with dipoles: forces are energy derivatives minus mean force") {
   SourceSet sources = random_sources(20, {6, 7, 8}, 0.8, true, 4);
   // The mesh is so coarse that its error is visible.
   const Mesh mesh{sources.lengths, {12, 12, 12}, 5};
@@ -254,7 +254,7 @@ TEST_CASE("fields and forces: energy derivatives minus the mesh's mean force") {
   CHECK(largest_difference(force, at.force) < 1e-6 * largest(at.force));
 }
 
-TEST_CASE("dipole field: linear and symmetric to rounding on any mesh") {
+TEST_CASE("mesh sum: field of dipoles is linear and symmetric to rounding") {
   SourceSet a = random_sources(200, {10, 11, 12}, 0.8, true, 5), b = a, both = a;
   std::ranges::rotate(b.dipole, b.dipole.begin() + 100);
   for (std::size_t k = 0; k < a.dipole.size(); ++k) both.dipole[k] = 0.5 * a.dipole[k] - 4 * b.dipole[k];
@@ -270,7 +270,7 @@ TEST_CASE("dipole field: linear and symmetric to rounding on any mesh") {
   CHECK(largest_difference(field_a, evaluated_on(sum, without_charges(a)).field) < 1e-14 * largest(field_a));
 }
 
-TEST_CASE("zero dipoles: they change nothing, and neutral particles have no force") {
+TEST_CASE("mesh sum: zero dipoles change nothing, neutral particles have no force") {
   SourceSet sources = gas(3);
   std::fill_n(sources.dipole.begin(), 30, 0.0);
   std::fill_n(sources.charge.begin(), 10, 0.0);
@@ -285,7 +285,7 @@ TEST_CASE("zero dipoles: they change nothing, and neutral particles have no forc
   CHECK(relative_difference(none.potential, charges.potential) < 1e-8);
 }
 
-TEST_CASE("dipoles: any number of threads gives identical bits") {
+TEST_CASE("mesh sum with dipoles: any number of threads gives identical bits") {
   const SourceSet sources = random_sources(2000, {30, 24, 21}, 0.5, true, 5);
   ParticleMesh sum({sources.lengths, {36, 30, 24}, 5}, prolate_cloud(8, 3));
   const Response expected = evaluated_on(sum, sources);
@@ -301,7 +301,7 @@ TEST_CASE("dipoles: any number of threads gives identical bits") {
   }
 }
 
-TEST_CASE("dipoles: scaling by powers of two is exact") {
+TEST_CASE("mesh sum with dipoles: scaling by powers of two is exact") {
   const SourceSet sources = gas(6);
   SourceSet scaled = with_dipoles(sources, 0.5);
   for (double& x : scaled.position) x *= 2;
@@ -320,7 +320,7 @@ TEST_CASE("dipoles: scaling by powers of two is exact") {
   }
 }
 
-TEST_CASE("induced dipoles on a mesh: the largest polarizability is Ewald's") {
+TEST_CASE("induced dipoles on a mesh: largest polarizability equals Ewald's") {
   const SourceSet sources = grains();
   Ewald ewald(1e-14);
   ParticleMesh mesh = mesh_for_grains();
@@ -352,7 +352,7 @@ TEST_CASE("induced dipoles on a mesh: four variants agree with Ewald's sum") {
   }
 }
 
-TEST_CASE("induced dipoles on a mesh: forces are derivatives of the energy") {
+TEST_CASE("induced dipoles on a mesh: forces are derivatives, not source's variant") {
   SourceSet sources = grains();
   ParticleMesh mesh = mesh_for_grains();
   for (const DipoleSum variant : variants) {

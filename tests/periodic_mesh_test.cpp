@@ -61,7 +61,7 @@ SourceSet clusters() {
 
 }  // namespace
 
-TEST_CASE("splines: weights sum to one and reproduce linear functions") {
+TEST_CASE("spline windows: weights sum to one and reproduce linear functions") {
   for (int order = 4; order <= 8; ++order) {
     const auto pieces = window_pieces(Window::spline, order);
     for (const double at : {-0.5, -0.2, 0.0, 0.49}) {
@@ -76,7 +76,7 @@ TEST_CASE("splines: weights sum to one and reproduce linear functions") {
   }
 }
 
-TEST_CASE("clouds: potential, transform and background are consistent") {
+TEST_CASE("charge clouds: potential, transform and background are consistent") {
   const double alpha = 0.8, cutoff = 5;
   CHECK(gauss_cloud(alpha, cutoff).background == doctest::Approx(M_PI / (alpha * alpha)));
   CHECK(gauss_cloud(alpha, cutoff).potential(0) == doctest::Approx(gauss_cloud(alpha, cutoff).potential(1e-5)));
@@ -105,7 +105,7 @@ TEST_CASE("clouds: potential, transform and background are consistent") {
   CHECK(prolate_cloud(9, cutoff).potential(5.5) == 1 / 5.5);
 }
 
-TEST_CASE("twenty charges: forces, potentials and energy are accurate to 1e-6") {
+TEST_CASE("mesh sum of twenty charges: forces and energy accurate to 1e-6") {
   std::ifstream file(source_folder() + "/validation/data/periodic/ewald20.json");
   const nlohmann::json exact = nlohmann::json::parse(file);
   const auto numbers = [&](const char* name) {
@@ -128,7 +128,7 @@ TEST_CASE("twenty charges: forces, potentials and energy are accurate to 1e-6") 
   }
 }
 
-TEST_CASE("mesh: it gives Madelung's constants and a charge with background") {
+TEST_CASE("mesh sum: Madelung's constant, and a charge in its background") {
   // Two unit cells per side, because half a box is too short a cutoff for an accuracy of 1e-6.
   SourceSet salt{.lengths = {4, 4, 4}};
   for (int n = 0; n < 64; ++n) {
@@ -146,7 +146,7 @@ TEST_CASE("mesh: it gives Madelung's constants and a charge with background") {
   }
 }
 
-TEST_CASE("self-energy: it does not depend on the position on the mesh") {
+TEST_CASE("mesh sum: self-energy is independent of the position on the mesh") {
   const Mesh mesh{{1, 1, 1}, {12, 12, 12}, 6};
   std::vector<double> energy;
   for (const double position : {0.0, 0.02, 0.04, 0.06})
@@ -157,7 +157,7 @@ TEST_CASE("self-energy: it does not depend on the position on the mesh") {
   CHECK(most - least < 5e-8);
 }
 
-TEST_CASE("random charges: errors are as estimated for all clouds, orders and boxes") {
+TEST_CASE("mesh sum of random charges: errors are 0.5 to 2 times the estimate") {
   for (const Vec3 lengths : {Vec3{12.8, 12.8, 12.8}, Vec3{10, 20, 10.5}}) {
     const SourceSet sources = gas(1, lengths);
     const Response exact = by_ewald(sources, 1e-11);
@@ -179,7 +179,7 @@ TEST_CASE("random charges: errors are as estimated for all clouds, orders and bo
   }
 }
 
-TEST_CASE("accuracy: forces keep it in a gas and in clusters, within a factor") {
+TEST_CASE("choose_mesh: force errors are 0.1 to 2 times the requested accuracy") {
   for (const SourceSet& sources : {gas(2), clusters()}) {
     const Response exact = by_ewald(sources, 1e-11);
     for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-6}) {
@@ -191,7 +191,7 @@ TEST_CASE("accuracy: forces keep it in a gas and in clusters, within a factor") 
   }
 }
 
-TEST_CASE("net charge: with its background the sum does not depend on the split") {
+TEST_CASE("mesh sum with net charge: independent of the Ewald splitting") {
   SourceSet sources = gas(3);
   for (double& q : sources.charge) q += 0.5;
   const Response exact = by_ewald(sources);
@@ -204,7 +204,7 @@ TEST_CASE("net charge: with its background the sum does not depend on the split"
     }
 }
 
-TEST_CASE("forces: energy derivatives minus the mesh's mean force, and sum zero") {
+TEST_CASE("mesh sum: forces are energy derivatives minus mean force, sum is zero") {
   SourceSet sources = random_sources(40, {6, 7, 8}, 0.5, false, 4);
   // The mesh is so coarse that its error of 1e-2 is visible.
   ParticleMesh sum({sources.lengths, {12, 12, 12}, 5}, prolate_cloud(8, 2.9));
@@ -233,7 +233,7 @@ TEST_CASE("forces: energy derivatives minus the mesh's mean force, and sum zero"
     CHECK(std::abs(slope[k] - missing[k % 3] * std::pow(sources.charge[k / 3], 2) - at.force[k]) < 1e-6);
 }
 
-TEST_CASE("tiles: those processed concurrently share no charge") {
+TEST_CASE("mesh tiles: those processed concurrently share no charge") {
   const SourceSet sources = random_sources(1500, {30, 20, 12}, 0.5, false, 10);
   const double reach = 2.4;
   Columns<double> columns(sources.lengths, {.together = 8, .widest = 4, .reach = reach});
@@ -267,7 +267,7 @@ TEST_CASE("tiles: those processed concurrently share no charge") {
   CHECK(seen == sources.size());
 }
 
-TEST_CASE("mesh: threads and pairs beyond the cutoff keep identical bits") {
+TEST_CASE("mesh sum: threads and pairs beyond the cutoff change no bit") {
   const SourceSet sources = random_sources(2000, {30, 24, 21}, 0.5, false, 5);
   const Mesh fine{sources.lengths, {36, 30, 24}, 5}, coarse{sources.lengths, {14, 14, 14}, 7};
   ParticleMesh near_reaches_far(fine, prolate_cloud(8, 3)), mesh_reaches_far(coarse, prolate_cloud(2, 0.6));
@@ -285,7 +285,7 @@ TEST_CASE("mesh: threads and pairs beyond the cutoff keep identical bits") {
   }
 }
 
-TEST_CASE("mesh: scaling lengths and charges by powers of two is exact") {
+TEST_CASE("mesh sum: scaling lengths and charges by powers of two is exact") {
   const SourceSet sources = gas(6);
   SourceSet scaled = sources;
   for (double& x : scaled.position) x *= 2;
@@ -300,7 +300,7 @@ TEST_CASE("mesh: scaling lengths and charges by powers of two is exact") {
   for (int k = 0; k < 3 * sources.size(); ++k) CHECK(response.force[k] == expected.force[k] / 64);
 }
 
-TEST_CASE("mesh: shifts by whole spacings and boxes change nothing") {
+TEST_CASE("mesh sum: shifts by whole spacings and boxes change nothing") {
   const SourceSet sources = gas(7);
   const Mesh mesh{sources.lengths, {16, 16, 16}, 5};
   SourceSet moved = sources;
@@ -315,7 +315,7 @@ TEST_CASE("mesh: shifts by whole spacings and boxes change nothing") {
   CHECK(response.energy == doctest::Approx(expected.energy).epsilon(1e-12));
 }
 
-TEST_CASE("mesh: without charges there is no force") {
+TEST_CASE("mesh sum without charges: energy and forces are zero") {
   const Mesh mesh{{10, 10, 10}, {16, 16, 16}, 4};
   CHECK(by_mesh(SourceSet{.lengths = mesh.lengths}, mesh, prolate_cloud(8, 4)).energy == 0);
   SourceSet sources = random_sources(5, mesh.lengths, 1, false, 8);
@@ -323,7 +323,7 @@ TEST_CASE("mesh: without charges there is no force") {
   CHECK(largest(by_mesh(sources, mesh, prolate_cloud(8, 4)).force) == 0);
 }
 
-TEST_CASE("mesh: impossible parameters are refused with an error message") {
+TEST_CASE("mesh sum: impossible parameters are refused with an error message") {
   const Vec3 cube{10, 10, 10};
   const Cloud cloud = prolate_cloud(8, 4);
   const Mesh mesh{cube, {16, 16, 16}, 4};

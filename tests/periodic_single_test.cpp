@@ -67,7 +67,7 @@ SourceSet ball() {
 
 }  // namespace
 
-TEST_CASE("windows: smooth, as wide as their order, with the stated transforms") {
+TEST_CASE("mesh windows: continuous, with the stated Fourier transforms") {
   for (const Window window : {Window::spline, Window::prolate})
     for (int order = 4; order <= 8; ++order) {
       const auto pieces = window_pieces(window, order);
@@ -104,7 +104,7 @@ TEST_CASE("windows: smooth, as wide as their order, with the stated transforms")
     }
 }
 
-TEST_CASE("windows: errors are as estimated, and smallest for prolate windows") {
+TEST_CASE("mesh windows: errors are as estimated, smallest for prolate windows") {
   const SourceSet sources = gas();
   const Response exact = by_ewald(sources, 1e-11);
   const auto estimate = [&](Window window, int order, int points, const Cloud& cloud) {
@@ -130,17 +130,17 @@ TEST_CASE("windows: errors are as estimated, and smallest for prolate windows") 
   }
 }
 
-TEST_CASE("single precision: it equals double precision for all spline orders") {
+TEST_CASE("single-precision mesh: equals double precision for all spline orders") {
   for (const int order : {4, 5, 6, 7})
     check_against_double(gas(), {{12.8, 12.8, 12.8}, {20, 24, 16}, order}, prolate_cloud(16, 3.9));
 }
 
-TEST_CASE("single precision: it equals double precision for any mesh size") {
+TEST_CASE("single-precision mesh: equals double precision for any mesh size") {
   for (const std::array points : {std::array{16, 18, 20}, {21, 25, 14}, {15, 28, 36}, {22, 27, 26}, {32, 45, 30}})
     check_against_double(gas(), {{12.8, 12.8, 12.8}, points, 6}, prolate_cloud(14, 4.1));
 }
 
-TEST_CASE("single precision: it equals double precision in long boxes and clusters") {
+TEST_CASE("single-precision mesh: equals double precision in long boxes, clusters") {
   check_against_double(random_sources(200, {10, 12, 31}, 1, false, 3), {{10, 12, 31}, {16, 18, 48}, 6},
                        prolate_cloud(8, 3.3));
   check_against_double(random_sources(200, {31, 10, 12}, 1, false, 3), {{31, 10, 12}, {48, 16, 18}, 6},
@@ -152,7 +152,7 @@ TEST_CASE("single precision: it equals double precision in long boxes and cluste
                          prolate_cloud(9, 3));
 }
 
-TEST_CASE("splines: order 8 has a smaller error than order 7") {
+TEST_CASE("spline windows: order 8 has a smaller error than order 7") {
   const SourceSet sources = gas();
   const Response exact = by_ewald(sources, 1e-10);
   const auto error = [&](int order) {
@@ -162,7 +162,7 @@ TEST_CASE("splines: order 8 has a smaller error than order 7") {
   CHECK(error(8) < 0.8 * error(7));
 }
 
-TEST_CASE("single precision: threads and powers of two keep identical bits") {
+TEST_CASE("single-precision mesh: threads and scaling by 2^n change no bit") {
   const SourceSet sources = random_sources(3000, {27.4, 27.4, 27.4}, 0.9, false, 7);
   const Mesh mesh{sources.lengths, {48, 48, 48}, 6};
   const Cloud cloud = prolate_cloud(10, 3.7);
@@ -187,7 +187,7 @@ TEST_CASE("single precision: threads and powers of two keep identical bits") {
   CHECK(found.force == one.force);
 }
 
-TEST_CASE("single precision: forces are identical with and without potentials") {
+TEST_CASE("single-precision mesh: forces() gives the bits of the full evaluation") {
   const SourceSet sources = random_sources(3000, {27.4, 27.4, 27.4}, 0.9, false, 7);
   for (const double cutoff : {2.5, 3.7, 5.0}) {
     SingleMesh sum({sources.lengths, {48, 48, 48}, 6}, prolate_cloud(10, cutoff));
@@ -197,7 +197,7 @@ TEST_CASE("single precision: forces are identical with and without potentials") 
   }
 }
 
-TEST_CASE("single precision: forces sum to zero for any images of the charges") {
+TEST_CASE("single-precision mesh: forces sum to zero, images change nothing") {
   SourceSet sources = gas();
   SingleMesh sum(fine, prolate_cloud(11, 4));
   const Response found = evaluated(sum, sources);
@@ -211,7 +211,7 @@ TEST_CASE("single precision: forces sum to zero for any images of the charges") 
   CHECK(relative_difference(evaluated(sum, sources).force, found.force) < rounding);
 }
 
-TEST_CASE("mesh choice: single precision where it suffices, with the accuracy") {
+TEST_CASE("choose_quick_mesh: single precision down to 1e-6, accuracy is met") {
   const SourceSet sources = gas();
   const Response exact = by_ewald(sources, 1e-10);
   for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7}) {
@@ -224,7 +224,7 @@ TEST_CASE("mesh choice: single precision where it suffices, with the accuracy") 
   }
 }
 
-TEST_CASE("mesh choice: measured errors are 0.3 to 1.05 of the request") {
+TEST_CASE("choose_measured_mesh: force errors are 0.3 to 1.05 of the request") {
   for (const SourceSet& sources : {gas(), ball(), random_sources(800, {17.6, 17.6, 17.6}, 1, false, 8)})
     for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-5}) {
       const MeshRequest request{accuracy, sources.size(), sources.lengths};
@@ -237,7 +237,7 @@ TEST_CASE("mesh choice: measured errors are 0.3 to 1.05 of the request") {
     }
 }
 
-TEST_CASE("mesh choice: given parameters are kept and the rest is chosen") {
+TEST_CASE("choose_quick_mesh: given parameters are kept and the rest is chosen") {
   const SourceSet sources = gas();
   const auto chosen = [&](const FixedParameters& fixed) {
     return choose_quick_mesh({.accuracy = 1e-3, .charges = 300, .lengths = sources.lengths, .fixed = fixed});
@@ -264,7 +264,7 @@ TEST_CASE("mesh choice: given parameters are kept and the rest is chosen") {
         "cutoff of up to half of it, with the given parameters");
 }
 
-TEST_CASE("single precision: impossible meshes are refused") {
+TEST_CASE("single-precision mesh: impossible meshes are refused") {
   const SourceSet sources = gas();
   CHECK(message_of([&] { SingleMesh(fine, prolate_cloud(11, 5)); }) ==
         "a cut-off of 5 is more than a third of the box of 12.8 x 12.8 x 12.8");

@@ -29,7 +29,7 @@ std::vector<double> flat(const nlohmann::json& values) {
 
 }  // namespace
 
-TEST_CASE("twenty charges: accurate to the digits of a double") {
+TEST_CASE("Ewald sum of twenty charges: accurate to the digits of a double") {
   std::ifstream file(source_folder() + "/validation/data/periodic/ewald20.json");
   const nlohmann::json exact = nlohmann::json::parse(file);
   const double length = exact["length"], energy = std::stod(std::string(exact["energy"]));
@@ -51,7 +51,7 @@ TEST_CASE("Ewald sum: Madelung's constants, and a charge in its background") {
   CHECK(largest(by_ewald(lone).force) < rounding);
 }
 
-TEST_CASE("Ewald sum: it does not depend on alpha, charge or box shape") {
+TEST_CASE("Ewald sum: independent of the splitting alpha, also with net charge") {
   for (const bool neutral : {false, true}) {
     SourceSet sources = random_sources(12, {1, 1.25, 0.75}, 0.1, false, 1);
     const double mean = std::accumulate(sources.charge.begin(), sources.charge.end(), 0.0) / sources.size();
@@ -68,7 +68,7 @@ TEST_CASE("Ewald sum: it does not depend on alpha, charge or box shape") {
   }
 }
 
-TEST_CASE("cutoffs: they keep the requested accuracy and are not much larger") {
+TEST_CASE("Ewald cutoffs: field error is 0.03 to 1 times the tolerance") {
   const SourceSet sources = random_sources(60, {1, 1, 1}, 0.05, false, 3);
   const Response exact = by_ewald(sources);
   const double unit = std::pow(60, 2.0 / 3);  // Charge over the squared mean spacing.
@@ -79,7 +79,7 @@ TEST_CASE("cutoffs: they keep the requested accuracy and are not much larger") {
   }
 }
 
-TEST_CASE("forces: they are derivatives of the energy") {
+TEST_CASE("Ewald sum of charges: forces equal negative energy derivatives") {
   SourceSet sources = random_sources(6, {1, 1.25, 0.75}, 0.2, false, 2);
   const Response at = by_ewald(sources);
   const double step = 1e-3;
@@ -89,7 +89,7 @@ TEST_CASE("forces: they are derivatives of the energy") {
           bound);
 }
 
-TEST_CASE("forces: zero sum, independent of order, origin and images") {
+TEST_CASE("Ewald forces: zero sum, independent of order, origin and images") {
   for (const bool dipoles : {false, true}) {
     const SourceSet sources = random_sources(12, {1, 1.25, 0.75}, 0.1, dipoles, 4);
     const Response response = by_ewald(sources);
@@ -116,7 +116,7 @@ TEST_CASE("forces: zero sum, independent of order, origin and images") {
   }
 }
 
-TEST_CASE("two cells in a row: each has the result of one cell") {
+TEST_CASE("Ewald sum of two cells in a row: each has the result of one cell") {
   const SourceSet cell = random_sources(5, {1, 1.25, 0.75}, 0.2, true, 5);
   SourceSet two = cell;
   two.lengths.z *= 2;
@@ -149,7 +149,7 @@ TEST_CASE("Ewald sum: scaling lengths and charges by powers of two is exact") {
   }
 }
 
-TEST_CASE("Ewald sum: any number of threads and samples give identical bits") {
+TEST_CASE("Ewald sum: threads and evaluation at samples give identical bits") {
   const SourceSet sources = random_sources(30, {1, 1, 1}, 0.05, true, 7);
   Ewald ewald;
   const Response expected = evaluated(ewald, sources);
@@ -167,7 +167,7 @@ TEST_CASE("Ewald sum: any number of threads and samples give identical bits") {
   CHECK(sample.field.size() == 6);
 }
 
-TEST_CASE("inconsistent sources: they are refused with an error message") {
+TEST_CASE("Ewald sum: inconsistent sources are refused with an error message") {
   SourceSet sources = rock_salt();
   sources.charge.pop_back();
   CHECK(message_of([&] { by_ewald(sources); }) ==

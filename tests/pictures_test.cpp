@@ -123,7 +123,7 @@ void check_refused(const Folder& folder, const std::string& arguments, const std
 
 }  // namespace
 
-TEST_CASE("plot: all frames have one layout, one colour scale and their field") {
+TEST_CASE("plot: frames have equal layout and colour scale, and show their field") {
   const RunFolder folder(plates);
   const Ended drawn = run_without_error(folder, "plot scene.h5 --frames 0,2:4:2");
   CHECK(drawn.out ==
@@ -183,7 +183,7 @@ TEST_CASE("plot: text and colours follow the options in PNG, PDF and SVG") {
   }
 }
 
-TEST_CASE("plot: with all conductors at 0 V it shows the currents of the tree") {
+TEST_CASE("plot with all conductors at 0 V: shows the currents of the tree") {
   const RunFolder folder(chain);
   CHECK(contains(run_without_error(folder, "plot scene.h5 --out chain.svg").out, "by current"));
   const std::string words = text_of(folder / "chain.svg");
@@ -200,7 +200,7 @@ TEST_CASE("plot: with all conductors at 0 V it shows the currents of the tree") 
   CHECK(contains(old.err, "--colour joined is an old name: it is called connection_time now"));
 }
 
-TEST_CASE("plot and run: no existing file is replaced silently") {
+TEST_CASE("plot and run: existing pictures are replaced only with --overwrite") {
   const RunFolder folder(plates);
   run_without_error(folder, "plot scene.h5");
   check_refused(folder, "plot scene.h5",
@@ -221,7 +221,7 @@ TEST_CASE("plot and run: no existing file is replaced silently") {
   CHECK(text_of(folder / "other.png").starts_with("\x89PNG"));
 }
 
-TEST_CASE("plot: impossible requests are refused with an error message") {
+TEST_CASE("plot, film and view: impossible requests are refused with a message") {
   const RunFolder folder(plates);
   check_refused(folder, "plot scene.h5 --range 5,-5", "--range 5,-5 is reversed");
   check_refused(folder, "plot scene.h5 --range 5", "--range 5 is not valid: it must be two numbers");
@@ -263,7 +263,7 @@ TEST_CASE("plot: impossible requests are refused with an error message") {
     check_refused(folder, "plot scene.h5 --out /proc/a.png", "cannot be written");
 }
 
-TEST_CASE("plot: file names with a colon or a leading dash are accepted") {
+TEST_CASE("plot, film, view: file names with a colon or leading dash are accepted") {
   const RunFolder folder(plates);
   REQUIRE(run_shell(folder, "cp scene.h5 a:b.h5; cp -- scene.h5 -c.h5").status == 0);
   for (const std::string name : {"a:b", "-c"}) {
@@ -288,7 +288,7 @@ TEST_CASE("plot: an unknown MPLBACKEND in the environment is ignored") {
   }
 }
 
-TEST_CASE("film: an interrupted one leaves no file and prints no traceback") {
+TEST_CASE("film: an interruption leaves no file and prints no traceback") {
   const RunFolder folder(plates);
   folder.write(
       "ffmpeg",
@@ -301,13 +301,13 @@ TEST_CASE("film: an interrupted one leaves no file and prints no traceback") {
   CHECK(run_shell(folder, "ls | grep -c partial").out == "0\n");
 }
 
-TEST_CASE("plot: a range of frames without ends covers all frames") {
+TEST_CASE("plot --frames ::5: a range without ends covers all frames") {
   const RunFolder folder(plates);
   CHECK(run_without_error(folder, "plot scene.h5 --frames ::5 --out a.png").out ==
         "a-0.png shows frame 0 by potential\na-5.png shows frame 5 by potential\n");
 }
 
-TEST_CASE("film: each frame appears once and in the size of the picture") {
+TEST_CASE("film: each frame appears once, in the size of the picture") {
   const RunFolder folder(plates);
   const Ended made = run_without_error(folder, "film scene.h5 --rate 10");
   CHECK(made.out == "scene.mp4 shows 6 frames by potential in 0.6 s\n");
@@ -326,7 +326,7 @@ TEST_CASE("film: each frame appears once and in the size of the picture") {
             .out == "3\n");
 }
 
-TEST_CASE("plot: time series of several results, and results side by side") {
+TEST_CASE("plot: time series of several results, and pictures side by side") {
   const RunFolder folder(plates);
   fs::copy_file(folder / "scene.h5", folder / "twin.h5");
   run_without_error(folder, "plot scene.h5 --series --observables energy,charge_held --out curves.svg");
@@ -350,7 +350,7 @@ TEST_CASE("plot: time series of several results, and results side by side") {
   check_refused(folder, "plot many/absent.json", "there is no many/absent.json");
 }
 
-TEST_CASE("plot: spheres in space hide each other, and a cut removes the front") {
+TEST_CASE("plot: spheres in space hide each other, --cut removes the front") {
   const RunFolder folder(R"(
 [domain]
 size = [10.0, 10.0, 10.0]

@@ -26,7 +26,7 @@ Scene resolved_spheres() {
 
 }  // namespace
 
-TEST_CASE("predictor grid: halved from the field while a radius has two cells") {
+TEST_CASE("predictor grid: field cells halved while a radius has two cells") {
   Scene scene = resolved_spheres();
   CHECK(effects::predictor_cells(scene) == 64);
   scene.field().cells = 512;
@@ -47,7 +47,7 @@ TEST_CASE("predictor grid: halved from the field while a radius has two cells") 
   }
 }
 
-TEST_CASE("predictor: it replaces most field solves at the same accuracy") {
+TEST_CASE("coarse-grid predictor: halves the field solves at equal accuracy") {
   const double until = 0.3;  // Some contacts occur by then; later they amplify small errors.
   const auto run = [&](bool predictor, double tolerance) {
     Scene scene = resolved_spheres();
@@ -71,7 +71,7 @@ TEST_CASE("predictor: it replaces most field solves at the same accuracy") {
   CHECK(largest_distance(with, exact) < 10e-3 * radius);
 }
 
-TEST_CASE("predictor: errors since the last field solve are corrected") {
+TEST_CASE("coarse-grid predictor: errors since the last field solve are corrected") {
   const auto run = [&](bool predictor, double tolerance) {
     Scene scene = resolved_spheres();
     scene.effects.remove<effects::ContactDischargeOptions>();  // Without contacts the forces do not jump.
@@ -88,7 +88,7 @@ TEST_CASE("predictor: errors since the last field solve are corrected") {
   CHECK(largest_distance(with, exact) < static_cast<double>(few.corrections) * 1e-3 * radius);
 }
 
-TEST_CASE("predictor: a correction decreases with its force and never grows") {
+TEST_CASE("coarse-grid predictor: a correction shrinks with its force, never grows") {
   const Scene scene = conductor_scene({{0.04, 0.05}, {0.06, 0.05}});
   std::vector<Vec2> coarse{{3e-7, 4e-7}, {0, 0}};  // N
   const std::vector<Vec2> wrong_by{{1e-8, -2e-8}, {3e-8, 0}}, fine{coarse[0] + wrong_by[0], coarse[1] + wrong_by[1]};
@@ -111,7 +111,7 @@ TEST_CASE("predictor: a correction decreases with its force and never grows") {
   CHECK(is(added(1, {1e-7, 0}), wrong_by[1]));  // This body had no force whose decrease could be measured.
 }
 
-TEST_CASE("predictor: a rejected prediction leaves charges balanced to rounding") {
+TEST_CASE("coarse-grid predictor: a rejected prediction keeps charges balanced") {
   Scene scene = resolved_spheres();
   scene.mechanics.position_tolerance *= 0.1;
   Simulation simulation(scene);
@@ -124,7 +124,7 @@ TEST_CASE("predictor: a rejected prediction leaves charges balanced to rounding"
   CHECK(frame.charge_fed == doctest::Approx(12 * 0.2e-9 * 0.1).epsilon(1e-12));
 }
 
-TEST_CASE("predictor: a restored run has identical bits") {
+TEST_CASE("coarse-grid predictor: a restored run has identical bits") {
   const double every = 0.03;
   Simulation whole(resolved_spheres());
   std::vector<Checkpoint> checkpoints;
@@ -142,7 +142,7 @@ TEST_CASE("predictor: a restored run has identical bits") {
   }
 }
 
-TEST_CASE("moving tolerance: solver errors displace bodies by below 0.2 tolerances") {
+TEST_CASE("moving_tolerance: solver errors move bodies by below 0.2 tolerances") {
   const double until = 0.3, every = 0.01;
   const Scene scene = resolved_spheres();
   Simulation without_frames(scene), simulation(scene);
@@ -182,7 +182,7 @@ TEST_CASE("moving tolerance: solver errors displace bodies by below 0.2 toleranc
   CHECK(largest_displacement(10 * usual) > bound);  // The bound is close to the actual errors.
 }
 
-TEST_CASE("moving tolerance: it follows the position tolerance if that limits") {
+TEST_CASE("default moving_tolerance: decreases with the position tolerance") {
   Scene scene = resolved_spheres();
   const auto usual = [&](double radii) {
     scene.mechanics.position_tolerance = radii * radius;

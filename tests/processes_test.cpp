@@ -58,7 +58,7 @@ std::size_t count(const std::string& text, const std::string& part) {
 
 }  // namespace
 
-TEST_CASE("two processes: they print one answer, that of one process") {
+TEST_CASE("two MPI processes: solve prints one answer, equal to one process's") {
   const Ended alone = run("LICHTENBERG solve scene.toml --json", scene + assembled);
   const Ended two = run("mpirun -n 2 LICHTENBERG solve scene.toml --json --capacitance", scene + assembled);
   INFO(two.err);
@@ -71,7 +71,7 @@ TEST_CASE("two processes: they print one answer, that of one process") {
   CHECK(a["unknowns"] == b["unknowns"]);
 }
 
-TEST_CASE("two processes: a run writes one file") {
+TEST_CASE("two MPI processes: a run writes one file and one summary") {
   const auto has_result = [](const Folder& folder) { return exists(folder / "scene.h5"); };
   const Ended result = run("mpirun -n 2 LICHTENBERG run scene.toml", scene + assembled, has_result);
   INFO(result.err);
@@ -79,7 +79,7 @@ TEST_CASE("two processes: a run writes one file") {
   CHECK(count(result.out, "energy") == 1);
 }
 
-TEST_CASE("single-process features: they are refused before a file is made") {
+TEST_CASE("two MPI processes: the multigrid solver is refused, no file is made") {
   const auto no_file = [](const Folder& folder) { return !exists(folder / "scene.h5"); };
   const Ended multigrid = run("mpirun -n 2 LICHTENBERG run scene.toml", scene, no_file);
   CHECK(multigrid.status == 2);
@@ -87,7 +87,7 @@ TEST_CASE("single-process features: they are refused before a file is made") {
   CHECK(count(multigrid.err, "field.linear_solver = \"multigrid\" runs on one process") == 1);
 }
 
-TEST_CASE("two processes: an error of all processes is printed once") {
+TEST_CASE("two MPI processes: an error of all processes is printed once") {
   const Ended result = run("mpirun -n 2 LICHTENBERG solve scene.toml --petsc -field_ksp_max_it 1", scene + assembled);
   CHECK(result.status == 1);
   CHECK(count(result.err, "lichtenberg") == 1);
@@ -95,7 +95,7 @@ TEST_CASE("two processes: an error of all processes is printed once") {
 }
 
 // Without this the remaining process would wait endlessly; five minutes are ample.
-TEST_CASE("two processes: an error on one process ends the others") {
+TEST_CASE("two MPI processes: an error on one ends both with status 1") {
   const std::string program = "LICHTENBERG solve scene.toml --petsc -field_mat_type ";
   const std::string two = "timeout -k 10 300 mpirun -n 1 " + program;
   const Ended first = run(two + "nonsense : -n 1 " + program + "aij", scene + assembled);

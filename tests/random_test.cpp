@@ -35,7 +35,7 @@ double five_sigma(double variance, int n) { return 5 * std::sqrt(variance / n); 
 
 }  // namespace
 
-TEST_CASE("words: known answers of Random123's Philox 4x64 with ten rounds") {
+TEST_CASE("Random: known answers of Random123's Philox 4x64 with ten rounds") {
   // The counter is (i, j, count, n) and the key (seed, purpose). n counts blocks, so a stream gives the answers for
   // counters that end in 0. The generator itself gives the others.
   Random zeros(RandomKey{});
@@ -51,13 +51,13 @@ TEST_CASE("words: known answers of Random123's Philox 4x64 with ten rounds") {
   CHECK(pi[3] == 0x57bd43b5e52b7fe6);
 }
 
-TEST_CASE("sequence of a key: counters (i, j, count, 0), (i, j, count, 1), ...") {
+TEST_CASE("Random: a key's sequence has counters (i, j, count, n), n = 0, 1, 2") {
   Random random({7, RandomPurpose::exchange, 11, 13, 17});
   for (std::uint64_t n = 0; n < 3; ++n)
     for (const std::uint64_t word : r123::Philox4x64()({{11, 13, 17, n}}, {{7, 2}})) CHECK(random.word() == word);
 }
 
-TEST_CASE("numbers of a key: they do not depend on other draws") {
+TEST_CASE("Random: numbers of a key do not depend on draws of other keys") {
   const RandomKey key{1, RandomPurpose::gas, 5, 0, 3};
   Random alone(key), among(key), other({2, RandomPurpose::gas, 5, 0, 3});
   for (int k = 0; k < 10; ++k) {
@@ -66,7 +66,7 @@ TEST_CASE("numbers of a key: they do not depend on other draws") {
   }
 }
 
-TEST_CASE("key: each part makes another sequence") {
+TEST_CASE("RandomKey: each part (seed, purpose, i, j, count) changes the sequence") {
   std::vector<std::uint64_t> first;
   for (const RandomKey& key : {RandomKey{},
                                {.seed = 1},
@@ -81,7 +81,7 @@ TEST_CASE("key: each part makes another sequence") {
   CHECK(std::ranges::adjacent_find(first) == first.end());
 }
 
-TEST_CASE("uniform numbers: moments along a sequence and across keys") {
+TEST_CASE("Random::uniform: right moments along a sequence and across keys") {
   const int n = 200000;
   Random random({1, RandomPurpose::population});
   const auto along = [&](int) { return random.uniform(); };
@@ -95,7 +95,7 @@ TEST_CASE("uniform numbers: moments along a sequence and across keys") {
       CHECK(std::abs(found[p - 1] - 1.0 / (p + 1)) < five_sigma(1.0 / (2 * p + 1) - 1.0 / ((p + 1) * (p + 1)), n));
 }
 
-TEST_CASE("uniform numbers: neighbouring keys are uncorrelated") {
+TEST_CASE("Random::uniform: neighbouring keys are uncorrelated") {
   const int n = 200000;
   double sum = 0;
   for (int k = 0; k < n; ++k) {
@@ -106,7 +106,7 @@ TEST_CASE("uniform numbers: neighbouring keys are uncorrelated") {
   CHECK(std::abs(sum / n) < five_sigma(1.0 / 144, n));  // The product of two independent variances of 1/12.
 }
 
-TEST_CASE("uniform numbers: they exclude the ends of (0, 1) and of intervals") {
+TEST_CASE("Random::uniform: excludes the ends of (0, 1) and of intervals") {
   // The smallest and the largest number that a word can give.
   CHECK((static_cast<double>(all_ones >> 12) + 0.5) * 0x1p-52 < 1);
   Random random({3});
@@ -122,7 +122,7 @@ TEST_CASE("uniform numbers: they exclude the ends of (0, 1) and of intervals") {
   CHECK(most < 3);
 }
 
-TEST_CASE("normal numbers: a Gaussian's moments and distribution") {
+TEST_CASE("Random::normal: moments and tails of a Gaussian") {
   const int n = 200000;
   Random random({1, RandomPurpose::gas});
   double beyond[3] = {};
@@ -142,7 +142,7 @@ TEST_CASE("normal numbers: a Gaussian's moments and distribution") {
   }
 }
 
-TEST_CASE("signs: fair along a sequence and across pairs") {
+TEST_CASE("Random::sign: fair and uncorrelated along a sequence") {
   const int n = 200000;
   Random random({1, RandomPurpose::exchange});
   double sum = 0, repeats = 0, before = 1;
@@ -155,7 +155,7 @@ TEST_CASE("signs: fair along a sequence and across pairs") {
   CHECK(std::abs(repeats / n) < five_sigma(1, n));
 }
 
-TEST_CASE("charges: density exp(-|q|^z) and its variance") {
+TEST_CASE("random_charge: density exp(-|q|^z) with its variance") {
   const int n = 200000;
   // z = 200 is nearly uniform in (-1, 1), and |q|^z underflows for small q.
   for (const double z : {0.5, 1.0, 2.0, 8.0, 20.0, 200.0}) {

@@ -59,7 +59,7 @@ Ended command(const std::function<void()>& read) {
 
 }  // namespace
 
-TEST_CASE("read_in_child: a crash that no file causes gives one message, status 1") {
+TEST_CASE("read_in_child: a crash with readable files gives a message, status 1") {
   for (const int number : crashes) {
     CAPTURE(number);
     const Ended ended = command([=] { end_by(number); });
@@ -72,7 +72,7 @@ TEST_CASE("read_in_child: a crash that no file causes gives one message, status 
   }
 }
 
-TEST_CASE("read_in_child: other ends of the reader are the command's own") {
+TEST_CASE("read_in_child: exit status or signal of the reader become the command's") {
   for (const int status : {0, 1, 2, 7}) {
     const Ended ended = command([=] { _exit(status); });
     REQUIRE(WIFEXITED(ended.status));
@@ -87,7 +87,7 @@ TEST_CASE("read_in_child: other ends of the reader are the command's own") {
   }
 }
 
-TEST_CASE("try_reading: a crash is an input error, an exception reaches the caller") {
+TEST_CASE("try_reading: a crash becomes an InputError, exceptions are ignored") {
   for (const int number : crashes) {
     CAPTURE(number);
     CHECK_THROWS_WITH_AS(try_reading("a.h5", [=] { end_by(number); }),

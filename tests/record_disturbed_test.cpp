@@ -34,7 +34,7 @@ int frames_of_whole(const std::string& path) {
 
 // A child saves, makes segments and merges them. It is killed before one of its changes of the disk, for every seventh
 // change.
-TEST_CASE("kill: the result is readable, and the resumed run has the same numbers") {
+TEST_CASE("result file: a kill at any disk call leaves it readable and resumable") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   disk_calls::done() = 0;
@@ -63,7 +63,7 @@ TEST_CASE("kill: the result is readable, and the resumed run has the same number
   CHECK_GT(std::set(left.begin(), left.end()).size(), 6);  // 12 values, of which ten are saves before the end.
 }
 
-TEST_CASE("lock: a second writer is refused and the first one is named") {
+TEST_CASE("writer lock: a second writer is refused and the first one is named") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   std::optional<Recorder> first = start(path);
@@ -82,7 +82,7 @@ TEST_CASE("lock: a second writer is refused and the first one is named") {
   CHECK(message_of([&] { Recorder::resume(path, some_scene()); }) == "");
 }
 
-TEST_CASE("lock: a killed process leaves no lock") {
+TEST_CASE("writer lock: one of a killed process does not block a resume") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   const pid_t child = in_child([&] {
@@ -99,7 +99,7 @@ TEST_CASE("lock: a killed process leaves no lock") {
 }
 
 // All processes compete repeatedly; no two may have the lock at the same time.
-TEST_CASE("lock: of many concurrent writers one has the lock at a time") {
+TEST_CASE("writer lock: of four concurrent writers one has it at a time") {
   const Folder folder;
   const std::string path = folder / "run.h5", inside = folder / "inside";
   std::vector<pid_t> children;
@@ -115,7 +115,7 @@ TEST_CASE("lock: of many concurrent writers one has the lock at a time") {
   for (const pid_t child : children) CHECK_EQ(status_of(child), 0);
 }
 
-TEST_CASE("reader: during writes it sees a complete state and disturbs none") {
+TEST_CASE("result file: a reader sees complete states during writes") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   run(path, 3, false);
@@ -133,7 +133,7 @@ TEST_CASE("reader: during writes it sees a complete state and disturbs none") {
   CHECK_EQ(status_of(reader), 0);
 }
 
-TEST_CASE("h5py: a file that it has open and locked does not stop the run") {
+TEST_CASE("result file open and locked in h5py: a run can still save to it") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   run(path, 10, false);
@@ -159,7 +159,7 @@ assert (file["observables/energy/value"][()] == before).all() and len(before) ==
 }
 
 // A random bit of every file of a result is flipped. The file is then refused or has its original numbers.
-TEST_CASE("flipped bit: the file is refused or has the same numbers") {
+TEST_CASE("result file with a flipped bit: refused, or read with right numbers") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   std::mt19937 random(7);
@@ -193,7 +193,7 @@ TEST_CASE("flipped bit: the file is refused or has the same numbers") {
   MESSAGE(refused, " refused, ", harmless, " harmless");
 }
 
-TEST_CASE("changed result: it can be read but not resumed") {
+TEST_CASE("result changed by another program: readable but not resumable") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   run(path, 3, false);

@@ -33,7 +33,7 @@ void change(const Folder& folder, const std::string& lines) {
 
 }  // namespace
 
-TEST_CASE("lock: a link, a foreign file or a pipe at its path is not replaced") {
+TEST_CASE("writer lock: a link, foreign file or pipe at its path is not replaced") {
   const Folder folder;
   folder.write("diary", diary);
   const fs::path lock = folder / "run.h5.lock";
@@ -62,7 +62,7 @@ TEST_CASE("lock: a link, a foreign file or a pipe at its path is not replaced") 
   CHECK(WriterLock::if_free(folder / "run.h5").has_value());
 }
 
-TEST_CASE("new file: the target of a link with its partial name stays") {
+TEST_CASE("write_atomically: does not write through a link at its partial name") {
   const Folder folder;
   folder.write("diary", diary);
   const std::string path = folder / "out", bytes = "whole";
@@ -76,7 +76,7 @@ TEST_CASE("new file: the target of a link with its partial name stays") {
   CHECK_FALSE(fs::exists(folder / "nowhere"));
 }
 
-TEST_CASE("partial files: those of killed processes go, others stay") {
+TEST_CASE("remove_partial_files: removes those of processes, no other files") {
   const Folder folder;
   for (const char* name : {"run.h5.partial-17", "run.h5.partial-", "run.h5.partial-notes", "run.h5.partial-17b"})
     folder.write(name, diary);
@@ -87,7 +87,7 @@ TEST_CASE("partial files: those of killed processes go, others stay") {
     CHECK(fs::exists(folder / name));
 }
 
-TEST_CASE("segments: a folder that is a link is refused and its target stays") {
+TEST_CASE("segments folder that is a link: refused, and its target stays") {
   const Folder folder, other;
   other.write("segment-000000.h5", diary);
   const std::string path = folder / "run.h5";
@@ -98,7 +98,7 @@ TEST_CASE("segments: a folder that is a link is refused and its target stays") {
   CHECK(fs::is_symlink(segments_folder(path)));
 }
 
-TEST_CASE("segments: files of other names in their folder stay") {
+TEST_CASE("remove_other_segments: files of other names in the folder stay") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   fs::create_directory(segments_folder(path));
@@ -113,7 +113,7 @@ TEST_CASE("segments: files of other names in their folder stay") {
     CHECK_FALSE(fs::exists(fs::path(segments_folder(path)) / name));
 }
 
-TEST_CASE("checksum: damage and a missing end are refused") {
+TEST_CASE("result file checksum: damage and a missing end are refused") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   run(path, 3, false);
@@ -135,7 +135,7 @@ TEST_CASE("checksum: damage and a missing end are refused") {
 }
 
 // Each of these files made HDF5 write beyond the given variable or request more memory than available.
-TEST_CASE("hostile files: types and lengths are checked before HDF5 reads") {
+TEST_CASE("hostile result files: types and lengths are checked before reading") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   for (const std::string lines :
@@ -156,7 +156,7 @@ TEST_CASE("hostile files: types and lengths are checked before HDF5 reads") {
   }
 }
 
-TEST_CASE("damaged files: a radius of 0 or NaN and excess numbers are refused") {
+TEST_CASE("result with a radius of 0 or NaN or with excess numbers: refused") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   for (const std::string radius : {"0", "-1e-3", "numpy.nan"}) {
@@ -177,7 +177,7 @@ TEST_CASE("damaged files: a radius of 0 or NaN and excess numbers are refused") 
 }
 
 // HDF5 loops endlessly if the free space of a heap has the length 0.
-TEST_CASE("hostile files: a text heap with free space of length 0 is refused") {
+TEST_CASE("hostile result file: text heap with free space of length 0 is refused") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   run(path, 3, false);

@@ -43,7 +43,7 @@ int in_child(const std::function<int()>& action) {
 
 }  // namespace
 
-TEST_CASE("resume: a run continues at the end of the file and adds provenance") {
+TEST_CASE("Recorder::resume: continues at the end of the file, adds provenance") {
   const Folder folder;
   saved_run(folder / "run.h5", 2);
   Recorder resumed = Recorder::resume(folder / "run.h5", two_conductors());
@@ -60,7 +60,7 @@ TEST_CASE("resume: a run continues at the end of the file and adds provenance") 
   CHECK_EQ(hdf5::get<double>(file, "summary/energy"), std::vector<double>{2.5});
 }
 
-TEST_CASE("resume: columns that the file lacks are left out with a warning") {
+TEST_CASE("Recorder::resume: columns that the file lacks are left out, one warning") {
   const Folder folder;
   saved_run(folder / "run.h5", 2);
   Recorder resumed = Recorder::resume(folder / "run.h5", two_conductors());
@@ -76,7 +76,7 @@ TEST_CASE("resume: columns that the file lacks are left out with a warning") {
   CHECK_FALSE(hdf5::exists(file, "network/ends_end"));
 }
 
-TEST_CASE("resume: another build since the start gives a warning, once") {
+TEST_CASE("Recorder::resume: another build of the program gives one warning") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   saved_run(path, 2);
@@ -97,7 +97,7 @@ TEST_CASE("resume: another build since the start gives a warning, once") {
   CHECK_EQ(Recorder::resume(path, two_conductors()).warning(), "");
 }
 
-TEST_CASE("resume: frames saved after the last checkpoint are computed again") {
+TEST_CASE("Recorder::resume: frames after the last checkpoint are replaced") {
   const Folder folder;
   Recorder recorder = saved_run(folder / "run.h5", 2);
   analysis::ContactNetwork fewer = network_of_two();
@@ -123,7 +123,7 @@ TEST_CASE("resume: frames saved after the last checkpoint are computed again") {
     CHECK_EQ(hdf5::get<std::int64_t>(cut, list), hdf5::get<std::int64_t>(whole, list));
 }
 
-TEST_CASE("resume: a file contains the data of an uninterrupted run, with units") {
+TEST_CASE("resumed result file: has the data of an uninterrupted run, with units") {
   const Folder folder;
   Scene grains = two_conductors();
   grains.reference = Reference{};
@@ -145,7 +145,7 @@ TEST_CASE("resume: a file contains the data of an uninterrupted run, with units"
   CHECK_EQ(hdf5::get<double>(cut, "reference/d0"), std::vector<double>{Reference{}.length});
 }
 
-TEST_CASE("resume: a file with edges that no frame repeats keeps them so") {
+TEST_CASE("Recorder::resume: older files with constant box edges keep them") {
   const Folder folder;
   const std::string path = folder / "run.h5", edges = "particles/conductors/box/edges";
   Scene scene = two_conductors();
@@ -170,7 +170,7 @@ TEST_CASE("resume: a file with edges that no frame repeats keeps them so") {
   CHECK_EQ(hdf5::get<double>(file, "observables/energy/time"), std::vector<double>{0, 1});
 }
 
-TEST_CASE("resume: frames of iterations are added to times with unit 1 or none") {
+TEST_CASE("Recorder::resume: frames of iterations, time with unit 1 or without") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   const auto iteration = [](double number) {
@@ -201,7 +201,7 @@ TEST_CASE("resume: frames of iterations are added to times with unit 1 or none")
   }
 }
 
-TEST_CASE("resume: contacts of a packing at rest are removed by later frames") {
+TEST_CASE("Recorder::resume: later frames remove the contacts of a packing at rest") {
   const Folder folder;
   Milestone last = milestone(1);
   last.findings = {
@@ -214,7 +214,7 @@ TEST_CASE("resume: contacts of a packing at rest are removed by later frames") {
   CHECK_FALSE(hdf5::exists(hdf5::load(folder / "run.h5"), "packing"));
 }
 
-TEST_CASE("save: repeated saves do not enlarge the file") {
+TEST_CASE("Recorder::save: repeated saves do not enlarge the file") {
   const Folder folder;
   Recorder recorder = saved_run(folder / "run.h5", 2);
   Milestone m = milestone(1);
@@ -225,7 +225,7 @@ TEST_CASE("save: repeated saves do not enlarge the file") {
   CHECK_EQ(fs::file_size(folder / "run.h5"), size);
 }
 
-TEST_CASE("start: an existing file is refused, and the first save overwrites it") {
+TEST_CASE("Recorder::start: existing file refused, or replaced at the first save") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   write_bytes(path, {'o', 'l', 'd'});
@@ -237,7 +237,7 @@ TEST_CASE("start: an existing file is refused, and the first save overwrites it"
   CHECK_EQ(hdf5::shape(hdf5::load(path), "observables/energy/value"), hdf5::Shape{1});
 }
 
-TEST_CASE("start: a path that cannot be written is refused before any work") {
+TEST_CASE("Recorder::start: a path that cannot be written is refused at once") {
   const Folder folder;
   CHECK_THROWS_AS(Recorder::start(folder / "missing/run.h5", two_conductors(), masses, false), InputError);
   fs::create_directory(folder / "run.h5");
@@ -246,7 +246,7 @@ TEST_CASE("start: a path that cannot be written is refused before any work") {
 
 // A file-size limit fails a write as a full disk does, with another error number. The limit admits nothing, half of the
 // new version, or all except its last byte.
-TEST_CASE("full disk: a save gives one message and keeps the last good version") {
+TEST_CASE("Recorder::save on a full disk: one message, the last version is kept") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   saved_run(path, 2);
@@ -276,7 +276,7 @@ TEST_CASE("full disk: a save gives one message and keeps the last good version")
   }
 }
 
-TEST_CASE("save: two writers of one file do not mix their data") {
+TEST_CASE("write_atomically: two writers of one file do not mix their data") {
   const Folder folder;
   const std::string path = folder / "shared";
   constexpr std::size_t size = 1 << 16;
@@ -302,7 +302,7 @@ TEST_CASE("save: two writers of one file do not mix their data") {
 }
 
 // Each version's checkpoint contains its number of frames; a mixture of two versions would disagree.
-TEST_CASE("save: a kill at any moment leaves a complete version") {
+TEST_CASE("Recorder::save: a kill at any moment leaves a complete version") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   std::mt19937 random(11);
@@ -330,7 +330,7 @@ TEST_CASE("save: a kill at any moment leaves a complete version") {
   }
 }
 
-TEST_CASE("resume: a truncated file is damaged for any length") {
+TEST_CASE("Recorder::resume: a file cut at any length is refused as damaged") {
   const Folder folder;
   saved_run(folder / "run.h5", 3);
   const std::vector<char> whole = bytes_of(folder / "run.h5");
@@ -342,7 +342,7 @@ TEST_CASE("resume: a truncated file is damaged for any length") {
            std::string::npos);
 }
 
-TEST_CASE("resume: a file of another kind or format is refused") {
+TEST_CASE("Recorder::resume: a file of another kind or format is refused") {
   const Folder folder;
   const auto resume = [&](const std::string& name) {
     const std::string path = folder / name;
@@ -362,7 +362,7 @@ TEST_CASE("resume: a file of another kind or format is refused") {
   CHECK_EQ(resume("old.h5").find("can be resumed"), std::string::npos);
 }
 
-TEST_CASE("resume: the scene must be that of the start") {
+TEST_CASE("Recorder::resume: a changed scene is refused, except for its [stop]") {
   const Folder folder;
   saved_run(folder / "run.h5", 1);
   Scene other = two_conductors();
@@ -374,7 +374,7 @@ TEST_CASE("resume: the scene must be that of the start") {
   CHECK_EQ(Recorder::resume(folder / "run.h5", other).saved_time(), 0);
 }
 
-TEST_CASE("scene change: the first relevant one is named") {
+TEST_CASE("first_change of two scenes: names the first key that matters") {
   const std::string scene = "a = 1\n[medium]\nviscosity = 0.7\n[[conductor]]\nx = 1\n[stop]\ntime = 1\n";
   CHECK_EQ(first_change(scene, scene), "");
   CHECK_EQ(first_change(scene,
@@ -389,14 +389,14 @@ TEST_CASE("scene change: the first relevant one is named") {
   CHECK_EQ(first_change(scene, "a = 1\n[medium]\nviscosity = 0.7\ndepth = 2\n[[conductor]]\nx = 1\n"), "medium.depth");
 }
 
-TEST_CASE("scene change: a former name of a key or table is no change") {
+TEST_CASE("first_change of two scenes: former names of keys count as equal") {
   const std::string before = "[reference]\nlength = 1e-3\n[effects.coulomb]\nstrength = 2.0\n";
   CHECK_EQ(first_change(before, "[units]\nlength = 1e-3\n[effects.coulomb]\ncoupling_constant = 2.0\n"), "");
   CHECK_EQ(first_change(before, "[units]\nlength = 1e-3\n[effects.coulomb]\ncoupling_constant = 3.0\n"),
            "effects.coulomb.coupling_constant");
 }
 
-TEST_CASE("scene change: a minimization permits iterations, tolerance and threads") {
+TEST_CASE("first_change: iterations, tolerance, threads of [minimize] may change") {
   const std::string now = "[minimize]\nmax_iterations = 9\nforce_tolerance = 1e-9\nthreads = 2\n";
   CHECK_EQ(first_change("", now), "");
   CHECK_EQ(first_change("[minimize]\nmax_iterations = 5\n", now), "");

@@ -14,7 +14,7 @@ namespace record_segments_test {
 using namespace lichtenberg;
 using namespace lichtenberg::many_frames;
 
-TEST_CASE("segments: they contain the added frames, also for h5py") {
+TEST_CASE("result segments: contain the added frames, also when read by h5py") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   run(path, 20, false);
@@ -33,14 +33,14 @@ assert len(file["network/contacts"]) == 3
 )") == 0);
 }
 
-TEST_CASE("segments: few frames stay in one file without a folder") {
+TEST_CASE("result segments: few frames stay in one file without a folder") {
   const Folder folder;
   run(folder / "run.h5", 20, false, 1 << 20);
   CHECK_FALSE(fs::exists(segments_folder(folder / "run.h5")));
   CHECK(numbers(folder / "run.h5") == expected(20));
 }
 
-TEST_CASE("segments: a frame above the limit is a segment at once") {
+TEST_CASE("result segments: a frame above the size limit becomes one at once") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   Recorder recorder = start(path, 100);
@@ -52,7 +52,7 @@ TEST_CASE("segments: a frame above the limit is a segment at once") {
   CHECK(numbers(path) == expected(2));
 }
 
-TEST_CASE("segments: a completed run is one file, and resuming copies nothing") {
+TEST_CASE("result segments: a completed run is one file, resuming copies nothing") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   run(path, 20, true);
@@ -74,7 +74,7 @@ TEST_CASE("segments: a completed run is one file, and resuming copies nothing") 
   CHECK_FALSE(fs::exists(segments_folder(path)));
 }
 
-TEST_CASE("resume: a run resumed at any frame has the numbers of a full one") {
+TEST_CASE("resume after any frame: the result has the numbers of a full run") {
   const Folder folder;
   for (const int stop : {1, 2, 7, 9, 16}) {
     const std::string path = folder / fmt::format("{}.h5", stop);
@@ -91,7 +91,7 @@ TEST_CASE("resume: a run resumed at any frame has the numbers of a full one") {
   }
 }
 
-TEST_CASE("resume: unsaved segments and partial files are removed") {
+TEST_CASE("resume: removes unsaved segments and partial files") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   run(path, 10, false);
@@ -108,7 +108,7 @@ TEST_CASE("resume: unsaved segments and partial files are removed") {
   CHECK_FALSE(fs::exists(folder / "run.h5.partial-1"));
 }
 
-TEST_CASE("overwrite: the old segments stay until the first save") {
+TEST_CASE("overwrite: segments of the old result stay until the first save") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   run(path, 10, false);
@@ -121,7 +121,7 @@ TEST_CASE("overwrite: the old segments stay until the first save") {
 }
 
 // The last checkpoint of an interrupted run lies at the end of a segment, within one, or before any segment.
-TEST_CASE("resume: frames after the last checkpoint are readable, then replaced") {
+TEST_CASE("resume: frames after the last checkpoint are readable until replaced") {
   for (const int checkpoint : {1, 2, 3, 4, 5, 6, 7, 8, 11})
     for (const int end : {checkpoint, checkpoint + 1, checkpoint + 3, checkpoint + 9}) {
       CAPTURE(checkpoint);
@@ -161,7 +161,7 @@ TEST_CASE("resume: frames after the last checkpoint are readable, then replaced"
     }
 }
 
-TEST_CASE("segments: a missing or foreign segment is named") {
+TEST_CASE("result segments: a missing or foreign segment is named in the error") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   run(path, 10, false);
@@ -198,7 +198,7 @@ TEST_CASE("full disk: segments that cannot be merged remain the result") {
   CHECK_EQ(segments(path), 0);
 }
 
-TEST_CASE("segments: more than the limit of open files are merged") {
+TEST_CASE("result segments: more than the limit of open files can be merged") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   run(path, 200, false);
@@ -214,7 +214,7 @@ TEST_CASE("segments: more than the limit of open files are merged") {
   CHECK(numbers(path) == expected(200));
 }
 
-TEST_CASE("full disk: a failed segment gives a message and loses no earlier data") {
+TEST_CASE("full disk: a failed segment gives a message, earlier data stay") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   run(path, 10, false);
@@ -233,7 +233,7 @@ TEST_CASE("full disk: a failed segment gives a message and loses no earlier data
   CHECK(numbers(path) == expected(10));
 }
 
-TEST_CASE("error message: the saved state is given in the run's time unit") {
+TEST_CASE("write error message: states the saved time in the run's time unit") {
   const Folder folder;
   struct Case {
     std::string unit, told;
@@ -249,7 +249,7 @@ TEST_CASE("error message: the saved state is given in the run's time unit") {
     for (int k = 0; k <= 10; ++k) recorder.add(timed(k));
     recorder.save(milestone(11));
     fs::remove_all(segments_folder(path));
-    std::ofstream(segments_folder(path)) << "in the way";
+    std::ofstream(segments_folder(path)) << "an obstacle";
     const std::string message = message_of([&] {
       for (int k = 11; k < 20; ++k) recorder.add(timed(k));
     });
@@ -257,7 +257,7 @@ TEST_CASE("error message: the saved state is given in the run's time unit") {
   }
 }
 
-TEST_CASE("analysis: stored data leave frames unchanged in every kind of file") {
+TEST_CASE("stored analysis: leaves frames unchanged in segments and single files") {
   const Folder folder;
   const auto add = [](const hdf5::Handle& file) { hdf5::put(hdf5::open_group(file, "analysis"), "answer", 42.0, "1"); };
   struct Case {
@@ -287,7 +287,7 @@ TEST_CASE("analysis: stored data leave frames unchanged in every kind of file") 
   }
 }
 
-TEST_CASE("recorder: a column that cannot be recorded is named") {
+TEST_CASE("Recorder::add: a column that cannot be recorded is named in the error") {
   const Folder folder;
   Recorder recorder = start(folder / "run.h5");
   const auto refused = [&](const std::function<void(Frame&)>& change) {
@@ -326,7 +326,7 @@ TEST_CASE("recorder: a column that cannot be recorded is named") {
   CHECK(numbers(folder / "run.h5") == expected(2));
 }
 
-TEST_CASE("resume: other columns than those of earlier frames are refused") {
+TEST_CASE("Recorder::add after a resume: other columns than the old are refused") {
   const Folder folder;
   run(folder / "run.h5", 10, false);
   Recorder resumed = Recorder::resume(folder / "run.h5", some_scene(), few);
@@ -335,7 +335,7 @@ TEST_CASE("resume: other columns than those of earlier frames are refused") {
   CHECK(contains(message_of([&] { resumed.add(other); }), "column `charge`"));
 }
 
-TEST_CASE("frames: they are compressed at the end of the run, not at each save") {
+TEST_CASE("frames in a result: compressed at the end of the run, not at each save") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   const auto stored = [&] {

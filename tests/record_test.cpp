@@ -53,7 +53,7 @@ void for_each_dataset(hid_t group, const std::string& path, const std::function<
 
 }  // namespace
 
-TEST_CASE("frames: they are H5MD elements that share one step and one time") {
+TEST_CASE("result frames: H5MD elements that share one step and one time array") {
   const Folder folder;
   saved_run(folder / "run.h5", 3);
   const hdf5::Handle file = hdf5::load(folder / "run.h5");
@@ -65,7 +65,7 @@ TEST_CASE("frames: they are H5MD elements that share one step and one time") {
   CHECK_EQ(a.addr, b.addr);
 }
 
-TEST_CASE("terminals: collected charges are stored by name, if there are any") {
+TEST_CASE("result terminals: collected charges by name, absent without terminals") {
   const Folder folder;
   Recorder recorder = Recorder::start(folder / "run.h5", two_conductors(), masses, false);
   for (int k = 0; k < 2; ++k) {
@@ -86,7 +86,7 @@ TEST_CASE("terminals: collected charges are stored by name, if there are any") {
   CHECK_FALSE(hdf5::exists(hdf5::load(folder / "without.h5"), "observables/charge_drained_by_terminal"));
 }
 
-TEST_CASE("vectors: they have three components, with z = 0, and units") {
+TEST_CASE("result vectors: three components, z = 0 in the plane, with units") {
   const Folder folder;
   saved_run(folder / "run.h5", 2);
   const hdf5::Handle file = hdf5::load(folder / "run.h5");
@@ -102,7 +102,7 @@ TEST_CASE("vectors: they have three components, with z = 0, and units") {
   CHECK_EQ(unit_of(file, "particles/conductors/position/time"), "s");
 }
 
-TEST_CASE("box: a periodic axis gives a matrix of edges for each frame") {
+TEST_CASE("result box: a periodic axis gives a matrix of edges for each frame") {
   const Folder folder;
   const std::string path = folder / "box.h5";
   Scene scene = two_conductors();
@@ -125,13 +125,13 @@ TEST_CASE("box: a periodic axis gives a matrix of edges for each frame") {
   CHECK_EQ(hdf5::text_attribute(hdf5::open_group(file, "scene/domain"), "sides").back(), "back");
 }
 
-TEST_CASE("box: without a periodic axis it has no edges") {
+TEST_CASE("result box: without a periodic axis there are no edges") {
   const Folder folder;
   saved_run(folder / "run.h5", 1);
   CHECK_FALSE(hdf5::exists(hdf5::load(folder / "run.h5"), "particles/conductors/box/edges"));
 }
 
-TEST_CASE("time: a number of iterations has no unit") {
+TEST_CASE("result time: counts of iterations have no unit") {
   const Folder folder;
   Recorder recorder = Recorder::start(folder / "run.h5", two_conductors(), masses, false);
   Frame first = columns(frame(0));
@@ -142,7 +142,7 @@ TEST_CASE("time: a number of iterations has no unit") {
   CHECK_EQ(H5Aexists_by_name(file, "particles/conductors/position/time", "unit", H5P_DEFAULT), 0);
 }
 
-TEST_CASE("units: a file states SI units, or others for grains") {
+TEST_CASE("result units: SI for conductors, reduced units for grains") {
   const Folder folder;
   Scene grains = two_conductors();
   grains.reference = Reference{};
@@ -155,7 +155,7 @@ TEST_CASE("units: a file states SI units, or others for grains") {
   CHECK_EQ(system(folder / "grains.h5", grains), std::vector<std::string>{"reduced"});
 }
 
-TEST_CASE("units: all numbers have one except steps and checkpoint arrays") {
+TEST_CASE("result units: all numbers have one except steps and checkpoint arrays") {
   const Folder folder;
   Recorder recorder = Recorder::start(folder / "run.h5", two_conductors(), masses, false);
   recorder.add(columns(frame(0)));
@@ -174,7 +174,7 @@ TEST_CASE("units: all numbers have one except steps and checkpoint arrays") {
   CHECK_GT(datasets, 60);
 }
 
-TEST_CASE("scene: the file contains its text and the geometry for pictures") {
+TEST_CASE("result scene: its text and the geometry for pictures are stored") {
   const Folder folder;
   saved_run(folder / "run.h5", 1);
   const hdf5::Handle file = hdf5::load(folder / "run.h5");
@@ -194,7 +194,7 @@ TEST_CASE("scene: the file contains its text and the geometry for pictures") {
   CHECK_EQ(hdf5::get<double>(file, "parameters/vmd_structure/radius"), std::vector<double>{0.0005, 0.001});
 }
 
-TEST_CASE("network: successors are stored per frame, contacts for the last frame") {
+TEST_CASE("result network: successors for each frame, contacts for the last one") {
   const Folder folder;
   Recorder recorder = saved_run(folder / "run.h5", 2);
   const analysis::ContactNetwork loose{{{1, analysis::to_ground}}, {analysis::unconnected, analysis::to_ground}, {}};
@@ -207,7 +207,7 @@ TEST_CASE("network: successors are stored per frame, contacts for the last frame
   CHECK_EQ(hdf5::get<std::int32_t>(file, "network/contacts"), std::vector<std::int32_t>{1, -1});
 }
 
-TEST_CASE("neutral scene: without contacts it has no charges and no network") {
+TEST_CASE("result without charges and contacts: no charge or network columns") {
   const Folder folder;
   Recorder recorder = Recorder::start(folder / "run.h5", two_conductors(), masses, false);
   ConductorFrame neutral = frame(0);
@@ -221,7 +221,7 @@ TEST_CASE("neutral scene: without contacts it has no charges and no network") {
   CHECK_FALSE(hdf5::exists(file, "particles/conductors/successor"));
 }
 
-TEST_CASE("frames: they are written with the checkpoint and not earlier") {
+TEST_CASE("result frames: written with the checkpoint and not earlier") {
   const Folder folder;
   Recorder recorder = saved_run(folder / "run.h5", 2);
   CHECK_EQ(recorder.saved_time(), 1);
@@ -235,7 +235,7 @@ TEST_CASE("frames: they are written with the checkpoint and not earlier") {
   CHECK_EQ(hdf5::get<double>(file, "checkpoint/reals/mark"), std::vector<double>{2});
 }
 
-TEST_CASE("checkpoint: reading it back gives identical bits") {
+TEST_CASE("result checkpoint: reading it back gives identical bits") {
   const Folder folder;
   std::optional<Recorder> recorder = Recorder::start(folder / "run.h5", two_conductors(), masses, false);
   recorder->add(columns_of(frame(0), {}));
@@ -257,7 +257,7 @@ TEST_CASE("checkpoint: reading it back gives identical bits") {
   CHECK_EQ(resumed.checkpoint()->integers, m.checkpoint.integers);
 }
 
-TEST_CASE("field: it becomes VTKHDF cells that fill the box once") {
+TEST_CASE("write_field_vtkhdf: cells fill the box once, no file is replaced") {
   const Folder folder;
   const std::string path = folder / "field.vtkhdf";
   write_field_vtkhdf(path, laplace::Field{3, 2, 0.5, {1, 2, 3, 4, 5, 6}, {-1, -1, 0, 0, 1, 1}});
@@ -280,7 +280,7 @@ TEST_CASE("field: it becomes VTKHDF cells that fill the box once") {
   CHECK_EQ(bytes_of(path), before);
 }
 
-TEST_CASE("field: single precision, and compression according to smoothness") {
+TEST_CASE("stored field: single precision if requested, compressed if smooth") {
   const Folder folder;
   laplace::Field field{256, 256, 1, {}, {}};
   for (int k = 0; k < 256 * 256; ++k) field.value.push_back(1 + k / 256), field.body.push_back(-1);
@@ -298,7 +298,7 @@ TEST_CASE("field: single precision, and compression according to smoothness") {
   CHECK(bytes(StoredField::double_precision) < raw / 10);
 }
 
-TEST_CASE("result: a moved object reads the same data") {
+TEST_CASE("Result object: reads its data also after it was moved") {
   const Folder folder;
   saved_run(folder / "run.h5", 2);
   std::vector<Result> results;
@@ -306,7 +306,7 @@ TEST_CASE("result: a moved object reads the same data") {
   for (const Result& result : results) CHECK_EQ(result.conductor_frame(1).charge, std::vector<double>{1e-10, 2e-10});
 }
 
-TEST_CASE("HDF5: it does not initialize MPI") {
+TEST_CASE("HDF5 calls: do not initialize MPI") {
   const Folder folder;
   saved_run(folder / "run.h5", 1);
   int initialized = 1;
@@ -314,7 +314,7 @@ TEST_CASE("HDF5: it does not initialize MPI") {
   CHECK_EQ(initialized, 0);
 }
 
-TEST_CASE("provenance: it contains the environment's options for PETSc") {
+TEST_CASE("provenance: contains PETSC_OPTIONS of the environment") {
   setenv("PETSC_OPTIONS", "-field_ksp_max_it 77", 1);
   CHECK(provenance().petsc_options == "-field_ksp_max_it 77");
   unsetenv("PETSC_OPTIONS");

@@ -90,12 +90,12 @@ LaplaceProblem floating_near_grounded() {
 
 }  // namespace
 
-TEST_CASE("over-relaxation: factor and sweeps have the values of D 6.8, 6.9") {
+TEST_CASE("over-relaxation: known factor and sweeps per decade for 512 sites") {
   CHECK(over_relaxation(512) == Approx(1.98780).epsilon(5e-6));
   CHECK(sweeps_per_decade(512) == Approx(92.8).epsilon(5e-4));
 }
 
-TEST_CASE("harmonic quadratic on the walls: it is reproduced exactly") {
+TEST_CASE("relaxation solver: reproduces the potential x^2 - y^2 exactly") {
   // x^2 - y^2 solves the five-point equation, and its mean over the corners of a cell is its value at the centre.
   const auto exact = [](Vec2 p) { return p.x * p.x - p.y * p.y; };
   LaplaceProblem problem{.permittivity = 1};
@@ -113,7 +113,7 @@ TEST_CASE("harmonic quadratic on the walls: it is reproduced exactly") {
   CHECK(solution.side_charge[left] == Approx(-16).epsilon(1e-8));
 }
 
-TEST_CASE("plate capacitor: exact if the bar's surface lies on lattice sites") {
+TEST_CASE("relaxation solver, plate capacitor: exact for a surface on sites") {
   LaplaceProblem problem;
   problem.size = {32, 24};
   problem.permittivity = 3;
@@ -130,7 +130,7 @@ TEST_CASE("plate capacitor: exact if the bar's surface lies on lattice sites") {
   CHECK(solver.field().value[4 * 32 + 7] == Approx(8 * 4.5 / 16).epsilon(1e-8));
 }
 
-TEST_CASE("two disks: capacitance and force converge at first order") {
+TEST_CASE("relaxation solver, two disks: capacitance and force of first order") {
   // The staircase shifts the surface by a fraction of a spacing that does not depend on R: the error is proportional to
   // 1 / R. Its mean over random positions halves with each doubling, within the scatter of six positions.
   const PairErrors r4 = pair_errors(4, 2), r8 = pair_errors(8, 2), r16 = pair_errors(16, 2);
@@ -145,7 +145,7 @@ TEST_CASE("two disks: capacitance and force converge at first order") {
   CHECK(r16.force < 0.027);
 }
 
-TEST_CASE("printed force: it misses the flux between surface and contour") {
+TEST_CASE("relaxation solver: force of the printed formula is 7.7 % too small") {
   // The integral of (dV/dn)^2 n / 2 over the circle of radius R + sqrt(2) in the exact field of d / 2R = 2 is 7.7 %
   // below the force at R = 16. The scheme's staircase adds the error of the full stress.
   const double radius = 16, ratio = 2, half = radius * ratio, a = std::sqrt(half * half - radius * radius);
@@ -167,7 +167,7 @@ TEST_CASE("printed force: it misses the flux between surface and contour") {
   CHECK(std::abs(printed_error - shortfall - full_error) < 0.027);
 }
 
-TEST_CASE("narrow gap: contours stay halfway between the surfaces") {
+TEST_CASE("relaxation solver, gap of 0.8 spacings: capacitance within 33 %") {
   // The gap of 0.8 spacings (d / 2R = 1.05, R = 8) is too narrow for the lattice. The staircases are up to a spacing
   // farther apart; with C ~ gap^(-1/2) the error is 1 - sqrt(0.8 / 1.8) = 33 %. Contours through the other disk would
   // lose flux as well: 41 % without the correction.
@@ -178,7 +178,7 @@ TEST_CASE("narrow gap: contours stay halfway between the surfaces") {
         Approx(pair_capacitance(1.05)).epsilon(0.33));
 }
 
-TEST_CASE("floating group: its charges sum to the given one within the tolerance") {
+TEST_CASE("relaxation solver: charges of a floating group sum to the given one") {
   LaplaceProblem problem = neutral_quartet();
   problem.sides[bottom] = electrode(0);
   RelaxationSolver solver({.sites = 64, .tolerance = 1e-7});
@@ -189,7 +189,7 @@ TEST_CASE("floating group: its charges sum to the given one within the tolerance
   CHECK(solution.body_charge[2] + solution.body_charge[3] == Approx(-0.75).epsilon(2e-7));
 }
 
-TEST_CASE("descent: the error decreases at the predicted rate (D 6.38, 6.39)") {
+TEST_CASE("relaxation solver: descent error decays as (1 - eta C)^2 per step") {
   // d / 2R = 4, eta = 0.01, insulating walls (figure 6.6). A step multiplies the charge defect by 1 - eta C with the
   // scheme's capacitance C, so the rate is -2 ln(1 - eta C). The 2 eta C of D 6.39 is lower by eta C / 2 = 0.9 % of it.
   const double eta = 0.01;
@@ -207,7 +207,7 @@ TEST_CASE("descent: the error decreases at the predicted rate (D 6.38, 6.39)") {
   CHECK(rate == Approx(2 * eta * capacitance).epsilon(0.01));
 }
 
-TEST_CASE("descent: a step beyond eta_c diverges, one below converges (D 6.35)") {
+TEST_CASE("relaxation solver: descent diverges 5 % above 2 / C, converges below") {
   // The bound requires converged potential solves: 40 n10 sweeps instead of 4 n10.
   const LaplaceProblem problem = floating_near_grounded();
   const double critical = 2 * RelaxationSolver({.sites = 128}).solve(problem).group_potential[0];  // 2 / C with Q = 1.
@@ -218,14 +218,14 @@ TEST_CASE("descent: a step beyond eta_c diverges, one below converges (D 6.35)")
   CHECK_THROWS_AS(RelaxationSolver(options).solve(problem), Failure);
 }
 
-TEST_CASE("descent: the step chosen from eta_c needs fewer solves") {
+TEST_CASE("relaxation solver: the chosen descent step halves the solves") {
   LaplaceProblem problem = neutral_quartet();
   problem.sides[bottom] = electrode(0);
   RelaxationSolver chosen({.sites = 64}), constant({.sites = 64, .eta = 0.1});
   CHECK(2 * chosen.solve(problem).iterations < constant.solve(problem).iterations);
 }
 
-TEST_CASE("descent: the first error is half the sum of squared charges (D 6.22)") {
+TEST_CASE("relaxation solver: first error is half the sum of squared charges") {
   LaplaceProblem problem = neutral_quartet();
   problem.sides[bottom] = electrode(0);
   RelaxationSolver solver({.sites = 64});
@@ -233,7 +233,7 @@ TEST_CASE("descent: the first error is half the sum of squared charges (D 6.22)"
   CHECK(solver.error_history().front() == Approx(0.5 * (1 + 0.25 * 0.25 + 0.75 * 0.75)));
 }
 
-TEST_CASE("group at a given potential: its charge balances that of the others") {
+TEST_CASE("relaxation solver: a group of given potential balances the charges") {
   LaplaceProblem problem = neutral_quartet();
   problem.groups[1] = {.floating = false, .potential = -2};
   RelaxationSolver solver({.sites = 64});
@@ -244,7 +244,7 @@ TEST_CASE("group at a given potential: its charge balances that of the others") 
   CHECK(solution.body_charge[1] == Approx(-0.25).epsilon(0.04));
 }
 
-TEST_CASE("insulated box: mean potential zero, charges up to a common part") {
+TEST_CASE("relaxation solver, insulated box: mean potential is zero") {
   RelaxationSolver solver({.sites = 64, .tolerance = 1e-6});
   const LaplaceSolution solution = solver.solve(neutral_quartet());
   const std::vector<double>& v = solution.group_potential;
@@ -256,7 +256,7 @@ TEST_CASE("insulated box: mean potential zero, charges up to a common part") {
   CHECK(q[2] + q[3] + 0.75 == Approx(common).epsilon(2e-6));
 }
 
-TEST_CASE("antisymmetric pair: potentials are opposite and forces are mirrored") {
+TEST_CASE("relaxation solver, antisymmetric pair: opposite potentials and forces") {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {64, 32};
   problem.bodies = {{Disk{{20.3, 16.4}, 5}, 0},
@@ -271,7 +271,7 @@ TEST_CASE("antisymmetric pair: potentials are opposite and forces are mirrored")
   CHECK(norm(solution.body_force[1] - Vec2{-force.x, force.y}) < 1e-6 * force.x);
 }
 
-TEST_CASE("group: distant members share its charge by symmetry") {
+TEST_CASE("relaxation solver: mirrored members share a group's charge equally") {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {64, 64};
   problem.sides[bottom] = electrode(0);
@@ -286,7 +286,7 @@ TEST_CASE("group: distant members share its charge by symmetry") {
   CHECK(solution.side_charge[bottom] == Approx(-3).epsilon(0.02));
 }
 
-TEST_CASE("coaxial disk and dish: C = 2 pi eps / ln(b / a)") {
+TEST_CASE("relaxation solver, disk in a ring: C = 2 pi eps / ln(b / a)") {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {129, 129};
   problem.bodies = {{Disk{{64.5, 64.5}, 20}, 0}, {Ring{{64.5, 64.5}, 60}, 1}};
@@ -300,7 +300,7 @@ TEST_CASE("coaxial disk and dish: C = 2 pi eps / ln(b / a)") {
   CHECK(norm(solution.body_force[0]) < 1e-7 / (2 * pi * 20));
 }
 
-TEST_CASE("body cut by an insulating wall: half a coaxial pair has half the charge") {
+TEST_CASE("relaxation solver: disk cut by an insulating wall has half the charge") {
   LaplaceProblem whole{.permittivity = 1};
   whole.size = {64, 64};
   whole.bodies = {{Disk{{32, 32}, 10}, 0}, {Ring{{32, 32}, 28}, 1}};
@@ -326,7 +326,7 @@ TEST_CASE("body cut by an insulating wall: half a coaxial pair has half the char
   }
 }
 
-TEST_CASE("capacitance matrix of an insulated box: symmetric, zero row sums") {
+TEST_CASE("relaxation solver, insulated: capacitance matrix symmetric, zero rows") {
   RelaxationSolver solver({.sites = 64, .tolerance = 1e-6});
   const std::vector<double> c = capacitance_matrix(solver, neutral_quartet());
   for (int i = 0; i < 3; ++i) {
@@ -336,7 +336,7 @@ TEST_CASE("capacitance matrix of an insulated box: symmetric, zero row sums") {
   }
 }
 
-TEST_CASE("history: the last potentials are the next initial guess (D 6.21)") {
+TEST_CASE("relaxation solver: last potentials are the next initial guess") {
   LaplaceProblem problem = neutral_quartet();
   problem.sides[top] = electrode(1);
   RelaxationSolver solver({.sites = 64});
@@ -357,7 +357,7 @@ TEST_CASE("history: the last potentials are the next initial guess (D 6.21)") {
   CHECK(again.group_potential == cold.group_potential);
 }
 
-TEST_CASE("no charges and one potential: one iteration suffices") {
+TEST_CASE("relaxation solver without charges: one iteration suffices") {
   LaplaceProblem problem = neutral_quartet();
   for (Group& group : problem.groups) group.charge = 0;
   RelaxationSolver solver({.sites = 64});
@@ -367,7 +367,7 @@ TEST_CASE("no charges and one potential: one iteration suffices") {
   CHECK(solution.energy == 0);
 }
 
-TEST_CASE("field: it contains the bodies with their potentials") {
+TEST_CASE("RelaxationSolver::field: contains the bodies with their potentials") {
   RelaxationSolver solver({.sites = 64});
   const LaplaceSolution solution = solver.solve(neutral_quartet());
   const Field field = solver.field();
@@ -379,7 +379,7 @@ TEST_CASE("field: it contains the bodies with their potentials") {
   CHECK(field.body[0] == -1);
 }
 
-TEST_CASE("relaxation: an impossible problem is refused") {
+TEST_CASE("relaxation solver: an impossible problem is refused") {
   LaplaceProblem problem = neutral_quartet();
   RelaxationSolver solver({.sites = 64});
   SUBCASE("a malformed problem") { problem.groups[0].charge = 5; }
@@ -389,7 +389,7 @@ TEST_CASE("relaxation: an impossible problem is refused") {
   CHECK_THROWS_AS(solver.solve(problem), InputError);
 }
 
-TEST_CASE("options: values out of range are refused") {
+TEST_CASE("RelaxationOptions: values out of range are refused") {
   CHECK_THROWS_AS(RelaxationSolver({.sites = 8}), InputError);
   CHECK_THROWS_AS(RelaxationSolver({.eta = -1}), InputError);
   CHECK_THROWS_AS(RelaxationSolver({.surface_points = 4}), InputError);
@@ -398,12 +398,12 @@ TEST_CASE("options: values out of range are refused") {
   CHECK_THROWS_AS(RelaxationSolver({.largest_iterations = 0}), InputError);
 }
 
-TEST_CASE("field: none is available before the first solve") {
+TEST_CASE("RelaxationSolver::field before a solve: throws Failure") {
   RelaxationSolver solver({.sites = 64});
   CHECK_THROWS_AS(solver.field(), Failure);
 }
 
-TEST_CASE("iterations: too few end in a failure with a message") {
+TEST_CASE("relaxation solver: too few iterations throw Failure") {
   RelaxationSolver solver({.sites = 64, .largest_iterations = 2});
   CHECK_THROWS_AS(solver.solve(neutral_quartet()), Failure);
 }

@@ -62,7 +62,7 @@ size_t gas_frames(const std::string& path) {
 
 }  // namespace
 
-TEST_CASE("frames written concurrently: they equal frames written between steps") {
+TEST_CASE("gas run: frames written concurrently equal frames written between steps") {
   const GasFolder folder;
   REQUIRE_EQ(run(folder, "beside.h5"), 0);
   REQUIRE_EQ(Child(folder, "between.h5", {"--quiet"}, stay_on_one_core).wait(), 0);
@@ -70,7 +70,7 @@ TEST_CASE("frames written concurrently: they equal frames written between steps"
   check_same_numbers(folder / "beside.h5", folder / "between.h5");
 }
 
-TEST_CASE("gas: a run killed or stopped during a write resumes with identical bits") {
+TEST_CASE("gas run killed or stopped during a write: resumes with identical bits") {
   const GasFolder folder;
   disk_calls::done() = 0;
   REQUIRE_EQ(run(folder, "reference.h5"), 0);
@@ -91,7 +91,7 @@ TEST_CASE("gas: a run killed or stopped during a write resumes with identical bi
 }
 
 // The first step fails while the first frame waits to be written; with one core, frames are written before it.
-TEST_CASE("motion and disk: simultaneous failures are both reported" *
+TEST_CASE("gas run: simultaneous failures of motion and disk are both reported" *
           doctest::skip(std::thread::hardware_concurrency() < 2)) {
   const Folder folder;
   folder.write("six.toml", replaced(gas_text(60, 8, 1, 0.025), "contact]\n", "contact]\nelastic = 1e60\n") +
@@ -112,7 +112,7 @@ TEST_CASE("motion and disk: simultaneous failures are both reported" *
   CHECK(contains(child.messages(), "softer contacts (stiffness), or a far shorter mechanics.step, is needed; and "));
 }
 
-TEST_CASE("full disk: a gas ends with status 1 and keeps the last checkpoint") {
+TEST_CASE("gas run on a full disk: status 1, the last checkpoint is kept") {
   const GasFolder folder;
   REQUIRE_EQ(run(folder, "reference.h5"), 0);
   const std::string said = run_on_full_disk(folder, fs::file_size(folder / "reference.h5") / 2);

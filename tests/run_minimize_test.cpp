@@ -16,7 +16,7 @@ namespace run_minimize_test {
 using namespace lichtenberg;
 using namespace lichtenberg::run_child;
 
-TEST_CASE("minimize: resuming with more iterations or another tolerance is seamless") {
+TEST_CASE("minimize: resumed with other limits, it equals an uninterrupted run") {
   const Folder folder;
   std::string output;
   const auto relax_to = [&](const std::string& end, const std::string& file, std::vector<std::string> options = {}) {

@@ -101,7 +101,7 @@ struct SceneFolder : Folder {
 
 }  // namespace
 
-TEST_CASE("run: a result has all frames, a balanced charge and a summary") {
+TEST_CASE("run: its result has all frames, a balanced charge and a summary") {
   const SceneFolder folder;
   Child child(folder, "six.h5");
   REQUIRE_EQ(child.wait(), 0);
@@ -119,7 +119,7 @@ TEST_CASE("run: a result has all frames, a balanced charge and a summary") {
   CHECK_NE(child.messages().find("of 0.4 s"), std::string::npos);
 }
 
-TEST_CASE("run: a last frame that rounding puts before the end is the end") {
+TEST_CASE("run: a frame that rounding puts just before stop.time is the last") {
   const SceneFolder folder;
   const std::string every = replaced(scene_text, "every = 0.01", "every = 0.03");  // 11 * 0.03 < 0.33
   folder.write("six.toml", replaced(every, "time = 0.4", "time = 0.33"));
@@ -135,7 +135,7 @@ TEST_CASE("run: --quiet prints nothing") {
 }
 
 // Contacts are all pairs closer than the contact gap and some of those closer than the release gap.
-TEST_CASE("run: recorded contacts are those of D 7.1 except for the hysteresis") {
+TEST_CASE("run: recorded contacts have gaps below contact_distance or hysteresis") {
   const SceneFolder folder;
   REQUIRE_EQ(run(folder, "six.h5"), 0);
   const Scene scene = read_scene(folder / "six.toml");
@@ -148,7 +148,8 @@ TEST_CASE("run: recorded contacts are those of D 7.1 except for the hysteresis")
   const effects::ContactDischargeOptions& discharge = *scene.effects.find<effects::ContactDischargeOptions>();
   const analysis::Ground ground = analysis::ground_of(scene);
   const auto inner = analysis::contacts(position, radius, discharge.contact_distance, ground);
-  const auto outer = analysis::contacts(position, radius, 1.001 * discharge.contact_distance * (1 + discharge.hysteresis), ground);
+  const auto outer =
+      analysis::contacts(position, radius, 1.001 * discharge.contact_distance * (1 + discharge.hysteresis), ground);
   const std::vector<std::int32_t> pairs = hdf5::get<std::int32_t>(file, "network/contacts");
   std::vector<analysis::Edge> recorded;
   for (size_t k = 0; k < pairs.size(); k += 2) recorded.emplace_back(pairs[k], pairs[k + 1]);
@@ -159,7 +160,7 @@ TEST_CASE("run: recorded contacts are those of D 7.1 except for the hysteresis")
 }
 
 // A run that stops at a frame with a checkpoint equals an uninterrupted run up to there.
-TEST_CASE("run: a run resumed from any checkpoint has identical bits") {
+TEST_CASE("run: resumed from any checkpoint, its result has identical bits") {
   const SceneFolder folder;
   REQUIRE_EQ(run(folder, "reference.h5"), 0);
   for (int checkpoint = 4; checkpoint < 40; checkpoint += 4) {
@@ -172,7 +173,7 @@ TEST_CASE("run: a run resumed from any checkpoint has identical bits") {
   }
 }
 
-TEST_CASE("run: a run killed at any moment and resumed has identical bits") {
+TEST_CASE("run: killed at any disk call and resumed, its result has identical bits") {
   const SceneFolder folder;
   disk_calls::done() = 0;
   REQUIRE_EQ(run(folder, "reference.h5"), 0);
@@ -201,7 +202,7 @@ void terminate_once_handled() { raise_when_handled = SIGTERM; }
 
 }  // namespace
 
-TEST_CASE("run: a signal during the choice of a method stops it before the start") {
+TEST_CASE("run: SIGTERM during the choice of a field method leaves no file") {
   const SceneFolder folder;
   folder.write("six.toml", replaced(scene_text, "cells = 64", "accuracy = 1e-4"));
   Child child(folder, "six.h5", {}, terminate_once_handled);
@@ -210,7 +211,7 @@ TEST_CASE("run: a signal during the choice of a method stops it before the start
   CHECK_FALSE(fs::exists(folder / "six.h5"));
 }
 
-TEST_CASE("run: a signal during placement stops it before the start") {
+TEST_CASE("run: SIGTERM during the placement of conductors leaves no file") {
   const SceneFolder folder;
   // The count is too large for random positions and too small for the early check. Without the signal the run ends with
   // status 2.
@@ -249,7 +250,7 @@ class Drawing {
 
 }  // namespace
 
-TEST_CASE("run: a stop request during the placement of a result's scene is obeyed") {
+TEST_CASE("start_from: a stop request while placing a result's scene is obeyed") {
   const SceneFolder folder;
   REQUIRE_EQ(run(folder, "six.h5"), 0);
   Scene scene = read_scene(folder / "six.toml");
@@ -266,7 +267,7 @@ TEST_CASE("run: SIGTERM during the last picture leaves a complete, unlocked resu
   CHECK_FALSE(fs::exists(folder / "six.h5.lock"));
 }
 
-TEST_CASE("run: a run killed during a picture ends the plot script as well") {
+TEST_CASE("run: SIGKILL during a picture also ends the plot script") {
   const SceneFolder folder;
   folder.write("six.toml", replaced(scene_text, "picture = false", "picture = true"));
   prctl(PR_SET_CHILD_SUBREAPER, 1);  // This process receives the status of the orphaned script.
@@ -345,7 +346,7 @@ time = 0.1
 }
 
 // With the sphere's capacitance of 0.3 pF, RC is 0.03 ms or 0.3 s; the sphere crosses the gap in 1 ms.
-TEST_CASE("run: the circuit's energy balances; contacts slower than motion end it") {
+TEST_CASE("run of a circuit: energy balances; a too slow contact ends it") {
   const SceneFolder folder;
   folder.write("six.toml", shuttle_text("1e8"));
   Child sound(folder, "sound.h5");
@@ -435,7 +436,7 @@ TEST_CASE("run: resuming a completed run changes nothing") {
   CHECK_EQ(text_of(folder / "six.h5"), before);
 }
 
-TEST_CASE("run: an existing result is refused and replaced only on request") {
+TEST_CASE("run: an existing result is refused, replaced only with --overwrite") {
   const SceneFolder folder;
   folder.write("six.h5", "precious");
   Child child(folder, "six.h5");
@@ -449,7 +450,7 @@ TEST_CASE("run: an existing result is refused and replaced only on request") {
   CHECK_EQ(frames(folder / "six.h5"), 41);
 }
 
-TEST_CASE("run: resuming without a file, from a cut file or a new scene is refused") {
+TEST_CASE("run --resume: missing file, cut file or changed scene are refused") {
   const SceneFolder folder;
   CHECK_EQ(run(folder, "six.h5", {"--quiet", "--resume"}), 2);
   REQUIRE_EQ(run(folder, "six.h5"), 0);
@@ -480,7 +481,7 @@ TEST_CASE("run: a full disk ends it with status 1 and keeps the last checkpoint"
   check_same_numbers(folder / "six.h5", folder / "reference.h5");
 }
 
-TEST_CASE("run: picture = true writes a picture") {
+TEST_CASE("run: output.picture = true writes a picture") {
   const SceneFolder folder;
   folder.write("six.toml",
                replaced(replaced(scene_text, "picture = false", "picture = true"), "time = 0.4", "time = 0.02"));

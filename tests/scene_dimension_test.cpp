@@ -42,7 +42,7 @@ double smallest_gap(const Scene& scene) {
 
 }  // namespace
 
-TEST_CASE("periodic sides: they define the box") {
+TEST_CASE("periodic sides of a scene: make the axes of the box periodic") {
   const Scene plane = parse(around + ball("[0.5, 0.5]"));
   CHECK(plane.domain.box().periodic(0));
   CHECK_FALSE(plane.domain.box().periodic(1));
@@ -61,14 +61,14 @@ TEST_CASE("periodic axis: both of its sides or none must be periodic") {
                 {"domain.left = \"round\"", "\"periodic\", \"insulating\" or { potential = a number }"});
 }
 
-TEST_CASE("front and back: they exist in three dimensions only") {
+TEST_CASE("domain.front, back: refused in 2D, and in 3D with a potential alone") {
   check_refused("domain = { size = [1.0, 1.0], front = \"periodic\", back = \"periodic\" }\n",
                 {"domain.front is not allowed in two dimensions"});
   check_refused("domain = { size = [1.0, 1.0, 1.0], back = { potential = 5.0 } }\n",
                 {"domain.back = { potential = 5 }", "in three dimensions", "\"periodic\""});
 }
 
-TEST_CASE("positions and velocities: they have the domain's number of components") {
+TEST_CASE("position and velocity: must have the domain's number of components") {
   const Conductor c = parse(cube + ball("[0.5, 0.5, 2.5]", "velocity = [1.0, 2.0, 3.0]\n")).conductors[0];
   CHECK(c.position == Vec3{0.5, 0.5, 2.5});
   CHECK(c.velocity == Vec3{1, 2, 3});
@@ -80,7 +80,7 @@ TEST_CASE("positions and velocities: they have the domain's number of components
                 {"conductor.velocity has 3 numbers", "the domain has 2"});
 }
 
-TEST_CASE("effects without periodic sides: they are refused") {
+TEST_CASE("effect that does not support periodic sides: the scene is refused") {
   const std::string fluid = "medium = { relative_permittivity = 2.0, viscosity = 1.0 }\n";
   const auto table = [](const std::string& effect) { return "effects." + effect + " = {}\n"; };
   check_refused(around + fluid + table("floating_conductors") + ball("[0.5, 0.5]"),
@@ -93,7 +93,7 @@ TEST_CASE("effects without periodic sides: they are refused") {
   }
 }
 
-TEST_CASE("keys of a field: refused where there is none") {
+TEST_CASE("keys of a field: refused in scenes without one, in 3D or periodic") {
   for (const std::string more :
        {"[[group]]\nname = \"wire\"\n", "[field]\ncells = 64\n", "charge = 1.0\n",
         "[[electrode]]\nshape = \"disk\"\ncentre = [0.2, 0.2]\nradius = 0.1\npotential = 0\n"}) {
@@ -102,14 +102,14 @@ TEST_CASE("keys of a field: refused where there is none") {
   }
 }
 
-TEST_CASE("network: it requires a scene without a periodic side") {
+TEST_CASE("[network]: refused with a periodic side; front and back only in 3D") {
   const std::string between = "[network]\nterminals = \"front,back\"\n";
   CHECK(refusal(cube + ball("[0.5, 0.5, 0.5]") + between) == "");
   check_refused(periodic_cube + ball("[0.5, 0.5, 0.5]") + between, {"[network] is not allowed with a periodic side"});
   check_refused("domain.size = [1.0, 1.0]\n" + ball("[0.5, 0.5]") + between, {"network.terminals", "\"front\""});
 }
 
-TEST_CASE("periodic side: a conductor may cross it, but its centre may not") {
+TEST_CASE("conductor at a periodic side: may cross it, its centre must be inside") {
   CHECK(refusal(around + ball("[0.0, 0.5]")) == "");
   check_refused(around + ball("[-0.01, 0.5]"), {"reaches out of the domain by 0.01 m", "its centre"});
   check_refused(around + ball("[0.5, 0.05]"), {"reaches out of the domain by 0.05 m"});
@@ -118,14 +118,14 @@ TEST_CASE("periodic side: a conductor may cross it, but its centre may not") {
                 {"overlaps its own image"});
 }
 
-TEST_CASE("overlap: across a periodic side or in depth it is refused") {
+TEST_CASE("overlap of conductors across a periodic side or along z: refused") {
   check_refused(around + ball("[0.95, 0.5]") + ball("[0.1, 0.5]"), {"overlaps the one at [0.95, 0.5] m", "0.05 m"});
   CHECK(refusal("domain.size = [1.0, 2.0]\n" + ball("[0.9, 0.5]") + ball("[0.1, 0.5]")) == "");
   check_refused(cube + ball("[0.5, 0.5, 1.0]") + ball("[0.5, 0.5, 1.15]"), {"overlaps the one at [0.5, 0.5, 1] m"});
   CHECK(refusal(cube + ball("[0.5, 0.5, 1.0]") + ball("[0.5, 0.5, 1.3]")) == "");
 }
 
-TEST_CASE("populations: in space and across periodic sides without overlap") {
+TEST_CASE("population in space or across periodic sides: has no overlaps") {
   const std::string many = "[[population]]\ncount = 30\nradius = [0.06, 0.1]\n";
   for (const std::string& start : {cube, periodic_cube, around}) {
     CAPTURE(start);
@@ -139,7 +139,7 @@ TEST_CASE("populations: in space and across periodic sides without overlap") {
   CHECK(smallest_gap(packing) >= 0);
 }
 
-TEST_CASE("population region: a box in space; a rectangle spans the depth") {
+TEST_CASE("population.region: a box in space, or a rectangle over the whole depth") {
   const auto with_region = [](const std::string& domain, const std::string& region) {
     return domain + elastic + "[[population]]\ncount = 30\nradius = 0.02\nregion = " + region + "\n";
   };
@@ -166,7 +166,7 @@ TEST_CASE("population region: a box in space; a rectangle spans the depth") {
                 {"population.region has corners of 3 numbers", "the domain has 2"});
 }
 
-TEST_CASE("bodies: they have the scene's box and lie inside it") {
+TEST_CASE("make_bodies: bodies get the scene's box and are wrapped into it") {
   const Bodies bodies = make_bodies(parse(periodic_cube + ball("[0.5, 0.5, 1.0]", "velocity = [0.0, 0.0, 2.0]\n")));
   CHECK(bodies.box.any_periodic());
   CHECK(bodies.position == std::vector<double>{0.5, 0.5, 0});

@@ -12,7 +12,7 @@ namespace scene_nearest_test {
 using namespace lichtenberg;
 using namespace lichtenberg::scene_texts;
 
-TEST_CASE("unknown keys: the nearest known one is named") {
+TEST_CASE("unknown keys of a scene: the error names the nearest known one") {
   check_refused(box + "field.cell = 64\n", {"test.toml:3:", "unknown key field.cell:", "field.cells"});
   check_refused(box + disk("[0.01, 0.01]", "raduis = 0.001\n"), {"unknown key conductor.raduis:", "conductor.radius"});
   check_refused(box + "[[conductors]]\n", {"unknown key conductors:", "nearest known key is conductor"});
@@ -23,7 +23,7 @@ TEST_CASE("unknown keys: the nearest known one is named") {
   check_refused(box + "sede = 4\n", {"unknown key sede:", "is seed"});
 }
 
-TEST_CASE("edit distance: insertions, deletions and replacements") {
+TEST_CASE("edit_distance: counts insertions, deletions and replacements") {
   CHECK(edit_distance("", "abc") == 3);
   CHECK(edit_distance("cells", "cells") == 0);
   CHECK(edit_distance("kitten", "sitting") == 3);  // k->s, e->i, +g
@@ -31,7 +31,7 @@ TEST_CASE("edit distance: insertions, deletions and replacements") {
   CHECK(nearest("grond", {"wire", "ground"}) == "ground");
 }
 
-TEST_CASE("likely word: a slip or a beginning is found, a far word is not") {
+TEST_CASE("likely: finds the word for a slip or a prefix, none for a far word") {
   const std::vector<std::string> words{"run", "network", "analyse", "work-precision", "film"};
   CHECK(likely("analyze", words) == "analyse");
   CHECK(likely("analysis", words) == "analyse");  // s -> e after i -> s: two replacements and one deletion.

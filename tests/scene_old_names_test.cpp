@@ -67,7 +67,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 
 }  // namespace
 
-TEST_CASE("old names: a scene of conductors has the values of their new names") {
+TEST_CASE("old names of keys: scene of conductors gets the values, with warnings") {
   const Scene scene = parse_scene(conductors, "old.toml");
   CHECK(scene.conductors.at(0).fixed);
   CHECK(scene.effects.has("current_injection"));
@@ -77,7 +77,7 @@ TEST_CASE("old names: a scene of conductors has the values of their new names") 
                            "old.toml:10: conductor.held is an old name: it is called conductor.fixed now") == 1);
 }
 
-TEST_CASE("old names: those of grains have their new values, one warning per name") {
+TEST_CASE("old names of keys: scene of grains gets the values, one warning each") {
   const Scene scene = parse_scene(grains, "old.toml");
   REQUIRE(scene.reference);
   CHECK(scene.reference->length == 1e-3);
@@ -86,7 +86,7 @@ TEST_CASE("old names: those of grains have their new values, one warning per nam
   CHECK(scene.warnings.size() == 5);  // reference, stage, elastic, dissipative, strength
 }
 
-TEST_CASE("old names: a key of several tables gives one warning") {
+TEST_CASE("old name of a key in several tables: gives one warning") {
   const std::string two =
       "[[conductor]]\nposition = [9e-3, 4e-3]\nradius = 1e-3\nheld = true\n[effects.floating_conductors]";
   const Scene scene = parse_scene(replaced(conductors, "[effects.floating_conductors]", two), "old.toml");
@@ -94,7 +94,7 @@ TEST_CASE("old names: a key of several tables gives one warning") {
   CHECK(scene.warnings.size() == 3);
 }
 
-TEST_CASE("old names: results of earlier versions may have each of these") {
+TEST_CASE("old names of keys: the complete list for results of earlier versions") {
   const std::map<std::string, std::string> expected = {{"reference", "units"},
                                                        {"stage", "equilibration"},
                                                        {"effects.contact_potential", "effects.soft_repulsion"},
@@ -123,13 +123,13 @@ TEST_CASE("old names: results of earlier versions may have each of these") {
   CHECK(found == expected);
 }
 
-TEST_CASE("old names: the new names give no warning") {
+TEST_CASE("new names of keys: give no warning") {
   std::string text = replaced(conductors, "held", "fixed");
   text = replaced(replaced(text, "current_source", "current_injection"), "gap =", "contact_distance =");
   CHECK(parse_scene(text, "new.toml").warnings.empty());
 }
 
-TEST_CASE("old names: a key or table under both names is refused") {
+TEST_CASE("key or table under both its old and its new name: refused") {
   const std::string key = replaced(conductors, "gap =", "contact_distance = 1e-3\ngap =");
   CHECK_THROWS_WITH_AS(parse_scene(key, "old.toml"),
                        "old.toml:16: effects.contact_discharge.gap is an old name of "
@@ -140,7 +140,7 @@ TEST_CASE("old names: a key or table under both names is refused") {
                        InputError);
 }
 
-TEST_CASE("old names: settings of a command line may have them") {
+TEST_CASE("old names of keys: allowed in settings of the command line") {
   const std::string text = replaced(conductors, "held = true\n", "");
   for (const std::string key : {"conductor[0].held", "conductor[0].fixed"})
     CHECK(parse_scene(with_settings(text, "old.toml", {{key, "true"}}), "old.toml").conductors.at(0).fixed);
@@ -150,18 +150,18 @@ TEST_CASE("old names: settings of a command line may have them") {
   CHECK(parse_scene(gas, "old.toml").stages[1].duration == 5);
 }
 
-TEST_CASE("old names: settings of one key under both names are refused") {
+TEST_CASE("settings of one key under both its names: refused") {
   const std::vector<Setting> both = {{"conductor[0].held", "true"}, {"conductor[0].fixed", "false"}};
   CHECK_THROWS_WITH_AS(with_settings(conductors, "old.toml", both),
                        "conductor[0].held and conductor[0].fixed are names of one key: give one of them", InputError);
 }
 
-TEST_CASE("old names: help finds the present table or key") {
+TEST_CASE("help scene: an old name shows the present table or key") {
   CHECK(scene_help("stage") == scene_help("equilibration"));
   CHECK(scene_help("conductor.held") == scene_help("conductor.fixed"));
 }
 
-TEST_CASE("old names: an added effect may have one") {
+TEST_CASE("user-defined effect: may have the old name of another effect") {
   struct Options {
     double current = 0;
   };
@@ -175,7 +175,7 @@ TEST_CASE("old names: an added effect may have one") {
   CHECK_FALSE(scene.effects.has("current_injection"));
 }
 
-TEST_CASE("old names: none is also the name of another key or table") {
+TEST_CASE("old names of keys: none is the present name of another key or table") {
   const Schema schema(effects::all_kinds());
   for (const Table& table : schema.tables()) {
     if (!table.old_path.empty()) CHECK(schema.find_table(table.old_path) == nullptr);

@@ -20,7 +20,7 @@ namespace scene_places_test {
 using namespace lichtenberg;
 using namespace lichtenberg::scene_texts;
 
-TEST_CASE("materials: conductors and populations have their own, in order") {
+TEST_CASE("young and poisson: conductors and populations have their own, in order") {
   const std::string two = disk("[0.01, 0.01]", "young = 1e6\n") + disk("[0.02, 0.01]", "poisson = 0.1\n") +
                           disk("[0.03, 0.01]") +
                           "[[population]]\ncount = 2\nradius = 0.0005\nyoung = 2e6\npoisson = 0.4\n";
@@ -42,7 +42,7 @@ TEST_CASE("materials: conductors and populations have their own, in order") {
   CHECK(parse(box + spheres + disk("[0.01, 0.01]")).effects.find<effects::HertzContactOptions>()->bodies.empty());
 }
 
-TEST_CASE("materials: a key without an elastic contact is refused") {
+TEST_CASE("young and poisson without an elastic contact: refused") {
   const std::string needed = " needs the table [effects.hertz_contact] or [effects.wall_contact]";
   for (const std::string key : {"young = 1e6", "poisson = 0.1"}) {
     const std::string name = key.substr(0, key.find(' '));
@@ -55,7 +55,7 @@ TEST_CASE("materials: a key without an elastic contact is refused") {
   check_refused(box + spheres + disk("[0.01, 0.01]", "poisson = 0.51\n"), {"conductor.poisson = 0.51", "at most 0.5"});
 }
 
-TEST_CASE("electrode: each shape is read with its geometry") {
+TEST_CASE("electrode: each shape is read with its geometry, wrong keys are refused") {
   const Scene s = parse(box + electrostatics + disk("[0.01, 0.01]") + R"(
 [[electrode]]
 shape = "half-disk"
@@ -104,7 +104,7 @@ potential = 1.0
                 {"electrode.name = \"a\" is taken"});
 }
 
-TEST_CASE("resistors and leakage: missing tables and bad values are refused") {
+TEST_CASE("resistors and leakage: read; missing tables, bad values are refused") {
   const std::string scene = box + electrostatics + disk("[0.005, 0.015]") + grounded;
   const auto supplied = [](const std::string& keys) {
     return "[[electrode]]\nshape = \"disk\"\ncentre = [0.035, 0.01]\nradius = 0.002\npotential = 5.0\n" + keys + "\n";
@@ -150,7 +150,7 @@ TEST_CASE("resistors and leakage: missing tables and bad values are refused") {
                 {"touches the electrode \"disk 1\"", "behind a resistor"});
 }
 
-TEST_CASE("electrodes: different potentials must not touch") {
+TEST_CASE("electrodes of different potentials: must not touch") {
   const auto refused = [](const std::string& first, const std::string& second) {
     const auto with = [](const std::string& keys, int potential) {
       return "[[electrode]]\n" + keys + "\npotential = " + std::to_string(potential) + "\n";
@@ -194,7 +194,7 @@ TEST_CASE("electrodes: different potentials must not touch") {
       {"\"sink\" at 0 V", "bottom side of the domain at 5 V"});
 }
 
-TEST_CASE("sides: electrodes that meet in a corner must have one potential") {
+TEST_CASE("electrode sides that meet in a corner: must have one potential") {
   const auto with_sides = [](const std::string& sides) {
     return "field.cells = 64\nmedium.permittivity = 1e-11\n" + disk("[0.01, 0.01]") +
            "[domain]\nsize = [0.04, 0.02]\n" + sides;
@@ -207,7 +207,7 @@ TEST_CASE("sides: electrodes that meet in a corner must have one potential") {
                 {"right side of the domain at 5 V", "bottom side at 0 V"});
 }
 
-TEST_CASE("conductor: an overlap or a position outside the domain is refused") {
+TEST_CASE("conductor that overlaps another or lies outside the domain: refused") {
   const std::string start = box + electrostatics + grounded;
   // The centres are 1.8 mm apart and the radii are 1 mm: an overlap of 0.2 mm.
   check_refused(
@@ -223,7 +223,7 @@ TEST_CASE("conductor: an overlap or a position outside the domain is refused") {
                 disk("[0.025, 0.01]") + disk("[0.039, 0.01]") + disk("[0.01, 0.019]")) == "");
 }
 
-TEST_CASE("group: a wrong charge, potential or member is refused") {
+TEST_CASE("[[group]]: a wrong charge, potential or member is refused") {
   const std::string start = box + electrostatics;
   const std::string group = "[[group]]\nname = \"wire\"\n";
   const std::string member = disk("[0.01, 0.01]", "group = \"wire\"\n");
@@ -252,7 +252,7 @@ TEST_CASE("group: a wrong charge, potential or member is refused") {
   CHECK(two.conductors[2].group == 0);
 }
 
-TEST_CASE("charge: a net charge in an insulated box needs a ground") {
+TEST_CASE("net charge in an insulated box: refused without a ground") {
   const std::string start = box + electrostatics;
   const std::string plus = disk("[0.01, 0.01]", "charge = 3e-10\n");
   const auto needs_ground = {std::string("without any ground"), std::string("[[electrode]]")};
@@ -272,7 +272,7 @@ TEST_CASE("charge: a net charge in an insulated box needs a ground") {
                 electrostatics + plus) == "");
 }
 
-TEST_CASE("charge: one whose square overflows is refused by its key") {
+TEST_CASE("charge whose square overflows: refused with its key") {
   const std::string start = box + electrostatics + grounded;
   check_refused(start + disk("[0.01, 0.01]", "charge = -1e308\n"),
                 {"test.toml:13: conductor.charge = -1e+308", "must be 0 or from 1e-50 to 1e+50"});
@@ -282,7 +282,7 @@ TEST_CASE("charge: one whose square overflows is refused by its key") {
   CHECK(refusal(start + disk("[0.01, 0.01]", "charge = -1e50\n")) == "");
 }
 
-TEST_CASE("contact: bodies in contact must have one potential") {
+TEST_CASE("bodies in contact: must have one potential or [contact_discharge]") {
   const std::string wire = "[[group]]\nname = \"a\"\ncharge = 0.0\n";
   const std::string two = disk("[0.01, 0.01]") + disk("[0.012, 0.01]");
   const std::string at_bottom = disk("[0.01, 0.001]"), below_electrode = disk("[0.02, 0.013]");
@@ -307,7 +307,7 @@ TEST_CASE("contact: bodies in contact must have one potential") {
       {"touches the electrode \"disk 1\""});
 }
 
-TEST_CASE("packing: walls, radii, networks and refused keys") {
+TEST_CASE("packing scene: walls, radii and networks; unused keys are refused") {
   const std::string start = "[domain]\nsize = [4.0, 2.0]\n", contact = "[effects.soft_repulsion]\n";
   const std::string some = "[[population]]\ncount = 6\nradius = [0.2, 0.4]\noverlapping = true\n";
   SUBCASE("the domain's sides are the first walls") {

@@ -15,7 +15,7 @@ namespace scene_population_test {
 using namespace lichtenberg;
 using namespace lichtenberg::scene_texts;
 
-TEST_CASE("population: positions, seeds, regions and densities") {
+TEST_CASE("population: obeys min_gap, radius, seed, region; too dense is refused") {
   const std::string start = box + "field.cells = 64\n";
   const std::string population = "[[population]]\ncount = 40\nradius = [0.0004, 0.0012]\nmin_gap = 0.0002\n";
 
@@ -132,7 +132,7 @@ TEST_CASE("population: each position is the first free one of its random sequenc
   }
 }
 
-TEST_CASE("population: a density too high for random positions is refused early") {
+TEST_CASE("population too dense for random positions: refused before placement") {
   Folder folder;
   const auto first_place = [] { return true; };  // The stop request is made as soon as placement begins.
   const auto read = [&](const std::string& text) {
@@ -168,7 +168,7 @@ TEST_CASE("population: a density too high for random positions is refused early"
   CHECK(parse(gas_text("[26.0, 26.0, 26.0]", "count = 11200\n")).conductors.size() == 11200);
 }
 
-TEST_CASE("population: at most 1e7 grains or 1e6 conductors are allowed") {
+TEST_CASE("population: more than 1e7 grains or 1e6 conductors are refused") {
   check_refused(gas_text("[1e3, 1e3, 1e3]", "count = 10000001\n"), {"population.count = 10000001", "at most 10000000"});
   check_refused("domain.size = [1.0, 1.0]\nfield.cells = 64\n[[population]]\ncount = 1000001\nradius = 1e-5\n",
                 {"test.toml:3: population.count = 1000001", "at most 1000000", "[units]"});

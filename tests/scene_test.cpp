@@ -48,7 +48,7 @@ std::string with_number(const Key& key, const std::string& number) {
 
 }  // namespace
 
-TEST_CASE("scene: every value is stored in its option") {
+TEST_CASE("scene file: every value is stored in its option") {
   const Scene s = parse(R"(
 title = "All of it"
 seed = 7
@@ -158,7 +158,7 @@ force = 0.01
   CHECK(s.stop.force == 0.01);
 }
 
-TEST_CASE("mechanics: a key that the integrator reads is taken, others refused") {
+TEST_CASE("[mechanics]: keys that the integrator reads are accepted, others not") {
   const std::string scene = box + disk("[0.01, 0.01]") + "[mechanics]\n";
   const MechanicsOptions split =
       parse(scene + "relative_tolerance = 1e-5\nposition_tolerance = 1e-7\nlargest_step = 0.25\n").mechanics;
@@ -176,7 +176,7 @@ TEST_CASE("mechanics: a key that the integrator reads is taken, others refused")
                 {"mechanics.euler_step is not allowed with mechanics.integrator = \"cvode\""});
 }
 
-TEST_CASE("scene: defaults are filled in") {
+TEST_CASE("scene file: missing keys get their defaults") {
   const Scene s =
       parse_scene(box +
                       "effects = { floating_conductors = {}, contact_discharge = {} }\n"
@@ -199,7 +199,7 @@ TEST_CASE("scene: defaults are filled in") {
   CHECK(s.seed == 1);
 }
 
-TEST_CASE("effects: one exists only if its table does") {
+TEST_CASE("scene effects: one exists only if its table does") {
   const Scene s = parse("domain = { size = [0.04, 0.02] }\nfield.cells = 64\n" + disk("[0.01, 0.01]"));
   CHECK_FALSE(s.effects.has<effects::FloatingConductorsOptions>());
   CHECK_FALSE(s.effects.has<effects::CurrentInjectionOptions>());
@@ -209,7 +209,7 @@ TEST_CASE("effects: one exists only if its table does") {
   CHECK_FALSE(s.effects.has<effects::ContactDischargeOptions>());
 }
 
-TEST_CASE("wrong unit or type: the message states the expected one") {
+TEST_CASE("wrong unit or type in a scene: the message states the expected one") {
   check_refused("domain.size = [\"5.12 cm\", \"5.12 cm\"]\n",
                 {"test.toml:1:", "domain.size = [\"5.12 cm\", \"5.12 cm\"]", "wrong unit or type", "two numbers [x, y]",
                  "in m", "without the unit"});
@@ -235,7 +235,7 @@ TEST_CASE("wrong unit or type: the message states the expected one") {
   check_refused(box + "effects.stokes_drag = true\n", {"effects.stokes_drag = true", "headed [effects.stokes_drag]"});
 }
 
-TEST_CASE("ranges: a value outside is refused with the range") {
+TEST_CASE("value out of range in a scene: the message states the range") {
   check_refused(box + "[[conductor]]\nposition = [0.01, 0.01]\nradius = -0.001\n",
                 {"test.toml:5:", "conductor.radius = -0.001", "a number in m, greater than 0"});
   check_refused("domain.size = [0.04, 0]\n", {"domain.size", "at least 1e-50 and at most 1e+50"});
@@ -249,7 +249,7 @@ TEST_CASE("ranges: a value outside is refused with the range") {
   check_refused(box + "field.tolerance = 0\n", {"field.tolerance = 0", "greater than 0 and less than 1"});
 }
 
-TEST_CASE("missing keys and tables: the message names them") {
+TEST_CASE("missing keys and tables in a scene: the message names them") {
   check_refused("title = \"empty\"\n", {"[domain] is missing"});
   check_refused("[domain]\n", {"domain.size is missing", "two numbers [x, y] or three", "in m"});
   check_refused(box + "[[conductor]]\nradius = 0.001\n",
@@ -264,14 +264,14 @@ TEST_CASE("missing keys and tables: the message names them") {
   check_refused(box + "field.cells = 64\n", {"no conductors", "[[conductor]] or [[population]]"});
 }
 
-TEST_CASE("files that are no scenes: they are refused with their position") {
+TEST_CASE("files that are no scenes: refused, TOML errors with line and column") {
   CHECK_THROWS_WITH_AS(read_scene("no/such/scene.toml"), "no/such/scene.toml: there is no such scene file", InputError);
   CHECK_THROWS_AS(read_scene(shipped_scenes().string()), InputError);  // A directory.
   // Line 2, column 8: the value expected after the equal sign.
   check_refused("title = \"x\"\nseed = \n", {"test.toml:2:8: not a TOML file"});
 }
 
-TEST_CASE("effects that need others: the message names the missing ones") {
+TEST_CASE("effects that need other tables or keys: the message names them") {
   const std::string start = "domain.size = [0.04, 0.02]\nfield.cells = 64\n";
   const std::string end = disk("[0.01, 0.01]");
   check_refused(start + "effects.current_injection.current = 1e-9\n" + end,
@@ -285,7 +285,7 @@ TEST_CASE("effects that need others: the message names the missing ones") {
                 {"medium.permittivity and medium.relative_permittivity", "only one"});
 }
 
-TEST_CASE("cells: they must be square") {
+TEST_CASE("field.cells: cells must be square, numbers that fit are suggested") {
   const std::string end = disk("[0.01, 0.01]");
   // 0.02 m at a cell of 0.04 m / 63 is 31.5 cells; for sides of 2 to 1 even numbers fit.
   check_refused("domain.size = [0.04, 0.02]\nfield.cells = 63\n" + end,
@@ -296,7 +296,7 @@ TEST_CASE("cells: they must be square") {
   CHECK(refusal("domain.size = [0.7, 0.1]\nfield.cells = 14\n" + end) == "");
 }
 
-TEST_CASE("lattice scheme: every conductor must contain a site") {
+TEST_CASE("relaxation method: every conductor must contain a lattice site") {
   const auto with_cells = [](int cells) {
     return "domain.size = [0.04, 0.04]\nfield = { method = \"relaxation\", cells = " + std::to_string(cells) + " }\n" +
            disk("[0.01, 0.01]");
@@ -306,7 +306,7 @@ TEST_CASE("lattice scheme: every conductor must contain a site") {
   CHECK(refusal(with_cells(29)) == "");
 }
 
-TEST_CASE("multipole method: only disks are accepted") {
+TEST_CASE("multipole method: scenes with shapes other than disks are refused") {
   const auto with = [](const std::string& electrode) {
     return "domain = { size = [0.04, 0.02], bottom = { potential = 0 }, left = { potential = 0 } }\n"
            "field = { method = \"multipole\", cells = 64 }\n[[electrode]]\nname = \"e\"\npotential = 0.0\n" +
@@ -327,7 +327,7 @@ TEST_CASE("multipole method: only disks are accepted") {
   CHECK(refusal(with(circle + "\"half-disk\"\nside = \"top\"\nat = 0.0\n")) == "");
 }
 
-TEST_CASE("tolerances: defaults by method, and no finer than rounding") {
+TEST_CASE("field tolerances: defaults by method, refused below rounding") {
   const auto with = [](const std::string& field) {
     return box + "field = { cells = 64, " + field + " }\n" + disk("[0.01, 0.01]");
   };
@@ -350,7 +350,7 @@ TEST_CASE("tolerances: defaults by method, and no finer than rounding") {
   check_refused(with("method = \"relaxation\", tolerance = 1e-12"), {"it must be at least 1e-10"});
 }
 
-TEST_CASE("position tolerance: it must exceed the resolution of positions") {
+TEST_CASE("position_tolerance: refused below the resolution of positions") {
   const auto with = [](const std::string& tolerance) {
     return box + "field.cells = 64\nmechanics.position_tolerance = " + tolerance + "\n" + disk("[0.01, 0.01]");
   };
@@ -362,7 +362,7 @@ TEST_CASE("position tolerance: it must exceed the resolution of positions") {
   CHECK(refusal(with("0.04")) == "");
 }
 
-TEST_CASE("domain: sizes that overflow or lose gaps in rounding are refused") {
+TEST_CASE("domain.size: refused if it overflows or gaps are lost in rounding") {
   const std::string world = "field.cells = 64\nmedium.relative_permittivity = 4.7\n" + disk("[0.01, 0.01]");
   check_refused("domain.size = [1e300, 1e300]\n" + world, {"test.toml:1:", "domain.size", "at most 1e+50"});
   check_refused("domain.size = [1, 1e-51]\n" + world, {"domain.size", "at least 1e-50"});
@@ -371,7 +371,7 @@ TEST_CASE("domain: sizes that overflow or lose gaps in rounding are refused") {
   CHECK(refusal("domain.size = [1.9e6, 1.9e6]\n" + world) == "");
 }
 
-TEST_CASE("field.accuracy: it replaces cells and tolerances") {
+TEST_CASE("field.accuracy: replaces cells and tolerances, which are then refused") {
   const auto with = [](const std::string& field) {
     return box + "[field]\naccuracy = 1e-3\n" + field + disk("[0.01, 0.01]");
   };
@@ -390,7 +390,7 @@ TEST_CASE("field.accuracy: it replaces cells and tolerances") {
   check_refused(box + "field.accuracy = 1e-13\n" + disk("[0.01, 0.01]"), {"at least 1e-12 and at most 0.1"});
 }
 
-TEST_CASE("frames: their times must differ") {
+TEST_CASE("output.every: more than 1e9 frames are refused") {
   const auto every = [](const std::string& value) {
     return box + "field.cells = 64\noutput.every = " + value + "\nstop.time = 1.0\n" + disk("[0.01, 0.01]");
   };
@@ -398,13 +398,13 @@ TEST_CASE("frames: their times must differ") {
   CHECK(refusal(every("1e-9")) == "");
 }
 
-TEST_CASE("times: ones whose squares underflow are refused") {
+TEST_CASE("times whose squares underflow (1e-300 s): refused") {
   const std::string scene = box + "field.cells = 64\n" + disk("[0.01, 0.01]");
   check_refused(scene + "[stop]\ntime = 1e-300\n", {"stop.time = 1e-300", "at least 1e-50"});
   check_refused(scene + "[mechanics]\nlargest_step = 1e-300\n", {"mechanics.largest_step = 1e-300", "at least 1e-50"});
 }
 
-TEST_CASE("numbers of all keys: a value beyond its bounds is refused by name") {
+TEST_CASE("numbers of all keys: 1e101, 1e-101 and beyond are refused by name") {
   const Schema schema(effects::all_kinds());
   int numeric = 0;
   for (const Table& table : schema.tables())
@@ -426,7 +426,7 @@ TEST_CASE("numbers of all keys: a value beyond its bounds is refused by name") {
   CHECK(numeric > 5 * 80);
 }
 
-TEST_CASE("rules: a key that no scene can have is an error of the program") {
+TEST_CASE("Draft::line: a key that no scene can have throws std::logic_error") {
   const Draft draft = Schema(effects::all_kinds()).blank_draft();
   CHECK(draft.line("effects.hertz_contact.young") == 0);
   CHECK(draft.line("effects.of_another_program.key") == 0);  // The kind is not in the list.
@@ -434,7 +434,7 @@ TEST_CASE("rules: a key that no scene can have is an error of the program") {
   CHECK_THROWS_AS(draft.line("hertz_contact.young"), std::logic_error);
 }
 
-TEST_CASE("help: it lists every key with its unit and default") {
+TEST_CASE("scene help: lists every key with its unit and default") {
   std::istringstream words(scene_help());  // Line breaks are not tested here.
   std::string help;
   for (std::string word; words >> word;) help += word + " ";
@@ -456,7 +456,7 @@ TEST_CASE("help: it lists every key with its unit and default") {
   CHECK(has(help, "two numbers [x, y] or three [x, y, z] in m, at least 1e-50 and at most 1e+50; required"));
 }
 
-TEST_CASE("schema: no key occurs twice") {
+TEST_CASE("Schema: no table or key occurs twice") {
   std::set<std::string> paths;
   const Schema schema(effects::all_kinds());
   for (const Table& table : schema.tables()) {
@@ -465,7 +465,7 @@ TEST_CASE("schema: no key occurs twice") {
   }
 }
 
-TEST_CASE("shipped scenes: they are valid") {
+TEST_CASE("scenes/: every shipped scene is valid") {
   std::set<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(shipped_scenes())) {
     if (entry.path().extension() != ".toml") continue;

@@ -138,7 +138,7 @@ json recomputed(const json& row) {
 
 }  // namespace
 
-TEST_CASE("shipped scenes: each has a row in the table") {
+TEST_CASE("scenes/: each scene has a row in shipped_scenes.json") {
   std::set<std::string> rerun;
   const json rows = table()["rows"];
   for (const json& row : rows) rerun.insert(row.at("scene").get<std::string>());
@@ -150,7 +150,7 @@ TEST_CASE("shipped scenes: each has a row in the table") {
     }
 }
 
-TEST_CASE("shipped scene: a shortened run gives the stored numbers") {
+TEST_CASE("scenes/: a shortened run of each gives the stored numbers") {
   const json rows = table()["rows"];
   for (const json& row : rows) {
     const std::string scene = row.at("scene");
@@ -169,7 +169,7 @@ TEST_CASE("shipped scene: a shortened run gives the stored numbers") {
   }
 }
 
-TEST_CASE("shipped scenes: the stored numbers are updated" * doctest::skip()) {
+TEST_CASE("scenes/: the stored numbers are updated (skipped unless requested)" * doctest::skip()) {
   json written = table();
   for (json& row : written["rows"]) row["values"] = recomputed(row);
   std::ofstream(table_path) << written.dump(2) << '\n';

@@ -67,7 +67,7 @@ void check_shortest(const std::vector<Vec2>& point) {
 
 }  // namespace
 
-TEST_CASE("random points: the tree is that of Prim's algorithm") {
+TEST_CASE("euclidean_minimum_spanning_tree: equals Prim's for random points") {
   for (unsigned seed = 0; seed < 300; ++seed) {
     const auto point = random_points(2 + static_cast<int>(seed) % 60, seed);
     CHECK_EQ(sorted(euclidean_minimum_spanning_tree(point)), sorted(by_prim(point)));
@@ -76,7 +76,7 @@ TEST_CASE("random points: the tree is that of Prim's algorithm") {
   CHECK_EQ(sorted(euclidean_minimum_spanning_tree(many)), sorted(by_prim(many)));
 }
 
-TEST_CASE("few points: none, one and two") {
+TEST_CASE("euclidean_minimum_spanning_tree: none, one and two points") {
   CHECK(euclidean_minimum_spanning_tree({}).empty());
   CHECK(degree_numbers(0, {}).empty());
   const std::vector<Vec2> one{{3, 4}}, two{{3, 4}, {0, 0}};
@@ -86,7 +86,7 @@ TEST_CASE("few points: none, one and two") {
   CHECK_EQ(total_length(two, euclidean_minimum_spanning_tree(two)), 5);
 }
 
-TEST_CASE("points on a line: each is connected to the next") {
+TEST_CASE("euclidean_minimum_spanning_tree: joins neighbours on a line") {
   // In shuffled order on lines of all slopes. The gaps differ, so the tree is unique.
   const std::vector<int> order{3, 0, 4, 2, 1, 5};
   for (const Vec2 along : {Vec2{1, 0}, Vec2{0, 1}, Vec2{0.3, 0.7}, Vec2{-2, 1e-6}, Vec2{1. / 3, -1. / 7}}) {
@@ -96,7 +96,7 @@ TEST_CASE("points on a line: each is connected to the next") {
   }
 }
 
-TEST_CASE("lattices, circles and coinciding points: the tree is shortest") {
+TEST_CASE("euclidean_minimum_spanning_tree: shortest for degenerate points") {
   std::vector<Vec2> square, triangular, circle, same(7, Vec2{0.1, 0.2});
   for (int i = 0; i < 20; ++i)
     for (int j = 0; j < 20; ++j) {
@@ -120,14 +120,14 @@ TEST_CASE("lattices, circles and coinciding points: the tree is shortest") {
   check_shortest(clusters);
 }
 
-TEST_CASE("star of five: the largest degree that a tree may need") {
+TEST_CASE("spanning tree of a star: its centre has degree five") {
   // Five neighbours at angles of 72 degrees are at 1.18 times their distance from the centre from each other.
   std::vector<Vec2> star{{0, 0}};
   for (int k = 0; k < 5; ++k) star.push_back({std::cos(0.4 * M_PI * k), std::sin(0.4 * M_PI * k)});
   CHECK_EQ(degree_numbers(6, euclidean_minimum_spanning_tree(star)), std::vector<int>{0, 5, 0, 0, 0, 1});
 }
 
-TEST_CASE("Kruskal's forest: minimum weight, a tree per component, first of equals") {
+TEST_CASE("minimum_spanning_forest: a tree per component, first of equal edges") {
   // 0 -1- 1 -2- 2    3 -1- 4, where 0 - 2 closes a triangle and is a second edge of weight 2.
   const std::vector<Edge> edge{{0, 1}, {1, 2}, {0, 2}, {3, 4}};
   CHECK_EQ(minimum_spanning_forest(5, edge, std::vector<double>{1, 2, 3, 1}),
@@ -136,7 +136,7 @@ TEST_CASE("Kruskal's forest: minimum weight, a tree per component, first of equa
            std::vector<Edge>{{0, 1}, {3, 4}, {0, 2}});
 }
 
-TEST_CASE("point with a NaN: it is refused") {
+TEST_CASE("euclidean_minimum_spanning_tree: a point with a NaN is refused") {
   const std::vector<Vec2> point{{0, 0}, {std::nan(""), 1}};
   CHECK_THROWS_AS(euclidean_minimum_spanning_tree(point), InputError);
 }

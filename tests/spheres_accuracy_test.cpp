@@ -38,7 +38,7 @@ SphereProblem near_wall() {
 
 }  // namespace
 
-TEST_CASE("spheres: a charge far from a neutral sphere is attracted by its images") {
+TEST_CASE("two distant spheres, one neutral: attraction is that of image charges") {
   const SphereProblem problem = far_apart();
   const double q = problem.groups[1].charge, d = norm(problem.spheres[1].centre), r = problem.spheres[0].radius;
   // Kelvin's image and its opposite at the centre attract a point charge. The radius of the charge changes the force by
@@ -56,7 +56,7 @@ TEST_CASE("spheres: a charge far from a neutral sphere is attracted by its image
   }
 }
 
-TEST_CASE("spheres: the largest error is below the requested accuracy") {
+TEST_CASE("spheres, solve_to_accuracy: the largest error is below the request") {
   for (const SphereProblem& problem : {far_apart(), near_wall()}) {
     const SphereSolution exact = SphereSolver({.accuracy = 1e-12}).solve(problem);
     for (const double accuracy : {1e-1, 1e-2, 1e-3, 1e-6}) {
@@ -69,13 +69,13 @@ TEST_CASE("spheres: the largest error is below the requested accuracy") {
   }
 }
 
-TEST_CASE("spheres: a force that vanishes by symmetry requires no digits") {
+TEST_CASE("spheres, solve_to_accuracy: met if the force vanishes by symmetry") {
   SphereProblem problem = near_wall();
   problem.spheres[0].centre = problem.box.lengths * 0.5;
   for (const double accuracy : {1e-2, 1e-8}) CHECK(solve(problem, accuracy).estimate <= accuracy);
 }
 
-TEST_CASE("spheres: in free space potentials are relative to infinity") {
+TEST_CASE("sphere in free space: its potential is relative to infinity") {
   SphereProblem problem = far_apart();
   problem.spheres.pop_back(), problem.groups.pop_back();
   problem.groups[0].charge = 1e-10;

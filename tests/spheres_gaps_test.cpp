@@ -14,7 +14,7 @@ namespace spheres_gaps_test {
 using namespace lichtenberg;
 using namespace lichtenberg::sphere_problems;
 
-TEST_CASE("two spheres: gaps down to 1e-5 R keep the requested digits") {
+TEST_CASE("two spheres: gaps down to 1e-5 R meet the requested accuracy") {
   // Exact C_11, C_12 and force on the second sphere at potentials 1 and 0, by image charges in 40-digit arithmetic. The
   // force is the derivative of the charges.
   struct Exact {
@@ -39,7 +39,7 @@ TEST_CASE("two spheres: gaps down to 1e-5 R keep the requested digits") {
     }
 }
 
-TEST_CASE("several gaps on one sphere: potentials and forces keep the accuracy") {
+TEST_CASE("three spheres with gaps of 0.01 to 0.1 R: accurate as requested") {
   for (const double gap : {0.1, 0.03, 0.01})
     for (const bool row : {true, false}) {
       CAPTURE(gap);
@@ -63,7 +63,7 @@ TEST_CASE("several gaps on one sphere: potentials and forces keep the accuracy")
     }
 }
 
-TEST_CASE("several gaps of 1e-4 R: potentials and forces keep the accuracy") {
+TEST_CASE("three spheres with gaps of 1e-4 R: accurate as requested") {
   const double gap = 1e-4;
   SphereProblem problem{.free_space = true, .permittivity = 1};
   for (int i = 0; i < 3; ++i) problem.spheres.push_back({{i * (2 + gap), 0, 0}, 1, i});
@@ -79,7 +79,7 @@ TEST_CASE("several gaps of 1e-4 R: potentials and forces keep the accuracy") {
   }
 }
 
-TEST_CASE("several gaps in a bent row: close-pair corrections interact accurately") {
+TEST_CASE("four spheres in a bent row: close-pair corrections interact accurately") {
   // The second and the fourth sphere have a gap of 0.09. Harmonics (2 / 2.09)^(2l) of both close-pair corrections count
   // up to degree 100.
   const double gap = 1e-4, d = 2 + gap, wide = 2.09, turn = std::numbers::pi / 3 + std::acos(wide / (2 * d));
@@ -103,7 +103,7 @@ TEST_CASE("several gaps in a bent row: close-pair corrections interact accuratel
   }
 }
 
-TEST_CASE("neutral sphere at an electrode: its small potential difference is exact") {
+TEST_CASE("neutral sphere near an electrode: force in a gap of 1e-5 R is accurate") {
   SphereProblem problem{.permittivity = 1};
   problem.box.lengths = {20, 20, 20};
   problem.box.sides[4] = Boundary::electrode;
@@ -118,7 +118,7 @@ TEST_CASE("neutral sphere at an electrode: its small potential difference is exa
           accuracy * norm(exact.sphere_force[1]));
 }
 
-TEST_CASE("close-pair correction: any number of threads gives identical bits") {
+TEST_CASE("close-pair correction of spheres: threads give identical bits") {
   SphereProblem problem{.free_space = true, .permittivity = 1};
   for (int i = 0; i < 12; ++i) {
     problem.spheres.push_back({{2.01 * (i % 4), 2.01 * (i / 4), 0.3 * (i % 3)}, 1 - 0.02 * (i % 2), i});
@@ -131,7 +131,7 @@ TEST_CASE("close-pair correction: any number of threads gives identical bits") {
   for (int i = 0; i < 12; ++i) CHECK(alone.sphere_force[i] == together.sphere_force[i]);
 }
 
-TEST_CASE("small gaps: forces are energy derivatives, the field is a plate's") {
+TEST_CASE("spheres with gaps of 1e-3: force is energy derivative, field is dV/gap") {
   SphereProblem problem = mixed_box();
   const double gap = 1e-3;
   problem.spheres[0].centre.z = 0.15 + gap;  // Above an electrode.
@@ -157,7 +157,7 @@ TEST_CASE("small gaps: forces are energy derivatives, the field is a plate's") {
   CHECK(below.field.z == doctest::Approx((1 - found.group_potential[0]) / gap).epsilon(0.02));
 }
 
-TEST_CASE("spheres of one group: contact with each other and a side is permitted") {
+TEST_CASE("touching spheres at one potential: Maxwell's charge, Kelvin's force") {
   // Two equal spheres in contact have the capacitance 8 pi eps R ln 2 (Maxwell).
   SphereProblem pair{.free_space = true, .permittivity = 1};
   pair.spheres = {{{0, 0, 0}, 1, 0}, {{1.2, 0, 1.6}, 1, 0}};
@@ -185,7 +185,7 @@ TEST_CASE("spheres of one group: contact with each other and a side is permitted
   CHECK(one.sphere_force[0].z == doctest::Approx(two.sphere_force[0].z).epsilon(1e-8));
 }
 
-TEST_CASE("close-pair correction: its energy is accurate at any tolerance") {
+TEST_CASE("close_pairs: energy at tolerance 0.03 is within 10 % of that at 1e-8") {
   for (const double gap : {0.05, 0.1, 0.2, 0.3, 0.4}) {
     const int degree = static_cast<int>(-std::log(0.04) / spheres::bispherical_coordinate(1, 1, gap));
     const std::vector<spheres::Site> sites{{{0, 0, 0}, 1, degree}, {{0, 0, 2 + gap}, 1, degree}};

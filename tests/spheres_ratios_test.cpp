@@ -86,7 +86,7 @@ SphereProblem near_large_sphere(double r, double gap, bool one_group) {
 
 }  // namespace
 
-TEST_CASE("spheres in contact: a radius ratio of 100 has Maxwell's charges") {
+TEST_CASE("touching spheres, radius ratio of 100: charges are Maxwell's") {
   const double r = 0.01;
   for (const double accuracy : {1e-2, 1e-4, 1e-7}) {
     CAPTURE(accuracy);
@@ -100,7 +100,7 @@ TEST_CASE("spheres in contact: a radius ratio of 100 has Maxwell's charges") {
   }
 }
 
-TEST_CASE("spheres apart: a radius ratio of 100 has the force of image charges") {
+TEST_CASE("separate spheres, radius ratio of 100: force is that of image charges") {
   const double r = 0.01;
   for (const double gap : {3 * r, r, 0.1 * r}) {
     const double force = force_between(images_of(1, r, 1 + r + gap, 1, 0.3 * r));
@@ -117,7 +117,7 @@ TEST_CASE("spheres apart: a radius ratio of 100 has the force of image charges")
   }
 }
 
-TEST_CASE("spheres of different radii: forces are energy derivatives in a box") {
+TEST_CASE("spheres of different radii in a box: forces are energy derivatives") {
   const auto energy_of = [](int moved, Vec3 by) {
     SphereProblem problem{.permittivity = 1};
     problem.box.lengths = {3, 3, 3};
@@ -139,7 +139,7 @@ TEST_CASE("spheres of different radii: forces are energy derivatives in a box") 
     }
 }
 
-TEST_CASE("spheres of different radii: harmonics and reflections agree") {
+TEST_CASE("spheres of different radii: harmonics and image reflections agree") {
   // The gap is one small radius, 1/20 of the large one: it needs degree 186 for 1e-7, and more than 200 for 1e-8.
   SphereProblem problem = near_large_sphere(0.05, 0.05, false);
   const SphereSolution all = SphereSolver({.accuracy = 1e-7}).solve(problem);
@@ -152,7 +152,7 @@ TEST_CASE("spheres of different radii: harmonics and reflections agree") {
   }
 }
 
-TEST_CASE("spheres: radius ratios out of reach are refused with a remedy") {
+TEST_CASE("sphere radius ratios out of reach: refused with a possible accuracy") {
   // Two small spheres whose images in the large one interact.
   SphereProblem problem = near_large_sphere(0.01, 0, true);
   const Vec3 next = Vec3{2, -1, 2.1} * (1.01 / norm(Vec3{2, -1, 2.1}));

@@ -18,14 +18,14 @@ using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 using namespace lichtenberg::sphere_problems;
 
-TEST_CASE("reference solutions: reproduced to ten digits") {
+TEST_CASE("spheres: reference solutions are reproduced to ten digits") {
   for (const sphere_references::SphereReference& reference : sphere_references::read_all_spheres()) {
     CAPTURE(reference.name);
     CHECK(sphere_references::errors_of(reference, 1e-10).worst() < 1e-10);
   }
 }
 
-TEST_CASE("translation: shifted multipoles give the same field") {
+TEST_CASE("translation of multipoles: the shifted expansion gives an equal field") {
   constexpr int source_degree = 6, target_degree = 60;
   const laplace::spheres::Translation translation(target_degree);
   using laplace::spheres::at;
@@ -55,7 +55,7 @@ TEST_CASE("translation: shifted multipoles give the same field") {
   CHECK(moved == doctest::Approx(exact).epsilon(1e-13));
 }
 
-TEST_CASE("force: it is the energy's derivative at constant charge and potential") {
+TEST_CASE("sphere forces: energy derivatives at constant charge and potential") {
   // Fourth-order central differences have an error of h^4 times the fifth derivative, about 1/(0.15)^5 of the force:
   // 1e-11. Rounding of the energy, 1e-12, is divided by the step: 1e-8.
   for (int sphere = 0; sphere < 3; ++sphere)
@@ -77,7 +77,7 @@ double worst_slope_error(const SphereProblem& problem, int spheres, int degree) 
   return error / largest;
 }
 
-TEST_CASE("fixed degree: forces are energy derivatives at degrees 1 to 6") {
+TEST_CASE("spheres at fixed degrees 1 to 6: forces are energy derivatives") {
   // The bound is the error of fourth-order differences; the smallest gap of 0.02 is 200 steps wide.
   SphereProblem alone = periodic_mixture();
   alone.free_space = true;
@@ -89,7 +89,7 @@ TEST_CASE("fixed degree: forces are energy derivatives at degrees 1 to 6") {
   }
 }
 
-TEST_CASE("fixed degree: forces are energy derivatives with the cell method") {
+TEST_CASE("64 spheres (cell method) at degree 2: forces are energy derivatives") {
   SphereProblem box{.permittivity = 1};
   box.box.lengths = {4, 4, 4};
   box.box.sides.fill(Boundary::periodic);
@@ -109,7 +109,7 @@ TEST_CASE("fixed degree: forces are energy derivatives with the cell method") {
   }
 }
 
-TEST_CASE("cell method and pair sum: they give the same field") {
+TEST_CASE("spheres: cell method and direct pair sum give equal potentials, forces") {
   for (const int scene : {0, 1, 2}) {
     CAPTURE(scene);
     SphereProblem problem{.free_space = scene == 0, .permittivity = 1};
@@ -140,7 +140,7 @@ TEST_CASE("cell method and pair sum: they give the same field") {
   }
 }
 
-TEST_CASE("solver: history shortens solves, forget() resets, threads keep bits") {
+TEST_CASE("SphereSolver: history saves iterations, threads give identical bits") {
   SphereProblem problem = mixed_box();
   SphereSolver solver({.accuracy = 1e-8});
   const SphereSolution first = solver.solve(problem);
@@ -153,7 +153,7 @@ TEST_CASE("solver: history shortens solves, forget() resets, threads keep bits")
   CHECK(alone.sphere_force[1] == together.sphere_force[1]);
 }
 
-TEST_CASE("large groups in a flat box: few iterations, also after a merge") {
+TEST_CASE("100 spheres in two groups in a flat box: at most 8 iterations") {
   constexpr int side = 10;
   SphereProblem problem{.permittivity = 1, .groups = {{.charge = 1}, {.charge = -2}, {.floating = false}}};
   problem.box.lengths = {3.0 * side, 3.0 * side, 6};
@@ -167,7 +167,7 @@ TEST_CASE("large groups in a flat box: few iterations, also after a merge") {
   CHECK(solver.solve(problem).iterations <= 8);
 }
 
-TEST_CASE("force: accurate for distant spheres and for very different radii") {
+TEST_CASE("sphere force: accurate at a distance and for radius ratios of 1e-5") {
   // A charge q at distance d from a floating sphere of radius R and charge Q has the image -q R / d at R^2 / d and the
   // opposite image at the centre.
   const auto force = [](double q, double other, double radius, double d) {
@@ -192,7 +192,7 @@ TEST_CASE("force: accurate for distant spheres and for very different radii") {
       }
 }
 
-TEST_CASE("equal potentials in an insulated box: no charge, one potential") {
+TEST_CASE("insulated box, one sphere at -100 V: all potentials equal, no charge") {
   SphereProblem problem{.permittivity = 4e-11};
   problem.box.lengths = {0.06, 0.02, 0.02};
   problem.groups = {{.floating = false, .potential = -100}, {.charge = 0}};
@@ -204,7 +204,7 @@ TEST_CASE("equal potentials in an insulated box: no charge, one potential") {
   }
 }
 
-TEST_CASE("capacitance matrix: columns are the charges at unit potentials") {
+TEST_CASE("sphere capacitance matrix: columns are charges at unit potentials") {
   const auto check_columns = [](SphereProblem problem, double accuracy) {
     SphereSolver solver({.accuracy = accuracy});
     const std::vector<double> matrix = solver.capacitance_matrix(problem);
@@ -245,7 +245,7 @@ TEST_CASE("capacitance matrix: columns are the charges at unit potentials") {
   check_columns(many, 1e-5);
 }
 
-TEST_CASE("stored geometry: reusing it does not change the solution") {
+TEST_CASE("SphereSolver: reused geometry does not change the solution") {
   SphereProblem problem = mixed_box();
   SphereSolver solver({.accuracy = 1e-10});
   solver.solve(problem);
@@ -261,7 +261,7 @@ TEST_CASE("stored geometry: reusing it does not change the solution") {
   CHECK(larger.group_potential[2] == doctest::Approx(expected.group_potential[2]).epsilon(1e-9));
 }
 
-TEST_CASE("last charge to ground: potentials and charges vanish") {
+TEST_CASE("SphereSolver after all charge went to ground: no force, no iteration") {
   SphereProblem problem = mixed_box();
   problem.side_potential.fill(0);
   problem.groups[1].potential = 0;
@@ -278,7 +278,7 @@ TEST_CASE("last charge to ground: potentials and charges vanish") {
   for (const Vec3 force : left.sphere_force) CHECK(norm(force) == 0);
 }
 
-TEST_CASE("history: linear charge growth is extrapolated, also after a rollback") {
+TEST_CASE("sphere history: extrapolates linear charge growth, also backwards") {
   SphereProblem problem = mixed_box();
   SphereSolver solver({.accuracy = 1e-8});
   const auto iterations = [&](double time) {
@@ -293,7 +293,7 @@ TEST_CASE("history: linear charge growth is extrapolated, also after a rollback"
   CHECK(iterations(0.5) < second / 2);
 }
 
-TEST_CASE("free space: action equals reaction") {
+TEST_CASE("spheres in free space: forces sum to zero") {
   SphereProblem problem{.free_space = true, .permittivity = 1};
   problem.spheres = {{{0, 0, 0}, 1, 0}, {{2.3, 0.2, 0.1}, 0.8, 1}, {{0.4, 2.1, -0.7}, 0.6, 2}};
   problem.groups = {{.charge = 1}, {.floating = false, .potential = -0.2}, {.charge = 3}};
@@ -302,7 +302,7 @@ TEST_CASE("free space: action equals reaction") {
   CHECK(norm(sum) < 1e-10);
 }
 
-TEST_CASE("charge balance: spheres and electrodes sum to zero") {
+TEST_CASE("spheres and electrodes: their charges sum to zero") {
   const SphereProblem problem = mixed_box();
   const SphereSolution solution = SphereSolver({.accuracy = 1e-11}).solve(problem);
   double sum = 0;
@@ -311,7 +311,7 @@ TEST_CASE("charge balance: spheres and electrodes sum to zero") {
   CHECK(std::abs(sum) < 1e-11);
 }
 
-TEST_CASE("electrodes at one potential: it is added to all potentials") {
+TEST_CASE("electrodes at one potential: it is added to all sphere potentials") {
   SphereProblem problem = mixed_box();
   problem.box.sides = {Boundary::electrode, Boundary::wall,      Boundary::electrode,
                        Boundary::electrode, Boundary::electrode, Boundary::wall};
@@ -331,7 +331,7 @@ TEST_CASE("electrodes at one potential: it is added to all potentials") {
   CHECK_THROWS_AS(SphereSolver().solve(problem), InputError);
 }
 
-TEST_CASE("degree one: spheres are a gas's induced dipoles of polarizability R^3") {
+TEST_CASE("spheres at degree one: equal induced dipoles of polarizability R^3") {
   SphereProblem problem{.permittivity = 1 / (4 * std::numbers::pi)};
   problem.box.lengths = {1, 1.2, 0.9};
   problem.box.sides.fill(Boundary::periodic);
@@ -374,7 +374,7 @@ TEST_CASE("degree one: spheres are a gas's induced dipoles of polarizability R^3
   }
 }
 
-TEST_CASE("insulated box: charges must cancel; potentials have zero mean") {
+TEST_CASE("spheres in an insulated box: charges must cancel, mean potential zero") {
   SphereProblem problem{.permittivity = 1};
   problem.box.lengths = {1, 1, 1};
   problem.spheres = {{{0.3, 0.3, 0.3}, 0.1, 0}, {{0.7, 0.6, 0.6}, 0.15, 1}};
@@ -391,7 +391,7 @@ TEST_CASE("insulated box: charges must cancel; potentials have zero mean") {
   CHECK(fixed.sphere_charge[1] == doctest::Approx(-1).epsilon(1e-12));
 }
 
-TEST_CASE("neutral sphere in a box at one potential: same potential, no charge") {
+TEST_CASE("neutral sphere in a box at 50 V: has 50 V and no side charge") {
   SphereProblem problem{.permittivity = 1};
   problem.box.lengths = {0.01, 0.01, 0.01};
   problem.box.sides[4] = Boundary::electrode;
@@ -403,7 +403,7 @@ TEST_CASE("neutral sphere in a box at one potential: same potential, no charge")
   CHECK(std::abs(solution.side_charge[4]) < 1e-12);
 }
 
-TEST_CASE("spheres: an invalid problem is refused") {
+TEST_CASE("SphereProblem: invalid problems are refused") {
   SphereProblem problem = mixed_box();
   problem.spheres[0].centre.z = 0.14;
   CHECK_THROWS_WITH_AS(problem.check(),

@@ -82,7 +82,7 @@ class Pit : public minimize::SmoothObjective {
 
 }  // namespace
 
-TEST_CASE("contact law: w(q) = (q - 1) ln q and its derivatives") {
+TEST_CASE("soft repulsion: w(q) = (q - 1) ln q and its derivatives") {
   const effects::ContactLaw half = effects::contact_law(0.5);
   CHECK(half.energy == doctest::Approx(0.5 * std::log(2)).scale(0).epsilon(1e-15));
   CHECK(half.slope == doctest::Approx(-std::log(2) - 1).scale(0).epsilon(1e-15));  // ln q + 1 - 1/q
@@ -96,7 +96,7 @@ TEST_CASE("contact law: w(q) = (q - 1) ln q and its derivatives") {
   CHECK(effects::contact_law(1 - e).energy == doctest::Approx(e * e).scale(0).epsilon(2 * e));
 }
 
-TEST_CASE("logarithm_near_one: the series for ln q is as accurate as the library's") {
+TEST_CASE("logarithm_near_one: as accurate as the library's logarithm") {
   std::mt19937 random(1);
   std::uniform_real_distribution<double> depth(0, 1 - effects::near_one);
   for (int k = 0; k < 100000; ++k) {
@@ -115,7 +115,7 @@ Scene random_packing(int dimension, int count, double side = 24) {
                      "crowd");
 }
 
-TEST_CASE("many contacts: energy and forces are sums over all pairs and walls") {
+TEST_CASE("SoftRepulsion: energy and forces are sums over all pairs and walls") {
   for (const int dimension : {2, 3}) {
     const int n = dimension == 3 ? 6000 : 1000;
     const Scene scene = random_packing(dimension, n);
@@ -168,7 +168,7 @@ TEST_CASE("many contacts: energy and forces are sums over all pairs and walls") 
   }
 }
 
-TEST_CASE("neighbour search: an earlier one changes no bit of energy and forces") {
+TEST_CASE("SoftRepulsion: an older neighbour list changes no bit of the forces") {
   std::mt19937 random(2);
   std::uniform_real_distribution<double> little(-0.05, 0.05);
   for (int trial = 0; trial < 20; ++trial) {
@@ -188,7 +188,7 @@ TEST_CASE("neighbour search: an earlier one changes no bit of energy and forces"
   }
 }
 
-TEST_CASE("close contacts: energy and gradient equal the sum over all pairs") {
+TEST_CASE("PotentialEnergy: energy and gradient equal the sum over all pairs") {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> step(-1, 1);
   for (const int dimension : {2, 3}) {
@@ -221,7 +221,7 @@ TEST_CASE("close contacts: energy and gradient equal the sum over all pairs") {
   }
 }
 
-TEST_CASE("close contacts: coinciding centres and crossed walls are infinite") {
+TEST_CASE("PotentialEnergy: infinite for coinciding centres and crossed walls") {
   const Scene scene = random_packing(2, 1000);
   statics::PotentialEnergy energy(scene, 1);
   const std::vector<double> start = energy.model().bodies.position;
@@ -238,7 +238,7 @@ TEST_CASE("close contacts: coinciding centres and crossed walls are infinite") {
   CHECK(std::isinf(energy.evaluate(x, gradient)));
 }
 
-TEST_CASE("contact energy: a pair counts once and beyond a wall it is infinite") {
+TEST_CASE("SoftRepulsion: a pair counts once, energy beyond a wall is infinite") {
   Scene scene = packing(2, "lbfgs");
   scene.conductors = {{.position = {2, 3}, .radius = 1}, {.position = {3, 3}, .radius = 1}};
   Model model = effects::make_model(scene);
@@ -258,7 +258,7 @@ TEST_CASE("contact energy: a pair counts once and beyond a wall it is infinite")
   CHECK(std::isinf(potential.energy(state_of(model))));
 }
 
-TEST_CASE("minimizers: each finds the minimum of a bowl within its domain") {
+TEST_CASE("minimizers: each finds the minimum of a quadratic bowl") {
   const std::vector<double> start = {-2, 4, 4, -3};
   const auto check = [](minimize::Minimizer&& minimizer) {
     for (int k = 0; k < 20000 && minimizer.point().value > 1e-24 && minimizer.iterate(); ++k)
@@ -273,7 +273,7 @@ TEST_CASE("minimizers: each finds the minimum of a bowl within its domain") {
   CHECK_THROWS_AS(minimize::Lbfgs(bowl, {4, 0, 0, 0}, 0.1, 1), InputError);
 }
 
-TEST_CASE("minimizers: each returns from deep within a steep wall") {
+TEST_CASE("minimizers: each finds the minimum from deep within a steep wall") {
   Pit pit;
   const auto check = [](minimize::Minimizer&& minimizer) {
     for (int k = 0; k < 20000 && std::abs(minimizer.point().gradient[0]) > 1e-9 && minimizer.iterate(); ++k)
@@ -289,7 +289,7 @@ TEST_CASE("minimizers: each returns from deep within a steep wall") {
   }
 }
 
-TEST_CASE("packing: progress is the logarithm of the force and complete at rest") {
+TEST_CASE("Minimization: progress is the logarithm of the largest force") {
   Minimization packed(packing(2, "lbfgs", "force_tolerance = 1e-6"));
   const ProgressMeasure start = packed.progress_measure();
   CHECK(start.whole == doctest::Approx(6 * std::log(10.0)));
@@ -299,7 +299,7 @@ TEST_CASE("packing: progress is the logarithm of the force and complete at rest"
   CHECK(packed.progress_measure().done >= packed.progress_measure().whole);
 }
 
-TEST_CASE("disk deep in a wall: it comes to rest between the walls by every method") {
+TEST_CASE("packing, disk deep in a wall: every method brings it to rest") {
   for (const std::string method : methods) {
     CAPTURE(method);
     Minimization minimization(
@@ -313,7 +313,7 @@ TEST_CASE("disk deep in a wall: it comes to rest between the walls by every meth
   }
 }
 
-TEST_CASE("stiffness: powers of two as units give identical bits by every method") {
+TEST_CASE("packing: stiffness times 2^146 changes no bit, by every method") {
   for (const std::string method : methods) {
     CAPTURE(method);
     const auto at_rest = [&](double stiffness) {
@@ -330,7 +330,7 @@ TEST_CASE("stiffness: powers of two as units give identical bits by every method
   }
 }
 
-TEST_CASE("overflowing forces: they are a failure and not a rest state") {
+TEST_CASE("packing with overflowing forces: throws Failure, is not at rest") {
   const std::string start =
       "[domain]\nsize = [4.0, 4.0]\n[effects.soft_repulsion]\nbox = false\n"
       "[[wall]]\npoint = [-3.0, 0.0]\nnormal = [1.0, 0.0]\n[[conductor]]\nposition = [0.0, 1.0]\nradius = 1\n";
@@ -341,7 +341,7 @@ TEST_CASE("overflowing forces: they are a failure and not a rest state") {
   }
 }
 
-TEST_CASE("packing: it comes to rest by every method without charges or field") {
+TEST_CASE("packing: every method brings it to rest without charges or field") {
   for (const int dimension : {2, 3})
     for (const std::string method : methods) {
       CAPTURE(method);
@@ -361,7 +361,7 @@ TEST_CASE("packing: it comes to rest by every method without charges or field") 
   CHECK(!parallel::petsc_started());
 }
 
-TEST_CASE("packing not at rest: its summary warns") {
+TEST_CASE("packing not at rest: its summary gives a warning") {
   Minimization minimization(packing(2, "lbfgs", "max_iterations = 3"));
   minimization.advance_to(3, {});
   REQUIRE(!minimization.at_rest());
@@ -374,7 +374,7 @@ TEST_CASE("packing not at rest: its summary warns") {
   CHECK(rests.summary().warnings.empty());
 }
 
-TEST_CASE("minimization: one restored from a checkpoint has identical bits") {
+TEST_CASE("minimization: restored from a checkpoint, it has identical bits") {
   for (const std::string method : methods) {
     CAPTURE(method);
     const Scene scene = packing(2, method);
@@ -388,7 +388,7 @@ TEST_CASE("minimization: one restored from a checkpoint has identical bits") {
   }
 }
 
-TEST_CASE("minimization: any number of threads gives identical bits") {
+TEST_CASE("PotentialEnergy: any number of threads gives identical bits") {
   const Scene scene = parse_scene(
       "[domain]\nsize = [50.0, 50.0]\n[effects.soft_repulsion]\n"
       "[[population]]\ncount = 5000\nradius = [0.3, 0.4]\noverlapping = true\n",

@@ -17,7 +17,7 @@ namespace backlog_test {
 using namespace lichtenberg;
 using parallel::TaskQueue;
 
-TEST_CASE("task queue: tasks run in order and are complete at the end") {
+TEST_CASE("TaskQueue: tasks run in order and are complete after finish()") {
   for (const std::size_t most : {0, 1, 2, 100}) {
     std::vector<int> done;
     {
@@ -32,7 +32,7 @@ TEST_CASE("task queue: tasks run in order and are complete at the end") {
   }
 }
 
-TEST_CASE("task queue: add() blocks when full, and completed tasks are released") {
+TEST_CASE("TaskQueue: add() blocks when full, completed tasks are released") {
   std::atomic<int> begun = 0, added = 0;
   std::atomic<bool> go = false;
   const auto held = std::make_shared<int>();
@@ -57,7 +57,7 @@ TEST_CASE("task queue: add() blocks when full, and completed tasks are released"
   CHECK(held.use_count() == 1);
 }
 
-TEST_CASE("task queue: the owner gets an exception once, later tasks are skipped") {
+TEST_CASE("TaskQueue: the owner gets an exception once, later tasks are skipped") {
   int done = 0;
   TaskQueue queue(10);
   std::atomic<bool> go = false;

@@ -35,7 +35,7 @@ double slope(const Impacts& impacts, double time) {
 
 }  // namespace
 
-TEST_CASE("integrate: it ends at an event or at the given time") {
+TEST_CASE("integrate: CVODE ends at an event or at the given time") {
   Ode oscillator{
       .rates = [](double, std::span<const double> y, std::span<double> rate) { rate[0] = y[1], rate[1] = -y[0]; },
       .absolute = {1e-14, 1e-14}};
@@ -59,7 +59,7 @@ TEST_CASE("integrate: it ends at an event or at the given time") {
   CHECK(message_of([&] { integrate(oscillator, 0, 1, y); }) == "out of range");
 }
 
-TEST_CASE("restitution of viscoelastic grains: elastic limit and first terms in k") {
+TEST_CASE("viscoelastic restitution: elastic limit and first terms of its series") {
   const UniversalCollision elastic = universal_collision(0);
   // s'^2 = 1 - (4/5) s^(5/2): the maximum overlap is (5/4)^(2/5), and the duration, by a beta function, 2 (5/4)^(2/5)
   // (2/5) B(2/5, 1/2).
@@ -74,7 +74,7 @@ TEST_CASE("restitution of viscoelastic grains: elastic limit and first terms in 
   CHECK((first_loss() - universal_collision(k).loss) / k == Approx(a).epsilon(2e-3).scale(0));
 }
 
-TEST_CASE("restitution curve: it equals CVODE's at and between its points") {
+TEST_CASE("restitution curve: equals CVODE's integration at and between points") {
   for (double k = 1e-9; k < RestitutionCurve::largest; k *= 1.7) {
     const UniversalCollision found = restitution_curve()(k), exact = universal_collision(k);
     CHECK(std::abs(found.loss - exact.loss) < 1e-11);
@@ -86,7 +86,7 @@ TEST_CASE("restitution curve: it equals CVODE's at and between its points") {
   for (const double refused : {-1e-9, 100.001, std::nan("")}) CHECK_THROWS_AS(restitution_curve()(refused), InputError);
 }
 
-TEST_CASE("collision of viscoelastic grains: known values at E = 278.6, D = 27.7") {
+TEST_CASE("viscoelastic collision: known values at E = 278.6, D = 27.7") {
   // Speed, restitution, duration and overlap of an independent program, to its printed digits.
   const double known[][4] = {{1e-6, .914344, 4.005, 1.33e-6}, {1e-4, .802964, 1.560, 5.05e-5},
                              {1e-3, .712488, .965, 3.04e-4},  {.01, .597185, .591, 1.80e-3},
@@ -115,7 +115,7 @@ TEST_CASE("restitution: Mueller and Poeschel's closed form is within 0.01") {
   CHECK(std::abs(pade_restitution(k) - (1 - c * k + 0.6 * c * c * k * k)) < std::pow(k, 2.5) + 1e-6 * k);
 }
 
-TEST_CASE("Haff's law: rates of a gas of hard spheres") {
+TEST_CASE("Haff's law: collision rate and cooling time of hard spheres") {
   CHECK(contact_value(density) == Approx(1.2206).epsilon(1e-4).scale(0));
   // omega t_c with the elastic duration at v^2 = 4T.
   const auto overlap_in_time = [](double temperature) {
@@ -135,7 +135,7 @@ TEST_CASE("Haff's law: rates of a gas of hard spheres") {
         Approx(haff_time(density, 10, 0.9, 0.1) * (1 + 0.3 / 16)).epsilon(1e-14).scale(0));
 }
 
-TEST_CASE("impact means: they are exponential integrals") {
+TEST_CASE("impact_mean: averages over impact speeds equal gamma functions") {
   // v^2 = 4 T x, x ~ exp(-x): <v^p> = (4T)^(p/2) Gamma(1 + p/2). For p = 1/5 the integrand is singular at 0.
   for (const double p : {0.2, 1.0, 2.0})
     CHECK(impact_mean(0.3, [&](double v, double) { return std::pow(v, p); }) ==
@@ -143,7 +143,7 @@ TEST_CASE("impact means: they are exponential integrals") {
   CHECK(impact_mean(0.3, [](double, double x) { return x * x; }) == Approx(2).epsilon(1e-12).scale(0));
 }
 
-TEST_CASE("constant restitution: Haff's law, slower with a contact duration") {
+TEST_CASE("constant restitution: cooling is Haff's law, slower with contact time") {
   const Impacts constant{[](double) { return 0.9; }};
   const double tau = haff_time(density, 10, 0.9);
   const std::vector<double> times = {1, 10, 1000};
@@ -160,7 +160,7 @@ TEST_CASE("constant restitution: Haff's law, slower with a contact duration") {
         Approx(haff_temperature(10, 1.5 * tau, 10)).epsilon(1e-9).scale(0));
 }
 
-TEST_CASE("viscoelastic grains: cooling exponents lie between -1.87 and -1.73") {
+TEST_CASE("viscoelastic gas: cooling exponent is -1.87 early and -1.73 late") {
   CHECK(slope({restitution}, 1e2) == Approx(-1.87).epsilon(3e-3).scale(0));
   CHECK(slope({restitution}, 1e6) == Approx(-1.73).epsilon(3e-3).scale(0));
   // Weakly dissipative grains reach -5/3 (Brilliantov and Poeschel 2000): 1 - eps^2 = 2 c v^(1/5) gives dT/dt ~
@@ -170,7 +170,7 @@ TEST_CASE("viscoelastic grains: cooling exponents lie between -1.87 and -1.73") 
         Approx(-5.0 / 3).epsilon(7e-3).scale(0));
 }
 
-TEST_CASE("early charging: <q^2> is the transferred mean times the collisions") {
+TEST_CASE("charging gas: <q^2> is <dq^2> times the number of collisions") {
   // dq constant: <q^2> = dq^2 collisions.
   const Impacts constant{restitution, {}, [](double) { return 0.25; }};
   const CoolingState state = cool(density, constant, 10, std::vector{5.0})[0];
@@ -186,7 +186,7 @@ TEST_CASE("early charging: <q^2> is the transferred mean times the collisions") 
   }
 }
 
-TEST_CASE("impact charge: its mean square includes the noise") {
+TEST_CASE("impact_charge_square: the mean square charge includes the noise") {
   // eta -> 0: the noise has no effect, <dq^2> = Q^2. eta = 1/2 with a half-width of the exponent's noise of 0.025:
   // <Psi_1> = 1.63114 m_eff v^2 Q^2, and a correction of the order of 0.025^2.
   CHECK(impact_charge_square(2, 1e-9, 0.5, 3) == Approx(4).epsilon(1e-7).scale(0));
@@ -194,7 +194,7 @@ TEST_CASE("impact charge: its mean square includes the noise") {
   CHECK(impact_charge_square(1, 0.5, 0.5, 3) != Approx(4.5 * (0.1 + std::sqrt(10)) / 2).epsilon(1e-6).scale(0));
 }
 
-TEST_CASE("log_h: h is e^x Dawson(sqrt x) for small and large x") {
+TEST_CASE("log_h: logarithm of e^x Dawson(sqrt x) for small and large x") {
   CHECK(std::exp(log_h(1) - 1) ==
         Approx(0.53807950691276841914).epsilon(1e-14).scale(0));  // Dawson(1), Abramowitz & Stegun 7.5.
   CHECK(std::exp(log_h(4) - 4) == Approx(0.30134038892379196603).epsilon(1e-14).scale(0));  // Dawson(2).
@@ -204,7 +204,7 @@ TEST_CASE("log_h: h is e^x Dawson(sqrt x) for small and large x") {
   CHECK(log_h(1e4) == Approx(1e4 - std::log(200) + std::log1p(0.5e-4 + 0.75e-8)).epsilon(1e-14).scale(0));
 }
 
-TEST_CASE("monopolar gas: its temperature solves the equation") {
+TEST_CASE("monopolar gas: its temperature solves the rate equation") {
   for (const double barrier : {0.01, 1.0, 30.0}) {
     const MonopolarGas gas{10, 3, barrier};
     const Ode ode{.rates =
@@ -238,7 +238,7 @@ TEST_CASE("monopolar gas: Haff's law without repulsion, U / ln t at late times")
   }
 }
 
-TEST_CASE("two neutral grains: restitution and dissipation of both laws") {
+TEST_CASE("two neutral grains: restitution and dissipation of both contact laws") {
   for (const double speed : {0.01, 1.0, 5.0}) {
     const PairContact found = contact({.elastic = 278.6, .dissipative = 27.7}, speed);
     const PairCollision theory = collision(grains, speed);
@@ -260,7 +260,7 @@ TEST_CASE("two neutral grains: restitution and dissipation of both laws") {
   CHECK_NOTHROW(contact({.elastic = 278.6}, 21));
 }
 
-TEST_CASE("bound pair: it dissipates its energy down to that of resting contact") {
+TEST_CASE("bound pair of grains: dissipates its energy down to resting contact") {
   for (const double coulomb : {-0.1, -0.001, -5.0})
     for (const double factor : {1.01, 1.5}) {
       const TwoGrains pair{.elastic = 278.6, .dissipative = 27.7, .coulomb = coulomb};
@@ -277,7 +277,7 @@ TEST_CASE("bound pair: it dissipates its energy down to that of resting contact"
   CHECK_THROWS_AS(static_overlap({.elastic = 278.6, .coulomb = -26}), InputError);
 }
 
-TEST_CASE("two grains: they escape above the capture speed, within 1e-9") {
+TEST_CASE("two attracting grains: captured below capture_speed, escape above it") {
   for (const double coulomb : {-0.1, -0.001}) {
     const TwoGrains pair{.elastic = 278.6, .dissipative = 27.7, .coulomb = coulomb};
     const double limit = capture_speed(pair);
@@ -297,7 +297,7 @@ TEST_CASE("two grains: they escape above the capture speed, within 1e-9") {
   CHECK(capture_speed({.elastic = 278.6, .dissipative = 27.7}) == 0);
 }
 
-TEST_CASE("tabulated impact means: a gas cools as with quadrature") {
+TEST_CASE("ImpactTable: a gas cools as with quadrature") {
   const Impacts impacts{.restitution = restitution,
                         .duration =
                             [](double temperature) {

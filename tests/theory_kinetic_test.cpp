@@ -88,7 +88,7 @@ KineticGas gas_of(double coupling) {
 
 }  // namespace
 
-TEST_CASE("merge integrals: closed forms and series equal quadrature, all B") {
+TEST_CASE("merging integrals: closed forms and series equal quadrature") {
   for (const double bjerrum :
        {1e-4, 1e-3, 0.025, 0.1, 0.2499, 0.2501, 0.5, 0.81, 0.83, 1 - 1e-6, 1.0, 1 + 1e-6, 1.2, 1.3, 5.0, 30.0, 1e3}) {
     const double beta = 2 * bjerrum;
@@ -108,7 +108,7 @@ TEST_CASE("merge integrals: closed forms and series equal quadrature, all B") {
   for (const double refused : {-1e-9, std::nan(""), 1e160}) CHECK_THROWS_AS(merging_integrals(refused), InputError);
 }
 
-TEST_CASE("contact integrals: they equal quadrature over charges") {
+TEST_CASE("contact_integral: equals quadrature over charges") {
   // G(p) = 4 int K_0(2w) Gamma(p, beta w) dw.
   for (const double p : {0.7, 2.0, 3.1, 3.66})
     for (const double bjerrum : {1e-4, 0.3, 1.0, 7.0, 1e3})
@@ -119,7 +119,7 @@ TEST_CASE("contact integrals: they equal quadrature over charges") {
   CHECK_THROWS_AS(contact_integral(2, -1), InputError);
 }
 
-TEST_CASE("rates: power laws give the closed forms, also from tabulated laws") {
+TEST_CASE("kinetic rates: power laws give closed forms, also from tables") {
   const double loss = 1.3, transfer = 0.4, exponent = 1.6, temperature = 0.02;
   for (const double bjerrum : {0.0, 0.01, 1.0, 100.0}) {
     const Aggregates gas{.density = 0.1, .temperature = temperature, .charge_square = 3, .mass = 8, .diameter = 2};
@@ -142,7 +142,7 @@ TEST_CASE("rates: power laws give the closed forms, also from tabulated laws") {
   }
 }
 
-TEST_CASE("rates: they equal Monte Carlo collision integrals at both speeds") {
+TEST_CASE("kinetic rates: equal Monte Carlo collision integrals") {
   for (const double bjerrum : {0.3, 2.0}) {
     const Aggregates gas{.density = 0.1, .temperature = 0.5, .charge_square = 0.7, .mass = 3, .diameter = 1.4};
     const double coupling = bjerrum * 0.5 * 1.4 / 0.7;
@@ -152,7 +152,7 @@ TEST_CASE("rates: they equal Monte Carlo collision integrals at both speeds") {
   }
 }
 
-TEST_CASE("speeds at contact: neutral rates agree, elastic grains never merge") {
+TEST_CASE("contact_speed_rates: equal neutral rates, elastic grains never merge") {
   const Aggregates gas{.density = 0.1, .temperature = 0.5, .charge_square = 0.7};
   const KineticRates neutral = contact_speed_rates(gas, 0, true_laws),
                      same = kinetic_rates(gas, 0, tabulated_means(true_laws, 10));
@@ -162,7 +162,7 @@ TEST_CASE("speeds at contact: neutral rates agree, elastic grains never merge") 
   CHECK(contact_speed_rates(gas, 1, {.restitution = [](double) { return 1.0; }}).mergers == 0);
 }
 
-TEST_CASE("without charge interaction: cooling and charging follow Haff's law") {
+TEST_CASE("kinetic theory without charge interaction: Haff's law of cooling") {
   const std::vector<double> times = {0, 1, 30, 1000};
   const auto haff = cool(density, true_laws, 10, times);
   for (const bool merges : {true, false}) {
@@ -183,7 +183,7 @@ TEST_CASE("without charge interaction: cooling and charging follow Haff's law") 
         near(cool(density, slow.impacts, 10, times)[2].temperature, 1e-7));
 }
 
-TEST_CASE("Bjerrum number: with merging it has a maximum, otherwise it grows") {
+TEST_CASE("Bjerrum number: has a maximum with merging, grows without it") {
   KineticGas gas = gas_of(5e-5);  // Q = 1: K Q^2
   std::vector<double> times;
   for (double t = 1; t < 1e5; t *= 1.3) times.push_back(t);
@@ -201,7 +201,7 @@ TEST_CASE("Bjerrum number: with merging it has a maximum, otherwise it grows") {
   CHECK(bouncing.back().density == near(density, 1e-12));
 }
 
-TEST_CASE("kinetic theory: only K Q^2 matters") {
+TEST_CASE("kinetic theory: depends only on Coulomb prefactor times charge squared") {
   const std::vector<double> times = {300};
   KineticGas gas = gas_of(1);
   gas.impacts.charge_square = [](double v) { return impact_charge_square(4.5e-3, 0.83, 0.5, v); };
@@ -211,7 +211,7 @@ TEST_CASE("kinetic theory: only K Q^2 matters") {
   CHECK(found.bjerrum == near(same.bjerrum, 1e-7));
 }
 
-TEST_CASE("printed functions: they differ from the corrected ones as expected") {
+TEST_CASE("kinetic functions as printed: differ from corrected ones as expected") {
   // At B -> 0, g_2 has 5.47's 80 2^(1/5)/(21 sqrt pi) pi/2, and no grains merge.
   const KineticFunctions none = printed_functions(1e-6, 1.6), right = corrected_functions(1e-6, 1.6);
   CHECK(none.contact_loss == near(80 * std::pow(2, 0.2) / (21 * std::sqrt(pi)) * pi / 2, 1e-5));

@@ -19,7 +19,7 @@ double additive(double i, double j) { return i + j; }
 
 }  // namespace
 
-TEST_CASE("constant kernel: Smoluchowski's solution") {
+TEST_CASE("coagulate, constant kernel: Smoluchowski's solution") {
   const std::vector<double> sizes = size_classes(400, 2, 400), times = {0, 1, 10};
   const auto found = coagulate(constant, sizes, times);
   REQUIRE(found.size() == times.size());
@@ -37,7 +37,7 @@ TEST_CASE("constant kernel: Smoluchowski's solution") {
   }
 }
 
-TEST_CASE("additive kernel: Golovin's solution, ends when mass leaves the classes") {
+TEST_CASE("coagulate, additive kernel: Golovin's solution, ends if mass is lost") {
   const std::vector<double> sizes = size_classes(600, 2, 600), times = {0.5, 1, 2, 10};
   const auto found = coagulate(additive, sizes, times);
   // At t = 2 sizes of exp(4) are common, and classes of 600 contain more than 1e-9 of the mass.
@@ -55,7 +55,7 @@ TEST_CASE("additive kernel: Golovin's solution, ends when mass leaves the classe
   }
 }
 
-TEST_CASE("geometric classes: number and mass are kept, S is of second order") {
+TEST_CASE("coagulate, geometric classes: mass kept, mean size of second order") {
   const std::vector<double> times = {20};
   double error[2];
   for (int fine = 0; fine < 2; ++fine) {
@@ -72,7 +72,7 @@ TEST_CASE("geometric classes: number and mass are kept, S is of second order") {
   CHECK(error[0] / error[1] == Approx(4).epsilon(0.15));
 }
 
-TEST_CASE("extrapolated classes: the constant kernel's closed form") {
+TEST_CASE("coagulation_series, constant kernel: equals the closed form") {
   const std::vector<double> times = {1, 20, 200, 2000};
   for (const double tolerance : {1e-3, 1e-4}) {
     const CoagulationSeries found = coagulation_series(constant, times, tolerance);
@@ -85,7 +85,7 @@ TEST_CASE("extrapolated classes: the constant kernel's closed form") {
   }
 }
 
-TEST_CASE("extrapolated classes: ballistic aggregation solved size by size") {
+TEST_CASE("coagulation_series, ballistic aggregation: equals size-by-size solution") {
   const std::vector<double> times = {1, 2, 4}, one_by_one = size_classes(500, 2, 500);
   for (const double beta : {2.0, 3.0}) {
     const auto exact = coagulate(flight_kernel(beta), one_by_one, times);
@@ -98,7 +98,7 @@ TEST_CASE("extrapolated classes: ballistic aggregation solved size by size") {
   }
 }
 
-TEST_CASE("extrapolated classes: the actual error is below the stated one") {
+TEST_CASE("coagulation_series: the actual error is below the stated one") {
   // The constant kernel's S is known at all times, and wide classes have an error far above rounding.
   for (const double tolerance : {1e-2, 1e-3}) {
     const CoagulationSeries found = coagulation_series(constant, std::vector{100.0, 1000.0}, tolerance);
@@ -106,7 +106,7 @@ TEST_CASE("extrapolated classes: the actual error is below the stated one") {
   }
 }
 
-TEST_CASE("classes: they begin with single sizes") {
+TEST_CASE("size_classes: begin with single sizes, then grow geometrically") {
   const std::vector<double> sizes = size_classes(10, 1.05, 1000);
   CHECK(sizes[9] == 10);
   CHECK(sizes[10] == 11);  // The distance is at least one grain.
@@ -114,7 +114,7 @@ TEST_CASE("classes: they begin with single sizes") {
   CHECK(sizes.back() > 950);
 }
 
-TEST_CASE("flight kernel: it is homogeneous") {
+TEST_CASE("flight_kernel: symmetric and homogeneous of the known degree") {
   for (const double beta : {2.0, 3.0}) {
     const Kernel kernel = flight_kernel(beta);
     CHECK(kernel(3, 5) == near(kernel(5, 3), 1e-15));
@@ -124,7 +124,7 @@ TEST_CASE("flight kernel: it is homogeneous") {
   CHECK(flight_exponent(3) == near(1.5, 1e-15));
 }
 
-TEST_CASE("flight kernel: the growth exponent of the mean size rises to its limit") {
+TEST_CASE("flight_kernel: growth exponent of the mean size rises to its limit") {
   const std::vector<double> sizes = size_classes(30, 1.1, 1e6), times = {1, 2, 4, 8, 16, 32, 64};
   for (const double beta : {2.0, 3.0}) {
     const auto found = coagulate(flight_kernel(beta), sizes, times);
@@ -142,7 +142,7 @@ TEST_CASE("flight kernel: the growth exponent of the mean size rises to its limi
   }
 }
 
-TEST_CASE("aggregates of one size: they merge at half the kernel's rate") {
+TEST_CASE("flight_time of equal aggregates: they merge at half the kernel's rate") {
   for (const double beta : {2.0, 3.0}) {
     const Kernel kernel = flight_kernel(beta);
     CHECK(flight_time(beta, 1) == 0);

@@ -38,7 +38,7 @@ Eigen::Matrix4cd printed_matrix(const TransportCoefficients& c, double r, double
 
 }  // namespace
 
-TEST_CASE("dilute gas of hard spheres: transport coefficients") {
+TEST_CASE("transport_coefficients: known values at restitution 0.7 and 1") {
   const TransportCoefficients c = transport_coefficients(0.7);  // Ten digits from the source's script.
   CHECK(c.cooling == near(0.2125520337, 3e-10));
   CHECK(c.viscosity == near(1.147863019, 5e-10));
@@ -53,7 +53,7 @@ TEST_CASE("dilute gas of hard spheres: transport coefficients") {
     CHECK_THROWS_AS(transport_coefficients(refused), lichtenberg::InputError);
 }
 
-TEST_CASE("scales: the box of G chapter 4") {
+TEST_CASE("hydrodynamic_length and charge_number: known values for a gas") {
   const double density = 50016 / (70.0 * 70 * 70);
   CHECK(hydrodynamic_length(density) * density == near(0.12467, 4e-5));
   CHECK(hydrodynamic_length(density) == near(0.855, 1e-3));
@@ -61,7 +61,7 @@ TEST_CASE("scales: the box of G chapter 4") {
   CHECK(charge_number(2, density, 3, 5) == near(2 * M_PI * 2 * density * 9 * std::pow(0.12467 / density, 2) / 5, 1e-4));
 }
 
-TEST_CASE("eigenvalues: those of the printed matrix, whose fourth is zero") {
+TEST_CASE("growth_rates: equal the eigenvalues of the printed matrix") {
   for (const double eps : {0.3, 0.7, 0.99})
     for (const double r : {0.0, 0.1, 0.9})
       for (const double k : {0.01, 0.12, 0.3, 2.0}) {
@@ -84,7 +84,7 @@ TEST_CASE("eigenvalues: those of the printed matrix, whose fourth is zero") {
       }
 }
 
-TEST_CASE("limits: k to 0, charged and neutral, and sound of an elastic gas") {
+TEST_CASE("growth_rates: limits for wave number 0, and sound of an elastic gas") {
   const TransportCoefficients c = transport_coefficients(0.7);
   const double k = 1e-5, r = 0.1;
   const Modes charged = growth_rates(c, r, std::vector{k})[0];
@@ -103,7 +103,7 @@ TEST_CASE("limits: k to 0, charged and neutral, and sound of an elastic gas") {
   CHECK(omega == near(1e-4 * std::sqrt(5.0 / 6), 1e-6));
 }
 
-TEST_CASE("modes: they are continuous in k") {
+TEST_CASE("growth_rates: are continuous in the wave number") {
   const double step = 0.0005;
   for (const double eps : {0.3, 0.5, 0.7, 0.9})
     for (const double r : {0.0, 0.001, 0.003, 0.01, 0.1, 0.9}) {
@@ -131,7 +131,7 @@ Disturbance without(const TransportCoefficients& c, double r, double k, const Di
 
 }  // namespace
 
-TEST_CASE("disturbance: it evolves as the sum of its modes") {
+TEST_CASE("disturbance_evolution: equals the sum of growing modes") {
   const TransportCoefficients c = transport_coefficients(0.7);
   const double k = 0.12, r = 0.3, later = 20;
   const Disturbance start{{1, 0.5}, {-0.7, 0.1}, {0.2, 0.9}};
@@ -151,7 +151,7 @@ TEST_CASE("disturbance: it evolves as the sum of its modes") {
   }
 }
 
-TEST_CASE("constant charges: the charge number R grows as 1/T") {
+TEST_CASE("disturbance_evolution, constant charges: charge number grows as 1/T") {
   const TransportCoefficients c = transport_coefficients(0.7);
   const double k = 0.12, r = 0.3, later = 20, step = 0.05;
   const Disturbance start{1, 0, 0};
@@ -166,7 +166,7 @@ TEST_CASE("constant charges: the charge number R grows as 1/T") {
   CHECK(std::abs(found.speed - stepped.speed) < 1e-3 * std::abs(found.speed));
 }
 
-TEST_CASE("critical wave numbers: eigenvalues and Routh-Hurwitz criterion agree") {
+TEST_CASE("critical_waves: equal those of the Routh-Hurwitz criterion") {
   const TransportCoefficients c = transport_coefficients(0.7);
   const auto neutral = critical_waves(c, 0);
   REQUIRE(neutral.size() == 1);

@@ -50,18 +50,18 @@ Integrals integrals(const DiskPair& pair, double charge, const Disk& disk, doubl
 
 }  // namespace
 
-TEST_CASE("equal disks: the capacitance is D 6.37") {
+TEST_CASE("two equal disks: capacitance is pi eps / acosh(d / 2R)") {
   for (const double ratio : {1.02, 1.25, 2.0, 8.0})
     CHECK(capacitance(equal_pair(ratio)) == Approx(pi / std::acosh(ratio)).epsilon(1e-13));
 }
 
-TEST_CASE("disks at d = 2.1 R: capacitance and force of a reference solution") {
+TEST_CASE("two disks at d = 2.1 R: capacitance and force of a reference solution") {
   // 13 digits of a published reference solution: two disks of radius 1, centres at distance 2.1, eps = 1, Q = 1.
   CHECK(capacitance(equal_pair(1.05)) == Approx(9.97569288444885).epsilon(1e-13));
   CHECK(force(equal_pair(1.05), 1).x == Approx(0.24855826185828295).epsilon(1e-13));
 }
 
-TEST_CASE("disk surfaces: each is an equipotential, also of unequal disks") {
+TEST_CASE("two unequal disks: each surface is an equipotential") {
   for (double angle = 0; angle < 6; angle += 0.5) {
     // The points lie 1e-12 radii off the surface; the field there is below 10 V/m.
     CHECK(potential(unequal, 1, on_circle(unequal.positive, angle)) ==
@@ -76,18 +76,18 @@ TEST_CASE("inside a disk: the potential is that of its surface") {
   CHECK(potential(unequal, 1, unequal.negative.centre) == negative_potential(unequal, 1));
 }
 
-TEST_CASE("potential difference: it is charge over capacitance") {
+TEST_CASE("two disks: potential difference is charge over capacitance") {
   const double charge = 3;
   CHECK(positive_potential(unequal, charge) - negative_potential(unequal, charge) ==
         Approx(charge / capacitance(unequal)).epsilon(1e-13));
 }
 
-TEST_CASE("potential: it vanishes at large distances") {
+TEST_CASE("two disks: the potential vanishes at large distances") {
   // A dipole of moment Q 2a, 2a < 2: V < Q 2a / (2 pi eps r) = 1.3e-7 at r = 1e6.
   CHECK(std::abs(potential(unequal, 1, {1e6, 3e5})) < 1.3e-7);
 }
 
-TEST_CASE("flux and stress around each disk: they give its charge and force") {
+TEST_CASE("two disks: flux and Maxwell stress around each give charge and force") {
   const double charge = 1.7;
   const Integrals first = integrals(unequal, charge, unequal.positive, 0.75);
   const Integrals second = integrals(unequal, charge, unequal.negative, 1.15);
@@ -98,7 +98,7 @@ TEST_CASE("flux and stress around each disk: they give its charge and force") {
   CHECK(norm(second.force + expected) < 1e-7 * norm(expected));
 }
 
-TEST_CASE("force: it is the energy's negative derivative at constant charge") {
+TEST_CASE("two disks: force is the energy's negative derivative") {
   // W = Q^2 / 2C. Central differences with step 1e-5 have a relative truncation error of (step / gap)^2 = 2.5e-9.
   const double charge = 1.7, s = 1e-5;
   const auto energy = [&](double shift) {
@@ -109,13 +109,13 @@ TEST_CASE("force: it is the energy's negative derivative at constant charge") {
   CHECK(force(unequal, charge).x == Approx(-(energy(s) - energy(-s)) / (2 * s)).epsilon(1e-7));
 }
 
-TEST_CASE("capacitance: it keeps its digits at a small gap") {
+TEST_CASE("two disks: capacitance keeps its digits at a gap of 2e-10 R") {
   // acosh(1 + x) = sqrt(2 x) (1 - x / 12 + ...): at x = 1e-10 the correction is 1e-11. The gap of such a pair is
   // rounded by 1e-16 / 1e-10.
   CHECK(capacitance(equal_pair(1 + 1e-10)) == Approx(pi / std::sqrt(2e-10)).epsilon(1e-6));
 }
 
-TEST_CASE("descent: the error decays as (1 - eta C)^2 per step, close to D 6.39") {
+TEST_CASE("descent theory: error decays as (1 - eta C)^2, or 1 - 2 eta C if small") {
   // eta C = 0.25: one step multiplies the error by 0.75^2.
   CHECK(std::exp(-error_decay_rate(0.05, 5)) == Approx(0.5625));
   CHECK(small_step_decay_rate(0.05, 5) == Approx(0.5));
@@ -123,7 +123,7 @@ TEST_CASE("descent: the error decays as (1 - eta C)^2 per step, close to D 6.39"
   CHECK(error_decay_rate(1e-6, 5) == Approx(small_step_decay_rate(1e-6, 5)).epsilon(5e-6));
 }
 
-TEST_CASE("comparison with theory: a NaN or an empty sample violates every bound") {
+TEST_CASE("validation report: a NaN or an empty sample violates every bound") {
   const double nan = std::nan("");
   for (const std::vector<double>& sample : {std::vector<double>{nan, 1}, {1, nan}, {1, nan, 2}, {}}) {
     CHECK(std::isnan(validation::spread(sample).worst));

@@ -38,7 +38,7 @@ void check_general_relations(const DegreeRelations& r) {
 
 }  // namespace
 
-TEST_CASE("Strahler numbers: those of a perfect binary tree count its levels") {
+TEST_CASE("Strahler numbers: count the levels of a perfect binary tree") {
   const std::vector<int> successor = binary_tree(5), number = strahler_numbers(successor);
   for (int i = 0; i < 31; ++i) CHECK_EQ(number[i], 5 - static_cast<int>(std::log2(i + 1)));
   const StrahlerDistribution orders = strahler_distribution(successor, number);
@@ -73,7 +73,7 @@ TEST_CASE("Strahler numbers: two equal largest branches raise the number by one"
   CHECK_EQ(strahler_distribution(stream, number).streams, std::vector<int>{0, 3, 1});
 }
 
-TEST_CASE("Strahler numbers: two trees, unconnected conductors, none") {
+TEST_CASE("Strahler numbers: of two trees, zero for unconnected conductors") {
   const std::vector<int> two{to_ground, to_ground, unconnected, 1, 1};
   CHECK_EQ(strahler_numbers(two), std::vector<int>{1, 2, 0, 1, 1});
   CHECK_EQ(strahler_distribution(two, strahler_numbers(two)).conductors, std::vector<int>{0, 3, 1});
@@ -81,7 +81,7 @@ TEST_CASE("Strahler numbers: two trees, unconnected conductors, none") {
   CHECK_EQ(strahler_distribution({}, {}).highest(), 0);
 }
 
-TEST_CASE("ring: all conductors have a number, although none has degree 1") {
+TEST_CASE("ring of conductors: all have Strahler number 1, none has degree 1") {
   // A square of side 2.5 on the ground: 0 and 1 below, 2 and 3 on top; 2 and 3 touch.
   const Topology t = topology_of({{10, 1.5}, {12.5, 1.5}, {10, 4}, {12.5, 4}});
   CHECK_EQ(t.network.degrees.number, std::vector<int>{0, 0, 2, 2});
@@ -91,7 +91,7 @@ TEST_CASE("ring: all conductors have a number, although none has degree 1") {
   CHECK_EQ(t.relations.mean_degree_printed, doctest::Approx(0.5).epsilon(exact));  // (2 + 2 + 3 + 3) / 4 - 2
 }
 
-TEST_CASE("D 7.6 to 7.9: printed forms, and with ground contacts and loops") {
+TEST_CASE("degree relations: corrected forms hold, printed forms miss terms of 1/M") {
   // A stem of three conductors with three arms, and one isolated conductor.
   const std::vector<Vec2> one_foot{{10, 1.5}, {10, 4}, {10, 6.5}, {12.5, 6.5}, {7.5, 6.5}, {10, 9}, {50, 50}};
   const Topology tree = topology_of(one_foot);
@@ -112,7 +112,7 @@ TEST_CASE("D 7.6 to 7.9: printed forms, and with ground contacts and loops") {
   CHECK_EQ(none.relations.branches_printed, 0);
 }
 
-TEST_CASE("degree relations: they hold with degrees above 4 as well") {
+TEST_CASE("degree relations: hold for degrees above 4 as well") {
   // Nine conductors on a circle of radius 2.95 around one. The centres are 2.95 * 2 sin 20 = 2.018 apart: none overlap,
   // and all neighbours touch each other. The ground is below the lowest.
   std::vector<Vec2> flower{{20, 4.5}};
@@ -124,7 +124,7 @@ TEST_CASE("degree relations: they hold with degrees above 4 as well") {
   check_general_relations(t.relations);
 }
 
-TEST_CASE("distribution: quartiles and extremes of a sample") {
+TEST_CASE("distribution: quartiles, extremes, mean and deviation of a sample") {
   const Distribution d = distribution({4, 1, 3, 2});
   CHECK_EQ(d.count, 4);
   CHECK_EQ(d.least, 1);
@@ -139,7 +139,7 @@ TEST_CASE("distribution: quartiles and extremes of a sample") {
   CHECK_EQ(distribution({}).count, 0);
 }
 
-TEST_CASE("tree: edges and minimum spanning tree") {
+TEST_CASE("topology: lengths of the tree and of the minimum spanning tree") {
   // 0 is on the ground, 1 on 0, 2 next to 1 with a link of 2.9. 3 is isolated, at a distance of 5 from 2.
   const Topology t = topology_of({{10, 1.5}, {10, 4}, {12.9, 4}, {17.9, 4}});
   CHECK_EQ(t.edge_length.count, 2);
@@ -155,7 +155,7 @@ TEST_CASE("tree: edges and minimum spanning tree") {
   CHECK_FALSE(t.masses.has_value());
 }
 
-TEST_CASE("topology: without conductors it is empty and no error") {
+TEST_CASE("topology without conductors: empty and no error") {
   const Topology t = topology_of({});
   CHECK_EQ(t.network.degrees.connected, 0);
   CHECK_EQ(t.edge_length.count, 0);
@@ -163,7 +163,7 @@ TEST_CASE("topology: without conductors it is empty and no error") {
   CHECK(t.minimum.edges.empty());
 }
 
-TEST_CASE("power law: exponent, standard error and range are found") {
+TEST_CASE("fit_power_law: finds exponent, standard error and range") {
   std::vector<double> x, y;
   for (int k = 0; k < 10; ++k) x.push_back(std::pow(2, k)), y.push_back(3 * std::pow(x.back(), -1.5));
   const PowerLaw law = fit_power_law(x, y);
@@ -178,7 +178,7 @@ TEST_CASE("power law: exponent, standard error and range are found") {
   CHECK_EQ(fit_power_law(e, bump).standard_error, doctest::Approx(std::sqrt(1. / 3)));
 }
 
-TEST_CASE("dimensions: a line, a plane and Vicsek's cross") {
+TEST_CASE("fractal dimensions: known for a line, a plane and Vicsek's cross") {
   std::vector<analysis::Segment> line{{{0.1, 0.2}, {64.1, 0.2}}}, grid, cross;
   std::vector<Vec2> on_line, on_plane;
   for (int i = 0; i < 2000; ++i) on_line.push_back({i * 0.08, i * 0.06});
@@ -217,7 +217,7 @@ TEST_CASE("dimensions: a line, a plane and Vicsek's cross") {
   CHECK_EQ(mass_radius_dimension(centre, 2 * side, 2 * side * 27)->exponent, doctest::Approx(vicsek).epsilon(0.05));
 }
 
-TEST_CASE("dimension: the scales must differ by at least a factor of two") {
+TEST_CASE("fractal dimensions: none if scales differ by less than a factor of two") {
   const std::vector<analysis::Segment> line{{{0, 0}, {1, 0}}};
   const std::vector<Vec2> point{{0, 0}, {1, 0}, {2, 0}};
   CHECK_FALSE(box_counting_dimension(line, 1, 1.9).has_value());

@@ -50,7 +50,7 @@ struct Reader {
 
 }  // namespace
 
-TEST_CASE("tutorial: each command has the described result") {
+TEST_CASE("tutorial first-scene.md: each command has the described result") {
   Reader reader;
   std::filesystem::create_directory_symlink(source_folder() + "/scenes", reader.folder / "scenes");
   reader.follow(text_of(source_folder() + "/docs/tutorials/first-scene.md"));

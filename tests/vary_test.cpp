@@ -55,7 +55,7 @@ bool has(const std::string& sentence, const std::string& part) { return sentence
 
 }  // namespace
 
-TEST_CASE("scene without settings: it is unchanged") {
+TEST_CASE("with_settings: without settings the scene is unchanged") {
   const Scene before = parse_scene(text, "test.toml"), after = with({});
   CHECK(after.seed == 5);
   CHECK(after.domain.size.x == before.domain.size.x);
@@ -66,7 +66,7 @@ TEST_CASE("scene without settings: it is unchanged") {
   for (int i = 0; i < 3; ++i) CHECK(after.conductors[i].position.x == before.conductors[i].position.x);
 }
 
-TEST_CASE("settings: keys are set in any table, and tables are added") {
+TEST_CASE("with_settings: sets keys in any table and adds tables") {
   const Scene scene = with({{"seed", "6"},
                             {"population.count", "4"},
                             {"electrode[1].radius", "1.5e-3"},
@@ -82,12 +82,12 @@ TEST_CASE("settings: keys are set in any table, and tables are added") {
   CHECK(scene.mechanics.integrator == Integrator::euler);
 }
 
-TEST_CASE("settings: numbers keep all their digits") {
+TEST_CASE("with_settings: numbers keep all their digits") {
   const Scene scene = with({{"effects.contact_discharge.contact_distance", "0.00012345678901234567"}});
   CHECK(scene.effects.find<effects::ContactDischargeOptions>()->contact_distance == 0.00012345678901234567);
 }
 
-TEST_CASE("settings: a number may begin or end with its point, unlike in TOML") {
+TEST_CASE("setting_of: a number may begin or end with its point, unlike in TOML") {
   CHECK(setting_of("stop.time=.25").value == "0.25");
   CHECK(setting_of("stop.time=-.25").value == "-0.25");
   CHECK(setting_of("stop.time=2.").value == "2");
@@ -95,7 +95,7 @@ TEST_CASE("settings: a number may begin or end with its point, unlike in TOML") 
   CHECK(setting_of("output.file=1.2.3").value == "\"1.2.3\"");
 }
 
-TEST_CASE("settings: a key without a table is refused with an error message") {
+TEST_CASE("with_settings: unknown or incomplete keys are refused with a message") {
   CHECK(has(refusal({{"effects.contact_discharge.contact_distanze", "1"}}),
             "nearest known key is effects.contact_discharge.contact_distance"));
   CHECK(has(refusal({{"effects.contact_discharge", "1"}}), "is no key of a scene but a table: name a key of it"));
@@ -107,11 +107,11 @@ TEST_CASE("settings: a key without a table is refused with an error message") {
   CHECK(has(refusal({{"electrode[2].radius", "1e-3"}}), "has 2 [[electrode]]"));
   CHECK(has(refusal({{"electrode[x].radius", "1e-3"}}), "is no key of a scene"));
   CHECK(has(refusal({{"field[0].cells", "64"}}), "no index is allowed"));
-  CHECK(has(refusal({{"conductor.radius", "1e-3"}}), "the scene has no [[conductor]]"));
+  CHECK(has(refusal({{"conductor.radius", "1e-3"}}), "the scene has no table [[conductor]]"));
   CHECK(has(refusal({{"effects.current_injection.current", "1e-9"}}), "no table [effects.current_injection]"));
 }
 
-TEST_CASE("settings: lists of values are split") {
+TEST_CASE("listed_values: splits lists of values, refuses other texts") {
   using Values = std::vector<std::string>;
   CHECK(listed_values("0.4e-3, 0.775e-3") == Values{"0.0004", "0.000775"});
   CHECK(listed_values("64") == Values{"64"});

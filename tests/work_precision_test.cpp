@@ -104,14 +104,14 @@ class SleepTrial : public Trial {
 
 }  // namespace
 
-TEST_CASE("candidate: time and cores are measured, and errors are given") {
+TEST_CASE("measure: time, cores and errors of a work-precision candidate") {
   const Point point = measure({{}, 1, [] { return std::make_unique<SleepTrial>(2e-3, 0.1); }});
   CHECK(point.seconds >= 2e-3);
   CHECK(point.cores < 0.9);  // The trial slept.
   CHECK(point.errors == std::vector<double>{0.1});
 }
 
-TEST_CASE("cut-cell: errors decrease with the grid; multipole keeps its tolerance") {
+TEST_CASE("work-precision: cut-cell error falls with cells, multipole is accurate") {
   const Swept diagram = swept(sweep_field, two_disks(),
                               {.methods = {"cut-cell", "cut-cell-cholmod", "multipole"}, .sizes = {128, 32, 64}});
   CHECK(diagram.quantities == std::vector<std::string>{"potentials", "charges", "forces"});
@@ -139,7 +139,7 @@ TEST_CASE("cut-cell: errors decrease with the grid; multipole keeps its toleranc
     for (const double error : p.errors) CHECK(error <= setting(p.settings, "tolerance"));
 }
 
-TEST_CASE("impossible method: it is left out with a reason, the reference is a grid") {
+TEST_CASE("work-precision: an impossible method is left out with a reason") {
   const Scene scene = two_disks(R"(
     [[electrode]]
     shape = "bar"
@@ -160,7 +160,7 @@ TEST_CASE("impossible method: it is left out with a reason, the reference is a g
         doctest::Approx(points_of(diagram, "cut-cell").back().errors[0] / 3).epsilon(1e-3));
 }
 
-TEST_CASE("time: Euler is of first order, split coupling follows its tolerance") {
+TEST_CASE("work-precision --time: Euler of first order, split follows tolerance") {
   const Swept diagram = swept(sweep_time, two_disks(), {.methods = {"euler", "split"}}, 0.15);
   CHECK(diagram.reference_errors[0] < 1e-6);
   const std::vector<Measured> euler = points_of(diagram, "euler"), split = points_of(diagram, "split");
@@ -196,7 +196,7 @@ TEST_CASE("work-precision: wrong names and sizes are refused early") {
   CHECK_THROWS_AS(sweep_time(two_disks(), {.methods = {"multipole"}}), InputError);
 }
 
-TEST_CASE("end of a decay: an exponential's is exact, others are not extrapolated") {
+TEST_CASE("end_of_decay: exact for an exponential, none for other series") {
   const auto decay = [](double t) { return benchmarks::Sample{t, 3 * std::exp(-0.1 * t)}; };
   const auto end = benchmarks::end_of_decay(decay(20), decay(40), decay(100).value);
   REQUIRE(end);

@@ -37,9 +37,9 @@ LaplaceProblem scene() {
 /// The field is normal to an electrode and tangential to an insulating side.
 ///
 /// `at(k, depth)` is the potential of cell k along the side, `depth` cells inside. The normal field at an electrode of
-/// potential 0 follows from the first two cell centres: V = a d + b d^3 at d = h/2 and 3h/2 (V'' = 0 along a side of
-/// constant potential), a = (27 V0 - V1) / 12h, with a truncation error of h^4. On an insulating side V = V0 + (V0 -
-/// V1) / 8 at the wall, from V = c + b d^2, and the tangential field is its central difference.
+/// potential 0 follows from the first two cell centres, at d = h/2 and 3h/2. There V = a d + b d^3, because V'' = 0
+/// along a side of constant potential. Hence a = (27 V0 - V1) / 12h, with a truncation error of h^4. On an insulating
+/// side V = V0 + (V0 - V1) / 8 at the wall, from V = c + b d^2, and the tangential field is its central difference.
 double inward_force(const std::function<double(int, int)>& at, int cells, double h, bool electrode) {
   const auto wall = [&](int k) { return at(k, 0) + (at(k, 0) - at(k, 1)) / 8; };
   double sum = 0;

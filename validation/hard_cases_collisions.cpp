@@ -69,7 +69,7 @@ Scene head_on(const Collision& collision, int bystanders = 0) {
   return scene;
 }
 
-/// Returns the relative error of a speed per step.
+/// Returns the permitted relative error of a speed per step.
 double error_a_step(const Scene& scene, double speed) {
   return scene.mechanics.relative_tolerance * (1 + radius / (scene.mechanics.largest_step * speed));
 }

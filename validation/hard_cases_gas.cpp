@@ -1,10 +1,9 @@
 // Gases of charged grains in limiting cases: one row per known failure of such simulations.
 //
-//   hard_cases_gas         a minute
-//   hard_cases_gas long    more grains, longer runs, more steps
-//   hard_cases_gas [long] SECTION...    selected sections: sums, dipoles, cold, cooled, steps, held-forces, too-fast,
-//   elastic,
-//                          cluster-at-rest, to-one-cluster, lists, charges, driven, bits
+//   `hard_cases_gas`: takes a minute.
+//   `hard_cases_gas long`: More grains, longer runs, more steps.
+//   `hard_cases_gas [long] SECTION...`: Selected sections. They are `sums`, `dipoles`, `cold`, `cooled`, `steps`,
+//   `held-forces`, `too-fast`, `elastic`, `cluster-at-rest`, `to-one-cluster`, `lists`, `charges`, `driven`, `bits`.
 //
 // Bounds are derived next to the rows. `periodic` tests crystals, splittings and forces of all dipole variants against
 // energy differences. tests/theory_gas_test.cpp tests closed forms at cancelling arguments. Tests of src/analysis cover

@@ -16,14 +16,15 @@
 
 namespace lichtenberg::validation {
 
-/// Returns true if the first argument is `long`, which adds the cases that take minutes.
+/// Returns true if the first command-line argument is `long`, which adds the cases that take minutes.
 inline bool long_run_requested(int argc, char** argv) { return argc > 1 && std::string_view(argv[1]) == "long"; }
 
-/// Mean, largest magnitude and scatter about the signed mean of a sample. NaN, which fails every bound, for an empty
-/// sample or one with a NaN.
+/// Statistics of a sample: mean magnitude, largest magnitude, and standard deviation about the signed mean. They are
+/// NaN, which fails every bound, for an empty sample or a sample with a NaN.
 struct Spread {
   double mean = 0, worst = 0, jitter = 0;
 };
+/// Computes the statistics of a sample.
 inline Spread spread(const std::vector<double>& sample) {
   Spread result;
   if (sample.empty()) return {NAN, NAN, NAN};
@@ -39,7 +40,7 @@ inline Spread spread(const std::vector<double>& sample) {
   return result;
 }
 
-/// Sample of random cases with the seed of its largest value.
+/// Sample of values from random cases, with the seed of the case with the largest value.
 struct SampleBySeed {
   std::vector<double> values;
   double largest = 0;
@@ -50,34 +51,38 @@ struct SampleBySeed {
     largest = value;
     seed = at;
   }
+  /// Returns the number of cases and the seed as a remark for a table.
   std::string note() const { return fmt::format("{} cases, seed {}", values.size(), seed); }
 };
 
-/// Prints a table of values with their bounds, and the verdict over all of them.
+/// Report of a validation program: prints a table of values with their bounds, and counts the bounds that fail.
 class Report {
  public:
   explicit Report(const std::string& title) { fmt::print("{}\n", title); }
 
+  /// Begins a section of the table.
   void section(const std::string& heading) {
     fmt::print("\n{}\n{:<58}{:>10}{:>10}{:>13}\n", heading, "", "mean", "worst", "bound");
   }
-  /// Adds a row that passes if the largest value of the sample is at most `bound`. Without a bound it is informative
-  /// only. `note` follows the verdict.
+  /// Prints a row for a sample, which passes if its largest magnitude is at most `bound`. Without a bound the row is
+  /// informative only. `note` is printed after the verdict.
   void at_most(const std::string& what, const Spread& sample, std::optional<double> bound,
                const std::string& note = {}) {
     fmt::print("{:<58}{:>10.3g}{:>10.3g}", what, sample.mean, sample.worst);
     verdict("<=", bound, bound && sample.worst <= *bound, note);
   }
+  /// Prints a row for a value, which passes if it is at most `bound`.
   void at_most(const std::string& what, double value, std::optional<double> bound, const std::string& note = {}) {
     fmt::print("{:<58}{:>10}{:>10.3g}", what, "", value);
     verdict("<=", bound, bound && value <= *bound, note);
   }
+  /// Prints a row for a value, which passes if it is at least `bound`.
   void at_least(const std::string& what, double value, std::optional<double> bound) {
     fmt::print("{:<58}{:>10}{:>10.3g}", what, "", value);
     verdict(">=", bound, bound && value >= *bound);
   }
 
-  /// Prints the verdict. Returns 0 if all bounds hold, otherwise 1.
+  /// Prints how many bounds hold. Returns the program's exit status: 0 if all bounds hold, otherwise 1.
   int exit_status() const {
     fmt::print("\n{} of {} bounds kept\n", checked_ - failed_, checked_);
     return failed_ > 0 ? 1 : 0;
@@ -97,7 +102,7 @@ class Report {
   int checked_ = 0, failed_ = 0;
 };
 
-/// Returns the order p of error ~ resolution^-p by least squares of the logarithms.
+/// Computes the order of convergence p in error ~ resolution^-p by a least-squares fit of the logarithms.
 inline double order(const std::vector<double>& resolution, const std::vector<double>& error) {
   const auto n = static_cast<double>(error.size());
   double x = 0, y = 0, xx = 0, xy = 0;
@@ -111,8 +116,9 @@ inline double order(const std::vector<double>& resolution, const std::vector<dou
   return -(n * xy - x * y) / (n * xx - x * x);
 }
 
-/// Returns two disks in the unbounded plane as a problem in a box. Its sides carry the exact bipolar potential, so that
-/// the only error is the scheme's. Group 0 (the positive disk) floats with `charge`; group 1 is fixed at its potential.
+/// Makes a field problem in a box for a pair of disks in the unbounded plane. The sides of the box have the exact
+/// bipolar potential, so that the only error is that of the numerical scheme. Group 0 (the positive disk) floats with
+/// `charge` (C/m); group 1 is fixed at its exact potential.
 inline laplace::LaplaceProblem in_plane(const theory::DiskPair& pair, Vec2 size, double charge) {
   laplace::LaplaceProblem problem;
   problem.size = size;

@@ -173,8 +173,8 @@ void accuracy(Report& report) {
     const Response exact = by_ewald(sources, 1e-15);
     const double unit = std::pow(sources.size() / Sources(sources).volume(), 2.0 / 3);
     for (const double tolerance : {1e-3, 1e-6, 1e-9, 1e-12})
-      report.at_most(fmt::format("{} {}, asked for {:.0e}", sources.size(),
-                                 clustered ? "in a cluster" : "at random places", tolerance),
+      report.at_most(fmt::format("{} {}, tolerance {:.0e}", sources.size(),
+                                 clustered ? "in a cluster" : "at random positions", tolerance),
                      largest_difference(by_ewald(sources, tolerance).field, exact.field) / unit / tolerance, 1);
   }
 }
@@ -401,7 +401,7 @@ void pairs_alone(Report& report) {
   report.section("sums over pairs alone, charges neutral in all: rms force error over rms force");
   for (const bool clustered : {false, true}) {
     SourceSet sources = clustered ? cluster(12) : random_sources(150, {12, 12, 12}, 1, false, 21);
-    const std::string where = clustered ? " in a cluster" : " at random places";
+    const std::string where = clustered ? " in a cluster" : " at random positions";
     make_neutral(sources);
     const std::vector<double> exact = by_ewald(sources).force;
     const auto error = [&](Sum& sum) {

@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """Compares runs in two and three dimensions.
 
-The scenes are a small dendrite of disks in a plane and of spheres in a dish for each seed, and the charge shuttle in
-both, which is compared with theory. Uses the command line; prints two tables.
+For each seed there is a small dendrite of disks in a plane and one of spheres in a dish. The charge shuttle in two and
+in three dimensions is compared with theory. Uses the command line; prints two tables.
 
   plane_and_space.py build/lichtenberg [--seeds 3] [--count 40] [--folder FOLDER]
 """
@@ -55,9 +55,9 @@ def run(program, folder, name, text, *more):
 
 
 def dendrite_quantities(program, result):
-    """Returns the table's values of a run: those of its last frame, the largest potential and the mean potential after
-    a second (or at the end of a shorter run), and the fraction of edges of the spanning tree of conductors and ground
-    that are contacts."""
+    """Returns the table's values of a run. These are the values of its last frame, and the largest and the mean potential
+    after a second (or at the end of a shorter run). The last value is the fraction of edges of the spanning tree of
+    conductors and ground that are contacts."""
     said = subprocess.run([program, "analyse", result, "--json"], check=True, capture_output=True, text=True)
     last = json.loads(said.stdout)["frames"][-1]
     with h5py.File(result) as file:

@@ -124,7 +124,7 @@ def verdict(status, errors, output):
     if status not in (0, 1, 2):
         return f"ended with {status}"
     if status != 0 and "lichtenberg: " not in errors:
-        return f"status {status} without a sentence"
+        return f"status {status} without an error message"
     foreign = next((word for word in FOREIGN if word in errors), None)
     if foreign:
         return f"says {foreign}"

@@ -227,8 +227,7 @@ void sums(Report& report, std::uint64_t first, int count) {
     for (const double ratio : ratios) squares += ratio * ratio / static_cast<double>(ratios.size());
     report.at_most(what, spread(ratios), std::nullopt, found.ratio.note());
     report.at_most("  root mean square", std::sqrt(squares), 1);
-    report.at_most("  over what single places may make of it", spread(found.over_bound.values), 1,
-                   found.over_bound.note());
+    report.at_most("  over the largest admissible error", spread(found.over_bound.values), 1, found.over_bound.note());
   };
   judge("mesh, by estimate", errors.in_double);
   judge("mesh in single precision, by estimate", errors.in_single);
@@ -302,7 +301,7 @@ void steps(Report& report, std::uint64_t first, int count) {
     }
   }
   report.at_most("at the scene's step (d0)", spread(coarse.values), std::nullopt, coarse.note());
-  report.at_most("at half of it, over what halving changed", spread(ratio.values), 1, ratio.note());
+  report.at_most("at half of it, over the change by halving", spread(ratio.values), 1, ratio.note());
   report.at_most("without an end", refused, 0);
 }
 

@@ -15,19 +15,21 @@
 /// equal the limit of many points up to terms of 1/N.
 namespace lichtenberg::validation {
 
+/// Draws n uniformly distributed points in the unit square.
 inline std::vector<Vec2> uniform_points(int n, UniformRandom& random) {
   std::vector<Vec2> point(n);
   for (Vec2& p : point) p = {random(), random()};
   return point;
 }
 
-/// Returns the shortest vector from a to b on the unit torus.
+/// Computes the shortest vector from a to b on the unit torus (minimum image).
 inline Vec2 on_torus(Vec2 a, Vec2 b) {
   const Vec2 d = b - a;
   return {d.x - std::round(d.x), d.y - std::round(d.y)};
 }
 
-/// Returns points of the unit torus that are at least `distance` apart, by random sequential addition.
+/// Draws n points of the unit torus that are at least `distance` apart, by random sequential addition. Throws
+/// std::runtime_error if too many trials fail.
 inline std::vector<Vec2> hard_core_points(int n, double distance, UniformRandom& random) {
   const int columns = static_cast<int>(1 / distance);  // cells at least as wide as the distance
   std::vector<std::vector<Vec2>> cell(static_cast<std::size_t>(columns) * columns);
@@ -59,9 +61,9 @@ struct TorusTriangulation {
   std::vector<double> length;
 };
 
-/// Triangulates with images of the points in a margin around the square. The margin is eight mean spacings wide, four
-/// times the radius of the largest empty circle among a million random points, so all triangles at the square's edge
-/// are correct.
+/// Computes the Delaunay triangulation of points on the unit torus, by triangulation of the points and their periodic
+/// images in a margin around the square. The margin is eight mean spacings wide, four times the radius of the largest
+/// empty circle among a million random points. All triangles at the square's edge are therefore correct.
 inline TorusTriangulation triangulate_on_torus(const std::vector<Vec2>& point) {
   const int n = static_cast<int>(point.size());
   const double margin = std::min(0.5, 8 / std::sqrt(n));
@@ -86,11 +88,12 @@ inline TorusTriangulation triangulate_on_torus(const std::vector<Vec2>& point) {
   return result;
 }
 
+/// Computes the Euclidean minimum spanning tree from a triangulation.
 inline std::vector<analysis::Edge> spanning_tree_on_torus(int points, const TorusTriangulation& triangulation) {
   return analysis::minimum_spanning_forest(points, triangulation.edge, triangulation.length);
 }
 
-/// Mean over independent samples, with its standard error.
+/// Accumulator of the mean over independent samples, with its standard error.
 class Mean {
  public:
   void add(double x) { ++count_, sum_ += x, squares_ += x * x; }
@@ -103,10 +106,12 @@ class Mean {
   double count_ = 0, sum_ = 0, squares_ = 0;
 };
 
-/// Statistics of a sample of trees: fractions f_j of nodes by degree, sigma_j / N by Strahler number, streams per node.
+/// Statistics of a sample of trees, as fractions of the number of nodes: nodes by degree, nodes by Strahler number, and
+/// streams by Strahler number.
 struct TreeFractions {
   std::vector<Mean> degree = std::vector<Mean>(7), strahler = std::vector<Mean>(7), streams = std::vector<Mean>(7);
 
+  /// Adds a tree by its numbers of nodes of each degree and its distribution of Strahler numbers.
   void add(const std::vector<int>& degree_number, const analysis::StrahlerDistribution& orders, int nodes) {
     const auto add_all = [&](std::vector<Mean>& means, const std::vector<int>& number) {
       for (std::size_t j = 0; j < means.size(); ++j)
@@ -117,7 +122,7 @@ struct TreeFractions {
     add_all(streams, orders.streams);
   }
 
-  /// Adds a spanning tree with its first node as the root.
+  /// Adds a spanning tree of points, with its first node as the root.
   void add(const std::vector<analysis::Edge>& tree, std::span<const Vec2> point) {
     const int nodes = static_cast<int>(point.size());
     std::vector<analysis::Edge> contacts(tree.begin(), tree.end());

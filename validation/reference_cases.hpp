@@ -12,15 +12,16 @@ namespace lichtenberg::validation {
 using namespace lichtenberg::laplace;
 using nlohmann::json;
 
-/// Case of data/reference-disks as a problem.
+/// Reference case of disks from a file in data/reference-disks, with its field problem.
 struct Reference {
   std::string name;
-  json data;
+  json data;  ///< Content of the file, with the reference results
   LaplaceProblem problem{.permittivity = 1};
-  Vec2 shift;  ///< from the file's coordinates to the problem's
-  bool plane = false;
+  Vec2 shift;          ///< Displacement from the file's coordinates to the problem's
+  bool plane = false;  ///< True for a case in the unbounded plane
 };
 
+/// Returns the index of the conductor (group) that contains a disk.
 inline int group_of(const json& conductors, int disk) {
   for (std::size_t g = 0; g < conductors.size(); ++g)
     for (const int member : conductors[g]["disks"])
@@ -28,7 +29,7 @@ inline int group_of(const json& conductors, int disk) {
   throw std::runtime_error("a disk of the reference case belongs to no conductor");
 }
 
-/// Encloses an unbounded case in a box with a margin of two radii around the pair, with the exact potential on its
+/// Encloses a pair of disks in the unbounded plane in a box with a margin of two radii, with the exact potential on its
 /// sides.
 inline void enclose(Reference& reference) {
   const auto first = std::get<Disk>(reference.problem.bodies[0].shape);
@@ -46,6 +47,7 @@ inline void enclose(Reference& reference) {
   reference.problem.sides.fill({.kind = Side::Kind::electrode, .profile = profile});
 }
 
+/// Reads a reference case from a file.
 inline Reference read(const std::filesystem::path& path) {
   Reference reference;
   reference.data = json::parse(std::ifstream(path));
@@ -74,6 +76,7 @@ inline Reference read(const std::filesystem::path& path) {
   return reference;
 }
 
+/// Reads all reference cases, sorted by file name.
 inline std::vector<Reference> read_all() {
   const std::filesystem::path folder = std::filesystem::path(source_folder()) / "validation/data/reference-disks";
   std::vector<std::filesystem::path> paths;

@@ -331,7 +331,7 @@ void report_runs(Report& report) {
       "loops {:.2f}, conductors on the ground {:.2f}, largest degree {}; edges of the minimum spanning tree of the\n"
       "same positions that the tree has: {:.3f} +- {:.3f}\n",
       loops.value(), feet.value(), largest, shared.value(), shared.error());
-  fmt::print("as printed, 7.7 holds in {} of the runs and 7.8 in {}: loops through two feet make up for the feet\n",
+  fmt::print("as printed, 7.7 holds in {} of the runs and 7.8 in {}: loops through two feet compensate the feet\n",
              exact_77, exact_78);
   print_claims("D 7.10 and 7.18");
   for (int j = 1; j <= 4; ++j)

@@ -1,12 +1,12 @@
-// Two grains of opposite charge, head-on, with and without capture. Compares every integrator with CVODE in free space
-// (validation/theory/two_grains.hpp). scenes/two-grains.toml is equivalent while the grains are closer than half its
-// box, because nearest images attract as charges in free space.
+// Head-on collisions of two grains of opposite charge, with and without capture. The program compares every integrator
+// with CVODE in free space (theory/two_grains.hpp). The scene two-grains.toml is equivalent while the grains are closer
+// than half its box, because nearest images attract as charges in free space.
 //
 // Bounds. cvode: 1e-13 per step in positions and momenta over thousands of steps, relative to a speed of order 1: 1e-9.
-// Others, at dt = .005: the error of restitution at v = 1 to 5 is at most .0011 to .0020 (verlet), .0011 to .0018
-// (gear), .0018 to .0047 (gear-printed), see docs/measurements/granular.json. A release speed has this error times the
-// impact speed. multirate: contacts 1e-4; second-order impulses (h a / v)^2 / 12 of a speed v = 1 with accelerations a
-// = .5 and h = .005: 1e-6.
+// Others, at dt = .005: the error of restitution at v = 1 to 5 is bounded (docs/measurements/granular.json). It is at
+// most .0011 to .0020 (verlet), .0011 to .0018 (gear), .0018 to .0047 (gear-printed). A release speed has this error
+// times the impact speed. multirate: contacts 1e-4; second-order impulses (h a / v)^2 / 12 of a speed v = 1 with
+// accelerations a = .5 and h = .005: 1e-6.
 
 #include <map>
 

@@ -1,10 +1,15 @@
-"""Results of lichtenberg as numpy arrays, and its field solver with numpy arrays. The package's README.md has examples."""
+"""Scenes, field solves and runs of lichtenberg in Python, and its results as numpy arrays with units. The package's README.md
+has examples."""
 import importlib
 
 _homes = {
     "errors": ["Failure", "InputError"],
-    "program": ["conductors", "run", "solve"],
-    "result": ["Array", "Frame", "Result", "load"],
+    "array": ["Array"],
+    "program": ["run"],
+    "result": ["Frame", "Result", "load"],
+    "running": ["Run"],
+    "scene": ["Scene", "conductors"],
+    "solving": ["solve"],
 }
 __all__ = sorted(name for names in _homes.values() for name in names)
 

@@ -80,15 +80,15 @@ def main(name="", *words):
         work()
         return 0
     except (InputError, Failure) as error:
-        sentence, status = str(error), 2 if isinstance(error, InputError) else 1
+        message, status = str(error), 2 if isinstance(error, InputError) else 1
     except Exception as error:
         if read is None or not may_be_damage(error):
-            sentence, status = defect(error), 1
+            message, status = defect(error), 1
         else:
             from lichtenberg.result import damage
 
-            sentence, status = f"{read if isinstance(read, str) else read[0]} is damaged or incomplete ({damage(error)})", 2
-    messages.write_error(f"lichtenberg: {messages.printable(sentence)}")
+            message, status = f"{read if isinstance(read, str) else read[0]} is damaged or incomplete ({damage(error)})", 2
+    messages.write_error(f"lichtenberg: {messages.printable(message)}")
     return status
 
 

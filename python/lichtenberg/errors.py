@@ -1,8 +1,18 @@
 """The two kinds of errors, in a module without imports that take time."""
+import re
 
 
 class InputError(Exception):
-    """Invalid input. The text is one error message."""
+    """Invalid input. The text is one error message. `file`, `line` and `key` name the place in a scene, where the message
+    does; otherwise they are None."""
+
+    PLACE = re.compile(r"(?:(?P<file>[^\n]*?):(?P<line>\d+): )?(?:(?P<key>[a-z_]+(?:\[\d+\])?(?:\.[a-z_0-9]+)+)\b)?")
+
+    def __init__(self, message=""):
+        super().__init__(message)
+        place = self.PLACE.match(str(message))
+        self.file, self.key = place["file"], place["key"]
+        self.line = int(place["line"]) if place["line"] else None
 
 
 class Failure(Exception):

@@ -7,6 +7,7 @@ from functools import cached_property, wraps
 import h5py
 import numpy as np
 
+from .array import Array
 from .errors import InputError
 from .ranges import colour_range
 from .seal import check_seal
@@ -14,30 +15,6 @@ from .seal import check_seal
 TO_GROUND, UNCONNECTED = -1, -2  # value in the column of successors
 WITHOUT_CHECKSUMS = 1  # the format of the oldest results
 GROUPS = ("gas", "relaxation", "packing", "analysis", "network/particle", "network/contact", "summary")  # groups of tables
-
-
-class Array(np.ndarray):
-    """An array with a unit (text; "1" for pure numbers). Parts of the array have the unit too; results of arithmetic
-    do not."""
-
-    def __new__(cls, values, unit):
-        array = np.asarray(values).view(cls)
-        array.unit = unit
-        return array
-
-    def __array_finalize__(self, origin):
-        self.unit = getattr(origin, "unit", "1")
-
-    def __array_ufunc__(self, function, method, *inputs, out=None, **options):
-        def plain(values):
-            return tuple(value.view(np.ndarray) if isinstance(value, Array) else value for value in values)
-
-        if out is not None:
-            options["out"] = plain(out)
-        return getattr(function, method)(*plain(inputs), **options)
-
-    def __repr__(self):
-        return f"{self.view(np.ndarray)!r} {self.unit}"
 
 
 def text_of(value):

@@ -8,21 +8,24 @@
 
 namespace lichtenberg {
 
-/// Kind of a side of a box.
+/// Boundary condition at a side of a box: insulating wall, electrode of given potential, or periodic continuation.
 enum class Boundary { wall, electrode, periodic };
 
-/// Names of the sides in their order: for each axis the low one, then the high one. A plane box has the first four.
+/// Names of the sides of a box in the order of their indices. The lower side of each axis x, y, z precedes the upper
+/// one. A box of the plane has the first four.
 inline constexpr std::array<std::string_view, 6> side_names = {"left", "right", "bottom", "top", "front", "back"};
 
-/// Number of periods by which a particle has crossed a periodic box, along each axis.
+/// Periodic image of a particle: the net number of times it has crossed the periodic box, along each of d axes. Its
+/// unwrapped position is position + image * length.
 template <int d>
 using Image = std::array<int, d>;
 
 template <int d>
 struct Box;
 
-/// Maps a difference of positions to that of the nearest images: a box prepared for loops, without branches. Along
-/// other axes the length is 0, and the difference does not change.
+/// Minimum-image convention: maps a difference of positions along an axis to that of the nearest periodic images. It
+/// stores lengths and inverse lengths of a box, so that loops need no branches. Along an axis that is not periodic both
+/// are 0, and the difference does not change.
 template <int d>
 struct NearestImage {
   Vec<d> length, inverse_length;
@@ -31,18 +34,20 @@ struct NearestImage {
     for (int k = 0; k < d; ++k)
       if (box.periodic(k)) length[k] = box.lengths[k], inverse_length[k] = 1 / box.lengths[k];
   }
+  /// Returns the difference of coordinates `separation` (m) along `axis`, reduced to the nearest image.
   LICHTENBERG_HOST_DEVICE double operator()(double separation, int axis) const {
     return separation - length[axis] * std::nearbyint(separation * inverse_length[axis]);
   }
 };
 
-/// Rectangle (d = 2) or cuboid (d = 3) with one corner at the origin. An axis is periodic on both sides or on none. By
-/// default nothing is periodic, and differences do not depend on the lengths.
+/// Simulation box: a rectangle (d = 2) or cuboid (d = 3) with its lower corner at the origin, and the boundary
+/// condition of each side. An axis is periodic on both sides or on none. By default all sides are walls.
 template <int d>
 struct Box {
   Vec<d> lengths;                       ///< Lengths (m)
   std::array<Boundary, 2 * d> sides{};  ///< Sides in the order of side_names
 
+  /// Returns true if the box is periodic along this axis (0: x, 1: y, 2: z).
   LICHTENBERG_HOST_DEVICE constexpr bool periodic(int axis) const { return sides[2 * axis] == Boundary::periodic; }
   LICHTENBERG_HOST_DEVICE constexpr bool any_periodic() const {
     for (int k = 0; k < d; ++k)
@@ -50,7 +55,8 @@ struct Box {
     return false;
   }
 
-  /// Returns a - b for the image of b nearest to a.
+  /// Returns the minimum-image separation a - b (m): the vector to position a from the periodic image of b nearest to
+  /// a.
   LICHTENBERG_HOST_DEVICE Vec<d> difference(Vec<d> a, Vec<d> b) const {
     const NearestImage<d> nearest(*this);
     Vec<d> r = a - b;
@@ -58,15 +64,15 @@ struct Box {
     return r;
   }
 
-  /// Moves p into the box along the periodic axes, 0 <= p < length, and adds the number of periods to `image`, so that
-  /// p + image * lengths is unchanged.
+  /// Wraps a position p (m) into the box: along each periodic axis afterwards 0 <= p < length. Adds the numbers of
+  /// removed periods to `image`, so that p + image * lengths is unchanged.
   LICHTENBERG_HOST_DEVICE void wrap(Vec<d>& p, Image<d>& image) const {
     for (int k = 0; k < d; ++k) {
       if (!periodic(k) || (p[k] >= 0 && p[k] < lengths[k])) continue;
       const double periods = std::floor(p[k] / lengths[k]);
       p[k] -= periods * lengths[k];
       image[k] += static_cast<int>(periods);
-      // Rounding may leave it slightly below 0, or put it on the far side.
+      // Rounding may leave the coordinate slightly below 0, or put it on the upper side.
       if (p[k] < 0) p[k] = 0;
       if (p[k] >= lengths[k]) p[k] = 0, ++image[k];
     }

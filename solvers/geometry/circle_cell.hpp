@@ -11,7 +11,7 @@
 
 namespace lichtenberg {
 
-/// Returns the length (m) of the part of the segment from a to b inside the circle.
+/// Returns the length (m) of the part of the line segment from a to b that lies inside the disk.
 inline double length_inside(const Disk& disk, Vec2 a, Vec2 b) {
   const double length = norm(b - a);
   const Vec2 e = (b - a) / length;
@@ -22,17 +22,18 @@ inline double length_inside(const Disk& disk, Vec2 a, Vec2 b) {
   return std::max(0.0, std::min(middle + half, length) - std::max(middle - half, 0.0));
 }
 
-/// Arc of a circle.
+/// Length and integrated normal of the arcs of a circle within a rectangle.
 struct Arc {
-  double length = 0;
-  Vec2 normal;  ///< Integral of the circle's outward normal along the arc (m)
+  double length = 0;  ///< Total length (m)
+  Vec2 normal;        ///< Integral of the circle's outward unit normal along the arcs (m)
 };
 
-/// Returns the part of the circle inside the rectangle between two corners.
+/// Computes the arcs of the disk's edge that lie inside the rectangle with the given corners (m): their total length
+/// and integrated outward normal. Both are 0 if no part of the edge is inside.
 inline Arc arc_inside(const Disk& disk, Vec2 lower_left, Vec2 upper_right) {
   constexpr double pi = std::numbers::pi;
   const double r = disk.radius;
-  std::array<double, 10> cut;  // Angles at which the circle meets the lines of the edges, and the ends
+  std::array<double, 10> cut;  // Angles at which the circle meets the lines of the edges, and -pi and pi
   cut.fill(pi);
   cut[0] = -pi;
   int cuts = 1;

@@ -7,32 +7,39 @@
 
 namespace lichtenberg {
 
-/// Circular conductor. A half-disk on a wall is a disk with its centre on the wall: the domain cuts it.
+/// Circular conductor of the plane; centre and radius in m. A disk with its centre on a wall describes a half-disk,
+/// because the domain ends at the wall.
 struct Disk {
   Vec2 centre;
   double radius = 0;
 };
 
-/// Straight bar with flat ends: the rectangle of `width` with its axis from `from` to `to`.
+/// Bar-shaped conductor of the plane: a rectangle whose axis extends from `from` to `to`, with flat ends. Lengths are
+/// in m.
 struct Bar {
   Vec2 from, to;
   double width = 0;
 };
 
-/// Exterior of a circle: a dish whose rim is the conductor.
+/// Conductor that fills the plane outside a circle, such as the rim of a round dish. Centre and radius (m) are those of
+/// the circle.
 struct Ring {
   Vec2 centre;
   double radius = 0;
 };
 
+/// Shape of a conductor of the plane.
 using Shape = std::variant<Disk, Bar, Ring>;
 
+/// Returns the distance (m) from p to the edge of the disk, negative inside the disk.
 LICHTENBERG_HOST_DEVICE inline double signed_distance(const Disk& disk, Vec2 p) {
   return norm(p - disk.centre) - disk.radius;
 }
+/// Returns the distance (m) from p to the circle of the ring, negative outside the circle, where the conductor is.
 LICHTENBERG_HOST_DEVICE inline double signed_distance(const Ring& ring, Vec2 p) {
   return ring.radius - norm(p - ring.centre);
 }
+/// Returns the distance (m) from p to the edge of the bar, negative inside the bar.
 LICHTENBERG_HOST_DEVICE inline double signed_distance(const Bar& bar, Vec2 p) {
   const double length = norm(bar.to - bar.from);
   const Vec2 axis = (bar.to - bar.from) / length;
@@ -48,7 +55,7 @@ inline double signed_distance(const Shape& shape, Vec2 p) {
   return std::visit([p](const auto& s) { return signed_distance(s, p); }, shape);
 }
 
-/// Returns the surface-to-surface gap (m) between a disk and a shape; negative if they overlap.
+/// Returns the surface-to-surface gap (m) between a disk and another conductor; negative if they overlap.
 inline double gap(const Disk& disk, const Shape& shape) { return signed_distance(shape, disk.centre) - disk.radius; }
 
 }  // namespace lichtenberg

@@ -6,7 +6,8 @@
 
 namespace lichtenberg {
 
-/// Point or vector of the plane (d = 2: x, y) or of space (d = 3: x, y, z); in metres unless stated otherwise.
+/// Cartesian vector or point of the plane (d = 2: x, y) or of space (d = 3: x, y, z); in metres unless stated
+/// otherwise.
 template <int d>
 struct Vec;
 
@@ -31,9 +32,9 @@ struct Vec<3> {
 using Vec2 = Vec<2>;
 using Vec3 = Vec<3>;
 
-/// Projects a point or vector of space onto the plane: its x and y.
+/// Projects a vector of space onto the xy plane: returns (x, y).
 LICHTENBERG_HOST_DEVICE constexpr Vec2 plane(Vec3 a) { return {a.x, a.y}; }
-/// Embeds a point or vector of the plane in space: z is 0.
+/// Embeds a vector of the plane in space: returns (x, y, 0).
 LICHTENBERG_HOST_DEVICE constexpr Vec3 in_space(Vec2 a) { return {a.x, a.y, 0}; }
 
 template <int d>
@@ -88,6 +89,7 @@ LICHTENBERG_HOST_DEVICE constexpr Vec<d> operator/(Vec<d> a, double s) {
     return {a.x / s, a.y / s, a.z / s};
 }
 
+/// Returns the scalar product of a and b.
 template <int d>
 LICHTENBERG_HOST_DEVICE constexpr double dot(Vec<d> a, Vec<d> b) {
   if constexpr (d == 2)
@@ -95,21 +97,24 @@ LICHTENBERG_HOST_DEVICE constexpr double dot(Vec<d> a, Vec<d> b) {
   else
     return a.x * b.x + a.y * b.y + a.z * b.z;
 }
+/// Returns the squared length of a.
 template <int d>
 LICHTENBERG_HOST_DEVICE constexpr double norm2(Vec<d> a) {
   return dot(a, a);
 }
+/// Returns the length (Euclidean norm) of a.
 template <int d>
 LICHTENBERG_HOST_DEVICE inline double norm(Vec<d> a) {
   return std::sqrt(norm2(a));
 }
 
-/// Returns the component of the cross product normal to the plane.
+/// Returns the z component of the cross product a x b of two vectors of the plane.
 LICHTENBERG_HOST_DEVICE constexpr double cross(Vec2 a, Vec2 b) { return a.x * b.y - a.y * b.x; }
+/// Returns the cross product a x b.
 LICHTENBERG_HOST_DEVICE constexpr Vec3 cross(Vec3 a, Vec3 b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
-/// Returns a rotated by +90 degrees.
+/// Returns a rotated by +90 degrees (anticlockwise).
 LICHTENBERG_HOST_DEVICE constexpr Vec2 perpendicular(Vec2 a) { return {-a.y, a.x}; }
 
 }  // namespace lichtenberg

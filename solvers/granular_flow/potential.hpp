@@ -9,13 +9,16 @@
 
 namespace lichtenberg::granular_flow {
 
-/// Field -grad psi of lap psi = -(c - mean c) in a periodic square or cube, exact for the trigonometric polynomial
-/// through the cells' centres. The total force of the charges on themselves is 0 to rounding.
+/// Spectral Poisson solver by FFT in a periodic square or cube. It computes the field -grad psi with lap psi = -(c -
+/// mean c). The charge density c is the trigonometric polynomial through the values at the cells' centres. Components
+/// of the highest wave number of an even number of cells count as wave number 0. The total force of the charges on
+/// themselves is 0 to rounding.
 class Potential {
  public:
   explicit Potential(const Grid& grid);
 
-  /// Returns the field at the centres, [dimension][cells].
+  /// Returns the field at the cells' centres, [axis][cell], of the charge density `charge` (c, one value per cell). The
+  /// reference is valid until the next call.
   const std::array<std::vector<double>, 3>& field(std::span<const double> charge);
 
  private:
@@ -23,8 +26,9 @@ class Potential {
 
   Grid grid_;
   std::size_t modes_;
-  std::array<std::vector<double>, 3> wave_number_;  ///< Wave number of each mode; 0 for the highest mode of an even
-                                                    ///< number of cells, which has no slope
+  /// Wave number of each mode along each axis; 0 for the highest mode of an even number of cells, whose slope is 0 at
+  /// all centres.
+  std::array<std::vector<double>, 3> wave_number_;
   FftwNumbers values_, charge_modes_, field_modes_;
   FftwPlan forward_, backward_;
   std::array<std::vector<double>, 3> field_;

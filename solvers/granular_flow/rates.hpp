@@ -9,41 +9,48 @@
 
 namespace lichtenberg::granular_flow {
 
-/// Rates of the unknowns n, c, n u and ln T, stored one quantity after another.
-/// Finite volumes: the flux through a face is that of Kurganov and Tadmor (2000) between the values on its two sides.
-/// These come from five cells each (WENO, Jiang and Shu 1996, with the weights of Borges and others 2008) of ln n, ln
-/// T, u and c/n, so that n and T are positive there too. Viscous stress and heat flux are centred differences of fourth
-/// order. Waves of small amplitude are of fourth order, products of large ones of second. Sums of n, c and n u change
-/// by rounding only. All other changes of T either heat or vanish with T, also in supersonic flow. In exchange, energy
-/// is conserved only to the order of the scheme.
+/// Right-hand side of the hydrodynamic equations (flow.hpp) by finite volumes. It computes the rates of density n,
+/// charge density c, momentum n u and ln T in each cell. u is the velocity, T the temperature.
+/// The flux through a face is the central-upwind flux of Kurganov and Tadmor (2000) between the values on its two
+/// sides. WENO interpolation computes each from five cells (Jiang and Shu 1996, weights of Borges and others 2008). It
+/// interpolates ln n, ln T, u and c/n, so that n and T are positive at faces too.
+/// Viscous stress and heat flux are centred differences of fourth order. The scheme is of fourth order for waves of
+/// small amplitude, and of second order for products of large amplitudes. Sums of n, c and n u change by rounding only.
+/// T stays positive also in supersonic flow; in exchange, energy is conserved only to the order of the scheme.
 class Rates {
  public:
+  /// Prepares the rates on a grid; the threads of `team` share the loops over cells.
   Rates(const Gas& gas, const Grid& grid, parallel::Team& team);
 
-  /// Number of unknowns per cell: 0 n, 1 c, 2 ... n u, last ln T.
+  /// Returns the number of unknowns per cell. The quantities are stored one after another: n, c, the components of n u,
+  /// ln T.
   int unknowns() const { return grid_.dimension + 3; }
-  /// Converts fields to unknowns, with velocities relative to the mean.
+  /// Converts fields to unknowns [quantity][cell]. The mean velocity, weighted by density, is subtracted.
   std::vector<double> pack(const Fields& fields) const;
+  /// Converts unknowns [quantity][cell] to fields.
   Fields unpack(std::span<const double> y) const;
 
-  /// Computes the rates; they are not finite where n is not positive.
+  /// Computes the rates of the unknowns y [quantity][cell] at the scaled time. Where n is not positive, rates are not
+  /// finite.
   void operator()(double time, std::span<const double> y, std::span<double> rate);
 
  private:
   struct Side;
-  using Around = std::array<std::size_t, 6>;
+  using Around = std::array<std::size_t, 6>;  ///< Indices of the six cells around a face, in the order of the axis
 
-  /// Calls work(cell) for all cells.
+  /// Calls work(cell) for all cells, on the threads of the team.
   template <class Work>
   void for_cells(const Work& work) const;
+  /// Returns the values of quantity `which` in all cells.
   template <class Number>
   std::span<Number> part(std::span<Number> y, int which) const {
     return y.subspan(which * size_, size_);
   }
   std::span<double> flow(int which) { return part(std::span(flow_), which); }
+  /// Returns the cell `far` cells after the given one along an axis (before it if negative), with periodic wrap.
   std::size_t neighbour(std::size_t cell, int axis, int far) const;
   Around around(std::size_t cell, int axis) const;
-  /// Calls work(first) for the first cell of each line along the last axis.
+  /// Calls work(first) for the first cell of each line of cells along the last axis, on the threads of the team.
   template <class Work>
   void for_lines(const Work& work) const;
 
@@ -64,14 +71,16 @@ class Rates {
   std::array<std::size_t, 3> stride_{};
   Potential potential_;
   std::array<std::vector<std::size_t>, 3> next_, before_;  ///< Neighbours of each cell, by axis, with periodic wrap
-  std::vector<double> log_density_, log_temperature_, temperature_, root_temperature_, charge_;  ///< charge_: c/n
+  /// Values of each cell: ln n, ln T, T, sqrt(T) and, in charge_, c/n.
+  std::vector<double> log_density_, log_temperature_, temperature_, root_temperature_, charge_;
   std::array<std::vector<double>, 3> velocity_;
   /// Values of n, T, c/n, u on the two sides of the face after each cell, one quantity after another.
   std::vector<double> below_, above_;
-  std::array<std::array<std::vector<double>, 3>, 3> gradient_;  ///< Layout [by axis][of velocity]
-  // Values at the face after each cell along an axis: `flow_` are the fluxes of mass, charge, momentum ... and (3/2) n
-  // T, and `face_velocity_` is the velocity across the face. `heating_` is the heat (per volume and time) from the loss
-  // of kinetic energy there.
+  std::array<std::array<std::vector<double>, 3>, 3> gradient_;  ///< Velocity gradients [axis][component][cell]
+  // Values at the face after each cell along an axis. `flow_` contains the fluxes of mass, charge, momentum and (3/2) n
+  // T.
+  // `face_velocity_` is the velocity across the face. `heating_` is the heat (per volume and time) from the loss of
+  // kinetic energy there.
   std::vector<double> flow_, face_velocity_, heating_;
 };
 

@@ -7,30 +7,34 @@
 
 namespace lichtenberg::laplace {
 
-/// Floating groups without bodies: nodes of the circuit that carry no field charge. They are eliminated before a field
-/// solve, exactly and without loss of digits; couplings between their neighbours replace them.
+/// Circuit nodes of a problem: floating groups without bodies. They carry no charge in the field; couplings (lumped
+/// capacitances or resistors) join them to other groups. They are eliminated before a field solve, exactly and without
+/// loss of digits (star-mesh transformation). Couplings between their neighbours replace them.
 class CircuitNodes {
  public:
+  /// Eliminates the circuit nodes of a problem.
   explicit CircuitNodes(const LaplaceProblem& problem);
 
+  /// Returns true if the problem has circuit nodes.
   bool any() const { return any_; }
-  /// Problem without these nodes. Group numbers stay the same; the eliminated groups, on which nothing depends any
-  /// more, are fixed.
+  /// Returns the problem without circuit nodes; only valid if any(). Group numbers stay the same. The eliminated groups
+  /// are marked as fixed, and nothing depends on their potentials.
   const LaplaceProblem& reduced() const { return reduced_; }
-  /// Sets the nodes' potentials (V) [groups] from those of all other groups.
+  /// Computes the potentials (V) of the circuit nodes from those of all other groups, and stores them in `potential`
+  /// [groups].
   void set_potentials(std::vector<double>& potential) const;
 
  private:
   bool any_ = false;
   LaplaceProblem reduced_;
   std::vector<char> is_kept_;
-  std::vector<double> flow_;  // Inflow of each node, after the elimination of earlier nodes
+  std::vector<double> flow_;  // Charge into each node, after the elimination of earlier nodes
   NetworkFactors factors_;
 };
 
-/// Returns the charge (C per metre of depth) through each coupling from a to b, such that every floating group's charge
-/// balance holds to rounding. If a coupling is so strong that its potential difference is dominated by rounding, its
-/// charge follows from the body charges, which `solution` has to all digits.
+/// Computes the charge (C per metre of depth) that flows through each coupling of the problem from its group a to its
+/// group b. The charge balance of every floating group then holds to rounding. If a coupling is so strong that its
+/// potential difference is dominated by rounding, its charge follows from the body charges of `solution`.
 std::vector<double> coupling_charges(const LaplaceProblem& problem, const LaplaceSolution& solution);
 
 }  // namespace lichtenberg::laplace

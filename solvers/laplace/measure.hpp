@@ -4,44 +4,55 @@
 
 namespace lichtenberg::laplace {
 
-/// Scales of errors: one relative error describes the accuracy of a solution. Each scale is the largest value of the
-/// solution, however small. Differences count as errors only above the rounding.
+/// Scales that make the errors of a field solution relative: the largest potential difference, charge and force of the
+/// solution. With them a single relative error describes the accuracy. Differences within rounding do not count as
+/// errors.
 struct Scales {
   double potential = 0;  ///< Largest difference of any two groups and electrode sides (V); 0 within rounding
   double charge = 0;     ///< Largest charge of a body (C; C/m in the plane)
   double force = 0;      ///< Largest force on a movable disk or sphere (N; N/m in the plane); infinite if there is none
   double charge_rounding = 0, force_rounding = 0;  ///< Differences up to these values do not count as errors
 
-  /// Returns the difference relative to the largest value, which counts as at least the rounding.
+  /// Returns the relative error for a difference between two charges (C; C/m in the plane): 0 within rounding,
+  /// otherwise the difference over the charge scale.
   double error_of_charge(double difference) const;
+  /// Returns the relative error for a difference between two forces (N; N/m in the plane): 0 within rounding, otherwise
+  /// the difference over the force scale.
   double error_of_force(double difference) const;
 };
 
-/// Rounding of charges and forces: this share of eps V for charges and of eps V^2 / L for forces, with V the potential
-/// scale and L the box's longer side. Without it, values that cancel by symmetry would require unlimited accuracy.
+/// Rounding level of charges, in units of eps V, and of forces, in units of eps V^2 / L. V is the potential scale and L
+/// the longer side of the box. Without it, values that cancel by symmetry would require unlimited accuracy.
 inline constexpr double share_of_rounding = 1e-11;
 
-/// Limit of small values. Charges below this share of eps V, and forces below this share of eps V^2 / L, are small sums
-/// of large terms. For these, the error of a method that controls potentials can exceed its tolerance.
+/// Limit of small charges, in units of eps V, and of small forces, in units of eps V^2 / L (V: potential scale, L:
+/// longer side of the box). Values below it are small sums of large terms. For these, the error of a method that
+/// controls potentials can exceed its tolerance.
 inline constexpr double small_share = 1e-3;
+/// Charge (C/m) and force (N/m) below which values are small in the sense of small_share.
 struct SmallValues {
-  double charge = 0, force = 0;  ///< Charge (C/m) and force (N/m)
+  double charge = 0, force = 0;
 };
+/// Computes the limits of small charges and forces for a problem with the given potential scale.
 SmallValues small_values(const LaplaceProblem& problem, const Scales& scales);
 
-/// Returns true if the force on a body counts: on a movable disk (LaplaceProblem::movable).
+/// Returns true if the force on a body counts in measures of accuracy: the body is a disk and movable
+/// (LaplaceProblem::movable).
 bool has_force(const LaplaceProblem& problem, std::size_t body);
 
-/// Returns the largest difference of any two potentials (V); 0 within rounding.
+/// Returns the largest difference between any two of the potentials (V); 0 if it is within rounding, NaN if one is not
+/// finite.
 double largest_difference(const std::vector<double>& potentials);
 
+/// Computes the scales of a solution.
 Scales scales_of(const LaplaceProblem& problem, const LaplaceSolution& solution);
 
-/// Returns the error of a solution, the least a with which it is "accurate to a". This means that no group potential,
-/// body charge or force on a movable disk differs from the reference by more than a times its scale, apart from
-/// rounding. Returns 0 if everything has the same potential, to rounding.
-/// Forces on other bodies are excluded (a bar's corners make its field singular). Charges of sides are excluded too
-/// (infinite where electrodes of different potential meet).
+/// Computes the relative error of a solution compared with a reference. It is the largest difference of any group
+/// potential, body charge or force on a movable disk, each divided by its scale. Differences within rounding do not
+/// count. Returns
+/// 0 if everything has the same potential, to rounding.
+/// Forces on other bodies are excluded, because a bar's corners make its field singular. Charges of sides are excluded,
+/// because they are infinite where electrodes of different potential meet.
 double largest_error(const LaplaceProblem& problem, const LaplaceSolution& solution, const LaplaceSolution& reference,
                      const Scales& scales);
 

@@ -10,7 +10,8 @@
 
 namespace lichtenberg::laplace {
 
-/// One side of the rectangular domain.
+/// Boundary condition at one side of the rectangular box: insulating (zero normal field) or an electrode of given
+/// potential.
 struct Side {
   enum class Kind { insulating, electrode } kind = Kind::insulating;
   double potential = 0;  ///< Potential (V) of an electrode
@@ -18,46 +19,50 @@ struct Side {
   /// exact field of an unbounded problem on the walls, which removes the box's error. Several threads call it at once.
   std::function<double(Vec2)> profile;
 
+  /// Returns the potential (V) of the electrode at a point p (m) of the side.
   double potential_at(Vec2 p) const { return profile ? profile(p) : potential; }
 };
 
+/// Indices of the box's sides.
 enum SideIndex { left = 0, right = 1, bottom = 2, top = 3 };
 
 class LinkModel;
 
-/// Perfect conductor: its shape and the group whose potential it has. Bodies of one group need not touch.
+/// Body: a perfect conductor with its shape and the index of its group (bodies at one potential). Bodies of one group
+/// need not touch.
 struct Body {
   Shape shape;
   int group = 0;
-  /// Conductance model of the cut-cell method's links to the surface (cutcell/surface_links.hpp); null: that of a bare
-  /// conductor. Must outlive the problem. Other methods refuse it.
+  /// Model of the conductances between the body's surface and near cells in the cut-cell method
+  /// (cutcell/surface_links.hpp); null: bare conductor. Must outlive the problem. Other methods refuse it.
   const LinkModel* link_model = nullptr;
 };
 
-/// Group of bodies with one potential. Floating: the total charge is given and the potential unknown. Fixed: the
-/// potential is given and the charge follows.
+/// Equipotential group of bodies. Floating: the total charge is given and the potential unknown. Fixed: the potential
+/// is given and the charge follows.
 struct Group {
   bool floating = true;
   double charge = 0;     ///< Charge (C per metre of depth), if floating
   double potential = 0;  ///< Potential (V), if fixed
 };
 
-/// Lumped capacitance between two groups, in addition to the field: the charge capacitance * (V_a - V_b) flows from a
-/// to b. The charge balance of a floating group is
+/// Coupling: a lumped capacitance between groups a and b in addition to the field. The charge capacitance * (V_a - V_b)
+/// flows through it from a to b. The charge balance of a floating group is
 ///   Q_field(a) + sum over its couplings of capacitance * (V_a - V_b) = charge of a.
-/// A conductance g over a time dt, integrated implicitly, has this form: dQ_a/dt = J_a - g (V_a - V_b) becomes the
-/// balance above. Then capacitance = dt g and charge = Q_a + dt J_a (D 5.5, with J and Ohm's law). Infinite capacitance
-/// is the limit in which a and b are one group (D 5.3), zero that without coupling. Either group may be fixed, also
-/// without a body: a potential source behind a resistor.
+/// A resistor of conductance g over an implicit time step dt has this form: dQ_a/dt = J_a - g (V_a - V_b) becomes the
+/// balance above, with a current source J_a. Then capacitance = dt g and charge = Q_a + dt J_a (Stephenson 2018,
+/// D 5.5). In the limit of infinite capacitance a and b are one group (D 5.3). Either group may be fixed, also without
+/// a body: a potential source behind a resistor.
 struct Coupling {
   int a = 0, b = 0;        ///< Indices of the groups
   double capacitance = 0;  ///< Capacitance (F per metre of depth); finite, not negative
 };
 
-/// Laplace's equation div(eps grad V) = 0 in the box [0, size.x] x [0, size.y] outside the bodies (D 5.2-5.4). It is
-/// two-dimensional: all charges, forces and energies are per metre of depth.
+/// Boundary value problem of electrostatics in the plane: Laplace's equation div(eps grad V) = 0 in the box [0, size.x]
+/// x [0, size.y] outside the bodies (Stephenson 2018, D 5.2-5.4). All charges, forces and energies are per metre of
+/// depth.
 struct LaplaceProblem {
-  Vec2 size;
+  Vec2 size;                  ///< Width and height of the box (m)
   std::array<Side, 4> sides;  ///< Sides by SideIndex
   double permittivity = 0;    ///< Permittivity (F/m); required
   std::vector<Body> bodies;
@@ -67,49 +72,54 @@ struct LaplaceProblem {
 
   /// Returns true if an electrode side or a body has a given potential.
   bool has_fixed_conductor() const;
-  /// Returns false if no conductor in the field, or coupled to one, has a given potential. The charges must sum to zero
-  /// then. The potential is determined up to a constant, chosen such that the groups' potentials, weighted by their
-  /// number of bodies, have zero mean.
+  /// Returns true if the problem determines the level of the potential: a side, a body or a group coupled to a body has
+  /// a given potential. Otherwise the charges must sum to zero. The potential is then determined up to a constant, for
+  /// which the mean of the bodies' potentials is zero.
   bool has_ground() const;
-  /// Checks the problem. Throws InputError if a body or a coupling refers to no group, or if a coupling joins a group
-  /// to itself. Throws InputError if a size, radius or permittivity is not positive, or if a capacitance is negative.
-  /// Throws InputError if a number is not finite or an insulating side has a potential profile. Throws InputError for a
-  /// floating group without a body or a coupling to a group that has a body or a given potential. Throws InputError if
-  /// nothing is grounded and the charges do not sum to zero.
+  /// Checks the problem, and throws InputError in these cases. A body or a coupling refers to no group, or a coupling
+  /// joins a group to itself. A size, radius or permittivity is not positive, a capacitance is negative, or a number is
+  /// not finite. An insulating side has a potential profile. A floating group has no body and no path of couplings to a
+  /// group with a body or a given potential. Nothing is grounded and the charges do not sum to zero.
   void check() const;
 };
 
-/// Returns for each group the first group of its coupled set: groups connected by couplings of more than `least` (F/m).
+/// Finds the sets of groups that are connected by couplings of more than `least` (F/m): the connected components of the
+/// circuit. Returns for each group the lowest group number of its set.
 std::vector<int> coupled_sets(const LaplaceProblem& problem, double least = 0);
+/// Finds the sets of coupled groups, as above, from the number of groups and the couplings.
 std::vector<int> coupled_sets(int groups, std::span<const Coupling> couplings, double least = 0);
 
-/// Throws InputError if there are couplings, for methods without support of them. `method` begins the error message.
+/// Throws InputError if the problem has couplings, for methods that do not support them. `method` is the subject of the
+/// error message.
 void refuse_couplings(const LaplaceProblem& problem, const std::string& method);
 
-/// Throws InputError if a body has a link model, for methods without links. `method` begins the error message.
+/// Throws InputError if a body has a link model (Body::link_model), for methods that do not support it. `method` is the
+/// subject of the error message.
 void refuse_link_models(const LaplaceProblem& problem, const std::string& method);
 
-/// Wall times of the parts of a solve (s).
+/// Wall times of the parts of a field solve (s).
 struct Timings {
-  double setup = 0;   ///< Links, levels, coarse factorization
+  double setup = 0;   ///< Geometry, multigrid levels, factorizations
   double solve = 0;   ///< Krylov or relaxation iterations
   double forces = 0;  ///< Charges, forces, energy
 };
 
+/// Results of a field solve, per metre of depth.
 struct LaplaceSolution {
   std::vector<double> group_potential;  ///< Potential of each group (V)
   std::vector<double> body_charge;      ///< Field charge of each body (C/m), without charge through couplings
   std::vector<Vec2> body_force;         ///< Force on each body (N/m)
   std::array<double, 4> side_charge{};  ///< Charge on each side of the box if it is an electrode (C/m)
   double energy = 0;                    ///< Energy (J/m), eps/2 integral |grad V|^2
-  long unknowns = 0;
-  int iterations = 0;
+  long unknowns = 0;                    ///< Number of unknowns of the solver
+  int iterations = 0;                   ///< Number of iterations of the solver
   double work = 0;      ///< Operator evaluations, in units of residual evaluations on the whole grid; 0: not counted
   double residual = 0;  ///< Final relative residual, in the norm of the solver's stopping criterion
   Timings seconds;
 };
 
-/// Potential at cell centres: value[j * nx + i] at ((i + 0.5) h, (j + 0.5) h); inside a conductor, its potential.
+/// Potential on a grid: value[j * nx + i] is the potential at the cell centre ((i + 0.5) h, (j + 0.5) h). At centres
+/// inside a conductor it is the conductor's potential.
 struct Field {
   int nx = 0, ny = 0;
   double h = 0;               ///< Cell edge (m)
@@ -117,22 +127,24 @@ struct Field {
   std::vector<int> body;      ///< Index of the body that contains the centre, -1 in the fluid
 };
 
-/// Interface of all field solvers. Solvers keep data that speed up the next call on a similar scene (buffers, the last
-/// potentials as initial guess). `forget` discards them, so that the next solve depends on its problem only.
+/// Interface of all solvers of LaplaceProblem. Solvers keep data that accelerate the next solve of a similar problem,
+/// such as buffers and the last solution as initial guess.
 class LaplaceSolver {
  public:
   virtual ~LaplaceSolver() = default;
-  /// Solves the problem. Throws the exceptions of LaplaceProblem::check. Throws InputError for a problem that the
-  /// method does not support, Failure if the iteration does not converge.
+  /// Solves the problem: computes potentials, charges, forces and energy. Throws the exceptions of
+  /// LaplaceProblem::check. Throws InputError for a problem that the method does not support, Failure if the iteration
+  /// does not converge.
   virtual LaplaceSolution solve(const LaplaceProblem& problem) = 0;
-  /// Returns the potential of the last solve. Throws Failure if nothing has been solved.
+  /// Returns the potential of the last solve on a grid. Throws Failure if nothing has been solved.
   virtual Field field() const = 0;
+  /// Discards data of earlier solves, so that the next solve depends on its problem only.
   virtual void forget() = 0;
 };
 
-/// Returns the capacitance matrix C (row-major, groups x groups; F/m): charge on group i with group j at 1 V, every
-/// other group and electrode side at 0 V (D 6.20). In a box without an electrode the rows sum to zero. Throws the
-/// exceptions of `solver`.
+/// Computes the capacitance matrix C [groups x groups], row-major (F/m). C_ij is the charge on group i with group j at
+/// 1 V, and every other group and electrode side at 0 V (Stephenson 2018, D 6.20). Couplings are ignored. In a box
+/// without an electrode the rows sum to zero. Throws the exceptions of `solver`.
 std::vector<double> capacitance_matrix(LaplaceSolver& solver, const LaplaceProblem& problem);
 
 }  // namespace lichtenberg::laplace

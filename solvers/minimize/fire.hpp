@@ -4,19 +4,22 @@
 
 namespace lichtenberg::minimize {
 
-/// Fast inertial relaxation engine: molecular dynamics of unit masses. The velocity is mixed with the direction of the
-/// force, the time step grows while the motion goes downhill, and the motion stops when it does not (Bitzek et al.
-/// 2006; semi-implicit Euler and the half step back of Guenole et al. 2020).
+/// Minimizer FIRE (fast inertial relaxation engine): molecular dynamics of unit masses with adaptive damping. Each step
+/// mixes the velocity with the direction of the force. While the motion goes downhill, the time step grows; when the
+/// motion goes uphill, the velocity is set to 0.
+/// Source: Bitzek et al. 2006, with semi-implicit Euler steps and the half step back of Guenole et al. 2020.
 class Fire : public Minimizer {
  public:
-  /// Starts at x. `largest_step`: time step, below 2 over the square root of the largest curvature; `largest_move`:
-  /// change of a component in one iteration.
+  /// Starts the minimization at x. `largest_step`: upper limit of the time step. For stability it must be below 2 over
+  /// the square root of the Hessian's largest eigenvalue. `largest_move`: upper limit of the change of a component of x
+  /// in one iteration.
   Fire(Objective& objective, std::vector<double> x, double largest_step, double largest_move);
   bool iterate() override;
   Memory memory() const override;
   void remember(const Memory& memory) override;
 
  private:
+  /// Stops an uphill motion: takes back half of the last step, sets the velocity to 0 and shortens the time step.
   void stop();
 
   double largest_step_, largest_move_;

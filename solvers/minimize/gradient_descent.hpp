@@ -4,11 +4,12 @@
 
 namespace lichtenberg::minimize {
 
-/// Gradient descent x <- x - step * gradient, the gradient flow dx/dt = -gradient by Euler's method. Small steps end in
-/// the same minimum as the flow. A step is shortened if it would increase the value, or change a component by more than
-/// `largest_move`.
+/// Minimizer by gradient descent: x <- x - step * gradient. This is Euler's method for the gradient flow (steepest
+/// descent) dx/dt = -gradient; small steps end in the same minimum as the flow.
 class GradientDescent : public Minimizer {
  public:
+  /// Starts the minimization at x. `step`: factor of the gradient, or time step of the flow. `largest_move`: upper
+  /// limit of the change of a component of x in one iteration. A step is also halved while it would increase the value.
   GradientDescent(Objective& objective, std::vector<double> x, double step, double largest_move);
   bool iterate() override;
 

@@ -7,17 +7,19 @@
 
 namespace lichtenberg::minimize {
 
-/// Limited-memory BFGS (Nocedal 1980) with backtracking: a step is accepted if it lowers the value by a share of the
-/// decrease predicted by the slope (Armijo 1966).
+/// Minimizer L-BFGS: limited-memory quasi-Newton method of Broyden, Fletcher, Goldfarb and Shanno (Nocedal 1980) with a
+/// backtracking line search. A step is halved until it lowers the value by 1e-4 of the decrease that the slope predicts
+/// (Armijo 1966), up to rounding.
 /// The direction is a sum of past moves, past changes of the gradient and the gradient itself. Its factors follow from
-/// the products of these vectors alone (Chen, Wang & Zhou 2014). An iteration therefore traverses them twice, and
-/// threads share both passes. They are stored in single precision, which affects the curvature but not the minimum. To
-/// make float's range independent of a scene's units, they are scaled by the length `largest_move` and the
-/// corresponding force, which follows from `first_step`.
+/// the scalar products of these vectors (Chen, Wang & Zhou 2014). An iteration therefore passes twice through the
+/// vectors, and threads share both passes.
+/// Past vectors are stored in single precision, which affects the approximate Hessian but not the minimum. They are
+/// stored in units of about `largest_move` (moves) and `largest_move` / `first_step` (gradients), so that numbers stay
+/// within float's range.
 class Lbfgs : public Minimizer {
  public:
-  /// Starts at x. `largest_move`: change of a component in one iteration; `first_step`: first step, in units of the
-  /// gradient.
+  /// Starts the minimization at x. `first_step`: factor of the negative gradient in the first step. `largest_move`:
+  /// upper limit of the change of a component of x in one iteration.
   Lbfgs(Objective& objective, std::vector<double> x, double first_step, double largest_move);
   bool iterate() override;
   Memory memory() const override;
@@ -36,13 +38,14 @@ class Lbfgs : public Minimizer {
   void replace_oldest();
 
   double first_step_, largest_move_;
-  double length_, force_;  ///< Units: powers of two, so that scaling is exact
-  /// Move (in length_) and change (in force_) of each correction, the oldest first.
+  double length_, force_;  ///< Units of stored moves and gradients: powers of two, so that scaling is exact
+  /// Stored corrections, the oldest first: for each the move of x (unit length_) and the change of the gradient (unit
+  /// force_).
   std::vector<Vector> vectors_;
-  std::array<std::array<double, most_vectors>, most_vectors> product_{};  ///< Products of two of these vectors
-  std::array<double, most_vectors> with_gradient_{};                      ///< Gradient products (in force_)
+  std::array<std::array<double, most_vectors>, most_vectors> product_{};  ///< Scalar products of stored vectors
+  std::array<double, most_vectors> with_gradient_{};  ///< Scalar products with the gradient (unit force_)
   std::vector<double> direction_;
-  double slope_ = 0, longest_ = 0;  ///< Slope along the direction, and its largest component
+  double slope_ = 0, longest_ = 0;  ///< Slope of the value along the direction; the direction's largest component
   Point next_;
 };
 

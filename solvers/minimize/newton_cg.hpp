@@ -4,25 +4,28 @@
 
 namespace lichtenberg::minimize {
 
-/// Newton's method with a trust region. Preconditioned conjugate gradients minimize the quadratic model until it is
-/// accurate enough, reaches the region's boundary or finds negative curvature, along which it goes to the boundary
-/// (Steihaug 1983). The region is a ball in the preconditioner's norm.
+/// Minimizer by Newton's method with a trust region. In each iteration, preconditioned conjugate gradients (CG)
+/// minimize the quadratic model of value, gradient and Hessian (Steihaug 1983). CG ends at its tolerance or at the
+/// boundary of the region. A direction of negative curvature is followed to the boundary. The region is a ball in the
+/// norm of the preconditioner.
 class NewtonCg : public Minimizer {
  public:
-  /// Starts at x. `largest_move`: change of a component in the first iteration; `gradient_unit`: scale of a large
-  /// gradient.
+  /// Starts the minimization at x. `largest_move`: upper limit of the change of a component of x in the first CG step,
+  /// which sets the initial radius of the region. `gradient_unit`: scale of gradient components; with g the largest
+  /// one, the relative tolerance of CG is sqrt(g / gradient_unit), between 0.1 and 0.3.
   NewtonCg(SmoothObjective& objective, std::vector<double> x, double largest_move, double gradient_unit);
   bool iterate() override;
   Memory memory() const override { return {{"radius", {radius_}}}; }
   void remember(const Memory& memory) override { radius_ = memory.at("radius").at(0); }
 
-  std::int64_t products() const { return products_; }  ///< Number of products with the Hessian
+  std::int64_t products() const { return products_; }  ///< Number of products with the Hessian matrix so far
 
  private:
+  /// Step of the quadratic model.
   struct Step {
-    std::vector<double> move;
-    double predicted_decrease = 0;  ///< Decrease predicted by the model
-    bool to_edge = false;
+    std::vector<double> move;       ///< Change of x
+    double predicted_decrease = 0;  ///< Decrease of the value that the model predicts
+    bool to_edge = false;           ///< True if the step ends at the boundary of the trust region
   };
   Step solve_model();
   double gain(const Step& step) const;

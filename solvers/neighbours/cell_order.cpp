@@ -10,7 +10,8 @@ namespace lichtenberg {
 namespace {
 
 namespace stdx = std::experimental;
-/// Usually somewhat more than the number of particles in three cells; the vector width does not affect the result.
+/// Width of the SIMD vectors: usually somewhat more than the number of particles in three cells. It does not affect the
+/// result.
 constexpr int width = 8;
 using SimdPack = stdx::simd<float, stdx::simd_abi::deduce_t<float, width>>;
 

@@ -7,44 +7,48 @@
 
 namespace lichtenberg {
 
-/// Particles in the order of their cells, so that particles close in space are close in memory. A slot is an index in
-/// this order; within a cell particles ascend. Intended for callers that sort their own arrays in this order and
-/// rebuild the pair list every few steps; pairs.hpp serves long-lived lists.
+/// Cell-sorted order of particles with a pair search (cell list): particles close in space are close in memory. A slot
+/// is an index in this order; within a cell, particles ascend. It serves callers that keep their arrays in this order
+/// and rebuild the pair list every few steps; pairs.hpp serves long-lived lists.
 template <int d>
 class CellOrder {
  public:
-  /// Sorts particles into cells at least `range` (m) wide. pairs() then finds all pairs with a centre distance below
-  /// it.
+  /// Sorts particles into cells at least `range` (m) wide. pairs() then finds all pairs with a distance of centres
+  /// below `range`.
   void sort(const Spheres<d>& spheres, double range);
 
+  /// Returns the number of particles.
   int size() const { return static_cast<int>(particle_.size()); }
   const std::vector<int>& particles() const { return particle_; }  ///< Particle of each slot
   const std::vector<int>& slots() const { return slot_; }          ///< Slot of each particle
 
-  /// Returns pairs of slots i < j, each once: all with a distance of the nearest images' centres below the range at the
-  /// last sort, and some slightly farther due to rounding. The order is the same for any number of threads.
+  /// Finds all pairs of slots i < j, each once, whose centres (nearest images) are within the range of the last sort().
+  /// Rounding can add pairs slightly beyond it. The order of pairs is the same for any number of threads. The reference
+  /// is valid until the next search.
   const std::vector<Pair>& pairs(parallel::Team& team);
 
-  /// Time (s) of flight at constant velocities, and limits of distances.
+  /// Criterion of pairs_that_meet(): duration of a flight at constant velocities, and limits of distances between
+  /// centres.
   struct Flight {
-    double time = 0;
-    double within = 0;  ///< Distance (m) below which pairs must come during the flight
-    double near = 0;    ///< Initial distance (m), above 0, below which pairs are found in any case
+    double time = 0;    ///< Duration (s)
+    double within = 0;  ///< Distance (m) below which a pair must be able to come during the flight
+    double near = 0;    ///< Initial distance (m), above 0, below which a pair is found in any case
   };
-  /// Sets the velocity (m/s) of the particle in this slot, for the present sort.
+  /// Sets the velocity (m/s) of the particle in this slot for pairs_that_meet(). The next sort() invalidates it.
   void set_velocity(int slot, const Vec<d>& velocity);
-  /// Returns the pairs of pairs() that may come this close. The distance r of two particles is a convex function of
-  /// time, hence never below r + r' time, with r' its initial rate. A pair is returned if this bound is within the
-  /// limit, up to rounding. The velocities of all slots must have been set since the sort.
+  /// Finds the pairs of pairs() that can come within flight.within during a flight at constant velocities, or are
+  /// initially closer than flight.near. The distance r of two particles is a convex function of time. It is therefore
+  /// never below r + r' time, with its initial rate r'. A pair is returned if this bound is below the limit, up to
+  /// rounding. The velocities of all slots must have been set since the sort.
   const std::vector<Pair>& pairs_that_meet(const Flight& flight, parallel::Team& team);
 
  private:
-  /// Range of slots, with the shift of their image.
+  /// Range of slots (first ... last - 1), and the translation (m) to the periodic image that is compared.
   struct SlotRange {
     int first = 0, last = 0;
     std::array<float, d> image_shift{};
   };
-  /// Range of cells along the first axis, with the shift of their image near another row.
+  /// Row of cells along the first axis, and the translation (m) to its periodic image near another row.
   struct Row {
     int first = 0;  ///< First cell
     std::array<float, d> image_shift{};
@@ -61,13 +65,13 @@ class CellOrder {
   template <bool nearest_images, bool moving>
   void search(int slot, const SlotRange& candidates, Near& near) const;
 
-  double range_ = 0,
-         position_error_ = 0;  ///< position_error_: bound on the rounding error of a difference of positions
+  double range_ = 0, position_error_ = 0;  ///< Range, and bound on rounding errors of position differences (m)
   float within_square_ = 0;
   float time_ = 0, meeting_distance_ = 0, near_square_ = 0;  ///< Parameters of the flight, enlarged by rounding
   std::array<int, 3> count_{1, 1, 1};
-  bool needs_nearest_images_ = false;                         ///< True if a periodic axis has a single cell
-  std::array<double, 3> low_{}, period_{}, cells_a_metre_{};  ///< Period 0: not periodic
+  bool needs_nearest_images_ = false;  ///< True if a periodic axis has a single cell
+  /// Along each axis: lower end (m), period (m; 0: not periodic), number of cells per metre.
+  std::array<double, 3> low_{}, period_{}, cells_a_metre_{};
   std::vector<int> start_, cell_, particle_, slot_;
   std::vector<std::array<float, d>> wrapped_position_;  ///< Position of each particle relative to low_
   std::array<std::vector<float>, d> position_;          ///< Position of each slot, padded by a whole vector

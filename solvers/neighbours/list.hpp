@@ -8,28 +8,33 @@
 
 namespace lichtenberg {
 
-/// Neighbour (Verlet) list: pairs within `range`, kept up to date while particles move. The list contains all pairs
-/// within range + skin. It is rebuilt only when a particle has moved by half of `skin`; until then it cannot miss a
-/// pair. Crossing a periodic boundary does not count as motion.
+/// Verlet neighbour list: pairs of particles with a surface distance below `range`, kept up to date while particles
+/// move. The list contains all pairs within range + skin. It is rebuilt when a particle has moved by more than half of
+/// `skin`; until then it contains every pair within `range`. Crossing a periodic boundary does not count as motion.
 class NeighbourList {
  public:
+  /// Makes an empty list; `range` and `skin` are in m.
   NeighbourList(double range, double skin) : range_(range), skin_(skin) {}
 
-  /// Makes pairs() complete for these positions. Throws the exceptions of pairs_closer_than.
+  /// Rebuilds the list if necessary, so that pairs() contains all pairs within the range at these positions. Throws the
+  /// exceptions of pairs_closer_than.
   template <int d>
   void update(const Spheres<d>& spheres, parallel::Team& team = parallel::Team::single());
-  /// First half of `update`: returns true if pairs() is complete for the present positions of the particles from
-  /// `first` up to before `end`. False if the number of particles has changed. `search`, the second half, rebuilds the
-  /// list.
+  /// Checks whether the list is still valid. Returns true if none of the particles first ... end - 1 has moved by more
+  /// than half of the skin since the last rebuild. Returns false if the number of particles has changed or no list was
+  /// built. update() is this check, then search() if it fails.
   template <int d>
   bool covers(const Spheres<d>& spheres, int first, int end) const;
-  /// Like `covers` above, for some of the particles.
+  /// Checks whether the list is still valid, as above, with the listed particles only.
   template <int d>
   bool covers(const Spheres<d>& spheres, std::span<const int> some) const;
+  /// Rebuilds the list from these positions. Throws the exceptions of pairs_closer_than.
   template <int d>
   void search(const Spheres<d>& spheres, parallel::Team& team = parallel::Team::single());
-  /// Pairs in ascending order, so that sums over pairs do not depend on the time of the rebuild.
+  /// Returns the listed pairs: all within the range, and others up to range + skin. They are in ascending order, so
+  /// that sums over pairs do not depend on the time of the rebuild.
   std::span<const Pair> pairs() const { return pairs_; }
+  /// Returns the number of rebuilds.
   std::int64_t searches() const { return searches_; }
 
  private:

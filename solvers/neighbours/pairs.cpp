@@ -72,7 +72,8 @@ class Cells {
     return sum;
   }
 
-  /// Calls visit(spots) for all particles in the cells within `distance` (m) of a centre, along each axis.
+  /// Calls visit(particles) with spans that contain all particles in cells within `distance` (m) of a centre, along
+  /// each axis.
   template <class Visit>
   void for_each_near(const SortedParticle<d>& centre, double distance, Visit visit) const {
     std::array<Columns, 3> columns{};
@@ -158,7 +159,8 @@ void check_box(const Box<d>& box, double within) {
                       box.lengths[k], side_names[2 * k], side_names[2 * k + 1], within));
 }
 
-/// Collects the pairs that look(spot, others) finds for each particle, in the order of the particles.
+/// Collects the pairs that find_partners(particle, others) finds for each particle, in the order of the particles.
+/// find_partners writes the partners to `others` and returns their number.
 template <int d, class FindPartners>
 std::vector<Pair> collect(const Cells<d>& cells, int n, parallel::Team& team, const FindPartners& find_partners) {
   constexpr int particles_a_task = 2048;

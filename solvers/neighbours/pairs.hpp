@@ -8,14 +8,15 @@
 
 namespace lichtenberg {
 
-/// Pair of particles, i < j.
+/// Pair of particles, by their indices i < j.
 struct Pair {
   int i = 0, j = 0;
   friend auto operator<=>(const Pair&, const Pair&) = default;
 };
 
-/// Disks (d = 2) or spheres (d = 3) in plain arrays, in a box of which only the periodic axes matter here. Positions
-/// need not lie inside a periodic box: any image of a particle may be given.
+/// View of disks (d = 2) or spheres (d = 3) for pair searches: arrays of positions, radii and charges, and the box. Of
+/// the box, only the periodic axes matter here. Positions may be outside a periodic box: any periodic image of a
+/// particle is allowed.
 template <int d>
 struct Spheres {
   std::span<const double> position;  ///< Positions (m), [N * d]
@@ -23,7 +24,9 @@ struct Spheres {
   Box<d> box{};
   std::span<const double> charge{};  ///< Charges (C), [N]; empty: none
 
+  /// Returns the number of particles.
   int size() const { return static_cast<int>(radius.size()); }
+  /// Returns the position (m) of particle i.
   LICHTENBERG_HOST_DEVICE Vec<d> centre(int i) const {
     Vec<d> p;
     for (int k = 0; k < d; ++k) p[k] = position[i * d + k];
@@ -31,16 +34,18 @@ struct Spheres {
   }
 };
 
-/// Returns all pairs with a surface distance below `range` (m; overlapping ones included), in ascending order for any
-/// number of threads. The work grows with the numbers of particles and pairs, since particles are sorted into cells.
-/// Throws InputError if a periodic box is so short that two images of one particle could be within range of another.
+/// Finds all pairs of particles with a surface distance (gap of nearest images) below `range` (m), including
+/// overlapping pairs. Returns them in ascending order, for any number of threads of `team`. A cell list makes the work
+/// proportional to the numbers of particles and pairs. Throws InputError if a periodic box is so short that two images
+/// of a particle could be within range of another one.
 template <int d>
 std::vector<Pair> pairs_closer_than(const Spheres<d>& spheres, double range,
                                     parallel::Team& team = parallel::Team::single());
 
-/// Returns all pairs with a surface distance of nearest images below `range` plus both particles' reaches (m, [N], not
-/// negative). Order, work and errors are those of pairs_closer_than. The cost of a particle with a long reach is
-/// proportional to the number of particles within that reach.
+/// Finds all pairs of particles with a surface distance (gap of nearest images) below range + reach[i] + reach[j].
+/// `reach` (m, [N], not negative) is an extra range per particle, such as the distance it moves in a time step. Order
+/// and errors are those of pairs_closer_than. The cost of a particle with a long reach is proportional to the number of
+/// particles within that reach.
 template <int d>
 std::vector<Pair> pairs_within_reach(const Spheres<d>& spheres, double range, std::span<const double> reach,
                                      parallel::Team& team = parallel::Team::single());

@@ -7,20 +7,24 @@
 
 namespace lichtenberg {
 
-/// Repeated pairs_within_reach() for moving particles. A rebuild finds all pairs within the range plus a skin, the
-/// smallest radius; later calls select from these candidates while displacements are small. A particle is far if its
-/// reach plus its displacement since the rebuild exceeds half of the skin. It is compared with all particles near it
-/// along the first axis, so that a few fast particles cause no rebuild. In a periodic box every call searches again.
+/// Verlet list for repeated pairs_within_reach() of moving particles. A rebuild finds the candidates: all pairs within
+/// the range plus a skin (the smallest radius). Later calls select from the candidates while displacements are small.
+/// A particle is far if its reach plus its displacement since the rebuild exceeds half of the difference between the
+/// range of the candidates and that of the call. A far particle is compared with all particles near it along the first
+/// axis, so that a few fast particles cause no rebuild. In a periodic box every call searches again.
 class ReachList {
  public:
-  /// Returns pairs_within_reach(spheres, range, reach). Throws its exceptions.
+  /// Returns the pairs of pairs_within_reach(spheres, range, reach), with `range` and `reach` in m, and throws the same
+  /// exceptions.
   template <int d>
   std::vector<Pair> pairs(const Spheres<d>& spheres, double range, std::span<const double> reach);
-  /// Returns the distance (m) that each particle has moved since the last rebuild.
+  /// Returns the distance (m) that each particle has moved between the last rebuild and the last call of pairs().
   std::span<const double> moved() const { return moved_; }
+  /// Returns the number of rebuilds.
   int searches() const { return searches_; }
 
  private:
+  /// Updates displacements and far particles; returns false if a rebuild is needed.
   template <int d>
   bool covers(const Spheres<d>& spheres, double range, std::span<const double> reach);
   template <int d>
@@ -30,17 +34,17 @@ class ReachList {
   template <int d>
   void add_far(const Spheres<d>& spheres, double range, std::span<const double> reach, std::vector<Pair>& found) const;
 
-  double skin_ = 0, range_ = 0;            ///< Lengths (m); range_: that of the candidates
+  double skin_ = 0, range_ = 0;            ///< Skin, and largest gap of the candidates at the rebuild (m)
   std::vector<double> searched_at_;        ///< Positions at the last rebuild
   std::vector<Pair> candidates_;           ///< Candidate pairs in ascending order
   std::vector<double> gap_;                ///< Gap of each candidate at the rebuild (m)
   std::vector<int> by_gap_;                ///< Indices of the candidates by ascending gap
-  double largest_radius_ = 0;              ///< m
+  double largest_radius_ = 0;              ///< Largest radius (m)
   std::vector<int> by_coordinate_;         ///< Particles sorted along the first axis, at the rebuild
   std::vector<double> sorted_coordinate_;  ///< Coordinates of these particles along the first axis (m)
   double farthest_ = 0;                    ///< Largest reach plus displacement of particles that are not far (m)
-  /// Bounds (m), at least and at most, on the reduction of a gap by a particle's displacement since the rebuild and its
-  /// reach; minus infinity for far particles.
+  /// Lower and upper bound (m) on the reduction of a pair's gap by one of its particles: its reach plus or minus its
+  /// displacement since the rebuild. Minus infinity for far particles.
   struct GapReduction {
     double least = 0, most = 0;
   };

@@ -15,48 +15,52 @@
 
 namespace lichtenberg {
 
-/// Position in a periodic box as fixed-point fractions of its lengths, in units of 2^-32. Differences wrap like the
-/// box: the signed difference of two positions is that of their nearest images. The high bits of a product with a
-/// number of cells are the cell.
+/// Fixed-point position in a periodic box: each coordinate is a fraction of the box length in units of 2^-32. Integer
+/// differences wrap like the box: the signed difference of two coordinates is that of the nearest images. The upper 32
+/// bits of the product with a number of cells are the index of the cell.
 struct FixedPointPosition {
   std::uint32_t x = 0, y = 0, z = 0;
 };
 
+/// Number of fixed-point units in a box length.
 constexpr double units_per_box = 0x1p32;
 
-/// Converts a position in any image of the box; `units_per_length`: 2^32 / length.
+/// Converts a coordinate (m), in any periodic image of the box, to fixed point. `units_per_length`: 2^32 / box length
+/// (1/m).
 LICHTENBERG_HOST_DEVICE inline std::uint32_t fixed_point_coordinate(double position, double units_per_length) {
   return static_cast<std::uint32_t>(static_cast<long long>(std::floor(position * units_per_length)));
 }
-/// Returns a - b of nearest images, in units of 2^-32 of the length.
+/// Returns the minimum-image difference a - b of two fixed-point coordinates, in units of 2^-32 of the box length.
 LICHTENBERG_HOST_DEVICE inline float nearest_difference(std::uint32_t a, std::uint32_t b) {
   return static_cast<float>(static_cast<std::int32_t>(a - b));
 }
-/// Returns the cell of a position, for `cells` cells along the axis.
+/// Returns the index of the cell that contains a fixed-point coordinate, for `cells` equal cells along the axis.
 LICHTENBERG_HOST_DEVICE inline int cell_of(std::uint32_t coordinate, int cells) {
   return static_cast<int>((static_cast<std::uint64_t>(coordinate) * static_cast<std::uint64_t>(cells)) >> 32);
 }
 
-/// Cells of a box, and the sorted particles in each: cell (x, y, z) has the number (x * cells[1] + y) * cells[2] + z.
+/// View of a cell list on a device: numbers of cells along the axes, and the particles in each cell. Cell (x, y, z) has
+/// the number (x * cells[1] + y) * cells[2] + z.
 struct CellsView {
   std::array<int, 3> cells{};
-  const int* first = nullptr;  ///< Index of the first particle of each cell; [cells + 1]
+  const int* first = nullptr;  ///< Index of the first particle of each cell in the sorted order; [cells + 1]
 
   LICHTENBERG_HOST_DEVICE int number(int x, int y, int z) const { return (x * cells[1] + y) * cells[2] + z; }
 };
 
-/// Particles sorted by cells.
+/// Cell list in a periodic box on an executor: sorts particles by the cells that contain them.
 template <class Executor>
 class CellGrid {
  public:
-  /// Makes cells with edges of at least `edge`.
+  /// Divides a box with the given edge lengths (m) into equal cells with edges of at least `edge` (m), at most 1024 per
+  /// axis.
   CellGrid(const Executor& run, Vec3 lengths, Vec3 edge)
       : run_(&run), cell_(run), index_in_cell_(run), order_(run), first_(run) {
     for (int k = 0; k < 3; ++k) cells_[k] = std::clamp(static_cast<int>(lengths[k] / edge[k]), 1, 1024);
   }
 
-  /// Sorts n particles; `position_of(i)` returns the position of i as `FixedPointPosition`. order() then lists them by
-  /// cells; within a cell the order is arbitrary.
+  /// Sorts n particles by cells; `position_of(i)` returns the position of particle i as `FixedPointPosition`. order()
+  /// then lists the particles cell by cell, in arbitrary order within a cell.
   template <class PositionOf>
   void sort(int n, PositionOf position_of) {
     cell_.resize(n);
@@ -76,8 +80,8 @@ class CellGrid {
     run_->exclusive_scan(first, all + 1);
     run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int i) { order[first[cell[i]] + index_in_cell[i]] = i; });
   }
-  const int* order() const { return order_.data(); }
-  CellsView view() const { return {cells_, first_.data()}; }
+  const int* order() const { return order_.data(); }          ///< Particles by cells, in device memory
+  CellsView view() const { return {cells_, first_.data()}; }  ///< View for kernels, valid until the next sort
 
  private:
   const Executor* run_;
@@ -85,13 +89,14 @@ class CellGrid {
   parallel::Array<int, Executor> cell_, index_in_cell_, order_, first_;
 };
 
-/// Window of cells around a position that contain all particles within a range: columns along z, each with at most two
-/// ranges of particles.
+/// Search window of a cell list: the cells around a position that contain all particles within a range. The window
+/// consists of columns of cells along z; the particles of a column are contiguous in the sorted order, except across
+/// the periodic boundary.
 struct CellWindow {
   CellsView grid;
-  std::array<int, 3> reach{}, width{};  ///< Numbers of cells: to either side, and in total
-  std::array<float, 3> edge{};          ///< Edges of a cell
-  float range2;
+  std::array<int, 3> reach{}, width{};  ///< Numbers of cells along each axis: to either side, and in total
+  std::array<float, 3> edge{};          ///< Edges of a cell (m)
+  float range2;                         ///< Squared range (m^2), slightly enlarged for rounding
 
   CellWindow(CellsView cells, Vec3 lengths, double range)
       : grid(cells), range2(static_cast<float>(range * range * (1 + 1e-5))) {
@@ -101,9 +106,11 @@ struct CellWindow {
       width[k] = std::min(2 * reach[k] + 1, cells.cells[k]);
     }
   }
+  /// Returns the number of columns of the window.
   LICHTENBERG_HOST_DEVICE int columns() const { return width[0] * width[1]; }
 
-  /// Calls visit(j) for the particles in column c of the window around `at`, in those cells that are within the range.
+  /// Calls visit(j) for the particles j in column c of the window around position `at`, in all cells that intersect the
+  /// range. j is the index in the sorted order.
   template <class Visit>
   LICHTENBERG_HOST_DEVICE void visit(FixedPointPosition at, int c, Visit visit) const {
     const int x = wrapped(at.x, 0, c / width[1]), y = wrapped(at.y, 1, c % width[1]);
@@ -124,12 +131,13 @@ struct CellWindow {
   }
 
  private:
-  /// Returns the offset of a position from the lower face of its cell, in cells.
+  /// Returns the offset of a coordinate from the lower face of its cell, as a fraction of the cell.
   LICHTENBERG_HOST_DEVICE float offset_in_cell(std::uint32_t coordinate, int axis) const {
     return static_cast<float>(static_cast<std::uint32_t>(coordinate * static_cast<std::uint32_t>(grid.cells[axis]))) *
            0x1p-32f;
   }
-  /// Returns the distance along an axis between a position and the cells of this step, slightly reduced for rounding.
+  /// Returns the distance (m) along an axis between a coordinate and the cells number `step` of the window (0 ... width
+  /// - 1), slightly reduced for rounding.
   LICHTENBERG_HOST_DEVICE float gap(std::uint32_t coordinate, int axis, int step) const {
     if (width[axis] == grid.cells[axis]) return 0;
     const auto off = static_cast<float>(step - reach[axis]);
@@ -138,6 +146,7 @@ struct CellWindow {
                                                                              : 0;
     return cells > 1e-4f ? (cells - 1e-4f) * edge[axis] : 0;
   }
+  /// Returns the index along an axis of the cells number `step` of the window, with periodic wrap.
   LICHTENBERG_HOST_DEVICE int wrapped(std::uint32_t coordinate, int axis, int step) const {
     const int cells = grid.cells[axis];
     if (width[axis] == cells) return step;
@@ -151,11 +160,12 @@ struct CellWindow {
   }
 };
 
-/// Test whether two particles are near each other. It uses explicit fused operations, because the counting and the
-/// listing of pairs, and both partners of a pair, must round identically.
+/// Distance criterion of a neighbour list: returns true if two positions (nearest images) are within a range. Explicit
+/// fused multiply-adds make the rounding identical in the counting and the listing of pairs, and for both particles of
+/// a pair.
 struct RangeTest {
-  float x, y, z;  ///< Lengths of the box over 2^32
-  float most;     ///< Squared range
+  float x, y, z;  ///< Lengths of the box over 2^32 (m)
+  float most;     ///< Squared range (m^2)
 
   LICHTENBERG_HOST_DEVICE bool operator()(FixedPointPosition a, FixedPointPosition b) const {
     const float dx = x * nearest_difference(a.x, b.x), dy = y * nearest_difference(a.y, b.y),
@@ -164,17 +174,18 @@ struct RangeTest {
   }
 };
 
-/// Rows of partners during construction. Each row has several parts, and each part searches some columns of cells.
+/// Construction of neighbour lists: finds the partners of each particle, a row of the table. A row is divided into
+/// parts, one thread each, that search different columns of cells.
 template <class PositionOf>
 struct RowParts {
   CellWindow window;
   RangeTest within;
   PositionOf position_of;
-  int n, parts;
-  bool once;  ///< True if each pair is in one row only
+  int n, parts;  ///< Number of particles; parts per row
+  bool once;     ///< True if each pair is only in the row of the particle that comes first
 
-  /// Calls found(j) for the partners in part k / n of row k % n: neighbouring threads process neighbouring particles
-  /// and the same columns.
+  /// Calls visit(j) for the partners j in part k / n of row k % n. Neighbouring threads k thus process neighbouring
+  /// particles and the same columns.
   template <class Visit>
   LICHTENBERG_HOST_DEVICE void operator()(int k, Visit visit) const {
     const int s = k % n, all = window.columns(), a_part = (all + parts - 1) / parts, first = k / n * a_part;
@@ -187,25 +198,27 @@ struct RowParts {
   }
 };
 
-/// Partners of each particle s: entries begin(s) to end(s), excluded, of `partner`.
+/// View of a NeighbourTable for kernels: the partners of particle s are the entries begin(s) ... end(s) - 1 of
+/// `partner`.
 struct TableView {
   const int *start = nullptr, *partner = nullptr;
-  int columns = 1;  ///< Numbers of `start` per row
+  int columns = 1;  ///< Parts per row: entries of `start` per particle
 
   LICHTENBERG_HOST_DEVICE int begin(int s) const { return start[static_cast<long>(s) * columns]; }
   LICHTENBERG_HOST_DEVICE int end(int s) const { return start[static_cast<long>(s + 1) * columns]; }
 };
 
-/// List of the partners of each particle within a range. Its size is counted during construction, so any density is
-/// possible.
+/// Neighbour list on an executor, in a periodic box: for each particle a row of its partners within a range.
+/// Construction counts the partners first, so any density is possible.
 template <class Executor>
 class NeighbourTable {
  public:
   explicit NeighbourTable(const Executor& run) : run_(&run), start_(run), partner_(run) {}
 
-  /// Builds the table of n sorted particles; `position_of(s)` returns the position as `FixedPointPosition`. The range
-  /// is at most half of the box; pairs slightly beyond it may occur due to rounding. Each pair is in the rows of both
-  /// particles, or with `once` in that of the first one.
+  /// Builds the table of n particles that are sorted by `cells`; `position_of(s)` returns the position of the s-th as
+  /// `FixedPointPosition`. `lengths`: edges of the box (m). `range` (m) is at most half of an edge; rounding can add
+  /// pairs slightly beyond it. Each pair is in the rows of both particles, or with `once` only in the row of the
+  /// particle that comes first.
   template <class PositionOf>
   void build(int n, const CellsView& cells, Vec3 lengths, double range, PositionOf position_of, bool once = false) {
     const CellWindow window(cells, lengths, range);
@@ -232,13 +245,14 @@ class NeighbourTable {
       visit(k, [&](int j) { *to++ = j; });
     });
   }
-  TableView view() const { return {start_.data(), partner_.data(), columns_}; }
+  TableView view() const { return {start_.data(), partner_.data(), columns_}; }  ///< Valid until the next build
 
+  /// Returns the number of entries of all rows.
   std::size_t entries() const { return partner_.size(); }
 
  private:
-  /// Chooses the number of parts per row, one thread each: the fewest that occupy a device. Returns the number of
-  /// threads.
+  /// Chooses the number of parts per row (one thread each): the fewest parts that occupy a device. Returns the number
+  /// of threads.
   int cut(int n, int columns) {
     constexpr int enough = 1 << 18;
     columns_ = std::clamp((enough + n - 1) / std::max(n, 1), 1, columns);

@@ -12,30 +12,33 @@ namespace lichtenberg::network {
 
 struct ResistorModel;
 
-/// Network of a packing, and the particles of its nodes and links.
+/// Resistor network of a packing of particles, with the nodes of its electrodes and the particles of its links.
 struct PackingNetwork {
   Network network;
-  std::vector<int> electrode;        ///< Node of each electrode
-  std::vector<int> first_particle;   ///< [links] particle that contains the link, or at which it begins
-  std::vector<int> second_particle;  ///< [links] particle at which it ends; equal to the first in a contact-centred
-                                     ///< network, -1: a wall
+  std::vector<int> electrode;       ///< Node of each electrode
+  std::vector<int> first_particle;  ///< For each link, the particle that contains it or at which it begins
+  /// For each link, the particle at which it ends; -1: a wall. Equal to first_particle in a contact-centred network.
+  std::vector<int> second_particle;
 };
 
-/// Makes a particle-centred network: one node per particle, one link per contact, from centre to centre or wall. Nodes
-/// 0 ... N - 1 are the particles, followed by the walls that are electrodes. Throws InputError if the model has no
-/// resistor for it. Also throws the exceptions of check_particles.
+/// Makes the particle-centred resistor network of a packing: each particle is a node, each contact a link from centre
+/// to centre, or from centre to wall. Nodes 0 ... N - 1 are the particles, followed by the walls that are electrodes.
+/// Contacts with other walls are omitted.
+/// `model` and `parameters` give the resistances. Throws InputError if the model supports contact-centred networks
+/// only, and the exceptions of check_particles.
 PackingNetwork particle_network(const ParticlePacking& packing, const Contacts& contacts, const ResistorModel& model,
                                 const Parameters& parameters, const std::vector<PackingElectrode>& electrodes);
 
-/// Returns the reason why the electrodes exclude a contact-centred network: they touch each other, and their contact
-/// would have two potentials. Empty if they do not.
+/// Checks whether a contact-centred network is possible with these electrodes. It is not if two electrodes touch,
+/// because their contact would have two potentials. Returns the error message then, otherwise an empty text.
 std::string contact_network_obstacle(const ParticlePacking& packing, const Contacts& contacts,
                                      const std::vector<PackingElectrode>& electrodes);
 
-/// Makes a contact-centred network: one node per contact, links between all contacts of a particle. Nodes are the
-/// contacts between non-electrode particles, in their order, followed by the electrodes, which include their own
-/// contacts. Throws InputError with the message of contact_network_obstacle. Also throws the exceptions of
-/// check_particles.
+/// Makes the contact-centred resistor network of a packing: each contact is a node, and links join all pairs of
+/// contacts of a particle. The first nodes are the contacts between particles that are not electrodes, in the order of
+/// `contacts`. The electrodes follow; an electrode and its contacts are one node.
+/// `model` and `parameters` give the conductances. Throws InputError with the message of contact_network_obstacle, or
+/// if contacts are too wide for the model, and the exceptions of check_particles.
 PackingNetwork contact_network(const ParticlePacking& packing, const Contacts& contacts, const ResistorModel& model,
                                const Parameters& parameters, const std::vector<PackingElectrode>& electrodes);
 

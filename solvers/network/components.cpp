@@ -7,7 +7,8 @@
 namespace lichtenberg::network {
 namespace {
 
-/// Depth-first search from a; low[n] is the earliest visited node that n's subtree reaches by one back edge.
+/// Depth-first search from node a for biconnected components (Hopcroft and Tarjan). low[n] is the earliest visited node
+/// that the subtree of n reaches by one back edge.
 class DepthFirst {
  public:
   DepthFirst(const Network& network, const Incidence& incidence)

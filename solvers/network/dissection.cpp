@@ -82,7 +82,7 @@ class Geometric {
     return std::any_of(begin, end, [&](int n) { return right_[n] == stamp_; });
   }
 
-  /// Cuts a range of sites recursively. Returns the number of fronts that a later one takes in.
+  /// Cuts a range of sites recursively. Returns the number of its fronts that have no parent yet.
   int cut(int first, int last) {
     if (last - first <= leaf_size) return add_front(first, last, 0);
     const int middle = first + (last - first) / 2;
@@ -174,7 +174,7 @@ class ByGraph {
     parent_.resize(parts);
   }
 
-  /// Adds a part after all parts that it separates. Returns the number of fronts that a later one takes in.
+  /// Adds a part after all parts that it separates. Returns the number of its fronts that have no parent yet.
   int add(int part, Dissection& result) const {
     int waiting = 0;
     for (const int child : children_[part]) waiting += add(child, result);

@@ -6,21 +6,23 @@
 
 namespace lichtenberg::network {
 
-/// Elimination order of the nodes, and the fronts of the elimination: nested dissection (George 1973). A front is a
-/// separator, eliminated after the parts that it separates, or a small part itself.
+/// Nested dissection of a network (George 1973): an elimination order of the nodes with little fill-in, divided into
+/// fronts. A front is a set of nodes that are eliminated together as a dense block. It is either a separator,
+/// eliminated after the two parts of the network that it separates, or a small part itself.
 struct Dissection {
+  /// Front: eliminates the nodes order[first] ... order[last - 1].
   struct Front {
-    int first = 0, last = 0;  ///< Eliminates order[first] ... order[last - 1]
-    int children = 0;         ///< Number of preceding fronts whose results it takes in, each preceded by its own
-                              ///< children
+    int first = 0, last = 0;
+    int children = 0;  ///< Number of earlier fronts whose Schur complements this front adds (elimination tree)
   };
-  std::vector<int> order;     ///< [nodes] all nodes, the kept ones last
-  std::vector<Front> fronts;  ///< Fronts, children before parents
-  int pending = 0;            ///< Number of fronts whose results go to the kept nodes
+  std::vector<int> order;     ///< [nodes] All nodes in the order of elimination; the kept nodes are last
+  std::vector<Front> fronts;  ///< Fronts in postorder: each is preceded by its children
+  int pending = 0;            ///< Number of fronts without a parent; their Schur complements go to the kept nodes
 };
 
-/// Computes the dissection. With positions it cuts recursively at the median of the longest coordinate; otherwise METIS
-/// finds the separators. `kept`: [nodes], nonzero for nodes that are not eliminated.
+/// Computes a nested dissection. `kept`: [nodes], nonzero for nodes that are not eliminated. A network with positions
+/// is cut recursively at the median of its longest coordinate. Without positions the library METIS finds the
+/// separators; Failure is thrown if it fails.
 Dissection dissect(const Network& network, const std::vector<char>& kept);
 
 }  // namespace lichtenberg::network

@@ -53,7 +53,8 @@ std::vector<PackingElectrode> read_electrodes(const std::string& between, const 
 
 bool is_electrode_name(const std::string& name) {
   const bool digits = std::ranges::all_of(name, [](char c) { return c >= '0' && c <= '9'; });
-  return !digits && !number(name) && name != all_particles && name.find(',') == std::string::npos && without_blanks(name) == name;
+  return !digits && !number(name) && name != all_particles && name.find(',') == std::string::npos &&
+         without_blanks(name) == name;
 }
 
 }  // namespace lichtenberg::network

@@ -226,7 +226,7 @@ Eigen::MatrixXd Elimination::potentials(const Eigen::MatrixXd& kept_potential, c
   return potential;
 }
 
-/// Returns for each front the front that takes in its result, or -1.
+/// Returns the parent of each front (the front that adds its Schur complement), -1 if it has none.
 std::vector<int> Elimination::parents() const {
   std::vector<int> parent(dissection_.fronts.size(), -1), waiting;
   for (std::size_t f = 0; f < parent.size(); ++f) {

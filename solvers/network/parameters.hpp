@@ -4,14 +4,13 @@
 
 namespace lichtenberg::network {
 
-/// Parameters of the resistor models; each model needs some of them.
+/// Parameters of the resistor models (resistor.hpp). Each model needs some of them; the others must be absent.
 struct Parameters {
-  std::optional<double> resistance;             ///< Ohm
-  std::optional<double> resistance_per_length;  ///< Ohm/m: resistivity over a cross-section
-  std::optional<double> sheet_resistance;       ///< Ohm (per square): resistivity over the depth
-  std::optional<double> resistivity;            ///< Ohm m
-  std::optional<double> contact_radius;         ///< Contact radius (m): half of a contact's width, its radius between
-                                                ///< spheres
+  std::optional<double> resistance;             ///< Resistance of every resistor (Ohm)
+  std::optional<double> resistance_per_length;  ///< Resistance per length (Ohm/m): resistivity over the cross-section
+  std::optional<double> sheet_resistance;       ///< Sheet resistance (Ohm per square): resistivity over the thickness
+  std::optional<double> resistivity;            ///< Resistivity (Ohm m)
+  std::optional<double> contact_radius;  ///< Radius of the contact spot of spheres, half width of that of disks (m)
 };
 
 }  // namespace lichtenberg::network

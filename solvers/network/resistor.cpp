@@ -109,8 +109,8 @@ Eigen::MatrixXd green_particle(const Particle& touched, double contact_radius, d
   return checked_links(particle, contact_radius, resistance);
 }
 
-/// For a disk of radius a the function is -(rho_s / pi) ln(d / a) between points of its rim. For a contact of
-/// half-angle eps at one potential, its mean over the contact itself is -(rho_s / pi) ln sin(eps / 2).
+/// Computes the links of a disk of radius a. Its Neumann Green's function is -(rho_s / pi) ln(d / a) between points of
+/// the rim. Its mean over a contact of half-angle eps at one potential is -(rho_s / pi) ln sin(eps / 2).
 Eigen::MatrixXd disk_particle(const Parameters& p, const Particle& particle) {
   const double scale = *p.sheet_resistance * particle.resistivity / pi;
   const double own = -scale * std::log(std::sin(0.5 * std::asin(*p.contact_radius / particle.radius)));
@@ -118,7 +118,7 @@ Eigen::MatrixXd disk_particle(const Parameters& p, const Particle& particle) {
                         [&](double d) { return -scale * std::log(d / particle.radius); });
 }
 
-/// The corresponding function in space, with circular spots of radius b.
+/// Computes the links of a sphere by its Neumann Green's function, with circular contact spots of radius b.
 Eigen::MatrixXd sphere_particle(const Parameters& p, const Particle& particle) {
   const double rho = *p.resistivity * particle.resistivity, a = particle.radius, b = *p.contact_radius;
   const double own = rho * (1 / (4 * b) + (std::log(a / (2 * b)) + 1.5) / (4 * pi * a));
@@ -168,13 +168,13 @@ const ResistorModel& resistor_model(const std::string& name) {
 
 std::span<const ParameterEntry> parameter_entries() {
   static constexpr std::array entries = {
-      ParameterEntry{"resistance", "Ohm", "of every resistor", &Parameters::resistance},
-      ParameterEntry{"resistance_per_length", "Ohm/m", "resistivity over a cross-section",
+      ParameterEntry{"resistance", "Ohm", "resistance of every resistor", &Parameters::resistance},
+      ParameterEntry{"resistance_per_length", "Ohm/m", "resistance of a resistor over its length",
                      &Parameters::resistance_per_length},
-      ParameterEntry{"sheet_resistance", "Ohm", "of a disk: resistivity over its thickness",
+      ParameterEntry{"sheet_resistance", "Ohm", "sheet resistance of a disk: its resistivity over its thickness",
                      &Parameters::sheet_resistance},
-      ParameterEntry{"resistivity", "Ohm m", "of the particles", &Parameters::resistivity},
-      ParameterEntry{"contact_radius", "m", "half of the width of a contact; its radius between spheres",
+      ParameterEntry{"resistivity", "Ohm m", "resistivity of the particles", &Parameters::resistivity},
+      ParameterEntry{"contact_radius", "m", "half of the width of a contact (between spheres its radius)",
                      &Parameters::contact_radius},
   };
   return entries;

@@ -11,14 +11,15 @@
 
 namespace lichtenberg::network {
 
-/// Contact in a particle-centred network: a path from one centre to the other, or to a wall.
+/// Resistor of a particle-centred network: the current path from the centre of a particle through a contact to the
+/// centre of the other particle, or to a wall.
 struct Path {
-  double length[2] = {0, 0};       ///< Lengths from each centre to the contact (m); no second one at a wall
+  double length[2] = {0, 0};       ///< Length from each centre to the contact (m); at a wall only the first counts
   double resistivity[2] = {1, 1};  ///< Resistivity of each particle, relative to the parameters
-  bool wall = false;
+  bool wall = false;               ///< True if the contact is with a wall
 };
 
-/// Particle in a contact-centred network.
+/// Particle of a contact-centred network: its contacts are the terminals between which it conducts.
 struct Particle {
   Point centre{};               ///< Centre (m)
   double radius = 0;            ///< Radius (m)
@@ -27,43 +28,51 @@ struct Particle {
   std::vector<Point> contacts;  ///< Contact points (m)
 };
 
-/// Model of the resistors. A new model is an entry in resistor.cpp.
+/// Resistor model: gives the resistances of a packing's network from Parameters. Each model is an entry of
+/// resistor_models().
 struct ResistorModel {
   std::string name, help;
   std::vector<std::string> needs;  ///< Names of the required parameters
-  /// Returns the resistance (Ohm) of a path from centre to centre; null: the model supports contact-centred networks
-  /// only.
+  /// Computes the resistance (Ohm) of a path in a particle-centred network. Null if the model supports contact-centred
+  /// networks only.
   double (*path)(const Parameters&, const Path&);
-  /// Returns the conductances (S) between the contacts of a particle ([n, n], symmetric; the diagonal is not read).
+  /// Computes the conductances (S) between the n contacts of a particle in a contact-centred network: [n, n],
+  /// symmetric; the diagonal has no meaning.
   Eigen::MatrixXd (*particle)(const Parameters&, const Particle&);
   bool flat = false;  ///< True if the model holds for disks in the plane only
 };
 
+/// Returns all resistor models.
 const std::vector<ResistorModel>& resistor_models();
-/// Returns the model with this name. Throws InputError if there is none.
+/// Returns the resistor model with this name. Throws InputError if there is none.
 const ResistorModel& resistor_model(const std::string& name);
 
-/// Name, unit, help and value of a parameter.
+/// Description of a member of Parameters: its name, unit and help text, and a pointer to the member.
 struct ParameterEntry {
   const char *name, *unit, *help;
   std::optional<double> Parameters::*value;
 };
+/// Returns the descriptions of all members of Parameters.
 std::span<const ParameterEntry> parameter_entries();
 
-/// Returns true if the model needs the parameter.
+/// Returns true if the resistor model needs the parameter.
 bool needs(const ResistorModel& model, const ParameterEntry& parameter);
 
-/// Throws InputError if the model lacks a parameter, does not use a given one, or one is not positive and finite.
+/// Checks the parameters for a resistor model. Throws InputError if a needed parameter is absent or a given one is not
+/// used. Also throws it if a value is not positive and finite.
 void check(const ResistorModel& model, const Parameters& parameters);
 
-/// Throws InputError if the model does not hold for particles of these radii (m) in this number of dimensions: a spot
-/// must be smaller than each of them.
+/// Checks that a resistor model holds for particles of these radii (m) in this number of dimensions (2 or 3). Throws
+/// InputError if the contact radius is not smaller than each particle radius, or for a model of flat disks in three
+/// dimensions.
 void check_particles(const ResistorModel& model, const Parameters& parameters, std::span<const double> radius,
                      int dimension);
 
-/// Returns the conductances between the terminals of a conductor with potentials V = P I + c, sum I = 0. From I = G V
-/// with G = P^-1 - P^-1 1 1^T P^-1 / (1^T P^-1 1), the link between two terminals is -G_ij. [n, n] in Ohm gives [n, n]
-/// in S with zeros on the diagonal. A constant added to all of P has no effect.
+/// Converts the resistance matrix of a conductor with n terminals to the equivalent network: conductances (S) between
+/// each two terminals, [n, n], with zero diagonal.
+/// `resistance` is the matrix P [n, n] (Ohm) in V = P I + c, with terminal potentials V, injected currents I of sum 0,
+/// and any constant c. Then I = G V with G = P^-1 - P^-1 1 1^T P^-1 / (1^T P^-1 1). The conductance between terminals i
+/// and j is -G_ij. A constant added to all entries of P has no effect.
 Eigen::MatrixXd links_of_terminals(const Eigen::MatrixXd& resistance);
 
 }  // namespace lichtenberg::network

@@ -11,8 +11,8 @@
 
 namespace lichtenberg::parallel {
 
-/// Array in the memory of an executor's device. Its capacity grows and never shrinks, so that a moving scene allocates
-/// nothing.
+/// Array in the memory of a device (GPU, or CPU for HostExecutor); resize() and transfers use the executor. The
+/// capacity grows and never shrinks, so that repeated use with similar sizes allocates nothing.
 template <class T, class Executor>
 class Array {
  public:
@@ -32,7 +32,7 @@ class Array {
     if (data_) run_->release(data_);
   }
 
-  /// Sets the size; values are undefined afterwards.
+  /// Sets the number of values; all values are undefined afterwards.
   void resize(std::size_t size) {
     if (size > capacity_) {
       if (data_) run_->release(std::exchange(data_, nullptr));
@@ -43,11 +43,14 @@ class Array {
     }
     size_ = size;
   }
+  /// Sets all bytes to 0.
   void zero() { run_->fill(data_, 0, size_ * sizeof(T)); }
+  /// Copies values from the host to the device, and sets the size to theirs.
   void upload(const std::vector<T>& values) {
     resize(values.size());
     if (size_ > 0) run_->to_device(data_, values.data(), size_ * sizeof(T));
   }
+  /// Returns a copy of all values on the host, after all kernels started before have ended.
   std::vector<T> download() const {
     std::vector<T> values(size_);
     if (size_ > 0) run_->to_host(values.data(), data_, size_ * sizeof(T));
@@ -63,20 +66,22 @@ class Array {
   std::size_t size_ = 0, capacity_ = 0;
 };
 
-/// Struct of pointers for kernels, `view`, together with the device memory of those pointers for which resize() was
-/// called. Other members of the struct belong to the caller.
+/// Device memory for a struct of arrays. `view` is a struct of device pointers that kernels receive by value. resize()
+/// allocates the memory of some of these pointers, which this object owns. All other members of `view` are set by the
+/// caller.
 template <class View, class Executor>
 class Arrays {
  public:
   explicit Arrays(const Executor& run) : run_(&run) {}
   View view{};
 
-  /// Allocates n values for each pointer, a member of `view`; values are undefined afterwards.
+  /// Allocates n values for each of the given pointers, which are members of `view`. All values are undefined
+  /// afterwards.
   template <class... T>
   void resize(std::size_t n, T*&... pointer) {
     (resize_bytes(n * sizeof(T), pointer), ...);
   }
-  /// Sets all bytes of these arrays to 0.
+  /// Sets all bytes of the given arrays (pointers in `view`) to 0.
   template <class... T>
   void zero(T*&... pointer) {
     (memory(pointer).zero(), ...);
@@ -84,7 +89,7 @@ class Arrays {
 
  private:
   using Memory = Array<char, Executor>;
-  /// Returns the memory of a pointer, identified by its offset within the view.
+  /// Returns the memory that belongs to a pointer of `view`, identified by the pointer's offset in the struct.
   template <class T>
   Memory& memory(T*& pointer) {
     const auto offset = reinterpret_cast<const char*>(&pointer) - reinterpret_cast<const char*>(&view);
@@ -101,7 +106,8 @@ class Arrays {
   std::map<std::ptrdiff_t, Memory> memory_;
 };
 
-/// Arrays that are transferred together: one block of memory on the device and one on the host.
+/// Several arrays that are transferred together between host and device, because they share one block of memory on
+/// each.
 template <class Executor>
 class PackedTransfer {
  public:
@@ -110,12 +116,13 @@ class PackedTransfer {
   PackedTransfer& operator=(const PackedTransfer&) = delete;
   ~PackedTransfer() { release(); }
 
+  /// Pointers to one of the arrays on the host and on the device.
   template <class T>
   struct MirroredArray {
     T *host = nullptr, *device = nullptr;
   };
-  /// Allocates counts[k] values of the k-th T, in this order, and frees earlier memory. Device bytes are 0, host bytes
-  /// undefined.
+  /// Allocates one array for each type T, the k-th with counts[k] values, and frees earlier memory. Returns the
+  /// pointers in the same order. Initially device bytes are 0, host bytes undefined.
   template <class... T>
   std::tuple<MirroredArray<T>...> divide(const std::array<std::size_t, sizeof...(T)>& counts) {
     release();
@@ -129,9 +136,11 @@ class PackedTransfer {
     std::size_t end = 0;
     return std::tuple<MirroredArray<T>...>{part<T>(end, count)...};
   }
+  /// Copies all arrays from the host to the device.
   void send() { run_->to_device(device_.data(), host_, size_); }
-  /// Starts the transfer to the host, which is complete once the executor has waited.
+  /// Starts the copy of all arrays from the device to the host. It is complete once the executor's wait() has returned.
   void begin_fetch() { run_->begin_to_host(host_, device_.data(), size_); }
+  /// Copies all arrays from the device to the host, and waits until the copy is complete.
   void fetch() {
     begin_fetch();
     run_->wait();
@@ -154,8 +163,8 @@ class PackedTransfer {
   std::size_t size_ = 0;
 };
 
-/// Value with a copy on the host and one on the device. Transfers are executed in the order of kernels. The host's copy
-/// changes only when the executor waits, and then has the value at the time of fetch().
+/// Value with a copy on the host and one on the device. Transfers start without waiting and are executed in the order
+/// of kernels. After fetch() and the executor's wait(), the host's copy is the device's value at the time of fetch().
 template <class T, class Executor>
 class Mirrored {
  public:
@@ -170,7 +179,9 @@ class Mirrored {
 
   T& host() { return *host_; }
   T* device() const { return device_.data(); }
+  /// Starts the copy from host to device. The host's copy must not change before it is complete.
   void send() { run_->begin_to_device(device_.data(), host_, sizeof(T)); }
+  /// Starts the copy from device to host.
   void fetch() { run_->begin_to_host(host_, device_.data(), sizeof(T)); }
 
  private:

@@ -9,13 +9,14 @@
 
 namespace lichtenberg::parallel {
 
+/// Throws Failure with CUDA's error message if a CUDA call returned an error code.
 inline void check_cuda(cudaError_t code) {
   if (code == cudaSuccess) return;
   cudaGetLastError();
   throw Failure(std::string("CUDA device: ") + cudaGetErrorString(code));
 }
 
-/// Throws InputError unless there is a usable CUDA device.
+/// Checks that the machine has a usable CUDA device; throws InputError if it has none.
 inline void require_cuda_device() {
   int count = 0;
   const cudaError_t code = cudaGetDeviceCount(&count);
@@ -25,9 +26,10 @@ inline void require_cuda_device() {
                    cudaGetErrorString(code == cudaSuccess ? cudaErrorNoDevice : code) + ")");
 }
 
-/// Returns true if the host evaluates conditions and loops, in place of conditional nodes in graphs: the environment
-/// variable LICHTENBERG_CUDA_LOOPS is "host". The tools of compute-sanitizer 2025.3 report false errors or crash for
-/// kernels in such nodes. Throws InputError for other values than "host" and "device".
+/// Returns whether the host evaluates the conditions and loops of recorded kernels: true if the environment variable
+/// LICHTENBERG_CUDA_LOOPS is "host". By default ("device") conditional nodes of CUDA graphs evaluate them. The tools of
+/// compute-sanitizer 2025.3 report false errors or crash for kernels in such nodes. Throws InputError for values other
+/// than "host" and "device".
 inline bool cuda_loops_on_host() {
   const char* name = "LICHTENBERG_CUDA_LOOPS";
   const char* value = std::getenv(name);

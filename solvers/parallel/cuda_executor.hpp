@@ -17,12 +17,16 @@
 
 namespace lichtenberg::parallel {
 
-/// Launch mode of kernels: after the preceding kernels have finished, or before (begin_kernel).
+/// Launch mode of kernels. With in_turn a kernel is loaded after the preceding kernel has finished. With early it is
+/// loaded before and waits in begin_kernel(); this needs compute capability 9 or above.
 enum class KernelStart { in_turn, early };
 
-/// Executes device algorithms on the current CUDA device, in a given stream (of another library, or the default one).
+/// Executor for CUDA: runs loops, sums, scans, sorts and transfers of device algorithms on the current CUDA device, in
+/// one stream. The functions are documented at HostExecutor.
 class CudaExecutor {
  public:
+  /// Prepares an executor on a stream, which may belong to another library; nullptr: the default stream. Throws Failure
+  /// if a CUDA call fails.
   explicit CudaExecutor(cudaStream_t stream = nullptr, KernelStart start = KernelStart::in_turn) : stream_(stream) {
     recorder_ = make_stream(Priority::first);
     second_stream_ = make_stream(Priority::last);
@@ -192,19 +196,21 @@ class CudaExecutor {
     return memory;
   }
   void release_on_host(void* memory) const { cudaFreeHost(memory); }
-  /// Copies small data by a kernel, which reads or writes host memory directly and has a lower latency than the copy
-  /// engines.
+  /// Starts a copy of small data from host to device. A kernel reads the host memory of allocate_on_host() directly,
+  /// with a lower latency than the copy engines. The number of bytes must be a multiple of 4.
   void begin_to_device(void* to, const void* from, std::size_t bytes) const { copy_words(to, from, bytes); }
+  /// Starts a copy of small data from device to host, like begin_to_device().
   void begin_to_host(void* to, const void* from, std::size_t bytes) const { copy_words(to, from, bytes); }
   void wait() const { check_cuda(cudaStreamSynchronize(stream_)); }
 
-  /// CUDA graph: launches many small kernels with less overhead.
+  /// Recorded sequence of kernels: an instantiated CUDA graph, which launches many small kernels with less overhead.
   class Recording {
    public:
     Recording() = default;
     Recording(const Recording&) = delete;
     Recording& operator=(const Recording&) = delete;
     ~Recording() { clear(); }
+    /// Discards the graph; the next run() records again.
     void clear() {
       if (graph_) cudaGraphExecDestroy(std::exchange(graph_, nullptr));
     }
@@ -214,8 +220,9 @@ class CudaExecutor {
     cudaGraphExec_t graph_ = nullptr;
   };
 
-  /// Records the kernels that f launches as a graph, and launches the graph. If the host evaluates loops, f launches
-  /// the kernels directly.
+  /// Launches the recorded kernels of `recording`. At first use it calls f and records the kernels that f launches as a
+  /// CUDA graph; later calls do not call f. If the host evaluates loops (cuda_loops_on_host), f launches the kernels
+  /// directly in each call.
   template <class F>
   void run(Recording& recording, F f) const {
     if (host_decides_) return f();
@@ -341,7 +348,7 @@ class CudaExecutor {
     check_cuda(cudaDeviceGetAttribute(&value, attribute, device));
     return value;
   }
-  /// Priority of a stream when blocks of concurrent kernels compete for processors.
+  /// Priority of a stream when blocks of concurrent kernels compete for multiprocessors: highest or lowest.
   enum class Priority { first, last };
   static cudaStream_t make_stream(Priority priority) {
     int lowest = 0, highest = 0;
@@ -352,13 +359,14 @@ class CudaExecutor {
     return stream;
   }
 
-  /// Graph in recording, and the nodes on which the next kernel depends.
+  /// Graph that is being recorded, and the nodes on which the next recorded kernel will depend.
   struct Recorded {
     cudaGraph_t graph = nullptr;
     const cudaGraphNode_t* before = nullptr;
     const cudaGraphEdgeData* how = nullptr;
     std::size_t count = 0;
   };
+  /// Returns the graph that is being recorded in the current stream. Throws Failure if there is none.
   Recorded recorded() const {
     Recorded now;
     cudaStreamCaptureStatus status = cudaStreamCaptureStatusNone;
@@ -366,6 +374,7 @@ class CudaExecutor {
     if (status != cudaStreamCaptureStatusActive) throw Failure("CUDA device: a condition outside of a recording");
     return now;
   }
+  /// Returns the value of a flag on the device, after all earlier kernels.
   int value_of(const int* flag) const {
     int value = 0;
     to_host(&value, flag, sizeof(int));
@@ -376,7 +385,7 @@ class CudaExecutor {
     check_cuda(cudaGraphConditionalHandleCreate(&condition, recorded().graph, 0, 0));
     return condition;
   }
-  /// Records f as the body of a conditional node.
+  /// Adds a conditional node (if or while) to the recorded graph, with the kernels that f launches as its body.
   template <class F>
   void conditionally(cudaGraphConditionalNodeType type, cudaGraphConditionalHandle condition, F f) const {
     cudaGraphNodeParams node{};
@@ -400,7 +409,8 @@ class CudaExecutor {
     check_cuda(cudaStreamDestroy(second_body));
   }
 
-  /// Launches a kernel; the following kernel may be loaded before the launched kernel has finished (begin_kernel).
+  /// Launches a kernel with `blocks` blocks of `threads` threads and `bytes` of dynamic shared memory per block. With
+  /// KernelStart::early it may be loaded before earlier kernels have finished (begin_kernel).
   template <class... Parameters, class... Arguments>
   void launch(void (*kernel)(Parameters...), dim3 blocks, dim3 threads, std::size_t bytes,
               const Arguments&... arguments) const {
@@ -417,12 +427,14 @@ class CudaExecutor {
     check_cuda(cudaLaunchKernelEx(&how, kernel, arguments...));
   }
 
+  /// Copies bytes, a multiple of 4, between any memory that the device can access, by a kernel.
   void copy_words(void* to, const void* from, std::size_t bytes) const {
     auto* target = static_cast<int*>(to);
     const auto* source = static_cast<const int*>(from);
     for_each<32>(static_cast<long>(bytes / sizeof(int)), Copy{target, source});
   }
 
+  /// Enlarges a block of device memory to at least `bytes`; its content is lost if it grows.
   void grow(void*& memory, std::size_t& size, std::size_t bytes) const {
     if (bytes <= size) return;
     if (memory) {
@@ -434,6 +446,8 @@ class CudaExecutor {
     size = bytes;
   }
 
+  /// Calls a function of the library CUB twice, f(memory, bytes): the first call computes the temporary memory needed,
+  /// the second executes the algorithm.
   template <class F>
   void with_scratch(F f) const {
     std::size_t bytes = 0;
@@ -443,6 +457,7 @@ class CudaExecutor {
     check_cuda(f(branch.scratch, bytes));
   }
 
+  /// Free and total memory of the device (bytes).
   struct DeviceMemory {
     std::size_t available = 0, all = 0;
   };
@@ -451,6 +466,7 @@ class CudaExecutor {
     check_cuda(cudaMemGetInfo(&now.available, &now.all));
     return now;
   }
+  /// Throws Failure for a request of `bytes` beyond the available memory.
   [[noreturn]] static void refuse(std::size_t bytes, std::size_t available, std::size_t all) {
     const auto megabytes = [](std::size_t b) { return std::to_string(b >> 20) + " MiB"; };
     throw Failure("the CUDA device has not enough memory for " + megabytes(bytes) + " more: " + megabytes(available) +
@@ -463,7 +479,7 @@ class CudaExecutor {
   cudaEvent_t fork_ = nullptr, join_ = nullptr;
   bool starts_early_ = false;  // True if kernels may be loaded before preceding ones have finished
   void* pinned_ = nullptr;
-  /// Stream and memory of concurrent work; the first element serves non-concurrent work.
+  /// Stream and temporary memory of one call of for_each_concurrently(); the first element serves non-concurrent work.
   struct Branch {
     cudaStream_t stream = nullptr;
     cudaEvent_t end = nullptr;

@@ -9,8 +9,8 @@
 
 namespace lichtenberg::parallel {
 
-/// First statements of a kernel. They allow the next kernel to be loaded now, and wait until all earlier kernels have
-/// finished (see CudaExecutor::launch).
+/// Begins a kernel, as its first statement: allows the next kernel to be loaded, then waits until all earlier kernels
+/// have finished. No effect below compute capability 9. See CudaExecutor::launch.
 __device__ inline void begin_kernel() {
 #if __CUDA_ARCH__ >= 900
   cudaTriggerProgrammaticLaunchCompletion();
@@ -18,6 +18,7 @@ __device__ inline void begin_kernel() {
 #endif
 }
 
+/// Kernel of CudaExecutor::for_each(n, f): thread k calls f(k).
 template <class F>
 __global__ void item_kernel(long n, F f) {
   begin_kernel();
@@ -25,6 +26,7 @@ __global__ void item_kernel(long n, F f) {
   if (k < n) f(static_cast<int>(k));
 }
 
+/// Kernel of CudaExecutor::for_each(rows, columns, f): one thread per row and column.
 template <class F>
 __global__ void row_kernel(int rows, int columns, F f) {
   begin_kernel();
@@ -32,7 +34,8 @@ __global__ void row_kernel(int rows, int columns, F f) {
   if (row < rows && column < columns) f(row, column);
 }
 
-/// Returns the value of the lane `offset` above.
+/// Warp shuffle: returns the `value` of the thread whose lane (index in the warp) is higher by `offset`. T is any type
+/// of whole 4-byte words.
 template <class T>
 __device__ T value_of_lane_above(T value, int offset) {
   static_assert(sizeof(T) % sizeof(int) == 0);
@@ -44,7 +47,8 @@ __device__ T value_of_lane_above(T value, int offset) {
   return value;
 }
 
-/// Returns the sum over `lanes` neighbouring lanes of a warp, valid in the first of them.
+/// Warp reduction: returns the sum over `lanes` neighbouring threads of a warp, valid in the first of them. `lanes` is
+/// a power of two up to 32.
 template <int lanes, class T>
 __device__ T sum_of_lanes(T sum) {
 #pragma unroll
@@ -52,8 +56,8 @@ __device__ T sum_of_lanes(T sum) {
   return sum;
 }
 
-/// Sums segments with `lanes` lanes of a warp per segment: each lane sums every `lanes`-th value, then a tree sums the
-/// lanes.
+/// Kernel of CudaExecutor::sum_segments. `lanes` threads of a warp sum each segment: each thread sums every `lanes`-th
+/// value, then a tree adds the threads' sums.
 template <int lanes, class Count, class Value, class Finish>
 __global__ void segment_kernel(long n, Count count, Value value, Finish finish) {
   begin_kernel();
@@ -67,8 +71,8 @@ __global__ void segment_kernel(long n, Count count, Value value, Finish finish) 
   if (lane == 0 && segment < n) finish(s, sum);
 }
 
-/// Returns true in the last of n calls, with all writes of the other callers visible; resets the counter for the next n
-/// calls.
+/// Detects the last of n calls by an atomic counter: returns true in the last call, and sets the counter `count` back
+/// to 0. Earlier writes of the other callers are visible to the last caller.
 __device__ inline bool is_last_call(int* count, int n) {
   __threadfence();
   const bool last = atomicAdd(count, 1) == n - 1;
@@ -77,9 +81,9 @@ __device__ inline bool is_last_call(int* count, int n) {
   return last;
 }
 
-/// Sums each segment in pieces, by `lanes` threads per piece, and adds the values of `more`. Further groups of `lanes`
-/// threads handle the segments without pieces. For a segment of several pieces, the threads that finish last add up the
-/// partial sums.
+/// Kernel of CudaExecutor::sum_pieces. `lanes` threads sum each piece of a segment (SegmentPieces); the values of
+/// `more` are added once per segment. For a segment of several pieces, the threads that finish last add the partial
+/// sums. Further groups of `lanes` threads handle the segments without pieces.
 template <int lanes, class Sum, class Value, class More, class Finish>
 __global__ void pieces_kernel(SegmentPieces pieces, Sum* partial, Value value, More more, Finish finish) {
   begin_kernel();
@@ -113,7 +117,8 @@ __global__ void pieces_kernel(SegmentPieces pieces, Sum* partial, Value value, M
   if (lane == 0 && finishes) finish(s, count > 1 ? rest : sum + rest);
 }
 
-/// Returns the sum over a block's threads, valid in the first one: a tree over each warp, then over the warps' sums.
+/// Block reduction: returns the sum over all threads of a block, valid in the first thread. A tree sums each warp, a
+/// second one the sums of the warps.
 template <class Sum>
 __device__ Sum sum_of_block(Sum sum) {
   constexpr int lanes = 32;
@@ -131,7 +136,9 @@ __device__ Sum sum_of_block(Sum sum) {
   return sum;
 }
 
-/// Sums value(k); the block that finishes last adds up the blocks' sums in their order.
+/// Kernel of CudaExecutor::sum: sums value(k) over k = 0 ... n - 1 and calls finish(sum) in one thread. The block that
+/// finishes last adds the sums of all blocks, in a fixed order. `block_sums`: one element per block; `done`: counter, 0
+/// before and after.
 template <int threads, class Sum, class Value, class Finish>
 __global__ void __launch_bounds__(threads) sum_kernel(long n, Value value, Finish finish, Sum* block_sums, int* done) {
   __shared__ bool last;
@@ -157,7 +164,9 @@ __global__ void __launch_bounds__(threads) sum_kernel(long n, Value value, Finis
   finish(sum);
 }
 
-/// Selects items by warps. A warp reserves positions for all items that it keeps at once, so they stay in order.
+/// Stream compaction by warps: calls put(index, k) for all k = 0 ... n - 1 with keep(k), with successive indices from
+/// *taken on. A warp tests `rounds` times 32 successive items and reserves their indices together. Items of a warp keep
+/// their order; warps come in any order.
 template <int rounds, class Keep, class Put>
 __device__ void select_by_warps(int n, int* taken, Keep keep, Put put) {
   constexpr int lanes = 32;
@@ -184,13 +193,14 @@ __device__ void select_by_warps(int n, int* taken, Keep keep, Put put) {
     }
   }
 }
+/// Kernel of CudaExecutor::select; count() is evaluated on the device.
 template <class Count, class Keep, class Put>
 __global__ void select_kernel(Count count, int* taken, Keep keep, Put put) {
   begin_kernel();
   select_by_warps<8>(count(), taken, keep, put);
 }
 
-/// Operations of the threads of a block; interface of HostExecutor::Block.
+/// Cooperative operations of the threads of a CUDA block, with the functions documented at HostExecutor::Block.
 class CudaBlock {
  public:
   template <int unrolled = 1, class F>
@@ -201,7 +211,7 @@ class CudaBlock {
     __syncthreads();
 #endif
   }
-  /// Assigns one warp per row.
+  /// Calls f(row, column) for all rows and columns; a warp takes a row at a time.
   template <class F>
   __host__ __device__ void each(int rows, int columns, F f) const {
 #ifdef __CUDA_ARCH__
@@ -260,16 +270,18 @@ class CudaBlock {
   }
 };
 
+/// Kernel of CudaExecutor::for_each_block: block b calls f(CudaBlock, b).
 template <int threads, class F>
 __global__ void __launch_bounds__(threads) block_kernel(F f) {
   begin_kernel();
   f(CudaBlock{}, static_cast<int>(blockIdx.x));
 }
 
-/// Operations of all threads of a device; interface of HostExecutor::Grid.
+/// Cooperative operations of all threads of a CUDA grid, with the functions documented at HostExecutor::Grid.
 class CudaGrid {
  public:
-  /// Distributes successive warps over the blocks, so that a short loop uses all processors.
+  /// Calls f(k) for k = 0 ... n - 1, then waits for all threads of the grid. Successive groups of 32 indices belong to
+  /// different blocks, so that a short loop uses all multiprocessors.
   template <class F>
   __host__ __device__ void each(int n, F f) const {
 #ifdef __CUDA_ARCH__
@@ -327,20 +339,22 @@ class CudaGrid {
   }
 };
 
+/// Kernel of CudaExecutor::run_cooperative: calls f(CudaGrid).
 template <int threads, class F>
 __global__ void __launch_bounds__(threads) grid_kernel(F f) {
   f(CudaGrid{});
 }
 
-/// Sets whether the body of a conditional node is executed (again).
+/// Kernel that sets the condition of a conditional node of a CUDA graph: its body is executed (again) if *flag is not
+/// 0.
 template <class Flag>
 __global__ void condition_kernel(cudaGraphConditionalHandle condition, const Flag* flag) {
   begin_kernel();
   cudaGraphSetConditional(condition, *flag != 0);
 }
 
-/// Sets whether the body of CudaExecutor::repeat is executed again: through the graph's condition or, if the host
-/// evaluates loops, through `more`.
+/// Condition of CudaExecutor::repeat for its kernels: a call with `go` sets whether the body is executed again. It sets
+/// the condition of the CUDA graph or, if the host evaluates loops, *more.
 struct CudaRepeatCondition {
   cudaGraphConditionalHandle condition{};
   int* more = nullptr;
@@ -355,12 +369,14 @@ struct CudaRepeatCondition {
   }
 };
 
+/// Copies the k-th 4-byte word.
 struct Copy {
   int* to;
   const int* from;
   __host__ __device__ void operator()(int k) const { to[k] = from[k]; }
 };
 
+/// Addition, as a function object for scans.
 struct Plus {
   template <class T>
   __host__ __device__ T operator()(const T& a, const T& b) const {

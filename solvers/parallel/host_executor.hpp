@@ -14,8 +14,8 @@
 
 namespace lichtenberg::parallel {
 
-/// Adds a value atomically to one that other items of a loop change too. Integer sums do not depend on the order. The
-/// same holds for doubles that are multiples of one power of two.
+/// Atomic addition: adds `value` to *to, which other items of a parallel loop may change too. The sum does not depend
+/// on the order for integers, and for doubles that are multiples of one power of two.
 template <class T>
 LICHTENBERG_HOST_DEVICE void add_atomically(T* to, T value) {
 #ifdef __CUDA_ARCH__
@@ -27,7 +27,7 @@ LICHTENBERG_HOST_DEVICE void add_atomically(T* to, T value) {
   *to += value;
 #endif
 }
-/// Adds 1 and returns the previous value: the next index in a list of arbitrary order.
+/// Takes the next free index of a list: atomically adds 1 to *count and returns the previous value.
 LICHTENBERG_HOST_DEVICE inline int take_index(int* count) {
 #ifdef __CUDA_ARCH__
   return atomicAdd(count, 1);
@@ -35,7 +35,8 @@ LICHTENBERG_HOST_DEVICE inline int take_index(int* count) {
   return (*count)++;
 #endif
 }
-/// Returns the current value in memory, as changed by other threads of the same kernel.
+/// Reads a value from memory, not from a cache or register (volatile), so that changes by other threads of the same
+/// kernel are visible.
 template <class T>
 LICHTENBERG_HOST_DEVICE T fresh(const T* value) {
 #ifdef __CUDA_ARCH__
@@ -48,7 +49,7 @@ LICHTENBERG_HOST_DEVICE T fresh(const T* value) {
   return *value;
 #endif
 }
-/// Replaces a value and returns the previous one.
+/// Atomic exchange: replaces *at by `value` and returns the previous value.
 LICHTENBERG_HOST_DEVICE inline int exchange_atomically(int* at, int value) {
 #ifdef __CUDA_ARCH__
   return atomicExch(at, value);
@@ -56,8 +57,8 @@ LICHTENBERG_HOST_DEVICE inline int exchange_atomically(int* at, int value) {
   return std::exchange(*at, value);
 #endif
 }
-/// Replaces a value by the maximum atomically. Not for negative values: floating-point numbers are compared by their
-/// bits.
+/// Atomic maximum: replaces *to by `value` if that is larger. Floating-point values must not be negative, because CUDA
+/// compares their bits.
 template <class T>
 LICHTENBERG_HOST_DEVICE void max_atomically(T* to, T value) {
   if (!(value > *to)) return;  // True for most values
@@ -73,80 +74,87 @@ LICHTENBERG_HOST_DEVICE void max_atomically(T* to, T value) {
 #endif
 }
 
-/// Values of segments in pieces, so that long segments can be summed in parallel: segment s has pieces start[s] ...
-/// start[s + 1] - 1. `begin`, `end` and `of` are indexed by piece; begin and end are indices of values.
+/// Partition of values for sums over segments (a sum per segment). Long segments consist of several pieces, which can
+/// be summed in parallel. Segment s has the pieces start[s] ... start[s + 1] - 1; piece p has the values begin[p] ...
+/// end[p] - 1.
 struct SegmentPieces {
-  int segments = 0;
-  int capacity = 0;  ///< Capacity in pieces
-  const int* start = nullptr;
-  const int *begin = nullptr, *end = nullptr;
-  const int* of = nullptr;  ///< Segment of a piece, relative to `first_segment`
-  int first_segment = 0;
-  int* done = nullptr;  ///< Counter per segment: 0 before and after use
+  int segments = 0;                            ///< Number of segments
+  int capacity = 0;                            ///< Upper limit of the number of pieces, with which kernels are launched
+  const int* start = nullptr;                  ///< First piece of each segment [segments + 1]
+  const int *begin = nullptr, *end = nullptr;  ///< Range of values of each piece
+  const int* of = nullptr;                     ///< Segment of each piece, plus `first_segment`
+  int first_segment = 0;                       ///< Number that `of` has for segment 0
+  int* done = nullptr;                         ///< Counter per segment for finished pieces: 0 before and after use
+  /// Returns the number of pieces of segment s.
   LICHTENBERG_HOST_DEVICE int count(int s) const { return start[s + 1] - start[s]; }
 };
 
-/// Numbers of the segments to be summed.
+/// List of the segments to be summed: an array of `count` segment numbers.
 struct SegmentList {
   const int* segment;
   int count;
 };
 
-/// Additional values of segments: none.
+/// Argument `more` of sum_pieces() without additional values: count 0 for every segment.
 struct NoAddedValues {
   LICHTENBERG_HOST_DEVICE int count(int) const { return 0; }
   LICHTENBERG_HOST_DEVICE float value(int, int) const { return 0; }
 };
 
-/// Executes device algorithms on the CPU, one item after another; reference for tests. CudaExecutor has the same
-/// functions.
+/// Executor for the CPU: runs device algorithms (loops, sums, scans, sorts, transfers) on one thread, item by item. It
+/// is the reference for tests of CudaExecutor, which has the same functions.
 class HostExecutor {
  public:
-  /// Calls f(k) for k = 0 ... n - 1, in any order. On a device, `threads` of them form a block.
+  /// Parallel loop: calls f(k) for k = 0 ... n - 1, in any order. On a CUDA device, `threads` successive calls form a
+  /// block.
   template <int threads = 256, class F>
   void for_each(long n, F f) const {
     for (long k = 0; k < n; ++k) f(static_cast<int>(k));
   }
 
-  /// Calls f(row, column) for all rows and columns, in any order.
+  /// Parallel loop over a matrix: calls f(row, column) for all rows and columns, in any order.
   template <class F>
   void for_each(int rows, int columns, F f) const {
     for (int row = 0; row < rows; ++row)
       for (int column = 0; column < columns; ++column) f(row, column);
   }
 
-  /// Cooperative operations of the threads of a block.
+  /// Cooperative operations of the threads of a block (argument of for_each_block). All threads must call each of them.
   class Block {
    public:
     explicit Block(void* memory) : memory_(memory) {}
-    /// Calls f(k) for k = 0 ... n - 1, in any order, and returns when all are finished. On a device the loop of a
-    /// thread is unrolled `unrolled` times, so that memory accesses overlap.
+    /// Parallel loop of a block: calls f(k) for k = 0 ... n - 1, in any order, and returns when all are finished. On a
+    /// device each thread unrolls its loop `unrolled` times, so that memory accesses overlap.
     template <int unrolled = 1, class F>
     void each(int n, F f) const {
       for (int k = 0; k < n; ++k) f(k);
     }
-    /// Calls f(row, column) for all rows and columns, in any order.
+    /// Parallel loop of a block over a matrix: calls f(row, column) for all rows and columns, in any order. Returns
+    /// when all calls are finished.
     template <class F>
     void each(int rows, int columns, F f) const {
       for (int row = 0; row < rows; ++row)
         for (int column = 0; column < columns; ++column) f(row, column);
     }
-    /// Like HostExecutor::sum_segments and sum_pieces; the latter only for the listed segments.
+    /// Segmented sum by the threads of a block; see HostExecutor::sum_segments.
     template <int lanes = 8, class Count, class Value, class Finish>
     void sum_segments(int n, Count count, Value value, Finish finish) const {
       HostExecutor().sum_segments(n, count, value, finish);
     }
+    /// Segmented sum in pieces by the threads of a block, see HostExecutor::sum_pieces; calls finish for the listed
+    /// segments only.
     template <class Sum, class Value, class More, class Finish>
     void sum_pieces(const SegmentPieces& pieces, SegmentList listed, Sum* /*partial*/, Value value, More more,
                     Finish finish) const {
       for (int k = 0; k < listed.count; ++k)
         HostExecutor::sum_of_segment<Sum>(pieces, listed.segment[k], value, more, finish);
     }
-    /// Calls finish(sum over the threads of `mine`).
+    /// Sums `mine` over the threads of the block, and calls finish(sum) in one thread.
     template <class Sum, class Finish>
     void sum(const Sum& mine, Finish finish) const {
       finish(mine);
     }
+    /// Returns the block's fast (shared) memory as an array of T; its size is an argument of for_each_block.
     template <class T>
     T* memory() const {
       return static_cast<T*>(memory_);
@@ -155,54 +163,62 @@ class HostExecutor {
    private:
     void* memory_;
   };
-  /// Calls f(Block, b) for b = 0 ... blocks - 1. Each block has `bytes` of fast memory, initially undefined and at most
-  /// most_block_memory(). On a device `threads` threads form a block.
+  /// Calls f(Block, b) for the blocks b = 0 ... blocks - 1, in any order; on a device by each of `threads` threads of
+  /// the block. A block has `bytes` of fast (shared) memory, initially undefined and at most most_block_memory().
   template <int threads = 128, class F>
   void for_each_block(int blocks, std::size_t bytes, F f) const {
     std::vector<double> memory(bytes / sizeof(double) + 1);
     for (int b = 0; b < blocks; ++b) f(Block(memory.data()), b);
   }
+  /// Returns the largest fast memory of a block (bytes).
   std::size_t most_block_memory() const { return 200 << 10; }
 
-  /// Cooperative operations of all threads of a device, one loop after another.
+  /// Cooperative operations of all threads of a device (argument of run_cooperative). All threads must call each of
+  /// them.
   class Grid {
    public:
-    /// Calls f(k) for k = 0 ... n - 1, in any order, and returns when all are finished.
+    /// Parallel loop of the grid: calls f(k) for k = 0 ... n - 1, in any order, and returns when all are finished.
     template <class F>
     void each(int n, F f) const {
       for (int k = 0; k < n; ++k) f(k);
     }
-    /// Calls f(k) for all k = 0 ... n - 1 with test(k), in any order. On a device several tests run at once.
+    /// Conditional parallel loop: calls f(k) for all k = 0 ... n - 1 for which test(k) is true, in any order. Returns
+    /// when all are finished. On a device a thread evaluates four tests at once, so that memory accesses overlap.
     template <class Test, class F>
     void each_that(int n, Test test, F f) const {
       for (int k = 0; k < n; ++k)
         if (test(k)) f(k);
     }
-    /// Like each, but finished only when the following loop is.
+    /// Calls f(k) for k = 0 ... n - 1, in any order, without a wait at the end. The calls are finished when the
+    /// following each(), each_that() or select() returns.
     template <class F>
     void begin(int n, F f) const {
       each(n, f);
     }
-    /// Like begin. On a device it prefers threads that the following loop leaves idle if that is short.
+    /// Calls f(k) for k = 0 ... n - 1 without a wait at the end, as begin() does. On a device it uses the last threads
+    /// first, which a short following loop leaves idle.
     template <class F>
     void begin_last(int n, F f) const {
       each(n, f);
     }
-    /// Calls put(index, k) for all k = 0 ... n - 1 with keep(k), as HostExecutor::select does.
+    /// Stream compaction: calls put(index, k) for all k = 0 ... n - 1 for which keep(k) is true, with indices as in
+    /// HostExecutor::select. Returns when all are finished.
     template <class Keep, class Put>
     void select(int n, int* taken, Keep keep, Put put) const {
       for (int k = 0; k < n; ++k)
         if (keep(k)) put(take_index(taken), k);
     }
   };
-  /// Calls f(Grid): loops in sequence without the launch overhead of kernels.
+  /// Calls f(Grid) in a single kernel on all threads of the device. f can execute several loops in sequence without the
+  /// launch overhead of kernels.
   template <class F>
   void run_cooperative(F f) const {
     f(Grid());
   }
 
-  /// Calls put(index, k) for all k = 0 ... n() - 1 with keep(k), in any order; n() is at most `most`. Indices are
-  /// successive numbers from *taken on, and *taken increases by their count. On a device, n() is evaluated there.
+  /// Stream compaction: calls put(index, k) for all k = 0 ... n() - 1 for which keep(k) is true, in any order. Indices
+  /// are successive numbers from *taken on; *taken increases by the number of kept items. n(), at most `most`, is
+  /// evaluated on the device.
   template <class Count, class Keep, class Put>
   void select(long most, Count n, int* taken, Keep keep, Put put) const {
     const int end = n();
@@ -210,8 +226,9 @@ class HostExecutor {
       if (keep(k)) put(take_index(taken), k);
   }
 
-  /// Calls finish(s, sum of value(s, t) over t = 0 ... count(s) - 1) for every segment s. The order of summation is
-  /// always the same. On a device `lanes` threads share a segment.
+  /// Segmented sum (one sum per row of a sparse matrix, for example). For every segment s = 0 ... n - 1 it calls
+  /// finish(s, sum) with the sum of value(s, t) over t = 0 ... count(s) - 1. The order of summation is always the same.
+  /// On a device `lanes` threads share a segment.
   template <int lanes = 32, class Count, class Value, class Finish>
   void sum_segments(long n, Count count, Value value, Finish finish) const {
     using Sum = decltype(value(0, 0));
@@ -223,16 +240,18 @@ class HostExecutor {
     }
   }
 
-  /// Calls finish(s, sum) for every segment. The sum includes value(k) for the values k of the segment's pieces, and
-  /// more.value(s, t) for t = 0 ... more.count(s) - 1. The order of summation is always the same. `partial`: one
-  /// element per piece. No value may depend on data that finish changes.
+  /// Segmented sum in pieces, for segments of very different lengths: calls finish(s, sum) for every segment s. The sum
+  /// contains value(k) for the values k of the segment's pieces, and more.value(s, t) for t = 0 ... more.count(s) - 1.
+  /// The order of summation is always the same. `partial`: memory for one sum per piece. No value may depend on data
+  /// that `finish` changes.
   template <class Sum, class Value, class More, class Finish>
   void sum_pieces(const SegmentPieces& pieces, Sum* /*partial*/, Value value, More more, Finish finish) const {
     for (int s = 0; s < pieces.segments; ++s) sum_of_segment<Sum>(pieces, s, value, more, finish);
   }
 
-  /// Calls finish(sum of value(k) over k = 0 ... n - 1). The order of summation is always the same. Not allowed within
-  /// `run_concurrently` or `for_each_concurrently`. On a device a thread takes at least `a_thread` values.
+  /// Sum over all items: calls finish(sum) with the sum of value(k) over k = 0 ... n - 1. The order of summation is
+  /// always the same. On a device the number of threads is such that each takes about `a_thread` values or more. Not
+  /// allowed within `run_concurrently` or `for_each_concurrently`.
   template <int a_thread = 4, class Value, class Finish>
   void sum(long n, Value value, Finish finish) const {
     decltype(value(0)) sum{};
@@ -240,7 +259,7 @@ class HostExecutor {
     finish(sum);
   }
 
-  /// Replaces each of the n values by the sum of those before it.
+  /// Exclusive prefix sum: replaces each of the n values by the sum of the values before it.
   template <class T>
   void exclusive_scan(T* values, long n) const {
     T sum{};
@@ -251,7 +270,7 @@ class HostExecutor {
     }
   }
 
-  /// Sorts the keys, 0 ... `largest`, together with the values; the sort is stable.
+  /// Sorts n pairs of a key and a value by their keys, which are between 0 and `largest`. The sort is stable.
   void sort(int* keys, int* values, int n, int /*largest*/ = std::numeric_limits<int>::max()) const {
     std::vector<std::pair<int, int>> pairs(n);
     for (int k = 0; k < n; ++k) pairs[k] = {keys[k], values[k]};
@@ -262,48 +281,57 @@ class HostExecutor {
     }
   }
 
-  /// Throws Failure if less memory than this is free.
+  /// Checks that the given number of bytes is free on a CUDA device, which throws Failure otherwise. No check on the
+  /// CPU.
   void check_memory(std::size_t) const {}
-  /// Returns the number of bytes of free memory.
+  /// Returns the free memory of the device (bytes); on the CPU a number without meaning, 2^62.
   std::size_t available_memory() const { return std::size_t{1} << 62; }
+  // Functions for device memory. On the CPU they act on host memory.
   void* allocate(std::size_t bytes) const { return std::malloc(bytes); }
   void release(void* memory) const { std::free(memory); }
   void fill(void* memory, int byte, std::size_t bytes) const { std::memset(memory, byte, bytes); }
   void copy(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
   void to_device(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
   void to_host(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
-  /// Allocates host memory from which begin_to_device() and begin_to_host() copy fast.
+  /// Allocates (pinned) host memory for the transfers begin_to_device() and begin_to_host().
   void* allocate_on_host(std::size_t bytes) const { return std::malloc(bytes); }
   void release_on_host(void* memory) const { std::free(memory); }
-  /// Starts a copy to the device, which is complete after wait().
+  /// Starts a copy from host to device, which is complete after wait().
   void begin_to_device(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
-  /// Starts a copy to the host, which is complete after wait().
+  /// Starts a copy from device to host, which is complete after wait().
   void begin_to_host(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
+  /// Waits until all kernels and copies started before are complete.
   void wait() const {}
 
-  /// Sequence of kernels that is executed many times.
+  /// Recorded sequence of kernels for repeated execution. On the CPU it is empty: run() calls f each time.
   struct Recording {
     void clear() {}
   };
+  /// Executes the kernels that f launches. On a device only the first call with a Recording calls f; later calls repeat
+  /// the recorded kernels.
   template <class F>
   void run(Recording&, F f) const {
     f();
   }
-  /// Within a recording: executes f if, or while, *flag is not 0. The flag is evaluated on the device.
+  /// Conditional execution within run(): executes the kernels of f if *flag is not 0. The flag is in device memory and
+  /// evaluated there.
   template <class F>
   void when(const int* flag, F f) const {
     if (*flag) f();
   }
+  /// Loop within run(): executes the kernels of f while *flag is not 0. The flag is in device memory and evaluated
+  /// there.
   template <class F>
   void repeat_while(const int* flag, F f) const {
     while (*flag) f();
   }
-  /// Within a recording: calls f(RepeatCondition), and repeats it while the last call of the RepeatCondition in a
-  /// kernel had the argument true.
+  /// Argument of the function f of repeat(): a kernel calls it with true to repeat f, with false to end the loop.
   struct RepeatCondition {
     bool* more;
     void operator()(bool go) const { *more = go; }
   };
+  /// Loop within run(): executes the kernels of f(RepeatCondition) once, then repeats them as long as the last call of
+  /// the RepeatCondition had the argument true.
   template <class F>
   void repeat(F f) const {
     for (bool more = true; more;) {
@@ -312,22 +340,25 @@ class HostExecutor {
     }
   }
 
-  /// Runs f(0) ... f(n - 1) concurrently where possible; they must not share data.
+  /// Executes the kernels of f(0) ... f(n - 1), on a device concurrently; they must not share data.
   template <class F>
   void for_each_concurrently(int n, F f) const {
     for (int k = 0; k < n; ++k) f(k);
   }
 
-  /// Runs f and g concurrently where possible; they must not share data. g has the lower priority.
+  /// Executes the kernels of f and of g, on a device concurrently; they must not share data. The kernels of g have the
+  /// lower priority.
   template <class F, class G>
   void run_concurrently(F f, G g) const {
     f();
     g();
   }
 
-  /// Point in the sequence of kernels. The executor must have waited before the time between two is computed.
+  /// Time stamp in the sequence of kernels, set by mark().
   class TimePoint {
    public:
+    /// Returns the time (s) between an earlier time stamp and this one. wait() must have been called after the later
+    /// mark().
     double seconds_since(const TimePoint& earlier) const {
       return std::chrono::duration<double>(at_ - earlier.at_).count();
     }
@@ -336,9 +367,10 @@ class HostExecutor {
     friend class HostExecutor;
     std::chrono::steady_clock::time_point at_;
   };
+  /// Sets a time stamp to the time at which all earlier kernels are complete.
   void mark(TimePoint& moment) const { moment.at_ = std::chrono::steady_clock::now(); }
 
-  /// Returns the time (s) of f's kernels.
+  /// Measures the time (s) that the kernels of f take.
   template <class F>
   double seconds(F f) const {
     const auto start = std::chrono::steady_clock::now();

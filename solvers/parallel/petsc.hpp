@@ -7,29 +7,33 @@
 
 namespace lichtenberg::parallel {
 
-/// Sets options for PETSc, verbatim as on its command line ("-field_pc_type", "gamg", ...). Must be called before the
-/// first solver that uses PETSc is made; PETSc starts with that solver only.
+/// Sets the options with which PETSc will start, as words of its command line ("-field_pc_type", "gamg", ...). Must be
+/// called before start_petsc(), that is, before the first solver that uses PETSc is made.
 void set_petsc_options(std::vector<std::string> options);
 
-/// Starts PETSc if it is not running (once per process). Throws Failure if PETSc cannot start.
+/// Starts the library PETSc with the options of set_petsc_options(), unless it is already running. Also limits OpenBLAS
+/// to one thread. Throws Failure if PETSc cannot start.
 void start_petsc();
 
-/// Ends PETSc, which otherwise ends with the process. A program that has used a CUDA device must call this before main
-/// returns, after its solvers are destroyed. In an exit handler PETSc 3.22 aborts because of its memory on the device.
+/// Finalizes PETSc if it is running; otherwise an exit handler of the process does this. A program that has used a CUDA
+/// device must call this function before main returns, after its solvers are destroyed. In an exit handler PETSc 3.22
+/// aborts because of its memory on the device.
 void finish_petsc();
 
-/// Returns true once PETSc has been started in this process.
+/// Returns true if PETSc is initialized in this process.
 bool petsc_started();
 
-/// Returns this process's number, from 0, among those that mpirun started; 0 before PETSc runs.
+/// Returns the MPI rank of this process: its number, from 0, among the processes that mpirun started. 0 before PETSc
+/// runs.
 int process_rank();
-/// Returns the number of processes that mpirun started; 1 before PETSc runs.
+/// Returns the number of MPI processes that mpirun started; 1 before PETSc runs.
 int process_count();
 
-/// Returns the options of `set_petsc_options` that have not been read yet: all of them before PETSc runs.
+/// Returns the names of the options of `set_petsc_options` that PETSc has not read yet, to report misspelt ones; all
+/// names before PETSc runs. Options that start with "-options_" are excluded, because PETSc reads them at its end.
 std::vector<std::string> unused_petsc_options();
 
-/// Converts a PETSc error code into a Failure with PETSc's own message.
+/// Throws Failure with PETSc's error message if a PETSc call returned an error code other than 0.
 void check_petsc(PetscErrorCode code);
 
 }  // namespace lichtenberg::parallel

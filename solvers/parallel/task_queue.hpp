@@ -9,22 +9,24 @@
 
 namespace lichtenberg::parallel {
 
-/// Task queue: one background thread executes tasks in the order of their addition.
+/// Task queue of bounded length: one background thread executes tasks, such as writing files, in the order of their
+/// addition.
 class TaskQueue {
  public:
-  /// Makes an empty queue. `capacity`: capacity in unfinished tasks; add() blocks when it is reached. 0: no thread,
-  /// add() executes the task itself.
+  /// Makes an empty queue. `capacity`: maximum number of unfinished tasks; add() blocks when it is reached. With
+  /// capacity 0 there is no thread, and add() executes the task itself.
   explicit TaskQueue(std::size_t capacity) : capacity_(capacity) {}
-  /// Executes all remaining tasks.
+  /// Waits until all remaining tasks are executed; ignores their exceptions.
   ~TaskQueue();
   TaskQueue(const TaskQueue&) = delete;
   TaskQueue& operator=(const TaskQueue&) = delete;
 
-  /// Adds a task. Rethrows the exception of an earlier task, once; tasks after the failed one are dropped.
+  /// Adds a task at the end of the queue. If an earlier task failed, rethrows its exception, once, in place of the
+  /// addition. The tasks that were waiting behind a failed task are dropped.
   void add(std::function<void()> task);
-  /// Waits until all tasks are finished. Throws like `add`.
+  /// Waits until all tasks are finished. If one failed, rethrows its exception, once.
   void finish();
-  /// Returns true if the next call of `add` or `finish` will throw.
+  /// Returns true if a task has failed, so that the next call of `add` or `finish` will throw.
   bool has_failed() const;
 
  private:

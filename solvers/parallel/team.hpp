@@ -9,25 +9,26 @@
 
 namespace lichtenberg::parallel {
 
-/// Team of threads for short loops. An idle thread polls for the next loop, then yields, then sleeps. A loop never
-/// waits for a thread that has not joined it, so that a busy machine causes no delay. Tasks must not depend on the
-/// thread that executes them; results are then bitwise identical for any number of threads.
+/// Thread pool for short parallel loops (some microseconds). An idle thread polls for the next loop, then yields, then
+/// sleeps. A loop never waits for a thread that has not joined it, so that a busy machine causes no delay. Tasks must
+/// not depend on the thread that executes them; results then have identical bits for any number of threads.
 class Team {
  public:
-  /// Starts the worker threads. `threads`: total number, including the caller's. Throws Failure if the system cannot
-  /// start that many.
+  /// Starts the worker threads. `threads`: total number of threads including the caller's. Throws Failure if the system
+  /// cannot start as many.
   explicit Team(int threads);
   ~Team();
   Team(const Team&) = delete;
   Team& operator=(const Team&) = delete;
 
-  /// Returns a team of the caller alone.
+  /// Returns a team without worker threads: the caller executes all tasks.
   static Team& single();
 
+  /// Returns the number of threads, including the caller's.
   int size() const { return static_cast<int>(workers_.size()) + 1; }
 
-  /// Calls task(k) for every k from 0 to count - 1, in any order, and returns when all are finished. `count` must be
-  /// below 2^20. Tasks must not throw and must not call for_each.
+  /// Parallel loop: calls task(k) for every k from 0 to count - 1 on the threads of the team, in any order. Returns
+  /// when all calls are finished. `count` must be below 2^20. Tasks must not throw and must not call for_each.
   template <class Task>
   void for_each(int count, const Task& task) {
     if (workers_.empty() || count == 1) {
@@ -37,29 +38,32 @@ class Team {
     run_loop(count, call_task<Task>, &task);
   }
 
-  /// Starts a longer task on a worker thread while the caller continues. `finish` executes the task if no worker has
-  /// started it, waits for its end and rethrows its exception. Only one task at a time.
+  /// Starts a longer task on a worker thread while the caller continues. There is one such task at a time: finish()
+  /// must be called before the next start().
   void start(std::function<void()> task);
+  /// Waits for the end of the task of start(), or executes it if no worker has started it. Rethrows its exception. No
+  /// effect without a task.
   void finish();
 
  private:
   using Call = void (*)(const void*, int);
-  /// Compiled once for all threads. If it were inlined separately for the caller and the workers, contraction or
-  /// vectorization could round differently. The call has an overhead, so a task should be a range.
+  /// Calls a task with index k. The function is compiled once for all threads: if it were inlined separately for the
+  /// caller and the workers, contraction or vectorization could round differently. The call has an overhead, so the
+  /// work of an index should be a range.
   template <class Task>
   [[gnu::noinline, gnu::noclone]] static void call_task(const void* task, int k) {
     (*static_cast<const Task*>(task))(k);
   }
   void stop_workers();
   void run_loop(int count, Call call, const void* context);
-  enum class End { first, last };
+  enum class End { first, last };  ///< End of the remaining indices from which a thread takes the next index
   bool run_next_piece(End from);
   void work_until_stopped();
   bool run_side_task();
 
-  // Current loop: its number and the remaining indices in one word. Taking an index is one atomic exchange, which fails
-  // if the loop has changed. The caller takes the first indices, workers the last ones, so that data of repeated loops
-  // stay in the caches of the same thread. Only a thread with an index reads call_ and context_.
+  // Current loop: its number and the range of remaining indices in one word. A thread takes an index by one atomic
+  // exchange, which fails if the loop has changed. The caller takes the first indices, workers the last ones, so that
+  // data of repeated loops stay in the caches of the same thread. Only a thread with an index reads call_ and context_.
   std::atomic<std::uint64_t> loop_{0};
   std::atomic<int> done_{0};
   Call call_ = nullptr;

@@ -1,6 +1,6 @@
 #pragma once
 
-/// Placed in front of a loop: unrolls it `times` times; 1: not at all. Compilers have different pragmas.
+/// Macro in front of a loop: unrolls the loop `times` times (1: no unrolling), by the pragma of the current compiler.
 #define LICHTENBERG_PRAGMA(text) _Pragma(#text)
 #ifdef __CUDACC__
 #define LICHTENBERG_UNROLL(times) LICHTENBERG_PRAGMA(unroll times)

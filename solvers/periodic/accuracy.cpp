@@ -42,11 +42,11 @@ struct SumMethod {
   double longest_cutoff;
   double cutoff_ratio;                                        ///< Ratio of successive cut-offs that are tried
   std::function<double(double density, double cutoff)> near;  ///< Cost of the near part, per charge
-  double charge, row;                       ///< Costs of a charge on the mesh: fixed, and per row of mesh points
-  std::function<double(int points)> point;  ///< Cost of a point of a mesh of points^3, per doubling of the number of
-                                            ///< points, for both transforms
-  bool compares_windows = false;            ///< True if the windows with the least work are taken, not the first that
-                                            ///< reach the accuracy
+  double charge, row;  ///< Costs of a charge on the mesh: fixed, and per row of mesh points
+  /// Cost of both transforms of a mesh of points^3, per point and doubling of the number of points
+  std::function<double(int points)> point;
+  /// True: the window with the least work is taken. False: the first window that reaches the accuracy
+  bool compares_windows = false;
 };
 
 SumMethod in_double_precision(Vec3 lengths, int lowest_order) {

@@ -12,31 +12,37 @@ namespace lichtenberg::periodic {
 /// Lowest spline order for dipoles: second derivatives of lower orders jump, and so would the forces on dipoles.
 constexpr int lowest_dipole_order = 5;
 
-/// Returns the mesh. Throws InputError unless windows of its order exist and the mesh has enough points for them.
+/// Checks a mesh, and returns it. Throws InputError unless the order of its window is from 4 to `highest_order`, and
+/// each axis has at least twice as many points as the order.
 const Mesh& checked(const Mesh& mesh, int highest_order);
 
-/// Largest distance along an axis from a charge to its mesh points: half a window width.
+/// Returns the largest distance along an axis from a charge to the mesh points on which it is spread: half of the
+/// window's width.
 double reach_of(const Mesh& mesh);
 
-/// Computes the smooth (far) part of the sum on a mesh, with charges and dipoles replaced by clouds. The order of calls
-/// is `spread`, `solve` for the potential, `add`, which interpolates it at the sources. A dipole is spread with the
-/// slopes of the windows, as the limit of two opposite charges. Potentials, fields and forces are derivatives of one
-/// energy. Results are bitwise identical for any number of threads. In single precision: charges only.
+/// Mesh part of the periodic Coulomb sum (particle-mesh Ewald, P3M): the smooth, long-range potential of charges and
+/// dipoles that are replaced by clouds. The order of calls is spread() to assign charges to the mesh, solve() for the
+/// potential by FFT, add() to interpolate at the sources.
+/// A dipole is spread with the slopes of the windows, as the limit of two opposite charges. Potentials, fields and
+/// forces are derivatives of one energy. Results have identical bits for any number of threads. Single precision
+/// supports charges only.
 template <class Real>
 class ChargeMesh {
  public:
-  /// Sets up the mesh. Single precision: windows of orders 4 to 8, an even number of points along z. Double precision:
-  /// splines of orders 4 to 7. Each axis needs at least twice the order in points. Throws InputError otherwise.
+  /// Sets up the mesh and its influence function. Throws InputError unless all of this holds. Single precision: windows
+  /// of orders 4 to 8, an even number of points along z. Double precision: splines of orders 4 to 7. Each axis has at
+  /// least twice the order in points.
   ChargeMesh(const Mesh& mesh, const Cloud& cloud);
 
-  int order() const { return mesh_.order; }
-  double reach() const { return reach_of(mesh_); }
-  /// Spreads the sources on the mesh. The reach of `columns` must be at least reach(), and their unit of length the
-  /// cut-off.
+  int order() const { return mesh_.order; }         ///< Order of the window
+  double reach() const { return reach_of(mesh_); }  ///< Largest distance along an axis of a charge from its points
+  /// Spreads the sources on the mesh (charge assignment). The reach of `columns` must be at least reach(), and their
+  /// unit of length the cut-off.
   void spread(const Columns<Real>& columns, Kind kind, parallel::Team& team);
+  /// Computes the potential on the mesh from the charges spread: convolution with the influence function by FFT.
   void solve(parallel::Team& team) { grid_.apply(team); }
-  /// Adds fields, potentials and forces at the sources, without those of a source's own cloud. Units: as for
-  /// Near::compute.
+  /// Interpolates the potential: adds fields, potentials and forces at the sources to `sums`, without those of a
+  /// source's own cloud. Units: those of Near::compute.
   void add(const Columns<Real>& columns, Kind kind, const FieldSums<Real>& sums, parallel::Team& team) const;
 
  private:
@@ -48,6 +54,7 @@ class ChargeMesh {
   void spread_source(const Columns<Real>& columns, int s);
   template <int order, Kind kind>
   void add_to(const FieldSums<Real>& sums, const Columns<Real>& columns, int s) const;
+  /// Field and force that a source's own cloud causes on the mesh, with opposite sign.
   struct Own {
     Four field, force;
   };
@@ -58,8 +65,8 @@ class ChargeMesh {
   }
 
   Mesh mesh_;
-  std::vector<Real> window_;     ///< Coefficients of s^d in the weights of the points around a position, and in their
-                                 ///< slopes; [d][2 x lanes]
+  /// Coefficients of s^d in the weights of the points around a position, and in their slopes; [d][2 x lanes].
+  std::vector<Real> window_;
   std::vector<Real> curvature_;  ///< Coefficients of the weights' second derivatives; [d][lanes]
   Convolution<Real> grid_;
   // The following members are in units of the cut-off.

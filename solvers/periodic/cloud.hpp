@@ -4,31 +4,31 @@
 
 namespace lichtenberg::periodic {
 
-/// Charge cloud that replaces a point charge in the smooth part of a split sum. The near part is the remainder, 1/r
-/// minus the cloud's potential, and is neglected beyond `cutoff`.
+/// Splitting of the Coulomb potential 1/r by a charge cloud (screening function). In the smooth part of a sum, computed
+/// on a mesh, the cloud replaces a point charge. The near part is the remainder, 1/r minus the cloud's potential; it is
+/// neglected beyond `cutoff`. Lengths are in any unit, charges are 1.
 struct Cloud {
-  double cutoff = 0;
-  std::function<double(double)> potential;  ///< Potential of a unit cloud at distance r from its centre; finite at r =
-                                            ///< 0
+  double cutoff = 0;                        ///< Cut-off of the near part (length)
+  std::function<double(double)> potential;  ///< Potential of a unit cloud at the distance r; finite at r = 0
   std::function<double(double)> transform;  ///< Fourier transform of a unit cloud at wave number k; 1 at k = 0
-  double band_limit = 0;                    ///< Wave number beyond which the transform is taken as 0; infinite if it
-                                            ///< never is
+  double band_limit = 0;                    ///< Wave number beyond which the transform is taken as 0; may be infinite
   double background = 0;                    ///< Integral of the near part over all space
-  double dipole_field = 0;                  ///< Field of a unit dipole's cloud at its centre, opposite to the dipole:
-                                            ///< -potential''(0)
+  /// Field of a unit dipole's cloud at its centre, opposite to the dipole: -potential''(0).
+  double dipole_field = 0;
   double neglected = 0;  ///< Integral over space of the square of the neglected force between unit charges
-  double neglected_slope = 0, neglected_curvature = 0;  ///< Integrals of the squared first and second derivatives of
-                                                        ///< the neglected force, for dipoles
+  /// Integrals of the squared first and second derivatives of the neglected force, for dipoles.
+  double neglected_slope = 0, neglected_curvature = 0;
 };
 
-/// Makes Ewald's cloud, exp(-alpha^2 r^2), whose near part is erfc(alpha r) / r. The neglected force is that beyond the
-/// cut-off (Kolafa and Perram 1992, eq. 18). Throws InputError unless both arguments are positive.
+/// Makes Ewald's Gaussian cloud, with density proportional to exp(-alpha^2 r^2); its near part is erfc(alpha r) / r.
+/// The neglected force is the near part beyond the cut-off (Kolafa and Perram 1992, eq. 18). Throws InputError unless
+/// both arguments are positive.
 Cloud gauss_cloud(double alpha, double cutoff);
 
-/// Makes the cloud that ends at the cut-off and has the least transform beyond band_limit / cutoff. Its density,
-/// integrated over planes, is the prolate spheroidal wave function psi_0 of that band limit (Osipov, Rokhlin and Xiao
-/// 2013). The neglected force is that of waves beyond the band limit. Throws InputError unless the band limit is from 1
-/// to 100 and the cut-off positive.
+/// Makes the cloud that ends at the cut-off and has the smallest transform beyond the wave number band_limit / cutoff.
+/// Its density, integrated over planes, is the prolate spheroidal wave function psi_0 of that band limit (Osipov,
+/// Rokhlin and Xiao 2013). The neglected force is that of waves beyond the band limit. Throws InputError unless the
+/// band limit (without unit) is from 1 to 100 and the cut-off positive.
 Cloud prolate_cloud(double band_limit, double cutoff);
 
 }  // namespace lichtenberg::periodic

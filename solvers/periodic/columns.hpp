@@ -11,19 +11,20 @@
 
 namespace lichtenberg::periodic {
 
-/// Position along one axis of a periodic box, as a fixed-point fraction of its length: in units of 2^-32 (single
-/// precision) or 2^-64. Integer overflow wraps around the box, so the signed difference of two positions is that of the
-/// nearest images.
+/// Fixed-point coordinate in a periodic box: a fraction of the box length in units of 2^-32 (single precision) or 2^-64
+/// (double precision). Integer overflow wraps around the box, so the signed difference of two coordinates is that of
+/// the nearest images.
 template <class Real>
 using Coordinate = std::conditional_t<sizeof(Real) == 4, std::uint32_t, std::uint64_t>;
+/// Signed difference of two fixed-point coordinates (minimum image).
 template <class Real>
 using Difference = std::make_signed_t<Coordinate<Real>>;
 /// Number of bits of a coordinate.
 template <class Real>
 constexpr int bits_of = 8 * sizeof(Real);
 
-/// Product of a coordinate with a number of equal parts of the box: index of the part that contains it, and the
-/// remainder as a fixed-point fraction.
+/// Position of a fixed-point coordinate in a box that is divided into `count` equal parts. It consists of the index of
+/// the part that contains the coordinate, and the position within the part as a fixed-point fraction.
 template <class FixedPoint>
 struct InParts {
   int part;
@@ -36,56 +37,63 @@ struct InParts {
     rest = static_cast<FixedPoint>(product);
   }
 };
+/// Returns the index of the part that contains a coordinate, for `count` equal parts of the box.
 template <class FixedPoint>
 int part(FixedPoint coordinate, int count) {
   return InParts<FixedPoint>(coordinate, count).part;
 }
 
-/// Sources sorted into columns along z, and by z bins within a column, with one array for each coordinate and
-/// component. Columns form tiles at least twice `reach` wide along x and y. Interactions of a tile's sources within
-/// `reach` therefore involve at most half of each neighbouring tile. Charges are in units of charge_unit(), dipoles in
-/// charge_unit() times `length_unit`.
+/// Cell list of charges and dipoles for SIMD: sources sorted into columns along z, and by bins of z within a column,
+/// with one array for each coordinate and component.
+/// Columns form tiles at least twice `reach` wide along x and y, so that threads can process every other tile without
+/// conflicts. Interactions of a tile's sources within `reach` involve at most half of each neighbouring tile. Charges
+/// are in units of charge_unit(), dipoles in charge_unit() times `length_unit`.
 template <class Real>
 class Columns {
  public:
   using FixedPoint = Coordinate<Real>;
+  /// Parameters of the columns (lengths).
   struct Layout {
-    double length_unit = 1;
-    int together = 8;   ///< Number of sources in a cube of the column width, approximately
-    double widest = 0;  ///< Upper bound of the column width
-    double reach = 0;
+    double length_unit = 1;  ///< Unit of length of dipoles
+    int together = 8;        ///< Number of sources in a cube of the column width, approximately
+    double widest = 0;       ///< Upper bound of the column width
+    double reach = 0;        ///< Distance of interactions along x and y
   };
+  /// Makes columns for a periodic box with these edges.
   Columns(Vec3 lengths, const Layout& layout) : lengths_(lengths), layout_(layout) {}
 
-  /// Sorts the sources. Throws Failure if a position is not finite.
+  /// Sorts the sources into the columns. Throws Failure if a position is not finite.
   void sort(const Sources& sources, parallel::Team& team);
 
-  int size() const { return static_cast<int>(sorted_.size()); }
-  /// Arrays of sorted sources, each padded by `spare` elements of undefined value.
+  int size() const { return static_cast<int>(sorted_.size()); }  ///< Number of sources
+  /// Returns the coordinates of the sorted sources along an axis. This array and those below are padded by `spare`
+  /// elements of undefined value.
   const FixedPoint* coordinate(int axis) const { return coordinate_[axis].data(); }
-  const Real* charge() const { return quantity_[0].data(); }
-  /// Charge (k = 0), or component k of the dipole (1 to 3) if the sources have dipoles.
+  const Real* charge() const { return quantity_[0].data(); }  ///< Charges of the sorted sources
+  /// Returns the charges (k = 0), or components k = 1 to 3 of the dipoles, of the sorted sources.
   const Real* quantity(int k) const { return quantity_[k].data(); }
-  /// Unit of charge: a power of two, so that the division of charges is exact.
+  /// Returns the unit of charge: a power of two, so that the division of charges is exact.
   double charge_unit() const { return charge_unit_; }
   double total_charge() const { return total_charge_; }  ///< In units of charge_unit()
   const int* sorted() const { return sorted_.data(); }   ///< Sorted index of each source
 
+  /// Returns the numbers of columns along x and y.
   std::array<int, 2> count() const { return {tiles_[0] * columns_[0], tiles_[1] * columns_[1]}; }
   /// Returns the number of column (x, y); columns are numbered in the order of the sorted sources.
   int number_of(int x, int y) const { return before_[0][x] + before_[1][y]; }
+  /// Returns the indices (x, y) of the column with this number.
   std::array<int, 2> column(int number) const {
     const int tile = number / columns_a_tile(), inside = number % columns_a_tile();
     return {tile / tiles_[1] * columns_[0] + inside / columns_[1],
             tile % tiles_[1] * columns_[1] + inside % columns_[1]};
   }
   int bins() const { return bins_; }  ///< Number of bins of a column
-  /// Index of the first sorted source of each bin of a column; entry bins() is the end of the column.
+  /// Returns the index of the first sorted source of each bin of a column; entry bins() is the end of the column.
   const int* first(int column) const { return &first_[static_cast<std::size_t>(column) * bins_]; }
 
-  /// Calls work(first, end) with the column range of each tile. Only tiles of every other row and column run at the
-  /// same time, so that no two of them write to the same sources. The order of contributions to a source does not
-  /// depend on the number of threads.
+  /// Parallel loop over tiles: calls work(first, end) with the range of columns of each tile. Only tiles of every other
+  /// row and column run at the same time, so that no two of them write to the same sources. The order of contributions
+  /// to a source does not depend on the number of threads.
   template <class Work>
   void for_each_tile(parallel::Team& team, const Work& work) const {
     const int step_x = std::min(tiles_[0], 2), step_y = std::min(tiles_[1], 2), rows = tiles_[1] / step_y;
@@ -120,7 +128,8 @@ class Columns {
   std::array<std::vector<Real>, 4> quantity_;
 };
 
-/// Sums for sorted sources, in units of charge_unit() and length_unit.
+/// Results for sorted sources, to which the parts of a sum add, in units of Columns::charge_unit() and
+/// Layout::length_unit.
 template <class Real>
 struct FieldSums {
   std::span<Real> field;    ///< Field x, y, z and potential: four numbers each

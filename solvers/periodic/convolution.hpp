@@ -11,26 +11,28 @@
 
 namespace lichtenberg::periodic {
 
-/// Real numbers on a periodic mesh, and their convolution with a kernel that is given by its Fourier transform. Rows
-/// along z have `halo` extra points at their end, so that spreading and gathering need no periodic wrap there.
+/// Periodic convolution on a mesh by FFT: stores real numbers on the mesh, and convolves them with a kernel that is
+/// given by its Fourier transform. Rows along z have `halo` extra points at their end, so that charge assignment and
+/// interpolation need no periodic wrap there.
 template <class Real>
 class Convolution {
  public:
-  /// Makes a convolution that multiplies mode (x, y, z) by `scale` times factor[(y * points[0] + x) * (points[2] / 2 +
-  /// 1) + z].
+  /// Makes a convolution on a mesh of `points` that multiplies mode (x, y, z) by `scale` times factor[(y * points[0] +
+  /// x) * (points[2] / 2 + 1) + z].
   Convolution(std::array<int, 3> points, int halo, std::span<const double> factor, double scale);
 
-  std::array<int, 3> points() const { return points_; }
+  std::array<int, 3> points() const { return points_; }  ///< Numbers of mesh points along x, y, z
   /// Returns the mesh values; point (x, y, z) is at x * plane() + y * row() + z, with z below points()[2] + halo.
   Real* data() { return mesh_.get(); }
   const Real* data() const { return mesh_.get(); }
-  std::ptrdiff_t row() const { return row_; }
-  std::ptrdiff_t plane() const { return row_ * points_[1]; }
+  std::ptrdiff_t row() const { return row_; }                 ///< Stride between rows along z
+  std::ptrdiff_t plane() const { return row_ * points_[1]; }  ///< Stride between planes of constant x
 
-  /// Sets all numbers to 0.
+  /// Sets all mesh values to 0.
   void clear(parallel::Team& team);
-  /// Adds the halo to the points of which it is the periodic image, convolves, and fills the halo. Transforms are not
-  /// normalized. The result is bitwise identical for any number of threads.
+  /// Convolves the mesh values in place. First adds the values of the halo to the points of which it is the periodic
+  /// image; at the end copies the result to the halo. Forward and backward transform are not normalized. The result has
+  /// identical bits for any number of threads.
   void apply(parallel::Team& team);
 
  private:
@@ -52,14 +54,13 @@ class Convolution {
 
   std::array<int, 3> points_;
   int halo_;
-  std::ptrdiff_t row_, across_, sheet_;  ///< Strides: of a mesh row along z, of the modes along y, of one z plane of
-                                         ///< modes
-  int pack_;                             ///< Real numbers along z packed into one complex number: 2 if points[2] is
-                                         ///< even, otherwise 1
+  /// Strides: of a mesh row along z, of the modes along y, of one z plane of modes.
+  std::ptrdiff_t row_, across_, sheet_;
+  int pack_;  ///< Real numbers along z packed into one complex number: 2 if points[2] is even, otherwise 1
   RowTransform<Real> along_x_, along_y_, along_z_;
   std::vector<Real> cosine_, sine_;  ///< Cosine and sine of 2 pi z / points along z
-  Array mesh_, modes_, factor_;      ///< Layouts: [x][y][z]; [mode z][part][x][y]; [mode z][block of x][y][x of the
-                                     ///< block]
+  /// Layouts: [x][y][z]; [mode z][part][x][y]; [mode z][block of x][y][x of the block].
+  Array mesh_, modes_, factor_;
 };
 
 }  // namespace lichtenberg::periodic

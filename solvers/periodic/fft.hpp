@@ -6,19 +6,20 @@
 
 namespace lichtenberg::periodic {
 
-/// Discrete Fourier transform of complex numbers along one axis, of `rows_at_once` rows at once. Stockham's method with
-/// radices 2 to 5; other primes by the definition. FFTW is not used because its measured plans do not give bitwise
-/// identical results in each run.
+/// Fast Fourier transform (FFT) of complex numbers along one axis, for `rows_at_once` rows at once by SIMD: Stockham's
+/// method with radices 2 to 5. Other prime factors are transformed by the definition. FFTW is not used because its
+/// measured plans do not give identical bits in each run.
 template <class Real>
 class RowTransform {
  public:
   static constexpr int rows_at_once = 64 / sizeof(Real);
   using Numbers = Lanes<rows_at_once, Real>;
 
+  /// Prepares a transform of rows of this length.
   explicit RowTransform(int length);
 
-  /// Transforms re + i im with exp(-2 pi i k x / length) in place; `spare`: twice the length. With re and im exchanged
-  /// it is the inverse transform. Neither is normalized.
+  /// Transforms re + i im in place with the kernel exp(-2 pi i k x / length). With re and im exchanged it is the
+  /// inverse transform. Neither is normalized. `spare`: scratch memory of twice the length.
   void apply(Numbers* re, Numbers* im, Numbers* spare) const;
 
  private:
@@ -35,7 +36,7 @@ class RowTransform {
   std::vector<Pass> passes_;
 };
 
-/// Transposes a square block: as many rows as each has numbers.
+/// Transposes a square block of numbers in place: n rows, each a SIMD vector of n numbers.
 template <class Numbers>
 void transpose(Numbers* rows) {
   constexpr int n = count_of<Numbers>;

@@ -4,15 +4,17 @@
 
 namespace lichtenberg::periodic {
 
-/// SIMD vector of n numbers, aligned only as one of its numbers. The compiler chooses the instructions for its target
-/// processor.
+/// SIMD vector type of n numbers, with the alignment of a single number. The compiler chooses the instructions for its
+/// target processor.
 template <int n, class Real = double>
 struct LanesOf {
   typedef Real type __attribute__((vector_size(sizeof(Real) * n), aligned(alignof(Real)), may_alias));
 };
+/// SIMD vector of n numbers.
 template <int n, class Real = double>
 using Lanes = typename LanesOf<n, Real>::type;
 
+/// Returns the n numbers from p on as a SIMD vector in memory.
 template <int n, class Real>
 inline Lanes<n, Real>& lanes(Real* p) {
   return *reinterpret_cast<Lanes<n, Real>*>(p);
@@ -22,12 +24,14 @@ inline const Lanes<n, Real>& lanes(const Real* p) {
   return *reinterpret_cast<const Lanes<n, Real>*>(p);
 }
 
+/// Type of the numbers of a SIMD vector.
 template <class Vector>
 using NumberOf = std::remove_cvref_t<decltype(Vector{}[0])>;
+/// Number of numbers in a SIMD vector.
 template <class Vector>
 constexpr int count_of = sizeof(Vector) / sizeof(NumberOf<Vector>);
 
-/// Returns the first half of a vector's numbers.
+/// Returns the first half of a SIMD vector's numbers.
 template <class Vector>
 [[gnu::always_inline]] inline auto low_half(const Vector& of) {
   return [&]<int... k>(std::integer_sequence<int, k...>) {
@@ -35,7 +39,7 @@ template <class Vector>
   }
   (std::make_integer_sequence<int, count_of<Vector> / 2>());
 }
-/// Returns the second half of a vector's numbers.
+/// Returns the second half of a SIMD vector's numbers.
 template <class Vector>
 [[gnu::always_inline]] inline auto high_half(const Vector& of) {
   return [&]<int... k>(std::integer_sequence<int, k...>) {
@@ -43,7 +47,7 @@ template <class Vector>
   }
   (std::make_integer_sequence<int, count_of<Vector> / 2>());
 }
-/// Concatenates two vectors.
+/// Concatenates two SIMD vectors.
 template <class Vector>
 [[gnu::always_inline]] inline auto joined(const Vector& low, const Vector& high) {
   return [&]<int... k>(std::integer_sequence<int, k...>) {
@@ -51,7 +55,7 @@ template <class Vector>
   }
   (std::make_integer_sequence<int, 2 * count_of<Vector>>());
 }
-/// Interleaves the lower, or the upper, halves of two vectors: a0 b0 a1 b1 ...
+/// Interleaves the lower (or upper) halves of two SIMD vectors: returns a0 b0 a1 b1 ...
 template <bool upper, class Vector>
 [[gnu::always_inline]] inline Vector interleaved(const Vector& a, const Vector& b) {
   constexpr int n = count_of<Vector>;
@@ -61,7 +65,7 @@ template <bool upper, class Vector>
   (std::make_integer_sequence<int, n>());
 }
 
-/// Two halves of n numbers that do not fit into one vector register.
+/// SIMD vector of n numbers as two halves, for n numbers that do not fit into one register.
 template <int n, class Real>
 struct Twin {
   using Half = Lanes<n / 2, Real>;
@@ -82,10 +86,11 @@ template <int n, class Real>
 Lanes<n / 2, Real> high_half(const Twin<n, Real>& of) {
   return of.high;
 }
-/// Numbers in one vector, or in two (Twin).
+/// SIMD vector of n numbers: one vector, or two (Twin) if they exceed 64 bytes.
 template <int n, class Real>
 using Pack =
     typename std::conditional_t<n * sizeof(Real) <= 64, LanesOf<n, Real>, std::type_identity<Twin<n, Real>>>::type;
+/// Makes a Pack from its two halves.
 template <class P, class Half>
 [[gnu::always_inline]] inline P packed(const Half& low, const Half& high) {
   if constexpr (std::is_class_v<P>)
@@ -94,7 +99,7 @@ template <class P, class Half>
     return joined(low, high);
 }
 
-/// Returns the four sums of four vectors of four numbers; adds adjacent numbers first.
+/// Computes the horizontal sums of four SIMD vectors of four numbers, as one vector. Adjacent numbers are added first.
 template <class Four>
 Four totals(const Four& a, const Four& b, const Four& c, const Four& d) {
   const Four ab = __builtin_shufflevector(a, b, 0, 4, 2, 6) + __builtin_shufflevector(a, b, 1, 5, 3, 7);

@@ -8,26 +8,29 @@
 
 namespace lichtenberg::periodic {
 
-/// Coulomb sums by a near part, pair by pair, and a smooth part on a mesh (Hockney and Eastwood 1988); the work grows
-/// with N log N. Potential, field and force are derivatives of one energy, except that the mean force due to the mesh
-/// is subtracted, so that forces add up to 0. `choose_mesh` finds parameters for an accuracy. The sum finds its own
-/// pairs. Single precision supports charges only, with a relative error of at least error_of_single_precision. It
-/// rounds positions to 2^-32 of the box, and the last digits of its results depend on the processor's instructions.
+/// Particle-mesh Ewald method (P3M) for periodic Coulomb sums: a near part, pair by pair, and a smooth part on a mesh
+/// by FFT (Hockney and Eastwood 1988). The work grows with N log N. It finds its own pairs; choose_mesh() finds
+/// parameters for an accuracy.
+/// Potential, field and force are derivatives of one energy, but the mean force due to the mesh is subtracted,
+/// so that forces add up to 0. Single precision supports charges only, with a relative error of at least
+/// error_of_single_precision. It rounds positions to 2^-32 of the box, and the last digits of its results depend on the
+/// processor's instructions.
 template <class Real>
 class MeshSum : public Sum {
  public:
-  /// Makes a mesh sum. Throws the exceptions of ChargeMesh and Near.
+  /// Makes a mesh sum for a mesh and a charge cloud, which splits 1/r. Throws the exceptions of ChargeMesh and Near.
   MeshSum(const Mesh& mesh, const Cloud& cloud);
 
   double cutoff() const override { return 0; }
-  /// Computes the response; `pairs` is not used. Throws InputError if the box is not the mesh's, for dipoles in single
-  /// precision or with splines below lowest_dipole_order. Throws InputError if the energy is not finite, as for two
-  /// sources at the same position.
+  /// Computes potentials, fields, forces and energy; `pairs` is not used. Throws InputError if the box is not the
+  /// mesh's, and for dipoles in single precision or with windows below lowest_dipole_order. Throws InputError if the
+  /// energy is not finite, as for two sources at the same position.
   void evaluate(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team, Response& response) override;
-  /// Like `evaluate`, without the potentials of near pairs of charges. Throws the exceptions of `evaluate`.
+  /// Computes the forces of evaluate() [3 N] at lower cost, without the potentials of near pairs. Throws the exceptions
+  /// of evaluate().
   void forces(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team,
               std::vector<double>& force) override;
-  /// Computes the field of the dipoles alone, at about the cost of the field of charges.
+  /// Computes the field [3 N] of the dipoles alone, at about the cost of the field of charges.
   void dipole_field(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team,
                     std::span<double> field) override;
   SumSeconds seconds() const override { return seconds_; }

@@ -8,9 +8,9 @@
 
 namespace lichtenberg::periodic {
 
-/// Computes the near part of the sum for charges and dipoles: the interaction minus that of their clouds. Consecutive
-/// sources of a column form a cluster; all sources near a cluster interact with the whole cluster at once. In single
-/// precision: charges only.
+/// Near part (real-space sum) of a periodic Coulomb sum of charges and dipoles: the interaction of pairs within the
+/// cut-off, minus that of their clouds. Consecutive sources of a column form a cluster; all sources near a cluster
+/// interact with the whole cluster at once by SIMD. Single precision supports charges only.
 template <class Real>
 class Near {
  public:
@@ -18,21 +18,22 @@ class Near {
   /// Highest degree of the polynomial that represents a cloud's potential.
   static constexpr int highest_degree = sizeof(Real) == 4 ? 18 : 30;
 
-  /// Makes the tables of the near part. Throws InputError for a cut-off beyond longest_cutoff, and for a cloud that
-  /// needs a higher degree.
+  /// Makes the tables of the near part for a box with these edges. Throws InputError for a cut-off beyond
+  /// longest_cutoff(), and for a cloud that needs a polynomial above highest_degree.
   Near(Vec3 lengths, const Cloud& cloud);
 
-  /// Returns the longest cut-off in a box. In double precision it is half of the shortest side, so that a source meets
-  /// one image of each other source. In single precision it is a third of the shortest side, so that clusters may be as
-  /// long as the cut-off.
+  /// Returns the longest possible cut-off in a box. In double precision it is half of the shortest side, so that a
+  /// source meets one image of each other source. In single precision it is a third of the shortest side, so that
+  /// clusters may be as long as the cut-off.
   static double longest_cutoff(Vec3 lengths);
-  double cutoff() const { return cutoff_; }
-  int degree(Kind kind) const { return table(kind).terms - 1; }
-  /// Returns the layout of columns with a reach of at least the cut-off and `reach`.
+  double cutoff() const { return cutoff_; }                      ///< Cut-off (length)
+  int degree(Kind kind) const { return table(kind).terms - 1; }  ///< Degree of the cloud's polynomial
+  /// Returns the layout of Columns for the near part, with a reach of at least the cut-off and the given `reach` of a
+  /// mesh.
   typename Columns<Real>::Layout layout(double reach) const;
-  /// Overwrites `sums`, in units of the cut-off and charge_unit(). Without `potentials` the potentials are 0 and the
-  /// fields are bitwise identical. Results are bitwise identical for any number of threads. Throws InputError for
-  /// dipoles in single precision.
+  /// Computes the near part of fields, potentials and forces: overwrites `sums`, in units of the cut-off and
+  /// Columns::charge_unit(). Without `potentials` the potentials of charges are 0, and the fields have the same bits.
+  /// Results have identical bits for any number of threads. Throws InputError for dipoles in single precision.
   void compute(const Columns<Real>& columns, Kind kind, bool potentials, const FieldSums<Real>& sums,
                parallel::Team& team) const;
 

@@ -12,21 +12,23 @@
 // cloud's potential and its derivatives are polynomials in r^2 (docs/numerics/ewald.md).
 namespace lichtenberg::periodic {
 
-/// Returns the coefficients of powers of 2 (r / cutoff)^2 - 1 of a polynomial that approximates the cloud's potential
-/// within the cut-off. Its degree, 4 to 30, is the lowest that keeps the squared change of the force between unit
-/// charges, integrated over the ball of the cut-off, at or below 0.09 of Cloud::neglected. Errors add up in squares:
-/// that of the near part grows by 4 %, that of a sum with an equal mesh error by 2 %.
+/// Computes a polynomial that approximates the cloud's potential within the cut-off, for single precision: coefficients
+/// of powers of x = 2 (r / cutoff)^2 - 1.
+/// The criterion is the squared change of the force between unit charges, integrated over the ball of the cut-off. The
+/// degree, 4 to 30, is the lowest for which it is at most 0.09 of Cloud::neglected. Squared errors add up: that of the
+/// near part grows by 4 %, that of a sum with an equal mesh error by 2 %.
 std::vector<double> cloud_polynomial(const Cloud& cloud);
-/// Returns a polynomial for double precision and devices, of even degree and at most 30. The neglected terms change the
-/// force, or its derivatives that act between dipoles, by less than a tenth of the root mean square of
+/// Computes a polynomial as above for double precision and devices, of even degree and at most 30. The neglected terms
+/// change the force, or its derivatives that act between dipoles, by less than a tenth of the root mean square of
 /// Cloud::neglected.
 std::vector<double> cloud_polynomial(const Cloud& cloud, Kind kind);
 
-/// Returns the cut-off. Throws InputError if a side of the box is not positive, or if the cut-off exceeds half a side.
+/// Checks a cut-off, and returns it. Throws InputError if a side of the box is not positive, or if the cut-off exceeds
+/// half of a side.
 double checked_cutoff(Vec3 lengths, double cutoff);
 
-/// Near kernels: with x = `square_factor` r^2 - 1, B_k is (2k - 1)!! / r^(2k + 1) + sum_n term[k][n] x^n. Unneeded
-/// terms are 0.
+/// Coefficients of the near kernels B_0 to B_3 (see above). With x = square_factor r^2 - 1, B_k is (2k - 1)!! / r^(2k +
+/// 1) + sum_n term[k][n] x^n. Unneeded terms are 0.
 template <class Real, int most>
 struct NearKernels {
   int terms = 0;
@@ -34,8 +36,8 @@ struct NearKernels {
   Real term[4][most] = {};
 
   NearKernels() = default;
-  /// Computes the coefficients of B_0 to B_3. `cloud`: coefficients of cloud_polynomial, at most `most`; `by_square`:
-  /// the value of `square_factor`.
+  /// Computes the coefficients of B_0 to B_3. `cloud`: coefficients of cloud_polynomial(), at most `most` of them;
+  /// `by_square`: the value of `square_factor`.
   NearKernels(std::vector<double> cloud, double by_square)
       : terms(static_cast<int>(cloud.size())), square_factor(static_cast<Real>(by_square)) {
     for (double& coefficient : cloud) coefficient = -coefficient;
@@ -48,8 +50,9 @@ struct NearKernels {
   }
 };
 
-/// Computes B_first to B_last at n distances, given their squares `r2` and inverses `over`. `terms`: a number, or a
-/// compile-time constant for which loops are unrolled. Number is a scalar or a SIMD vector.
+/// Computes the near kernels B_first to B_last (screened Coulomb interaction) at n distances, given their squares `r2`
+/// and inverses `over`; b[k] are the values of B_k. `terms`: number of polynomial terms, or a compile-time constant for
+/// which loops are unrolled. Number is a scalar or a SIMD vector.
 template <int first, int last, int n, class Number, class Terms, class Table>
 LICHTENBERG_HOST_DEVICE inline void screened(const Table& table, Terms terms, const Number (&r2)[n],
                                              const Number (&over)[n], Number (&b)[4][n]) {

@@ -13,33 +13,37 @@
 // SIMD vectors of the near part, as wide as the processor's registers.
 namespace lichtenberg::periodic {
 
-// Bytes of a SIMD register.
+/// Bytes of a SIMD register.
 #if defined(__AVX512F__)
 constexpr int bytes_wide = 64;
 #else
 constexpr int bytes_wide = 32;
 #endif
+/// Numbers in a SIMD register.
 template <class Real>
 constexpr int width = bytes_wide / sizeof(Real);
+/// SIMD register of real numbers.
 template <class Real>
 using Many = Lanes<width<Real>, Real>;
+/// SIMD vector of differences of fixed-point coordinates, with as many numbers as Many.
 template <class Real>
 using Differences = Lanes<width<Real>, Difference<Real>>;
 template <class Real>
 using Eight = Lanes<8, Real>;
 template <class Real>
 using EightDifferences = Lanes<8, Difference<Real>>;
+/// Length of a box in units of fixed-point coordinates.
 template <class Real>
 constexpr Real whole_box = sizeof(Real) == 4 ? 0x1p32 : 0x1p64;
 
-/// Performs a Newton step for 1 / sqrt(x).
+/// Improves an estimate y of 1 / sqrt(x) by one Newton step.
 template <class Real>
 [[gnu::always_inline]] inline Many<Real> improved(const Many<Real>& y, const Many<Real>& x) {
   constexpr Real half = 0.5, three_halves = 1.5;
   return y * (three_halves - half * x * y * y);
 }
 
-/// Computes 1 / sqrt(x) to the digits of the precision, by a hardware estimate and Newton steps.
+/// Computes 1 / sqrt(x) to nearly full precision, by a hardware estimate and Newton steps.
 [[gnu::always_inline]] inline Many<float> inverse_sqrt(const Many<float>& x) {
 #if defined(__AVX512F__)
   return improved<float>(reinterpret_cast<Many<float>>(_mm512_rsqrt14_ps(reinterpret_cast<__m512>(x))), x);
@@ -62,13 +66,15 @@ template <class Real>
 #endif
 }
 
+/// Returns the magnitude of each number.
 template <class Real>
 Many<Real> magnitude(const Many<Real>& x) {
   return reinterpret_cast<Many<Real>>(reinterpret_cast<Differences<Real>>(x) &
                                       std::numeric_limits<Difference<Real>>::max());
 }
 
-/// Stores the lanes of `x` whose bit is set consecutively at `to`; may write undefined values behind them.
+/// Stores the selected numbers of `x` (those whose bit is set in `bits`) consecutively at `to` (compress). May write
+/// undefined values behind them.
 template <class Real>
 void store_selected(const Many<Real>& x, unsigned bits, Real* to) {
 #if defined(__AVX512F__)
@@ -84,7 +90,7 @@ void store_selected(const Many<Real>& x, unsigned bits, Real* to) {
 #endif
 }
 
-/// Returns a bit mask of the lanes with values below 1.
+/// Returns a bit mask of the numbers of x that are below 1.
 template <class Real>
 unsigned below_one(const Many<Real>& x) {
 #if defined(__AVX512F__)
@@ -99,7 +105,7 @@ unsigned below_one(const Many<Real>& x) {
 #endif
 }
 
-/// Returns the numbers 0, 1, 2, ...
+/// Returns a SIMD vector of the numbers 0, 1, 2, ...
 template <class Numbers>
 Numbers ascending() {
   Numbers numbers;
@@ -107,7 +113,7 @@ Numbers ascending() {
   return numbers;
 }
 
-/// Adds up groups of four lanes: returns the vector of four sums of every fourth lane.
+/// Reduces a SIMD vector to four sums: each is the sum of every fourth number.
 template <class Vector>
 auto quarters_of(const Vector& of) {
   if constexpr (count_of<Vector> == 4)
@@ -116,7 +122,8 @@ auto quarters_of(const Vector& of) {
     return quarters_of(low_half(of) + high_half(of));
 }
 
-/// Transposes four vectors and adds four numbers of each of the first `count` lanes to sums[4 * number].
+/// Scatters results of several sources: for each k below `count`, adds the k-th numbers of the four vectors to the four
+/// elements from sums[4 * number[k]] on.
 template <class Real>
 [[gnu::always_inline]] inline void add_lanes(const Many<Real> (&of)[4], const Difference<Real>* number, int count,
                                              Real* sums) {

@@ -9,15 +9,17 @@
 // mesh points; the two leading waves along each axis are subtracted.
 namespace lichtenberg::periodic {
 
-/// Self term along one axis or several: potential beyond its mean, half of its slope (half, because the cloud moves
-/// with the charge), and its curvature.
+/// Self term of a charge on a mesh, along one axis (or several, by SIMD). It contains the deviation of its own cloud's
+/// potential from the mean, half of the slope of this potential, and its curvature. The slope is halved because the
+/// cloud moves with the charge.
 template <class Number>
 struct SelfTerm {
   Number potential, half_slope, curvature;
 };
 
-/// Computes the self term at s spacings from the middle between two points. `cosine` and `half_derivative`: cos(2 pi
-/// s), and half of its derivative with respect to s. `first` and `second`: the amplitudes of waves_from_middle.
+/// Computes the self term of a charge at s spacings from the middle between two mesh points. `cosine` and
+/// `half_derivative`: cos(2 pi s), and half of its derivative with respect to s. `first` and `second`: amplitudes of
+/// waves_from_middle() for this axis.
 template <class Real, class Number>
 LICHTENBERG_HOST_DEVICE SelfTerm<Number> self_term(const Number& cosine, const Number& half_derivative,
                                                    const Number& first, const Number& second,
@@ -28,8 +30,9 @@ LICHTENBERG_HOST_DEVICE SelfTerm<Number> self_term(const Number& cosine, const N
           minus_4_pi2 * (first * cosine + 4 * second * twice) * inverse_spacing * inverse_spacing};
 }
 
-/// Returns the amplitudes Influence::self_wave, by wave and axis, with the middle between two mesh points as origin.
-/// Half a spacing changes the sign of the first wave (n = 1). So does the half-spacing offset of windows of odd order.
+/// Returns the amplitudes of the self potential (Influence::self_wave), [wave][axis], with the middle between two mesh
+/// points as origin. A shift by half a spacing changes the sign of the first wave (n = 1), and so does the half-spacing
+/// offset of windows of odd order.
 inline std::array<std::array<double, 4>, 2> waves_from_middle(const Influence& influence, int order) {
   std::array<std::array<double, 4>, 2> waves{};
   for (int k = 0; k < 3; ++k) {

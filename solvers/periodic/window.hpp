@@ -5,39 +5,41 @@
 
 namespace lichtenberg::periodic {
 
-/// Function by which a charge is spread along each axis of a mesh; its width in points is its order.
+/// Window (charge assignment function): function by which a charge is spread along each axis of a mesh. Its width in
+/// points is its order.
 enum class Window {
   spline,   ///< Cardinal B-spline: `order` boxes, each one spacing wide, convolved with each other
   prolate,  ///< Some boxes convolved with a prolate spheroidal wave function of the remaining width
 };
 
-/// Recipe of a prolate window: number of boxes, and the prolate function's band limit over pi times its width. The
-/// prolate function is as wide as the order less the number of boxes.
+/// Recipe of a prolate window: the number of boxes (one spacing wide) with which a prolate function is convolved, and
+/// the function's band limit, divided by pi times its width. The width in spacings is the order minus the number of
+/// boxes.
 struct ProlateRecipe {
   int boxes;
   double band_limit;
 };
-/// Returns the recipe of a window of order 4 to 8, found by a search (validation/windows.cpp).
+/// Returns the recipe of the prolate window of an order from 4 to 8, found by a search (validation/windows.cpp).
 ProlateRecipe prolate_recipe(int order);
 
-/// Returns the polynomials of a window between two mesh points; orders from 4 to 8. With s from -1/2 to 1/2 the offset
-/// from the middle between them, in spacings, the c-th of the `order` surrounding points, in ascending order, has the
-/// weight sum_d pieces[d][c] s^d. There are as many terms as points.
+/// Computes the weights of a window of order 4 to 8 as polynomials: pieces[d][c]. s is the offset (spacings, -1/2 to
+/// 1/2) of a charge from the middle between two mesh points. The c-th of the `order` points around it, in ascending
+/// order, has the weight sum_d pieces[d][c] s^d. There are as many terms as points.
 std::vector<std::vector<double>> window_pieces(Window window, int order);
 
-/// Fourier transform of a window.
+/// Fourier transform of a window along one axis.
 class WindowTransform {
  public:
   static constexpr int far_aliases = 6;
   using Aliases = std::array<double, 2 * far_aliases + 1>;
 
-  /// Returns the shared transform of a window of order 4 to 8.
+  /// Returns the transform of a window of order 4 to 8, which all callers share.
   static const WindowTransform& of(Window window, int order);
   /// Makes the transform of a prolate window of any order, for a recipe with fewer boxes than the order.
   WindowTransform(int order, ProlateRecipe recipe);
 
-  /// Returns the transform at k + 2 pi m, m from -far_aliases to far_aliases, with k in 1 / spacing; it is 1 at 0.
-  /// These waves are aliases of each other on the mesh.
+  /// Computes the transform at the wave numbers k + 2 pi m (in 1 / spacing) for m from -far_aliases to far_aliases.
+  /// These waves are aliases of each other on the mesh. The transform is 1 at wave number 0.
   Aliases operator()(double k) const;
 
  private:

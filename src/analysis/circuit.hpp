@@ -5,24 +5,26 @@
 
 namespace lichtenberg::analysis {
 
-/// Returns means over the time between two frames of a scene with a circuit. They are differences of cumulative
-/// quantities, so that sparks and short currents are included. `temperature`: K, of the fluid that absorbs the heat.
+/// Computes means over the time between two frames of a scene with a circuit: currents (A), structure resistance (ohm),
+/// powers (W) and entropy production (W/K). They are differences of cumulative quantities, so that sparks and short
+/// currents are included. `temperature`: K, of the fluid that absorbs the heat.
 CircuitRates circuit_rates(const ConductorFrame& before, const ConductorFrame& now, double temperature);
 
-/// Returns the stored energy plus the heat minus the supplied energy (J) of a scene with a circuit. Except for the
-/// run's errors it is constant.
+/// Computes the energy balance of a scene with a circuit (J): stored energy plus heat minus supplied energy since the
+/// start. It is constant except for the run's errors.
 double energy_account(const ConductorFrame& frame);
 
-/// Returns the energy imbalance that a sound run may have, as a fraction of the supplied energy.
+/// Returns the relative energy imbalance that discretization errors of a correct run may cause, as a fraction of the
+/// supplied energy.
 ///
-/// A coupling step may displace a body by position_tolerance s, which does work F s. In each step, F is extrapolated
-/// linearly. If F varies over a length R or more (electrics.hpp), a step of displacement d leaves an error F (d/R)^2.
-/// Half of it counts for an overdamped body (step_control.hpp), so that d (d/R)^2 / 2 = s.
+/// A coupling step may displace a body by the position tolerance s, which does work F s with the force F. In a step of
+/// displacement d, F is extrapolated linearly. If F varies over the smallest radius R, its error is F (d/R)^2. An
+/// overdamped body is displaced by half of that, so that d (d/R)^2 / 2 = s.
 ///
 /// The relative error of the work F d of a step is then s/d = (s/R)^(2/3) / 2^(1/3). Charges may have an error of s/R
-/// in each step, which adds the same amount for a body that crosses a gap of a radius in R/d steps. If all errors have
-/// one sign, the sum is 2^(2/3) (s/R)^(2/3). The grid adds the expected error of its forces at the narrowest gap
-/// (solvers/laplace/accuracy).
+/// in each step. A body that crosses a gap of R in R/d steps then has the same error again. If all errors have one
+/// sign, the sum is 2^(2/3) (s/R)^(2/3). A grid adds the expected error of its forces at the contact gap
+/// (solvers/laplace/accuracy). In three dimensions the tolerance of field solves is added instead.
 double allowed_energy_imbalance(const Scene& scene);
 
 }  // namespace lichtenberg::analysis

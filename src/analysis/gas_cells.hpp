@@ -9,36 +9,38 @@
 
 namespace lichtenberg::analysis {
 
-/// Equal cells that fill a box, numbered along x first. A plane box has one layer of cells.
+/// Division of a box into equal cells, numbered along x first. A plane box has one layer of cells.
 struct Cells {
   std::array<int, 3> count{1, 1, 1};  ///< along each axis
   Vec3 edge{};                        ///< edges of a cell, d0; z is 0 in two dimensions
   int dimension = 3;
 
   std::int64_t size() const { return std::int64_t{1} * count[0] * count[1] * count[2]; }
-  /// Area or volume of a cell.
+  /// Returns the area (d0^2) or volume (d0^3) of a cell.
   double volume() const { return edge.x * edge.y * (dimension == 3 ? edge.z : 1); }
-  /// Returns the cell of a position, given by its `dimension` coordinates: 0 <= coordinate < length of the box.
+  /// Returns the number of the cell that contains a position, given by its `dimension` coordinates: 0 <= coordinate <
+  /// length of the box.
   std::int64_t index(std::span<const double> position) const;
-  /// Returns the next cell along an axis, with periodic wrapping.
+  /// Returns the number of the next cell along an axis, with periodic wrapping.
   std::int64_t next(std::int64_t cell, int axis) const;
 };
 
-/// Returns a whole number of cells along each axis, with edges as close to `edge` (d0) as possible. Cells are longer in
-/// a box that would have more than 2^20 of them along an axis.
+/// Divides the bodies' box into a whole number of cells along each axis, with edges as close to `edge` (d0) as
+/// possible. Cells are longer in a box that would have more than 2^20 of them along an axis.
 Cells cells_of(const Bodies& bodies, double edge);
 
 /// The cells that contain bodies. Memory and time scale with the number of bodies, not with the box.
 struct OccupiedCells {
-  std::vector<std::int64_t> cell;  ///< [M] ascending
-  /// [N] 0 ... M - 1: index in `cell` of each body's cell
+  std::vector<std::int64_t> cell;  ///< [M] numbers of these cells, ascending
+  /// Index in `cell` of each body's cell, [N]: 0 ... M - 1
   std::vector<int> body_cell;
 
   int size() const { return static_cast<int>(cell.size()); }
-  /// Returns the index of a cell in `cell`; -1 for an empty cell.
+  /// Returns the index of the cell with this number in `cell`; -1 for an empty cell.
   int find(std::int64_t wanted) const;
 };
 
+/// Finds the cells that contain bodies, and each body's cell.
 OccupiedCells occupied_cells(const Bodies& bodies, const Cells& cells);
 
 }  // namespace lichtenberg::analysis

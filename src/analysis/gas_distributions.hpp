@@ -7,37 +7,42 @@
 
 namespace lichtenberg::analysis {
 
-/// Returns (v - V)^2 [N], V the mass-weighted mean velocity.
+/// Computes the squared speeds relative to the flow: (v - V)^2 [N], with V the mass-weighted mean velocity of all
+/// grains.
 std::vector<double> squared_speeds(const Bodies& bodies);
-/// Returns |v - V| / <(v - V)^2>^(1/2) [N]; 0 for a gas at rest. A Maxwellian gas in three dimensions has the
-/// distribution sqrt(54/pi) x^2 exp(-3 x^2 / 2).
+/// Computes scaled speeds |v - V| / <(v - V)^2>^(1/2) [N], with V the mass-weighted mean velocity; 0 for a gas at rest.
+/// A Maxwellian gas in three dimensions has the distribution sqrt(54/pi) x^2 exp(-3 x^2 / 2).
 std::vector<double> scaled_speeds(const Bodies& bodies);
-/// Returns the second Sonine coefficient, a_2 = d/(d + 2) <v^4>/<v^2>^2 - 1, v relative to the mean. It is 0 for a
-/// Maxwellian gas and NaN for a gas at rest.
+/// Computes the second Sonine coefficient of the velocities, a_2 = d/(d + 2) <v^4>/<v^2>^2 - 1, in d dimensions, with v
+/// relative to the mean. It is 0 for a Maxwellian gas and NaN for a gas at rest.
 double sonine(const Bodies& bodies);
 
-/// Returns dq / <dq^2>^(1/2) [N], dq = q - <q>; 0 if all charges are equal.
+/// Computes scaled charges dq / <dq^2>^(1/2) [N], with dq = q - <q>; 0 if all charges are equal.
 std::vector<double> scaled_charges(std::span<const double> charge);
+/// Moments of the distribution of charges over the grains.
 struct ChargeMoments {
   double magnitude = 0;  ///< <|q|>
   double square = 0;     ///< <q^2>
   double kurtosis = 0;   ///< <dq^4> / <dq^2>^2: 3 for Gaussian charges; NaN if all are equal
 };
+/// Computes the moments of the charges.
 ChargeMoments charge_moments(std::span<const double> charge);
 
-/// Returns Pearson's correlation coefficient; NaN if x or y is constant. x and y have the same length.
+/// Computes Pearson's correlation coefficient of x and y, which have the same length; NaN if x or y is constant.
 double correlation(std::span<const double> x, std::span<const double> y);
 
-/// Fraction of the values in each bin, divided by the bin width. Bins have equal width from `low` to `high`. Values
-/// outside are missing from the integral.
+/// Histogram as a probability density: the fraction of the values in each bin, divided by the bin width. Bins have
+/// equal width from `low` to `high`. Values outside are missing from the integral.
 struct Histogram {
   double low = 0, high = 1;
   std::vector<double> density;
 
+  /// Returns the centre of a bin.
   double middle(std::size_t bin) const {
     return low + (static_cast<double>(bin) + 0.5) * (high - low) / static_cast<double>(density.size());
   }
 };
+/// Makes the histogram of the values in `bins` bins from `low` to `high`.
 Histogram histogram(std::span<const double> values, double low, double high, int bins);
 
 }  // namespace lichtenberg::analysis

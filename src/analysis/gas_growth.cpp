@@ -35,7 +35,9 @@ void check_series(std::span<const double> time, std::span<const double> size) {
   for (std::size_t k = 0; fit && k < time.size(); ++k)
     fit = size[k] > 0 && time[k] > (k == 0 ? 0 : time[k - 1]) && std::isfinite(time[k]) && std::isfinite(size[k]);
   if (!fit)
-    throw InputError("the growth fit needs at least five sizes, all positive, at positive times in ascending order");
+    throw InputError(
+        "the fit of a growth law needs at least five cluster sizes, all positive, at positive times in ascending "
+        "order");
 }
 
 }  // namespace

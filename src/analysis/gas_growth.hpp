@@ -6,20 +6,21 @@
 
 namespace lichtenberg::analysis {
 
-/// Returns ln(S(t)/S(t/p)) / ln p [N] at each time (G 4.11). S is interpolated between two times by a power of t. NaN
-/// if t/p is before the first time. Times must be > 0 and in ascending order, sizes > 0.
+/// Computes the local growth exponent of a size S(t): ln(S(t)/S(t/p)) / ln p [N] at each time (G 4.11). S is
+/// interpolated between two times by a power of t. NaN if t/p is before the first time. Times must be > 0 and in
+/// ascending order, sizes > 0.
 std::vector<double> local_slopes(std::span<const double> time, std::span<const double> size, double p = 2);
 
-/// Power law S = amplitude (t + shift)^exponent. Without the shift, the initial stage makes exponents at finite times
-/// too small.
+/// Power law of a mean cluster size S over time t: S = amplitude (t + shift)^exponent. Without the shift, the initial
+/// stage makes exponents at finite times too small.
 struct ShiftedPower {
   double amplitude = 0, shift = 0, exponent = 0;
   double scatter = 0;  ///< rms deviation of ln S from the law
 };
 
-/// Fits a power law by least squares in ln S. Empty if the best shift is at a limit, which is singular at the first
-/// time or is ten times the last time. The size then grows slower or faster than any power. Throws InputError unless
-/// there are five points or more with times > 0, rising, and sizes > 0.
+/// Fits the power law S = amplitude (t + shift)^exponent by least squares in ln S. Empty if the best shift is at a
+/// limit: singular at the first time, or ten times the last time. The size then grows slower or faster than any power.
+/// Throws InputError unless there are five points or more with times > 0, rising, and sizes > 0.
 std::optional<ShiftedPower> fit_growth(std::span<const double> time, std::span<const double> size);
 
 }  // namespace lichtenberg::analysis

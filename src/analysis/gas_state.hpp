@@ -6,7 +6,7 @@
 
 namespace lichtenberg::analysis {
 
-/// State of a gas of grains at an instant.
+/// Statistics of a gas of grains at an instant: temperature, velocity and charge distributions, clusters.
 struct GasState {
   GranularTemperature temperature;
   double sonine = 0;  ///< a_2
@@ -15,7 +15,7 @@ struct GasState {
   DensityClusters density;
 };
 
-/// Computes the state by loops over grains, cells and contacts. `contacts`: pairs in contact.
+/// Computes the statistics of a gas of grains by loops over grains, cells and contacts. `contacts`: pairs in contact.
 GasState gas_state(const Bodies& bodies, std::span<const Pair> contacts);
 
 }  // namespace lichtenberg::analysis

@@ -11,48 +11,53 @@
 
 namespace lichtenberg::analysis {
 
-/// All bodies that collect charge: the electrode sides of the box and the electrodes inside it. They are one node of
-/// the network.
+/// Ground of a contact network: all bodies that collect charge, which are the electrode sides of the plane box and the
+/// electrodes inside it. They are one node of the network.
 struct Ground {
   Vec2 size;                   ///< m, size of the box
   std::array<bool, 4> side{};  ///< left, right, bottom, top
   std::vector<Shape> bodies;
 };
 
+/// Returns the electrodes and electrode sides of a scene as the ground.
 Ground ground_of(const Scene& scene);
 
-/// Smallest surface-to-surface gap (m) between the disk and the ground; infinite without any ground.
+/// Returns the smallest surface-to-surface gap (m) between the disk and the ground; infinite without any electrode.
 double gap(const Disk& disk, const Ground& ground);
 
 constexpr int to_ground = -1;    ///< replaces a conductor's index: the ground
 constexpr int unconnected = -2;  ///< replaces a successor: no path to the ground
 
-/// Returns all contacts as edges (`to_ground` is the ground), in ascending order, by the criterion D 7.1: the
-/// surface-to-surface gap is less than `contact_gap` (m). D requires centres closer than 3R, which for equal radii is a
-/// contact gap of R. The list of closed contacts that a run stores is more accurate, because it includes hysteresis.
+/// Finds all contacts by the criterion D 7.1: the surface-to-surface gap is less than `contact_gap` (m). Returns them
+/// as edges in ascending order (`to_ground` is the ground). The dissertation D requires centres closer than 3R, which
+/// for equal radii is a contact gap of R. The list of closed contacts that a run stores is more accurate, because it
+/// includes hysteresis.
 std::vector<Edge> contacts(std::span<const Vec2> position, std::span<const double> radius, double contact_gap,
                            const Ground& ground);
 
-/// The undirected network G of contacts.
+/// Undirected graph G of contacts between conductors, and with the ground.
 struct ContactGraph {
   std::vector<std::vector<int>> neighbours;  ///< for each conductor, the conductors in contact with it
   std::vector<bool> grounded;                ///< true: in contact with the ground
 };
 
+/// Makes the graph of `conductors` nodes and these contacts.
 ContactGraph contact_graph(int conductors, std::span<const Edge> contacts);
 
-/// Returns the direct successor of each conductor: its index, `to_ground` or `unconnected`. The successors form the
-/// anti-arborescence A rooted at the ground (D 7.2). Conductors in contact with the ground have it as successor. Then,
-/// in each round, every conductor without a successor takes the nearest conductor in contact with it that had one when
-/// the round began. Distances are between centres; the first of equally near ones is taken.
+/// Finds the direct successor of each conductor on its path to ground: its index, `to_ground` or `unconnected`. The
+/// successors form the anti-arborescence A, a tree directed to the ground as root (D 7.2). Conductors in contact with
+/// the ground have it as successor. Then, in each round, every conductor without a successor takes a conductor in
+/// contact with it that had one when the round began. It takes the nearest by centre distance, the first of equally
+/// near ones.
 std::vector<int> successors(const ContactGraph& graph, std::span<const Vec3> position);
+/// Finds the direct successors of conductors in the plane.
 std::vector<int> successors(const ContactGraph& graph, std::span<const Vec2> position);
 
-/// Degrees of the conductors that are in A (D 7.2-7.5).
+/// Degree distribution of the conductors that are connected to the ground, in the tree A (D 7.2-7.5).
 struct DegreeDistribution {
   int connected = 0;  ///< M, number of conductors in A
   int grounded = 0;   ///< number of conductors in contact with the ground
-  /// Contacts in excess of the M of a tree with the ground as its root
+  /// Number of independent loops: contacts in excess of M, the number in a tree with the ground as its root
   int loops = 0;
   std::vector<int> number;  ///< Delta_j (D 7.3): number of conductors of degree j
 
@@ -62,19 +67,20 @@ struct DegreeDistribution {
   double branching() const;                                            ///< B (D 7.5); 0 if M = 0
 };
 
-/// Returns the degrees. A conductor's degree is the number of its contacts with other conductors, plus one for the
-/// ground: D's sum (7.2) starts at node 0, and (7.7) requires this. Every contact adds 1 to the degrees at both its
-/// ends, a contact with the ground to one. There are M + loops contacts, `grounded` of them with the ground. This gives
-/// (7.7) for any network as
+/// Computes the degree distribution of a contact network. A conductor's degree is the number of its contacts with other
+/// conductors, plus one for the ground. The sum D 7.2 also starts at node 0, as D 7.7 requires. Every contact adds 1 to
+/// the degrees at both its ends, a contact with the ground to one. There are M + loops contacts, `grounded` of them
+/// with the ground. This gives D 7.7 for any network as
 ///
 ///   sum_j (j - 2) f_j + (grounded - 2 loops) / M = 0.
 DegreeDistribution degree_distribution(const ContactGraph& graph, std::span<const int> successor);
 
-/// Residuals of D's relations between the fractions f_j (7.6-7.9): each is 0 if the relation holds.
+/// Residuals of the relations D 7.6-7.9 between the fractions f_j of conductors of degree j: each is 0 if the relation
+/// holds.
 ///
-/// Relations without `printed` hold for every network, with c = (2 loops - grounded) / M for D's -1 / N (7.7) and with
-/// degrees above 4. D's own relations need c = 0, which a large tree with one contact to the ground approaches. 7.9
-/// also requires that no degree exceeds 4.
+/// Relations without `printed` hold for every network. They have c = (2 loops - grounded) / M in place of -1 / N (D
+/// 7.7), and include degrees above 4. The printed relations need c = 0, which a large tree with one contact to the
+/// ground approaches. D 7.9 also requires that no degree exceeds 4.
 struct DegreeRelations {
   double normalization = 0;        ///< sum_j f_j - 1 (7.6)
   double branches = 0;             ///< sum_j (j - 2) f_j - c
@@ -87,21 +93,24 @@ struct DegreeRelations {
   double f4_printed = 0;           ///< f_4 - (f_1 - B) (7.9)
 };
 
-/// Returns the residuals. `conductors`: N, including those without a path to the ground. All are zero if M = 0.
+/// Computes the residuals of the relations between degree fractions. `conductors`: N, including those without a path to
+/// the ground. All are zero if M = 0.
 DegreeRelations degree_relations(const DegreeDistribution& degrees, int conductors);
 
-/// Contact network at one instant, as recorded by a run and shown in pictures.
+/// Contact network of conductors at one instant, as recorded by a run and shown in pictures.
 struct ContactNetwork {
   std::vector<Edge> contacts;
   std::vector<int> successor;  ///< see successors()
   DegreeDistribution degrees;
 };
 
-/// Computes successors and degrees.
+/// Computes successors and degrees of the network with these contacts.
 ContactNetwork network(std::vector<Edge> contacts, std::span<const Vec3> position);
+/// Computes successors and degrees of a network in the plane.
 ContactNetwork network(std::vector<Edge> contacts, std::span<const Vec2> position);
 
-/// Adds the contacts (a list), the successors and the numbers of connected conductors, endpoints and branch points.
+/// Adds the columns of a contact network to a frame: the contacts (a list), the successors, and the numbers of
+/// connected conductors, endpoints and branch points.
 void add_columns(const ContactNetwork& network, Frame& frame);
 
 }  // namespace lichtenberg::analysis

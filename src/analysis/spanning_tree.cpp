@@ -19,7 +19,8 @@ std::vector<Site> on_lattice(std::span<const Vec2> point) {
   constexpr double sites = 1 << 30;
   Vec2 low = point.front(), high = low;
   for (const Vec2 p : point) {
-    if (!std::isfinite(p.x) || !std::isfinite(p.y)) throw InputError("a point of the spanning tree is not finite");
+    if (!std::isfinite(p.x) || !std::isfinite(p.y))
+      throw InputError("a point of the spanning tree has a coordinate that is not finite");
     low = {std::min(low.x, p.x), std::min(low.y, p.y)};
     high = {std::max(high.x, p.x), std::max(high.y, p.y)};
   }

@@ -8,28 +8,28 @@
 
 namespace lichtenberg::analysis {
 
-/// Returns the edges of a Delaunay triangulation, in ascending order, each once. They contain a Euclidean minimum
-/// spanning tree.
+/// Computes the edges of a Delaunay triangulation of points in the plane, in ascending order, each once. They contain a
+/// Euclidean minimum spanning tree.
 ///
-/// The triangulation is exact for the points rounded to a square lattice of 2^30 sites across their extent, so that no
-/// input is degenerate. Points on one site are joined to the first of them, points on a line to the next on it. Where
-/// four or more points are on a circle, some diagonals are missing, which are in a minimum spanning tree only as a tie.
-/// Rounding can make each edge of that tree longer by at most 4e-9 of the extent. Throws InputError if a coordinate is
-/// not finite.
+/// Points are rounded to a square lattice of 2^30 sites across their extent, for which the triangulation is exact.
+/// Points on the same site are joined to the first of them. Collinear points are joined in their order. Where four or
+/// more points are on a circle, some diagonals are missing; other minimum spanning trees of the same length then exist
+/// without them. Rounding can make each edge of that tree longer by at most 4e-9 of the extent. Throws InputError if a
+/// coordinate is not finite.
 std::vector<Edge> delaunay_edges(std::span<const Vec2> point);
 
-/// Returns the edges of a spanning forest of the nodes 0 ... nodes - 1 with the smallest sum of `weight`, in ascending
-/// order of weight (Kruskal's algorithm, D 7.4.1). Edges are a subset of `edge`; of equal weights the smaller edge
-/// comes first.
+/// Computes a minimum spanning forest by Kruskal's algorithm (D 7.4.1): edges of the nodes 0 ... nodes - 1 with the
+/// smallest sum of `weight`, in ascending order of weight. Edges are a subset of `edge`; of equal weights the smaller
+/// edge comes first.
 std::vector<Edge> minimum_spanning_forest(int nodes, std::span<const Edge> edge, std::span<const double> weight);
 
-/// Returns the Euclidean minimum spanning tree of D 7.4.1 (weights 7.15): points - 1 edges.
+/// Computes the Euclidean minimum spanning tree of points in the plane (D 7.4.1, weights 7.15): points - 1 edges.
 std::vector<Edge> euclidean_minimum_spanning_tree(std::span<const Vec2> point);
 
-/// Returns the degree distribution: number[j] is the number of nodes with j edges.
+/// Computes the degree distribution of a graph: number[j] is the number of nodes with j edges.
 std::vector<int> degree_numbers(int nodes, std::span<const Edge> edge);
 
-/// Returns the total length (m) of all edges.
+/// Computes the total length (m) of all edges between these points (m).
 double total_length(std::span<const Vec2> point, std::span<const Edge> edge);
 
 }  // namespace lichtenberg::analysis

@@ -5,8 +5,8 @@
 
 namespace lichtenberg::analysis {
 
-/// An estimate from a sample, with its 95 % confidence interval value +- half_width by Student's t. Samples that are
-/// too small have no interval.
+/// An estimate from a sample, with its 95 % confidence interval value +- half_width by Student's t. Samples of one
+/// value have no interval.
 struct Estimate {
   double value = 0;
   std::optional<double> half_width;
@@ -18,12 +18,14 @@ struct Estimate {
 /// .975 of Student's distribution. `freedom`: degrees of freedom, at least 1.
 double student_factor(int freedom);
 
-/// Returns the mean of a sample, with n - 1 degrees of freedom. The sample must not be empty.
+/// Computes the mean of a sample and its confidence interval, with n - 1 degrees of freedom. The sample must not be
+/// empty.
 Estimate mean(std::span<const double> sample);
 
-/// Returns the slope a of y = a x by least squares with weights 1/x. Counts (endpoints, branch points of x conductors)
-/// vary by the square root of their size, so all residuals have the same weight. Then a = sum y / sum x, and its
-/// variance is s^2 / sum x with s^2 = sum (y - a x)^2 / x / (n - 1) (Cochran 1977, section 6). All x > 0, at least one.
+/// Fits the slope a of y = a x by least squares with weights 1/x (ratio estimator), with its confidence interval.
+/// Counts (endpoints, branch points of x conductors) vary by the square root of their size, so all residuals have the
+/// same weight. Then a = sum y / sum x, and its variance is s^2 / sum x with s^2 = sum (y - a x)^2 / x / (n - 1)
+/// (Cochran 1977, section 6). All x > 0, at least one.
 Estimate slope(std::span<const double> x, std::span<const double> y);
 
 }  // namespace lichtenberg::analysis

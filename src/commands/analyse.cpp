@@ -72,11 +72,13 @@ class Analyser {
  private:
   Scene with_contacts(Scene scene) const {
     if (!result_.has_network())
-      throw InputError(fmt::format("{} has no network to analyse: its scene is without [effects.contact_discharge]",
-                                   result_.path()));
+      throw InputError(fmt::format(
+          "the result file {} has no network to analyse, because its scene has no table [effects.contact_discharge]",
+          result_.path()));
     if (scene.conductors.size() != result_.radius().size())
-      throw InputError(fmt::format("{} is damaged and cannot be analysed (its scene has {} conductors, its frames {})",
-                                   result_.path(), scene.conductors.size(), result_.radius().size()));
+      throw InputError(fmt::format(
+          "the result file {} is damaged and cannot be analysed (its scene has {} conductors, but its frames have {})",
+          result_.path(), scene.conductors.size(), result_.radius().size()));
     return scene;
   }
 
@@ -94,8 +96,7 @@ class Analyser {
   }
 
   /// Returns the recorded contacts of a frame. Without a record, returns the contacts of D 7.1, which certainly exist,
-  /// and the edges of the recorded tree. This set lacks only contacts that close a loop and are kept by hysteresis
-  /// alone.
+  /// and the edges of the recorded tree. This set lacks only contacts that close a loop and exist by hysteresis alone.
   std::vector<analysis::Edge> contacts(int index, std::span<const Vec2> position,
                                        const analysis::Ground& ground) const {
     if (auto recorded = result_.contacts(index)) return *recorded;
@@ -178,8 +179,8 @@ void analyse(AnalyseArguments& request) {
   read_in_child({request.file});
   const Result result(request.file);
   if (request.frame && (*request.frame < 0 || *request.frame >= result.frames()))
-    throw InputError(fmt::format("--frame {} is not in {}: it has frames 0 to {}", *request.frame, result.path(),
-                                 result.frames() - 1));
+    throw InputError(fmt::format("--frame {} is not in the result file {}: it has frames 0 to {}", *request.frame,
+                                 result.path(), result.frames() - 1));
   request.not_stored = why_not_stored(request.file);
   check_outputs({request.csv, request.json.file()}, {request.file}, request.overwrite);
   Scene scene = result.scene();

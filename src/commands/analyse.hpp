@@ -11,14 +11,14 @@
 
 namespace lichtenberg {
 
-/// One recorded current or power of a run with a circuit, averaged since the previous frame.
+/// One current or power that a run with a circuit has recorded, averaged since the previous frame.
 struct RecordedQuantity {
   std::string name, unit;
   bool by_terminal = false;
   std::vector<double> values;  ///< one value per terminal, or a single value
 };
 
-/// Analysis of one frame.
+/// Analysis of one frame of a run of conductors: topology of the contact network, powers, recorded quantities.
 struct FrameAnalysis {
   int frame = 0;
   double time = 0;  ///< s
@@ -30,7 +30,7 @@ struct FrameAnalysis {
   std::vector<RecordedQuantity> recorded;
 };
 
-/// Properties of the analysed run.
+/// Properties of an analysed run of conductors that do not depend on the frame.
 struct AnalysedRun {
   std::string file, title;
   int conductors = 0, frames = 0;
@@ -39,13 +39,15 @@ struct AnalysedRun {
   std::vector<std::string> warnings;  ///< Summary::warnings
 };
 
-/// Returns all results as named columns with units, as stored in the file and in the JSON. Each frame has one row.
-/// Arrays (by degree, order, ...) are padded with zeros to the longest; quantities that a frame lacks are NaN.
+/// Converts the analysis of all frames to named columns with units, as stored in the result file and in the JSON. Each
+/// frame has one row. Arrays (by degree, order, ...) are padded with zeros to the longest; quantities that a frame
+/// lacks are NaN.
 std::vector<Column> columns_of(const AnalysedRun& run, const std::vector<FrameAnalysis>& frames);
 
-/// Prints one line per frame and all quantities of the last frame.
+/// Prints the analysis as a table: one line per frame, then all quantities of the last frame.
 void print_analysis(const AnalysedRun& run, const std::vector<FrameAnalysis>& frames);
 
+/// Converts the analysis to JSON: properties of the run, units and frames.
 nlohmann::ordered_json analysis_json(const AnalysedRun& run, const std::vector<FrameAnalysis>& frames);
 
 }  // namespace lichtenberg

@@ -15,8 +15,8 @@
 
 namespace lichtenberg {
 
-/// Collects columns with one row per frame, from functions of one frame's analysis. `FrameResult`: the analysis of one
-/// frame.
+/// Builder of columns with one row per frame, from functions of one frame's analysis (type `FrameResult`). The
+/// functions real() and integer() add a number per frame. reals() and integers() add an array, padded to the longest.
 template <class FrameResult>
 class Columns {
  public:
@@ -28,7 +28,7 @@ class Columns {
   void integer(const std::string& name, const std::function<std::int64_t(const FrameResult&)>& get) {
     add<std::int64_t>(name, "1", 0, [&](const FrameResult& f) { return std::vector{get(f)}; });
   }
-  /// `missing`: padding value for rows shorter than the longest.
+  /// Adds an array per frame. `missing`: padding value for arrays shorter than the longest.
   void reals(const std::string& name, const std::string& unit,
              const std::function<std::vector<double>(const FrameResult&)>& get, double missing = 0) {
     add<double>(name, unit, widest(get), get, missing);
@@ -62,6 +62,7 @@ class Columns {
   std::vector<Column> columns_;
 };
 
+/// Returns one row of a column as JSON: a number, or an array if the column has several numbers per row.
 inline nlohmann::ordered_json json_value(const Column& column, std::size_t row) {
   return std::visit(
       [&](const auto& values) -> nlohmann::ordered_json {
@@ -72,8 +73,8 @@ inline nlohmann::ordered_json json_value(const Column& column, std::size_t row) 
       column.values);
 }
 
-/// Returns the columns as CSV: a header, then one line per frame. A column with several numbers per frame becomes
-/// NAME_0, NAME_1, ... Non-finite numbers become empty cells.
+/// Converts columns to CSV: a header, then one line per frame. A column with several numbers per frame becomes NAME_0,
+/// NAME_1, ... Non-finite numbers become empty cells.
 inline std::string csv_of(const std::vector<Column>& columns, std::size_t frames) {
   std::vector<std::string> lines(frames + 1);
   // An empty line marks the first cell, because the first column is the time, which is never empty.
@@ -91,7 +92,8 @@ inline std::string csv_of(const std::vector<Column>& columns, std::size_t frames
   return fmt::format("{}\n", fmt::join(lines, "\n"));
 }
 
-/// Adds the members "units" and "frames" for these columns. `FrameResult` has the member `frame`, the frame's index.
+/// Adds the members "units" and "frames" with the values of these columns to `json`. `FrameResult` has the member
+/// `frame`, the frame's index.
 template <class FrameResult>
 void add_frames(nlohmann::ordered_json& json, const std::vector<Column>& columns,
                 const std::vector<FrameResult>& frames) {

@@ -267,8 +267,9 @@ nlohmann::ordered_json missing_reasons(const AnalysedGas& run) {
 GasAnalyser::GasAnalyser(const Result& result, Scene scene)
     : result_(result), scene_(std::move(scene)), at_start_(make_bodies(scene_)) {
   if (at_start_.radius.size() != result_.radius().size())
-    throw InputError(fmt::format("{} is damaged and cannot be analysed (its scene has {} grains, its frames {})",
-                                 result_.path(), at_start_.radius.size(), result_.radius().size()));
+    throw InputError(fmt::format(
+        "the result file {} is damaged and cannot be analysed (its scene has {} grains, but its frames have {})",
+        result_.path(), at_start_.radius.size(), result_.radius().size()));
   first_ = bodies(0);
   time_series_ = read_time_series(result_.path());
 }
@@ -319,9 +320,10 @@ Bodies GasAnalyser::bodies(int index) const {
   Bodies bodies = at_start_;
   const int d = bodies.dimension;
   if (position.size() != 3 * bodies.radius.size() || velocity.size() != position.size())
-    throw InputError(fmt::format(
-        "{} is damaged and cannot be analysed (frame {} does not hold the positions and velocities of {} grains)",
-        result_.path(), index, bodies.size()));
+    throw InputError(
+        fmt::format("the result file {} is damaged and cannot be analysed (frame {} does not hold the positions and "
+                    "velocities of {} grains)",
+                    result_.path(), index, bodies.size()));
   for (int i = 0; i < bodies.size(); ++i)
     for (int k = 0; k < d; ++k) {
       bodies.position[i * d + k] = position[3 * i + k];
@@ -332,8 +334,8 @@ Bodies GasAnalyser::bodies(int index) const {
        {std::span(position), std::span(velocity), std::span<const double>(bodies.charge)})
     if (!std::ranges::all_of(values, [](double value) { return std::abs(value) < no_quantity; }))
       throw InputError(
-          fmt::format("{} is damaged and cannot be analysed (in frame {} positions, velocities or charges are not "
-                      "finite or too large)",
+          fmt::format("the result file {} is damaged and cannot be analysed (in frame {} positions, velocities or "
+                      "charges are not finite or too large)",
                       result_.path(), index));
   const std::vector<double> image = frame.reals("image");
   for (int i = 0; i < bodies.size() && image.size() == position.size(); ++i)
@@ -345,15 +347,16 @@ std::vector<Pair> GasAnalyser::contacts(int index) const {
   const auto recorded = result_.contacts(index);
   if (!recorded)
     throw InputError(
-        fmt::format("{} holds no contacts between its grains, without which there are no clusters: it "
+        fmt::format("the result file {} holds no contacts between its grains, without which there are no clusters: it "
                     "cannot be analysed",
                     result_.path()));
   std::vector<Pair> pairs;
   for (const auto& [i, j] : *recorded) {
     if (j < 0)
-      throw InputError(fmt::format(
-          "{} is damaged and cannot be analysed (in frame {} grain {} touches the ground, which a gas does not have)",
-          result_.path(), index, i));
+      throw InputError(
+          fmt::format("the result file {} is damaged and cannot be analysed (in frame {} grain {} touches the ground, "
+                      "which a gas does not have)",
+                      result_.path(), index, i));
     pairs.push_back({i, j});
   }
   std::ranges::sort(pairs);

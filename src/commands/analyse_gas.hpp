@@ -16,17 +16,19 @@
 
 namespace lichtenberg {
 
+/// Names of the recorded energies of a run of grains.
 constexpr std::array energy_names = {"kinetic_energy",    "contact_energy",   "potential_energy",
                                      "dissipated_energy", "exchanged_energy", "driven_energy"};
 
-/// Properties of clusters treated as single bodies.
+/// Statistics of the clusters of grains in one frame, each treated as a single body. Reduced units.
 struct ClusterState {
   analysis::ClusterSizes sizes;
   std::vector<int> number;       ///< number of clusters of each size, from 0 on
   double temperature = 0;        ///< mass times variance of a velocity component, over all clusters
   double local_temperature = 0;  ///< the same relative to the local flow in cells
   double square_charge = 0;      ///< <q^2>
-  double bjerrum = 0;  ///< B = K <dq^2> / (T d), T relative to the flow, d = (grains a cluster)^(1/3); NaN without K
+  /// Bjerrum parameter B = K <q^2> / (T d) with T relative to the flow and d = (grains a cluster)^(1/3); NaN without K
+  double bjerrum = 0;
   std::vector<analysis::ClusterShape> shapes;         ///< clusters of at least six grains
   std::vector<double> charge_dipole, induced_dipole;  ///< of aggregates, by number of grains, from 0 on
   int percolating = 0;                                ///< clusters that span the periodic box
@@ -34,7 +36,7 @@ struct ClusterState {
   std::optional<analysis::SizeExponent> exponent;  ///< of aggregates
 };
 
-/// Analysis of one frame of a gas of grains.
+/// Analysis of one frame of a gas of grains: statistics, clusters and structure. Reduced units.
 struct GasFrame {
   int frame = 0;
   double time = 0;  ///< t0
@@ -55,6 +57,7 @@ struct GasFrame {
   double aggregate_slope = NAN, density_slope = NAN;  ///< local exponents of growth (G 4.11)
 };
 
+/// Properties of an analysed run of grains that do not depend on the frame.
 struct AnalysedGas {
   std::string file, title;
   int grains = 0, frames = 0;
@@ -65,13 +68,18 @@ struct AnalysedGas {
   std::map<std::string, std::vector<double>> notes;  ///< time series that the run recorded, also between frames
 };
 
-/// Analyses the frames of a gas.
+/// Computes the analysis of the frames of a gas of grains from a result file.
 class GasAnalyser {
  public:
+  /// Prepares the analysis of a result and its scene. `result` must outlive this object. Throws InputError if the two
+  /// have different numbers of grains.
   GasAnalyser(const Result& result, Scene scene);
 
+  /// Returns the properties of the run.
   AnalysedGas run() const;
+  /// Analyses all frames, including the local exponents of growth.
   std::vector<GasFrame> all() const;
+  /// Analyses the frame of this index, from 0.
   GasFrame one(int index) const;
 
  private:
@@ -86,9 +94,11 @@ class GasAnalyser {
   std::optional<GasTimeSeries> time_series_;
 };
 
-// Overloads for a gas; see analyse.hpp.
+/// Converts the analysis of a gas to named columns with units, one row per frame.
 std::vector<Column> columns_of(const AnalysedGas& run, const std::vector<GasFrame>& frames);
+/// Prints the analysis of a gas: one line per frame, then quantities of the last frame and the growth of clusters.
 void print_analysis(const AnalysedGas& run, const std::vector<GasFrame>& frames);
+/// Converts the analysis of a gas to JSON.
 nlohmann::ordered_json analysis_json(const AnalysedGas& run, const std::vector<GasFrame>& frames);
 
 }  // namespace lichtenberg

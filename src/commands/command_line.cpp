@@ -44,19 +44,14 @@ std::vector<std::string> take_petsc_options(std::vector<std::string>& arguments)
   return options;
 }
 
-/// Returns "; did you mean `plot`?", or an empty text if no known word is similar.
-std::string suggestion(const std::string& word, const std::vector<std::string>& known) {
-  const std::optional<std::string> found = likely(word, known);
-  return found ? fmt::format("; did you mean `{}`?", *found) : "";
-}
-
 void check_command(const CLI::App& program, const std::string& command) {
   std::vector<std::string> known;
   for (const CLI::App* subcommand : program.get_subcommands({})) known.push_back(subcommand->get_name());
   if (std::find(known.begin(), known.end(), command) != known.end()) return;
-  const std::string meant = suggestion(command, known);
-  throw InputError(fmt::format("there is no command `{}`{} `lichtenberg help` lists them all", command,
-                               meant.empty() ? ";" : meant));
+  if (const std::optional<std::string> meant = likely(command, known))
+    throw InputError(
+        fmt::format("there is no command `{}`; did you mean `{}`? `lichtenberg help` lists them all", command, *meant));
+  throw InputError(fmt::format("there is no command `{}`; `lichtenberg help` lists them all", command));
 }
 
 /// Throws InputError for `--between=` and `--json=`. CLI11 takes the next word as the value of the former and treats
@@ -64,7 +59,7 @@ void check_command(const CLI::App& program, const std::string& command) {
 void check_empty_values(const std::vector<std::string>& arguments) {
   for (const std::string& word : arguments)
     if (word.starts_with("--") && word.find('=') == word.size() - 1)
-      throw InputError(fmt::format("{}: the value is empty", word));
+      throw InputError(fmt::format("option {}: the value is empty", word));
 }
 
 /// Throws InputError for a repeated `--json`, which CLI11 treats as a flag. `name`: an option with an optional value.
@@ -72,7 +67,7 @@ void check_optional_value(const std::vector<std::string>& arguments, const std::
   int count = 0;
   for (const std::string& word : arguments)
     if (word == name || word.starts_with(name + "=")) ++count;
-  if (count > 1) throw InputError(fmt::format("{} is given {} times, but only once is allowed", name, count));
+  if (count > 1) throw InputError(fmt::format("option {} is given {} times, but only once is allowed", name, count));
 }
 
 /// Joins `--json FILE` to `--json=FILE` if the word after such an option is its value, because CLI11 never takes it as
@@ -136,18 +131,23 @@ bool is_part_of_scene(const std::string& word) {
 }
 
 [[noreturn]] void refuse_topic(const std::string& topic, const std::vector<std::string>& topics) {
-  const std::string meant =
-      is_part_of_scene(topic) ? fmt::format("; did you mean `help scene {}`?", topic) : suggestion(topic, topics);
-  throw InputError(
-      fmt::format("there is no help on `{}`{} The topics are {}; `help scene` has tables and keys of a scene", topic,
-                  meant.empty() ? "." : meant, fmt::join(topics, ", ")));
+  std::optional<std::string> meant = likely(topic, topics);
+  if (is_part_of_scene(topic)) meant = "help scene " + topic;
+  const std::string all = fmt::format("{}", fmt::join(topics, ", "));
+  if (meant)
+    throw InputError(fmt::format(
+        "there is no help on `{}`; did you mean `{}`? The topics are {}; `help scene` has tables and keys of a scene",
+        topic, *meant, all));
+  throw InputError(fmt::format(
+      "there is no help on `{}`. The topics are {}; `help scene` has tables and keys of a scene", topic, all));
 }
 
 std::vector<Command> described_commands();
 
 std::string help_text(const CLI::App& program, const std::string& topic, const std::string& part) {
   if (!part.empty() && topic != "scene")
-    throw InputError(fmt::format("help {} {}: only `help scene` has parts, as in `help scene field`", topic, part));
+    throw InputError(
+        fmt::format("help {} {} is not valid: only `help scene` has parts, as in `help scene field`", topic, part));
   // program.help() would pass the request on to the subcommand in use, which is `help` itself.
   if (topic.empty())
     return program.get_formatter()->make_help(&program, program.get_name(), CLI::AppFormatMode::Normal);
@@ -202,16 +202,20 @@ void declare(CLI::App& program, const std::vector<Command>& commands) {
   const CLI::App* command = program.get_subcommands().empty() ? &program : program.get_subcommands().front();
   const std::string word = program.remaining(true).front(), name = word.substr(0, word.find('='));
   if (!name.starts_with('-'))
-    throw InputError(
-        fmt::format("{} does not take `{}`; see `{}` for the allowed arguments", command->get_name(), word, help));
+    throw InputError(fmt::format("the command {} does not take `{}`; see `{}` for the allowed arguments",
+                                 command->get_name(), word, help));
   std::vector<std::string> known;
   for (const CLI::Option* option : command->get_options())
     for (const std::string& each : option->get_lnames()) known.push_back(each);
   const std::size_t begin = name.find_first_not_of('-');
   const std::optional<std::string> meant =
       begin == std::string::npos ? std::nullopt : likely(name.substr(begin), known);
-  throw InputError(fmt::format("{} has no option {}{} see `{}` for the allowed arguments", command->get_name(), name,
-                               meant ? fmt::format("; did you mean --{}?", *meant) : ";", help));
+  if (meant)
+    throw InputError(
+        fmt::format("the command {} has no option {}; did you mean --{}? see `{}` for the allowed arguments",
+                    command->get_name(), name, *meant, help));
+  throw InputError(fmt::format("the command {} has no option {}; see `{}` for the allowed arguments",
+                               command->get_name(), name, help));
 }
 
 /// Adds the unlisted command that the arguments name, or for which they request help.
@@ -251,7 +255,8 @@ void dispatch(std::vector<std::string> arguments, std::vector<Command> commands)
   } catch (const CLI::ExtrasError&) {
     refuse_rest(program, help);
   } catch (const CLI::ParseError& error) {
-    throw InputError(fmt::format("{}; see `{}` for the allowed arguments", error.what(), help));
+    throw InputError(
+        fmt::format("the arguments are not valid: {}; see `{}` for the allowed arguments", error.what(), help));
   }
 }
 
@@ -296,7 +301,8 @@ int report_hdf5(const hdf5::Error& error, const std::vector<std::string>& words)
       results.push_back(path);
   }
   if (results.size() == 1)
-    return report(InputError(fmt::format("{} is damaged or incomplete ({})", results.front(), error.what())), 2);
+    return report(
+        InputError(fmt::format("the input file {} is damaged or incomplete ({})", results.front(), error.what())), 2);
   return report(Failure(fmt::format("an HDF5 file could not be read or written ({})", error.what())), 1);
 }
 

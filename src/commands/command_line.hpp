@@ -7,9 +7,10 @@
 
 namespace lichtenberg {
 
+/// Returns all subcommands of `lichtenberg`, except `help`.
 std::vector<Command> all_commands();
 
-/// Runs the command that the arguments name (without the program's name). Returns the exit status: 0; 2 for invalid
+/// Executes the command that the arguments name (without the program's name). Returns the exit status: 0; 2 for invalid
 /// input; 1 for a failure. For an error, prints one message on standard error.
 int run_command_line(std::vector<std::string> arguments, const std::vector<Command>& commands = all_commands());
 

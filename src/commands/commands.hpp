@@ -8,7 +8,7 @@
 
 namespace lichtenberg {
 
-/// Constraints on an argument.
+/// Constraints on an argument of the command line.
 struct ArgumentRule {
   bool required = false;
   bool positive = false;
@@ -22,9 +22,9 @@ struct ArgumentRule {
   std::string excluded;              ///< an earlier option of the command that cannot be given with this one
 };
 
-/// An argument of a subcommand.
+/// An argument of a subcommand: an option, or a positional argument.
 struct Argument {
-  /// Variable that receives the value. An option of a bool has no value.
+  /// Pointer to the variable that receives the value. An option of a bool has no value on the command line.
   using Target = std::variant<bool*, int*, double*, std::string*, std::optional<int>*, std::optional<double>*,
                               std::optional<std::string>*, std::vector<int>*, std::vector<std::string>*>;
 
@@ -34,13 +34,14 @@ struct Argument {
   ArgumentRule rule;
 };
 
+/// A subcommand of the program: its name, help, arguments and function.
 struct Command {
   std::string name, help;
   std::vector<Argument> arguments;
   std::function<void()> act;  ///< called after the arguments are read; owns their targets
 };
 
-// One function per subcommand. Command::act throws InputError or Failure.
+// One function makes each subcommand. Command::act throws InputError or Failure.
 
 Command run_command();
 Command solve_command();

@@ -6,7 +6,7 @@
 
 namespace lichtenberg {
 
-/// Cost of a field solve on one core or on the selected device, from measured figures per unknown
+/// Estimated cost of a field solve on one core or on the selected device, from measured figures per unknown
 /// (docs/measurements/explain.json). Machines differ by factors of two and more.
 struct FieldCost {
   double bytes = 0;           ///< memory on the host or device, including libraries at program start
@@ -14,31 +14,33 @@ struct FieldCost {
   double moving_seconds = 0;  ///< a solve in a moving scene, at field.moving_tolerance
 };
 
-/// Estimates the cost of a field solve. `size`: number of cells of the whole grid, including cells inside conductors;
-/// without a grid, the number of unknowns.
+/// Estimates the memory and time of a field solve. `size`: number of cells of the whole grid, including cells inside
+/// conductors; without a grid, the number of unknowns.
 FieldCost estimate_field_cost(const FieldOptions& options, double size);
-/// Estimates the cost for spheres in space, whose unknowns follow from the tolerance.
+/// Estimates the memory and time of a field solve for spheres in three dimensions. The arguments are the numbers of
+/// unknowns at the tolerance of a single solve and of a solve in a moving scene.
 FieldCost estimate_sphere_cost(const FieldOptions& options, double single_unknowns, double moving_unknowns);
 
-/// Number of field solves of a run.
+/// Estimated number of field solves of a run.
 struct FieldSolves {
   double whole = 0;        ///< on the full grid
   double predictions = 0;  ///< on the coarser grid of the predictor
 };
 
-/// Estimates the field solves of a run. Exact for Euler's method. Accurate to a factor of two for CVODE
+/// Estimates the number of field solves of a run. Exact for Euler's method. Accurate to a factor of two for CVODE
 /// (docs/measurements/explain.json) if conductors are charged, dragged and discharged until they rest. They must be in
-/// the plane or lie in a dish. Empty for other scenes. Throws InputError if contacts at the start form a short circuit.
+/// the plane or lie in a dish (fix_z). Empty for other scenes. Throws InputError if contacts at the start form a short
+/// circuit.
 std::optional<FieldSolves> estimate_field_solves(const Scene& scene);
 
-/// Work until a packing is at rest, with the method of its [minimize].
+/// Estimated work until a packing is at rest, with the method of its [minimize].
 struct PackingCost {
   double filling = 0;  ///< fraction of the domain; overlaps count twice
   double iterations = 0;
   double seconds = 0;  ///< on one core
 };
 
-/// Estimates the work, accurate to a factor of three. Empty for gradient descent, which is
+/// Estimates the work until a packing is at rest, accurate to a factor of three. Empty for gradient descent, which is
 /// impractically slow.
 std::optional<PackingCost> estimate_packing_cost(const Scene& scene);
 
@@ -49,8 +51,8 @@ struct TrialRun {
   double seconds = 0;  ///< processor time extrapolated to the whole run
 };
 
-/// Runs the scene for a short time. Empty if the trial covers less than 0.5 % of the run, or fails, because no
-/// extrapolation is possible then.
+/// Runs the scene for a short time to estimate the time of the whole run. Empty if the trial covers less than 0.5 % of
+/// the run, or fails, because no extrapolation is possible then.
 std::optional<TrialRun> run_trial(const Scene& scene);
 
 }  // namespace lichtenberg

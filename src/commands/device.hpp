@@ -13,7 +13,7 @@
 
 namespace lichtenberg {
 
-/// Returns the argument `--device`, which overrides field.device of the scene.
+/// Makes the argument `--device`, which overrides field.device of the scene.
 inline Argument device_argument(std::string& device) {
   return {"--device",
           &device,
@@ -21,11 +21,12 @@ inline Argument device_argument(std::string& device) {
           {.allowed = names_of<FieldDevice>()}};
 }
 
+/// Returns true if the scene selects a CUDA device.
 inline bool is_for_cuda(const Scene& scene) {
   return std::visit([](const auto& field) { return field.device == FieldDevice::cuda; }, scene.field_table);
 }
 
-/// Returns the argument `--set`, for commands that read a scene.
+/// Makes the argument `--set` (changed keys of the scene), for commands that read a scene.
 inline Argument set_argument(std::vector<std::string>& settings) {
   return {"--set",
           &settings,
@@ -34,22 +35,27 @@ inline Argument set_argument(std::vector<std::string>& settings) {
           {.repeated = true}};
 }
 
-/// Parses the values of `--set`.
+/// Parses the values of `--set`, each as KEY=VALUE.
 inline std::vector<Setting> settings_of(const std::vector<std::string>& written) {
   std::vector<Setting> settings;
   for (const std::string& each : written) settings.push_back(setting_of(each));
   return settings;
 }
 
-/// Reads a scene with changed keys and prints its warnings. `device`: as `--device`, empty: as in the scene. `stop`,
-/// `bodies`: as in stopping.hpp.
+/// Sets the device of the field solver or of the grains, as `--device` does; empty: as in the scene.
+inline void set_device(Scene& scene, const std::string& device) {
+  if (!device.empty())
+    std::visit([&](auto& field) { field.device = value_of<FieldDevice>(device).value(); }, scene.field_table);
+}
+
+/// Reads a scene with keys changed by `--set` and prints its warnings. `device`: value of `--device`, empty: as in the
+/// scene. `stop`, `bodies`: as in stopping.hpp.
 inline Scene read_scene_for(const std::string& path, const std::string& device,
                             const std::vector<std::string>& settings, const StopRequest& stop = {},
                             const std::vector<Conductor>& bodies = {}) {
   Scene scene = read_scene(path, effects::all_kinds(), settings_of(settings), stop, bodies);
   for (const std::string& warning : scene.warnings) fmt::print(stderr, "lichtenberg: {}\n", printable(warning));
-  if (!device.empty())
-    std::visit([&](auto& field) { field.device = value_of<FieldDevice>(device).value(); }, scene.field_table);
+  set_device(scene, device);
   return scene;
 }
 

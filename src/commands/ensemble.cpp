@@ -50,7 +50,8 @@ Variation read_variation(const std::string& written, const Schema& schema) {
 /// Returns `count` consecutive seeds, beginning with the scene's own.
 Variation seeds_from(std::uint64_t first, int count) {
   constexpr int most = 100'000;
-  if (count > most) throw InputError(fmt::format("--seeds {} is not allowed: it must be at most {}", count, most));
+  if (count > most)
+    throw InputError(fmt::format("--seeds {} is not allowed: at most {} seeds are allowed", count, most));
   Variation seeds{"seed", {}};
   for (int k = 0; k < count; ++k) seeds.values.push_back(std::to_string(first + static_cast<std::uint64_t>(k)));
   return seeds;
@@ -71,7 +72,7 @@ std::vector<Variation> variations_of(const Arguments& request, const Scene& scen
   const auto key_of = [](const Variation& variation) { return without_first_index(variation.key); };
   for (const Variation& variation : variations)
     if (std::ranges::count(variations, key_of(variation), key_of) > 1)
-      throw InputError(fmt::format("{} is varied twice: list all its values in one place", key_of(variation)));
+      throw InputError(fmt::format("key {} is varied twice: list all its values in one place", key_of(variation)));
   return variations;
 }
 

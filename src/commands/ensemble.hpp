@@ -10,13 +10,13 @@
 /// Functions for the Python command ensemble (python/lichtenberg/commands/ensemble.py).
 namespace lichtenberg::ensemble {
 
-/// Key of the scene with its values over the ensemble, each as a TOML text.
+/// A key of the scene that an ensemble varies, with its values, each as a TOML text.
 struct Variation {
   std::string key;
   std::vector<std::string> values;
 };
 
-/// One scene of the ensemble.
+/// One scene of an ensemble: the base scene with its own values of the varied keys.
 struct Member {
   std::string name;               ///< base name of its files: "count-64_seed-1"
   std::vector<Setting> settings;  ///< in the order of the variations
@@ -25,17 +25,18 @@ struct Member {
   std::string sentence;           ///< reason why its scene is invalid; empty if it is valid
 };
 
-/// Returns the product of the variations of a scene; the last variation varies fastest. Throws InputError for invalid
-/// keys and values.
+/// Makes the members of an ensemble: all combinations of the variations of a scene. The last variation varies fastest.
+/// `folder`: folder of the members' files. Throws InputError for invalid keys and values.
 std::vector<Member> make_members(const Scene& scene, const std::vector<Variation>& variations,
                                  const std::string& folder);
 
-/// End of the first line of a member's scene file.
+/// Text at the end of the first line of a member's scene file, which marks it as written by an ensemble.
 constexpr std::string_view member_mark = "as a member of an ensemble (`lichtenberg ensemble`)";
 
-/// Returns the state of the member's result file: "waiting" (to be resumed), "finished" or "failed". The second comes
-/// with "quantities" and "warnings". The last comes with a `sentence` (its reason), if the file is damaged or belongs
-/// to another scene. `just_ended`: its run used the present [stop], even if the file holds that of its start.
+/// Determines the state of a member's result file: "waiting" (to be resumed), "finished" or "failed". A finished run
+/// comes with "quantities" and "warnings". A failed one comes with a `sentence` (the reason): the file is damaged or
+/// belongs to another scene. `just_ended`: its run used the present [stop], even if the file contains the [stop] of its
+/// start.
 nlohmann::ordered_json inspect(const std::string& path, const Member& member, bool just_ended);
 
 }  // namespace lichtenberg::ensemble

@@ -92,14 +92,14 @@ void check_names(const std::vector<Member>& members) {
   std::set<std::string> names;
   for (const Member& member : members)
     if (member.name.size() > longest)
-      throw InputError(
-          fmt::format("the files of a member of the ensemble would have a name of {} characters, {}...: {} "
-                      "are allowed",
-                      member.name.size(), member.name.substr(0, 40), longest));
+      throw InputError(fmt::format(
+          "the file name {}... of a member of the ensemble would have {} characters: at most {} are allowed",
+          member.name.substr(0, 40), member.name.size(), longest));
   for (const Member& member : members)
     if (!names.insert(member.name).second)
-      throw InputError(fmt::format(
-          "two members of the ensemble would both be {}: leave out values that are given twice", member.name));
+      throw InputError(
+          fmt::format("two members of the ensemble would both have the name {}: leave out values that are given twice",
+                      member.name));
 }
 
 }  // namespace

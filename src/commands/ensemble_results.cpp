@@ -54,9 +54,9 @@ void add_fractions(Quantities& quantities, const std::string& suffix, const anal
   quantities["branch_fraction" + suffix] = degrees.branching();
 }
 
-/// Adds f1 and B for other readings of D's definition. These use degrees in the tree A instead of the graph G, omit the
-/// ground as a neighbour, or use only the contacts of D 7.1, which have no hysteresis. The last uses the same tree,
-/// because otherwise no root remains if hysteresis alone keeps the only contact with the ground.
+/// Adds f1 and B for other readings of D's definition. The readings use degrees in the tree A instead of the graph G,
+/// degrees without the ground, or degrees by the contacts of D 7.1. The latter have no hysteresis. Their reading uses
+/// the same tree. Otherwise no root would remain if hysteresis alone keeps the only contact with the ground.
 void add_other_readings(Quantities& quantities, const analysis::ContactNetwork& network, const Scene& scene,
                         const std::vector<Vec2>& position, const std::vector<double>& radius) {
   std::vector<analysis::Edge> tree;
@@ -116,7 +116,9 @@ void refuse_past(const std::string& path, const ResultFile& file, const Scene& n
       !now.effects.has(&EffectKind::packing) && file.rows<double>(times, file.frames() - 1, 1).at(0) > now.stop.time;
   if (just_ended || later)
     throw InputError(
-        fmt::format("{} is already past this [stop]: move it away, or name another folder with --out", path));
+        fmt::format("the result file {} is already past the end that [stop] now sets: move it away, or name another "
+                    "folder with --out",
+                    path));
 }
 
 /// Returns the state of a result file. Throws InputError or hdf5::Error.
@@ -126,7 +128,8 @@ Json inspect_file(const std::string& path, const Member& member, bool just_ended
   const std::string change = first_change(text, member.text);
   if (!change.empty())
     throw InputError(
-        fmt::format("key `{}` has changed since {} was started: move that file away, or name another folder with --out",
+        fmt::format("key `{}` has changed since the result file {} was started: move that file away, or name another "
+                    "folder with --out",
                     change, path));
   const Scene now = parse_scene(member.text, path);
   const bool over = hdf5::exists(file.file(), "summary") && (just_ended || same_end(parse_scene(text, path), now));

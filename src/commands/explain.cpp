@@ -93,7 +93,8 @@ void explain_circuit(const Scene& scene) {
 struct ExplainedGrid {
   int nx, ny;
   double h;  ///< m
-  /// Empty on large grids, where counting would need a considerable part of the memory to be reported.
+  /// Number of grid cells in the fluid. Empty on large grids, where counting would need a considerable part of the
+  /// memory to be reported.
   std::optional<std::int64_t> fluid_cells;
 
   double cells() const { return static_cast<double>(nx) * ny; }

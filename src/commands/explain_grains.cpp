@@ -254,7 +254,7 @@ void explain_stages(const Scene& scene) {
     fmt::print("  WARNING              {}\n", warning);
 }
 
-/// Prints the memory, from the largest resident size of runs of 3e5 to 1e7 grains on one core, with charges at an
+/// Prints the memory, from the largest resident size of runs of 3e5 to 1e7 grains on one core. Their charges had an
 /// accuracy of 1e-4 (docs/measurements/benchmarks-gas.json).
 void explain_memory(const Scene& scene) {
   constexpr double at_start = 60e6, grain = 660;  // bytes

@@ -4,7 +4,8 @@
 
 namespace lichtenberg {
 
-/// Prints how the motion of a scene of grains is computed, the predictions of theory and the cost.
+/// Prints how the motion of a scene of grains is computed (steps, contacts, sums of forces), the predictions of theory
+/// and the cost.
 void explain_grains(const Scene& scene);
 
 }  // namespace lichtenberg

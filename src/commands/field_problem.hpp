@@ -7,7 +7,8 @@
 
 namespace lichtenberg {
 
-/// Field problem of a scene at its start, with the names of its groups.
+/// Field problem of a scene at its start, with the names of its equipotential groups (conductors and electrodes of one
+/// potential).
 struct FieldProblem {
   effects::ElectricalGroups groups;
   laplace::LaplaceProblem problem;       ///< plane scene
@@ -16,13 +17,14 @@ struct FieldProblem {
   std::vector<std::string> group_names;  ///< by group of the problem
 };
 
-/// Closes the contacts that exist at the start. A group has the name of the scene's [[group]] if it contains one,
-/// otherwise of its conductors, and of electrodes at its potential. Throws InputError if the scene has no field.
+/// Makes the field problem of a scene at its start, with the contacts that exist there closed. A group has the name of
+/// the scene's [[group]] if it contains one, otherwise of its conductors, and of electrodes at its potential. Throws
+/// InputError if the scene has no field.
 FieldProblem make_field_problem(const Scene& scene);
 
-/// Returns the description of the method for `explain` and `solve`.
+/// Describes the field method with its options, for `explain` and `solve`.
 std::string method_in_words(const FieldOptions& field);
-/// Returns the choice for an accuracy in one line.
+/// Describes in one line the method, cells and tolerance that were chosen for field.accuracy.
 std::string choice_in_words(const FieldOptions& field);
 
 }  // namespace lichtenberg

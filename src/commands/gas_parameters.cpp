@@ -25,15 +25,17 @@ double mass(const Scene& scene, const Conductor& grain) {
 void check_homogeneous(const Scene& scene) {
   const auto refuse = [&](const std::string& why) {
     throw InputError(fmt::format(
-        "{}: theories of gases are for equal grains of diameter and mass 1 in space that cool freely, and {}",
+        "{}: the scene is not allowed, because {}: theories of gases are for equal grains of diameter and mass 1 in "
+        "three dimensions that cool freely",
         scene.path, why));
   };
-  if (!scene.reference) refuse("this scene has no [units]");
-  if (scene.dimension() != 3) refuse("this one is plane");
-  if (scene.conductors.empty()) refuse("this scene has none");
+  if (!scene.reference) refuse("it has no table [units]");
+  if (scene.dimension() != 3) refuse("it has two dimensions");
+  if (scene.conductors.empty()) refuse("it has no grains");
   for (const Conductor& grain : scene.conductors)
-    if (std::abs(grain.radius - 0.5) > 1e-9 || std::abs(mass(scene, grain) - 1) > 1e-9) refuse("not all of these are");
-  if (is_driven(scene)) refuse("here something drives them");
+    if (std::abs(grain.radius - 0.5) > 1e-9 || std::abs(mass(scene, grain) - 1) > 1e-9)
+      refuse("not all its grains have diameter and mass 1");
+  if (is_driven(scene)) refuse("an effect drives its grains");
 }
 
 double rms_charge(const Scene& scene) {

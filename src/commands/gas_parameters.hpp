@@ -9,21 +9,23 @@
 
 namespace lichtenberg {
 
-/// Returns the number density of grains in the box, 1/d0^3 (in a plane 1/d0^2).
+/// Computes the number density of grains in the box, 1/d0^3 (in a plane 1/d0^2).
 double grain_density(const Scene& scene);
 
-/// Returns the temperature (m0 v0^2) of the grains' velocities at the end of the equilibration stages.
+/// Returns the granular temperature (m0 v0^2) at the end of the equilibration stages: the last one that a stage sets,
+/// or that of the initial velocities.
 double initial_temperature(const Scene& scene);
 
-/// Returns the end (t0) of the last stage that conserves energy or sets the temperature. Theory begins there.
+/// Returns the end (t0) of the last equilibration stage that conserves energy or sets the temperature; 0 without one.
+/// Theory begins there.
 double warm_up(const Scene& scene);
 
-/// Returns the restitution coefficient of two grains of diameter and mass 1 at this impact speed.
+/// Computes the restitution coefficient of two grains of diameter and mass 1 at this impact speed (v0).
 double restitution(const GrainContactLaw& law, double speed);
-/// Returns the contact duration (t0) of these grains.
+/// Computes the contact duration (t0) of two grains of diameter and mass 1 at this impact speed (v0).
 double contact_duration(const GrainContactLaw& law, double speed);
 
-/// Parameters of theories of a homogeneous gas, in the scene's units.
+/// Parameters of a homogeneous gas of grains for theories, in reduced units.
 struct GasParameters {
   std::string source;           ///< description of their origin
   double grains = 0;            ///< number of grains
@@ -34,23 +36,26 @@ struct GasParameters {
   double coupling = 0;  ///< K; 0 without forces of charges
   double charge = 0;    ///< rms charge of a grain at the start
   double mean_charge = 0;
+  /// Charge that grains transfer in a collision, as a function of the impact energy (theory::impact_charge_square).
   struct Exchange {
     double strength = 0, exponent = 0;  ///< Q and eta, charge transfer once per collision (G 4.3)
   };
   std::optional<Exchange> exchange;
 
-  /// Returns impact functions of the impact speed. `last`: with the finite duration of contacts.
+  /// Returns the collision laws of the grains (restitution, charge transfer) as functions of the impact speed. `last`:
+  /// also their finite duration.
   theory::Impacts impacts(bool last = false) const;
 };
 
-/// Returns the parameters of a scene. Throws InputError if theories of a homogeneous gas do not apply. The scene must
-/// be a gas of grains of diameter and mass 1 in space that move without external forcing. It must transfer charge once
-/// per collision, or not at all.
+/// Returns the parameters of a scene of grains for theories of a homogeneous gas. Throws InputError if these do not
+/// apply. The scene must be a gas of grains of diameter and mass 1 in space that move without external forcing. It must
+/// transfer charge once per collision, or not at all.
 GasParameters gas_parameters(const Scene& scene);
 
-/// Returns the source's gas of 50016 grains (G chapter 4): E = 278.6, D = 27.7, T = 10, K = 1, Q = 4.5e-3.
+/// Returns the gas of 50016 charging grains of the source (G chapter 4): stiffness E = 278.6, damping D = 27.7,
+/// temperature T = 10, K = 1, and charge transfer with Q = 4.5e-3, eta = .83.
 GasParameters source_gas();
-/// Returns the source's gas of equal charges (G 4.1a). The source gives only: restitution .9, K = .1, q = 1, T = 10.
+/// Returns the gas of equal charges of the source (G 4.1a), which gives only: restitution .9, K = .1, q = 1, T = 10.
 GasParameters source_monopolar_gas();
 
 }  // namespace lichtenberg

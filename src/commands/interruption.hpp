@@ -2,25 +2,28 @@
 
 namespace lichtenberg {
 
-/// Handler of SIGINT, SIGTERM and SIGHUP. While an object exists, the first signal is recorded instead of ending the
-/// program. A second signal ends it. The first one also ends it if requested() is not called within 20 s, because a
-/// step may never end. If the parent (nohup) had SIGHUP ignored, it stays ignored.
+/// Handler of the signals SIGINT, SIGTERM and SIGHUP. While an object exists, the first signal is recorded instead of
+/// ending the program. A second signal ends it. The first one also ends it if requested() is not called within 20 s,
+/// because a step may never end. If the parent (nohup) had SIGHUP ignored, it stays ignored.
 class Interruption {
  public:
-  /// Work that a signal interrupts: `run` ends after a step or at a checkpoint; `preparing` precedes it.
+  /// Kind of work that a signal interrupts, for the message. `run`: ends after a step or at a checkpoint; `preparing`:
+  /// work before it.
   enum class Work { preparing, run };
 
+  /// Installs the handler.
   explicit Interruption(Work work = Work::run);
   ~Interruption();
   Interruption(const Interruption&) = delete;
 
-  /// Marks the start of the run.
+  /// Marks the change from `preparing` to `run`.
   void begin();
+  /// Returns true if a signal was recorded, and starts the 20 s again.
   static bool requested();
   /// Returns true if SIGTERM or SIGHUP was recorded. Their senders (a scheduler, a closing terminal) do not wait long.
   static bool urgent();
-  /// Disables the time limit while a file is written: until the next requested(), only a second signal ends the
-  /// program.
+  /// Disables the limit of 20 s after a signal while a file is written. Until the next requested(), only a second
+  /// signal ends the program.
   static void suspend_time_limit();
   /// Ends the program by the recorded signal, so that the parent process sees it.
   [[noreturn]] static void end_by_signal();

@@ -34,10 +34,11 @@ bool holds_hdf5(const std::string& path) {
 void check_output_file(const std::string& path, bool overwrite) {
   check_writable(path);
   if (std::filesystem::path(path).extension() == ".toml" && std::filesystem::exists(path))
-    throw InputError(fmt::format("{} is a scene and is not overwritten: name another file", path));
-  if (holds_hdf5(path)) throw InputError(fmt::format("{} is a result and is not overwritten: name another file", path));
+    throw InputError(fmt::format("the file {} is a scene and is not overwritten: name another file", path));
+  if (holds_hdf5(path))
+    throw InputError(fmt::format("the file {} is a result and is not overwritten: name another file", path));
   if (!overwrite && std::filesystem::exists(path))
-    throw InputError(fmt::format("{} exists: name another file, or allow --overwrite", path));
+    throw InputError(fmt::format("the file {} exists: name another file, or allow --overwrite", path));
 }
 
 }  // namespace
@@ -45,14 +46,15 @@ void check_output_file(const std::string& path, bool overwrite) {
 void check_not_read(const std::string& file, const std::vector<std::string>& read) {
   for (const std::string& source : read)
     if (!source.empty() && is_same(file, source))
-      throw InputError(fmt::format("{} is an input file and is not overwritten: name another file to write", file));
+      throw InputError(
+          fmt::format("the file {} is an input file and is not overwritten: name another file to write", file));
 }
 
 void check_different(const std::vector<std::string>& written) {
   for (auto file = written.begin(); file != written.end(); ++file)
     for (auto other = written.begin(); other != file; ++other)
       if (!file->empty() && !other->empty() && is_same(*file, *other))
-        throw InputError(fmt::format("{} cannot be written twice: name another file", *file));
+        throw InputError(fmt::format("the file {} cannot be written twice: name another file", *file));
 }
 
 void check_outputs(const std::vector<std::string>& written, const std::vector<std::string>& read, bool overwrite) {
@@ -66,7 +68,7 @@ void check_outputs(const std::vector<std::string>& written, const std::vector<st
 
 void check_overwrite(bool overwrite, const std::vector<std::string>& written, const std::string& options) {
   if (!overwrite || !std::ranges::all_of(written, &std::string::empty)) return;
-  throw InputError(fmt::format("--overwrite is not allowed where no file is written: it is for {}", options));
+  throw InputError(fmt::format("--overwrite is not allowed where no file is written: it is for use with {}", options));
 }
 
 void JsonTarget::put(const nlohmann::ordered_json& json, int indent) const {

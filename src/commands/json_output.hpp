@@ -15,39 +15,43 @@ void check_not_read(const std::string& file, const std::vector<std::string>& rea
 /// Throws InputError if two of the files are identical, under any paths. Empty names are skipped.
 void check_different(const std::vector<std::string>& written);
 
-/// Checks files to be written; empty names are skipped. Throws InputError if one cannot be written, or equals another
-/// one or a file that is read. Also throws if one would replace a result, something other than a plain file or, without
-/// `overwrite`, any existing file.
+/// Checks files to be written, before the work; empty names are skipped. Throws InputError if one cannot be written, or
+/// equals another one or a file that is read. Also throws if one would replace a scene, a result or something other
+/// than a plain file, or without `overwrite` any existing file.
 void check_outputs(const std::vector<std::string>& written, const std::vector<std::string>& read, bool overwrite);
 
 /// Throws InputError if `overwrite` is set and no file is to be written. `options`: names of the options that write
 /// files.
 void check_overwrite(bool overwrite, const std::vector<std::string>& written, const std::string& options);
 
-/// Target of `--json[=FILE]`: JSON on standard output instead of a table, or in a file in addition to the table.
+/// Target of the option `--json[=FILE]`: JSON on standard output instead of a table, or in a file in addition to the
+/// table.
 struct JsonTarget {
   std::string word;  ///< empty: no JSON; "true": standard output; otherwise the file
 
+  /// Returns true if the JSON goes to standard output.
   bool printed() const { return word == "true"; }
+  /// Returns the file that receives the JSON; empty if there is none.
   std::string file() const { return printed() ? "" : word; }
-  /// Writes the JSON if requested. Throws Failure if it cannot be written.
+  /// Writes the JSON to its target if requested. `indent`: spaces per level on standard output. Throws Failure if it
+  /// cannot be written.
   void put(const nlohmann::ordered_json& json, int indent) const;
 };
 
-/// Returns the option. `what`: contents of the JSON, for the help. `file_follows`: the next word is the FILE even if it
-/// does not end in .json (an older syntax).
+/// Makes the argument `--json`. `what`: contents of the JSON, for the help. `file_follows`: the next word is the FILE
+/// even if it does not end in .json (an older syntax).
 Argument json_argument(JsonTarget& target, const std::string& what, bool file_follows = false);
 
-/// Writes the file completely or not at all. Throws Failure if the write fails.
+/// Writes JSON to the file at `path`, completely or not at all. Throws Failure if the write fails.
 void write_json(const std::string& path, const nlohmann::ordered_json& json);
 
-/// Writes one line of JSON for the Python package (questions.py).
+/// Prints one line of JSON on standard output, for the Python package (questions.py).
 void print_json_line(const nlohmann::ordered_json& json);
-/// Reads one JSON request per line of standard input until its end and writes each answer.
+/// Reads JSON requests from standard input until its end, one per line, and prints the result of `answer` for each.
 void answer_questions(const std::function<nlohmann::ordered_json(const nlohmann::ordered_json& question)>& answer);
 
-/// Calls a `function` of python.hpp that draws the JSON into a picture and prints a message unless `silently`. Throws
-/// Failure if that fails; therefore other outputs must be written first.
+/// Draws JSON into a picture by a `function` of the Python package (python.hpp). Prints a message unless `silently`.
+/// Throws Failure if that fails; therefore other outputs must be written first.
 void draw_json(const std::string& function, const nlohmann::ordered_json& json, const std::string& picture,
                bool silently = false);
 

@@ -220,8 +220,8 @@ nlohmann::ordered_json json_of(const NetworkArguments& request, const PackingFra
 void check_one_to_all(const NetworkArguments& request) {
   const auto refuse = [](const std::string& option) {
     throw InputError(
-        fmt::format("{} is not allowed with --terminals ELECTRODE,all, which prints resistances and neither draws nor "
-                    "stores anything",
+        fmt::format("option {} is not allowed with --terminals ELECTRODE,all, which prints resistances and neither "
+                    "draws nor stores anything",
                     option));
   };
   if (request.voltage) refuse("--voltage");
@@ -337,11 +337,11 @@ Command network_command() {
     std::string option = fmt::format("--{}", entry.name);
     std::ranges::replace(option, '_', '-');
     command.arguments.push_back(
-        {option, &(request->options.parameters.*entry.value), fmt::format("{}; {}", entry.unit, entry.help)});
+        {option, &(request->options.parameters.*entry.value), fmt::format("{}, in {}", entry.help, entry.unit)});
   }
   command.arguments.insert(
       command.arguments.end(),
-      {{"--voltage", &request->voltage, "V, of the second electrode (default: 1)"},
+      {{"--voltage", &request->voltage, "voltage of the second electrode, in V (default: 1)"},
        {"--frame", &request->frame, "index of the frame, from 0 (default: the last)"},
        {"--out", &request->picture,
         "picture to write, .png, .pdf or .svg (default: FILE-network.png, with the given options in its name)"},

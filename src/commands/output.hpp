@@ -15,34 +15,35 @@
 
 namespace lichtenberg {
 
-/// Throws InputError if the file that `option` names cannot be written, or exists without `overwrite`. Call it before
-/// the work.
+/// Throws InputError if the file that `option` names cannot be written, or exists and may not be overwritten. Call it
+/// before the work.
 inline void check_output(const std::string& option, const std::string& path, bool overwrite) {
   check_writable(path);
   if (!overwrite && std::filesystem::exists(path))
-    throw InputError(fmt::format("{} exists: give {} another name, or allow --overwrite", path, option));
+    throw InputError(fmt::format("the file {} exists: give {} another name, or allow --overwrite", path, option));
 }
 
-/// Throws InputError unless the file name has a picture format that the scripts can draw.
+/// Throws InputError unless the file name that `option` gives ends in .png, .pdf or .svg.
 inline void check_picture(const std::string& option, const std::string& path) {
   const std::string format = std::filesystem::path(path).extension();
   if (format != ".png" && format != ".pdf" && format != ".svg")
-    throw InputError(fmt::format("{} {}: the picture's name must end in .png, .pdf or .svg", option, path));
+    throw InputError(fmt::format("option {} {}: the picture's name must end in .png, .pdf or .svg", option, path));
 }
 
+/// Returns the first `dimension` components of a vector.
 inline std::vector<double> components(Vec3 vector, int dimension = 3) {
   const std::vector<double> all = {vector.x, vector.y, vector.z};
   return {all.begin(), all.begin() + dimension};
 }
 
-/// Formats the numbers as columns of a table, each with `format`.
+/// Formats numbers as columns of a table, each with `format`.
 inline std::string columns_of(const std::vector<double>& numbers, const char* format) {
   std::string text;
   for (const double number : numbers) text += fmt::format(fmt::runtime(format), number);
   return text;
 }
 
-/// Prints the warnings as one block on standard error; nothing if there are none.
+/// Prints warnings as one block on standard error; nothing if there are none.
 inline void print_warnings(const std::vector<std::string>& warnings) {
   std::fflush(stdout);
   const char* label = "WARNING";

@@ -64,7 +64,7 @@ auto electrodes_by(const Read& read, const PackingFrame& frame, const std::strin
   try {
     return read(between, walls, frame.packing.size());
   } catch (const InputError& error) {
-    throw InputError(fmt::format("--terminals: {}", error.what()));
+    throw InputError(fmt::format("--terminals is not valid: {}", error.what()));
   }
 }
 
@@ -198,16 +198,18 @@ PackingFrame read_packing(const std::string& path, std::optional<int> frame) {
   try {
     const auto file = std::make_shared<const ResultFile>(path, "measured");
     if (!file->has(positions) || file->frames() == 0)
-      throw InputError(fmt::format("{} holds no frames: nothing can be measured", path));
+      throw InputError(fmt::format("the result file {} holds no frames: nothing can be measured", path));
     const int frames = static_cast<int>(file->frames());
     if (frame && (*frame < 0 || *frame >= frames))
-      throw InputError(fmt::format("frame {} is not in {}: it has frames 0 to {}", *frame, path, frames - 1));
+      throw InputError(
+          fmt::format("frame {} is not in the result file {}: it has frames 0 to {}", *frame, path, frames - 1));
     PackingFrame result{.file = file, .frame = frame.value_or(frames - 1)};
     result.scene = parse_scene(hdf5::get_text(file->file(), "scene/text"), path);
     if (result.scene.domain.box().any_periodic())
-      throw InputError(fmt::format(
-          "{} has a periodic side, and contacts across it are not searched: only a scene without one can be measured",
-          path));
+      throw InputError(
+          fmt::format("the result file {} has a periodic side, and contacts across it are not searched: only a scene "
+                      "without one can be measured",
+                      path));
     result.packing = read_frame(*file, result.frame);
     for (const Conductor& conductor : result.scene.conductors)
       result.packing.resistivity.push_back(conductor.relative_resistivity);
@@ -216,7 +218,7 @@ PackingFrame read_packing(const std::string& path, std::optional<int> frame) {
     result.warnings = warnings_of(result);
     return result;
   } catch (const hdf5::Error& error) {
-    throw InputError(fmt::format("{} is damaged and cannot be measured ({})", path, error.what()));
+    throw InputError(fmt::format("the result file {} is damaged and cannot be measured ({})", path, error.what()));
   }
 }
 

@@ -13,22 +13,23 @@
 
 namespace lichtenberg {
 
-/// Frame of a result file, as input of the network solver.
+/// One frame of a result file as input of the resistor network solver: particles, walls and contacts.
 struct PackingFrame {
   std::shared_ptr<const ResultFile> file;  ///< file of the frame
   int frame = 0;
   Scene scene;  ///< scene of the run
   network::ParticlePacking packing;
   network::Contacts contacts;
-  /// reasons why it may be unsafe to use (Summary::warnings), such as a packing not at rest
+  /// Reasons why the frame may be unreliable (Summary::warnings), such as a packing not at rest
   std::vector<std::string> warnings;
 };
 
-/// Reads the frame of this index; default: the last. Walls are those of the file or the sides of its domain. Throws
-/// InputError if the file or frame does not exist or is damaged, or if the scene's particles have no radius.
+/// Reads a frame of a result file as a packing. `frame`: index from 0; default: the last. Walls are those of the file
+/// or the sides of its domain. Throws InputError if the file or frame does not exist or is damaged. Throws InputError
+/// if the scene has a periodic side, or if its particles have no radius.
 PackingFrame read_packing(const std::string& path, std::optional<int> frame);
 
-/// Solved network of a packing.
+/// Solved resistor network of a packing: nodes, links, currents, and the particles that can carry current.
 struct SolvedNetwork {
   NetworkModel model = NetworkModel::particle;
   NetworkOptions options;
@@ -40,31 +41,32 @@ struct SolvedNetwork {
   std::vector<int> isolated;   ///< particles without a path to an electrode
 };
 
-/// Builds and solves the network. Throws InputError as network::check and the two builders do.
+/// Builds the resistor network of a packing between two electrodes (options.between) and solves it at this `voltage`
+/// (V). `model`: a node is a particle or a contact. Throws InputError for invalid options and electrodes.
 SolvedNetwork solve_network(const PackingFrame& frame, NetworkModel model, const NetworkOptions& options,
                             double voltage);
 
-/// Returns why the electrodes of options.between have no contact-centred network; empty if they have. Throws InputError
-/// as solve_network does.
+/// Returns the reason why the electrodes of options.between have no contact-centred network (nodes are contacts); empty
+/// if they have one. Throws InputError for invalid electrodes.
 std::string contact_network_obstacle(const PackingFrame& frame, const NetworkOptions& options);
 
-/// Effective resistances from one electrode to each particle.
+/// Effective resistances of a packing from one electrode to each particle.
 struct ResistancesToAll {
   NetworkModel model = NetworkModel::particle;
   NetworkOptions options;  ///< `between`: the electrode
   bool assumed = false;    ///< as in SolvedNetwork
-  /// [particles] Ohm; 0 to itself; infinite without a path; NaN to a particle that touches the electrode in a
-  /// contact-centred network.
+  /// Resistance (ohm) to each particle, [N]; 0 to itself; infinite without a path; NaN to a particle that touches the
+  /// electrode in a contact-centred network.
   std::vector<double> resistance;
 };
 
-/// Computes the resistances by one elimination; a contact-centred network needs one per particle. `count`, if given, is
-/// called with the number of finished particles. options.between: name of the electrode. Throws InputError as
-/// solve_network does, and if a contact-centred network has too many particles.
+/// Computes the effective resistances from the electrode options.between to each particle by one elimination; a
+/// contact-centred network needs one per particle. `count`, if given, is called with the number of finished particles.
+/// Throws InputError for invalid options and electrodes, and if a contact-centred network has too many particles.
 ResistancesToAll resistances_to_all(const PackingFrame& frame, NetworkModel model, const NetworkOptions& options,
                                     const std::function<void(int)>& count = {});
 
-/// Stores each network in the group /network/MODEL of the result file and replaces earlier ones. Removes an earlier
+/// Stores solved networks in the groups /network/MODEL of the result file and replaces earlier ones. Removes an earlier
 /// contact-centred one if `no_contact_network`. The file is replaced as a whole. Throws Failure, without changing the
 /// file, if it cannot be written or has changed since the frame was read (its run continues).
 void save_networks(const std::string& path, const PackingFrame& frame, const std::vector<SolvedNetwork>& networks,

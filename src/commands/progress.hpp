@@ -7,27 +7,27 @@
 
 namespace lichtenberg {
 
-/// Returns the remaining seconds of a run at its recent pace. `done`: completed fraction, which took `seconds`; its
+/// Estimates the remaining time (s) of a run at its recent pace. `done`: completed fraction, which took `seconds`; its
 /// last part `recent` took `recent_seconds`. Empty before 10 % are done, or if the mean pace differs from the recent
 /// one by more than a factor of two.
 std::optional<double> seconds_left(double done, double seconds, double recent, double recent_seconds);
 
-/// Formats a duration: "4.2 s", "3 min 20 s", "2 h 5 min".
+/// Formats a duration (s) as text: "4.2 s", "3 min 20 s", "2 h 5 min".
 std::string duration(double seconds);
 
-/// Progress line on standard error: redrawn in place on a terminal, otherwise printed at intervals.
+/// Progress line of a run on standard error: redrawn in place on a terminal, otherwise printed every 30 s.
 class Progress {
  public:
-  /// `start`, `stop`: start of this session and end of the run in a measure that grows at a steady pace; infinite:
-  /// unknown. `may_end_before`: another condition may end the run earlier.
+  /// Prepares the line. `start`, `stop`: start of this session and end of the run in a measure that grows at a steady
+  /// pace; infinite: unknown. `quiet`: no line is due. `may_end_before`: another condition may end the run earlier.
   Progress(double start, double stop, bool quiet, bool may_end_before = false);
   ~Progress() { end_line(); }
   Progress(const Progress&) = delete;
 
   /// Returns true if another line is due.
   bool due() const;
-  /// Shows a line with the remaining time from `now` to the end, or an upper bound if the run may end earlier. Omits
-  /// the time as seconds_left() does.
+  /// Prints a line with the remaining time from `now` to the end, or an upper bound if the run may end earlier. Omits
+  /// the time where seconds_left() gives none.
   void show(std::string line, double now);
   /// Ends the unfinished line. Call it before anything else is printed.
   void end_line();

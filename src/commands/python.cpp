@@ -170,9 +170,10 @@ void check_results(const std::deque<PythonArgument>& arguments) {
 
 void exec_command(const std::string& name, const std::deque<PythonArgument>& arguments) {
   if (!parallel::unused_petsc_options().empty())
-    throw InputError(fmt::format("{} passes no options to PETSc: leave out --petsc and all that follows it", name));
+    throw InputError(
+        fmt::format("the command {} passes no options to PETSc: leave out --petsc and all that follows it", name));
   if (parallel::process_count() > 1)
-    throw InputError(fmt::format("{} starts processes of its own: leave mpirun out", name));
+    throw InputError(fmt::format("the command {} starts processes of its own: leave mpirun out", name));
   check_results(arguments);
   std::vector<std::string> words{name}, positional;
   for (const PythonArgument& argument : arguments)
@@ -231,7 +232,7 @@ class OutputBuffer {
   int descriptor_;
 };
 
-/// Returns the sentence in the error output of the package, without the name of the program before it.
+/// Returns the error message in the output of the package, without the name of the program before it.
 std::string error_message(const std::string& output) {
   const std::string prefix = "lichtenberg: ";
   const std::size_t begin = output.starts_with(prefix) ? prefix.size() : 0;

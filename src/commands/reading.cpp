@@ -157,7 +157,7 @@ void check_bytes(const std::string& path, const std::string& done) {
   try {
     warn_if_changed(ResultFile(path, done));
   } catch (const hdf5::Error& error) {
-    throw InputError(fmt::format("{} is damaged and cannot be {} ({})", path, done, error.what()));
+    throw InputError(fmt::format("the result file {} is damaged and cannot be {} ({})", path, done, error.what()));
   }
 }
 

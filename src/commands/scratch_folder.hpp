@@ -10,7 +10,7 @@
 
 namespace lichtenberg {
 
-/// Temporary folder that the destructor removes.
+/// Temporary folder, which the destructor removes with its files.
 class ScratchFolder {
  public:
   /// Creates the folder. Throws Failure if it cannot be created.

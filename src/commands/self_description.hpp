@@ -7,13 +7,13 @@
 
 namespace lichtenberg {
 
-/// Returns all names of an argument of a command: its own, then the aliases of the option.
+/// Returns all names of an argument of a command: its own, then aliases and former names of the option.
 std::vector<std::string> names_of(const Argument& argument, const Command& command);
 
-/// Returns a bash script that completes commands, options, their allowed values and file names.
+/// Makes a bash script that completes commands, options, their allowed values and file names.
 std::string bash_completion(const std::vector<Command>& commands);
 
-/// Returns a manual page (roff) of all commands.
+/// Makes a manual page (roff) of all commands.
 std::string manual_page(const std::vector<Command>& commands);
 
 }  // namespace lichtenberg

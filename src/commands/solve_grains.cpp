@@ -16,19 +16,6 @@
 namespace lichtenberg {
 namespace {
 
-/// Forces on charged grains, in the scene's reduced units.
-struct GrainAnswer {
-  Bodies bodies;
-  std::vector<double> potential;  ///< q0/d0, at a grain's centre, due to all other charges and dipoles
-  std::vector<Vec3> force;        ///< m0 v0^2/d0
-  std::vector<Vec3> dipole;       ///< q0 d0; empty without [effects.induced_dipoles]
-  double energy = 0;              ///< m0 v0^2
-  std::string method;
-  std::optional<double> accuracy;  ///< requested accuracy, for sums that have one
-  std::vector<std::string> warnings;
-  double seconds = 0;
-};
-
 void describe_method(const Scene& scene, GrainAnswer& answer) {
   const auto& options = *scene.effects.find<effects::CoulombOptions>();
   const auto* dipoles = scene.effects.find<effects::InducedDipolesOptions>();
@@ -44,11 +31,14 @@ void describe_method(const Scene& scene, GrainAnswer& answer) {
     answer.accuracy = options.accuracy;
 }
 
-GrainAnswer find_forces(const Scene& scene) {
+}  // namespace
+
+GrainAnswer solve_grain_field(const Scene& scene) {
   if (!scene.effects.has("coulomb"))
     throw InputError(
-        fmt::format("{} has no table [effects.coulomb], so its grains have no field to solve", scene.path));
-  if (scene.conductors.empty()) throw InputError(fmt::format("{} has no grains to solve the field of", scene.path));
+        fmt::format("the scene {} has no table [effects.coulomb], so its grains have no field to solve", scene.path));
+  if (scene.conductors.empty())
+    throw InputError(fmt::format("the scene {} has no grains to solve the field of", scene.path));
   GrainAnswer answer{.bodies = make_bodies(scene)};
   answer.bodies.charge = initial_charges(scene);
   describe_method(scene, answer);
@@ -69,6 +59,8 @@ GrainAnswer find_forces(const Scene& scene) {
   }
   return answer;
 }
+
+namespace {
 
 nlohmann::ordered_json json_of(const GrainAnswer& answer) {
   nlohmann::ordered_json json;
@@ -112,7 +104,7 @@ void print_table(const GrainAnswer& answer) {
 }  // namespace
 
 void solve_grains(const Scene& scene, const JsonTarget& json) {
-  const GrainAnswer answer = find_forces(scene);
+  const GrainAnswer answer = solve_grain_field(scene);
   if (!json.printed()) print_table(answer);
   json.put(json_of(answer), 2);
   print_warnings(answer.warnings);

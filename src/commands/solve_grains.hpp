@@ -1,12 +1,33 @@
 #pragma once
 
+#include <optional>
+#include <string>
+#include <vector>
+
 #include "src/commands/json_output.hpp"
+#include "src/model/bodies.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg {
 
-/// Prints forces, potentials and energy of the charges of a scene's grains at the start, including induced dipoles, in
-/// reduced units, as a table or as `json`. Throws InputError for a scene without [effects.coulomb].
+/// Solved forces, potentials and dipoles of the charged grains of a scene at its start, in reduced units.
+struct GrainAnswer {
+  Bodies bodies;
+  std::vector<double> potential;  ///< q0/d0, at a grain's centre, due to all other charges and dipoles
+  std::vector<Vec3> force;        ///< m0 v0^2/d0
+  std::vector<Vec3> dipole;       ///< q0 d0; empty without [effects.induced_dipoles]
+  double energy = 0;              ///< m0 v0^2
+  std::string method;
+  std::optional<double> accuracy;  ///< requested accuracy, for sums that have one
+  std::vector<std::string> warnings;
+  double seconds = 0;
+};
+
+/// Computes the forces, potentials and energy of the charges of a scene's grains at the start, induced dipoles
+/// included. Throws InputError for a scene without [effects.coulomb] or without grains.
+GrainAnswer solve_grain_field(const Scene& scene);
+
+/// Prints the result of solve_grain_field() as a table or as JSON, with its exceptions.
 void solve_grains(const Scene& scene, const JsonTarget& json);
 
 }  // namespace lichtenberg

@@ -16,13 +16,15 @@ namespace {
 int frame_of(const Result& result, std::optional<int> requested_frame) {
   const int last = result.frames() - 1, frame = requested_frame.value_or(last);
   if (frame < 0 || frame > last)
-    throw InputError(fmt::format("--frame {} is not in {}: it has frames 0 to {}", frame, result.path(), last));
+    throw InputError(
+        fmt::format("--frame {} is not in the result file {}: it has frames 0 to {}", frame, result.path(), last));
   return frame;
 }
 
 void check_bodies(const Result& result, const Scene& scene, const StopRequest& stop) {
   const auto refuse_it = [&](const std::string& why) {
-    throw InputError(fmt::format("--from {}: {}; only equal bodies can start from that result", result.path(), why));
+    throw InputError(
+        fmt::format("--from {} is not allowed: {}; only equal bodies can start from that result", result.path(), why));
   };
   if (result.radius().size() != scene.conductors.size())
     refuse_it(fmt::format("it has {} bodies, {} has {}", result.radius().size(), scene.path, scene.conductors.size()));
@@ -39,7 +41,8 @@ void check_bodies(const Result& result, const Scene& scene, const StopRequest& s
 void check_positions(const std::string& path, const Scene& scene) {
   const auto refuse_it = [&](const std::string& why) {
     throw InputError(
-        fmt::format("--from {}: {}; the domain.size of {} must be large enough for all bodies", path, why, scene.path));
+        fmt::format("--from {} is not allowed: {}; the domain.size of the scene {} must be large enough for all bodies",
+                    path, why, scene.path));
   };
   const Box<3> box = scene.domain.box();
   for (std::size_t i = 0; i < scene.conductors.size() && !scene.domain.open; ++i)

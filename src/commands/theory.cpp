@@ -212,15 +212,18 @@ void check_options(const TheoryOptions& given, const TheoryKind& kind, const std
     std::vector<std::string> others;
     for (const TheoryKind& other : kinds)
       if (takes(other, option)) others.push_back("theory " + other.name);
-    throw InputError(fmt::format("{} is for {}, not for theory {}", option, fmt::join(others, " and "), kind.name));
+    throw InputError(
+        fmt::format("option {} is for {}, not for theory {}", option, fmt::join(others, " and "), kind.name));
   }
-  if (given.seed && *given.seed < 0) throw InputError(fmt::format("--seed is 0 or more, not {}", *given.seed));
+  if (given.seed && *given.seed < 0)
+    throw InputError(fmt::format("--seed {} is not allowed: it must be 0 or more", *given.seed));
 }
 
 void check_theory(const TheoryArguments& request) {
   if (!request.settings.empty() && request.scene.empty())
     throw InputError("--set changes a key of the scene that --scene names: it needs --scene");
-  if (!request.picture.empty() && !request.plot) throw InputError("--out is for the picture that --plot draws");
+  if (!request.picture.empty() && !request.plot)
+    throw InputError("--out is for the picture that --plot draws: it needs --plot");
   if (request.plot) check_picture("--out", theory_picture(request));
   const std::vector<std::string> written{request.json.file(), request.csv, request.options.field,
                                          request.plot ? theory_picture(request) : ""};

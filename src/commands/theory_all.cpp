@@ -39,7 +39,7 @@ void add_coagulation(TheoryTable& table, const GasParameters& gas, const Kinetic
   add(table, 3, {"size_smoluchowski", "1", "Smoluchowski", growth.size});
 }
 
-/// Returns the gas's own time, in t_0 of each instant: dtau = dt sqrt(2T)/l_0.
+/// Converts times to the gas's own time in units of the instantaneous t_0: dtau = dt sqrt(2T)/l_0.
 std::vector<double> scaled_times(const GasParameters& gas, const KineticStates& states,
                                  const std::vector<double>& times) {
   const double length = theory::hydrodynamic_length(gas.density);
@@ -71,8 +71,8 @@ void add_stability(TheoryTable& table, const GasParameters& gas, const std::vect
   add(table, 5, std::move(structure));
 }
 
-/// Compares the coalescence rate of bound clusters by kinetic theory, for the run's own state at its frames, with that
-/// found. This excludes differences between the time series of run and theory.
+/// Compares the coalescence rate of the run's bound clusters with that of kinetic theory for the run's own state at
+/// each frame. Errors of the theory in earlier states then do not matter.
 std::optional<TheoryTable> merger_table(const GasParameters& gas, const GasTimeSeries& run) {
   const auto *number = run.find("analysis/bound_clusters"),
              *temperature = run.find("analysis/bound_cluster_local_temperature"),

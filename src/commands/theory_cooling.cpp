@@ -28,7 +28,7 @@ bool is_constant(const GrainContactLaw& law) {
   return std::visit([](const auto& one) { return one.constant_restitution; }, law);
 }
 
-/// Returns the rms deviation of ln T from the law with this barrier.
+/// Returns the rms deviation of ln T of a run from the law of a monopolar gas with this barrier.
 double rms_deviation(const GasTimeSeries::Series& found, theory::MonopolarGas law, double barrier) {
   law.barrier = barrier;
   double squares = 0;
@@ -110,7 +110,7 @@ TheoryTable kinetic_table(const GasParameters& gas) {
   return table;
 }
 
-/// Returns G's printed functions together with the corrected ones.
+/// Returns the printed functions of the dissertation G together with the corrected ones.
 TheoryTable printed_table(double exponent) {
   TheoryTable table{.name = "printed",
                     .title = "g_1 ... g_5 (G 5.32-5.37), of m = d = C_eps = C_dq = 1, and as printed"};
@@ -304,8 +304,9 @@ GasTimeSeries::GasTimeSeries(const std::string& path, double warm_up) : path_(pa
       if (hdf5::exists(file.file(), group + "/time")) read(file.file(), group, warm_up);
     warn_if_changed(file);
   } catch (const hdf5::Error& error) {
-    throw InputError(fmt::format("{} is damaged: the time series of its gas cannot be read ({}); run its scene again",
-                                 path, error.what()));
+    throw InputError(fmt::format(
+        "the result file {} is damaged: the time series of its gas cannot be read ({}); run its scene again", path,
+        error.what()));
   }
   if (series_["time"].time.empty()) throw InputError(path + " holds no data after the warm-up, where theory begins");
 }
@@ -334,8 +335,9 @@ void GasTimeSeries::read(const hdf5::Handle& file, const std::string& group_name
 
 const GasTimeSeries::Series* GasTimeSeries::find(const std::string& name) const {
   if (malformed_names_.contains(name))
-    throw InputError(fmt::format("{} is damaged: its {} has not one number for each instant; run its scene{} again",
-                                 path_, name, name.starts_with("analysis/") ? " or `lichtenberg analyse`" : ""));
+    throw InputError(fmt::format(
+        "the result file {} is damaged: its time series {} has not one number for each instant; run {} again", path_,
+        name, name.starts_with("analysis/") ? "its scene or `lichtenberg analyse`" : "its scene"));
   const auto found = series_.find(name);
   return found == series_.end() ? nullptr : &found->second;
 }

@@ -48,14 +48,16 @@ constexpr double tolerance = 1e-4;
 
 void check_flow(const FlowRequest& r) {
   if (!(r.restitution > 0 && r.restitution < 1))
-    throw InputError(fmt::format(
-        "theory hydrodynamics is for a gas that cools, of a restitution in (0, 1), not of {:g}", r.restitution));
+    throw InputError(
+        fmt::format("theory hydrodynamics is for a gas that cools, of a restitution coefficient in (0, 1), not of {:g}",
+                    r.restitution));
   if (!(r.charge_number >= 0 && r.charge_number <= 100))
-    throw InputError(fmt::format("theory hydrodynamics is for R in [0, 100], not for {:g}", r.charge_number));
+    throw InputError(
+        fmt::format("theory hydrodynamics is for a charge number R in [0, 100], not for {:g}", r.charge_number));
   if (!(r.length >= 10))
     throw InputError(
-        fmt::format("theory hydrodynamics is for boxes of ten mean free paths (l_0 = .12467/(n d^2)) and "
-                    "more, not of {:.3g}",
+        fmt::format("theory hydrodynamics is for boxes of ten mean free paths and more, not of {:.3g} mean free paths "
+                    "(.12467 / (n d^2) for the number density n and the diameter d)",
                     r.length));
   const int most = most_cells[r.dimension - 2];
   if (r.cells < 8 || r.cells > most)

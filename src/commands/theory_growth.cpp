@@ -99,7 +99,7 @@ TheoryTable modes_table(const theory::TransportCoefficients& c, double charge_nu
   return table;
 }
 
-/// Returns the largest critical wave number, oscillating or not; NaN if there is none.
+/// Returns the largest critical wave number of sound modes (`oscillates`) or of the heat mode; NaN if there is none.
 double largest_wave(const std::vector<theory::CriticalWave>& waves, bool oscillates) {
   double largest = NAN;
   for (const theory::CriticalWave& wave : waves)
@@ -152,7 +152,7 @@ TheoryAnswer smoluchowski_theory(const GasParameters* gas, const GasTimeSeries* 
 
 TheoryAnswer stability_theory(double eps, double charge_number) {
   if (!(charge_number >= 0 && charge_number < 1e6))
-    throw InputError(fmt::format("theory stability is for R in [0, 1e6), not for {:g}", charge_number));
+    throw InputError(fmt::format("theory stability is for a charge number R in [0, 1e6), not for {:g}", charge_number));
   const theory::TransportCoefficients c = theory::transport_coefficients(eps);
   TheoryAnswer answer{"stability", "Linear stability of a homogeneous gas (G chapter 6)", {}, {}};
   answer.figures = {{"restitution", "1", eps, ""},

@@ -9,8 +9,8 @@
 
 namespace lichtenberg {
 
-/// Options of `lichtenberg theory` that only some theories have. Options that TheoryKind::options does not name are
-/// refused.
+/// Options of `lichtenberg theory` that only some theories have. A theory refuses options that TheoryKind::options does
+/// not name.
 struct TheoryOptions {
   std::optional<double> restitution, charge_number;
   std::optional<int> cells, seed;
@@ -18,7 +18,7 @@ struct TheoryOptions {
   std::string field;  ///< output file for the final fields
 };
 
-/// Input of a theory.
+/// Input of a theory of a gas of grains: gas, run for comparison, options.
 struct TheoryRequest {
   std::optional<GasParameters> gas;    ///< gas of the scene or result, else TheoryKind::usual_gas; empty without either
   bool gas_is_given = false;           ///< `gas` belongs to a scene or result
@@ -26,8 +26,8 @@ struct TheoryRequest {
   TheoryOptions options;
 };
 
-/// Theory of a gas of grains. To add one, write a file with a function that returns this, and add a line to
-/// theory_kinds().
+/// Declaration of a theory of a gas of grains for `lichtenberg theory`. To add one, write a file with a function that
+/// returns this, and add a line to theory_kinds().
 struct TheoryKind {
   std::string name;
   /// Computes the results. Throws InputError for a gas to which the theory does not apply.
@@ -36,21 +36,31 @@ struct TheoryKind {
   std::vector<std::string> options{};      ///< its options of TheoryOptions, such as "--cells"
 };
 
+/// Returns Haff's law of cooling without charges.
 TheoryKind haff_kind();
+/// Returns the cooling of grains with equal charges.
 TheoryKind monopolar_kind();
+/// Returns the restitution coefficient of the grains' contacts by impact speed.
 TheoryKind restitution_kind();
+/// Returns the growth of aggregates by Smoluchowski's coagulation equation.
 TheoryKind smoluchowski_kind();
+/// Returns the kinetic theory of charging and coalescence.
 TheoryKind kinetic_kind();
+/// Returns the linear stability of a homogeneous charged gas.
 TheoryKind stability_kind();
+/// Returns the numerical solution of the hydrodynamic equations.
 TheoryKind hydrodynamics_kind();
+/// Returns all theories of one gas in common tables.
 TheoryKind all_kind();
 
+/// Returns all theories of `lichtenberg theory`.
 const std::vector<TheoryKind>& theory_kinds();
 
-/// Returns the command `theory`. Its Command::act throws InputError and Failure.
+/// Makes the command `theory` for these theories. Its Command::act throws InputError and Failure.
 Command theory_command(const std::vector<TheoryKind>& kinds);
 
-/// Returns restitution and R: from the options, else from the scene's gas, else of G 6.1 (f).
+/// Returns the restitution coefficient and the dimensionless charge number R (theory::charge_number) for linear
+/// stability. They come from the options, else from the scene's gas, else from G 6.1 (f).
 std::pair<double, double> stability_numbers(const TheoryRequest& request);
 
 }  // namespace lichtenberg

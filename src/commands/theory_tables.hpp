@@ -14,24 +14,25 @@
 
 namespace lichtenberg {
 
+/// Column of a table of a theory: values of one quantity.
 struct TheoryColumn {
   std::string name, unit;  ///< unit 1 for pure numbers
   std::string label;       ///< label in a picture
   std::vector<double> values;
 };
 
-/// Values of a run for one of the columns.
+/// Values of a run (x, y) that are compared with one column of a theory's table.
 struct FoundSeries {
   std::string of;  ///< name of that column
   std::string label;
   std::vector<double> x, y;
 };
 
-/// Table of functions of its first column.
+/// Table of a theory's results as functions of its first column, with panels for a picture.
 struct TheoryTable {
   std::string name, title;
   std::vector<TheoryColumn> columns;
-  /// Columns of one panel of a picture; a table without panels is not drawn.
+  /// Columns that one panel of a picture shows; a table without panels is not drawn.
   struct Panel {
     std::string label;
     bool logarithmic = true;
@@ -42,7 +43,7 @@ struct TheoryTable {
   std::vector<FoundSeries> found{};
 };
 
-/// Returns `value`, a function or a member, of each element.
+/// Applies `value` (a function or a pointer to member) to each element and returns the results.
 template <class All, class Value>
 std::vector<double> values_of(const All& all, Value value) {
   std::vector<double> values;
@@ -50,19 +51,20 @@ std::vector<double> values_of(const All& all, Value value) {
   return values;
 }
 
+/// Adds a column to a table and to one of its panels.
 inline void add(TheoryTable& table, int panel, TheoryColumn column) {
   table.panels[panel].columns.push_back(column.name);
   table.columns.push_back(std::move(column));
 }
 
-/// Number with unit and meaning.
+/// A single number of a theory with its unit and meaning.
 struct TheoryFigure {
   std::string name, unit;
   double value = 0;
   std::string meaning;
 };
 
-/// Fields of a square at one instant, drawn as adjacent pictures.
+/// Fields on a square at one instant, drawn as adjacent pictures.
 struct TheoryMaps {
   std::string title;
   int cells = 0;      ///< per edge
@@ -75,6 +77,7 @@ struct TheoryMaps {
   std::vector<Map> fields;
 };
 
+/// Results of a theory: numbers, tables and fields.
 struct TheoryAnswer {
   std::string name, title;
   std::vector<TheoryFigure> figures;
@@ -82,23 +85,25 @@ struct TheoryAnswer {
   std::vector<TheoryMaps> maps{};
 };
 
-/// Time series of a run: those recorded by the run, and with the prefix `analysis/` those stored by `analyse`.
+/// Time series of a run of grains: those that the run recorded, and with the prefix `analysis/` those stored by
+/// `analyse`.
 class GasTimeSeries {
  public:
-  /// Values at times counted from the end of the warm-up; earlier ones are omitted. Each shell of a structure factor is
-  /// a series of its own, with the suffix /1, /2, ...
+  /// Values at times counted from the end of the warm-up (equilibration); earlier values are omitted. Each shell of a
+  /// structure factor is a series of its own, with the suffix /1, /2, ...
   struct Series {
     std::vector<double> time, value;
   };
 
-  /// Throws InputError if the file holds no series: it is damaged, is not of a gas, or ends with the warm-up.
+  /// Reads the time series of a result file. `warm_up`: end of the equilibration (t0). Throws InputError if there are
+  /// none: the file is damaged, is not of a gas, or ends with the warm-up.
   GasTimeSeries(const std::string& path, double warm_up);
 
-  /// Returns the series of this name; null if there is none. Throws InputError if it does not hold one number per
+  /// Returns the series of this name; null if there is none. Throws InputError if it does not have one number per
   /// instant.
   const Series* find(const std::string& name) const;
   const std::map<std::string, Series>& all() const { return series_; }
-  /// Adds the series, times `factor`, to the table if it exists.
+  /// Adds the series `name`, times `factor`, to the table for comparison with one of its columns, if the series exists.
   void show(TheoryTable& table, const std::string& column, const std::string& name, const std::string& label,
             double factor = 1) const;
 
@@ -110,29 +115,34 @@ class GasTimeSeries {
   std::set<std::string> malformed_names_;
 };
 
-/// Returns figures of a gas that most theories print first.
+/// Returns the numbers of a gas that most theories print first: density, temperature, pair correlation, collision
+/// frequency.
 std::vector<TheoryFigure> common_figures(const GasParameters& gas);
-/// Returns the constant restitution coefficient with the same energy loss as the gas's own at its temperature.
+/// Computes the constant restitution coefficient with the same energy loss as the gas's own at its temperature.
 double mean_restitution(const GasParameters& gas);
-/// Returns times from 0.01, or from end / 100 if that is less, to `end`, at least twenty per decade.
+/// Makes times in geometric progression from 0.01, or from end / 100 if that is less, to `end`, at least twenty per
+/// decade.
 std::vector<double> times_until(double end);
-/// Returns the states by kinetic theory with finite contact durations. Throws InputError for grains that do not charge
-/// each other or do not attract.
+/// Computes the states of a coalescing gas at these times by kinetic theory with finite contact durations. Throws
+/// InputError for grains that do not charge each other or do not attract.
 std::vector<theory::KineticState> merging_states(const GasParameters& gas, const std::vector<double>& times);
 
-/// Coagulation in flight at the pace of kinetic theory: number of aggregates per initial grain, and S.
+/// Growth of aggregates by Smoluchowski's equation in the time of kinetic theory: number of aggregates per initial
+/// grain, and mean size S.
 struct PacedGrowth {
   std::vector<double> number, size;
   double error = 0, ratio = 0;  ///< as in theory::CoagulationSeries
 };
-/// `states`: result of `merging_states`.
+/// Computes the growth of aggregates by Smoluchowski's equation with theory::flight_kernel(beta), at the pace of
+/// kinetic theory. Each of the `states` (result of merging_states()) is mapped to the theory::flight_time() of its mean
+/// size.
 PacedGrowth paced_growth(double beta, const GasParameters& gas, const std::vector<theory::KineticState>& states);
 
-/// Adds the wave number below which shear grows. Then adds those at which heat or sound modes begin or cease to grow,
-/// at `charge_number` R.
+/// Adds the critical wave numbers of linear stability to the figures: that below which shear grows, and those at which
+/// heat or sound modes begin or cease to grow. `charge_number`: R.
 void add_critical(std::vector<TheoryFigure>& figures, const theory::TransportCoefficients& c, double charge_number);
 
-/// Returns `count` values in geometric progression from `first` to `last`.
+/// Makes `count` values in geometric progression from `first` to `last`.
 std::vector<double> logarithmic_range(double first, double last, int count);
 
 }  // namespace lichtenberg

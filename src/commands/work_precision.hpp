@@ -13,10 +13,10 @@
 
 namespace lichtenberg::work_precision {
 
-/// Settings of a method by name: {{"S", 512}, {"tolerance", 1e-6}}.
+/// Settings of a method by name, such as {{"S", 512}, {"tolerance", 1e-6}}.
 using Settings = std::vector<std::pair<std::string, double>>;
 
-/// Repeatable computation with a measurable error. Each run starts from the same state.
+/// Interface of a repeatable computation with a measurable error. Each run starts from the same state.
 class Trial {
  public:
   virtual ~Trial() = default;
@@ -25,30 +25,31 @@ class Trial {
   virtual void run() = 0;
   /// Returns the largest relative error of each quantity of the last run against the reference.
   virtual std::vector<double> errors() const = 0;
-  /// Returns iterations or field solves of the last run.
+  /// Returns the work of the last run: iterations or field solves (Diagram::work).
   virtual std::int64_t work() const = 0;
   /// Returns the machine-independent work of the last run, in residual evaluations on the whole grid; 0: not counted.
   virtual double evaluations() const { return 0; }
-  /// Returns the seconds of the last run if wall time is not appropriate: processor time of one thread, or time of
-  /// another program or device without start and transfers.
+  /// Returns the time (s) of the last run if wall time is not appropriate: processor time of one thread, or time of
+  /// another program or device without start and transfers. No value: wall time counts.
   virtual std::optional<double> measured_seconds() const { return {}; }
   /// Returns true if another program or a device does the work, whose memory is not that of this process.
   virtual bool uses_other_memory() const { return false; }
 };
 
-/// One setting of a method.
+/// One setting of a method that can be measured.
 struct Candidate {
   Settings settings;
   double cost = 1;  ///< expected time in arbitrary units
   std::function<std::unique_ptr<Trial>()> make;
 };
 
+/// A numerical method with the settings at which it is compared.
 struct Method {
   std::string name, description;
   std::vector<Candidate> candidates;  ///< approximately in ascending order of cost
 };
 
-/// Measurement of a candidate.
+/// Measured error and cost of a candidate: one point of a work-precision diagram.
 struct Point {
   std::vector<double> errors;  ///< per quantity
   double seconds = 0;          ///< median time of a run; see Diagram::clock
@@ -58,7 +59,7 @@ struct Point {
   std::optional<double> mebibytes;  ///< peak memory; empty if the system does not report it
 };
 
-/// Subject and reference of a comparison.
+/// Subject, reference and units of a work-precision diagram.
 struct Diagram {
   std::string title;                     ///< computed problem
   std::vector<std::string> quantities;   ///< quantities with errors
@@ -73,40 +74,42 @@ struct Diagram {
   std::function<std::vector<double>(const nlohmann::ordered_json& answer)> errors;
 };
 
-/// Requested sweep.
+/// Request for a work-precision comparison: methods and sizes.
 struct Request {
   std::vector<std::string> methods;     ///< names; empty: all
   std::vector<std::string> others;      ///< names of other programs' methods that can join
   std::vector<int> sizes;               ///< grid sizes S of the methods with a grid
   std::function<void()> begin = [] {};  ///< called before the reference is computed
-  /// Called with the subject and the requested methods, which stay valid during the call.
+  /// Callback that receives the subject and the requested methods, which stay valid during the call.
   std::function<void(const Diagram&, const std::vector<Method>&)> serve;
 };
 
-/// Sweeps the field of the scene's start over all methods that can solve it. Quantities: potentials, charges, forces.
+/// Compares all methods that can solve the field of the scene at its start. Quantities: potentials, charges, forces.
 /// Throws InputError for a scene without a field, unknown methods and sizes without square cells.
 void sweep_field(const Scene& scene, const Request& request);
-/// Sweeps the field of spheres in three dimensions by accuracy and by degree, together with finite elements if
-/// installed.
+/// Compares methods for the field of spheres in three dimensions, by accuracy and by degree, together with finite
+/// elements if installed.
 void sweep_spheres(const Scene& scene, const Request& request);
-/// Sweeps the scene's motion until stop.time over all integrators. Quantity: positions. Throws InputError for unknown
-/// methods.
+/// Compares all integrators for the motion of the scene's conductors until stop.time. Quantity: positions. Throws
+/// InputError for unknown methods.
 void sweep_time(const Scene& scene, const Request& request);
 
-/// Sweeps the forces of charges on grains at their initial positions over all summation methods, including LAMMPS; with
-/// induced dipoles, from a zero initial guess, if the grains are polarizable. Uncharged grains get Gaussian charges.
-/// Quantities: rms force, largest force. Throws InputError for a scene without charges and for unknown methods.
+/// Compares all summation methods for the forces of charges on grains at their initial positions, including LAMMPS. If
+/// the grains are polarizable, induced dipoles are included, from a zero initial guess. Uncharged grains get Gaussian
+/// charges. Quantities: rms force, largest force. Throws InputError for a scene without charges and for unknown
+/// methods.
 void sweep_charges(const Scene& scene, const Request& request);
 
-/// Sweeps the motion of grains over half a unit of time, without equilibration stages, over all integrators, and over
-/// all dipole variants if grains are polarizable. Quantities: positions, energy balance. Throws InputError for unknown
-/// methods.
+/// Compares all integrators for the motion of grains over half a unit of time, without equilibration stages. If grains
+/// are polarizable, it also compares all dipole variants. Quantities: positions, energy balance. Throws InputError for
+/// unknown methods.
 void sweep_grains(const Scene& scene, const Request& request);
 
-/// Returns the requested methods of `all`. Throws InputError for names that are neither of `all` nor of request.others.
+/// Returns the methods of `all` that the request names; all if it names none. Throws InputError for names that are
+/// neither of `all` nor of request.others.
 std::vector<Method> choose(std::vector<Method> all, const Request& request);
-/// Measures a candidate. The time is the median of up to five runs after a warm-up run; slow candidates run less often.
-/// Throws InputError if the method is not applicable, Failure if a run fails.
+/// Measures the error, time and memory of a candidate. The time is the median of up to five runs after a warm-up run;
+/// slow candidates run less often. Throws InputError if the method is not applicable, Failure if a run fails.
 Point measure(const Candidate& candidate);
 
 /// Returns the processor time (s) of this thread.

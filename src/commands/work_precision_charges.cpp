@@ -310,7 +310,8 @@ void find_reference(ChargedSubject& subject, Diagram& diagram) {
 }
 
 std::vector<double> ChargedSubject::errors(const std::vector<double>& force) const {
-  if (force.size() != bodies.position.size()) throw InputError("an answer needs three force components per charge");
+  if (force.size() != bodies.position.size())
+    throw InputError("the answer of a method that sums Coulomb forces needs three force components per charge");
   double squares = 0, largest = 0;
   for (std::size_t s = 0; s < sample.size(); ++s) {
     double square = 0;

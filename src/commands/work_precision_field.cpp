@@ -121,7 +121,7 @@ struct FieldSubject {
 
 using MakeSolver = std::function<std::unique_ptr<LaplaceSolver>()>;
 
-/// Solve without an initial guess from earlier solves.
+/// Trial: a field solve without an initial guess from earlier solves.
 class FieldTrial : public Trial {
  public:
   FieldTrial(const FieldSubject& subject, const PetscSetting::Options& options, const MakeSolver& make)
@@ -265,13 +265,15 @@ void check_sizes(const Scene& scene, const std::vector<int>& sizes) {
                shorter = std::min(scene.domain.size.x, scene.domain.size.y);
   for (const int cells : sizes) {
     if (cells < smallest || cells > most_cells)
-      throw InputError(fmt::format("--sizes {}: {} to {} cells along the longer side of the domain are allowed", cells,
-                                   smallest, most_cells));
+      throw InputError(
+          fmt::format("--sizes {} is not allowed: {} to {} cells along the longer side of the domain are allowed",
+                      cells, smallest, most_cells));
     const double across = shorter / longer * cells, whole = std::max(1.0, std::round(across));
     constexpr double rounding = 1e-9;  // of sides given as decimal numbers
     if (std::abs(across - whole) > rounding * whole)
       throw InputError(
-          fmt::format("--sizes {}: the domain's shorter side would have {:g} cells, and only a whole number is allowed",
+          fmt::format("--sizes {} is not allowed: the domain's shorter side would have {:g} cells, and only a whole "
+                      "number is allowed",
                       cells, across));
   }
 }

@@ -38,7 +38,7 @@ SphereAnswer answer_of(const laplace::SphereSolution& solution) {
   return {solution.group_potential, solution.sphere_charge, solution.sphere_force};
 }
 
-/// Solve without an initial guess from earlier solves.
+/// Trial: a solve without an initial guess from earlier solves.
 class SphereTrial : public Trial {
  public:
   SphereTrial(const SphereSubject& subject, const laplace::SphereOptions& options)

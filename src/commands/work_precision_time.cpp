@@ -43,7 +43,7 @@ double distance(const MovingSubject& subject, const std::vector<Vec3>& one, cons
   return largest / subject.radius;
 }
 
-/// Runs the whole scene.
+/// Trial: a run of the whole scene.
 class TimeTrial : public Trial {
  public:
   TimeTrial(const MovingSubject& subject, const MechanicsOptions& mechanics)

@@ -67,39 +67,45 @@ const EffectKind& ChargeExchangeOptions::kind() {
       .keys =
           {{.name = "model",
             .target = target<&ChargeExchangeOptions::model>,
-            .help = "impact: once per collision, Q (energy of the impact)^eta with random factors; random-walk: white "
-                    "noise during contact; contact-area: that times the contact area; none: no transfer"},
+            .help = "model of the charge transfer between grains in contact. impact: once per collision, of size Q "
+                    "(impact energy)^eta with random factors; random-walk: white noise of variance Q^2 rate dt in each "
+                    "step of the contact; contact-area: that noise times the contact area; none: no transfer"},
            {.name = "transfer_prefactor",
             .target = target<&ChargeExchangeOptions::strength>,
             .unit = "q0",
             // Fourth powers of charges must not overflow.
             .range = {.low = 0, .high = 1e50, .low_itself = false},
-            .help = "Q, prefactor of the transferred charge",
+            .help = "prefactor Q of the transferred charge, in reduced units (q0)",
             .old_name = "strength"},
            {.name = "exponent",
             .target = target<&ChargeExchangeOptions::exponent>,
             // Exponent of energies, bounded to avoid overflow.
             .range = {.low = 0, .high = 10, .low_itself = false},
-            .help = "eta, exponent of the impact energy in the model impact"},
+            .help =
+                "exponent eta of the model impact, whose transferred charge is proportional to (impact energy)^eta"},
            {.name = "rate",
             .target = target<&ChargeExchangeOptions::rate>,
             .unit = "1/t0",
             .range = ranges::positive,
-            .help = "lambda, of random-walk and contact-area: the variance per unit of time is Q^2 lambda"},
+            .help = "rate lambda of the models random-walk and contact-area, in reduced units (1/t0): the variance of "
+                    "the transferred charge grows by Q^2 lambda per unit of time, with contact-area times the contact "
+                    "area squared"},
            {.name = "each_step",
             .target = target<&ChargeExchangeOptions::each_step>,
-            .help =
-                "impact: transfer in each step of a contact, as in G table 3.1; the result then depends on the step"},
+            .help = "true: the model impact transfers charge in each step of a contact, as in Singh 2019, table 3.1, "
+                    "so that the result depends on the step; false: once per collision"},
            {.name = "capacity",
             .target = target<&ChargeExchangeOptions::capacity>,
             .unit = "q0",
             .range = ranges::positive,
             .computed_default = "none",
-            .help = "C, the largest charge of a grain (G 3.47)"},
+            .help = "capacity C of a grain, its largest charge of either sign, in reduced units (q0; Singh 2019, eq. "
+                    "3.47)"},
            {.name = "over_capacity",
             .target = target<&ChargeExchangeOptions::over_capacity>,
-            .help = "treatment of a transfer beyond the capacity; refuse: it does not take place; reset: it empties "
-                    "the grain as printed in G, which loses charge"}},
+            .help = "treatment of a transfer that would charge a grain beyond its capacity. refuse: it does not take "
+                    "place; reset: the grain loses its whole charge, as printed in Singh 2019, so that charge is not "
+                    "conserved"}},
       .dimensions = {2, 3},
       .periodic = true,
       .grains = true,
@@ -120,8 +126,9 @@ const EffectKind& ChargeExchangeOptions::kind() {
 ChargeExchange::ChargeExchange(const ChargeExchangeOptions& options, std::uint64_t seed)
     : options_(options), seed_(seed) {}
 
-/// Random numbers are keyed by the pair and the collision count of its first grain. Each collision thus has its own
-/// numbers, independent of threads and of neighbour list rebuilds.
+/// Transfers charge in new contacts, or in all contacts for models with a transfer in each step. Random numbers are
+/// selected by the pair and by the number of earlier collisions of its first grain (or of earlier steps). Each
+/// collision thus has its own numbers, independent of threads and of rebuilds of the neighbour list.
 void ChargeExchange::exchange_charges(const ContactRecord& contacts, const Bodies& bodies, std::span<double> charge) {
   if (options_.model == ExchangeModel::none) return;
   collisions_.resize(bodies.size());

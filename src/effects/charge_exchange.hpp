@@ -10,7 +10,8 @@
 
 namespace lichtenberg::effects {
 
-/// Model of the charge that a contact transfers (G table 3.1).
+/// Model of the charge that two grains in contact transfer (Singh 2019, table 3.1). `impact`: once in a collision, by
+/// the impact energy. `random_walk`: white noise during contact. `contact_area`: white noise times the contact area.
 enum class ExchangeModel { impact, random_walk, contact_area, none };
 
 }  // namespace lichtenberg::effects
@@ -29,21 +30,24 @@ inline constexpr Named<effects::OverCapacity> values_named<effects::OverCapacity
 
 namespace lichtenberg::effects {
 
+/// Parameters of the charge exchange between grains in contact: model, prefactor and exponent of the transferred
+/// charge, and largest charge of a grain. Reduced units.
 struct ChargeExchangeOptions {
   ExchangeModel model = ExchangeModel::impact;
-  double strength = 4.5e-3;  ///< Q
+  double strength = 4.5e-3;  ///< Q, prefactor of the transferred charge (q0)
   double exponent = 0.83;    ///< eta, for impact
   double rate = 1;           ///< lambda, 1/t0, for the other models
-  /// impact: transfer in each step of a contact instead of once in a collision
+  /// True: the model `impact` transfers charge in each step of a contact instead of once in a collision
   bool each_step = false;
-  std::optional<double> capacity;  ///< C, q0
+  std::optional<double> capacity;  ///< largest charge of a grain (q0); empty: no limit
   OverCapacity over_capacity = OverCapacity::refuse;
 
   static const EffectKind& kind();
 };
 
-/// Random charge transfer between grains in contact. The gain of one grain is the loss of the other. Transfers are
-/// multiples of a power of two, so that the sum of all charges is exactly constant.
+/// Effect of random charge transfer between two grains in contact. One grain gains the charge that the other loses.
+/// Transfers are multiples of a power of two, so that the sum of all charges is exactly constant. The only exception is
+/// OverCapacity::reset, which discards charge.
 class ChargeExchange : public Effect {
  public:
   ChargeExchange(const ChargeExchangeOptions& options, std::uint64_t seed);
@@ -57,13 +61,16 @@ class ChargeExchange : public Effect {
 
  private:
   bool is_once_a_collision() const { return options_.model == ExchangeModel::impact && !options_.each_step; }
+  /// Returns the charge (q0) that the second grain of the contact gives to the first in a time dt (t0).
   double transfer(const GrainContact& contact, double dt, const Bodies& bodies, Random& random) const;
+  /// Transfers charge between the two grains of a contact. `count` numbers the transfers of a pair, to select its
+  /// random numbers.
   void move(const GrainContact& contact, double dt, std::uint64_t count, const Bodies& bodies,
             std::span<double> charge);
 
   ChargeExchangeOptions options_;
   std::uint64_t seed_;
-  /// Number of collisions of each grain, a counter of its random numbers.
+  /// Number of collisions of each grain, which selects its random numbers.
   std::vector<std::int64_t> collisions_;
   std::int64_t steps_ = 0, transfers_ = 0, refused_ = 0;
   double lost_ = 0;  ///< charge, q0

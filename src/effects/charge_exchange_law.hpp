@@ -8,26 +8,30 @@
 
 namespace lichtenberg::effects {
 
-// Charge dq that a contact of grains i and j transfers, q_i += dq and q_j -= dq, by three models (G table 3.1), in
-// reduced units. Each is proportional to its strength Q, and both signs are equally likely.
+// Charge dq that a contact of grains i and j transfers, q_i += dq and q_j -= dq, by three models (Singh 2019, table
+// 3.1), in reduced units. Each is proportional to its strength Q, and both signs are equally likely.
 
-/// White noise during contact: dq = Q sqrt(rate dt) w, w Gaussian of variance 1 (G 3.45, 3.46). Two random words.
+/// Charge transfer as white noise during a contact: dq = Q sqrt(rate dt) w for a step dt, w Gaussian of variance 1
+/// (Singh 2019, eq. 3.45 and 3.46). Reduced units. Draws two random numbers.
 struct RandomWalkExchange {
-  double strength = 0;  ///< Q
-  double rate = 0;      ///< lambda
+  double strength = 0;  ///< Q (q0)
+  double rate = 0;      ///< lambda (1/t0)
 
+  /// Returns the charge dq (q0) transferred from the second grain to the first in a time dt (t0).
   LICHTENBERG_HOST_DEVICE double operator()(double dt, Random& random) const {
     return strength * std::sqrt(rate * dt) * random.normal();
   }
 };
 
-/// One transfer in each collision: dq = +-Q (Psi_1 m_eff v^2)^(eta + Psi_2). v is the normal speed at contact onset,
-/// and m_eff = 1/2 for two grains of mass 1. Psi_1 is uniform in [.1, 10^(1/2)], Psi_2 in +-.05 eta (G 4.3, whose
-/// interval for Psi_2 is shifted by eta). Three random words: sign, Psi_1, Psi_2.
+/// One charge transfer in each collision: dq = +-Q (Psi_1 m_eff v^2)^(eta + Psi_2), v the normal speed at contact
+/// onset. Psi_1 is uniform in [0.1, sqrt(10)] and Psi_2 in +-0.05 eta (Singh 2019, eq. 4.3, whose interval for Psi_2 is
+/// shifted by eta). Reduced units. Draws three random numbers: sign, Psi_1, Psi_2.
 struct ImpactExchange {
-  double strength = 0;  ///< Q
+  double strength = 0;  ///< Q (q0)
   double exponent = 0;  ///< eta
 
+  /// Returns the charge dq (q0) transferred from the second grain to the first. `effective_mass`: m_i m_j / (m_i +
+  /// m_j); `speed`: normal speed at onset.
   LICHTENBERG_HOST_DEVICE double operator()(double effective_mass, double speed, Random& random) const {
     const double signed_strength = random.sign() * strength;
     const double first = random.uniform(0.1, std::sqrt(10.0)), second = random.uniform(-0.05, 0.05) * exponent;
@@ -35,48 +39,53 @@ struct ImpactExchange {
   }
 };
 
-/// White noise times the area of the contact: dq = Q a sqrt(rate dt) w (G 3.50, 3.51). Two random words.
+/// Charge transfer as white noise times the contact area a: dq = Q a sqrt(rate dt) w for a step dt, w Gaussian of
+/// variance 1 (Singh 2019, eq. 3.50 and 3.51). Reduced units. Draws two random numbers.
 struct ContactAreaExchange {
-  double strength = 0;  ///< Q
-  double rate = 0;      ///< lambda
+  double strength = 0;  ///< Q (q0/d0^2)
+  double rate = 0;      ///< lambda (1/t0)
 
+  /// Returns the charge dq (q0) transferred from the second grain to the first in a time dt (t0). `area`: d0^2.
   LICHTENBERG_HOST_DEVICE double operator()(double area, double dt, Random& random) const {
     return strength * area * std::sqrt(rate * dt) * random.normal();
   }
 };
 
-/// Returns the area of the circle in which two spheres intersect, pi (xi/2) (d0 - xi/2) for equal spheres (3.51 prints
-/// xi for xi/2). It uses Heron's formula, whose factors have no cancellation. Requires overlap >= 0 and neither sphere
-/// inside the other.
+/// Returns the contact area of two overlapping spheres: the area of the circle in which their surfaces intersect. For
+/// equal spheres of diameter d0 it is pi (xi/2) (d0 - xi/2), xi the overlap (Singh 2019, eq. 3.51, prints xi for xi/2).
+/// Heron's formula avoids cancellation. Requires overlap >= 0 and neither sphere inside the other.
 LICHTENBERG_HOST_DEVICE inline double contact_area(double radius_i, double radius_j, double overlap) {
   const double distance = radius_i + radius_j - overlap, radius_difference = radius_i - radius_j;
   return std::numbers::pi * (radius_i + radius_j + distance) * overlap * (distance + radius_difference) *
          (distance - radius_difference) / (4 * distance * distance);
 }
 
-/// Returns the quantum of transfers of strength Q, 2^(floor(log2 Q) - 30). Sums of charges up to 2^22 Q are then exact
-/// in double precision, in any order, and a neutral gas remains exactly neutral.
+/// Returns the charge quantum of transfers of strength Q: 2^(floor(log2 Q) - 30). All transfers are multiples of it.
+/// Sums of charges up to 2^22 Q are then exact in double precision, in any order, and a neutral gas remains exactly
+/// neutral.
 LICHTENBERG_HOST_DEVICE inline double charge_quantum(double strength) {
   return std::ldexp(1.0, std::ilogb(strength) - 30);
 }
 
-/// Returns dq rounded to a multiple of the quantum, a power of two.
+/// Returns the charge dq rounded to the nearest multiple of the charge quantum, which is a power of two.
 LICHTENBERG_HOST_DEVICE inline double whole_quanta(double dq, double quantum) {
   return quantum * std::nearbyint(dq / quantum);
 }
 
-/// Action for a transfer that would charge a grain beyond its capacity.
+/// Treatment of a charge transfer that would charge a grain beyond its capacity (largest allowed charge).
 enum class OverCapacity {
   refuse,  ///< the transfer is omitted
-  reset,   ///< the transfer occurs, and the grain loses all its charge (G 3.47): charge is not conserved
+  reset,   ///< the grain loses all its charge after the transfer (Singh 2019, eq. 3.47): charge is not conserved
 };
 
+/// Charges of two grains i and j after a transfer.
 struct ExchangedCharges {
   double i = 0, j = 0;
   double lost = 0;  ///< charge removed from both grains
 };
 
-/// Returns the charges of two grains after the transfer dq from j to i. An infinite capacity is no limit.
+/// Returns the charges of two grains after the transfer of a charge dq from grain j to grain i. `capacity`: largest
+/// magnitude of a grain's charge, INFINITY for no limit; `over`: treatment of a transfer beyond the capacity.
 LICHTENBERG_HOST_DEVICE inline ExchangedCharges exchange_charges(double charge_i, double charge_j, double dq,
                                                                  double capacity, OverCapacity over) {
   const double i = charge_i + dq, j = charge_j - dq;

@@ -18,7 +18,8 @@ double total(std::span<const CompensatedSum> terms) {
   return sum.total();
 }
 
-/// Divides a group's charge among its members (at least two) as the field does; the last member takes the remainder.
+/// Divides the total charge of an equipotential group among its members (at least two) according to the field's charges
+/// `by_field` (C). The last member takes the remainder, so that the total is exact.
 void redistribute(std::vector<CompensatedSum>& charge, std::span<const int> members, std::span<const double> by_field) {
   CompensatedSum rest;
   for (const int i : members) rest += charge[i];

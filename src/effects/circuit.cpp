@@ -106,8 +106,8 @@ std::vector<Resistor> resistors_of(const Scene& scene, std::span<const Contact> 
 
 namespace {
 
-/// Returns the conductance (S) of a contact whose law depends on its state. Throws InputError as contact_current()
-/// does.
+/// Returns the conductance (S) of a contact whose conductance depends on its state (voltage and gap). Throws the
+/// exceptions of contact_current().
 double contact_conductance(const Scene& scene, Contact contact, ContactState state) {
   const SharingLaw law = sharing_law(scene, contact);
   if (!(law.gap_scale > 0))

@@ -9,7 +9,7 @@
 namespace lichtenberg {
 namespace {
 
-/// Returns the energies of a circuit with the names of their columns.
+/// Returns pairs of column name and pointer to the energy (J) for all energies of a circuit.
 template <class Balance>
 auto energies_of(Balance& balance) {
   auto& flows = balance.flows;
@@ -36,7 +36,7 @@ std::vector<std::string> names_of(const std::vector<TerminalReading>& terminals)
   return names;
 }
 
-/// Adds the columns of currents and energies of a circuit.
+/// Adds the columns of charges, currents and energies of a circuit to a frame.
 void add_circuit(Frame& columns, const ConductorFrame& frame) {
   const auto add_by_terminal = [&](const char* name, const char* unit, std::vector<double> row) {
     if (!row.empty()) columns.add_labelled(name, unit, std::move(row), names_of(frame.terminals));
@@ -95,7 +95,7 @@ ConductorFrame conductor_frame(const Frame& columns) {
   for (const char* name : {"velocity", "force", "charge", "group", "energy", "charge_held", "charge_fed",
                            "charge_drained", "field_solves", "iterations"})
     if (charged && columns.find(name) == nullptr)
-      throw InputError(fmt::format("there is no {} with the potential of conductors", name));
+      throw InputError(fmt::format("a frame of conductors has the column potential, but no column {}", name));
   const auto number = [&](const char* name) { return columns.number(name).value_or(0); };
   ConductorFrame frame{.time = columns.time,
                        .position = columns.vectors("position"),

@@ -11,35 +11,36 @@
 
 namespace lichtenberg {
 
-/// State of a fixed-potential body (an electrode, an electrode side of the domain, or a wire at a prescribed potential)
-/// and its cumulative charge.
+/// Potential and cumulative charge of a terminal: an electrode, an electrode side of the domain, or a wire at a
+/// prescribed potential.
 struct TerminalReading {
   std::string name;
   double potential = 0;  ///< V
-  double drained = 0;    ///< C, collected from the conductors since the start
+  double drained = 0;    ///< charge collected from the conductors since the start (C)
   // In a scene with a circuit:
   double series_resistance = 0;  ///< ohm
   double surface_potential = 0;  ///< V, behind the series resistor; equal to `potential` without one
-  /// C, delivered by the source since the start, including charge on the electrode itself
+  /// Charge that the potential source has delivered since the start (C), including the charge on the electrode itself
   double delivered = 0;
 };
 
-/// Sources and sinks of a circuit's energy since the start (J).
+/// Energies (J) that a circuit has received from sources and converted to heat since the start.
 struct EnergyFlows {
-  double by_supplies = 0, by_source = 0;                                         ///< delivered
-  double series_resistors = 0, contacts = 0, leakage = 0, sparks = 0, drag = 0;  ///< converted to heat
+  double by_supplies = 0, by_source = 0;  ///< received from potential sources; from the injected current
+  /// Heat in series resistors, in resistive contacts, by leakage through the fluid, in sparks and by drag.
+  double series_resistors = 0, contacts = 0, leakage = 0, sparks = 0, drag = 0;
 
   double supplied() const { return by_supplies + by_source; }
   double dissipated() const { return series_resistors + contacts + leakage + sparks + drag; }
 };
 
-/// Energy of a scene with a circuit, except for that of the field.
+/// Energies (J) of a scene with a circuit, except for the energy of the field.
 struct EnergyBalance {
-  double kinetic = 0, elastic = 0;  ///< J, current values
+  double kinetic = 0, elastic = 0;  ///< J, at this instant
   EnergyFlows flows;
 };
 
-/// Means since the previous frame (analysis/circuit.hpp); NaN in the first frame.
+/// Mean currents, powers and resistance of a circuit since the previous frame; NaN in the first frame.
 struct CircuitRates {
   std::vector<double> current;  ///< A, delivered by each terminal's potential source
   /// ohm, between the terminals of highest and lowest potential
@@ -49,7 +50,7 @@ struct CircuitRates {
   double entropy_production = NAN;  ///< W/K
 };
 
-/// State of a scene of conductors at one instant.
+/// Recorded state of a scene of conductors at one instant: motion, charges, potentials and energies.
 struct ConductorFrame {
   double time = 0;             ///< s
   std::vector<Vec3> position;  ///< m; z is 0 in two dimensions
@@ -58,11 +59,11 @@ struct ConductorFrame {
   std::vector<Vec3> force;        ///< N, electric force
   std::vector<double> charge;     ///< C
   std::vector<double> potential;  ///< V
-  /// Smallest index of the conductors in electrical contact; -1: connected to an electrode
+  /// For each conductor: smallest index of the conductors in electrical contact with it; -1: connected to an electrode
   std::vector<int> group;
   double energy = 0;          ///< J, energy of the field
   double charge_held = 0;     ///< C, stored on the conductors
-  double charge_fed = 0;      ///< C, injected by the source since the start
+  double charge_fed = 0;      ///< C, injected into the conductors since the start
   double charge_drained = 0;  ///< C, collected by the electrodes since the start: the sum over terminals
   std::vector<TerminalReading> terminals;
   double charge_leaked = 0;                     ///< C, leaked into the fluid since the start
@@ -72,12 +73,13 @@ struct ConductorFrame {
   std::int64_t iterations = 0;  ///< linear-solver iterations of all solves
 };
 
-/// Returns the columns of a frame. With a circuit they include cumulative quantities and means since the previous
-/// frame, NaN without rates.
+/// Converts the state of a scene of conductors to a frame of named columns for the result file. With a circuit, the
+/// columns include cumulative charges and energies, and means since the previous frame (NaN if there are none).
 Frame columns_of(const ConductorFrame& frame);
 
-/// Reads a frame from its columns, except for potentials and resistances of the terminals and the rates. Throws
-/// InputError if a required column is missing while related ones exist.
+/// Converts a frame of named columns to the state of a scene of conductors, the inverse of columns_of(). The result has
+/// no CircuitRates, and no prescribed potentials and series resistances of terminals. Throws InputError if the frame
+/// has potentials of conductors but lacks another column of the field.
 ConductorFrame conductor_frame(const Frame& frame);
 
 }  // namespace lichtenberg

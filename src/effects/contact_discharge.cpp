@@ -6,7 +6,7 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// Tests if contacts, requested in ascending order, are in a sorted list.
+/// Tests if contacts are in a sorted list. The contacts must be tested in ascending order.
 class SortedLookup {
  public:
   explicit SortedLookup(std::span<const Contact> sorted) : next_(sorted.begin()), end_(sorted.end()) {}
@@ -19,12 +19,14 @@ class SortedLookup {
   std::span<const Contact>::iterator next_, end_;
 };
 
-/// Returns the largest change (m) of the gap by the motion of both bodies.
+/// Returns the largest change (m) of a contact's gap if each body i moves by at most travel[i] (m); `bodies`: number of
+/// conductors.
 double approach(Contact contact, int bodies, std::span<const double> travel) {
   return travel[contact.conductor] + (contact.partner < bodies ? travel[contact.partner] : 0);
 }
 
-/// Compares gaps of conductors with distances without square roots, in loops over many pairs of which few are close.
+/// Compares gaps between two conductors with distances, without square roots. It serves loops over many pairs, most of
+/// which are not close. Contacts with terminals always need the exact test.
 class PairScreen {
  public:
   explicit PairScreen(const Bodies& bodies) : bodies_(bodies), nearest_(bodies.box) {}
@@ -72,21 +74,21 @@ const EffectKind& ContactDischargeOptions::kind() {
       .name = "contact_discharge",
       .description = "conductors closer than a gap are electrically connected",
       .help =
-          "Conductors closer than a gap to each other or to an electrode are electrically connected (D 6.40). Needs "
-          "floating_conductors.",
+          "Conductors closer than a gap to each other or to an electrode are electrically connected (Stephenson 2018, "
+          "eq. 6.40). Needs floating_conductors.",
       .options = ContactDischargeOptions{},
       .keys = {{.name = "contact_distance",
                 .target = target<&ContactDischargeOptions::contact_distance>,
                 .unit = "m",
                 .range = ranges::positive,
                 .computed_default = "the smallest radius",
-                .help = "gap of two surfaces below which contact is made",
+                .help = "gap between two surfaces below which they are in electrical contact, in m",
                 .old_name = "gap"},
                {.name = "hysteresis",
                 .target = target<&ContactDischargeOptions::hysteresis>,
                 .range = {.low = 0, .high = 1},
-                .help = "contact is lost above gap * (1 + hysteresis), so that contacts of conductors at rest do not "
-                        "alternate"}},
+                .help = "relative hysteresis of a contact, which opens above contact_distance * (1 + hysteresis), so "
+                        "that contacts of conductors at rest do not alternate between open and closed"}},
       .needs = {{"floating_conductors"}},
       .dimensions = {2, 3},
       .periodic = true,
@@ -141,8 +143,8 @@ std::vector<Contact> ContactDischarge::pairs_within(const Bodies& bodies, double
   return found;
 }
 
-/// Computes the terminals' gaps at the bodies' positions of the last search. If they are missing, the search was for
-/// the current positions.
+/// Computes the gaps of all bodies to all terminals if near_ has been rebuilt since the last call. Such a rebuild was
+/// for the current positions.
 void ContactDischarge::update_terminal_gaps(const Bodies& bodies) const {
   if (searches_ == near_.searches()) return;
   searches_ = near_.searches();
@@ -168,7 +170,8 @@ bool ContactDischarge::is_valid_for(const Bodies& bodies, std::span<const double
   return bodies.dimension == 3 ? is_valid_for<3>(bodies, travel) : is_valid_for<2>(bodies, travel);
 }
 
-/// Tests blocks without branches, so that the compiler vectorizes the loop.
+/// Returns true if close_ still has all contacts that may change while each body i moves by at most travel[i] (m;
+/// empty: no motion). Tests bodies in blocks without branches, so that the compiler vectorizes the loop.
 template <int d>
 bool ContactDischarge::is_valid_for(const Bodies& bodies, std::span<const double> travel) const {
   const double *now = bodies.position.data(), *then = search_positions_.data();
@@ -187,8 +190,8 @@ bool ContactDischarge::is_valid_for(const Bodies& bodies, std::span<const double
   return true;
 }
 
-/// Searches pairs whose gap can reach its threshold if each body moves by its skin. Pairs within the tolerance are
-/// included.
+/// Searches the contacts whose gap can reach its threshold if each body moves by its skin. Contacts within
+/// simultaneity_margin_ of the threshold are included.
 void ContactDischarge::find_close(const Bodies& bodies, std::span<const Contact> contacts) const {
   search_positions_.clear();  // invalidated first, because a search may throw
   close_.clear();

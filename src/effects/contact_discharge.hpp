@@ -10,18 +10,21 @@
 
 namespace lichtenberg::effects {
 
+/// Parameters of electrical contacts (ContactDischarge): the gaps between surfaces at which they close and open.
 struct ContactDischargeOptions {
-  double contact_distance = 0;  ///< m: contact closes when the surfaces come closer than this
-  double hysteresis = 0.05;     ///< contact opens at contact_distance * (1 + hysteresis)
+  double contact_distance = 0;  ///< gap between surfaces (m) at which an electrical contact closes
+  double hysteresis = 0.05;     ///< a contact opens at a gap of contact_distance * (1 + hysteresis)
   static const EffectKind& kind();
 };
 
-/// Joins close conductors to one equipotential group, and also a conductor and an electrode (D 6.6, 6.40).
+/// Electrical contacts of close conductors, which join them (or a conductor and an electrode) to one equipotential
+/// group (Stephenson 2018, eq. 6.40).
 ///
-/// A contact closes when the gap between two surfaces falls to `contact_distance`, and opens when it rises to the
-/// larger `release_gap` (hysteresis). Conductors come to rest at the contact distance, because their attraction ends
-/// where their potentials become equal. Without hysteresis, rounding would close and open their contact repeatedly. The
-/// release gap exceeds the gap by at least one position tolerance, the accuracy of positions.
+/// A contact closes when the gap between two surfaces falls to the contact distance `make_gap`, and opens when the gap
+/// rises to the larger `release_gap` (hysteresis). Conductors come to rest at the contact distance, because their
+/// attraction ends where their potentials become equal. Without hysteresis, rounding would close and open their contact
+/// repeatedly. The two gaps differ by at least one position tolerance (mechanics.position_tolerance, the accuracy of
+/// positions).
 class ContactDischarge : public Effect {
  public:
   explicit ContactDischarge(const Scene& scene);  ///< `scene` must have the effect.
@@ -29,50 +32,57 @@ class ContactDischarge : public Effect {
   const EffectKind& kind() const override { return ContactDischargeOptions::kind(); }
   Needs needs() const override { return {.charges = true, .field = true}; }
 
-  double make_gap() const { return make_gap_; }        ///< m
-  double release_gap() const { return release_gap_; }  ///< m
-  /// Surface-to-surface distance (m), and its rate of change (m/s).
+  double make_gap() const { return make_gap_; }        ///< gap at which a contact closes (m)
+  double release_gap() const { return release_gap_; }  ///< gap at which a contact opens (m)
+  /// Returns the gap (m) between the surfaces of a contact: two conductors, or a conductor and a terminal (electrode or
+  /// electrode side).
   double gap(const Bodies& bodies, Contact contact) const;
+  /// Returns the rate of change (m/s) of the gap of a contact; negative while the surfaces approach.
   double gap_rate(const Bodies& bodies, Contact contact) const;
 
+  /// Contacts that have closed (`made`) and opened (`lost`), in ascending order.
   struct Changes {
     std::vector<Contact> made, lost;
   };
-  /// Closes and opens contacts for these positions; `contacts` is in ascending order. Contacts within a position
-  /// tolerance of their threshold that approach it are included, so that nearly simultaneous events are one.
+  /// Closes and opens contacts for the current positions, and returns the changes. `contacts`: closed contacts in
+  /// ascending order, updated. A contact whose gap is within about a position tolerance of its threshold and moves
+  /// towards it changes too, so that nearly simultaneous changes are one event.
   Changes update(const Bodies& bodies, std::vector<Contact>& contacts) const;
 
   /// A contact that may close or open soon.
   struct Watch {
     Contact contact;
-    bool made = false;  ///< true: the contact is closed and may open
+    bool made = false;  ///< true: the contact is closed and may open; false: it is open and may close
   };
-  /// Returns all contacts whose gap could reach its threshold if body i moved by at most travel[i] (m). Contacts that
-  /// could close between conductors of one group are excluded. `contacts`: closed contacts, in ascending order.
+  /// Returns the contacts that could close or open if each body i moved by at most travel[i] (m). Open contacts between
+  /// bodies of one equipotential group are left out. `contacts`: closed contacts, in ascending order.
   std::vector<Watch> watch(const Bodies& bodies, std::span<const Contact> contacts, const ElectricalGroups& groups,
                            std::span<const double> travel) const;
-  /// Returns true if the contact's bodies are already in one of these groups. `bodies`: number of the scene's bodies.
+  /// Returns true if both bodies of a contact are in one equipotential group. `bodies`: number of conductors.
   bool are_joined(const ElectricalGroups& groups, int bodies, Contact contact) const;
-  /// Returns the distance of the gap from the threshold (m), whose sign changes at the event. An opening contact may
-  /// wait for a position tolerance, because forces do not jump then.
+  /// Event function of a contact that may close or open: its gap minus the threshold (m), whose sign changes at the
+  /// event. The threshold of an opening contact is about a position tolerance above the release gap, because forces do
+  /// not jump when a contact opens.
   double excess(const Bodies& bodies, const Watch& watch) const {
     return gap(bodies, watch.contact) - (watch.made ? release_gap_ + simultaneity_margin_ : make_gap_);
   }
-  /// Event function of a closing contact that may be deferred. Its sign changes where deferral must end, because the
-  /// gap increases again or has fallen by 1/16 of `gap`. The value is not always a distance (m): near the minimum of
-  /// the gap it is the closing speed.
+  /// Event function of an open contact whose closing is deferred. Its sign changes from positive to negative where the
+  /// deferral must end. This is where the gap has fallen to 15/16 of the contact distance, or where it increases again
+  /// below the contact distance. The value is a distance (m), or the closing speed (m/s) where the latter is smaller.
   double excess_of_deferred(const Bodies& bodies, const Watch& watch) const;
-  /// Returns the largest relative displacement (m) between two tests of the gap. If a gap passes its threshold by one
-  /// position tolerance on a straight path, it is beyond the threshold for at least this path length. Therefore grazing
-  /// contacts are detected.
+  /// Returns the largest relative displacement (m) of the two bodies of a contact between two tests of its gap. On a
+  /// straight path on which the gap passes its threshold by one position tolerance, the gap is beyond the threshold for
+  /// at least this length. Tests at this interval therefore detect grazing contacts.
   double undetected_travel(const Bodies& bodies, const Watch& watch) const;
 
  private:
-  /// A pair whose contact may close or open soon.
+  /// A contact that may close (made = false) or open (made = true) while each body moves by at most its skin.
   struct Close {
     Contact contact;
     bool made = false;
   };
+  /// Returns all pairs of conductors, and of a conductor i and a terminal, whose gap is below `range` plus travel[i] of
+  /// each conductor (m), in ascending order.
   std::vector<Contact> pairs_within(const Bodies& bodies, double range, std::span<const double> travel) const;
   void update_terminal_gaps(const Bodies& bodies) const;
   void update_close_pairs(const Bodies& bodies, std::span<const Contact> contacts,
@@ -82,8 +92,8 @@ class ContactDischarge : public Effect {
   bool is_valid_for(const Bodies& bodies, std::span<const double> travel) const;
   void find_close(const Bodies& bodies, std::span<const Contact> contacts) const;
 
-  double tolerance_;  ///< m, of positions
-  /// m; together_: distance from the threshold within which contacts change together
+  double tolerance_;  ///< position tolerance (m)
+  /// m; simultaneity_margin_: distance from the threshold within which contacts change together
   double make_gap_, release_gap_, simultaneity_margin_;
   std::vector<Terminal> terminals_;
   // Cache of nearby pairs of the last search; does not affect results.
@@ -95,7 +105,7 @@ class ContactDischarge : public Effect {
   double least_skin_;                             ///< m
   mutable std::vector<double> skin_;              ///< m, by body
   mutable std::vector<Close> close_;              ///< in ascending order
-  mutable std::vector<double> search_positions_;  ///< positions
+  mutable std::vector<double> search_positions_;  ///< positions of all bodies at the last search (m)
   mutable std::vector<Contact> search_contacts_;  ///< closed contacts for which close_ is valid
 };
 

@@ -6,37 +6,42 @@
 
 namespace lichtenberg::effects {
 
-/// w(q) = (q - 1) ln q and its derivatives with respect to q, for 0 < q <= 1. w(1) = w'(1) = 0 and w''(1) = 2, so the
-/// second derivative jumps to 0 where contact ends. w diverges for q -> 0: w ~ -ln q, w' ~ -1/q.
+/// Value and first two derivatives of the soft repulsion potential w(q) = (q - 1) ln q for 0 < q <= 1. q is the
+/// distance over the sum of the radii. At q = 1, where contact ends, w and w' are 0, and w'' jumps from 2 to 0. For q
+/// -> 0, w diverges like -ln q.
 struct ContactLaw {
   double energy = 0, slope = 0, curvature = 0;
 };
 
-/// Lower bound of q for full accuracy of `logarithm_near_one`; the upper bound is 1.
+/// Smallest q for which `logarithm_near_one` has full accuracy; the largest q is 1.
 constexpr double near_one = 0.8;
 
-/// Returns ln q = 2 artanh(s) with s = (q - 1) / (q + 1) (Abramowitz & Stegun 4.1.27). For |s| <= 1/9 the first omitted
-/// term, s^17 / 17, is below the rounding of s. The absence of branches allows vectorization. q - 1 is exact and keeps
-/// all its digits, which matter because w is quadratic in it just inside contact.
+/// Returns the logarithm ln q = 2 artanh(s) for s = (q - 1) / (q + 1) by a power series (Abramowitz & Stegun 4.1.27).
+/// For |s| <= 1/9 the first omitted term, 2 s^17 / 17, is below the rounding of s. The function has no branches, so
+/// that loops vectorize.
 LICHTENBERG_HOST_DEVICE inline double logarithm_of_ratio(double s) {
   const double t = s * s;
   double sum = 1.0 / 15;
   for (int n = 13; n > 0; n -= 2) sum = sum * t + 1.0 / n;
   return 2 * s * sum;
 }
+/// Returns ln q for near_one <= q <= 1. The difference q - 1 is exact, which keeps the relative accuracy of w near q =
+/// 1.
 LICHTENBERG_HOST_DEVICE inline double logarithm_near_one(double q) { return logarithm_of_ratio((q - 1) / (q + 1)); }
 
-/// Returns the law at q for a given logarithm of q.
+/// Returns w(q) = (q - 1) ln q and its first two derivatives; `logarithm` is ln q.
 LICHTENBERG_HOST_DEVICE inline ContactLaw contact_law(double q, double logarithm) {
   const double excess = q - 1;
   return {excess * logarithm, logarithm + excess / q, (q + 1) / (q * q)};
 }
 
+/// Returns w(q) = (q - 1) ln q and its first two derivatives for 0 < q <= 1.
 LICHTENBERG_HOST_DEVICE inline ContactLaw contact_law(double q) {
   return contact_law(q, q >= near_one ? logarithm_near_one(q) : std::log(q));
 }
 
-/// Pair law U = stiffness w(q), where q is the distance over the sum of the radii (pair_law.hpp).
+/// Pair force law of soft repulsion: energy U = stiffness * (q - 1) ln q for q < 1. q is the distance of the centres
+/// over the sum of the radii. The functions are those that pair_law.hpp requires.
 struct ContactPotentialLaw {
   static constexpr bool over_distance = true;
   double stiffness = 1;  ///< J

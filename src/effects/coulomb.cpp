@@ -25,7 +25,8 @@ std::vector<double> scaled(std::vector<double> values, double factor) {
   return values;
 }
 
-/// Returns the accuracy of forces. Sums over pairs alone have no error bound; 1e-2 is the best that they reach.
+/// Returns the relative accuracy of Coulomb forces (rms error over rms force). Sums over pairs alone have no error
+/// bound; 1e-2 is their assumed accuracy.
 double force_accuracy(const Scene& scene) {
   const auto& options = *scene.effects.find<CoulombOptions>();
   constexpr double pair_accuracy = 1e-2;
@@ -73,7 +74,7 @@ std::string precision_in_words(const periodic::MeshChoice& choice, const periodi
   return "double precision" + (reason.empty() ? "" : ", as " + reason);
 }
 
-/// Describes the truncation error of the multipoles' degree.
+/// Returns a line of `explain` about the truncation error of the multipole expansions; empty without an estimate.
 std::vector<ExplanationLine> explain_degree(const Scene& scene) {
   const auto truncation =
       with_table_name(scene, "effects.induced_dipoles", [&] { return multipole_truncation(scene); });
@@ -88,7 +89,7 @@ std::vector<ExplanationLine> explain_degree(const Scene& scene) {
                        truncation->in_contact)}};
 }
 
-/// Describes the mesh and the cutoff for the required accuracy; empty for other sums.
+/// Returns lines of `explain` about the mesh and the cutoff for the required accuracy; empty for other sums.
 std::vector<ExplanationLine> explain_mesh(const Scene& scene) {
   const auto& options = *scene.effects.find<CoulombOptions>();
   if (options.sum != CoulombSum::mesh) return {};
@@ -108,7 +109,7 @@ std::vector<ExplanationLine> explain_mesh(const Scene& scene) {
   return explanation;
 }
 
-/// Throws InputError if dipoles diverge at the start of a run.
+/// Throws InputError if the mutual polarization of the grains diverges at the start of a run.
 void check_polarization(const Scene& scene) {
   if (scene.conductors.empty() || scene.effects.find<InducedDipolesOptions>()->degree > 1) return;
   Bodies bodies = make_bodies(scene);
@@ -181,45 +182,50 @@ std::vector<Key> keys() {
       {.name = "coupling_constant",
        .target = target<&CoulombOptions::strength>,
        .range = {.low = 0, .high = 1e100},
-       .help = "K = k_e q0^2 / (m0 v0^2 d0)",
+       .help = "strength of the Coulomb interaction between grains, K = k_e q0^2 / (m0 v0^2 d0) with Coulomb's "
+               "constant k_e and the scales of [units]",
        .old_name = "strength"},
       {.name = "sum",
        .target = target<&CoulombOptions::sum>,
-       .help = "mesh: near pairs, the rest on a mesh; ewald: direct Ewald sum, the reference; minimum-image, "
-               "shifted-force: pairs only, without an error bound"},
+       .help =
+           "method that sums the Coulomb forces of the grains. mesh: near pairs directly, far ones on a mesh; ewald: "
+           "direct Ewald sum, the reference; minimum-image, shifted-force: pairs only, without an error bound"},
       {.name = "accuracy",
        .target = target<&CoulombOptions::accuracy>,
        .range = {.low = 1e-12, .high = 0.1},
-       .help =
-           "for mesh and ewald: rms error of forces over the rms force; determines the parameters that are not given"},
+       .help = "rms error of the Coulomb forces over their rms value, for the sums mesh and ewald; determines those of "
+               "their parameters that are not given"},
       {.name = "cutoff",
        .target = target<&CoulombOptions::cutoff>,
        .unit = "d0",
        .range = ranges::positive,
        .computed_default = "from the accuracy; of shifted-force 7, or .45 of the box",
-       .help = "largest distance of near pairs; of mesh and shifted-force"},
+       .help = "largest distance of pairs whose Coulomb force is summed directly, in reduced units (d0); for the sums "
+               "mesh and shifted-force"},
       {.name = "alpha",
        .target = target<&CoulombOptions::alpha>,
        .unit = "1/d0",
        .range = ranges::positive,
        .computed_default = "none: a prolate splitting",
-       .help = "for mesh: alpha of Ewald's splitting, near part erfc(alpha r) / r, instead of the prolate splitting"},
+       .help = "for the sum mesh: Ewald's splitting parameter alpha, in reduced units (1/d0), with the near part "
+               "erfc(alpha r) / r of 1 / r; without it the splitting is by prolate spheroidal functions"},
       {.name = "mesh",
        .target = target<&CoulombOptions::mesh>,
        .range = {.low = 8, .high = 1024},
        .computed_default = "from the accuracy",
-       .help = "for mesh: number of mesh points along the longest side"},
+       .help = "for the sum mesh: number of mesh points along the longest side of the domain"},
       {.name = "order",
        .target = target<&CoulombOptions::order>,
        .range = {.low = 4, .high = 8},
        .computed_default = "from the accuracy",
-       .help = "for mesh: order of the windows that spread charges; with cutoff, mesh and order the accuracy has no "
-               "effect"},
+       .help = "for the sum mesh: order of the window functions that spread charges on the mesh. Where cutoff, mesh "
+               "and order are all given, effects.coulomb.accuracy is not allowed"},
       {.name = "damping",
        .target = target<&CoulombOptions::damping>,
        .unit = "1/d0",
        .range = ranges::not_negative,
-       .help = "for shifted-force: alpha of erfc(alpha r) / r; 0: none"}};
+       .help = "for the sum shifted-force: damping parameter alpha, in reduced units (1/d0), of the potential "
+               "erfc(alpha r) / r; 0: the undamped 1 / r"}};
 }
 
 }  // namespace
@@ -229,8 +235,8 @@ const EffectKind& CoulombOptions::kind() {
       .name = "coulomb",
       .description = "charges attract and repel each other and all periodic images",
       .help =
-          "Charges of grains act on each other and on all their periodic images, in tin-foil boundaries (G 3.13 to "
-          "3.20, corrected). If they do not add up to 0, a uniform background neutralizes the box.",
+          "Charges of grains act on each other and on all their periodic images, in tin-foil boundaries (Singh 2019, "
+          "equations 3.13 to 3.20, corrected). If they do not add up to 0, a uniform background neutralizes the box.",
       .options = CoulombOptions{},
       .keys = keys(),
       .dimensions = {3},
@@ -281,7 +287,7 @@ struct Coulomb::Implementation {
     }
   }
 
-  /// Computes the response for these positions and charges, unless the last call did.
+  /// Computes potentials, fields, forces and energy for the current positions and charges, unless the last call did.
   const periodic::Response& response_for(const State& state) {
     const Bodies& bodies = state.bodies;
     if (bodies.position == position && bodies.charge == charge) return response;
@@ -303,7 +309,7 @@ struct Coulomb::Implementation {
     return response;
   }
 
-  /// Computes forces bitwise identical to those of `response_for`, faster if potentials are not needed.
+  /// Computes forces bitwise identical to those of `response_for`; faster if potentials are not needed.
   const std::vector<double>& forces_for(const State& state) {
     const Bodies& bodies = state.bodies;
     if (wants_potentials || (bodies.position == position && bodies.charge == charge)) return response_for(state).force;
@@ -313,7 +319,7 @@ struct Coulomb::Implementation {
     return force;
   }
 
-  /// Counts an evaluation, unless it only repeats one from before a checkpoint.
+  /// Counts an evaluation, unless it repeats an evaluation from before a checkpoint.
   void count() { evaluations += !std::exchange(found_again, false); }
 
   /// Checks for growing dipole modes. Symmetry can hide them from the charges, so that `polarize` does not detect them.
@@ -321,7 +327,7 @@ struct Coulomb::Implementation {
     with_remedy([&] { induced->check_stability(sources, state.neighbours, state.team); });
   }
 
-  /// Computes the dipoles and the response; returns the number of evaluations of the dipoles' field.
+  /// Computes the induced dipoles and the response. Returns the number of evaluations of the field of the dipoles.
   int polarize(const periodic::Sources& sources, const State& state) {
     return with_remedy([&] { return induced->evaluate(sources, state.neighbours, state.team, dipole, response); });
   }
@@ -385,9 +391,9 @@ double Coulomb::stored_energy(const State& state) const {
   return implementation_->options.strength * implementation_->response_for(state).energy;
 }
 
-/// Without dipoles the response follows from positions and charges. Dipoles depend on the initial guess within their
-/// tolerance, so the complete response is saved. The solver of spheres discards its initial guess, in this run and in
-/// the restored one.
+/// Saves the counters, and with induced dipoles also the complete response (dipoles, potentials, fields and forces),
+/// because dipoles depend on the initial guess within their tolerance. Without dipoles the response follows from
+/// positions and charges. The solver of spheres discards its initial guess, in this run and in the restored one.
 void Coulomb::save(Checkpoint& checkpoint) const {
   Implementation& self = *implementation_;
   if (self.spheres) self.spheres->forget();

@@ -10,7 +10,8 @@
 
 namespace lichtenberg::effects {
 
-/// Methods to sum the forces of charges in a periodic box.
+/// Methods to sum Coulomb forces in a periodic box. `mesh`: near pairs and a particle mesh. `ewald`: direct Ewald sum.
+/// `minimum_image`: nearest images of pairs only. `shifted_force`: pairs up to a cutoff, with a shifted force.
 enum class CoulombSum { mesh, ewald, minimum_image, shifted_force };
 
 }  // namespace lichtenberg::effects
@@ -26,21 +27,24 @@ inline constexpr Named<effects::CoulombSum> values_named<effects::CoulombSum>[] 
 
 namespace lichtenberg::effects {
 
+/// Parameters of the Coulomb forces between grains: coupling constant, method of the sum and its accuracy or numerical
+/// parameters. Reduced units.
 struct CoulombOptions {
-  double strength = 1;  ///< K
+  double strength = 1;  ///< coupling constant K of the energy K q_i q_j / r
   CoulombSum sum = CoulombSum::mesh;
-  double accuracy = 1e-4;        ///< mesh and ewald: rms error of a force over rms force
-  std::optional<double> cutoff;  ///< d0, for mesh and shifted_force
-  std::optional<double> alpha;   ///< 1/d0, for mesh
-  std::optional<int> mesh;       ///< points along the longest side
-  std::optional<int> order;      ///< order of the mesh's splines
-  double damping = 0;            ///< 1/d0, for shifted_force
+  double accuracy = 1e-4;        ///< for mesh and ewald: rms error of the forces over the rms force
+  std::optional<double> cutoff;  ///< cutoff distance of near pairs (d0), for mesh and shifted_force
+  std::optional<double> alpha;   ///< Ewald's splitting parameter (1/d0), for mesh
+  std::optional<int> mesh;       ///< number of mesh points along the longest side
+  std::optional<int> order;      ///< order of the windows that spread charges to the mesh
+  double damping = 0;            ///< alpha of the damped interaction erfc(alpha r) / r (1/d0), for shifted_force
 
   static const EffectKind& kind();
 };
 
-/// Coulomb forces between the charges of grains and all their images, with the induced dipoles that the scene
-/// specifies. Energies are in m0 v0^2: K times those of solvers/periodic.
+/// Effect of Coulomb forces between the charges of grains and all their periodic images, with induced dipoles if the
+/// scene has effects.induced_dipoles. Units are reduced; energies (m0 v0^2) are the coupling constant K times the
+/// energies of solvers/periodic.
 class Coulomb : public Effect {
  public:
   explicit Coulomb(const Scene& scene);

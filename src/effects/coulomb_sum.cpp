@@ -17,7 +17,7 @@ double half_of_box(const Scene& scene) {
   return 0.5 * std::min({lengths.x, lengths.y, lengths.z});
 }
 
-/// Returns the default cutoff (d0) of shifted_force. It leaves clearance for the skin of pair lists.
+/// Returns the default cutoff (d0) of shifted_force. It leaves clearance for the skin of neighbour lists.
 double default_cutoff(const Scene& scene) { return std::min(7.0, 0.9 * longest_cutoff(scene)); }
 
 }  // namespace

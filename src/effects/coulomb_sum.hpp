@@ -13,25 +13,31 @@ namespace lichtenberg::effects {
 
 // Functions that choose and make the sum of a scene's charges by [effects.coulomb], in reduced units.
 
-/// Returns the largest cutoff (d0) of sums over a list of pairs. Such lists use surface distances with the range that
-/// the smallest grains need, and are limited to half of the box.
+/// Returns the largest cutoff (d0, distance of centres) of a sum over neighbour pairs: half of the shortest side minus
+/// the difference of the largest and smallest diameter. Neighbour lists use gaps between surfaces, so that pairs of
+/// large grains reach farther than pairs of small ones.
 double longest_cutoff(const Scene& scene);
 
+/// Returns the requirements of a scene on the particle mesh of its Coulomb sum: accuracy, number of charges, box and
+/// given parameters.
 periodic::MeshRequest mesh_request(const Scene& scene);
+/// Returns the particle-mesh parameters for a scene, with the error estimated at its initial positions and charges.
 periodic::MeshChoice mesh_for(const Scene& scene);
-/// Returns a warning if a mesh's force error exceeds effects.coulomb.accuracy, or 0.1 if cutoff, mesh and order are
-/// given; empty otherwise.
+/// Returns a warning if the force error of a particle mesh exceeds effects.coulomb.accuracy, or 0.1 if cutoff, mesh and
+/// order are all given; empty otherwise.
 std::string accuracy_warning(const Scene& scene, const periodic::MeshChoice& choice);
-/// Makes the sum of the scene's charges; `warning` gets the warning of a mesh.
+/// Makes the Coulomb sum that the scene selects. Sets `warning` to accuracy_warning() for a mesh. Throws InputError if
+/// no mesh reaches the accuracy.
 std::unique_ptr<periodic::Sum> make_sum(const Scene& scene, std::string& warning);
 
-/// Returns the result of work(), and prefixes the message of an InputError with the scene's path and the table's name.
+/// Returns the result of work(). If work() throws InputError, rethrows it with the path of the scene and the name of
+/// the table before its message.
 template <class Work>
 auto with_table_name(const Scene& scene, const std::string& table, const Work& work) {
   try {
     return work();
   } catch (const InputError& error) {
-    throw InputError(fmt::format("{}: {}: {}", scene.path, table, error.what()));
+    throw InputError(fmt::format("{}: the values in [{}] are not valid: {}", scene.path, table, error.what()));
   }
 }
 

@@ -5,13 +5,14 @@
 
 namespace lichtenberg::effects {
 
+/// Parameter of current injection: the constant current into each conductor.
 struct CurrentInjectionOptions {
-  double current = 0;  ///< A
+  double current = 0;  ///< current into each conductor (A)
   static const EffectKind& kind();
 };
 
-/// Current injection: dQ_i/dt = current for every conductor, including grounded ones, whose current is collected
-/// immediately (D 5.5).
+/// Effect that injects the same constant current into every conductor, dQ_i/dt = current (Stephenson 2018, eq. 5.5).
+/// The potential source of a conductor at a prescribed potential collects its current immediately.
 class CurrentInjection : public Effect {
  public:
   explicit CurrentInjection(double current) : current_(current) {}  ///< A

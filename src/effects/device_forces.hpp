@@ -11,25 +11,26 @@
 
 namespace lichtenberg::effects {
 
-/// Forces and charge exchanges that the steps of a gas on a device compute, in reduced units. Each effect of the scene
-/// adds its part (EffectKind::device).
+/// Forces, drives and charge exchange of grains that are computed on a device, in reduced units. Each effect of the
+/// scene adds its contribution (EffectKind::device).
 struct DeviceForces {
-  std::optional<periodic::MeshChoice> mesh;         ///< mesh of the sum over charges; empty: no Coulomb forces
-  double strength = 0;                              ///< K, prefactor of that sum
-  double polarizability = 0, dipole_tolerance = 0;  ///< 0: no dipoles
-  bool charged = false, exchanges = false;
+  std::optional<periodic::MeshChoice> mesh;         ///< particle mesh of the Coulomb sum; empty: no Coulomb forces
+  double strength = 0;                              ///< K, coupling constant of the Coulomb sum
+  double polarizability = 0, dipole_tolerance = 0;  ///< of induced dipoles; 0: no dipoles
+  bool charged = false, exchanges = false;          ///< true if grains have charges, and if they exchange charge
   ImpactExchange exchange{};
   std::vector<DeviceForm<DeviceDrive>> drives{};  ///< external drives of grains (src/model/drive_part.hpp)
   std::vector<DevicePartForm> parts{};            ///< pair forces (device_pair.hpp)
-  double bytes = 0;                               ///< estimated device memory
+  double bytes = 0;                               ///< estimated device memory for these computations
 };
 
-/// Throws InputError with the message that device = "cuda" does not support `what`.
+/// Throws InputError with a message that device = "cuda" does not support `what`, a feature of the scene.
 [[noreturn]] void refuse_on_device(const Scene& scene, const std::string& what);
 
-/// Largest skin (d0) of the device's lists in memory estimates; a gas of T = 10 has it.
+/// Largest skin (d0) of neighbour lists on a device, for estimates of memory. A gas of granular temperature 10 has this
+/// skin.
 constexpr double widest_skin = 2.4;
-/// Returns the number of grains within `range` (d0) of a grain at uniform density.
+/// Returns the expected number of grains within a distance `range` (d0) of a grain at uniform density.
 double grains_within(const Scene& scene, double range);
 
 }  // namespace lichtenberg::effects

@@ -2,8 +2,6 @@
 
 // Device form of an effect that is a pair force law (src/model/pair_law.hpp).
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
 #include "solvers/error.hpp"
@@ -12,13 +10,16 @@
 
 namespace lichtenberg::effects {
 
-/// Returns the pair with about the largest force of the scene's grains. Its grains have the smallest radius and are in
-/// contact. Their charge is the largest of the scene, but at least 1 (q0).
+/// Returns a pair with about the largest pair force in the scene, which determines the quanta of fixed-point sums. Its
+/// grains have the smallest radius and touch. Their charge is the largest of the scene, but at least 1 (q0).
+/// `reach_of_smallest`: cutoff of the law for this pair (d0).
 PairGeometry strongest_pair(const Scene& scene, double reach_of_smallest);
-/// Adds the memory of the lists, and throws InputError for a cutoff (d0) beyond half of the box.
+/// Adds the memory of neighbour lists up to the cutoff `reach` (d0) to forces.bytes. Throws InputError for a cutoff
+/// beyond half of the box.
 void add_pair_lists(const Scene& scene, double reach, DeviceForces& forces);
 
-/// Adds the forces of `law` on grains, for the host executor, in reduced units.
+/// Adds the pair forces of a law on grains to those of a device, for the CPU executor only. The law is in reduced
+/// units. Returns the added factory. Throws InputError for a cutoff beyond half of the box.
 template <class Law>
 DevicePartForm& add_pair_law(const Scene& scene, const Law& law, DeviceForces& forces) {
   const auto [smallest, largest] = std::ranges::minmax(scene.conductors, {}, &Conductor::radius);
@@ -36,8 +37,8 @@ DevicePartForm& add_pair_law(const Scene& scene, const Law& law, DeviceForces& f
   return form;
 }
 
-/// Adds the forces of `law` with CUDA kernels, which CMake's add_law_kernels adds to a target. A target without them
-/// does not link, in builds without CUDA either.
+/// Adds the pair forces of a law on grains to those of a device, for the CPU executor and for CUDA devices. CMake's
+/// add_law_kernels must add the kernels to the target; otherwise the target does not link, even in builds without CUDA.
 template <class Law>
 DevicePartForm& add_pair_law_with_kernels(const Scene& scene, const Law& law, DeviceForces& forces) {
   DevicePartForm& form = add_pair_law(scene, law, forces);

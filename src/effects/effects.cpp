@@ -53,7 +53,7 @@ const EffectKinds& all_kinds() {
 
 namespace {
 
-/// Returns the kinds of the scene's effects, in the order of make_model.
+/// Returns the descriptions of the scene's effects, in the order of make_model().
 EffectKinds kinds_in(const Scene& scene) {
   Effects effects = scene.effects;
   effects.sort(all_kinds());
@@ -62,7 +62,7 @@ EffectKinds kinds_in(const Scene& scene) {
   return kinds;
 }
 
-/// Removes the effect of that kind from the list and returns it; null if it is missing.
+/// Removes the effect described by `kind` from the list and returns it; null if it is missing.
 std::unique_ptr<Effect> take(EffectList& list, const EffectKind& kind) {
   const auto found = std::ranges::find_if(list, [&](const auto& effect) { return effect->name() == kind.name; });
   if (found == list.end()) return nullptr;
@@ -80,8 +80,8 @@ struct OverriddenFunction {
   throw InputError(fmt::format("{}: effects.{} cannot act: its class overrides {}", scene.path, kind.name, what));
 }
 
-/// Throws InputError for an effect that overrides a function which this kind of scene never calls. Its contribution
-/// would be missing from the result.
+/// Throws InputError for an effect that overrides a function which is never called for the bodies of the scene
+/// (conductors or grains). The contribution of the function would be missing from the result.
 void check_functions(const Scene& scene, const EffectKind& kind) {
   using O = Overrides;
   static constexpr OverriddenFunction conductor_functions[] = {{"drag", &O::drag},
@@ -111,13 +111,13 @@ void check_functions(const Scene& scene, const EffectKind& kind) {
     refuse_function(scene, kind, "stored_energy but not add_forces, the slope of that energy");
 }
 
-/// Builds the neighbour list once, because a periodic box that is too short for it fails at the first search or never.
+/// Builds the neighbour list once, so that a periodic box that is too short for it is refused at the start.
 void search_first(const Scene& scene, Model& model) {
   if (!model.neighbours || !scene.domain.box().any_periodic()) return;
   try {
     update(*model.neighbours, model.bodies);
   } catch (const InputError& error) {
-    throw InputError(fmt::format("{}: {}", scene.path, error.what()));
+    throw InputError(fmt::format("{}: {} (found at the first search for neighbours)", scene.path, error.what()));
   }
 }
 
@@ -133,10 +133,11 @@ Model make_model(const Scene& scene, EffectList made) {
     effects.push_back(effect ? std::move(effect) : kind->make(scene));
   }
   if (!made.empty() && scene.effects.has(made.front()->name()))
-    throw InputError(fmt::format("{}: is given two effects \"{}\": it can have one", scene.path, made.front()->name()));
-  if (!made.empty())
-    throw InputError(fmt::format("{}: the scene has no table [effects.{}], but is given that effect", scene.path,
+    throw InputError(fmt::format("{}: the model is given two effects \"{}\", but it can have one", scene.path,
                                  made.front()->name()));
+  if (!made.empty())
+    throw InputError(fmt::format("{}: the scene has no table [effects.{}], but its model is given that effect",
+                                 scene.path, made.front()->name()));
   Model model(make_bodies(scene), std::move(effects), initial_charges(scene));
   search_first(scene, model);
   return model;

@@ -10,12 +10,12 @@
 
 namespace lichtenberg::effects {
 
-/// Returns all built-in kinds of effects, in the order in which their contributions are added.
+/// Returns the descriptions of all built-in effects, in the order in which their contributions are added.
 const EffectKinds& all_kinds();
 
 using EffectList = std::vector<std::unique_ptr<Effect>>;
 
-/// Returns effects as a list for make_model's `made`; null effects are left out.
+/// Returns effects as a list for the argument `made` of make_model(); null pointers are left out.
 template <class... E>
 EffectList made(std::unique_ptr<E>... effects) {
   EffectList list;
@@ -23,16 +23,20 @@ EffectList made(std::unique_ptr<E>... effects) {
   return list;
 }
 
-/// Returns the scene's bodies with the effects that have a table in the scene: those of all_kinds() in its order, then
-/// those of other kinds. Callers that need access to an effect make it and pass it in `made`. Throws InputError for
-/// limits of a run that other effects exceed. Throws InputError for an effect in `made` that is not in the scene or is
-/// given twice. Throws InputError for an effect that overrides a function which its kind of scene never calls. Throws
-/// the exceptions of check_sharing. Throws InputError for a periodic box that is too short for a neighbour list.
+/// Makes the model of a scene: its bodies, and the effects that have a table in the scene. Built-in effects come first,
+/// in the order of all_kinds(), then others. `made`: effects that the caller has made to keep access to them.
+///
+/// Throws InputError if `made` has an effect that is not in the scene, or has an effect twice. Throws InputError if an
+/// effect that is not in `made` exceeds its limits for a run (EffectKind::check_run). Throws InputError for an effect
+/// that overrides a function which is never called for the bodies of the scene. Throws InputError for a periodic box
+/// that is too short for a neighbour list, and the exceptions of check_sharing().
 Model make_model(const Scene& scene, EffectList made = {});
 
-/// Makes a model without field solvers, for callers that have field results or need only other effects.
+/// Makes the model of a scene without the effects that solve a field, for callers that have field results or need only
+/// other effects. Throws the exceptions of make_model().
 Model make_model_without_field(const Scene& scene);
 
+/// Description of one effect, and of its use in a scene.
 struct EffectSummary {
   std::string_view name;         ///< name of its table in the scene
   std::string_view description;  ///< one line
@@ -41,7 +45,8 @@ struct EffectSummary {
   std::vector<ExplanationLine> explanation{};  ///< lines of `explain`, if it is in the scene
 };
 
-/// Returns a summary of every effect, in the order of make_model.
+/// Returns a description of each effect for this kind of scene (conductors or grains), also of those that are not in
+/// the scene. Built-in effects come first, in the order of all_kinds().
 std::vector<EffectSummary> summarize_effects(const Scene& scene);
 
 }  // namespace lichtenberg::effects

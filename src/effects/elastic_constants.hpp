@@ -8,7 +8,8 @@
 
 namespace lichtenberg::effects {
 
-/// Returns the keys of an elastic contact, whose options have `young` (Pa) and `poisson`.
+/// Returns the scene-file keys `young` (Young's modulus, Pa) and `poisson` (Poisson's ratio) of an elastic contact.
+/// `Options` is a struct with these members.
 template <class Options>
 std::vector<Key> elastic_constants() {
   return {
@@ -16,16 +17,16 @@ std::vector<Key> elastic_constants() {
        .target = target<&Options::young>,
        .unit = "Pa",
        .range = ranges::positive,
-       .help = "Young's modulus; the default is steel"},
+       .help = "Young's modulus of the material in elastic contacts, in Pa; the default is steel"},
       {.name = "poisson",
        .target = target<&Options::poisson>,
        .range = {.low = -1, .high = 0.5, .low_itself = false},
-       .help = "Poisson's ratio"},
+       .help = "Poisson's ratio of the material in elastic contacts"},
   };
 }
 
-/// Returns the materials of all conductors, in their order: individual ones, then populations. `common` fills in
-/// missing keys. Empty if no conductor and no population has such a key.
+/// Returns the elastic constants of each conductor: individual conductors in their order, then those of populations.
+/// `common` replaces missing keys. Empty if no conductor and no population has elastic constants of its own.
 inline std::vector<Elasticity> materials_of_bodies(const Draft& draft, const Elasticity& common) {
   std::vector<Elasticity> bodies;
   bool any = false;

@@ -6,7 +6,7 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// Returns true for a resistor between nodes of one group, which carries no current.
+/// Returns true for a resistor between nodes of one equipotential group, which carries no current.
 bool is_within_group(const Resistor& resistor, const ElectricalGroups& groups) {
   return resistor.b >= 0 && groups.id[resistor.a] == groups.id[resistor.b];
 }
@@ -19,7 +19,8 @@ NodeGroups groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& ch
   return nodes;
 }
 
-/// Avoids branches on group membership, because branch prediction fails for many small groups.
+/// Converts equipotential groups to groups of a field problem. The loops have no branches on group membership, because
+/// branch prediction fails for many small groups.
 void find_groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& charges, double depth, NodeGroups& nodes) {
   const std::size_t n = groups.id.size();
   nodes.group_of_node.resize(n);

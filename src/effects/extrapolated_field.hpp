@@ -6,11 +6,12 @@
 
 namespace lichtenberg::effects {
 
-/// Forces and charges of the last field solve and their linear extrapolation in time until the next.
+/// Electric forces on conductors and their charges from the last field solve, extrapolated linearly in time until the
+/// next solve.
 struct ExtrapolatedField {
-  double time = 0;                          ///< s, time of the solve
-  std::vector<Vec3> force, force_rate;      ///< N, N/s, for each conductor
-  std::vector<double> charge, charge_rate;  ///< C, from the field (D 5.4), and A
+  double time = 0;                          ///< time of the last solve (s)
+  std::vector<Vec3> force, force_rate;      ///< for each conductor (N, N/s)
+  std::vector<double> charge, charge_rate;  ///< for each conductor, from the field (C, A)
   bool rates_known = false;                 ///< true: rates are from the last two solves; false: they are 0
 
   Vec3 force_at(int i, double t) const { return force[i] + (t - time) * force_rate[i]; }

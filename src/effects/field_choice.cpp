@@ -19,7 +19,8 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// Returns the number of cells along the longer side that fit into half of the machine's memory.
+/// Returns the number of grid cells along the longer side for which a field solve fits into half of the machine's
+/// memory. `size`: lengths of the domain (m).
 int cells_in_memory(Vec2 size) {
   const double bytes = 0.5 * static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
   const double aspect = std::max(size.x, size.y) / std::min(size.x, size.y);
@@ -36,7 +37,8 @@ bool can_follow(Scene scene, const FieldMethodKind& method) {
   }
 }
 
-/// Returns the only possible method for an accuracy; empty: the cheapest of several is chosen.
+/// Returns the field method for a requested accuracy if the scene names a method or permits only one; otherwise empty.
+/// Then the cheapest method is chosen.
 std::optional<laplace::Method> only_choice(const Scene& scene, bool for_a_run) {
   const FieldRequest& field_request = *scene.field_request();
   if (field_request.method) return field_request.method->accuracy;
@@ -52,7 +54,7 @@ const FieldMethodKind& method_of(laplace::Method chosen) {
   return **std::ranges::find_if(field_methods(), [&](const auto* method) { return method->accuracy == chosen; });
 }
 
-/// Returns the charges after the first output interval.
+/// Returns the charges of the conductors after the first output interval, with the injected charge.
 NodeCharges typical_charges(const Scene& scene) {
   NodeCharges charges{.charge = initial_charges(scene)};
   if (const auto* source = scene.effects.find<CurrentInjectionOptions>())
@@ -60,13 +62,13 @@ NodeCharges typical_charges(const Scene& scene) {
   return charges;
 }
 
-/// Returns the field problem at the start, with these charges.
+/// Returns the plane field problem for the initial positions and typical_charges().
 laplace::LaplaceProblem typical_problem(const Scene& scene) {
   const Bodies bodies = make_bodies(scene);
   return make_laplace_problem(scene, bodies, groups_at_start(scene, bodies), typical_charges(scene));
 }
 
-/// Returns the field problem of spheres at the start, with these charges.
+/// Returns the field problem of spheres for the initial positions and typical_charges().
 laplace::SphereProblem typical_sphere_problem(const Scene& scene) {
   const Bodies bodies = make_bodies(scene);
   laplace::SphereProblem problem =
@@ -75,7 +77,7 @@ laplace::SphereProblem typical_sphere_problem(const Scene& scene) {
   return problem;
 }
 
-/// Returns true if the field at the start can be solved. If not, the run reports the reason in the scene's terms.
+/// Returns true if a field problem of spheres is valid. If not, the run reports the reason in the scene's terms.
 bool can_be_solved(const laplace::SphereProblem& problem) {
   try {
     problem.check();

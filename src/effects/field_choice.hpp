@@ -10,41 +10,43 @@
 
 namespace lichtenberg::effects {
 
-/// Returns the electrical groups of the first instant, with existing contacts closed.
+/// Returns the equipotential groups of the conductors at the start, with the contacts of effects.contact_discharge
+/// closed for the initial positions.
 ElectricalGroups groups_at_start(const Scene& scene, const Bodies& bodies);
 
-/// Returns the default relative tolerance, in the energy norm, of the cut-cell solves of a moving scene. It is 1e-4 for
-/// a mechanics.position_tolerance of at least 1e-3 of the smallest radius. Below, it decreases with the square of the
-/// position tolerance to 1e-5, the error of the stencil. The relation is empirical, not a bound, because the norm is
-/// global and one body may have more of the error than another. At 1e-3 of a radius, 1e-4 gives the same errors as
-/// 1e-5. At 2.5e-4 of a radius, 2.5e-5 gives 10 % more error (docs/measurements/benchmarks-field.json).
+/// Returns the default relative tolerance (energy norm) of the linear solver for the cut-cell fields of moving
+/// conductors. It is 1e-4 for a mechanics.position_tolerance of at least 1e-3 of the smallest radius. Below, it
+/// decreases with the square of the position tolerance to 1e-5, the error of the stencil. The relation is empirical
+/// (docs/measurements/benchmarks-field.json) and not a bound, because one body may have more of the error than another.
 ///
-/// The tolerance is 1e-5 where charges follow potentials (a circuit) and for CVODE, which estimates its errors by
-/// differences of such solves. It is also 1e-5 for Euler's method, whose positions have no tolerance.
+/// The tolerance is 1e-5 in a scene with a circuit, where charges follow potentials. It is 1e-5 for integrators without
+/// position_tolerance: CVODE, which estimates its errors by differences of such solves, and Euler's method.
 double usual_moving_tolerance(const Scene& scene);
 
-/// Returns the solvers' form of the scene's accuracy request. For a run the accuracy applies to gaps down to
-/// contact_discharge's, and the method must be able to follow moving bodies. Throws InputError for a device that the
-/// method does not support.
+/// Converts the field accuracy that a scene requests (field.accuracy) to a request of the field solvers. For a run the
+/// accuracy is divided by 3, since errors vary while bodies move. It must hold for gaps down to the contact distance,
+/// and the method must be able to follow moving bodies. Throws InputError for a device that the method does not
+/// support.
 laplace::AccuracyRequest accuracy_request(const Scene& scene, bool for_a_run);
 
-/// Returns the field options that were chosen for a request.
+/// Converts the method, grid and tolerance that the field solvers chose for an accuracy to field options of a scene.
 FieldOptions field_chosen(const FieldRequest& field_request, const laplace::Choice& choice);
 
-/// Solves the field of the scene's spheres to the requested accuracy, and stores the required tolerance in the scene.
-/// Throws the exceptions of the solver.
+/// Solves the field of spheres to the accuracy that the scene requests. Stores the tolerance that reached it, and the
+/// error estimate, in the scene. Throws the exceptions of the solver.
 laplace::AccurateSpheres solve_to_accuracy(Scene& scene, const laplace::SphereProblem& problem);
 
-/// Returns the scene with field options chosen for a run, if it requests an accuracy. Errors are estimated at the
-/// conductors' initial positions, with their charges after the first output.every. Throws InputError if the accuracy
-/// cannot be reached, and the exceptions of the solver.
+/// Returns a copy of the scene in which field options for a run replace a requested accuracy; unchanged without such a
+/// request. Errors are estimated for the initial positions, with the charges after the first output interval. Throws
+/// InputError if the accuracy cannot be reached, and the exceptions of the solver.
 Scene with_field_chosen(Scene scene);
 
-/// Returns a warning if a conductor or a disk electrode has a radius below a cell of the scene's grid, which then
-/// barely resolves it; otherwise empty. For a requested accuracy, the error estimate includes this.
+/// Returns a warning if the grid of the field does not resolve a conductor or disk electrode, whose radius is below a
+/// cell; otherwise empty. It is empty if the scene requests an accuracy, whose error estimate covers this case.
 std::string unresolved_bodies(const Scene& scene);
 
-/// Returns an estimate of the error of the scene's field options in a problem of the run.
+/// Returns an estimate of the relative error of field results for the field options of a scene and a field problem of
+/// its run.
 double estimated_error(const FieldOptions& field, const laplace::LaplaceProblem& problem);
 
 }  // namespace lichtenberg::effects

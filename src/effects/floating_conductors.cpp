@@ -31,13 +31,14 @@ void add_sides(const Scene& scene, laplace::LaplaceProblem& problem) {
   }
 }
 
-/// Returns the number of cells of a grid half as fine, 0 if that is not a whole number.
+/// Returns half of `cells`, the number of grid cells along the longer side. Returns 0 if a side of this coarser grid
+/// would have no whole number of cells. `size`: lengths of the domain (m).
 int halved(Vec2 size, int cells) {
   const double shorter = cells * std::min(size.x, size.y) / std::max(size.x, size.y);
   return cells % 2 == 0 && std::lround(shorter) % 2 == 0 ? cells / 2 : 0;
 }
 
-/// Returns true if all centres are inside; false for a coordinate that is not a number.
+/// Returns true if the centres of all bodies are inside the domain; false for a coordinate that is not a number.
 bool all_inside(const Bodies& bodies) {
   const std::size_t d = bodies.dimension;
   bool inside = true;
@@ -50,7 +51,7 @@ bool all_inside(const Bodies& bodies) {
   return inside;
 }
 
-/// Throws Failure for a body outside the domain, where no field is defined.
+/// Throws Failure for a body whose centre is outside the domain, where no field is defined.
 void check_inside(const Scene& scene, const Bodies& bodies) {
   if (scene.domain.open || all_inside(bodies)) return;
   for (int i = 0; i < bodies.size(); ++i) {
@@ -66,7 +67,8 @@ void check_inside(const Scene& scene, const Bodies& bodies) {
   }
 }
 
-/// Describes an overlap that the field of spheres cannot solve and that contact forces should prevent; empty: none.
+/// Returns a message about an overlap of more than 1 % of a radius, which the field of spheres cannot solve and contact
+/// forces should prevent; empty if there is none.
 std::string overlap_message(const Scene& scene, const Bodies& bodies) {
   using laplace::deepest_contact;
   const auto message = [&](const std::string& subject, double depth, const std::string& effect, bool there) {
@@ -103,8 +105,8 @@ std::string overlap_message(const Scene& scene, const Bodies& bodies) {
   return "";
 }
 
-/// Describes two touching surfaces at different potentials, between which the force is unbounded; empty: none.
-/// contact_discharge prevents such contacts.
+/// Returns the names of two touching bodies at different potentials, between which the force is unbounded; empty if
+/// there are none. contact_discharge prevents such contacts.
 std::string contact_at_different_potentials(const Bodies& bodies, const ElectricalGroups& groups,
                                             const std::vector<Terminal>& terminals) {
   for (const Pair pair : pairs_closer_than(bodies, 0))
@@ -117,8 +119,8 @@ std::string contact_at_different_potentials(const Bodies& bodies, const Electric
   return "";
 }
 
-/// Returns true if resistors are the only connection to a potential source, at an instant, in which they carry no
-/// charge.
+/// Returns true if a field problem has resistors and they are its only connection to a potential source. At an instant
+/// they carry no charge, so that the level of the potentials is undetermined.
 bool is_only_behind_resistors(const auto& problem) { return !problem.couplings.empty() && !problem.has_ground(); }
 
 /// Scales a correction of the predictor by the ratio of the force `now` to the force `then` (N) at the correction, at
@@ -127,7 +129,7 @@ Vec3 scaled_correction(Vec3 correction, double then, Vec3 now) {
   return then > 0 ? std::min(1.0, norm(now) / then) * correction : correction;
 }
 
-/// Returns a - b, with the terminals and resistors of a.
+/// Returns the difference a - b of two field results for the conductors, with the terminals and resistors of a.
 Electrostatics difference(Electrostatics a, const Electrostatics& b) {
   a.energy -= b.energy;
   for (std::size_t i = 0; i < b.force.size(); ++i) {
@@ -248,10 +250,10 @@ void check_can_move(const Scene& scene) {
   if (!method || !method->only_separate || !scene.effects.has<FloatingConductorsOptions>()) return;
   if (scene.effects.has<HertzContactOptions>() && scene.effects.has<WallContactOptions>()) return;
   throw InputError(
-      fmt::format("{}: field.method = \"{}\" in a run needs [effects.{}]: it cannot solve disks that overlap{}, which "
+      fmt::format("{}: field.method = \"{}\" in a run needs [effects.{}]: it cannot solve disks that overlap {}, which "
                   "no other effect prevents; methods without this need: {}",
                   scene.path, method->name, scene.effects.has<HertzContactOptions>() ? "wall_contact" : "hertz_contact",
-                  scene.effects.has<HertzContactOptions>() ? " a side or an electrode" : "",
+                  scene.effects.has<HertzContactOptions>() ? "a side or an electrode" : "each other",
                   field_methods_that(2, [](const FieldMethodKind& other) { return !other.only_separate; })));
 }
 
@@ -268,14 +270,17 @@ void check_processes(const FieldTable* field) {
                                   : fmt::format("field.method = \"{}\"", method->name);
     instead = "set field.method = \"cut-cell\" and field.linear_solver = \"assembled\", or leave mpirun out";
   }
-  throw InputError(fmt::format("{} runs on one process, and mpirun started {}: {}", what, processes, instead));
+  throw InputError(
+      fmt::format("{} runs on one process, and mpirun started {} processes: {}", what, processes, instead));
 }
 
 const EffectKind& FloatingConductorsOptions::kind() {
   static const EffectKind kind = {
       .name = "floating_conductors",
       .description = "the electric field between conductors with given charges, and its forces",
-      .help = "Electrostatics: conductors with given charges, the potential between them, the forces (D 5.3).",
+      .help =
+          "Electrostatics of conductors of given charges: the potential between them, from Laplace's equation, and the "
+          "forces on them (Stephenson 2018, eq. 5.3).",
       .options = FloatingConductorsOptions{},
       .dimensions = {2, 3},
       .periodic = true,
@@ -387,7 +392,7 @@ void FloatingConductors::fill_problem(const Bodies& bodies, const ElectricalGrou
   if (is_only_behind_resistors(buffer.problem)) neutralize(buffer.problem.groups);
 }
 
-/// Converts a solution to SI, for conductors only, without terminals and resistors.
+/// Converts a solution per metre of depth to the scene's depth, for conductors only, without terminals and resistors.
 Electrostatics FloatingConductors::conductor_results(const ProblemBuffer& buffer,
                                                      const laplace::LaplaceSolution& solution) const {
   const double depth = scene_.medium.depth;

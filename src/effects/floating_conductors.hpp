@@ -21,56 +21,61 @@ struct FloatingConductorsOptions {
   static const EffectKind& kind();
 };
 
-/// Returns the field problem of a scene's conductors at their current positions (D 5.2, 5.3). Bodies: the conductors in
-/// order, then the electrodes. Groups: the electrical groups in ascending order of id, then one for each electrode
-/// without a resistor, then one for each potential source at the end of a resistor. Charges and lumped conductances are
-/// converted to values per metre of depth.
+/// Returns the plane field problem (Laplace's equation) of a scene's conductors at their current positions. Bodies: the
+/// conductors in order, then the electrodes. Groups: the equipotential groups in ascending order of id, then one for
+/// each electrode without a series resistor, then one for each potential source at a resistor. Charges and lumped
+/// capacitances are per metre of depth.
 laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
                                              const NodeCharges& charges = {});
 
-/// A field problem whose memory is reused for the next problem.
+/// A plane field problem whose memory is reused for the next problem.
 struct ProblemBuffer {
   laplace::LaplaceProblem problem;
   NodeGroups nodes;  ///< only `group_of_node` is valid: the groups are in `problem`
 };
 
-/// Writes the problem of make_laplace_problem to `buffer`.
+/// Writes the field problem of make_laplace_problem() to `buffer` and reuses the memory there.
 void fill_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
                           const NodeCharges& charges, ProblemBuffer& buffer);
 
-/// Returns the method of a field; null if it is still to be chosen.
+/// Returns the field method that a scene's [field] table selects; null if the method is still to be chosen for an
+/// accuracy.
 const FieldMethodKind* method_of(const FieldTable& table);
 
-/// Throws InputError for a device that the method does not support; null: method still to be chosen.
+/// Throws InputError if a field method does not support the device (CPU or GPU). `method`: null if it is still to be
+/// chosen, which allows any device.
 void check_device(FieldDevice device, const FieldMethodKind* method);
 
-/// Throws InputError for a device that the scene's method does not support.
+/// Throws InputError if the field method of the scene does not support the device that the scene requests.
 void check_device(const Scene& scene);
 
-/// Makes the solver that a scene selects, at the tolerance of a single solve. Throws InputError for a device that the
-/// method does not support, or that is missing.
+/// Makes the plane field solver that the options select, with FieldOptions::tolerance. Throws InputError for a device
+/// that the method does not support, or that is missing.
 std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& options);
 
-/// Returns the number of cells along the longer side of the predictor's grid, which gives forces between field solves
-/// (docs/numerics/coupling.md). It is the number of the field's grid, halved while the smallest radius has at least 1.9
-/// cells. 0: no predictor, because the scene disables it or has a circuit, or because its grid is not at least four
-/// times as coarse.
+/// Returns the number of cells along the longer side of the predictor's grid. The predictor is a coarser field solver
+/// that gives forces between field solves (docs/numerics/coupling.md). The number is that of the field's grid, halved
+/// while the smallest radius has at least 1.9 cells. Returns 0 for no predictor: if the scene disables it or has a
+/// circuit, or if its grid would not be at least four times as coarse.
 int predictor_cells(const Scene& scene);
 
-/// Returns true if field solves are inside an integrator's error control, where field errors must be negligible.
+/// Returns true if the scene's integrator solves the field inside its error control, so that field errors must be
+/// negligible.
 bool is_inside_integrator(const Scene& scene);
 
-/// Throws InputError if the method cannot follow the scene's conductors. The multipole method cannot solve disks that
-/// overlap or leave the domain, which only contact forces prevent.
+/// Throws InputError if the field method of the scene is not valid for its moving conductors. The multipole method
+/// cannot solve disks that overlap or leave the domain. It therefore requires effects.hertz_contact and
+/// effects.wall_contact.
 void check_can_move(const Scene& scene);
 
-/// Checks parallel processes (mpirun), which support assembled field solves only. Throws InputError if there are
-/// several and `field` selects another solver; null: no field is solved.
+/// Checks a run on several processes (mpirun), which support only field methods with the assembled linear solver.
+/// Throws InputError if there are several processes and `field` selects another solver. `field`: null if no field is
+/// solved, which also requires one process.
 void check_processes(const FieldTable* field);
 
-/// Electrostatics of conductors with given charges (D 5.3). Owns the field solver. Because a field solve dominates the
-/// cost of a step, forces are extrapolated between solves: add_forces adds the forces of an ExtrapolatedField, which
-/// the caller updates.
+/// Effect of the electric field between conductors with given charges (Laplace's equation with floating potentials). It
+/// owns the field solver. A field solve dominates the cost of a step, so forces are extrapolated in time between
+/// solves. add_forces() adds the extrapolated forces, which the caller updates (follow()).
 class FloatingConductors : public Effect {
  public:
   FloatingConductors(const Scene& scene, std::unique_ptr<laplace::LaplaceSolver> solver);  ///< two dimensions
@@ -79,31 +84,34 @@ class FloatingConductors : public Effect {
   const EffectKind& kind() const override { return FloatingConductorsOptions::kind(); }
   Needs needs() const override { return {.charges = true, .field = true}; }
   void add_forces(const State& state, std::span<double> force) const override;
-  /// Extrapolated forces are linear in time, so free flight has a closed form and no body is marked.
+  /// Marks no body, because extrapolated forces are linear in time and the motion has a closed form.
   void mark_interacting(const Bodies&, std::span<const double>, std::vector<bool>&) const override {}
 
-  /// Solves the field. Throws the exceptions of the solver. Throws Failure (InputError before the first solve) for a
-  /// conductor outside the domain, or for one that touches another potential in a scene without contact_discharge.
+  /// Solves the field for the positions of the bodies, their equipotential groups and charges. Throws Failure for a
+  /// conductor outside the domain, and the exceptions of the solver. Throws Failure (InputError before the first solve)
+  /// if surfaces of different potential touch in a scene without contact_discharge. In three dimensions the same holds
+  /// for overlaps of more than 1 % of a radius.
   Electrostatics solve(const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges);
 
-  /// Sets the predictor, a solver of the same problems on a coarser grid, which enables predict(). Not allowed in a
-  /// scene with a circuit.
+  /// Sets the predictor, a solver of the same field problems on a coarser grid, which predict() uses. It is not allowed
+  /// in a scene with a circuit.
   void set_predictor(std::unique_ptr<laplace::LaplaceSolver> predictor) { predictor_ = std::move(predictor); }
   laplace::LaplaceSolver* predictor() { return predictor_.get(); }
-  /// Approximates solve() at a fraction of its cost: the predictor's solution plus its error at the last correct().
-  /// Throws the exceptions of solve().
+  /// Approximates solve() at a fraction of its cost: the solution on the predictor's coarse grid, plus its error at the
+  /// last correct() (defect correction). Throws the exceptions of solve(). Two dimensions only.
   Electrostatics predict(const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges);
-  /// Stores the predictor's error; `solved` is the result of solve() for the last prediction's problem.
+  /// Stores the error of the predictor at the last predict(). `solved`: result of solve() for the same problem.
   void correct(const Electrostatics& solved);
-  /// Makes the solvers' next solves independent of earlier ones.
+  /// Discards initial guesses from earlier solutions, so that the next solves do not depend on earlier solves.
   void forget();
 
-  /// Returns the last solved problem, for error checks, if the scene specifies an accuracy.
+  /// Returns the field problem of the last solve() in two dimensions, for error checks; empty unless the scene requests
+  /// an accuracy.
   const std::optional<laplace::LaplaceProblem>& last_problem() const { return last_problem_; }
-  /// Sets the forces that add_forces() adds, at any time. `extrapolated` must outlive this object.
+  /// Sets the extrapolated forces that add_forces() adds. `extrapolated` must outlive this object.
   void follow(const ExtrapolatedField& extrapolated) { extrapolated_ = &extrapolated; }
 
-  laplace::LaplaceSolver* solver() { return solver_.get(); }  ///< null in three dimensions
+  laplace::LaplaceSolver* solver() { return solver_.get(); }  ///< plane field solver; null in three dimensions
   std::int64_t solves() const { return solves_; }
   std::int64_t iterations() const { return iterations_; }  ///< linear-solver iterations of all solves
   std::int64_t predictions() const { return predictions_; }
@@ -127,15 +135,16 @@ class FloatingConductors : public Effect {
   std::vector<Terminal> terminals_;
   ProblemBuffer problem_, predicted_problem_;  ///< problems of the last solve and prediction
   laplace::LaplaceSolution coarse_;            ///< predictor's last solution
-  Electrostatics correction_;                  ///< correction of coarse_
-  /// N, magnitudes of the predictor's forces at the last correction
+  Electrostatics correction_;                  ///< solve() minus the predictor's result at the last correct()
+  /// Magnitudes (N) of the predictor's forces at the last correct()
   std::vector<double> corrected_norm_;
   std::optional<laplace::LaplaceProblem> last_problem_;
   const ExtrapolatedField* extrapolated_ = nullptr;  ///< null: no forces
   std::int64_t solves_ = 0, iterations_ = 0, predictions_ = 0;
 };
 
-/// Makes the effect with the scene's solver at the tolerance of a moving scene, and with a predictor if it has one.
+/// Makes the effect for a run: with the scene's field solver at the tolerance for moving conductors
+/// (field.moving_tolerance), and with a predictor if predictor_cells() is not 0.
 std::unique_ptr<FloatingConductors> make_floating_conductors(const Scene& scene);
 
 }  // namespace lichtenberg::effects

@@ -11,7 +11,7 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// Returns the group of that potential, and appends a new one if there is none.
+/// Returns the index of a fixed group with this potential (V), and appends a new group if there is none.
 int group_at(double potential, std::vector<laplace::Group>& groups) {
   const auto found = std::ranges::find_if(
       groups, [&](const laplace::Group& group) { return !group.floating && group.potential == potential; });
@@ -20,8 +20,9 @@ int group_at(double potential, std::vector<laplace::Group>& groups) {
   return static_cast<int>(groups.size()) - 1;
 }
 
-/// Moves a centre away from electrode sides that have the sphere's potential, or to which a contact's resistor connects
-/// it.
+/// Returns the centre of a sphere, moved to a gap of at least 0.1 % of its radius from some electrode sides. These are
+/// the sides that have the sphere's potential, or all electrode sides if a resistive contact joins it to one
+/// (`joined`).
 Vec3 clear_of_sides(Vec3 centre, double radius, std::optional<double> potential, bool joined, const Domain& domain) {
   const double least = (1 + 1e-3) * radius;
   const auto is_one = [&](const DomainSide& side) { return side.electrode && (joined || potential == side.potential); };
@@ -32,7 +33,7 @@ Vec3 clear_of_sides(Vec3 centre, double radius, std::optional<double> potential,
   return centre;
 }
 
-/// Returns for each conductor whether a contact's resistor connects it to a side of the domain.
+/// Returns for each conductor 1 if a resistive contact connects it to a side of the domain, otherwise 0.
 std::vector<char> joined_to_sides(const Scene& scene, const NodeCharges& charges) {
   std::vector<char> joined(scene.conductors.size());
   for (const Resistor& resistor : charges.resistors)
@@ -41,7 +42,7 @@ std::vector<char> joined_to_sides(const Scene& scene, const NodeCharges& charges
   return joined;
 }
 
-/// Returns the sphere at the other end of a contact's resistor; -1: a side.
+/// Returns the index of the sphere at the other end of a resistive contact; -1 for a side of the domain.
 int sphere_beyond(const Scene& scene, const Resistor& resistor) {
   const int conductors = static_cast<int>(scene.conductors.size());
   const int electrodes = static_cast<int>(scene.electrodes.size());
@@ -52,11 +53,12 @@ int sphere_beyond(const Scene& scene, const Resistor& resistor) {
   return sphere;
 }
 
-/// Shrinks spheres that a contact's resistor connects, so that they have a gap. Such spheres have two groups and may
-/// touch, with potentials equal to the accuracy of the field (otherwise ResistorCurrents::unequal_contact_message ends
-/// the run). The gap is `accuracy` times the smaller radius, but at least 1e-5 of it, so that it keeps its digits. Each
-/// sphere shrinks by half of the missing gap. The relative errors of charge and force there are of the order of
-/// `accuracy`. A potential difference dV contributes about pi eps dV^2 / accuracy to the force.
+/// Shrinks spheres joined by a resistive contact, so that they have a gap. Such spheres are in two groups and may
+/// touch, with potentials that are equal within the accuracy of the field (otherwise
+/// ResistorCurrents::unequal_contact_message ends the run). The gap is `accuracy` times the smaller radius, but at
+/// least 1e-5 of it, so that it keeps its digits. Each sphere shrinks by half of the missing gap. The relative errors
+/// of charge and force there are of the order of `accuracy`. A potential difference dV contributes about pi eps dV^2 /
+/// accuracy to the force.
 void keep_contacts_apart(const Scene& scene, const std::vector<Resistor>& resistors, double accuracy,
                          std::vector<laplace::Sphere>& spheres) {
   std::vector<double> shrink(spheres.size());

@@ -10,28 +10,29 @@ const EffectKind& GasDragOptions::kind() {
       .name = "gas_drag",
       .description = "drag of a gas that blows at random",
       .help =
-          "Drag S (v_gas - v) (G 3.54), v_gas random for each grain and constant for a time h = correlation_time, "
-          "which "
-          "determines the temperature together with the speed. Without collisions the temperature is speed^2 tanh(S h "
-          "/ 2) "
-          "when v_gas is redrawn, and smaller by a fraction of up to S h / 2 at other times. Collisions deflect "
-          "velocities from v_gas: elastic ones at a frequency omega of a grain leave, on average over time, T = "
-          "speed^2 S / l (1 - (1 - exp(-l h)) / (l h)), l = S + 2 omega / 3; inelastic ones less.",
+          "Drag S (v_gas - v) of a gas on grains of velocity v (Singh 2019, eq. 3.54). The gas velocity v_gas is "
+          "random for each grain and constant for a time h = correlation_time, which determines the temperature "
+          "together with the speed. Without collisions the temperature is speed^2 tanh(S h / 2) when v_gas is redrawn, "
+          "and smaller by a fraction of up to S h / 2 at other times. Collisions deflect velocities from v_gas. "
+          "Elastic collisions, each grain with a frequency omega of them, leave the temperature T = speed^2 S / l (1 - "
+          "(1 - exp(-l h)) / (l h)) on average over time, with l = S + 2 omega / 3. Inelastic collisions leave less.",
       .options = GasDragOptions{},
       .keys = {{.name = "stokes",
                 .target = target<&GasDragOptions::stokes>,
                 .range = ranges::positive,
-                .help = "S = d0 / (v0 tau), tau the time in which drag stops a grain"},
+                .help = "dimensionless drag coefficient S = d0 / (v0 tau), with the relaxation time tau of a grain's "
+                        "velocity in a gas at rest and the scales d0 and v0 of [units]"},
                {.name = "speed",
                 .target = target<&GasDragOptions::speed>,
                 .unit = "v0",
                 .range = ranges::not_negative,
-                .help = "standard deviation of each component of v_gas; 0: a gas at rest"},
+                .help = "standard deviation of each component of the gas velocity v_gas, in reduced units (v0); 0: a "
+                        "gas at rest"},
                {.name = "correlation_time",
                 .target = target<&GasDragOptions::correlation_time>,
                 .unit = "t0",
                 .range = ranges::positive,
-                .help = "time after which v_gas is redrawn",
+                .help = "time after which the random gas velocity v_gas of a grain is redrawn, in reduced units (t0)",
                 .old_name = "hold"}},
       .dimensions = {2, 3},
       .periodic = true,

@@ -8,18 +8,22 @@
 
 namespace lichtenberg::effects {
 
+/// Parameters of the drag of a surrounding gas on grains: drag coefficient, and speed and correlation time of the
+/// random gas velocity. Reduced units.
 struct GasDragOptions {
-  double stokes = 0.05;         ///< S
-  double speed = 0;             ///< sigma, v0
-  double correlation_time = 1;  ///< tau_g, t0
+  double stokes = 0.05;         ///< drag coefficient S (1/t0)
+  double speed = 0;             ///< standard deviation of each component of the gas velocity (v0)
+  double correlation_time = 1;  ///< time after which the gas velocity is redrawn (t0)
 
   static const EffectKind& kind();
 };
 
-/// Drag S (v_gas - v) of a gas with a random velocity at each grain. It is Gaussian with standard deviation `speed` for
-/// each component, constant for `correlation_time` (correlation time) and then redrawn (G 3.54, 7.2, which specify
-/// neither). Grains without collisions reach the temperature speed^2 tanh(S hold / 2) at the times of redrawing. With
-/// collisions the temperature is lower (validation/theory/driven_gas.hpp). Integrated exactly.
+/// Effect of drag in a gas with random velocities: acceleration S (v_gas - v) of each grain (Singh 2019, eq. 3.54,
+/// 7.2). The gas velocity v_gas at a grain is Gaussian with standard deviation `speed` for each component. It is
+/// constant for a time h = `correlation_time` and then redrawn.
+///
+/// Grains without collisions reach the temperature speed^2 tanh(S h / 2) at the times of redrawing. With collisions the
+/// temperature is lower (validation/theory/driven_gas.hpp). The drag is integrated exactly.
 class GasDrag : public Effect {
  public:
   GasDrag(const GasDragOptions& options, std::uint64_t seed)

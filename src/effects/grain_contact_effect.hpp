@@ -6,8 +6,9 @@
 
 namespace lichtenberg::effects {
 
-/// Damped contact force law of grains. The integrator of grains (src/granular/contact_motion.hpp) reads the law and
-/// computes the motion in contact. The effect adds no forces itself.
+/// Effect that defines the damped contact force law of grains. The integrator of grains
+/// (src/granular/contact_motion.hpp) reads the law and computes the motion in contact. The effect adds no forces
+/// itself.
 class GrainContactEffect : public Effect {
  public:
   GrainContactEffect(const EffectKind& kind, GrainContactLaw law) : kind_(kind), law_(law) {}
@@ -20,7 +21,8 @@ class GrainContactEffect : public Effect {
   GrainContactLaw law_;
 };
 
-/// EffectKind::device of a contact law: a device reads every GrainContactLaw from Effect::grain_contact.
+/// Implements EffectKind::device for a contact law. It adds nothing, because a device reads the law from
+/// Effect::grain_contact.
 inline void contact_on_device(const Scene&, DeviceForces&) {}
 
 }  // namespace lichtenberg::effects

@@ -45,26 +45,27 @@ const EffectKind& GravityOptions::kind() {
       .name = "gravity",
       .description = "weight less buoyancy",
       .help =
-          "Weight of the spheres minus their buoyancy, along direction. The default is toward the front, z = 0, in "
-          "three dimensions, whose bottom and top are sides of y, and toward the bottom, y = 0, in two. Along a "
-          "periodic axis the potential energy is that of the unwrapped position.",
+          "Weight of the spheres minus their buoyancy, along direction. Its default is -z in three dimensions, toward "
+          "the front side z = 0, because the sides bottom and top lie along y, and -y in two, toward the bottom side. "
+          "Along a periodic axis the potential energy is that of the unwrapped position.",
       .options = GravityOptions{},
       .keys = {{.name = "acceleration",
                 .target = target<&GravityOptions::acceleration>,
                 .unit = "m/s^2",
                 .range = ranges::not_negative,
-                .help = "acceleration of free fall"},
+                .help = "acceleration of free fall, in m/s^2"},
                {.name = "direction",
                 .target = target<&GravityOptions::direction>,
                 .range = {.low = -1e100, .high = 1e100},  // squares must not overflow
                 .computed_default = "[0, 0, -1] in three dimensions, to the front; [0, -1] in two, to the bottom",
-                .help =
-                    "direction of the fall, a vector of any length but 0; pictures in perspective put its opposite up"},
+                .help = "direction of free fall, a vector of any length but 0; pictures in perspective have the "
+                        "opposite direction at the top"},
                {.name = "fluid_density",
                 .target = target<&GravityOptions::fluid_density>,
                 .unit = "kg/m^3",
                 .range = ranges::not_negative,
-                .help = "density of the fluid, for the buoyancy of the spheres"}},
+                .help =
+                    "density of the fluid, in kg/m^3, from which the buoyancy of the spheres follows; 0: no buoyancy"}},
       .dimensions = {2, 3},
       .periodic = true,
       .check = check,

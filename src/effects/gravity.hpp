@@ -11,25 +11,27 @@ struct Domain;
 
 namespace lichtenberg::effects {
 
+/// Parameters of weight and buoyancy: gravitational acceleration, its direction, and density of the fluid.
 struct GravityOptions {
-  double acceleration = 9.80665;  ///< m/s^2
-  /// Direction of the fall, of any length; empty: the last axis downwards.
+  double acceleration = 9.80665;  ///< gravitational acceleration (m/s^2)
+  /// Direction of gravity, a vector of any length; empty: along the last axis (y or z) towards 0.
   std::optional<Coordinates> direction{};
-  double fluid_density = 0;  ///< kg/m^3
+  double fluid_density = 0;  ///< density of the fluid, for buoyancy (kg/m^3)
   static const EffectKind& kind();
 };
 
-/// Returns the unit vector of the fall.
+/// Returns the unit vector in the direction of gravity.
 Vec3 down(const GravityOptions& options, const Domain& domain);
 
-/// Weight minus buoyancy of spheres, 4/3 pi R^3 (density - fluid density) g (Archimedes).
+/// Effect of gravity: weight minus buoyancy of spheres, 4/3 pi R^3 (density - fluid density) g (Archimedes).
 class Gravity : public Effect {
  public:
   explicit Gravity(const Scene& scene);  ///< `scene` must have the effect
 
   const EffectKind& kind() const override { return GravityOptions::kind(); }
   void add_forces(const State& state, std::span<double> force) const override;
-  /// Returns the potential energy relative to the origin, with unwrapped positions of bodies in a periodic box.
+  /// Returns the gravitational potential energy (J) of all bodies relative to the origin. In a periodic box it uses the
+  /// unwrapped positions.
   double stored_energy(const State& state) const override;
 
  private:

@@ -14,11 +14,12 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// Potential sources of the components, indexed by the component's first conductor.
+/// Potential source of each connected component of nodes. A component is named by its smallest node index.
 class SourceAssignment {
  public:
   SourceAssignment(const Scene& scene, std::size_t nodes)
       : path_(scene.path), supplies_(potential_sources_of(scene)), source_(nodes, -1) {}
+  /// Connects a source with a component. Throws InputError if the component has a source of another potential.
   void add(int component, int supply) {
     int& assigned = source_[component];
     if (assigned < 0) assigned = supply;
@@ -26,14 +27,14 @@ class SourceAssignment {
     if (first.potential != other.potential)
       throw InputError(
           fmt::format("the group of conductor {} connects {} at {:g} V with {} at {:g} V: a short circuit of perfect "
-                      "conductors, whose current has no limit, is not allowed: {} gives them these potentials, in "
-                      "electrode.potential, side's potential in [domain] or group.potential",
+                      "conductors, whose current has no limit, is not allowed: the scene {} gives them these "
+                      "potentials, in electrode.potential, the side's potential in [domain] or group.potential",
                       component, first.name, first.potential, other.name, other.potential, path_));
     assigned = std::min(assigned, supply);
   }
-  /// Index of the component's source; -1: none.
+  /// Returns the index of the component's first source; -1: none.
   int supply(int component) const { return source_[component]; }
-  /// Potential (V) of a component with a source.
+  /// Returns the potential (V) of a component that has a source.
   double potential(int component) const { return supplies_[supply(component)].potential; }
 
  private:
@@ -42,7 +43,7 @@ class SourceAssignment {
   std::vector<int> source_;
 };
 
-/// Returns the components of the nodes that wires and contacts connect.
+/// Returns the connected components of the nodes, which wires and the given contacts connect.
 DisjointSets connect(const Scene& scene, std::span<const Contact> contacts, const std::vector<Terminal>& terminals) {
   const int n = static_cast<int>(scene.conductors.size());
   DisjointSets sets(n + static_cast<int>(terminals.size()));
@@ -80,7 +81,7 @@ void for_each_source_connection(const Scene& scene, std::span<const Contact> con
     if (contact.partner >= n && terminals[contact.partner - n].node < 0) add(contact.conductor, contact.partner - n);
 }
 
-/// Returns ElectricalGroups::connected; `sets` are the components that contacts and wires connect.
+/// Returns ElectricalGroups::connected. `sets`: connected components of `contacts` and wires.
 std::vector<int> connections(const Scene& scene, std::span<const Contact> contacts,
                              const std::vector<Terminal>& terminals, DisjointSets sets) {
   const int n = static_cast<int>(scene.conductors.size());

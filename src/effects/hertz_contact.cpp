@@ -20,9 +20,11 @@ const EffectKind& HertzContactOptions::kind() {
       .name = "hertz_contact",
       .description = "elastic contact between spheres",
       .help =
-          "Elastic spheres repel each other in contact, F = 4/3 E* sqrt(R_eff) overlap^(3/2) (D 5.9). Their Young's "
-          "modulus and Poisson's ratio also hold in contacts with walls (wall_contact); conductors and populations may "
-          "have their own (conductor.young, population.young), 1/E* = (1 - nu_i^2) / E_i + (1 - nu_j^2) / E_j.",
+          "Elastic spheres repel each other in contact with the force F = 4/3 E* sqrt(R_eff) overlap^(3/2) of Hertz "
+          "(Stephenson 2018, eq. 5.9). Here 1/R_eff = 1/R_i + 1/R_j and 1/E* = (1 - nu_i^2) / E_i + (1 - nu_j^2) / "
+          "E_j, with Young's modulus E and Poisson's ratio nu of each sphere. Conductors and populations may have "
+          "their own (conductor.young, population.young); those of this table are the default, also in contacts with "
+          "walls (wall_contact).",
       .options = HertzContactOptions{},
       .keys = elastic_constants<HertzContactOptions>(),
       .dimensions = {2, 3},
@@ -56,7 +58,6 @@ void HertzContact::add_forces(const State& state, std::span<double> force) const
   if (const auto refused = add_forces_of_unlike(state, force)) refuse(state.bodies, *refused);
 }
 
-/// Adds the forces of each pair with its own modulus. Returns the first pair that the law refuses.
 std::optional<Pair> HertzContact::add_forces_of_unlike(const State& state, std::span<double> force) const {
   std::optional<Pair> refused;
   const int d = state.bodies.dimension;
@@ -72,7 +73,7 @@ std::optional<Pair> HertzContact::add_forces_of_unlike(const State& state, std::
         force[j * d + k] -= over_distance * found.separation[k];
       }
     });
-    // The loop ends where two centres coincide, which the law refuses whatever the material.
+    // The loop stops at coinciding centres, for which the law is not valid whatever the material.
     if (!separate) refused = add_pair_forces(common, spheres, state.neighbours, force, state.team).refused;
   });
   return refused;

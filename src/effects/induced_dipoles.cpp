@@ -12,7 +12,7 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// Marks the presence of the table in the scene.
+/// Effect without functions for the table [effects.induced_dipoles], whose options the effect `coulomb` reads.
 class InducedDipoles : public Effect {
  public:
   const EffectKind& kind() const override { return InducedDipolesOptions::kind(); }
@@ -63,7 +63,8 @@ void device(const Scene& scene, DeviceForces& forces) {
   forces.bytes += a_dipole * static_cast<double>(scene.conductors.size());
 }
 
-/// Returns the estimated time (s) for a grain. Above degree 1 a field of dielectric spheres is solved in each step.
+/// Returns the estimated wall time (s) of the induced dipoles for one grain in one step. Above degree 1 a field of
+/// dielectric spheres is solved in each step.
 double seconds_a_grain(const Scene& scene) {
   const auto& options = *scene.effects.find<InducedDipolesOptions>();
   if (options.degree == 1) return 2.1e-6;
@@ -84,28 +85,32 @@ const EffectKind& InducedDipolesOptions::kind() {
       .name = "induced_dipoles",
       .description = "charges polarize grains, whose dipoles act on all",
       .help =
-          "Each grain is a dipole A times the field at its centre, of charges and of the other dipoles (G 3.22 to 3.34 "
-          "with corrected signs).",
+          "Each grain is a point dipole, of the moment A times the field at its centre, which is that of the charges "
+          "and of the other dipoles (Singh 2019, equations 3.22 to 3.34 with corrected signs).",
       .options = InducedDipolesOptions{},
       .keys = {{.name = "polarizability",
                 .target = target<&InducedDipolesOptions::polarizability>,
                 .range = ranges::positive,
-                .help = "A, in d0^3: (eps_r - 1) / (eps_r + 2) / 8 of a dielectric sphere, 1/8 of a conductor"},
+                .help = "polarizability A of a grain, in reduced units (d0^3): (eps_r - 1) / (eps_r + 2) / 8 of a "
+                        "dielectric sphere of the relative permittivity eps_r, 1/8 of a conductor"},
                {.name = "sum",
                 .target = target<&InducedDipolesOptions::sum>,
-                .help = "ewald: all images for all interactions; mixed-consistent: nearest images between dipoles; "
-                        "minimum-image: nearest images except between charges; source: as in G, with forces that have "
-                        "no energy"},
+                .help =
+                    "periodic images in the interactions of charges and dipoles. ewald: all images, by Ewald sums; "
+                    "mixed-consistent: nearest images only between dipoles; minimum-image: nearest images only, except "
+                    "between charges; source: as printed in Singh 2019, with forces that derive from no energy"},
                {.name = "tolerance",
                 .target = target<&InducedDipolesOptions::tolerance>,
                 .range = ranges::accuracy,
-                .help = "relative residual of the polarizing field, over the field of the charges"},
+                .help = "tolerance of the iteration for the dipoles: residual of the polarizing field, relative to the "
+                        "field of the charges"},
                {.name = "degree",
                 .target = target<&InducedDipolesOptions::degree>,
                 .range = {.low = 1, .high = InducedDipolesOptions::most},
-                .help = "degree of the multipoles. Above 1 grains are uniformly charged dielectric spheres, valid up "
-                        "to contact; sum and coulomb.sum then have no effect, and charges must add up to 0; explain "
-                        "prints the truncation error"}},
+                .help =
+                    "largest degree of the multipoles of a grain, 1 for dipoles. Above 1 grains are uniformly charged "
+                    "dielectric spheres, and the forces are valid up to contact. Then sum and coulomb.sum have no "
+                    "effect, and all charges must add up to 0. The command explain prints the truncation error"}},
       .needs = {{"coulomb", "whose field polarizes"}},
       .dimensions = {3},
       .periodic = true,

@@ -14,20 +14,20 @@ inline constexpr Named<periodic::DipoleSum> values_named<periodic::DipoleSum>[] 
 
 namespace lichtenberg::effects {
 
-/// Options of dipoles that charges induce in other grains. The effect `coulomb` reads the options and computes the
-/// dipoles, because charges and dipoles are summed together. Above degree 1 the solver of spheres replaces this sum
-/// (solvers/laplace/spheres).
+/// Parameters of the dipoles (or higher multipoles) that charges induce in other grains. The effect `coulomb` reads
+/// them and computes the dipoles, because charges and dipoles are summed together. For multipoles of degree above 1,
+/// the field solver of spheres replaces this sum (solvers/laplace/spheres).
 struct InducedDipolesOptions {
-  double polarizability = 0.005;  ///< A, d0^3
+  double polarizability = 0.005;  ///< A (d0^3): dipole of a grain over the field at its centre
   periodic::DipoleSum sum = periodic::DipoleSum::ewald;
   double tolerance = 1e-6;  ///< relative tolerance of the polarizing field
-  /// Degree of the multipoles; above 1 grains are dielectric spheres of that polarizability
+  /// Degree of the multipoles; above 1 grains are dielectric spheres of this polarizability
   int degree = 1;
 
   static constexpr int most = 60;  ///< largest degree
 
-  /// Returns the permittivity, relative to the medium, of a sphere with that polarizability and `radius` (d0). It is
-  /// infinite for a conductor.
+  /// Returns the relative permittivity (to the medium) of a dielectric sphere of this polarizability A and `radius` R
+  /// (d0): (R^3 + 2 A) / (R^3 - A). It diverges for A = R^3, a conductor.
   double relative_permittivity(double radius) const;
 
   static const EffectKind& kind();

@@ -16,15 +16,15 @@ const EffectKind& LeakageOptions::kind() {
       .name = "leakage",
       .description = "the fluid conducts: charge decays with its relaxation time",
       .help =
-          "Ohmic conduction through the fluid: charge decays with the time permittivity / conductivity. Needs "
-          "floating_conductors.",
+          "Ohmic conduction through the fluid: charge decays exponentially with the time constant permittivity / "
+          "conductivity. Needs floating_conductors.",
       .options = LeakageOptions{},
       .keys = {{.name = "conductivity",
                 .target = target<&LeakageOptions::conductivity>,
                 .unit = "S/m",
                 .range = ranges::positive,
                 .required = true,
-                .help = "conductivity of the fluid"}},
+                .help = "electrical conductivity of the fluid, in S/m"}},
       .needs = {{"floating_conductors"}},
       .dimensions = {2, 3},
       .periodic = true,

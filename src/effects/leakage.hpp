@@ -5,13 +5,15 @@
 
 namespace lichtenberg::effects {
 
+/// Parameter of charge leakage through the fluid: its conductivity.
 struct LeakageOptions {
-  double conductivity = 0;  ///< S/m
+  double conductivity = 0;  ///< conductivity of the fluid (S/m)
   static const EffectKind& kind();
 };
 
-/// Ohmic conduction through the uniform fluid. No charge accumulates in the fluid, and every conductor's charge decays
-/// with the relaxation time permittivity / conductivity, whatever surrounds it (Gauss and Ohm).
+/// Effect of charge leakage by ohmic conduction through the uniform fluid. No charge accumulates in the fluid. Every
+/// conductor's charge decays with the charge relaxation time permittivity / conductivity, whatever surrounds it
+/// (Gauss's and Ohm's laws).
 class Leakage : public Effect {
  public:
   Leakage(const LeakageOptions& options, double permittivity)  ///< F/m

@@ -18,23 +18,26 @@ const EffectKind& LinearContactOptions::kind() {
       .name = "linear_contact",
       .description = "linear spring and dashpot between grains",
       .help =
-          "Grains in contact repel each other by F = max(A overlap + B d overlap/dt, 0) (G 3.6, 3.9), whose "
-          "restitution does not depend on the speed.",
+          "Grains in contact repel each other by the linear force F = max(A overlap + B d overlap/dt, 0) (Singh 2019, "
+          "equations 3.6 and 3.9), whose restitution coefficient does not depend on the speed.",
       .options = LinearContactOptions{},
       .keys = {{.name = "stiffness",
                 .target = target<&LinearContactOptions::stiffness>,
                 .range = ranges::positive,
-                .help = "A in the force above, in m0 / t0^2"},
+                .help = "stiffness A of the spring in the contact force max(A overlap + B d overlap/dt, 0), in reduced "
+                        "units (m0 / t0^2)"},
                {.name = "restitution",
                 .target = target<&LinearContactOptions::restitution>,
                 .range = {.low = 0, .high = 1, .low_itself = false},
                 .computed_default = "0.9, unless damping is given",
-                .help = "restitution coefficient of two grains of mass m0; determines the damping B"},
+                .help = "restitution coefficient of two grains of the unit mass m0 in a collision, from which the "
+                        "damping B of the contact force follows"},
                {.name = "damping",
                 .target = target<&LinearContactOptions::damping>,
                 .range = ranges::not_negative,
                 .computed_default = "from restitution",
-                .help = "B in the force above, in m0 / t0; give it instead of restitution"}},
+                .help = "damping B of the dashpot in the contact force max(A overlap + B d overlap/dt, 0), in reduced "
+                        "units (m0 / t0); give it instead of restitution"}},
       .dimensions = {2, 3},
       .periodic = true,
       .grains = true,

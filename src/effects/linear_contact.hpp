@@ -6,10 +6,12 @@
 
 namespace lichtenberg::effects {
 
+/// Parameters of the linear spring-dashpot contact of grains (LinearSpringLaw), in reduced units. If both optional
+/// members are empty, the restitution coefficient is 0.9.
 struct LinearContactOptions {
-  double stiffness = 278.6;  ///< A_l
-  std::optional<double> restitution;
-  std::optional<double> damping;  ///< B_l
+  double stiffness = 278.6;           ///< stiffness A (m0/t0^2)
+  std::optional<double> restitution;  ///< restitution coefficient of two grains of mass m0
+  std::optional<double> damping;      ///< damping B (m0/t0), instead of `restitution`
 
   static const EffectKind& kind();
 };

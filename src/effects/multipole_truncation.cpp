@@ -7,7 +7,8 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// Returns the largest difference of two solutions' forces over the largest force of the second.
+/// Returns the largest difference of the forces in two solutions, with multipoles to `degree` and to `higher`, over the
+/// largest force in the second solution.
 double difference_of_forces(const laplace::SphereProblem& problem, int degree, int higher, double tolerance) {
   const auto forces_at = [&](int l) {
     return laplace::SphereSolver({.accuracy = tolerance, .degree = l}).solve(problem).sphere_force;
@@ -21,9 +22,9 @@ double difference_of_forces(const laplace::SphereProblem& problem, int degree, i
   return largest > 0 ? error / largest : 0;
 }
 
-/// Returns the error in contact. Coefficients near a contact decay like exp(-2 sqrt(l (-ln k))), k = (eps_r - 1) /
-/// (eps_r + 1) (docs/numerics/spheres.md). With 100 more degrees the error of the second solution is
-/// negligible.
+/// Returns the relative error of the force between two touching spheres of opposite charge. Multipole coefficients of
+/// degree l near a contact decay like exp(-2 sqrt(l (-ln k))), k = (eps_r - 1) / (eps_r + 1)
+/// (docs/numerics/spheres.md). With 100 more degrees the error of the second solution is negligible.
 double error_in_contact(double radius, const InducedDipolesOptions& options) {
   const double permittivity = options.relative_permittivity(radius);
   laplace::SphereProblem problem{.free_space = true, .permittivity = 1 / (4 * std::numbers::pi)};

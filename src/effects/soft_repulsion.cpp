@@ -9,7 +9,8 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// Calls visit(overlap) for every pair that overlaps. Returns false immediately if the energy is infinite.
+/// Calls visit(overlap) for every overlapping pair of particles among `pairs`. Stops and returns false if two centres
+/// coincide, where the energy is infinite.
 template <class Visit>
 bool visit_pairs(const State& state, std::span<const Pair> pairs, Visit visit) {
   return visit_spheres(state.bodies, [&]<int d>(const Spheres<d>& spheres) {
@@ -30,7 +31,7 @@ double distance_from(const Wall& wall, const double* position) {
   return distance;
 }
 
-/// Returns true if a particle from `first` to before `end` touches the wall. Few do, and the loop is vectorized.
+/// Returns true if a particle i, first <= i < end, overlaps the wall. Few particles do, and the loop is vectorized.
 template <int dimension>
 bool any_touches(const Bodies& bodies, const Wall& wall, int first, int end) {
   int any = 0;
@@ -39,8 +40,8 @@ bool any_touches(const Bodies& bodies, const Wall& wall, int first, int end) {
   return any;
 }
 
-/// Calls visit(overlap) for the particles from `first` to before `end` and the walls that they overlap, in the order of
-/// the walls. Returns false if a particle's centre is on or beyond a wall.
+/// Calls visit(overlap) for each overlap of a particle i, first <= i < end, with a wall, in the order of the walls.
+/// Stops and returns false if a particle's centre is on or beyond a wall.
 template <int dimension, class Visit>
 bool visit_walls(const State& state, const std::vector<Wall>& walls, int first, int end, Visit visit) {
   Overlap o;
@@ -77,18 +78,19 @@ const EffectKind& SoftRepulsionOptions::kind() {
       .name = "soft_repulsion",
       .description = "particles that overlap each other or walls repel until all forces balance",
       .help =
-          "Particles move to a minimum of stiffness * sum of (q - 1) ln q over all overlapping pairs and walls; q is "
-          "the distance of the centres over the sum of the radii, or of a centre from a wall over its radius. A run "
-          "finds this minimum instead of a motion in time, so no other effect is allowed.",
+          "Particles move to a minimum of the energy stiffness * sum of (q - 1) ln q over all overlapping pairs and "
+          "walls. Here q is the distance of the centres over the sum of the radii, or of a centre from a wall over its "
+          "radius. A run finds this minimum and computes no motion in time, so no other effect is allowed.",
       .options = SoftRepulsionOptions{},
       .keys = {{.name = "stiffness",
                 .target = target<&SoftRepulsionOptions::stiffness>,
                 .unit = "J",
                 .range = ranges::positive,
-                .help = "scales energies and forces without effect on the final positions"},
+                .help = "stiffness of the contact energy, in J: it scales energies and forces and has no effect on the "
+                        "final positions"},
                {.name = "box",
                 .target = [](Draft& draft) { return &draft.scene.domain.walled; },
-                .help = "the sides of the domain are walls; otherwise every [[wall]] must be given"}},
+                .help = "true: the sides of the domain are walls; false: only the tables [[wall]] define walls"}},
       .alone = "which permits no other effect",
       .dimensions = {2, 3},
       .packing = true,

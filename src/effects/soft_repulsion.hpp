@@ -12,54 +12,61 @@
 
 namespace lichtenberg::effects {
 
+/// Parameter of the soft repulsion of packings: the factor of its potential energy.
 struct SoftRepulsionOptions {
-  double stiffness = 1;  ///< J
+  double stiffness = 1;  ///< factor of the potential energy (J)
   static const EffectKind& kind();
 };
 
-/// Overlap of two particles, or of a particle and a wall.
+/// Geometry of an overlap of two particles, or of a particle and a wall.
 struct Overlap {
-  /// partner: a particle of larger index, or a wall, whose indices start at the number of particles
+  /// partner: index of a particle of larger index, or number of particles + index of a wall
   int particle = 0, partner = 0;
   double q = 1;  ///< distance over `reach`, 0 < q < 1
-  /// m; distance: between the centres, or of the centre from the wall; reach: sum of radii, or radius
+  /// m; distance: between the centres, or of the centre from the wall; reach: sum of the radii, or the radius
   double distance = 0, reach = 0;
   std::array<double, 3> normal{};  ///< unit vector from the partner to the particle
 };
 
-/// Soft repulsion U = stiffness * sum of (q - 1) ln q over all overlapping pairs and all overlaps of particles with
-/// walls, each once. The source's double sum counts every pair twice and includes self-overlaps. Walls would then have
-/// half the stiffness of particles, and the rest positions would differ. The distance from a wall is signed: a particle
-/// beyond a wall has infinite energy and no outward force. Two or three dimensions.
+/// Effect of soft repulsion in packings. The potential energy U is the sum of stiffness * (q - 1) ln q over all
+/// overlaps of two particles, or of a particle and a wall. The ratio q is the distance of two centres over the sum of
+/// the radii, or the distance of a centre from a wall over the radius. A particle whose centre is on or beyond a wall
+/// has infinite energy. Two or three dimensions.
+///
+/// Each overlap counts once. The source (docs/theory/packings.md) counts each pair of particles twice, so that walls
+/// have half of the stiffness of particles and the rest positions differ.
 class SoftRepulsion : public Effect {
  public:
-  /// Makes the effect. `stiffness`: factor of the potential (J).
+  /// Makes the effect. `stiffness`: factor of the potential energy (J).
   SoftRepulsion(double stiffness, std::vector<Wall> walls) : stiffness_(stiffness), walls_(std::move(walls)) {}
-  /// `scene` must have the effect.
+  /// Makes the effect of a scene, which must have the table [effects.soft_repulsion].
   explicit SoftRepulsion(const Scene& scene)
       : SoftRepulsion(scene.effects.find<SoftRepulsionOptions>()->stiffness, scene.walls) {}
 
   const EffectKind& kind() const override { return SoftRepulsionOptions::kind(); }
   Needs needs() const override { return {.neighbour_range = 0.0}; }
 
-  /// Returns U (J); infinite if two centres coincide, or if a centre is on or beyond a wall.
+  /// Returns the potential energy U (J) of all overlaps; infinite if two centres coincide, or if a centre is on or
+  /// beyond a wall.
   double energy(const State& state) const;
-  /// Returns U (J) and adds the forces. If U is infinite, only some forces are added.
+  /// Returns the potential energy U (J) of all overlaps and adds their forces to `force` (N, [N * dimension]). If U is
+  /// infinite, only some forces are added.
   double energy_and_forces(const State& state, std::span<double> force) const;
-  /// Returns the part of U, and adds its forces, of pairs whose first particle is from `first` to before `end`, and of
-  /// these particles and the walls. Callers can divide the particles among threads. The function changes `force` of
-  /// these particles only and appends the forces on other particles to `outside_forces`.
+  /// Returns the potential energy (J) of some overlaps and adds their forces, for callers that divide the particles
+  /// among threads. These are the pairs whose first particle i is in first <= i < end, and the overlaps of these
+  /// particles with walls. Forces on these particles are added to `force`, and forces on others are appended to
+  /// `outside_forces`.
   double energy_and_forces(const State& state, int first, int end, std::span<double> force,
                            std::vector<ParticleForce>& outside_forces) const;
-  /// Throws Failure if the energy is infinite.
+  /// Adds the forces of all overlaps to `force` (N, [N * dimension]). Throws Failure if the energy is infinite.
   void add_forces(const State& state, std::span<double> force) const override;
   void add_jacobian(const State& state, ForceJacobian& jacobian) const override;
 
-  /// Returns all overlaps: pairs in the order of the neighbours, then walls in their order. Empty if the energy is
-  /// infinite.
+  /// Returns all overlaps: pairs of particles in the order of State::neighbours, then overlaps with each wall in the
+  /// order of the walls. Empty if the energy is infinite.
   std::vector<Overlap> overlaps(const State& state) const;
-  /// Returns the overlaps of pairs whose first particle is from `first` to before `end`, in the order of particles, and
-  /// then of these particles and the walls.
+  /// Returns the overlaps of pairs whose first particle i is in first <= i < end, in the order of State::neighbours,
+  /// then overlaps of these particles with each wall. Empty if the energy of these overlaps is infinite.
   std::vector<Overlap> overlaps(const State& state, int first, int end) const;
 
   double stiffness() const { return stiffness_; }

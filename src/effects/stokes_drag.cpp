@@ -8,7 +8,9 @@ const EffectKind& StokesDragOptions::kind() {
   static const EffectKind kind = {
       .name = "stokes_drag",
       .description = "drag of spheres in a viscous fluid",
-      .help = "Drag of a sphere in the fluid, F = -6 pi viscosity R v (D 5.8). Needs medium.viscosity.",
+      .help =
+          "Drag of a sphere of radius R and velocity v in the fluid by Stokes's law, F = -6 pi viscosity R v "
+          "(Stephenson 2018, eq. 5.8). Needs medium.viscosity.",
       .options = StokesDragOptions{},
       .dimensions = {2, 3},
       .periodic = true,

@@ -9,7 +9,7 @@ struct StokesDragOptions {
   static const EffectKind& kind();
 };
 
-/// Stokes drag F = -gamma v with gamma = 6 pi viscosity R (D 5.8).
+/// Effect of Stokes drag on spheres, force F = -6 pi viscosity R v (Stokes 1851; Stephenson 2018, eq. 5.8).
 class StokesDrag : public Effect {
  public:
   explicit StokesDrag(double viscosity) : viscosity_(viscosity) {}  ///< Pa s

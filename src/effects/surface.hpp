@@ -9,37 +9,39 @@
 
 namespace lichtenberg::effects {
 
-/// A sphere in space, represented by its nearest image in a box with periodic sides.
+/// A fixed sphere in three dimensions (m). In a box with periodic sides, distances are to its nearest image.
 struct Ball {
   Vec3 centre;
   double radius = 0;
   Box<3> box;
 };
 
-/// A side of the domain as a wall; `normal` points into the fluid.
+/// A side of the domain as a flat wall: a point on it (m), and its unit normal, which points into the fluid.
 struct FlatWall {
   Vec3 point, normal;
 };
 
-/// Surface of a fixed body. Disk, bar and ring are two-dimensional and ignore z.
+/// Surface of a fixed body: an electrode or a side of the domain. Disk, bar and ring are two-dimensional and ignore z.
 using Surface = std::variant<Disk, Bar, Ring, Ball, FlatWall>;
 
+/// Converts a plane shape (disk, bar or ring) to a surface.
 Surface surface_of(const Shape& shape);
-/// Returns the surface of an electrode in that domain.
+/// Returns the surface of an electrode: a sphere in a three-dimensional domain, otherwise its plane shape.
 Surface surface_of(const Electrode& electrode, const Domain& domain);
-/// Returns the sides in the order of side_names; a plane domain has four.
+/// Returns the sides of a domain as flat walls, in the order of side_names (left, right, bottom, top, front, back). A
+/// plane domain has the first four.
 std::vector<Surface> sides_of(const Domain& domain);
 
-/// Geometry of a surface near a point.
+/// Local geometry of a surface near a point: distance, normal and curvature.
 struct View {
-  double distance = 0;   ///< m, from the point to the surface, negative inside the body
+  double distance = 0;   ///< distance of the point from the surface (m), negative inside the body
   Vec3 normal;           ///< gradient of the distance: unit vector from the surface to the point
-  double turning = 0;    ///< 1/m: moving the point sideways by s rotates the normal by this value times s
-  double curvature = 0;  ///< 1/m, of the surface: positive for convex bodies, negative inside a ring
+  double turning = 0;    ///< rotation of the normal per sideways displacement of the point (1/m)
+  double curvature = 0;  ///< curvature of the surface (1/m): positive for convex bodies, negative inside a ring
 };
 
-/// Returns the geometry seen from `point`. A bar's corner counts as flat (curvature 0), because its sharpness is not
-/// physical for a contact.
+/// Returns the distance (m), normal and curvature of a surface near `point` (m). A bar's corner counts as flat
+/// (curvature 0), because its sharpness is not physical for a contact.
 View view(const Surface& surface, Vec3 point);
 
 }  // namespace lichtenberg::effects

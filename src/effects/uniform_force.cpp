@@ -9,13 +9,16 @@ const EffectKind& UniformForceOptions::kind() {
   static const EffectKind kind = {
       .name = "uniform_force",
       .description = "the same acceleration of every grain",
-      .help = "Accelerates all grains equally. Only contacts and gas_drag limit their speed in a periodic box.",
+      .help =
+          "A uniform force accelerates all grains equally. In a periodic box only contacts and gas_drag limit their "
+          "speed.",
       .options = UniformForceOptions{},
       .keys = {{.name = "acceleration",
                 .target = target<&UniformForceOptions::acceleration>,
                 .unit = "d0/t0^2",
                 .required = true,
-                .help = "one component per dimension of the domain"}},
+                .help = "acceleration of every grain, in reduced units (d0/t0^2): a vector with one component per "
+                        "dimension of the domain"}},
       .dimensions = {2, 3},
       .periodic = true,
       .grains = true,

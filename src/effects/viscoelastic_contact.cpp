@@ -9,7 +9,8 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// Checks that either the dimensionless numbers or all of the SI parameters are given.
+/// Throws InputError unless either the reduced constants (stiffness, damping) or all of the SI parameters (young,
+/// poisson, viscosity) are given, or none.
 void check(const Draft& draft) {
   const auto& options = *draft.scene.effects.find<ViscoelasticContactOptions>();
   const auto path = [](const std::string& key) { return "effects.viscoelastic_contact." + key; };
@@ -26,7 +27,8 @@ void check(const Draft& draft) {
              fmt::format("{} is missing: young, poisson and viscosity are given together, or none of them", path(key)));
 }
 
-/// Computes E and D from the SI parameters and the scene's scales (G 3.11, 3.12, 3.36).
+/// Computes the reduced constants E and D from the SI parameters and the scene's units (Singh 2019, eq. 3.11, 3.12,
+/// 3.36). Has no effect if no SI parameters are given.
 void set_reduced_constants(const Draft& draft, Scene& scene) {
   auto& options = *scene.effects.find<ViscoelasticContactOptions>();
   if (!options.young || !draft.scene.reference) return;
@@ -43,38 +45,42 @@ const EffectKind& ViscoelasticContactOptions::kind() {
       .name = "viscoelastic_contact",
       .description = "viscoelastic contact of grains",
       .help =
-          "Grains in contact repel each other by F = max(E overlap^(3/2) + D sqrt(overlap) d overlap/dt, 0) (G 3.10 "
-          "with the non-attractive cut-off of G 3.9). Fast impacts lose a larger fraction of their energy than slow "
-          "ones.",
+          "Grains in contact repel each other by the force F = max(E overlap^(3/2) + D sqrt(overlap) d overlap/dt, 0) "
+          "of viscoelastic spheres (Singh 2019, eq. 3.10 with the non-attractive cut-off of eq. 3.9). Fast impacts "
+          "lose a larger fraction of their energy than slow ones.",
       .options = ViscoelasticContactOptions{},
       .keys = {{.name = "stiffness",
                 .target = target<&ViscoelasticContactOptions::elastic>,
                 .range = {.low = 1e-100, .high = 1e100},  // squares must not overflow
-                .help = "E = alpha d0^(5/2) / (m0 v0^2), alpha = 2 Y sqrt(d0/4) / (3 (1 - nu^2)) (G 3.11, 3.36)",
+                .help = "dimensionless stiffness E of the contact force, E = alpha d0^(5/2) / (m0 v0^2) with alpha = 2 "
+                        "Y sqrt(d0/4) / (3 (1 - nu^2)), Young's modulus Y, Poisson's ratio nu and the scales of "
+                        "[units] (Singh 2019, equations 3.11 and 3.36)",
                 .old_name = "elastic"},
                {.name = "damping",
                 .target = target<&ViscoelasticContactOptions::dissipative>,
                 .range = ranges::not_negative,
-                .help = "D = gamma alpha d0^(3/2) / (m0 v0) (G 3.12)",
+                .help = "dimensionless damping D of the contact force, D = gamma v0 / d0 E with the material's viscous "
+                        "time gamma in s and the stiffness E (Singh 2019, eq. 3.12)",
                 .old_name = "dissipative"},
                {.name = "young",
                 .target = target<&ViscoelasticContactOptions::young>,
                 .unit = "Pa",
                 .range = ranges::positive,
                 .computed_default = "none",
-                .help = "Y, Young's modulus in SI; give it with poisson and viscosity instead of stiffness and "
-                        "damping, which follow by the scales of [units]"},
+                .help = "Young's modulus Y of the grains' material in SI, in Pa. Give it with poisson and viscosity "
+                        "instead of stiffness and damping, which then follow by the scales of [units]"},
                {.name = "poisson",
                 .target = target<&ViscoelasticContactOptions::poisson>,
                 .range = {.low = -1, .high = 0.5, .low_itself = false},
                 .computed_default = "none",
-                .help = "nu, Poisson's ratio"},
+                .help = "Poisson's ratio nu of the grains' material; give it with young and viscosity"},
                {.name = "viscosity",
                 .target = target<&ViscoelasticContactOptions::viscosity>,
                 .unit = "s",
                 .range = ranges::not_negative,
                 .computed_default = "none",
-                .help = "gamma, of the grains' material, in SI: D = gamma v0 / d0 E"}},
+                .help = "viscous time gamma of the grains' material in SI, in s, the ratio of damping to stiffness: "
+                        "the damping is D = gamma v0 / d0 E"}},
       .dimensions = {2, 3},
       .periodic = true,
       .grains = true,

@@ -13,7 +13,8 @@
 namespace lichtenberg::effects {
 namespace {
 
-/// Returns the material of the conductors without keys of their own.
+/// Returns the elastic constants of conductors without keys of their own: those of effects.hertz_contact, otherwise
+/// those of the walls.
 Elasticity common_material(const Scene& scene) {
   if (const auto* spheres = scene.effects.find<HertzContactOptions>()) return {spheres->young, spheres->poisson};
   const auto& walls = *scene.effects.find<WallContactOptions>();
@@ -24,8 +25,8 @@ void complete(const Draft& draft, Scene& scene) {
   scene.effects.find<WallContactOptions>()->bodies = materials_of_bodies(draft, common_material(scene));
 }
 
-/// Returns true if a body cannot touch a wall while it moves by at most `travel` (m). `gap` (m) was its gap at the
-/// position `cached_position`.
+/// Returns true if body i cannot touch a wall while it moves by at most `travel` (m). `gap`: gap (m) to the nearest
+/// wall at its position in `cached_position` (m, [N * dimension]).
 bool is_away(const Bodies& bodies, int i, std::span<const double> cached_position, double gap, double travel) {
   double moved2 = 0;
   for (int k = i * bodies.dimension; k < (i + 1) * bodies.dimension; ++k)
@@ -41,9 +42,11 @@ const EffectKind& WallContactOptions::kind() {
       .name = "wall_contact",
       .description = "elastic contact of spheres with the sides of the domain and the electrodes",
       .help =
-          "Elastic contact with the sides of the domain and the electrodes, which have this Young's modulus and "
-          "Poisson's ratio: 1/E* = (1 - nu_s^2) / E_s + (1 - nu_w^2) / E_w. The spheres have those of hertz_contact, "
-          "or without it those of the walls, unless their [[conductor]] or [[population]] gives its own.",
+          "Elastic contact of spheres with the sides of the domain and the electrodes, by the force of Hertz as in "
+          "hertz_contact. The sides and electrodes have the Young's modulus and Poisson's ratio of this table. The "
+          "spheres have those of hertz_contact, or without it those of the walls, unless their [[conductor]] or "
+          "[[population]] gives its own. With s for the sphere and w for the wall, 1/E* = (1 - nu_s^2) / E_s + (1 - "
+          "nu_w^2) / E_w.",
       .options = WallContactOptions{},
       .keys = elastic_constants<WallContactOptions>(),
       .dimensions = {2, 3},
@@ -64,7 +67,6 @@ WallContact::WallContact(const Scene& scene) {
   for (const Electrode& electrode : scene.electrodes) walls_.push_back(surface_of(electrode, scene.domain));
 }
 
-/// Calls visit(body, view, law) for every contact of a requested body with a wall.
 template <class Visit>
 void WallContact::for_each_contact(const State& state, Visit visit) const {
   const Bodies& bodies = state.bodies;
@@ -105,7 +107,6 @@ void WallContact::add_jacobian(const State& state, ForceJacobian& jacobian) cons
   });
 }
 
-/// Returns true if a body that moves by at most `travel` (m) may touch a wall.
 bool WallContact::reaches(const Bodies& bodies, int i, double travel) const {
   const int d = bodies.dimension;
   if (gap_.size() != bodies.radius.size()) {

@@ -9,22 +9,24 @@
 
 namespace lichtenberg::effects {
 
+/// Parameters of the elastic contact of spheres with walls: elastic constants of the walls and of the conductors.
 struct WallContactOptions {
-  double young = 200e9;  ///< Pa, Young's modulus of the walls
-  double poisson = 0.3;
-  std::vector<Elasticity> bodies{};  ///< material of each conductor; empty: no conductor has keys of its own
+  double young = 200e9;              ///< Young's modulus of the walls (Pa)
+  double poisson = 0.3;              ///< Poisson's ratio of the walls
+  std::vector<Elasticity> bodies{};  ///< material of each conductor; empty: all have one material
   static const EffectKind& kind();
 };
 
-/// Elastic contact of spheres with fixed bodies: the flat sides of the domain, except for periodic ones, and the
-/// electrodes. The force of a ring points inward.
+/// Effect of Hertz's elastic contact of spheres with walls: the sides of the domain that are not periodic, and the
+/// electrodes. The force of a ring electrode points inward. An unbounded domain has no sides.
 class WallContact : public Effect {
  public:
-  explicit WallContact(const Scene& scene);  ///< `scene` must have the effect
+  explicit WallContact(const Scene& scene);  ///< `scene` must have the table [effects.wall_contact]
 
   const EffectKind& kind() const override { return WallContactOptions::kind(); }
   Needs needs() const override { return {.largest_move = 0.5}; }
-  /// Throws Failure if a body's centre is in a wall.
+  /// Adds the contact forces of walls to `force` (N, [N * dimension]). Throws Failure if the centre of a sphere is
+  /// inside a wall.
   void add_forces(const State& state, std::span<double> force) const override;
   double stored_energy(const State& state) const override;
   void add_jacobian(const State& state, ForceJacobian& jacobian) const override;
@@ -33,11 +35,14 @@ class WallContact : public Effect {
 
  private:
   double modulus(int i) const { return modulus_.size() == 1 ? modulus_.front() : modulus_[i]; }
+  /// Returns true if body i may touch a wall while it moves by at most `travel` (m).
   bool reaches(const Bodies& bodies, int i, double travel) const;
+  /// Calls visit(i, view, force) for every contact of a requested body i with a wall: local geometry of the wall (View)
+  /// and Hertz's force (HertzForce).
   template <class Visit>
   void for_each_contact(const State& state, Visit visit) const;
 
-  /// Pa, E* of each sphere and a wall; one value holds for all spheres
+  /// Contact modulus E* (Pa) of each sphere with a wall; a single value holds for all spheres
   std::vector<double> modulus_;
   std::vector<Surface> walls_;
   // Cache that does not affect results: by body, the gap (m) to the nearest wall and the position at its last

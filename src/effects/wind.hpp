@@ -8,14 +8,16 @@
 
 namespace lichtenberg::effects {
 
-/// Exact action of GasDrag on a grain, on the CPU and on a device.
+/// Exact time integration of the drag of a gas with random velocities (GasDrag) for one grain, on the CPU and on a
+/// device. Reduced units.
 struct Wind {
-  double stokes = 0;            ///< S
-  double speed = 0;             ///< standard deviation of a component
-  double correlation_time = 1;  ///< correlation time, after which the velocity is redrawn
-  std::uint64_t seed = 0;
+  double stokes = 0;            ///< drag coefficient S (1/t0)
+  double speed = 0;             ///< standard deviation of each component of the gas velocity (v0)
+  double correlation_time = 1;  ///< time after which the gas velocity is redrawn (t0)
+  std::uint64_t seed = 0;       ///< seed of the random numbers
 
-  /// Changes the momentum [d] of grain `i` with this mass from `time` to `time` + dt.
+  /// Changes the momentum [d] of grain i from `time` to `time` + dt, with dv/dt = S (v_gas - v). `mass`: its mass; d:
+  /// dimension. The gas velocity depends only on the seed, the grain and the interval of time.
   LICHTENBERG_HOST_DEVICE void operator()(double time, double dt, int i, double mass, double* momentum, int d) const {
     const double end = time + dt;
     while (time < end) {
@@ -29,6 +31,8 @@ struct Wind {
   }
 
  private:
+  /// Changes the momentum [d] of grain i during a time dt in the interval of time with index `interval`, in which the
+  /// gas velocity is constant.
   LICHTENBERG_HOST_DEVICE void blow(double dt, std::uint64_t interval, int i, double mass, double* momentum,
                                     int d) const {
     const double kept = std::exp(-stokes * dt);

@@ -49,7 +49,7 @@ laplace::CutCellOptions cut_cell_options(const FieldOptions& options) {
 const FieldMethodKind& cut_cell_method() {
   static const FieldMethodKind kind = {
       .name = "cut-cell",
-      .help = "finite volumes, one linear system",
+      .help = "finite volumes on a Cartesian grid with cut cells, one linear system for potentials and charges",
       .describe = describe,
       .make = [](const FieldOptions& options) -> std::unique_ptr<laplace::LaplaceSolver> {
         return std::make_unique<laplace::CutCellSolver>(cut_cell_options(options));

@@ -5,7 +5,8 @@
 
 namespace lichtenberg {
 
-/// Options of the cut-cell method, at the tolerance of a single solve.
+/// Converts the field options of a scene to options of the cut-cell solver (finite volumes), at the tolerance of a
+/// single solve.
 laplace::CutCellOptions cut_cell_options(const FieldOptions& options);
 
 }  // namespace lichtenberg

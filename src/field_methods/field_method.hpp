@@ -19,14 +19,14 @@ class SphereSolver;
 struct LaplaceProblem;
 }  // namespace laplace
 
-/// Relative tolerances of a method: defaults, and the limit of rounding.
+/// Relative tolerances of a field method: defaults for a single solve and for moving scenes, and the limit of rounding.
 struct FieldTolerances {
   double single = 1e-8;  ///< tolerance of a single solve
   double moving = 1e-5;  ///< tolerance of a solve in a moving scene
   double least = 1e-14;  ///< limit below which rounding ends the iteration
 };
 
-/// Cost of a method, for estimates.
+/// Cost of a field method, for estimates of the time of a solve.
 struct FieldMethodCost {
   laplace::CostModel solve;
   double seconds_a_conductor = 3e-7;  ///< s, in each solve of a run, for groups, charges and motion
@@ -34,8 +34,8 @@ struct FieldMethodCost {
   double share_in_motion = 0.8;
 };
 
-/// A method that solves Laplace's equation for scenes: its properties, and a maker of its solver. Code uses these
-/// properties, never the name. A property's default means that the method lacks the ability.
+/// Declaration of a method that solves Laplace's equation for scenes: its properties, and a maker of its solver. Code
+/// uses these properties, never the name. A property's default means that the method lacks the ability.
 struct FieldMethodKind {
   std::string name;  ///< value of field.method
   std::string help;  ///< text after the name in `help scene`
@@ -46,8 +46,8 @@ struct FieldMethodKind {
   std::unique_ptr<laplace::LaplaceSolver> (*make)(const FieldOptions&) = nullptr;
   /// Makes a three-dimensional solver for a scene of n conductors. Null: the method is not three-dimensional.
   laplace::SphereSolver (*make_in_space)(const FieldOptions&, std::size_t n) = nullptr;
-  /// Makes the solver `fine` start from the changes that `coarse`, a solver of the same method with fewer cells, has
-  /// computed. Null: the method does not predict forces on a coarser grid.
+  /// Couples two solvers of the method: the initial guess of `fine` then includes the changes that `coarse`, a solver
+  /// with fewer cells, has computed. Null: the method does not predict forces on a coarser grid.
   void (*follow)(laplace::LaplaceSolver& fine, laplace::LaplaceSolver& coarse) = nullptr;
   /// Returns the number of unknowns of a problem, for estimates. Null: the number of cells if `on_grid`, else the
   /// number of bodies.
@@ -72,36 +72,38 @@ struct FieldMethodKind {
   /// Linear solver that divides its work among several processes. Empty: none does.
   std::optional<FieldLinearSolver> on_processes{};
   double least_radius = 0;  ///< smallest radius of a conductor, in cells; 0: no limit
-  /// Change of the energy between solves of one state, relative and in units of moving_tolerance.
+  /// Noise of the field energy: relative difference between two solves of one state, in units of moving_tolerance.
   double energy_noise = 8;
 
   /// Returns true if the method solves problems of this dimension (2 or 3).
   bool solves(int dimension) const { return dimension == 3 ? make_in_space != nullptr : make != nullptr; }
+  /// Returns true if a scene may give this key of [field] with the method.
   bool takes(std::string_view key) const;
 };
 
 using FieldMethodKinds = std::vector<const FieldMethodKind*>;
 
-/// Returns the methods that scenes may name: built-in ones first, then added ones.
+/// Returns the field methods that scenes may name: built-in ones first, then added ones.
 const FieldMethodKinds& field_methods();
 
-/// Adds a method, which must outlive all scenes, before any scene is read. Throws InputError if its name is taken or if
-/// it makes no solver.
+/// Registers a field method, which must outlive all scenes. Call it before any scene is read. Throws InputError if its
+/// name is taken or if it makes no solver.
 void add_field_method(const FieldMethodKind& method);
 
-/// Returns the method of that name; null if there is none.
+/// Returns the field method with this name; null if there is none.
 const FieldMethodKind* find_field_method(std::string_view name);
 
-/// Returns the default method of that dimension, which is the first.
+/// Returns the default field method of this dimension (2 or 3): the first one of field_methods() that solves it.
 const FieldMethodKind& usual_field_method(int dimension);
 
-/// Returns the names of the methods of a dimension that have a property, for error messages: `"a", "b" and "c"`.
+/// Returns the names of the field methods of a dimension (2 or 3) for which `have` is true, for messages: `"a", "b" and
+/// "c"`.
 std::string field_methods_that(int dimension, const std::function<bool(const FieldMethodKind&)>& have);
 
-/// Returns the cost of a solve with these options.
+/// Returns the cost of a field solve with these options.
 FieldMethodCost field_method_cost(const FieldOptions& options);
 
-/// Returns true if solves with these options run on a CUDA device.
+/// Returns true if field solves with these options run on a CUDA device.
 bool runs_on_device(const FieldOptions& options);
 
 }  // namespace lichtenberg

@@ -8,28 +8,32 @@ namespace lichtenberg {
 
 struct FieldMethodKind;
 
-/// Two-dimensional methods.
+/// Returns the two-dimensional cut-cell method: finite volumes on a grid.
 const FieldMethodKind& cut_cell_method();
+/// Returns the two-dimensional multipole method: a Fourier series for each disk, and image charges for walls.
 const FieldMethodKind& multipole_method();
+/// Returns the two-dimensional relaxation method: over-relaxation on a lattice (D 6.3-6.5).
 const FieldMethodKind& relaxation_method();
-/// Three-dimensional method.
+/// Returns the three-dimensional method: solid harmonics on each sphere, and image charges for walls.
 const FieldMethodKind& spheres_method();
 
 /// Largest number of cells along the domain's longer side.
 constexpr int most_cells = 32768;
 
+/// Device that solves the field.
 enum class FieldDevice { cpu, cuda };
 template <>
 inline constexpr Named<FieldDevice> values_named<FieldDevice>[] = {{FieldDevice::cpu, "cpu"},
                                                                    {FieldDevice::cuda, "cuda"}};
 
-/// Formulas for the conductance from a cell to a disk.
+/// Formulas of the cut-cell method for the conductance from a grid cell to the surface of a disk.
 enum class FieldLinks { log_fitted, plain, aperture };
 template <>
 inline constexpr Named<FieldLinks> values_named<FieldLinks>[] = {
     {FieldLinks::log_fitted, "log-fitted"}, {FieldLinks::plain, "plain"}, {FieldLinks::aperture, "aperture"}};
 
-/// Linear solvers: matrix-free multigrid, or an assembled matrix with any preconditioner of PETSc.
+/// Linear solvers of the cut-cell method: matrix-free multigrid, or an assembled matrix with any preconditioner of
+/// PETSc.
 enum class FieldLinearSolver { multigrid, assembled };
 template <>
 inline constexpr Named<FieldLinearSolver> values_named<FieldLinearSolver>[] = {
@@ -42,10 +46,10 @@ struct FieldAccuracy {
   double estimate = 0;  ///< estimated error
 };
 
-/// Options of a field method.
+/// Options of the field solver, [field]: method, resolution, tolerances and device.
 struct FieldOptions {
   const FieldMethodKind* method = &cut_cell_method();
-  /// S: cells along the domain's longer side; for multipole, cells of the output
+  /// Number of grid cells along the domain's longer side; for multipole, cells of the output
   int cells = 512;
   double tolerance = 1e-8;         ///< relative error of a single solve; default by method
   double moving_tolerance = 1e-5;  ///< relative error of a solve in a moving scene
@@ -57,7 +61,8 @@ struct FieldOptions {
   std::optional<FieldAccuracy> chosen_for{};  ///< empty: the scene specifies all of the above
 };
 
-/// A requested accuracy instead of cells and tolerances. effects::with_field_chosen converts it to FieldOptions.
+/// A requested accuracy of the field instead of cells and tolerances. effects::with_field_chosen converts it to
+/// FieldOptions.
 struct FieldRequest {
   double accuracy = 0;                      ///< as in FieldAccuracy
   const FieldMethodKind* method = nullptr;  ///< null: still to be chosen

@@ -16,7 +16,7 @@ laplace::MultipoleOptions multipole_options(const FieldOptions& options) {
 const FieldMethodKind& multipole_method() {
   static const FieldMethodKind kind = {
       .name = "multipole",
-      .help = "spectral, any number of digits, disks only",
+      .help = "spectral, with multipoles of each disk, for any number of digits; for disks only",
       .describe =
           [](const FieldOptions&) {
             return std::string("multipole: spectral, a Fourier series a disk and walls as mirrors; GMRES with FFT");

@@ -8,7 +8,9 @@ namespace lichtenberg {
 const FieldMethodKind& relaxation_method() {
   static const FieldMethodKind kind = {
       .name = "relaxation",
-      .help = "over-relaxation on a lattice, with gradient descent to the charges (D 6.3-6.5)",
+      .help =
+          "successive over-relaxation on a lattice, with gradient descent to the given charges (Stephenson 2018, "
+          "equations 6.3 to 6.5)",
       .describe =
           [](const FieldOptions&) {
             return std::string(

@@ -21,7 +21,7 @@ laplace::SphereSolver make_in_space(const FieldOptions& options, std::size_t con
 const FieldMethodKind& spheres_method() {
   static const FieldMethodKind kind = {
       .name = "spheres",
-      .help = "harmonics on each, in three dimensions",
+      .help = "spherical harmonics on each sphere, in three dimensions",
       .describe =
           [](const FieldOptions&) { return std::string("spheres: real solid harmonics on each, walls as mirrors"); },
       .make_in_space = make_in_space,

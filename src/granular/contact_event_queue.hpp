@@ -10,32 +10,38 @@
 
 namespace lichtenberg::granular {
 
-/// Bounds on the motion of grains until the next search for candidate pairs, in reduced units.
+/// Upper bounds on speeds and accelerations of grains until the next search for candidate pairs (pairs that may touch),
+/// in reduced units.
 struct Bounds {
-  double fastest = 0;                ///< v0, without contacts; collisions make no grain faster than twice this
-  double velocity_kick = 0;          ///< v0, sum of velocity kicks by all forces except contacts
-  double external_acceleration = 0;  ///< acceleration by slow forces
-  double contact_acceleration = 0;   ///< relative acceleration by contacts
-  double excess = 0;                 ///< d0, margin for contacts that begin in the second half of a step
+  double fastest = 0;                ///< largest speed without contacts (v0); collisions at most double it
+  double velocity_kick = 0;          ///< sum of velocity changes by all forces except contacts (v0)
+  double external_acceleration = 0;  ///< acceleration of a grain by slow forces (all forces except contacts)
+  double contact_acceleration = 0;   ///< relative acceleration of two grains by contacts
+  double excess = 0;                 ///< margin for contacts that begin in the second half of a step (d0)
 
-  double speed() const { return 2 * fastest; }
-  /// Bound on the approach (d0) within t by contacts, beyond that of straight flight.
+  double speed() const { return 2 * fastest; }  ///< largest speed with collisions (v0)
+  /// Returns an upper bound on the approach of two grains (d0) within a time t due to contacts, in addition to straight
+  /// flight.
   double contact_deviation(double t) const { return std::min(0.5 * contact_acceleration * t * t, 3 * speed() * t); }
-  /// Bound on the approach by contacts, slow forces and kicks, beyond that of straight flight.
+  /// Returns an upper bound on the approach of two grains (d0) within a time t due to contacts, slow forces and
+  /// velocity kicks, in addition to straight flight.
   double closed_by(double t) const {
     return 2 * velocity_kick * t + contact_deviation(t) + external_acceleration * t * t;
   }
-  /// Bound on the total approach within t.
+  /// Returns an upper bound on the total approach of two grains (d0) within a time t, plus `excess`.
   double approach(double t) const { return std::min(2 * speed() * t, 2 * fastest * t + contact_deviation(t)) + excess; }
 };
 
 /// Relative margin of lengths: above the rounding of positions, below relevant gaps.
 inline constexpr double rounding = 1e-9;
 
-/// Returns a lower bound on the time for which pairs stay apart. In straight flight the distance is a convex function
-/// of time: the approach speed is largest at first, c, and for c < 0 the pair recedes at least as fast from then on.
-/// Kicks increase c. Slow forces add an approach of e t^2 with their largest acceleration e, and contacts one of a t^2
-/// / 2 or of 3 speed t. The bound is the later of the times at which these two estimates close the gap.
+/// Returns lower bounds on the times (t0) until contact for a SIMD vector of separate pairs. `reach`: sums of the radii
+/// (d0).
+///
+/// In straight flight the distance is a convex function of time, so the approach speed c is largest at first. Kicks
+/// increase c. Slow forces with the largest acceleration e add an approach of at most e t^2. Contacts add at most a t^2
+/// / 2 (a: contact acceleration) and at most 3 u t (u: Bounds::speed()). Each of these two estimates gives a time at
+/// which the gap is closed; the result is the later one.
 template <int d>
 SimdPack min_time_to_contact(const PairState<d, SimdPack>& pairs, const SimdPack& reach, const Bounds& bounds) {
   const SimdPack distance = sqrt(norm2(pairs.separation));
@@ -53,41 +59,42 @@ SimdPack min_time_to_contact(const PairState<d, SimdPack>& pairs, const SimdPack
   return chosen<SimdPack>(gap > 0, time, 0);
 }
 
-/// Queue of candidate pairs without contact, each with a time before which it cannot touch, filled by a search. Its
-/// contents affect the cost but no result.
+/// Queue of candidate pairs (separate pairs that may touch), sorted by the earliest possible time of contact (event
+/// detection). A search fills it for a time, the horizon. Its contents affect the cost but no result.
 template <int d>
 class ContactEventQueue {
  public:
-  static constexpr double longer = 1.25;
+  static constexpr double longer = 1.25;  ///< largest ratio of a later step to the step of the search
 
-  /// Adds a bound on velocity changes (v0) by forces other than contacts.
+  /// Adds an upper bound on a change of velocities (v0) by forces other than contacts.
   void add_velocity_kick(double most) { velocity_kicks_ += most; }
-  /// Sets the bound on the acceleration by slow forces.
+  /// Sets an upper bound on the acceleration of a grain by slow forces (reduced units).
   void set_external_acceleration(double acceleration) { external_acceleration_ = acceleration; }
-  /// Takes the largest acceleration of a grain in the middle of a step. Returns false if the step may exceed the bound
-  /// of the search, which must then be repeated at the start of the step.
+  /// Records the largest acceleration of a grain in the middle of a step. Returns false if accelerations in this step
+  /// may exceed the bound that the search assumed. The caller must then repeat the search at the start of the step.
   bool update_contact_acceleration(double acceleration) {
     constexpr double margin = 1.2;  // bound on the growth of accelerations from the middle to the end
     max_contact_acceleration_ = std::max(max_contact_acceleration_, acceleration);
     return 2 * margin * max_contact_acceleration_ <= bounds_.contact_acceleration;
   }
-  /// Returns the largest acceleration since the search.
+  /// Returns the largest recorded acceleration of a grain since the search (reduced units).
   double max_contact_acceleration() const { return max_contact_acceleration_; }
-  /// Returns true if the queue holds all pairs that may touch within a step of length `time`; `fastest` is the largest
-  /// speed. The step may be longer than that of the search by the factor `longer`, for which `excess` allows.
+  /// Returns true if the queue has all separate pairs that may touch within a step of length `time` (t0). `fastest`:
+  /// largest speed of a grain (v0). The step may be at most `longer` times as long as the step of the search.
   bool is_valid_for(double time, double fastest) const {
     return now_ + time <= horizon_ && time <= longer * bucket_ && fastest <= bounds_.speed() &&
            velocity_kicks_ <= bounds_.velocity_kick && external_acceleration_ <= bounds_.external_acceleration;
   }
-  /// Finds all pairs that may touch within `horizon`, except open contacts, for steps of length `step`.
+  /// Fills the queue with all pairs that may touch within a time `horizon` (t0) from now, except pairs in contact.
+  /// `step`: expected length of steps (t0); is_open(pair): true for a pair in contact.
   template <class IsOpen>
   void search(const Bodies& bodies, const Bounds& bounds, double horizon, double step, const IsOpen& is_open,
               parallel::Team& team);
-  /// Adds a pair that cannot touch within t from now.
+  /// Adds a pair that cannot touch within a time t (t0) from now.
   void wait(Pair pair, double t);
-  /// Moves the pairs that may touch within dt to `due`.
+  /// Removes the pairs that may touch within a time dt (t0) from now, and stores them in `due`.
   void take(double dt, std::vector<Pair>& due);
-  /// Advances the time of the queue.
+  /// Advances the time of the queue by dt (t0).
   void pass(double dt) { now_ += dt; }
   const Bounds& bounds() const { return bounds_; }
 
@@ -96,6 +103,7 @@ class ContactEventQueue {
   static constexpr int particles_a_task = 4096;
   static constexpr double slack = 1e-6;  ///< relative to a bucket's duration: above the rounding of sums of steps
   static constexpr int ahead = 16;
+  /// Copy of a grain's position, velocity and radius in the order of search cells.
   struct alignas(64) SortedParticle {
     std::array<double, d> position, velocity;
     double radius = 0;
@@ -140,7 +148,7 @@ void ContactEventQueue<d>::copy_sorted(const Bodies& bodies, parallel::Team& tea
   });
 }
 
-/// Computes min_time_to_contact() of pairs of sorted indices.
+/// Computes lower bounds on the times until contact, min_time_to_contact(), of all `pairs` of sorted grains.
 template <int d>
 void ContactEventQueue<d>::estimate(const std::vector<Pair>& pairs, parallel::Team& team) {
   const int count = static_cast<int>(pairs.size());
@@ -186,7 +194,7 @@ void ContactEventQueue<d>::search(const Bodies& bodies, const Bounds& bounds, do
   const double widest = *std::ranges::max_element(bodies.radius);
   cells_.sort(grains, (2 + rounding) * widest + bounds.approach(horizon));
   copy_sorted(bodies, team);
-  // All pairs with min_time_to_contact() below the horizon if all grains had the largest radius.
+  // These pairs include all with min_time_to_contact() below the horizon, also if all grains had the largest radius.
   const double reach = (1 + rounding) * 2 * widest + bounds.excess;
   const std::vector<Pair>& pairs =
       cells_.pairs_that_meet({.time = horizon, .within = reach + bounds.closed_by(horizon), .near = reach}, team);

@@ -45,11 +45,12 @@ class Motion final : public ContactMotion {
   }
 
  private:
+  /// An open contact, with the slots (indices of the copies) of its grains.
   struct Open {
     GrainContact contact;
     Pair slots;
   };
-  /// A candidate pair, without contact.
+  /// A candidate pair (separate, but may touch), with the slots of its grains.
   struct Candidate {
     Pair pair, slots;
   };
@@ -68,7 +69,7 @@ class Motion final : public ContactMotion {
     queue_.set_external_acceleration(substeps.gain / substeps.time);
   }
 
-  /// Finds the pairs that may touch from step n on until the fastest grain has flown `search_path`.
+  /// Fills the queue with the pairs that may touch from step n on, until the fastest grain has moved by `search_path`.
   void search(const Bodies& bodies, const ContactSteps& substeps, int n, parallel::Team& team) {
     constexpr int most_steps = 64;
     constexpr double least = 0.1, more = 1.5;  // factors of the largest possible and of the observed acceleration
@@ -103,7 +104,7 @@ class Motion final : public ContactMotion {
     grains_.fly(flown_, n, team);
     search_in(flown_);
   }
-  /// Returns a bound on the acceleration of a grain by a contact, for this impact speed (v0).
+  /// Returns an upper bound on the acceleration of a grain by a contact, for an impact speed (v0).
   double largest_acceleration(double speed) const {
     const double widest = grains_.widest(), scale = law_.scale(widest, widest), lightest = grains_.lightest();
     // At the overlap that stores all kinetic energy. Spring and dashpot never reach these values together.
@@ -115,14 +116,14 @@ class Motion final : public ContactMotion {
     const ContactParts deepest = law_.parts(high, scale);
     return (deepest.elastic + deepest.damping * speed) / lightest;
   }
-  /// Returns a bound on the acceleration by a contact that begins in the second half of a step. The forces in the
-  /// middle of the step do not include it.
+  /// Returns an upper bound on the acceleration of a grain by a contact that begins in the second half of a step. The
+  /// forces in the middle of the step do not include this contact. `step`: t0; `closing`: approach speed (v0).
   double unseen_acceleration(double step, double closing) const {
     const double widest = grains_.widest();
     const ContactParts parts = law_.parts(0.5 * step * closing, law_.scale(widest, widest));
     return (parts.elastic + parts.damping * closing) / grains_.lightest();
   }
-  /// Removes contacts that have ended, and waits for these pairs again.
+  /// Removes contacts that have ended from the open ones, and adds their pairs to the queue again.
   void close() {
     int p = 0;
     std::erase_if(open_, [&](const Open& one) {
@@ -159,7 +160,8 @@ class Motion final : public ContactMotion {
     }
     std::ranges::sort(candidates_, {}, &Candidate::pair);
   }
-  /// Computes for how long the pairs of `due_` from `first` on stay apart after the start of step n. Assigns no slots.
+  /// Computes lower bounds on the times from the start of step n until contact, for a vector of pairs in `due_` that
+  /// starts at index `first`. Assigns no slots.
   void estimate_times(int first, int n) {
     constexpr int ahead = ContactingGrains<d>::ahead;
     const int count = static_cast<int>(due_.size());
@@ -186,14 +188,15 @@ class Motion final : public ContactMotion {
         [&](int p) { return open_[p].contact.since; }, time, all_touch, team);
   }
 
-  /// Records overlaps, and the contacts that have ended by `time`.
+  /// Records the largest overlap, and the contacts that have ended by `time` (t0). Throws Failure if the centres of two
+  /// grains have come too close.
   void note(double time, ContactRecord& record) {
     const PairColumns<d>& columns = rows_.columns();
     for (int p = 0; p < rows_.touching(); ++p) {
       const auto& [contact, slots] = open_[p];
       const double overlap = columns.overlap[p], sum = columns.reach[p];
       record.largest_overlap = std::max(record.largest_overlap, overlap / sum);
-      // The factor of the stiffness: the energy that must be stored for a stop here, over the stored energy.
+      // The stiffness factor is the energy that must be stored to stop the grains here, over the stored energy.
       if (sum - overlap < too_close * sum) {
         const double speed = closing(columns.state(p));
         refuse_flight_through(contact, 1 + columns.mass[p] * speed * speed / 2 / columns.stored[p]);
@@ -204,7 +207,7 @@ class Motion final : public ContactMotion {
     }
   }
 
-  /// Computes the motion of all pairs in step n, without moving their grains.
+  /// Computes the motion of all pairs in contact and of all candidate pairs in step n, without moving their grains.
   void follow(int n, parallel::Team& team) {
     find_candidates(n, team);
     rows_.add(
@@ -212,7 +215,7 @@ class Motion final : public ContactMotion {
     rows_.follow(team);
   }
 
-  /// Commits the computed pair motion.
+  /// Moves the grains by the computed motion of step n, which begins at `time` (t0), and records new contacts.
   void step(int n, double time, ContactRecord& record) {
     rows_.move(n);
     const PairColumns<d>& columns = rows_.columns();
@@ -223,7 +226,7 @@ class Motion final : public ContactMotion {
     begin_contacts(time, record);
   }
 
-  /// Updates the open contacts after a step that began at `time`.
+  /// Updates the list of open contacts after a step that began at `time` (t0): adds new ones and removes ended ones.
   void begin_contacts(double time, ContactRecord& record) {
     const PairColumns<d>& columns = rows_.columns();
     const int touching = rows_.touching();

@@ -12,48 +12,55 @@
 
 namespace lichtenberg::granular {
 
-/// Values of the pairs that are computed in a step, one column per quantity (reduced units).
+/// Values of all pairs of grains that are computed in a contact substep, one column (array) for each quantity, in
+/// reduced units. The lower grain of a pair has the smaller index.
 template <int d>
 struct PairColumns {
   Table table;
-  Column reach{table}, mass{table}, scale{table};    ///< sum of radii, reduced mass, the law's factor
+  Column reach{table}, mass{table}, scale{table};    ///< sum of radii, reduced mass, factor of the law for the radii
   Column lower{table}, higher{table};                ///< 1 / mass of the lower and the higher grain
-  Column age{table}, overlap{table}, stored{table};  ///< age < 0: no contact
+  Column age{table}, overlap{table}, stored{table};  ///< time since onset (< 0: no contact); overlap; elastic energy
   VectorColumn<d> separation{table}, velocity{table};
-  VectorColumn<d> force{table};               ///< on the higher grain, at the start of the step
-  VectorColumn<d> other_acceleration{table};  ///< relative acceleration by all other forces, at the start
-  VectorColumn<d> halfway_force{table};
+  VectorColumn<d> force{table};                  ///< contact force on the higher grain at the start of the step
+  VectorColumn<d> other_acceleration{table};     ///< relative acceleration by all other forces at the start
+  VectorColumn<d> halfway_force{table};          ///< contact force on the higher grain in the middle of the step
   Column acceleration2{table};                   ///< square of the larger acceleration of the two in mid-step
-  VectorColumn<d> impulse{table}, shift{table};  ///< on the higher grain; shift: displacement times mass
+  VectorColumn<d> impulse{table}, shift{table};  ///< of the contact on the higher grain; shift: displacement times mass
+  /// Dissipated energy; time of onset within the step (< 0: none); closing speed at onset.
   Column dissipated{table}, onset{table}, impact_speed{table};
 
+  /// Returns separation and relative velocity of a pair.
   PairState<d> state(int pair) const { return {separation[pair], velocity[pair]}; }
 };
 
-/// Motion of pairs over one step: first the pairs in contact, then the candidate pairs. A vector register holds several
-/// pairs. Devices run the formulas of pair_motion.hpp in a sweep of their own (device/contact_steps.hpp). Their threads
-/// take one pair each and add to sums atomically, while the CPU reads columns of pairs row by row.
+/// Computes the relative motion of pairs of grains over one contact substep on the CPU. The first pairs are those in
+/// contact, then follow candidate pairs (separate, but may touch). A vector register has several pairs. Devices
+/// evaluate the formulas of pair_motion.hpp with one thread for each pair (device/contact_steps.hpp).
 template <int d, class Law>
 class ContactRows {
  public:
   ContactRows(const Law& law, ContactingGrains<d>& grains) : law_(law), grains_(grains) {}
 
+  /// Sets the box and the length dt of the following steps (t0).
   void begin(const Box<d>& box, double dt) {
     nearest_ = NearestImage<d>(box);
     dt_ = dt;
   }
-  /// Computes states and forces of the `touching` pairs in contact; the force of an ended contact is zero.
-  /// `slots_of(p)` and `since_of(p)` give the grains of a pair and the time of its onset.
+  /// Computes states and forces of the pairs in contact at `time` (t0). `touching`: number of pairs; slots_of(p): slots
+  /// (indices of the copies in ContactingGrains) of the grains of pair p; since_of(p): time of its onset (t0). A
+  /// contact without overlap has ended, and its force is zero, unless `all_touch` is true.
   template <class SlotsOf, class SinceOf>
   void update_touching(int touching, const SlotsOf& slots_of, const SinceOf& since_of, double time, bool all_touch,
                        parallel::Team& team);
-  /// Adds candidate pairs that are apart at the start of step n.
+  /// Replaces the candidate pairs, which are separate at the start of step n. `candidates`: their number; slots_of(p):
+  /// slots (indices of the copies in ContactingGrains) of the grains of pair p.
   template <class SlotsOf>
   void add(int candidates, const SlotsOf& slots_of, int n, parallel::Team& team);
-  /// Computes the motion of all pairs to the end of the step. `move` transfers it to the grains.
+  /// Computes the relative motion of all pairs to the end of the step, without moving the grains.
   void follow(parallel::Team& team);
+  /// Moves the grains in contact to the end of step n by the computed motion of their pairs.
   void move(int n);
-  /// Returns the largest acceleration of a grain in the middle of the computed step.
+  /// Returns the largest acceleration of a grain in the middle of the computed step (reduced units).
   double max_contact_acceleration() const;
 
   int touching() const { return touching_; }
@@ -66,7 +73,7 @@ class ContactRows {
   static constexpr int ahead = ContactingGrains<d>::ahead;
   using GrainForces = typename ContactingGrains<d>::GrainForces;
   using Forces = std::array<double, d> GrainForces::*;
-  /// The law with the factor of each pair.
+  /// Contact law with the factor of the forces for the radii of each pair in a vector.
   struct ScaledLaw {
     const Law& law;
     SimdPack scale;
@@ -74,15 +81,15 @@ class ContactRows {
     ContactForceTerms<SimdPack> operator()(const SimdPack& overlap) const { return law.force_terms(overlap, scale); }
   };
   using Pairs = PairMotion<d, ScaledLaw, SimdPack>;
-  /// One grain of each pair in a vector.
+  /// State of one grain of each pair in a vector of pairs.
   struct GrainPack {
     Vectors<d> position, velocity;
     SimdPack per_mass;
   };
 
   void resize(int pairs);
-  /// Calls visit for each row, i.e. `width` successive pairs, of the pairs from `first` to `last` (excluded). `first`
-  /// must be a multiple of `width`.
+  /// Calls visit(row) for each row (`width` successive pairs) of the pairs first <= p < last, in parallel. `first` must
+  /// be a multiple of `width`.
   template <class Visit>
   void for_each_row(int first, int last, parallel::Team& team, const Visit& visit) {
     team.for_each((last - first + pairs_a_task - 1) / pairs_a_task, [&](int task) {
@@ -131,7 +138,8 @@ void ContactRows<d, Law>::resize(int pairs) {
   columns_.table.resize(whole);
 }
 
-/// Returns grains at the start of step n. Without `advances` the grains are already at that step.
+/// Returns the state of the grains slot(lane) at the start of step n. If `advances` is false, the stored states are
+/// those at the start of step n; otherwise the grains fly there without contact.
 template <int d, class Law>
 template <bool advances, class Slot>
 auto ContactRows<d, Law>::load_grains(const Slot& slot, int n) const -> GrainPack {
@@ -228,7 +236,8 @@ void ContactRows<d, Law>::add(Forces when, Pair pair, const Vec<d>& force) {
   for (int k = 0; k < d; ++k) on_i[k] -= force[k], on_j[k] += force[k];
 }
 
-/// Returns the forces on the lower and the higher grain of each pair.
+/// Returns the total forces on the lower and on the higher grain of each pair, at the start or in the middle of the
+/// step (`when`).
 template <int d, class Law>
 template <class Indices>
 std::array<Vectors<d>, 2> ContactRows<d, Law>::grain_forces(Forces when, const Indices& of) const {
@@ -244,8 +253,8 @@ Vectors<d> ContactRows<d, Law>::relative(const std::array<Vectors<d>, 2>& forces
   return columns_.higher.at(of) * forces[1] - columns_.lower.at(of) * forces[0];
 }
 
-/// Sums the contact forces on each grain at the start and in the middle of the step. Positions in the middle follow
-/// from the forces at the start.
+/// Sums the slow force and the contact forces on each grain, at the start and in the middle of the step. Positions in
+/// the middle follow from the forces at the start.
 template <int d, class Law>
 void ContactRows<d, Law>::sum_contact_forces(parallel::Team& team) {
   for (int s = 0; s < grains_.slots(); ++s) {
@@ -262,7 +271,8 @@ void ContactRows<d, Law>::sum_contact_forces(parallel::Team& team) {
   for (int p = 0; p < count_; ++p) add(&GrainForces::halfway, pair_[p], columns_.halfway_force[p]);
 }
 
-/// Follows all pairs over a step. The few pairs whose force ends within the step are collected and computed together.
+/// Computes the relative motion of all pairs over the step. The few pairs whose contact force ends within the step are
+/// collected and computed together.
 template <int d, class Law>
 void ContactRows<d, Law>::follow(parallel::Team& team) {
   sum_contact_forces(team);
@@ -286,7 +296,8 @@ void ContactRows<d, Law>::follow(parallel::Team& team) {
   });
 }
 
-/// Integrates each pair separately, with the acceleration by all others linear in time.
+/// Integrates each pair of a vector separately over the step, by go(motion, partial step), and stores the results in
+/// the columns. The relative acceleration by all other forces is linear in time. Returns the result of `go`.
 template <int d, class Law>
 template <class Indices, class Go>
 [[gnu::flatten]] auto ContactRows<d, Law>::follow_pairs(const Indices& of, const Go& go) {
@@ -321,7 +332,6 @@ double ContactRows<d, Law>::max_contact_acceleration() const {
   return std::sqrt(hmax(square));
 }
 
-/// Moves the grains in contact to the end of step n.
 template <int d, class Law>
 void ContactRows<d, Law>::move(int n) {
   for (int p = 0; p < count_; ++p) {

@@ -15,37 +15,38 @@
 
 namespace lichtenberg::granular {
 
-/// Grains of a gas during some contact substeps of equal length. Grains that may be in contact have adjacent copies
-/// (slots). The others remain in the bodies and move from the start to the end in a single step. Slow forces act on all
-/// grains.
+/// Positions and momenta of the grains of a gas during contact substeps of equal length. Grains that are or may come in
+/// contact have copies in contiguous arrays (slots). The others remain in the bodies and move from the start to the end
+/// in a single step. Slow forces (all forces except contacts) are constant and act on all grains. Reduced units.
 template <int d>
 class ContactingGrains {
  public:
-  /// State of a grain at its last contact, or at the start; it fills one cache line.
+  /// State of a grain at its last contact, or at the start of the substeps; it fills one cache line.
   struct alignas(64) Grain {
     std::array<double, d> position, momentum;
-    double per_mass = 0;
-    std::int32_t followed_to = 0;  ///< step at whose start this state holds
-    std::int32_t particle = 0;
+    double per_mass = 0;           ///< 1 / mass
+    std::int32_t followed_to = 0;  ///< index of the step at whose start the grain has this state
+    std::int32_t particle = 0;     ///< index of the grain in the bodies
   };
-  /// Forces on a grain at the start and in the middle of a step, in one cache line.
+  /// Total forces on a grain at the start and in the middle of a step, in one cache line.
   struct alignas(64) GrainForces {
     std::array<double, d> start, halfway;
     double radius = 0;
-    std::int32_t touches = 0;
+    std::int32_t touches = 0;  ///< number of contacts of the grain
   };
 
-  /// Starts from the bodies, which do not change before `fly`. The grains of the contacts get the first slots, in their
-  /// order. Masses and radii are those of the first call.
+  /// Starts substeps of length dt (t0) from the bodies, which must not change before fly(). `slow_force`: constant
+  /// forces ([N * d]; empty: none). The grains of the pairs pair_of(p), p < contacts, get the first slots. Masses and
+  /// radii are those of the first call.
   template <class PairOf>
   void begin(const Bodies& bodies, std::span<const double> slow_force, double dt, int contacts, const PairOf& pair_of,
              parallel::Team& team);
-  /// Returns the slot of a particle, and assigns one if needed.
+  /// Returns the slot (index of the copy) of a grain, and makes a copy if it has none. `particle`: index in the bodies.
   int slot_of(int particle);
   bool has_slot(int particle) const { return slot_[particle] >= 0; }
   double radius_of(int particle) const { return properties_[particle].radius; }
-  double widest() const { return widest_; }  ///< d0, the largest radius
-  double lightest() const { return lightest_; }
+  double widest() const { return widest_; }      ///< largest radius (d0)
+  double lightest() const { return lightest_; }  ///< smallest mass (m0)
 
   int slots() const { return static_cast<int>(grains_.size()); }
   const Grain& grain(int slot) const { return grains_[slot]; }
@@ -54,14 +55,18 @@ class ContactingGrains {
   bool has_slow_forces() const { return !slot_slow_forces_.empty(); }
   const std::array<double, d>& slow_force(int slot) const { return slot_slow_forces_[slot]; }
 
-  /// Returns a grain at the start of step n, if no contact acts before. Assigns no slots.
+  /// Returns the state at the start of step n of the grain in a slot, if no contact acts on it until then.
   Grain flown(int slot, int n) const;
+  /// Returns the state at the start of step n of a grain with or without a slot, if no contact acts on it until then.
+  /// `particle`: index in the bodies. Assigns no slot.
   Grain at(int particle, int n) const;
-  /// Adds the effect of a contact on a grain within the step before step n.
+  /// Moves the grain in a slot to the start of step n, if needed, and adds the effect of a contact in the step before.
+  /// It adds by * shift to the position and sign * impulse to the momentum.
   void apply_contact(int slot, int n, double by, const Vec<d>& shift, double sign, const Vec<d>& impulse);
-  /// Moves the bodies from the start to step n. Returns the work of the slow forces.
+  /// Moves all bodies to the start of step n, with the contacts of apply_contact(). Returns the work of the slow
+  /// forces.
   double fly(Bodies& bodies, int n, parallel::Team& team) const;
-  /// Prefetches the memory of these grains.
+  /// Prefetches the memory of the two grains of a pair.
   void prefetch(Pair pair) const;
   void prefetch(int slot) const { __builtin_prefetch(&grains_[slot], 1); }
 
@@ -79,7 +84,8 @@ class ContactingGrains {
   void fill(int slot);
   double fly_all(Bodies& bodies, double t, int first, int last) const;
   double write_back(Bodies& bodies, int n, int first, int last) const;
-  /// Sums visit(first, last) over ranges of grains, in ascending order.
+  /// Returns the sum of visit(first, last) over ranges of the indices 0 ... count - 1, first <= i < last. The ranges
+  /// are computed in parallel and added in ascending order.
   template <class Visit>
   static double sum_over_ranges(int count, parallel::Team& team, const Visit& visit);
 
@@ -226,7 +232,7 @@ double ContactingGrains<d>::sum_over_ranges(int count, parallel::Team& team, con
   return sum;
 }
 
-/// Moves particles from `first` to `last` without contacts. Returns the work of the slow forces.
+/// Moves the bodies first <= i < last through a time t (t0) without contacts. Returns the work of the slow forces.
 template <int d>
 double ContactingGrains<d>::fly_all(Bodies& bodies, double t, int first, int last) const {
   std::array<double, d> work{};
@@ -249,8 +255,8 @@ double ContactingGrains<d>::fly_all(Bodies& bodies, double t, int first, int las
   return sum;
 }
 
-/// Writes the grains in slots from `first` to `last`, which fly_all has moved without contacts, back to the bodies.
-/// Returns the additional work of the slow forces.
+/// Overwrites the bodies of the slots first <= s < last, which fly_all() has moved without contacts, with their states
+/// at the start of step n. Returns the resulting change of the work of the slow forces.
 template <int d>
 double ContactingGrains<d>::write_back(Bodies& bodies, int n, int first, int last) const {
   double work = 0;

@@ -12,7 +12,8 @@
 namespace lichtenberg::granular {
 namespace {
 
-/// Marks contacts of grains that are in more than one contact.
+/// Sets GrainContact::alone to false for contacts of grains that are in more than one contact. `grains`: number of
+/// grains.
 void mark_shared_contacts(std::vector<StepContact>& step_contacts, int grains) {
   std::vector<int> touching(grains);
   for (const StepContact& entry : step_contacts) ++touching[entry.contact.pair.i], ++touching[entry.contact.pair.j];
@@ -20,8 +21,8 @@ void mark_shared_contacts(std::vector<StepContact>& step_contacts, int grains) {
     if (touching[entry.contact.pair.i] > 1 || touching[entry.contact.pair.j] > 1) entry.contact.alone = false;
 }
 
-/// Returns the contact of a pair that moved from the separation `before` to `now` within dt: its onset is where the
-/// distance on the straight path between them is `reach`.
+/// Returns the new contact of a pair that moved from the separation `before` to `now` within a step of length dt from
+/// the time `begin`. Its onset is where the distance is `reach` (sum of the radii) on the straight path between them.
 template <int d>
 GrainContact new_contact(Pair pair, Vec<d> before, Vec<d> now, double reach, double begin, double dt) {
   const Vec<d> displacement = now - before;
@@ -30,7 +31,8 @@ GrainContact new_contact(Pair pair, Vec<d> before, Vec<d> now, double reach, dou
   return {pair, begin + part * dt, closing(PairState<d>{before + part * displacement, displacement / dt})};
 }
 
-/// Throws InputError for damping beyond the range of the restitution curve, which contact substeps do not resolve.
+/// Throws InputError for viscoelastic grains with damping beyond the table of theory::RestitutionCurve, which contact
+/// substeps do not resolve.
 void check_damping(const Scene& scene, const GrainContactLaw& law) {
   const auto* soft = std::get_if<ViscoelasticLaw>(&law);
   if (!soft) return;

@@ -11,45 +11,49 @@
 
 namespace lichtenberg::granular {
 
-/// Returns the contact law of the model's grains. Throws InputError unless exactly one effect defines a law. Throws
-/// InputError if its damping is beyond the table of theory::RestitutionCurve.
+/// Returns the contact law of the model's grains. Throws InputError unless exactly one effect defines a law, or if the
+/// damping of viscoelastic grains is beyond the table of theory::RestitutionCurve.
 GrainContactLaw contact_law(const Scene& scene, const Model& model);
 
-/// Contact forces at one instant.
+/// Total contact forces on grains at one instant, and the power that the contacts dissipate, in reduced units.
 struct ContactLoad {
-  std::vector<double> force;  ///< on the grains, [N * d]
-  double dissipation = 0;     ///< power, at least 0
+  std::vector<double> force;  ///< on each grain, [N * d]
+  double dissipation = 0;     ///< dissipated power, at least 0
 };
 
-/// Returns the contact forces of the pairs that overlap.
+/// Returns the total contact forces on all grains, and the dissipated power, of the overlapping pairs among `pairs`.
 ContactLoad contact_load(const GrainContactLaw& law, const Bodies& bodies, std::span<const Pair> pairs);
 
-/// Returns the elastic energy in contacts.
+/// Returns the elastic energy (m0 v0^2) of all contacts at the current positions.
 double stored_energy(const GrainContactLaw& law, const Bodies& bodies, std::span<const GrainContact> contacts);
 
-/// Returns the largest relative speed (v0) that the elastic energy in a contact can give to its two grains.
+/// Returns the largest relative speed (v0) that the elastic energy of a contact can give its two grains.
 double fastest_release(const GrainContactLaw& law, const Bodies& bodies, std::span<const GrainContact> contacts);
 
-/// A pair that was in contact at the start of a step, or came into contact within it.
+/// A contact that was open at the start of a step, or began in it.
 struct StepContact {
   GrainContact contact;
-  bool begun = false;  ///< within the step
-  bool open = true;    ///< at its end
+  bool begun = false;  ///< true if the contact began in the step
+  bool open = true;    ///< true if the contact is open at the end of the step
 };
 
-/// Returns the contacts of a step of an integrator that computes forces at its ends only. A pair is in contact where it
-/// overlaps. The onset of a new contact is the zero of the gap on the straight path from `from`, the positions at the
-/// start ([N * d]). `pairs`: all candidate pairs, in ascending order.
+/// Returns the contacts of one step, for integrators that compute forces only at the ends of a step. A pair is in
+/// contact while it overlaps. The onset of a new contact is the zero of the gap on a straight path from the position at
+/// the start to that in `bodies`. `from`: positions at the start ([N * d]); `contacts`: open contacts at the start;
+/// `pairs`: all candidate pairs (pairs that may touch), in ascending order; `begin`, dt: start and length of the step
+/// (t0).
 std::vector<StepContact> contacts_in_step(std::span<const double> from, const Bodies& bodies,
                                           std::span<const GrainContact> contacts, std::span<const Pair> pairs,
                                           double begin, double dt);
 
-/// Throws Failure: the centres of two grains have come closer than `too_close` (pair_state.hpp). `stiffer`: the factor
-/// of the contact's stiffness with which they would stop there, all forces counted; 0: not known.
+/// Throws Failure with the message that two grains fly through each other, because their centres are closer than
+/// `too_close` times the sum of the radii. `stiffer`: factor of the stiffness with which the grains would stop there,
+/// for the message; 0: not known.
 [[noreturn]] void refuse_flight_through(const GrainContact& contact, double stiffer = 0);
 
-/// Records the contacts of a step that ends at the time `end`, in ascending order of pairs. `contacts` become the open
-/// ones. Throws Failure if the centres of two grains come closer than `too_close`.
+/// Adds new and ended contacts of a step and the largest overlap to `record`, and replaces `contacts` by the contacts
+/// open at its end. `step_contacts`: contacts of the step in ascending order of pairs; `end`: end of the step (t0).
+/// Throws Failure if the centres of two grains are closer than `too_close` times the sum of their radii.
 void note(std::vector<StepContact> step_contacts, const Bodies& bodies, double end, std::vector<GrainContact>& contacts,
           ContactRecord& record);
 

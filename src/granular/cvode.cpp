@@ -12,9 +12,9 @@
 namespace lichtenberg::granular {
 namespace {
 
-/// Integrates by CVODE's Adams formulas from one contact event (onset, clamp, end) to the next. The independent
-/// variable is the square root of the time since the last onset, in which contact forces are smooth. Charges move at
-/// onset.
+/// Integrator with error control: CVODE's Adams formulas from one contact event to the next. Contact events are the
+/// onset, the end of the contact force, and the end of the overlap. The independent variable is the square root of the
+/// time since the last onset, in which contact forces are smooth. Charges are exchanged at events.
 class Cvode final : public GasIntegrator {
  public:
   double longest_step(Gas& gas, Instant&) const override { return gas.scene().mechanics.step; }
@@ -34,7 +34,7 @@ class Cvode final : public GasIntegrator {
   }
 
  private:
-  /// Counts segments between contact events, which could repeat without an advance of time.
+  /// Counts segments between contact events, to detect events that repeat without an advance of time.
   struct Progress {
     double since;  ///< t0, time at the last check, or the start of the step
     int segments = 0;
@@ -53,7 +53,8 @@ class Cvode final : public GasIntegrator {
     }
   };
 
-  /// Motion between two events. The variables are displacements, momenta, and the energy dissipated by contacts.
+  /// Time integration between two contact events. The variables are displacements, momenta, and the energy dissipated
+  /// by contacts.
   template <int d>
   class Segment {
    public:
@@ -90,7 +91,7 @@ class Cvode final : public GasIntegrator {
     }
 
    private:
-    /// Sets the gas to the state of these variables.
+    /// Sets positions and momenta of the gas to those of the variables y at `time` (t0).
     void put(std::span<const double> y, double time) {
       Bodies& b = gas_.model().bodies;
       const std::size_t n = b.momentum.size();
@@ -113,8 +114,9 @@ class Cvode final : public GasIntegrator {
       rate[2 * n] = 2 * sigma * load.dissipation;
     }
 
-    /// Event functions: onset for pairs apart, end and clamp for contacts. A contact whose force is zero except for
-    /// rounding gets no clamp event, which would repeat without end.
+    /// Returns the event functions, which fall through zero: onset for separate pairs, and end of the overlap and of
+    /// the force for contacts. A contact whose force is zero except for rounding gets no event at the end of the force,
+    /// which would repeat without end.
     std::vector<Ode::Value> events() const {
       std::vector<Ode::Value> falls;
       for (const Pair pair : separate_)
@@ -153,8 +155,8 @@ class Cvode final : public GasIntegrator {
           gas_.law());
     }
 
-    /// Returns the contacts at the end of the segment, which `event` ended. CVODE reports one of several simultaneous
-    /// events.
+    /// Returns the contacts of the segment, which the event of index `event` ended (negative: none). CVODE reports only
+    /// one of several simultaneous events, so all pairs are tested.
     std::vector<StepContact> step_contacts(int event) const {
       const Spheres<d> grains = spheres<d>(gas_.bodies());
       std::vector<StepContact> found;

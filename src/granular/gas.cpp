@@ -25,7 +25,7 @@ int threads_for(const Scene& scene) {
 /// Path (d0) of the fastest grain between two searches for candidate pairs. A longer path makes the lists longer.
 constexpr double path_per_search = 0.3;
 
-/// Returns the largest path (d0) for which no grain comes near two images of another.
+/// Returns the largest displacement (d0) of a grain within which it cannot come near two images of another grain.
 double longest_travel(const Bodies& bodies) {
   double shortest = INFINITY;
   for (int k = 0; k < bodies.dimension; ++k)
@@ -33,8 +33,8 @@ double longest_travel(const Bodies& bodies) {
   return 0.25 * shortest - *std::ranges::max_element(bodies.radius);
 }
 
-/// Returns the contacts of grains that overlap at the start, as in a frame of another run. They do not count as
-/// collisions: their onset is past, and its speed is unknown.
+/// Returns the contacts of grains that overlap at the start, as in a scene made from a frame of another run. They do
+/// not count as collisions, because their onset is past and its speed is unknown.
 std::vector<GrainContact> contacts_at_start(const Bodies& bodies, parallel::Team& team) {
   std::vector<GrainContact> contacts;
   PairList list(0, 0);

@@ -7,16 +7,16 @@ namespace {
 
 constexpr double steps_a_contact = 30;  ///< with fewer it may be unstable
 
-/// Coefficients of the corrector (Gear 1971; G 3.41 lacks the k! of the last four). The difference between the
-/// acceleration and its prediction, times dt^2/2, is added to positions, velocities, accelerations and their
-/// derivatives. Its factors are these over dt^0, ..., dt^5.
+/// Coefficients c_k of Gear's corrector (Gear 1971; Singh 2019, eq. 3.41, lacks the factor k! of the last four). The
+/// corrector adds c_k D / dt^k to the k-th derivative of the position, k = 0 ... 5. D is the difference between the
+/// acceleration and its prediction, times dt^2/2.
 using Corrector = std::array<double, 6>;
 constexpr Corrector corrected = {3.0 / 16, 251.0 / 360, 2, 11.0 / 3, 4, 2};
 constexpr Corrector as_printed = {3.0 / 16, 251.0 / 360, 1, 11.0 / 18, 1.0 / 6, 1.0 / 60};
 
-/// Gear's predictor-corrector for second-order equations. Taylor polynomials predict positions and their first five
-/// derivatives, and the forces there correct them (G 3.37 to 3.41, with the powers of dt that 3.37 lacks). The order is
-/// 6 for smooth forces; contact forces are not smooth at onset and end.
+/// Gear's predictor-corrector integrator for second-order equations. Taylor polynomials predict positions and their
+/// first five derivatives, and the forces at the predicted positions correct them (Singh 2019, eq. 3.37 to 3.41, with
+/// powers of dt that 3.37 lacks). The order is 6 for smooth forces; contact forces are not smooth at onset and end.
 class Gear final : public GasIntegrator {
  public:
   explicit Gear(const Corrector& corrector) : corrector_(corrector) {}
@@ -58,7 +58,7 @@ class Gear final : public GasIntegrator {
   }
 
  private:
-  /// Returns the smooth forces, [N * d], zeros included.
+  /// Returns the smooth forces (all forces except contacts) on the grains, [N * d]; zeros if there are none.
   static std::vector<double> smooth_forces(Gas& gas) {
     std::vector<double> force = gas.smooth_forces();
     force.resize(gas.bodies().momentum.size());
@@ -105,7 +105,8 @@ class Gear final : public GasIntegrator {
     gas.move(path, gas.time());
   }
 
-  /// Adds the jump of accelerations by an exchange of charges.
+  /// Exchanges charges, and adds the resulting jump of the accelerations to the stored derivatives. `smooth_before`:
+  /// smooth forces before the exchange.
   void add_exchange_jump(Gas& gas, Instant& now, std::span<const double> smooth_before) {
     gas.exchange_charges(now);  // computes new forces if charges move
     for (std::size_t k = 0; k < now.force.size(); ++k)

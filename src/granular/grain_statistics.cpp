@@ -10,7 +10,7 @@ namespace {
 
 constexpr int grains_a_task = 2048;
 
-/// Sums over a range of grains, and squares of maxima.
+/// Kinetic energy, and squares of the largest speed and of the largest velocity change, of a range of grains.
 struct PartialStatistics {
   double kinetic = 0, speed2 = 0, change2 = 0;
 };
@@ -34,7 +34,7 @@ PartialStatistics over_ranges(int grains, parallel::Team& team, const Work& work
   return combined(parts);
 }
 
-/// Calls visit(grain, square of its vector) for grains from `first` to `last`.
+/// Calls visit(i, square of vector i) for the grains first <= i < last; v: vectors, [N * dimension].
 template <class Visit>
 void for_each_square(const Bodies& b, const double* v, int first, int last, const Visit& visit) {
   if (b.dimension == 3)
@@ -44,8 +44,9 @@ void for_each_square(const Bodies& b, const double* v, int first, int last, cons
     for (int i = first; i < last; ++i) visit(i, v[2 * i] * v[2 * i] + v[2 * i + 1] * v[2 * i + 1]);
 }
 
-/// Independent partial sums, because each addition waits for the previous one.
+/// Number of independent partial sums. A single sum would be slower, because each addition waits for the previous one.
 constexpr int grains_at_once = 8;
+/// Partial sums of twice the kinetic energy, and squares of the largest speeds, one for each of grains_at_once grains.
 struct Sums {
   std::array<double, grains_at_once> energy{}, speed2{};
 
@@ -71,14 +72,15 @@ Sums sums_of(const Bodies& b, int first, int last) {
   return sums;
 }
 
-/// Not inlined, so that a survey after a kick and a survey alone are bitwise identical.
+/// Adds the kinetic energy and largest speed of the grains first <= i < last to `part`. The function is not inlined, so
+/// that its results are bitwise identical with and without a preceding kick.
 [[gnu::noinline]] void add_range(const Bodies& b, int first, int last, PartialStatistics& part) {
   const Sums sums = b.dimension == 3 ? sums_of<3>(b, first, last) : sums_of<2>(b, first, last);
   for (const double one : sums.energy) part.kinetic += 0.5 * one;
   part.speed2 = std::max(part.speed2, *std::ranges::max_element(sums.speed2));
 }
 
-/// A change of momentum by dt times the change of the force.
+/// Impulse on the grains: dt times the change of the forces from `before` to `now` ([N * dimension]).
 struct Kick {
   double dt;
   const double *before, *now;

@@ -7,25 +7,26 @@
 
 namespace lichtenberg::granular {
 
-/// Sums and maxima over all grains, in reduced units.
+/// Kinetic energy and largest speed of all grains, in reduced units.
 struct GrainStatistics {
-  double kinetic = 0;  ///< energy
-  double fastest = 0;  ///< the largest speed
+  double kinetic = 0;  ///< kinetic energy of all grains (m0 v0^2)
+  double fastest = 0;  ///< largest speed of a grain (v0)
 };
 
-/// Returns them for the present grains, bitwise identical for any number of threads.
+/// Returns kinetic energy and largest speed of the grains. The result is bitwise identical for any number of threads.
 GrainStatistics grain_statistics(const Bodies& bodies, parallel::Team& team);
 
-/// Result of a change of momenta by dt (now - before).
+/// Result of kick(): largest change of a velocity, and kinetic energy and largest speed afterwards.
 struct KickResult {
-  double most = 0;        ///< v0, largest change of a velocity
-  GrainStatistics after;  ///< bitwise identical to that of `grain_statistics`
+  double most = 0;        ///< largest change of a velocity (v0)
+  GrainStatistics after;  ///< bitwise identical to grain_statistics() afterwards
 };
-/// Changes momenta by dt times the difference of two forces ([N * d]).
+/// Adds the impulse dt * (now - before) to the momenta of the grains, which corrects them for a change of the forces.
+/// `before`, `now`: forces, [N * d].
 KickResult kick(Bodies& bodies, double dt, std::span<const double> before, std::span<const double> now,
                 parallel::Team& team);
 
-/// Returns the largest acceleration by these forces ([N * d]).
+/// Returns the largest acceleration of a grain by the forces `force` ([N * d]); 0 if `force` is empty.
 double largest_acceleration(const Bodies& bodies, std::span<const double> force, parallel::Team& team);
 
 }  // namespace lichtenberg::granular

@@ -21,7 +21,7 @@ using namespace granular;
 
 namespace {
 
-/// Largest number of steps of a run. Rounding still resolves the time of a single step.
+/// Largest number of steps of a run, for which rounding of the time still resolves a single step.
 constexpr double most_steps = 1e12;
 
 void check_shortest(const Scene& scene) {
@@ -60,7 +60,7 @@ struct GranularMotion::Implementation {
     energy_at_start = host_gas.energy(potential()).total();
   }
 
-  /// Returns the gas, copied back from the device if needed.
+  /// Returns the gas on the CPU, after it has been copied back from the device if needed.
   Gas& gas() {
     wait_for_background_tasks();
     if (is_on_device) {
@@ -77,7 +77,7 @@ struct GranularMotion::Implementation {
   }
   double time() const { return is_on_device ? device->time() : host_gas.time(); }
 
-  /// Returns the snapshot of the gas on the device, one per instant.
+  /// Returns a snapshot of the gas on the device; calls at the same instant return the same snapshot.
   std::shared_ptr<const granular::device::Snapshot> snapshot() {
     if (!now || now->time != device->time()) {
       const double potential = device->potential_energy();
@@ -103,7 +103,8 @@ struct GranularMotion::Implementation {
     return task;
   }
 
-  /// Takes a note. For a gas on a device another thread does so while the device continues.
+  /// Records a note (observables of this instant) for the time series. For a gas on a device another thread computes it
+  /// while the device continues.
   void note() {
     if (!is_on_device) {
       collect_notes();
@@ -122,7 +123,7 @@ struct GranularMotion::Implementation {
     const std::size_t most = std::max(1u, std::thread::hardware_concurrency());
     if (pending.size() >= most) pending[pending.size() - most].wait();
   }
-  /// Waits for notes of other threads, and appends them.
+  /// Waits for the notes that other threads compute, and appends them to the time series.
   void collect_notes() {
     wait_for_background_tasks();
     const Stopwatch stopwatch(analysis_seconds);
@@ -139,24 +140,26 @@ struct GranularMotion::Implementation {
     notes.push_back(note);
     last = std::move(note);
   }
-  /// Returns the note of this instant. It does not advance `theory`, so that later results do not depend on this call.
+  /// Returns the note (observables) of this instant. It does not advance `theory`, so that later results do not depend
+  /// on this call. `with`: predictions to be advanced and included.
   Note current_note(std::optional<HomogeneousGas> with = {}) {
     collect_notes();
     if (last && last->time == time()) return *last;
     return take_note(gas(), with, analysis_seconds, potential());
   }
-  /// Returns the note for a progress line, without waiting for other threads.
+  /// Returns the note of this instant for a progress line, without waiting for other threads if the gas is on a device.
   Note peek() { return is_on_device ? note_of(*snapshot(), *grain_data, law, budget_at_load) : current_note(); }
-  /// Returns the energy of smooth forces, if the device or the last step has computed it.
+  /// Returns the potential energy (m0 v0^2) if the device or the last step has computed it; otherwise empty.
   std::optional<double> potential() { return loaded ? std::optional(device->potential_energy()) : instant.potential; }
 
-  /// Makes the frame of `host_gas`.
+  /// Makes the frame of `host_gas`. `potential`: potential energy if it is known.
   Frame frame(std::optional<double> potential);
   Checkpoint checkpoint();
   std::map<std::string, double> all_seconds() const, seconds_here() const;
   ColumnGroup take_history() { return columns_of(std::exchange(notes, {}), theory); }
 
-  /// Makes one step towards `time`, at most to the end of the stage.
+  /// Makes one step on the CPU, or several steps on a device, towards `time` (t0), at most to the end of the stage.
+  /// Begins the next stage at the end. Throws Failure if the time does not advance.
   void step(double time) {
     const double end = std::min(time, stage_end), before = this->time();
     if (before < end) device ? step_on_device(end) : step_on_host(end, time);
@@ -167,7 +170,7 @@ struct GranularMotion::Implementation {
                       host_gas.scene().path, before));
     if (this->time() >= stage_end) leave_stage();
   }
-  /// `wanted`: time (t0) at which the caller needs the energy.
+  /// Makes one step on the CPU towards `end` (t0). `wanted`: time (t0) at which the caller needs the potential energy.
   void step_on_host(double end, double wanted) {
     const double left = end - host_gas.time(), longest = integrator->longest_step(host_gas, instant);
     check_pace(host_gas, end, longest);
@@ -181,7 +184,7 @@ struct GranularMotion::Implementation {
     is_on_device = true;
     device->step(end, steps_at_once);
   }
-  /// Copies the gas to the device, if there is one.
+  /// Copies the gas to the device, if there is one that does not have it.
   void load() {
     if (!device || loaded) return;
     device->load(host_gas.save(), host_gas.law(), host_gas.in_elastic_stage(), host_gas.stage_begin());
@@ -229,7 +232,7 @@ struct GranularMotion::Implementation {
   GasEnergy budget_at_load;                               ///< energy budget before the gas was copied to the device
   std::shared_ptr<const granular::device::Snapshot> now;  ///< last snapshot
   std::vector<std::future<Note>> pending;                 ///< in order of time
-  std::vector<std::future<void>> background_tasks;        ///< background tasks
+  std::vector<std::future<void>> background_tasks;        ///< frames and checkpoints that another thread makes
   double seconds = 0, analysis_seconds = 0;
   bool warned = false;  ///< warnings of effects have been printed
 };

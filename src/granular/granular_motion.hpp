@@ -15,12 +15,14 @@ namespace granular::device {
 class DeviceGas;
 }
 
-/// Motion of a scene of grains, in reduced units (Scene::reference), by the integrator of its [mechanics].
+/// Simulation of a scene of grains in time, in reduced units (Scene::reference), with the integrator of the scene's
+/// [mechanics]. It records frames, checkpoints and a time series of observables.
 class GranularMotion : public Motion {
  public:
-  /// Makes the motion of a scene on the CPU.
+  /// Makes the simulation of a scene on the CPU.
   explicit GranularMotion(const Scene& scene);
-  /// Makes the motion of a scene. Steps run on `device`, unless it is null; frames and checkpoints copy the gas back.
+  /// Makes the simulation of a scene whose steps run on `device` (null: CPU). Frames and checkpoints copy the gas back
+  /// from the device.
   GranularMotion(const Scene& scene, std::unique_ptr<granular::device::DeviceGas> device);
   ~GranularMotion() override;
 
@@ -45,7 +47,7 @@ class GranularMotion : public Motion {
   bool leaves_a_core() const override;
   Summary summary() override;
   std::map<std::string, double> seconds() const override;
-  /// Number of searches for candidate pairs on the CPU.
+  /// Returns the number of searches for candidate pairs (pairs that may touch) on the CPU.
   std::int64_t searches() const;
 
  private:

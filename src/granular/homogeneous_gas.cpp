@@ -17,7 +17,7 @@ bool are_unit_grains(const Bodies& b) {
   return b.dimension == 3 && std::ranges::all_of(b.radius, is(0.5)) && std::ranges::all_of(b.mass, is(1));
 }
 
-/// Returns the charge exchange to which theory::impact_charge_square applies; null without.
+/// Returns the parameters of the scene's charge exchange if theory::impact_charge_square applies to it; otherwise null.
 const effects::ChargeExchangeOptions* known_exchange(const Scene& scene) {
   const auto* options = scene.effects.find<effects::ChargeExchangeOptions>();
   const bool known =
@@ -25,7 +25,8 @@ const effects::ChargeExchangeOptions* known_exchange(const Scene& scene) {
   return known ? options : nullptr;
 }
 
-/// Returns the integral over dt of a function like 1/(t + const) from a to b, as the collision frequency in cooling.
+/// Returns the integral over a time dt of a function c / (t + const), such as the collision frequency of a cooling gas.
+/// Its values are a at the start and b at the end.
 double integral(double a, double b, double dt) {
   return std::abs(a - b) < 1e-6 * a ? dt * a : dt * a * b * std::log(a / b) / (a - b);
 }
@@ -65,7 +66,7 @@ double HomogeneousGas::frequency(double temperature) const {
   return frequency / (1 + frequency * means_->duration(temperature));
 }
 
-/// Computes the means for the present stage.
+/// Computes the table of means over impacts for the contact law of the current stage.
 void HomogeneousGas::take_law(const Gas& gas) {
   if (stage_ == gas.stage_begin()) return;
   means_.emplace(impacts(gas));

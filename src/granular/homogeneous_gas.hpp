@@ -7,23 +7,26 @@
 
 namespace lichtenberg::granular {
 
-/// Predictions for a homogeneous gas whose charges exert no forces (src/theory/haff.hpp). They are Haff's law with the
-/// restitution of each impact speed, the mean square charge, and the number of collisions, equilibration included.
-/// Collisions have a duration t_c, which reduces their frequency to omega / (1 + omega t_c).
+/// Theoretical predictions for a homogeneous gas whose charges exert no forces (src/theory/haff.hpp). The temperature
+/// follows Haff's law with the restitution of each impact speed; the mean square charge and the number of collisions
+/// are predicted, too. Collisions have a duration t_c, which reduces their frequency omega to omega / (1 + omega t_c).
 class HomogeneousGas {
  public:
-  /// Empty where the theory does not apply: in two dimensions, and for few, unequal, driven or resting grains.
+  /// Makes predictions for a gas, from its current state on. Empty where the theory does not apply: in two dimensions,
+  /// for fewer than 100 grains, and for unequal, driven or resting grains.
   static std::optional<HomogeneousGas> of(const Gas& gas);
 
-  /// Restarts from the present temperature and charges of the gas, at the start of a stage.
+  /// Restarts the predictions from the current temperature and charges of the gas, at the start of a stage.
   void begin(const Gas& gas);
-  /// Advances to `time`, within a stage. `temperature`: the measured one, from which the number of collisions follows.
+  /// Advances the predictions to `time` (t0) within a stage. `temperature`: measured temperature of the gas at `time`
+  /// (m0 v0^2), from which the number of collisions follows.
   void follow(const Gas& gas, double time, double temperature);
 
   double temperature() const { return temperature_; }
-  /// <q^2> (q0^2); empty if there is no theory of the charge exchange.
+  /// Returns the predicted mean square charge <q^2> (q0^2); empty if there is no theory of the charge exchange.
   std::optional<double> charge_square() const;
-  /// Number of collisions of all grains since the start, at the measured temperatures.
+  /// Returns the predicted number of collisions of all grains since the start, for the measured temperatures. Stages
+  /// are included.
   double collisions() const { return collisions_; }
 
   void save(Checkpoint& checkpoint) const;

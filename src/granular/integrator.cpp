@@ -44,7 +44,7 @@ void add_integrator(const IntegratorKind& kind, Maker make) {
 std::unique_ptr<GasIntegrator> make_integrator(Integrator which) {
   const auto found = makers().find(&which.kind());
   if (found != makers().end()) return found->second();
-  throw InputError(fmt::format("mechanics.integrator = \"{}\" does not move grains: {} do", which->name,
+  throw InputError(fmt::format("mechanics.integrator = \"{}\" does not move grains: the integrators {} do", which->name,
                                names_of(&IntegratorKind::moves_grains)));
 }
 
@@ -56,12 +56,12 @@ double step_that_resolves_contacts(const Gas& gas, const Instant& now, double st
   const double contact = granular::time_to_resolve(elastic(gas.law(), 1), impact, gas.grain_properties());
   const double resolved = std::min(contact, damping);
   if (mechanics.step * steps_a_contact > resolved)
-    throw InputError(fmt::format(
-        "{}: mechanics.step = {:g} is too long for mechanics.integrator = \"{}\": the shortest contact that there "
-        "could be at t = {:.4g} lasts {:.3g}{}, and needs {:g} steps; {:.2g} would do",
-        gas.scene().path, mechanics.step, name_of(mechanics.integrator), gas.time(), resolved,
-        damping < contact ? " until its dashpot has slowed the grains down" : "", steps_a_contact,
-        0.95 * resolved / steps_a_contact));
+    throw InputError(
+        fmt::format("{}: mechanics.step = {:g} is too long for mechanics.integrator = \"{}\": the shortest possible {} "
+                    "at t = {:.4g} is {:.3g} t0, which needs {:g} steps; a step of {:.2g} would do",
+                    gas.scene().path, mechanics.step, name_of(mechanics.integrator),
+                    damping < contact ? "damping time of a contact" : "duration of a contact", gas.time(), resolved,
+                    steps_a_contact, 0.95 * resolved / steps_a_contact));
   return mechanics.step;
 }
 

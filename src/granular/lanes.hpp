@@ -11,10 +11,11 @@
 
 namespace lichtenberg::granular {
 
-/// A condition: a bool, or one for each lane.
+/// Type of a comparison of two Reals: bool, or a SIMD mask with one truth value for each lane.
 template <class Real>
 using MaskOf = std::decay_t<decltype(Real() < Real())>;
 
+/// Returns true if the condition holds, for a SIMD mask if it holds in any lane.
 template <class Mask>
 LICHTENBERG_HOST_DEVICE bool any(const Mask& which) {
   if constexpr (std::is_same_v<Mask, bool>)
@@ -23,6 +24,7 @@ LICHTENBERG_HOST_DEVICE bool any(const Mask& which) {
     return any_of(which);
 }
 
+/// Returns `yes` in the lanes where the condition `which` holds, and `no` in the others.
 template <class Real>
 LICHTENBERG_HOST_DEVICE Real chosen(const MaskOf<Real>& which, const Real& yes, const Real& no) {
   if constexpr (std::is_same_v<Real, double>) {
@@ -33,17 +35,18 @@ LICHTENBERG_HOST_DEVICE Real chosen(const MaskOf<Real>& which, const Real& yes, 
     return result;
   }
 }
-/// Returns the larger of two numbers; NaN stays NaN.
+/// Returns the maximum of x and `least` in each lane; NaN in x stays NaN.
 template <class Real>
 LICHTENBERG_HOST_DEVICE Real not_below(const Real& x, const Real& least) {
   return chosen<Real>(x < least, least, x);
 }
+/// Returns the minimum of x and `most` in each lane; NaN in x stays NaN.
 template <class Real>
 LICHTENBERG_HOST_DEVICE Real not_above(const Real& x, const Real& most) {
   return chosen<Real>(x > most, most, x);
 }
 
-/// The square root of x >= 0. A device has a faster reciprocal root.
+/// Returns the square root of x >= 0. On a device it is computed by the faster reciprocal square root.
 template <class Real>
 LICHTENBERG_HOST_DEVICE Real root_of(const Real& x) {
 #ifdef __CUDA_ARCH__
@@ -54,12 +57,12 @@ LICHTENBERG_HOST_DEVICE Real root_of(const Real& x) {
 #endif
 }
 
-/// A positive number and its inverse.
+/// A positive number and its reciprocal.
 template <class Real>
 struct WithInverse {
   Real value, inverse;
 };
-/// Returns the square root of x > 0 with its inverse; a device computes both from the reciprocal root.
+/// Returns the square root of x > 0 and its reciprocal. On a device both follow from the reciprocal square root.
 template <class Real>
 LICHTENBERG_HOST_DEVICE WithInverse<Real> root_and_inverse(const Real& x) {
 #ifdef __CUDA_ARCH__
@@ -71,7 +74,7 @@ LICHTENBERG_HOST_DEVICE WithInverse<Real> root_and_inverse(const Real& x) {
 #endif
 }
 
-/// A vector (`d` components) of each pair in the lanes of Real.
+/// Vectors with `d` components of several pairs: component k of all pairs is in the lanes of of[k].
 template <int d, class Real>
 struct LaneVec {
   std::array<Real, d> of{};
@@ -95,6 +98,7 @@ struct LaneVec {
   }
   friend Real norm2(const LaneVec& a) { return dot(a, a); }
 
+  /// Returns the vector with the components component(k).
   template <class Component>
   static LaneVec each(const Component& component) {
     LaneVec v;
@@ -103,6 +107,7 @@ struct LaneVec {
   }
 };
 
+/// Vector type for Real: Vec<d> for a double, LaneVec<d, Real> for a SIMD vector.
 template <int d, class Real>
 struct VecOf {
   using type = LaneVec<d, Real>;
@@ -112,6 +117,7 @@ struct VecOf<d, double> {
   using type = Vec<d>;
 };
 
+/// Returns the vectors `yes` in the lanes where the condition `which` holds, and `no` in the others.
 template <int d, class Real>
 LICHTENBERG_HOST_DEVICE typename VecOf<d, Real>::type chosen(const MaskOf<Real>& which,
                                                              const typename VecOf<d, Real>::type& yes,

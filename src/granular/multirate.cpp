@@ -10,11 +10,11 @@
 namespace lichtenberg::granular {
 namespace {
 
-/// Multiple time stepping. Smooth forces are constant over a step, within which contacts have substeps of their own. At
-/// its end momenta are corrected by half of the change of the forces, which is velocity Verlet for smooth forces.
-/// Without contacts this equals impulses at both ends of a step (Tuckerman, Berne and Martyna 1992). Impulses would
-/// excite the contacts of bound pairs, which dissipate that energy in each step. Charges are exchanged between two
-/// steps.
+/// Integrator with multiple time stepping (r-RESPA). Smooth forces (all forces except contacts) are constant over an
+/// outer step, in which contacts have shorter substeps. At its end, momenta are corrected by half of the step times the
+/// change of the smooth forces. Without contacts this is velocity Verlet, and equals impulses at both ends of a step
+/// (Tuckerman, Berne and Martyna 1992). Impulses would excite the contacts of bound pairs, which dissipate this energy
+/// in each step. Charges are exchanged between two steps.
 class Multirate final : public GasIntegrator {
  public:
   double longest_step(Gas& gas, Instant& now) const override {

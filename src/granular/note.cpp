@@ -7,7 +7,7 @@
 namespace lichtenberg::granular {
 namespace {
 
-/// Columns with one row per note.
+/// Columns of a time series, with one row for each note (observables of one instant).
 class Columns {
  public:
   explicit Columns(std::span<const Note> notes) : notes_(notes) {}
@@ -83,7 +83,7 @@ std::vector<Pair> pairs_in_contact(const Gas& gas) {
 
 namespace {
 
-/// Returns the bodies of a snapshot; masses, radii and box are those of `like`.
+/// Returns the bodies with positions, momenta and charges of a snapshot; masses, radii and box are those of `like`.
 Bodies bodies_of(const device::Snapshot& snapshot, const Bodies& like) {
   const std::size_t n = snapshot.grains.size();
   Bodies bodies = like;

@@ -13,9 +13,10 @@
 
 namespace lichtenberg::granular {
 
-/// Observables of a gas at one instant, which may lie between frames.
+/// Row of the time series of a gas: energy, temperature, charges, clusters and counts at one instant, in reduced units.
+/// The instant may lie between frames.
 struct Note {
-  /// Predictions for a homogeneous gas.
+  /// Theoretical predictions for a homogeneous gas (HomogeneousGas).
   struct Expected {
     double temperature = 0, collisions = 0;
     std::optional<double> charge_square;
@@ -26,24 +27,28 @@ struct Note {
   std::int64_t contacts = 0, collisions = 0;
   std::optional<Expected> expected;
 
-  /// Temperature (m0 v0^2) relative to the local flow; the total one where the gas is too thin for a local flow.
+  /// Returns the granular temperature relative to the local flow (m0 v0^2). Returns the total temperature, flow
+  /// included, if the gas is too thin for a local flow.
   double temperature() const;
 };
 
+/// Returns the pairs of all open contacts, in ascending order.
 std::vector<Pair> pairs_in_contact(const Gas& gas);
 
-/// Computes the observables of the gas at its present instant, and advances `theory`, if there is one. `potential`: the
-/// potential energy, if it is known.
+/// Computes the observables of a gas at this instant for its time series. Advances the predictions `theory`, if there
+/// are any, and includes them. `analysis_seconds`: wall time (s), increased. `potential`: potential energy if it is
+/// known.
 Note take_note(Gas& gas, std::optional<HomogeneousGas>& theory, double& analysis_seconds,
                std::optional<double> potential = {});
-/// Returns the observables of a gas on a device, without predictions. `like` has its masses, radii and box. `before`
-/// has the entries of the energy budget that devices do not change.
+/// Returns the observables of a gas from its snapshot on a device, without predictions. `like`: masses, radii and box
+/// of the grains; `law`: contact law; `before`: energy budget whose entries the snapshot replaces, except
+/// contact_error.
 Note note_of(const device::Snapshot& snapshot, const Bodies& like, const GrainContactLaw& law, const GasEnergy& before);
-/// Adds the predictions of `theory` for the instant of `note`, in the present stage of the gas.
+/// Advances the predictions `theory` to the instant of `note`, and adds them to `note`. `gas`: gas in the same stage.
 void expect(Note& note, const Gas& gas, HomogeneousGas& theory);
 
-/// Returns the observables as columns of the group "gas", one row per instant (Note). Without `theory` there are no
-/// columns of predictions.
+/// Converts the observables to columns of the group "gas" of the result file, one row for each Note. Without `theory`
+/// there are no columns of predictions.
 ColumnGroup columns_of(std::span<const Note> notes, const std::optional<HomogeneousGas>& theory);
 
 }  // namespace lichtenberg::granular

@@ -31,8 +31,8 @@ bool PairList::is_valid_for(const Bodies& bodies, double travel) const {
 
 namespace {
 
-/// Speeds of the grains. Grains above `usual` get a skin of their own: in a Maxwellian gas hardly one grain of 1e5 has
-/// four times the rms speed.
+/// Speeds of the grains, and the speed `usual` = four times the rms speed, above which a grain gets a larger skin. In a
+/// Maxwellian gas hardly one grain of 1e5 exceeds it.
 struct Speeds {
   explicit Speeds(const Bodies& bodies) {
     double squares = 0;
@@ -60,8 +60,8 @@ double shortest_period(const Bodies& bodies) {
 
 }  // namespace
 
-/// Rebuilds the list. All grains get the same skin, because a collision can make any grain fast; only grains that are
-/// far faster than the others get more.
+/// Rebuilds the list. All grains get the same skin, because a collision can make any grain fast. Only grains that are
+/// far faster than the others get a larger skin.
 void PairList::search(const Bodies& bodies, double travel, parallel::Team& team) {
   const Speeds speeds(bodies);
   // A search beyond half of the box would find two images of one grain.

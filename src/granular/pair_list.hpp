@@ -6,20 +6,22 @@
 
 namespace lichtenberg::granular {
 
-/// Neighbour (Verlet) list: pairs of grains whose surfaces may come closer than a range within a step. A grain that is
-/// far faster than the others has a skin of its own, so it enlarges its own neighbourhood only.
+/// Neighbour (Verlet) list of pairs of grains whose surfaces may come closer than a range within a step. A grain that
+/// is far faster than the others gets a larger skin, so that it enlarges only its own neighbourhood.
 class PairList {
  public:
-  /// `range` (d0): gap between surfaces. The list is rebuilt when a grain has moved by `move` radii. A large value
-  /// saves searches, a small one keeps the list short.
+  /// Makes an empty list. `range`: gap between surfaces (d0). The skin is `move` times the largest radius, plus the
+  /// path in a step. A large skin saves rebuilds, a small one keeps the list short.
   PairList(double range, double move) : range_(range), move_(move) {}
 
-  /// Returns, in ascending order, all pairs that come closer than the range while no grain moves by more than `travel`
-  /// (d0). Other pairs may be among them.
+  /// Returns, in ascending order, all pairs whose gap may fall below the range while no grain moves by more than
+  /// `travel` (d0). Other pairs may be among them. The list is rebuilt if needed. Throws InputError if the box is too
+  /// short.
   std::span<const Pair> pairs(const Bodies& bodies, double travel, parallel::Team& team);
   std::int64_t searches() const { return searches_; }
 
  private:
+  /// Returns true if the list is complete while no grain moves by more than `travel` (d0) from now on.
   bool is_valid_for(const Bodies& bodies, double travel) const;
   void search(const Bodies& bodies, double travel, parallel::Team& team);
 

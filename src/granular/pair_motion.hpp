@@ -12,27 +12,29 @@
 
 namespace lichtenberg::granular {
 
-/// Relative acceleration of a pair by all other forces during a step, linear in time.
+/// Relative acceleration of two grains in a step by all forces except their own contact: start + t * slope, t the time
+/// since the start of the step (reduced units). `Real` is a double, or a SIMD vector of several pairs.
 template <int d, class Real = double>
 struct ExternalAcceleration {
   typename VecOf<d, Real>::type start, slope;
 
-  /// Returns the change of the relative velocity from time 0 to t by this acceleration alone.
+  /// Returns the change of the relative velocity from time 0 to t due to this acceleration alone.
   LICHTENBERG_HOST_DEVICE auto velocity(const Real& t) const { return t * start + (0.5 * t * t) * slope; }
-  /// Returns the relative displacement from time 0 to t by this acceleration alone.
+  /// Returns the relative displacement from time 0 to t due to this acceleration alone.
   LICHTENBERG_HOST_DEVICE auto path(const Real& t) const {
     return (0.5 * t * t) * start + (t * t * t * (1.0 / 6)) * slope;
   }
 };
 
-/// Acceleration that is linear in time, from its values at the start and in the middle of a step of length dt.
+/// Returns the relative acceleration linear in time with the given values at the start and in the middle of a step of
+/// length dt.
 template <int d, class Real, class Vector>
 LICHTENBERG_HOST_DEVICE ExternalAcceleration<d, Real> external_from_values(const Vector& start, const Vector& middle,
                                                                            double dt) {
   return {start, Real(2 / dt) * (middle - start)};
 }
 
-/// State of a pair after a time t of constant relative acceleration.
+/// Returns the state of a pair after a time t of constant relative acceleration, from the state s.
 template <int d, class Real, class Vector>
 LICHTENBERG_HOST_DEVICE PairState<d, Real> accelerated(const PairState<d, Real>& s, const Vector& acceleration,
                                                        const Real& t) {
@@ -40,16 +42,17 @@ LICHTENBERG_HOST_DEVICE PairState<d, Real> accelerated(const PairState<d, Real>&
   return {s.separation + t * s.velocity + half_square * acceleration, s.velocity + t * acceleration};
 }
 
-/// Motion of a pair within a step.
+/// Result of the relative motion of a pair over a step, in reduced units.
 template <int d, class Real = double>
 struct PairStep {
-  PairState<d, Real> end;
-  Real dissipated = 0;
-  Real onset = -1;        ///< instant of the onset within the step; negative: there was none
-  Real impact_speed = 0;  ///< closing speed at that instant
+  PairState<d, Real> end;  ///< state at the end of the step
+  Real dissipated = 0;     ///< energy that the contact dissipated
+  Real onset = -1;         ///< time of the contact's onset since the start of the step; negative: no onset
+  Real impact_speed = 0;   ///< closing speed at the onset
 };
 
-/// Selects end state and dissipated energy; onset and impact speed are those of `no`.
+/// Returns the end state and dissipated energy of `yes` in the lanes where the condition `which` holds, and of `no` in
+/// the others. Onset and impact speed are always those of `no`.
 template <int d, class Real>
 LICHTENBERG_HOST_DEVICE PairStep<d, Real> chosen(const MaskOf<Real>& which, const PairStep<d, Real>& yes,
                                                  const PairStep<d, Real>& no) {
@@ -57,13 +60,16 @@ LICHTENBERG_HOST_DEVICE PairStep<d, Real> chosen(const MaskOf<Real>& which, cons
           no.impact_speed};
 }
 
-/// Impulse and displacement that a contact gives the second grain of a pair within a step.
+/// Impulse and displacement of the second grain of a pair due to their contact in a step. The first grain has the
+/// opposite ones.
 template <class Vector>
 struct ContactTransfer {
   Vector impulse;
-  Vector shift;  ///< displacement times mass
+  Vector shift;  ///< displacement times mass of the grain
 };
-/// The part of a step's motion that `external` and the velocity at the start do not explain. `mass`: the reduced mass.
+/// Returns the impulse and displacement due to the contact of a pair in a step of length dt. These are the changes of
+/// the relative state from `start` to `end` minus those due to the initial velocity and to `external`, times the
+/// reduced mass `mass`.
 template <int d, class Real>
 LICHTENBERG_HOST_DEVICE ContactTransfer<typename VecOf<d, Real>::type> transfer(
     const PairState<d, Real>& start, const PairState<d, Real>& end, const ExternalAcceleration<d, Real>& external,
@@ -72,14 +78,14 @@ LICHTENBERG_HOST_DEVICE ContactTransfer<typename VecOf<d, Real>::type> transfer(
           mass * (end.separation - start.separation - dt * start.velocity - external.path(dt))};
 }
 
-/// Relative motion of two grains that are in contact or come into contact within a step, r'' = outside(t) + force /
-/// mass along r. The classical Runge-Kutta method integrates it in sigma = sqrt(time since the onset). The force of a
-/// viscoelastic contact begins like sqrt(overlap) ~ sqrt(t), so a fixed step in t has order 3/2 at most. In sigma the
-/// force is smooth, and four evaluations a step leave an error hundreds of times smaller
+/// Integrates the relative motion r'' = external(t) + force / (reduced mass) of two grains over a step in which they
+/// are or come in contact. The force acts along r, the vector between their centres. The integrator is a four-stage
+/// Runge-Kutta method in sigma = sqrt(time since the onset). The force of a viscoelastic contact begins like
+/// sqrt(overlap) ~ sqrt(t), so a method in t would have at most order 3/2; in sigma the force is smooth
 /// (docs/measurements/granular.json).
 ///
-/// `Real` is double, or a vector of several pairs with the same arithmetic in each lane. `Law` returns the
-/// ContactForceTerms of this pair for an overlap.
+/// `Real` is a double, or a SIMD vector of several pairs with the same arithmetic in each lane. `Law` is a function
+/// that returns the ContactForceTerms of the pair for an overlap. Reduced units.
 template <int d, class Law, class Real = double>
 class PairMotion {
  public:
@@ -88,12 +94,15 @@ class PairMotion {
   using Step = PairStep<d, Real>;
   using Mask = MaskOf<Real>;
 
+  /// Sets the contact law, `reach` (sum of the radii), `inverse_mass` (1 / reduced mass), and the relative acceleration
+  /// by all other forces.
   LICHTENBERG_HOST_DEVICE PairMotion(const Law& law, const Real& reach, const Real& inverse_mass,
                                      const ExternalAcceleration<d, Real>& external)
       : law_(law), reach_(reach), inverse_mass_(inverse_mass), external_(external) {}
 
-  /// Returns the step of length dt of one pair, whose contact has lasted for `age`, or whose grains are separate and
-  /// may touch. One loop integrates all cases: the threads of a device's warp run through all code together.
+  /// Integrates one pair over a step of length dt from the state `start`. `touching`: true if the grains are in
+  /// contact, whose onset was a time `age` before the step; false if they are separate and may touch. One loop
+  /// integrates all cases, because the threads of a device's warp run through all code together.
   LICHTENBERG_HOST_DEVICE Step integrate(const State& start, bool touching, const Real& age, double dt) const {
     PartialStep begun = begin(start, touching, age, dt);
     if (!begun.moves) return begun.step;
@@ -104,13 +113,15 @@ class PairMotion {
 
   // The parts of `integrate` for several pairs. The caller collects the few pairs whose force ends within the step.
 
+  /// Motion of a pair over the first part of a step.
   struct PartialStep {
-    Step step;   ///< up to `from`
-    Real from;   ///< instant within the step
-    Real age;    ///< of the contact at that instant
-    Mask moves;  ///< false: the pair is apart throughout the step
+    Step step;   ///< motion up to the time `from`
+    Real from;   ///< time since the start of the step
+    Real age;    ///< time since the onset of the contact, at `from`
+    Mask moves;  ///< false: the pair is separate throughout the step
   };
-  /// Returns the motion up to the onset of the contact.
+  /// Returns the motion up to the onset of the contact, or at the start of the step for pairs in contact. Pairs that do
+  /// not touch in the step are moved to its end. Arguments as in integrate().
   LICHTENBERG_HOST_DEVICE PartialStep begin(const State& start, const Mask& touching, const Real& age,
                                             double dt) const {
     PartialStep begun{{start}, 0, age, touching};
@@ -126,8 +137,9 @@ class PairMotion {
     return begun;
   }
 
-  /// Advances the pairs from the end of begin() to the end of the step. Returns true for pairs whose force ends within
-  /// the step, and leaves them unchanged: the formula for smooth forces does not resolve the kink.
+  /// Advances the pairs in contact from the end of begin() to the end of the step. Returns true for pairs whose contact
+  /// force ends within the step, and leaves them unchanged for release_within(). The formula for smooth forces does not
+  /// resolve the kink of their force.
   Mask advance(PartialStep& begun, double dt) const {
     Mask rest = begun.moves;
     if (!any(rest)) return rest;
@@ -142,12 +154,12 @@ class PairMotion {
     return releases;
   }
 
-  /// Returns the motion to the end of the step of pairs whose force ends within it.
+  /// Returns the motion from the end of begin() to the end of the step, for pairs whose contact force ends within it.
   Step release_within(const PartialStep& begun, double dt) const {
     return integrate_to_end(begun, load(begun.step.end), dt);
   }
 
-  /// Force on the second grain; zero without overlap.
+  /// Returns the contact force on the second grain; zero without overlap.
   LICHTENBERG_HOST_DEVICE V force(const State& s) const {
     const Contact contact = at(s);
     return chosen<Real>(contact.distance.value < reach_,
@@ -158,7 +170,8 @@ class PairMotion {
  private:
   struct Load;
 
-  /// Motion from `begin` to `end` within the step, without contact.
+  /// Returns the state at the time `end` from the state s at the time `begin`, both since the start of the step,
+  /// without contact force.
   LICHTENBERG_HOST_DEVICE State flown(const State& s, const Real& begin, const Real& end) const {
     const Real t = end - begin;
     const V then = external_.velocity(begin);
@@ -166,8 +179,9 @@ class PairMotion {
             s.velocity + (external_.velocity(end) - then)};
   }
 
-  /// The first instant at which the distance is `reach_`; infinite if there is none up to dt. Straight flight gives it
-  /// in closed form; Newton's steps then account for the acceleration.
+  /// Returns the time of contact onset since the start of the step, at which the distance falls to `reach_`; infinite
+  /// if there is none up to dt. Straight flight gives it in closed form. Newton's method then accounts for the
+  /// acceleration.
   LICHTENBERG_HOST_DEVICE Real onset_time(const State& s, double dt) const {
     const Real b = dot(s.separation, s.velocity), c = norm2(s.separation) - reach_ * reach_, v2 = norm2(s.velocity);
     const auto excess2 = [&](const State& then) { return norm2(then.separation) - reach_ * reach_; };
@@ -182,14 +196,15 @@ class PairMotion {
       if (!any(iterating)) break;
       const State then = flown(s, 0, t);
       const Real slope = 2 * dot(then.separation, then.velocity);
-      iterating = iterating && slope < 0;  // a slope of 0: the two graze each other
+      iterating = iterating && slope < 0;  // a slope of 0: a grazing contact
       t = chosen<Real>(iterating, not_below<Real>(t - excess2(then) / slope, 0), t);
     }
     return chosen<Real>(c <= 0, 0, chosen<Real>(none, INFINITY, t));
   }
 
-  /// Moves the pairs of `which`, whose force has ended, to `end` without contact, unless their contact force would act
-  /// again there. Returns the pairs that it has moved.
+  /// Moves pairs whose contact force has ended at the time `begin` to the time `end` without contact force. `which`:
+  /// mask of these pairs. A pair is not moved if the force would act again at `end`. Returns the mask of the moved
+  /// pairs.
   LICHTENBERG_HOST_DEVICE Mask release_contact(Step& step, const Mask& which, const Real& begin,
                                                const Real& end) const {
     const State then = flown(step.end, begin, end);
@@ -199,8 +214,9 @@ class PairMotion {
     return gone;
   }
 
-  /// Integrates to the end of the step. If the force ends within it, regula falsi finds that instant, and the pair
-  /// flies on from there. For several pairs at once, the caller passes only pairs whose force ends within the step.
+  /// Integrates pairs in contact to the end of the step, from the contact force and power `first` at the end of
+  /// begin(). If the force ends within the step, regula falsi finds its end, and the pair continues without contact
+  /// force. For several pairs at once, the caller passes only pairs whose force ends within the step.
   LICHTENBERG_HOST_DEVICE Step integrate_to_end(const PartialStep& begun, const Load& first, double dt) const {
     Step step;
     Real low = begun.from, high = dt, f_low = first.unclamped, f_high = 0, end = dt;
@@ -225,11 +241,12 @@ class PairMotion {
     return step;
   }
 
-  /// Distance, closing speed, elastic force and stored energy of the contact at one instant.
+  /// Distance, closing speed, elastic force, elastic energy and total force of the contact at one instant.
   struct Contact {
     WithInverse<Real> distance;
     Real closing, elastic, stored;
-    Real unclamped;  ///< the repulsive force; below 0 where the damping would make it attractive, and the contact ends
+    /// Elastic plus damping force; below 0 where the damping would make it attractive, and the contact force is zero.
+    Real unclamped;
   };
   LICHTENBERG_HOST_DEVICE Contact at(const State& s) const {
     const WithInverse<Real> distance = root_and_inverse(norm2(s.separation));
@@ -240,7 +257,8 @@ class PairMotion {
   }
   LICHTENBERG_HOST_DEVICE Real unclamped(const State& s) const { return at(s).unclamped; }
 
-  /// Relative acceleration by the contact, the power that it dissipates, and its force before the clamp.
+  /// Relative acceleration by the contact, the power that it dissipates, and its elastic plus damping force
+  /// (`unclamped`, negative where the contact force is zero).
   struct Load {
     V acceleration;
     Real dissipation, unclamped;
@@ -253,11 +271,14 @@ class PairMotion {
   }
 
   // Polynomials: coefficients by powers of s = sigma - sigma(begin).
+
+  /// Returns the line through at_0 at s = 0 and at_h at s = h.
   template <class Value>
   LICHTENBERG_HOST_DEVICE static std::array<Value, 2> line(const Value& at_0, const Value& at_h,
                                                            const Real& inverse_h) {
     return {at_0, inverse_h * (at_h - at_0)};
   }
+  /// Returns the parabola through at_0 at s = 0, `middle` at h / 2 and at_h at h.
   template <class Value>
   LICHTENBERG_HOST_DEVICE static std::array<Value, 3> parabola(const Value& at_0, const Value& middle,
                                                                const Value& at_h, const Real& inverse_h) {
@@ -266,7 +287,8 @@ class PairMotion {
             (two * inverse_h * inverse_h) * (at_0 - two * middle + at_h)};
   }
 
-  /// The integral over time of a polynomial from 0 to s, dt = 2 (from + s) ds, and the integral of that integral.
+  /// Returns the integral over time of a polynomial in s, from 0 to s. Time follows from dt = 2 (from + s) ds, `from`
+  /// the value of sigma at s = 0.
   template <class Value, std::size_t n>
   LICHTENBERG_HOST_DEVICE static Value integral(const std::array<Value, n>& c, const Real& from, const Real& s) {
     Value sum = (s * (2.0 * from + s)) * c[0];
@@ -274,6 +296,7 @@ class PairMotion {
     if constexpr (n > 2) sum += (s * s * s * ((2.0 / 3) * from + 0.5 * s)) * c[2];
     return sum;
   }
+  /// Returns the integral over time, from 0 to s, of integral().
   template <class Value, std::size_t n>
   LICHTENBERG_HOST_DEVICE static Value double_integral(const std::array<Value, n>& c, const Real& from, const Real& s) {
     const Real s2 = s * s, f2 = from * from, fs = from * s;
@@ -283,7 +306,8 @@ class PairMotion {
     return sum;
   }
 
-  /// State after a part s of the step in sigma, with this contact acceleration as a polynomial in s.
+  /// Returns the state after an increase of sigma by s, from the state `start` at the time `begin`. `acceleration`:
+  /// relative acceleration by the contact, as a polynomial in s; `from`: sigma at the start.
   template <std::size_t n>
   LICHTENBERG_HOST_DEVICE State after(const State& start, const Real& begin, const std::array<V, n>& acceleration,
                                       const Real& from, const Real& s) const {
@@ -293,9 +317,13 @@ class PairMotion {
     return then;
   }
 
-  /// One step in sigma from `begin` to `end`, with the load at `begin`: four evaluations, as in the classical
-  /// Runge-Kutta method, but the path follows from the accelerations by integrating polynomials in sigma. Just after
-  /// the onset, where the overlap is of second order in sigma, each stage then has a small relative error.
+  /// Integrates the motion in contact by one step in sigma, from the time `begin` to the time `end` (since the start of
+  /// the step). `step`: state and dissipated energy, updated; `first`: contact force and power at `begin`; `age`: time
+  /// since the onset at `begin`.
+  ///
+  /// Four evaluations are made as in the classical Runge-Kutta method, but positions follow from the accelerations by
+  /// integrals of polynomials in sigma. Just after the onset, where the overlap is of second order in sigma, each stage
+  /// then has a small relative error.
   LICHTENBERG_HOST_DEVICE void integrate_contact(Step& step, const Load& first, const Real& age, const Real& begin,
                                                  const Real& end) const {
     const Mask longer = end > begin;

@@ -10,27 +10,30 @@
 
 namespace lichtenberg::granular {
 
-/// A vector register of numbers. Files that include this header are compiled without contraction of products and sums,
-/// so a pair has bitwise identical results in any lane and with any vector width.
+/// SIMD vector of doubles, one for each of `width` pairs. Files that include this header are compiled without
+/// contraction of products and sums. A pair thus has bitwise identical results in any lane and with any vector width.
 using SimdPack = std::experimental::native_simd<double>;
 inline constexpr int width = SimdPack::size();
 inline constexpr auto anywhere = std::experimental::element_aligned;
 
-/// Indices of pairs that are computed together: consecutive ones, or selected ones.
+/// Indices of `width` successive pairs, which are computed together in a SIMD vector.
 struct Row {
   int first;
   int operator[](int lane) const { return first + lane; }
 };
+/// Indices of `width` arbitrary pairs, which are computed together in a SIMD vector.
 struct SelectedPairs {
   std::array<int, width> pairs;
   int operator[](int lane) const { return pairs[lane]; }
 };
 
-/// Storage of columns. The values of one row of pairs are adjacent, so loops over all columns read memory sequentially.
+/// Storage of columns (arrays with one number for each pair). The values of all columns for a row of `width` pairs are
+/// contiguous, so that loops over all columns read memory sequentially.
 class Table {
  public:
   void resize(std::size_t pairs) { values_.resize(pairs * columns_); }
   int add_column() { return columns_++; }
+  /// Returns the position in memory of a column's value for a pair.
   std::size_t index(int column, int pair) const {
     return (static_cast<std::size_t>(pair / width) * columns_ + column) * width + pair % width;
   }
@@ -42,7 +45,7 @@ class Table {
   std::vector<double> values_;
 };
 
-/// A value per pair.
+/// Column of a Table: one number for each pair.
 class Column {
  public:
   explicit Column(Table& table) : table_(&table), number_(table.add_column()) {}
@@ -68,6 +71,7 @@ class Column {
 template <int d>
 using Vectors = LaneVec<d, SimdPack>;
 
+/// Columns of a Table for the components of a vector for each pair.
 template <int d>
 class VectorColumn {
  public:
@@ -92,7 +96,7 @@ class VectorColumn {
   std::vector<Column> components_;
 };
 
-/// Returns the sum, in an order that does not depend on the vector width.
+/// Returns the sum of the first `count` numbers of a column, in an order that does not depend on the vector width.
 inline double total(const Column& of, int count) {
   std::array<double, 8> sums{};
   for (int p = 0; p < count; ++p) sums[p % 8] += of[p];

@@ -18,7 +18,7 @@ double total_charge(const Gas& gas) {
   return std::accumulate(charge.begin(), charge.end(), 0.0);
 }
 
-/// |sum p|, and its ratio to the value for random directions, the root of the sum of p^2.
+/// Returns the magnitude of the total momentum, and its ratio to the value sqrt(sum of p^2) for random directions.
 std::pair<double, double> momentum(const Bodies& bodies) {
   Vec3 sum{};
   double squares = 0;
@@ -95,7 +95,8 @@ std::string in_words(const RestitutionCheck::Decade& found) {
   return fmt::format("error {:.1e} on average, {:.1e} at most, in {}", found.mean(), found.worst, found.collisions);
 }
 
-/// One line for all central collisions of isolated pairs, and one per decade of the impact speed.
+/// Adds a line about the errors of the restitution coefficient for all head-on collisions of isolated pairs, and a line
+/// for each decade of the impact speed.
 void add_restitution(const Gas& gas, Summary& summary) {
   const RestitutionCheck::Decade all = gas.restitution.all();
   if (all.collisions == 0) return;
@@ -151,7 +152,8 @@ void add_quantities(const Gas& gas, const Note& now, double energy_error, Summar
   summary.quantities.push_back({"expected_collisions", now.expected->collisions, "1"});
 }
 
-/// The relative error of the energy budget: the change of the total over the converted energy.
+/// Returns a warning if the error of the energy budget exceeds 1 % of the converted energy; otherwise an empty string.
+/// The converted energy is the largest of kinetic, dissipated, exchanged and driven energy.
 std::string energy_warning(const Gas& gas, const GasEnergy& energy, double error, double at_start) {
   constexpr double allowed = 1e-2;  // ten times the error of default contact substeps
   const double turned_over =

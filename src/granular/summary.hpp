@@ -8,10 +8,11 @@
 
 namespace lichtenberg::granular {
 
-/// Returns a warning if the run does not last longer than its stages; else an empty string.
+/// Returns a warning if the run is not longer than its stages of equilibration; otherwise an empty string.
 std::string stages_warning(const Scene& scene);
 
-/// Returns the summary of a run that ends with this note. `energy_at_start`: GasEnergy::total at the start.
+/// Returns the summary of a run of grains: lines of text, numbers and warnings. `now`: observables at its end;
+/// `energy_at_start`: GasEnergy::total() at the start (m0 v0^2).
 Summary summarize(Gas& gas, const Note& now, double energy_at_start);
 
 }  // namespace lichtenberg::granular

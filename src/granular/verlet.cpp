@@ -5,9 +5,9 @@ namespace {
 
 constexpr double steps_a_contact = 10;  ///< with fewer, errors of the restitution exceed .02
 
-/// Velocity Verlet. Contact forces at the end of a step depend on the velocities there, which depend on these forces.
-/// With the velocities in the middle of the step (G 3.44) the method is of first order. With velocities that the
-/// contact forces at the start predict it is of second order.
+/// Velocity Verlet integrator. Contact forces at the end of a step depend on the velocities there, which depend on
+/// these forces. With velocities in the middle of the step (Singh 2019, eq. 3.44) the method has first order. This
+/// implementation predicts the velocities with the contact forces at the start, which gives second order.
 class Verlet final : public GasIntegrator {
  public:
   double longest_step(Gas& gas, Instant& now) const override {
@@ -59,7 +59,8 @@ class Verlet final : public GasIntegrator {
     gas.move(path, end);
   }
 
-  /// Returns the contact forces at the end of a step for velocities predicted with those at its start.
+  /// Returns the contact forces at the end of a step. The velocities there are predicted with the contact forces at its
+  /// start. `half`: half of the step; `near`: candidate pairs.
   ContactLoad predicted(Gas& gas, double half, std::span<const Pair> near) const {
     const std::vector<double> momentum = gas.bodies().momentum;
     gas.add_impulse(half, load_.force);

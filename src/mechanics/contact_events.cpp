@@ -39,7 +39,7 @@ ContactPrediction ContactEvents::predict_contacts(const ElectricalState& now, st
   return prediction;
 }
 
-/// Returns the events of the contacts in `watched`, which must outlive them.
+/// Returns event functions for the contacts in `watched`, which must outlive them.
 Events ContactEvents::predicted_events(std::span<const Watch> watched, bool mergers_wait) const {
   Events events;
   for (const Watch& w : watched) events.direction.push_back(w.made ? +1 : -1);
@@ -99,7 +99,8 @@ double ContactEvents::largest_overshoot(std::span<const ContactPrediction::Predi
   return farthest;
 }
 
-/// Returns the time (s) in which no watched contact can be made and lost, or lost and made, undetected.
+/// Returns a step (s) in which no candidate contact can close and open, or open and close, without detection at its
+/// end.
 double ContactEvents::longest_step(const std::vector<Watch>& watched, std::span<const double> force) const {
   double longest = INFINITY;
   for (const Watch& w : watched)

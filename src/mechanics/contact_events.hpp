@@ -13,48 +13,55 @@
 
 namespace lichtenberg::mechanics {
 
-/// Contacts that may be made or lost along predicted paths.
+/// Candidate contacts: contacts of conductors that may close ("made") or open ("lost") along the bodies' predicted
+/// paths.
 struct ContactPrediction {
-  /// Position of a body at the start of its path, and the distance (m) that the prediction covers.
+  /// Start of a body's path, and the largest distance (m) from it for which the prediction is valid.
   struct PredictedPath {
     int body = 0;
     std::array<double, 3> start{};  ///< m
     double reach = 0;               ///< m
   };
   std::vector<effects::ContactDischarge::Watch> watched;  ///< contacts that may change
-  std::vector<PredictedPath> paths;                       ///< bodies that may move beyond their reach
-  double least_reach = 0;                                 ///< m, smallest of all bodies
+  std::vector<PredictedPath> paths;                       ///< bodies that may leave their range of validity
+  double least_reach = 0;                                 ///< m, smallest `reach` of all bodies
 };
 
-/// Returns the time (s) in which the relative motion of the two of a contact changes their gap by at most `change` (m).
-/// `force`: N, all components of all bodies. The relative speed bounds the change, also at the closest approach, where
-/// the gap's own rate is 0.
+/// Returns a lower bound of the time (s) in which the gap between the two bodies of a contact changes by `change` (m).
+/// `force`: N, [N * dimension], on all bodies. The bound uses the relative speed and acceleration. It therefore also
+/// holds at the closest approach, where the rate of the gap is 0.
 double time_to_change_gap(const Bodies& bodies, effects::Contact contact, std::span<const double> force, double change);
 
-/// Events of an integration: contacts that are made or lost. Without contact_discharge there are none.
+/// Event functions of an integration of the motion: electrical contacts that close ("made") or open ("lost"). Without
+/// the effect contact_discharge there are no events.
 class ContactEvents {
  public:
-  /// `discharge` may be null. All arguments must outlive this object.
+  /// Makes the event functions of a model. `discharge`: the effect that closes and opens contacts; may be null.
+  /// `tolerance`: m, position_tolerance of the scene. All arguments must outlive this object.
   ContactEvents(const Model& model, const effects::ContactDischarge* discharge, double tolerance, Counters& counters)
       : model_(model), discharge_(discharge), tolerance_(tolerance), counters_(counters) {}
 
-  /// Returns the contacts that may change while body i moves by less than reach[i] (m). `colliding`: bodies that may
-  /// move farther, because elastic collisions are not predicted; empty: all.
+  /// Finds the contacts that may close or open while each body i moves by less than reach[i] (m). `now`: closed
+  /// contacts and equipotential groups at the present positions. `colliding`: bodies that may move farther, because the
+  /// prediction omits elastic collisions; no value: all bodies.
   ContactPrediction predict_contacts(const ElectricalState& now, std::span<const double> reach,
                                      const std::optional<std::vector<int>>& colliding = {}) const;
-  /// Returns an event for each of these contacts, and as the last event a body that moves beyond its reach. If group
-  /// merges wait, a contact that is made is an event only if it cannot wait longer. `prediction` must outlive the
-  /// events. Without contact_discharge there are no events.
+  /// Makes one event function for each candidate contact, and as the last one that of a body that moves farther than
+  /// its reach. `mergers_wait`: a contact that closes, and so merges two equipotential groups, is an event only where
+  /// the merge can be deferred no longer. `prediction` must outlive the events. Without contact_discharge there are no
+  /// events.
   Events events(const ContactPrediction& prediction, bool mergers_wait = false) const;
-  /// Adds 1 % and a position tolerance to distances (m), so that a body that moves exactly as far as it can is no
-  /// event.
+  /// Enlarges distances (m) by 1 % and one position tolerance. A body that moves exactly as far as expected then
+  /// triggers no event.
   void widen(std::span<double> distances) const;
-  /// Returns the gap (m) below which a contact is made; infinite without contacts.
+  /// Returns the gap (m) at which a contact closes; infinite without contact_discharge, or if that gap is 0.
   double contact_gap() const;
-  /// True members: a candidate contact must be made, or lost, at the present positions.
+  /// Kinds of contact changes that are due at the present positions: a candidate contact must close (`made`) or open
+  /// (`lost`).
   struct Due {
     bool made = false, lost = false;
   };
+  /// Determines if a candidate contact must close or open at the present positions.
   Due due(const ContactPrediction& prediction) const;
 
  private:

@@ -6,14 +6,14 @@
 
 namespace lichtenberg {
 
-/// Work that a run has done so far, and its wall time by part.
+/// Work of a run since its start: numbers of field solves, steps and contact changes, and wall time by part.
 struct Counters {
   std::int64_t field_solves = 0;
   std::int64_t iterations = 0;      ///< of the linear solver, sum over all solves
   std::int64_t predictions = 0;     ///< solves on the predictor's grid
   std::int64_t steps = 0;           ///< coupling steps accepted
   std::int64_t rejected_steps = 0;  ///< coupling steps repeated because of their error
-  /// Predicted intervals between two field solves that were accepted, and that were repeated.
+  /// Accepted and repeated intervals between two field solves; the steps in an interval use the predictor's field.
   std::int64_t corrections = 0, rejected_corrections = 0;
   std::int64_t contacts_made = 0, contacts_lost = 0;
   std::int64_t regroupings = 0;  ///< changes of the equipotential groups by contacts

@@ -19,7 +19,7 @@
 
 namespace lichtenberg::mechanics {
 
-/// State that all integrations share.
+/// State that all integrations of one Cvode object share.
 struct Cvode::Shared {
   Shared(Cvode& o, Model& m, Accuracy a)
       : owner(o), model(m), accuracy(std::move(a)), largest_move(m.largest_move()), force(m.bodies.position.size()) {}
@@ -99,8 +99,9 @@ int guarded(Implementation& self, Body body) {
   }
 }
 
-/// Right-hand side. In a step with a collision the iteration may try positions at which forces do not exist; a smaller
-/// step avoids them. After many such failures the bodies do move there, and the exception ends the integration.
+/// Computes the right-hand side of the equations for CVODE. In a step with a collision Newton's iteration may try
+/// positions at which forces do not exist; a smaller step avoids them. After many such failures the bodies do move
+/// there, and the exception ends the integration.
 int rates(double time, N_Vector y, N_Vector rate, void* data) {
   auto& self = *static_cast<Implementation*>(data);
   const int done = guarded(self, [&] {
@@ -256,7 +257,7 @@ void Cvode::Implementation::count() {
   shared.rejected += failures + stiff_failures;
 }
 
-/// Returns the index of a component of all bodies among the moved ones; -1: not moved.
+/// Converts the index of a component of all bodies to that among the moved ones; -1: the component is not moved.
 int Cvode::Implementation::moved_index(int of) const {
   if (requested.bodies().empty()) return of;
   const auto found = std::ranges::lower_bound(component, static_cast<std::size_t>(of));
@@ -269,7 +270,7 @@ void Cvode::Implementation::set_passive_bodies(double time) const {
   if (passive) passive->set_state(time);
 }
 
-/// Returns the time (s) in which no body moves farther than the effects allow, and no event is missed.
+/// Returns a step (s) in which no body moves farther than the effects allow, and no event is missed.
 double Cvode::Implementation::longest_step(double time) {
   const Bodies& bodies = model.bodies;
   if (passive) {
@@ -319,7 +320,8 @@ void Cvode::Implementation::assemble() {
   jacobian.setFromTriplets(triplets.begin(), triplets.end());
 }
 
-/// Copies the Jacobian. KLU keeps the analysis of a pattern, which changes with the contacts.
+/// Copies the Jacobian to CVODE's matrix. KLU keeps the symbolic analysis of a sparsity pattern, so it is reset if the
+/// pattern changes with the contacts.
 void Cvode::Implementation::copy_to(SUNMatrix target) {
   const auto columns = static_cast<std::size_t>(jacobian.cols()) + 1;
   const auto entries = static_cast<std::size_t>(jacobian.nonZeros());

@@ -7,19 +7,21 @@
 
 namespace lichtenberg::mechanics {
 
-/// Corrects positions and momenta of bodies for forces that were wrong or missing in a step, with linear drag.
+/// Corrects positions and momenta of bodies for forces that were wrong or missing in a step (defect correction). The
+/// correction is the motion that the missing force alone causes, with linear drag.
 class DefectCorrection {
  public:
-  /// The model must outlive this object.
+  /// Makes the correction for a model, which must outlive this object.
   explicit DefectCorrection(Model& model) : model_(model) {}
 
-  /// Corrects all bodies except `fixed` (in ascending order) for a force error that grew linearly from 0 to
-  /// now - assumed (N) in dt (s).
+  /// Corrects all bodies except `fixed` (indices in ascending order) for a force error in the past dt (s). The error
+  /// grew linearly from 0 at the start to `now` - `assumed` (N, by body) at the end.
   void apply(double dt, const std::vector<Vec3>& assumed, const std::vector<Vec3>& now, std::span<const int> fixed);
-  /// Corrects a body for a force (N) and its rate (N/s) that were missing for dt (s). For dt < 0 the force acted too
-  /// early, and its impulse is removed: drag then brings the body to the right position.
+  /// Corrects one body for a force (N) and its rate (N/s) that were missing for the past dt (s). For dt < 0 the force
+  /// acted too early: only its impulse is removed, and drag then brings the body to the right position. `last`: cache
+  /// of coefficients for identical bodies.
   void apply(FreeFallCache& last, int body, double dt, Vec3 force, Vec3 rate);
-  /// Returns the displacement (m) by which apply() corrects for a constant force of this magnitude (N), for dt > 0.
+  /// Returns the displacement (m) that apply() adds for a missing constant force of this magnitude (N) and dt > 0 (s).
   double displacement(FreeFallCache& last, int body, double dt, double force) const;
 
  private:

@@ -11,15 +11,19 @@
 
 namespace lichtenberg::mechanics {
 
-/// Resistors (series resistors and contacts of finite conductance) and the charge that they carried in the last step.
+/// Resistors (series resistors of electrodes, and contacts of finite conductance), and the charge that they carried in
+/// the last step.
 struct CarriedCharges {
   std::vector<effects::Resistor> resistors;
-  std::vector<double> current, remaining, total;  ///< A, C, C, by resistor (charge_step)
+  /// By resistor (effects::charge_step): current at the end of the step (A), charge carried in it that has not leaked,
+  /// and all charge carried in it (C).
+  std::vector<double> current, remaining, total;
   double noise = 1;      ///< 1: currents follow from potentials, with the solver's error; 0: from a step
-  double last_step = 0;  ///< s; 0: the currents jump between the last step and the next
+  double last_step = 0;  ///< s, length of the last step; 0: the currents jump before the next
 };
 
-/// Electrical state of a scene that changes in time, as one value. Assigning a copy restores the state.
+/// Electrical state of a scene of conductors that changes in time: contacts, equipotential groups, charges, currents
+/// and field. Assigning a copy restores the state.
 struct ElectricalState {
   double time = 0;                         ///< s, to which charges are advanced
   std::vector<effects::Contact> contacts;  ///< in ascending order
@@ -34,7 +38,8 @@ struct ElectricalState {
   double largest_force = 0, largest_speed = 0;  ///< N, m/s, of any body at any accepted instant
 };
 
-/// Field at an instant with the charges of that instant. It changes no state until Electrics::accept() commits it.
+/// Field solve at an instant that is not yet accepted, and the step of charges up to it. It changes no state until
+/// Electrics::accept() commits it.
 struct Trial {
   double time = 0;  ///< s
   effects::Electrostatics field;

@@ -87,9 +87,8 @@ void Electrics::accept_extrapolated(double time, std::span<const double> by_fiel
   now_.time = time;
 }
 
-/// Ends a step of the charges (`injected_current`: A, for dt in s): divides each group's charge among its members as
-/// the field does
-/// (`by_node`: C), and sets the bodies' charges, which laws of pairs read.
+/// Ends a step of the charges of length dt (s) with `injected_current` (A). Divides each group's charge among its
+/// members as the field does (`by_node`: C). Sets the bodies' charges, which pair laws read.
 void Electrics::distribute(std::span<const double> injected_current, double dt, std::span<const double> by_node) {
   now_.charges.distribute(now_.groups, by_node, *model_.team);
   if (now_.energy) now_.energy->add_step_charges(injected_current, dt, now_.charges.leaked_in_step());

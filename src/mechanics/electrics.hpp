@@ -19,32 +19,36 @@
 
 namespace lichtenberg::mechanics {
 
-/// Solver of a trial: the scene's own, or the predictor on its coarser grid, which the field effect must then have.
+/// Solver of a field solve: `whole` is the scene's own. `predictor` is the approximate solver on a coarser grid, which
+/// the field effect must then have.
 enum class FieldGrid { whole, predictor };
 
-/// Rates of forces and charges from an instant on: the rates of before, zero, or the difference quotient from the
-/// previous field to the accepted one.
+/// Rates of forces (N/s) and charges (A) for the extrapolation in time from a field solve on. `kept`: the present
+/// rates; `forgotten`: zero; `difference_quotient`: from the previous and the accepted field.
 enum class Rates { kept, forgotten, difference_quotient };
 
-/// Contact that has joined two groups, and the time (s) at which it was due. That time is past if the merge has waited
-/// for others, and ahead if it shares a solve with others a little before its time.
+/// Group merge: a contact that has joined two equipotential groups, and the time (s) at which it was due. That time is
+/// past if the merge has waited for others, so that they share one field solve. It is ahead if the merge comes a little
+/// early for the same reason.
 struct Merger {
   effects::Contact contact;
   double due = 0;
 };
 
-/// Result of a change of contacts.
+/// Result of an update of the contacts: the merges of equipotential groups.
 struct Regrouping {
-  bool merged = false;          ///< true: groups have merged, charges have moved, and the field was solved again
+  bool merged = false;          ///< groups have merged, charges have moved, and the field was solved again
   std::vector<Merger> mergers;  ///< empty unless `merged`
 };
 
-/// Electrical state of a scene of conductors: contacts, groups, charges and field. `ElectricalState` holds all of it
-/// that changes in time. solve() returns a Trial and does not change the state; accept() commits a trial.
+/// Electrical part of a scene of conductors: contacts, equipotential groups, charges and field, and their changes in
+/// time. All of them are in one ElectricalState. solve() returns a Trial and does not change the state; accept()
+/// commits it.
 class Electrics {
  public:
-  /// `field` and `discharge` belong to the model; `discharge` is null if only wires connect conductors. All arguments
-  /// must outlive this object.
+  /// Makes the electrical state of the first instant, without contacts or a field yet. `field` and `discharge` are
+  /// effects of the model; `discharge` is null if only wires connect conductors. All arguments must outlive this
+  /// object.
   Electrics(const Scene& scene, Model& model, effects::FloatingConductors& field,
             const effects::ContactDischarge* discharge, Counters& counters);
   Electrics(const Electrics&) = delete;  // the field effect refers to now_
@@ -53,46 +57,53 @@ class Electrics {
   const ElectricalState& now() const { return now_; }
   /// Restores the state `before`. The caller restores the bodies, and with them their charges.
   void rollback(const ElectricalState& before) { now_ = before; }
-  /// Sets the field that acts on the bodies.
+  /// Sets the electric forces and charges, extrapolated linearly in time, that act on the bodies.
   void set_extrapolation(effects::ExtrapolatedField extrapolated) { now_.extrapolated = std::move(extrapolated); }
-  /// Sets the field that acts on the bodies to the last accepted field, with its origin at `time` (s).
+  /// Extrapolates forces and charges from the last accepted field, which is that of `time` (s), with these rates.
   void set_extrapolation(double time, Rates rates);
 
-  /// Finds the contacts and groups of the first instant. Throws InputError for a short circuit.
+  /// Finds the electrical contacts and equipotential groups of the first instant. Throws InputError for a short
+  /// circuit.
   void connect();
-  /// Solves the field at the present positions, with the charges at `time` (s).
+  /// Solves the field at the present positions of the bodies, with the charges advanced to `time` (s). Returns a trial;
+  /// the state does not change.
   Trial solve(double time, FieldGrid grid = FieldGrid::whole);
-  /// Commits a trial: injects the charge until its instant and distributes all charges as its field does. Requires the
-  /// positions and the state for which it was solved. Throws Failure with the message of
-  /// ResistorCurrents::unequal_contact_message.
+  /// Commits a trial: injects the charge up to its instant, and divides the charge of each equipotential group as its
+  /// field does. Requires the positions and the state for which it was solved. Throws Failure if conductors touch at
+  /// different potentials (ResistorCurrents::unequal_contact_message).
   void accept(Trial trial) { accept(std::move(trial), false); }
-  /// Injects and distributes charges as accept() does, at an instant without a solve, with extrapolated charges
-  /// `by_field` (C). Not with resistors.
+  /// Advances the charges to `time` (s) without a field solve: injects charge as accept() does, and divides each
+  /// equipotential group's charge by the extrapolated charges `by_field` (C, by conductor). Not allowed with resistors.
   void accept_extrapolated(double time, std::span<const double> by_field);
-  /// Updates contacts and groups for the present positions. Charges must be accepted or shared at this instant. Members
-  /// of groups that split keep their charges and potentials, so that the accepted field stays valid. If groups merge,
-  /// charges move: the function solves and accepts the new field. A contact that was lost after a merge was due splits
-  /// its group after the merge. `due_since`: earliest time (s) at which a contact may have been due. Throws Failure for
-  /// a short circuit.
+  /// Closes and opens contacts for the present positions, and updates the equipotential groups. Returns the group
+  /// merges. Charges must be accepted at this `time` (s). Members of groups that split keep their charges and
+  /// potentials, so that the accepted field stays valid. If groups merge, charges move: the function solves and accepts
+  /// the new field on `grid`. A contact that opened after a merge was due splits its group after the merge.
+  /// `due_since`: earliest time (s) at which a contact may have been due. Throws Failure for a short circuit.
   Regrouping reconnect(double time, double due_since, FieldGrid grid = FieldGrid::whole);
+  /// Updates contacts and groups as above, if all changes are due at `time` (s).
   Regrouping reconnect(double time) { return reconnect(time, time); }
 
   effects::FloatingConductors& field() { return field_; }
-  /// Series resistors and contacts that carry charge at a finite rate.
+  /// Returns the currents of series resistors and of contacts that carry charge at a finite rate.
   const ResistorCurrents& resistors() const { return resistors_; }
-  /// True if close conductors make contacts.
+  /// Returns true if close conductors make contacts (effect contact_discharge).
   bool has_contacts() const { return discharge_ != nullptr; }
   const ContactEvents& contact_events() const { return contact_events_; }
-  /// Returns the readings of every source (potential_sources_of) at the instant of the last accepted solve.
+  /// Returns the readings of every potential source (electrode, electrode side, or wire at a prescribed potential) at
+  /// the last accepted solve: potential and collected charge. In a scene with a circuit they include surface potential
+  /// and delivered charge.
   std::vector<TerminalReading> terminals() const;
-  /// Null in a scene without a circuit.
+  /// Returns the energy balance; null in a scene without a circuit.
   EnergyBudget* energy() { return now_.energy ? &*now_.energy : nullptr; }
-  /// Returns true if every conductor is connected with an electrode, and no force or speed exceeds `fraction` of the
-  /// largest of the run (D 7.1).
+  /// Returns true if contacts and wires connect every conductor with a prescribed potential, and all free conductors
+  /// are nearly at rest. Their forces and speeds are then at most `fraction` of the largest of the run (D 7.1).
   bool stationary(double fraction) const;
 
+  /// Saves charges, contacts, resistor currents, the energy balance, and the largest force and speed.
   void save(Checkpoint& checkpoint) const;
-  /// Restores the electrical state. `time`: s, of the checkpoint. Throws Failure for a checkpoint of another scene.
+  /// Restores the electrical state of a checkpoint made at `time` (s). Throws Failure for a checkpoint of another
+  /// scene.
   void restore(const Checkpoint& checkpoint, double time);
 
  private:

@@ -70,7 +70,8 @@ std::vector<effects::Contact> Electrics::lost_after(std::span<const Merger> merg
   return later;
 }
 
-/// Updates groups to the contacts. If groups have merged, charges move: solves, accepts and returns true.
+/// Updates the equipotential groups to the present contacts. If groups have merged, charges move: solves and accepts
+/// the new field and returns true.
 bool Electrics::regroup(double time, FieldGrid grid) {
   effects::ElectricalGroups before;
   {

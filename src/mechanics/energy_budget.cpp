@@ -30,7 +30,7 @@ void EnergyBudget::add_step_charges(std::span<const double> current, double dt, 
   for (std::size_t i = 0; i < leaked.size(); ++i) leaked_[i] += leaked[i];
 }
 
-/// Records the charges that passed through no resistor.
+/// Records the energies of charges that passed through no resistor: injected, leaked, and delivered by sources.
 void EnergyBudget::record_charges(const Instant& now, std::span<const double> mean_potential,
                                   std::span<const double> terminal_charge) {
   for (std::size_t i = 0; i < injected_.size(); ++i) {
@@ -53,8 +53,7 @@ void EnergyBudget::record_charges(const Instant& now, std::span<const double> me
   std::ranges::fill(leaked_, 0.0);
 }
 
-/// Returns potentials and charges just before a group merge, in which they jump, extrapolated from the last two
-/// records.
+/// Extrapolates potentials and charges from the last two records to just before a group merge, in which they jump.
 EnergyBudget::Instant EnergyBudget::before_merger(const Instant& merged) const {
   Instant before = merged;
   const double dt = merged.time - last_.time;

@@ -9,21 +9,25 @@
 
 namespace lichtenberg::mechanics {
 
-/// Energy balance of a scene with a circuit, from one field solve to the next.
+/// Energy balance of a scene with an electric circuit: energy supplied by sources and converted to heat, summed from
+/// one field solve to the next.
 ///
-/// With potentials phi, charges Q and the field's energy U = 1/2 sum phi Q over all conductors and terminals, charge dQ
-/// that moves while bodies rest changes U by exactly the mean of phi before and after, times dQ, because potentials are
-/// linear in charges. Charge that is injected, leaks or passes a resistor in a step is therefore recorded at the mean
-/// potential of the step. This is exact for steps of any length if bodies rest; their motion adds an error of third
-/// order.
+/// The field's energy is U = 1/2 sum phi Q over all conductors and terminals (electrodes and sides), with potentials
+/// phi and charges Q. If charge dQ moves while bodies rest, U changes by exactly dQ times the mean of phi before and
+/// after. This holds because potentials are linear in charges. Charge that is injected, leaks or passes a resistor in a
+/// step is therefore recorded at the mean potential of the step. This is exact for steps of any length if bodies rest;
+/// their motion adds an error of third order.
 class EnergyBudget {
  public:
-  EnergyBudget(const Scene& scene, double relaxation_time);  ///< s, of charges
+  /// Makes an empty balance. `relaxation_time`: s, of the charges by leakage; infinite without leakage.
+  EnergyBudget(const Scene& scene, double relaxation_time);
 
-  /// Adds the current into each conductor (A, for dt in s) and the charge leaked from each node (C) in the last step.
+  /// Adds the charge of a step of dt (s): `current` (A) is injected into each conductor, and `leaked` (C) has left each
+  /// node (a conductor, or an electrode behind a resistor) into the fluid.
   void add_step_charges(std::span<const double> current, double dt, std::span<const double> leaked);
 
-  /// Result of a field solve.
+  /// Result of a field solve, as the energy balance needs it. Nodes are conductors, and electrodes behind a resistor.
+  /// Terminals are electrodes and electrode sides.
   struct Instant {
     double time = 0;                      ///< s
     double energy = 0;                    ///< J, of the field
@@ -31,28 +35,30 @@ class EnergyBudget {
     std::vector<double> terminal_charge;  ///< C, by terminal
     std::vector<double> drained;          ///< C, collected by each source since the start
   };
-  /// Records the charges added since the last record and those that resistors have `carried` (C, from a to b; may be
-  /// empty).
+  /// Records the energies of all charges added since the last record, and of the charges `carried` by the resistors in
+  /// this time (C, from node a to b of each; may be empty). The first call only stores the instant.
   void record(Instant now, std::span<const effects::Resistor> resistors, std::span<const double> carried);
-  /// Records the charges added up to an instant at which groups have merged. `work` (J) is the work of the field's
-  /// forces on the bodies since the last record; the remaining loss of field energy is the heat of sparks. Charges are
-  /// recorded at the mean of the last potentials and of potentials extrapolated linearly to just before the merge. The
-  /// error is of first order only for a merge that follows another jump.
+  /// Records the charges added up to an instant at which equipotential groups have merged. `work` (J) is the work of
+  /// the field's forces on the bodies since the last record. The remaining loss of field energy is the heat of sparks.
+  /// Charges are recorded at the mean of the last potentials and the potentials just before the merge, which are
+  /// extrapolated linearly. The error is of first order only for a merge that follows another jump.
   void record_merger(Instant now, double work);
-  /// Forgets the rates of potentials after a jump that is no group merge, until the next record.
+  /// Sets the rates of potentials to 0 until the next record, after a jump of the field that is no group merge.
   void reset_rates();
 
+  /// Adds heat of drag (J).
   void add_drag(double joule) { flows_.drag += joule; }
 
+  /// Returns the energies supplied and converted to heat since the start (J).
   const EnergyFlows& flows() const { return flows_; }
   const std::vector<double>& delivered() const { return delivered_; }  ///< C, by source since the start
 
-  /// Returns the state right after a record: energies (J), time (s), by node and terminal the last values and their
-  /// rates, and by source the charges collected and delivered.
+  /// Returns the complete state after a record as numbers, for a checkpoint: energies (J), time (s), last potentials
+  /// and charges with their rates, and the charges collected and delivered by each source (C).
   std::vector<double> save() const;
-  /// Length of save(): 9 + 2 (nodes + terminals + sources).
+  /// Returns the length of save(): 9 + 2 (nodes + terminals + sources).
   std::size_t saved_size() const;
-  /// Restores a state; `saved` must have saved_size() numbers.
+  /// Restores a state from save(); `saved` must have saved_size() numbers.
   void restore(std::span<const double> saved);
 
  private:
@@ -69,7 +75,7 @@ class EnergyBudget {
 
   Instant last_;                                        ///< last record; without potentials before the first
   std::vector<double> potential_rate_, terminal_rate_;  ///< V/s by node, A by terminal; 0 if unknown
-  // Noted since the last record:
+  // Sums since the last record:
   std::vector<double> injected_, leaked_;  ///< C, by node
 };
 

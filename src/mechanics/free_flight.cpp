@@ -11,7 +11,8 @@
 namespace lichtenberg::mechanics {
 namespace {
 
-/// phi_1, phi_2, phi_3 at z. Below 0.1 they are the series, sum of (-z)^j / (j + n)!, because the closed forms cancel.
+/// Functions phi_1, phi_2, phi_3 of FreeFall at z. Below 0.1 they are the series, sum of (-z)^j / (j + n)!, because the
+/// closed forms lose digits by cancellation.
 struct Phi {
   explicit Phi(double z);
   double exponential, one, two, three;
@@ -35,11 +36,11 @@ Phi::Phi(double z) : exponential(std::exp(-z)) {
   one = phi;
 }
 
-/// Flight of all bodies from their present state. Bodies that events watch can be placed at any time of the flight; the
-/// others are moved once, at its end.
+/// Free flight of all bodies from their present state. Bodies that events watch can be moved to any time of the flight;
+/// the others are moved once, at its end.
 class Flight {
  public:
-  /// `total_force`: N, [N * dimension], set for watched bodies.
+  /// Starts the flight at time `start` (s). `total_force`: N, [N * dimension], scratch memory, set for watched bodies.
   Flight(Model& model, const effects::ExtrapolatedField& extrapolated, double start, std::vector<int> watched,
          std::span<double> total_force)
       : bodies_(model.bodies),
@@ -72,7 +73,7 @@ class Flight {
     for (std::size_t w = 0; w < watched_.size(); ++w)
       if (std::ranges::binary_search(bodies, watched_[w])) active_.push_back(w);
   }
-  /// Returns force plus drag (N) on them at the last move_watched().
+  /// Returns force plus drag (N) on the watched bodies at the last move_watched().
   std::span<const double> total_force() const { return total_force_; }
   /// Moves all bodies except `others` (in ascending order) to their positions at `time` (s).
   void finish(double time, std::span<const int> others = {}) {
@@ -130,8 +131,8 @@ class Flight {
   std::span<double> total_force_;
 };
 
-/// Largest signed overshoot of pending events; negative if all are pending. Free flight has no collisions, so that
-/// these are the events with predicted values.
+/// Values of the pending events: the largest signed overshoot is negative while none has happened. Free flight has no
+/// collisions, so that these are the events with predicted values.
 class EventOvershoot {
  public:
   explicit EventOvershoot(const Events& events)
@@ -172,8 +173,8 @@ class EventOvershoot {
 };
 
 /// Returns the first time after the sign change of `overshoot` in (early, late], to 1e-9 of the interval or to
-/// rounding, by the Illinois variant of the secant method (Dowell & Jarratt 1971). Each point keeps half the final
-/// width from the ends of the interval, so that both ends converge.
+/// rounding. The root finder is the Illinois variant of the secant method (Dowell & Jarratt 1971). Each point keeps
+/// half the final width from the ends of the interval, so that both ends converge.
 template <class Function>
 double sign_change(double early, double overshoot_early, double late, double overshoot_late, Function overshoot) {
   const double rounding = 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(early), std::abs(late));
@@ -242,8 +243,8 @@ struct OvershootSample {
   double time = 0, overshoot = 0;
 };
 
-/// Returns the time (s) of the first event between two times. No event happens and reverts between them, so that only
-/// events that have happened at the later time, and the bodies that these read, are evaluated.
+/// Returns the time (s) of the first event between two times. No event happens and reverts between them. Therefore only
+/// events that have happened at the later time, and the bodies that these events read, are evaluated.
 double first_event(Flight& flight, const Events& events, EventOvershoot& overshoot, OvershootSample early,
                    OvershootSample late) {
   const auto sign_change_of = [&](EventOvershoot& event, double overshoot_early) {

@@ -41,7 +41,7 @@ void MergerScheduler::correct_positions(double time, std::span<const Merger> mer
 }
 
 /// Corrects bodies by more than a tolerance, after a jump that is larger than the jumps before it. The search for
-/// contacts covered a tolerance only, so that a body that may touch another on its path stays in its position.
+/// contacts covered a tolerance only. A body that may touch another on its path therefore stays in its position.
 void MergerScheduler::correct_large_displacements(std::span<const MergeDelay> mergers, const ForceJump& jump,
                                                   std::span<const int> fixed) {
   const int n = model_.bodies.size();
@@ -75,8 +75,8 @@ void MergerScheduler::update_merge_deferral(const ForceJump& jump) {
   merge_deferral_ = merge_deferral_ == 0 ? longest : std::min(longest, growth * merge_deferral_);
 }
 
-/// Returns the delays of group merges at positions that are not yet corrected. An early merge may be so slow that its
-/// due time is far ahead, or never; it counts as early by the longest wait at most.
+/// Returns the delays of group merges at positions that are not yet corrected. The gap of an early merge may close so
+/// slowly that its due time is far ahead. Such a merge counts as early by the longest wait at most.
 std::vector<MergerScheduler::MergeDelay> MergerScheduler::merge_delays(double time,
                                                                        std::span<const Merger> mergers) const {
   const Bodies& bodies = model_.bodies;
@@ -90,8 +90,8 @@ std::vector<MergerScheduler::MergeDelay> MergerScheduler::merge_delays(double ti
 }
 
 /// Returns the time (s) for which a body has moved without the jump of its force. Several group merges that share a
-/// solve give only the sum of their jumps. The time is the mean of their delays, weighted by the square of a dipole's
-/// field in the plane at the body, so that near merges count most.
+/// solve give only the sum of their jumps. The time is the mean of their delays. Its weights are the square of a
+/// dipole's field in the plane at the body, so that near merges count most.
 double MergerScheduler::mean_delay(int body, std::span<const MergeDelay> mergers) const {
   const Bodies& bodies = model_.bodies;
   const NearestImage<3> nearest(bodies.box);

@@ -9,34 +9,37 @@
 
 namespace lichtenberg::mechanics {
 
-/// Electric forces (N) before and after a jump.
+/// Jump of the electric forces (N, by body) at an instant: forces before and after it. operator[] returns the
+/// difference.
 struct ForceJump {
   const std::vector<Vec3>&before, &after;
   Vec3 operator[](int body) const { return after[body] - before[body]; }
 };
 
-/// Lets group merges wait for others, so that they share a field solve, and corrects the positions for the wait.
+/// Defers group merges (closing contacts that join two equipotential groups), so that several share one field solve.
+/// Corrects positions for the delay.
 class MergerScheduler {
  public:
-  /// All arguments must outlive this object.
+  /// Makes a scheduler. All arguments must outlive this object.
   MergerScheduler(const Scene& scene, Model& model, const FreeFlight& flight);
 
-  /// Longest wait (s) of a group merge.
+  /// Returns the longest delay (s) of a group merge.
   double merge_deferral() const { return merge_deferral_; }
   void set_merge_deferral(double merge_deferral) { merge_deferral_ = merge_deferral; }
-  /// Sets the wait of the next group merges: the time in which a jump like this one displaces no body by more than half
-  /// a tolerance. The displacement is bounded from above by the smaller of its limits for drag and for inertia.
+  /// Sets the longest delay of the next group merges: the time in which a jump like this one displaces no body by more
+  /// than half a position tolerance. The delay grows by at most 25 % in a call. The displacement is bounded from above
+  /// by the smaller of its limits for drag and for inertia.
   void update_merge_deferral(const ForceJump& jump);
-  /// Corrects the positions of all bodies except `fixed` (in ascending order): they were moved without the change of
-  /// the forces from the time at which the group merges were due.
+  /// Corrects positions and momenta of all bodies except `fixed` (in ascending order) at `time` (s). The bodies have
+  /// moved without the jump of the forces from the times on at which the group merges were due.
   void correct_positions(double time, std::span<const Merger> mergers, const ForceJump& jump,
                          std::span<const int> fixed);
 
  private:
-  /// Delay of a group merge (s; below 0 if it is early) and the positions of its two bodies (m). For a merge with a
-  /// terminal both are the conductor's.
+  /// Delay of a group merge and the positions of its two bodies (m). For a merge with an electrode both positions are
+  /// the conductor's.
   struct MergeDelay {
-    double delay = 0;  ///< s
+    double delay = 0;  ///< s; below 0: the merge is early
     Vec3 one, other;
   };
   std::vector<MergeDelay> merge_delays(double time, std::span<const Merger> mergers) const;

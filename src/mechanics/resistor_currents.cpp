@@ -13,17 +13,17 @@ namespace lichtenberg::mechanics {
 
 namespace {
 
-/// Returns the error of a charge that a step may have, relative to the largest charge; infinite without an accuracy a.
-/// Steps are of second order: the error t of each step grows as the cube of its length. A decay then has a total error
-/// of C t^(2/3), with C from 0.09 to 0.2 (tests/circuit_test.cpp, an electrode behind a resistor). The value 5 a^(3/2)
-/// thus gives at most 0.6 a.
+/// Returns the error of a charge that a step may have, relative to the largest charge; infinite without a requested
+/// accuracy a. Steps are of second order: the error t of each step grows as the cube of its length. A decay then has a
+/// total error of C t^(2/3), with C from 0.09 to 0.2 (tests/circuit_test.cpp, an electrode behind a resistor). The
+/// value 5 a^(3/2) thus gives at most 0.6 a.
 double charge_tolerance(const FieldOptions& field) {
   return field.chosen_for ? 5 * std::pow(field.chosen_for->requested, 1.5) : INFINITY;
 }
 
 }  // namespace
 
-/// A jump makes the currents unknown, and the step after it inherits none.
+/// A jump of the field makes the currents unknown, so that the next step inherits none.
 void ResistorCurrents::update(bool groups_changed) {
   std::vector<effects::Resistor> resistors = effects::resistors_of(scene_, now_.contacts);
   const auto same_connection = [](const effects::Resistor& one, const effects::Resistor& other) {
@@ -126,7 +126,7 @@ std::string ResistorCurrents::contact_message(const effects::Resistor& resistor,
                      subject, difference, remedy);
 }
 
-/// Returns true if the two touch to within position_tolerance and at least one of them can move.
+/// Returns true if the two bodies of a contact touch to within position_tolerance and at least one of them can move.
 bool ResistorCurrents::touch(effects::Contact contact) const {
   const auto is_free = [&](int i) { return i < model_.bodies.size() && !scene_.conductors[i].fixed; };
   return (is_free(contact.conductor) || is_free(contact.partner)) &&

@@ -11,51 +11,59 @@
 
 namespace lichtenberg::mechanics {
 
-/// Currents of series resistors and of contacts with a finite conductance (ElectricalState::carried).
+/// Currents of series resistors and of electrical contacts with a finite conductance, and their error
+/// (ElectricalState::carried).
 class ResistorCurrents {
  public:
-  /// `discharge` is null if only wires connect conductors. All arguments must outlive this object; `now` may be
-  /// constructed later.
+  /// Makes the currents of a scene. `discharge` is null if only wires connect conductors. All arguments must outlive
+  /// this object; `now` may be constructed later.
   ResistorCurrents(const Scene& scene, const Model& model, const effects::ContactDischarge* discharge,
                    const std::vector<effects::Terminal>& terminals,
                    const std::vector<effects::PotentialSource>& supplies, ElectricalState& now)
       : scene_(scene), model_(model), discharge_(discharge), terminals_(terminals), supplies_(supplies), now_(now) {}
 
-  /// Returns true if there are resistors. The charge that they carry is known only after a solve.
+  /// Returns true if there are resistors.
   bool any() const { return !now_.carried.resistors.empty(); }
-  /// Returns the error of a trial's charges, in tolerances; 0 without resistors. A relative error d of a charge changes
-  /// the force by 2 d, like a displacement by about d times the distance to the source of the force, which is at least
-  /// a radius. A tolerance is therefore position_tolerance / radius of the largest charge, or less if the field's
-  /// accuracy requires it.
+  /// Returns the error of the charges that resistors carry in a trial's step, in tolerances; 0 without resistors. A
+  /// relative error d of a charge changes the force by 2 d. A displacement by d times the distance to the source of the
+  /// force, at least a radius, has about the same effect. The tolerance is therefore the fraction position_tolerance /
+  /// radius of the largest charge, or less if the field's accuracy requires it.
   double charge_error(const Trial& trial) const;
-  /// Returns true if the law of a present contact depends on its state.
+  /// Returns true if the conductance of a present contact depends on its state (potential difference or gap).
   bool has_state_dependent_laws() const;
-  /// Returns the longest step (s) in which no gap changes by more than half the `gap_scale` of its contact's law;
-  /// infinite without such laws. Arguments: the present velocities and forces (N, all components of all bodies).
+  /// Returns the longest step (s) in which no gap changes by more than half the `gap_scale` of its contact's
+  /// conductance law; infinite without such laws. `force`: N, [N * dimension], present forces on all bodies.
   double longest_step(std::span<const double> force) const;
   /// Returns a message about a conductor that touches another, or an electrode, at another potential; empty if there is
   /// none. The contact's resistance has not yet equalized the potentials, and the force between the two has no limit.
   std::string unequal_contact_message() const;
-  /// Throws Failure for two bodies that touch at different prescribed potentials: their attraction would never end.
+  /// Throws Failure for two bodies that touch at different prescribed potentials: their attraction has no limit.
   void check_fixed_contacts() const;
 
-  /// Updates the resistors to the present contacts.
+  /// Rebuilds the list of resistors for the present contacts. If the list or the equipotential groups have changed, the
+  /// carried charges are set to 0, and the currents follow from the potentials.
   void update(bool groups_changed);
-  /// Linearizes contacts whose law depends on their state, about the state of the last accepted field.
+  /// Linearizes the currents of contacts whose conductance depends on their state, about the last accepted field.
   void linearize();
-  /// Sets the currents from the potentials of the last accepted field.
+  /// Sets the current (A) of each resistor by Ohm's law from the potentials of the last accepted field.
   void estimate_currents();
-  /// Adds to the charges of nodes (C) the part of a step's carried charges that is known before its solve.
+  /// Adds to the charges of nodes (C; conductors and electrodes behind a resistor) the explicit part of the charge that
+  /// resistors carry in a step. This part is known before the field solve.
   void add_charges(const effects::ChargeStep& step, std::vector<double>& charge) const;
-  /// Records the charges carried in the step of a trial whose field is accepted.
+  /// Moves the charges that resistors carried in the step of a trial, whose field has been accepted, between their
+  /// ends.
   void commit_charges(const Trial& trial);
 
-  /// Returns values by node: those of the conductors, then those of terminals behind a resistor.
+  /// Returns values by node (an electrical unknown): those of the conductors, then those of electrodes behind a
+  /// resistor.
   std::vector<double> by_node(std::vector<double> by_conductor, const std::vector<double>& by_terminal) const;
-  std::vector<double> node_potentials(const effects::Electrostatics& field) const;  ///< V
+  /// Returns the potentials (V) of a solved field by node, in the order of by_node().
+  std::vector<double> node_potentials(const effects::Electrostatics& field) const;
 
+  /// Saves the currents and carried charges, if there are resistors.
   void save(Checkpoint& checkpoint) const;
-  /// Restores currents for the present contacts and groups. Throws Failure for a checkpoint of another scene.
+  /// Restores currents and carried charges for the present contacts and groups. Throws Failure for a checkpoint of
+  /// another scene.
   void restore(const Checkpoint& checkpoint);
 
  private:

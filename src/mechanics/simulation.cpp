@@ -47,7 +47,8 @@ E* find(const Model& model) {
   return nullptr;
 }
 
-/// Number of bodies for each worker thread. Its share of an event takes ten times as long as its wake-up.
+/// Number of bodies for each worker thread. The work on this number of bodies at an event takes ten times as long as
+/// the wake-up of a thread.
 constexpr int bodies_per_thread = 4096;
 
 int team_size(const Scene& scene) {
@@ -149,8 +150,8 @@ void Simulation::advance_to(double time, const std::function<bool()>& pause) {
   self.time = time;
 }
 
-/// Advances to `end`. Conductors at different potentials that touch press each other without limit; the failure then
-/// names them instead of the overloaded contact.
+/// Advances to `end`. The force between touching conductors at different potentials has no limit; the failure then
+/// names these conductors instead of the overloaded contact.
 void Simulation::Implementation::advance(double end) {
   const Stopwatch watch(counters.all_seconds);
   try {

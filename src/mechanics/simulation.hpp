@@ -12,43 +12,50 @@
 
 namespace lichtenberg {
 
-/// Motion of a scene of conductors from its first instant, with the integrator and the coupling of its [mechanics].
+/// Simulation of a scene of conductors in time. Charges, field, contacts and motion follow the integrator and the
+/// coupling of the scene's [mechanics].
 class Simulation : public Motion {
  public:
+  /// Makes the simulation at time 0, with the field solver of the scene.
   explicit Simulation(const Scene& scene);
-  /// Uses this field solver instead of the scene's.
+  /// Makes the simulation with this field solver instead of the scene's; null: the scene's.
   Simulation(const Scene& scene, std::unique_ptr<laplace::LaplaceSolver> solver);
   ~Simulation() override;
 
   double time() const override;
-  /// Returns a multiple of output.every, or stop.time (s).
+  /// Returns the time (s) of the next frame: the next multiple of output.every, or stop.time if that is earlier.
   double next_frame() const override;
   double end_time() const override;
-  /// Throws Paused if `pause` returns true, InputError if the first instant cannot be solved (by a short circuit, for
-  /// example), Failure if a solver fails or conductors short-circuit two electrodes.
+  /// Advances the scene to `time` (s). Throws Paused if `pause` returns true between two steps. Throws InputError if
+  /// the first instant cannot be solved, by a short circuit, for example. Throws Failure if a solver fails or
+  /// conductors short-circuit two electrodes.
   void advance_to(double time, const std::function<bool()>& pause = {}) override;
-  /// Returns true at stop.time, or if the scene stops when it is stationary and it is.
+  /// Returns true at stop.time, or earlier in a stationary state if stop.stationary is set.
   bool finished() override;
 
-  /// Returns the present state. Solves the field of the first instant if that is not done yet.
+  /// Returns positions, velocities, charges, potentials and energies at the present instant. Solves the field of the
+  /// first instant if that is not done yet.
   ConductorFrame now();
-  /// Returns the present state as columns, in two or three dimensions, with the network of contacts and the columns of
-  /// effects.
+  /// Returns the present state as columns of the result file, in two or three dimensions. They include the network of
+  /// contacts and the columns of effects.
   Frame frame() override;
   std::optional<laplace::Field> field() override;
   std::string progress() override;
-  /// Returns true if every conductor is connected with an electrode, and forces and speeds are at most stop.force times
-  /// the largest of the run (D 7.1). Never true in a neutral scene.
+  /// Returns true if contacts and wires connect every conductor with a prescribed potential, and all free conductors
+  /// are nearly at rest. Their forces and speeds are then at most stop.force times the largest of the run (D 7.1).
+  /// Never true in a neutral scene.
   bool stationary();
 
-  /// Also resets this simulation to the state of a restored one: the initial guesses of the field solver are dropped.
+  /// Returns the complete state. Also drops the initial guesses of this simulation's field solver, so that it continues
+  /// as a restored one.
   Checkpoint checkpoint() override;
-  /// Returns a checkpoint that discards nothing. A simulation that is restored from it continues as this one, except
-  /// for errors within the field solver's tolerance.
+  /// Returns the complete state and keeps all caches. A simulation restored from it agrees with this one within the
+  /// tolerance of the field solver.
   std::optional<Checkpoint> snapshot() override;
   void restore(const Checkpoint& checkpoint) override;
 
-  /// Warns if the field's error, chosen for the start, has grown as conductors moved.
+  /// Estimates the error of the last solved field. Warns once, when it first exceeds field.accuracy, which was chosen
+  /// for the positions at the start.
   std::vector<std::string> warnings() override;
   Summary summary() override;
   std::map<std::string, double> seconds() const override;

@@ -13,12 +13,12 @@ namespace lichtenberg::mechanics {
 
 namespace {
 
-/// Error of predictions, in tolerances, that is corrected; larger errors are rejected. The length of predictions aims
-/// at half of it, because a rejection discards more than one step.
+/// Largest error of predictions, in tolerances, that is corrected; larger errors are rejected. The length of
+/// predictions aims at half of it, because a rejection discards more than one step.
 constexpr double allowed_correction = 2;
 double next_prediction(double dt, double error) { return next_step(dt, 2 / allowed_correction * error, 2); }
 
-/// Power of the length of a step with which the error of an extrapolated force grows.
+/// Returns the order of the displacement error of an extrapolated force: the power of the step's length.
 int order(const effects::ExtrapolatedField& extrapolated) { return extrapolated.rates_known ? 3 : 2; }
 
 /// Finds an upper bound of the distance (m) that each body can move within `dt` (s) from `time` on. Its speed is at
@@ -85,8 +85,8 @@ void Split::rollback(const Start& start) {
   context_.counters.regroupings = start.counters.regroupings;
 }
 
-/// Takes steps with the predictor's field to `target`, or until the limit of steps is reached and the field of the last
-/// one is known. Returns the time reached.
+/// Takes steps with the predictor's field to `target`, or up to a limit of steps at whose end the field is known.
+/// Returns the time reached.
 double Split::predict(double since, double target) {
   // A field solve costs about 15 predictions, 4 on a device. A check after 64 predictions thus adds 25 % of their cost,
   // or 6 % on a device. Longer intervals are rejected too often (docs/measurements/benchmarks-field.json).
@@ -101,7 +101,7 @@ double Split::predict(double since, double target) {
 }
 
 /// Takes as many predicted steps as are likely to be accurate enough, then solves the field. Returns the time reached.
-/// If the steps are rejected, it is `time`, and the state is restored except for the wait of group merges.
+/// If the steps are rejected, that is `time`, and the state is restored except for the deferral of group merges.
 double Split::try_prediction(double time, double end) {
   if (prediction_ == 0) prediction_ = std::min(4 * step_, largest_step_);
   const double step = step_;
@@ -132,14 +132,14 @@ double Split::try_prediction(double time, double end) {
   return target;
 }
 
-/// Returns the end (s) of a step of at most `step`. A rest shorter than two steps is halved, because a very short last
-/// step costs as much as a full one. A rest that exceeds `step` by rounding is one step.
+/// Returns the end (s) of a step of at most `step`. A remaining interval shorter than two steps is halved, because a
+/// very short last step costs as much as a full one. A remaining interval that exceeds `step` by rounding is one step.
 double Split::step_end(double time, double step, double end) const {
   const double remaining = end - time, allowed = std::max(step, shortest_step_);
   return allowed > 0.999 * remaining ? end : time + std::min(allowed, 0.5 * remaining);
 }
 
-/// Shortens a step (s) as laws of charge sharing that depend on the gap require.
+/// Shortens a step (s) to the limit of contacts whose conductance depends on the gap.
 double Split::step_within_gaps(double time, double step) const {
   if (!context_.electrics->resistors().has_state_dependent_laws()) return step;
   std::vector<double> force(context_.model.bodies.position.size());
@@ -192,8 +192,8 @@ void Split::correct_after_mergers(const Moved& moved, std::span<const Merger> me
   if (moved.interacting) mergers_.correct_positions(moved.reached, mergers, jump, *moved.interacting);
 }
 
-/// Moves the bodies under the extrapolated force to `target` or to the first contact that is made or lost. If it is
-/// made, the move goes on for as long as the group merge may wait for others.
+/// Moves the bodies under the extrapolated force to `target` or to the first contact that closes or opens. If a contact
+/// closes, the motion continues for as long as the group merge may be deferred.
 Split::Moved Split::move(double time, double target) {
   const ContactEvents& contacts = context_.electrics->contact_events();
   Moved moved;
@@ -237,9 +237,9 @@ double Split::wait(double time, double target, const ContactPrediction& predicti
 }
 
 /// Returns the bodies that CVODE must move, which are those that may touch another body or a wall. No value: all
-/// bodies; an empty list: none. CVODE moves all bodies in a scene with a circuit, where it sums the heat of drag, and
-/// with nonlinear drag, which has no closed form of free flight. A body that a collision moves beyond its reach ends
-/// the integration by the last of ContactEvents::events; the list covers contacts up to that reach. Without
+/// bodies; an empty list: none. CVODE moves all bodies in a scene with a circuit, where it sums the heat of drag. It
+/// also does so with nonlinear drag, which has no closed form of free flight. A body that a collision moves beyond its
+/// reach ends the integration by the last of ContactEvents::events; the list covers contacts up to that reach. Without
 /// contact_discharge there are no such events, and CVODE moves all bodies.
 std::optional<std::vector<int>> Split::moved_by_cvode(std::span<const double> travel,
                                                       std::span<const double> reach) const {
@@ -262,8 +262,9 @@ double Split::advance(double time, double target, const Events& events,
 /// Handles contacts that are made or lost before the end of a step. A merge of groups needs a solve with the new
 /// groups. A split needs none, because the groups keep their charges and potentials, and the field does not change. The
 /// motion up to the event and the charges there rely on the extrapolation. In the first half of a step its error is at
-/// most 1/8 of that of the step, or 1/4 while the force's rate is unknown. Later, and with resistors, whose conductance
-/// magnifies the error, the function returns false: the field of the old groups is needed to check the step.
+/// most 1/8 of the error of the step (1/4 while the force's rate is unknown). Later, and with resistors, whose
+/// conductance magnifies the error, the function returns false: the field of the old groups is needed to check the
+/// step.
 bool Split::pass_event(const Moved& moved, FieldGrid grid) {
   const double time = moved.reached;
   if (context_.electrics->resistors().any() || time - extrapolated().time >= 0.5 * step_) return false;
@@ -288,8 +289,8 @@ void Split::find_extrapolated_forces(double time, std::vector<Vec3>& force) cons
   });
 }
 
-/// Returns the largest displacement of a body, in tolerances, by the defect of the force at the end of the step, which
-/// grows linearly from 0 at its start. In a run of identical bodies only that with the largest defect counts.
+/// Returns the largest displacement of a body, in tolerances, by the defect of the force. The defect grows linearly
+/// from 0 at the start of the step. Among successive identical bodies only the one with the largest defect counts.
 double Split::error(double since, const Trial& trial, const std::vector<Vec3>& assumed) const {
   const std::vector<double>& mass = context_.model.bodies.mass;
   const Drag& drag = context_.model.drag;
@@ -340,9 +341,9 @@ void Split::reject(double time, double reached, double error, FieldGrid grid) {
 }
 
 /// Estimates the next step after a jump of the forces, as by a group merge, which makes their rates invalid. A body
-/// that the jump drives at the speed jump/drag through a field that varies over a length sees its force change at the
-/// rate of step_after(). The length is a radius, or the contact gap if that is less, because conductors at different
-/// potentials are never closer.
+/// that the jump drives at the speed jump/drag moves through a field that varies over a length. Its force then changes
+/// at the rate of step_after(). The length is a radius, or the contact gap if that is less, because conductors at
+/// different potentials are never closer.
 void Split::restart(double time, const std::vector<Vec3>& force_before) {
   const double step = least_of_ranges(*context_.model.team, context_.model.bodies.size(), largest_step_,
                                       [&](int first, int end) { return step_after(force_before, first, end); });

@@ -14,9 +14,10 @@ namespace lichtenberg::mechanics {
 
 /// Integrator that splits mechanics and field, with one field solve for each coupling step (docs/numerics/coupling.md).
 /// Between solves the electric force is extrapolated linearly in time from the last two solves. The solve at the end of
-/// a step gives the force's defect; the displacement that it causes decides whether the step is accepted and how long
-/// the next one is. Contacts are located as events: a merge of groups ends a step, a split needs no solve. With a
-/// predictor these solves use its coarser grid, and field solves at intervals check and correct them.
+/// a step gives the force's defect. The displacement that the defect causes decides whether the step is accepted and
+/// how long the next one is. Contacts are located as events. A merge of equipotential groups ends a step; a split needs
+/// no solve. With a predictor (an approximate solver on a coarser grid) these solves use it, and field solves at
+/// intervals check and correct them.
 class Split : public Stepper {
  public:
   explicit Split(StepperContext context);
@@ -26,7 +27,7 @@ class Split : public Stepper {
   void restore(const Checkpoint& checkpoint) override;
 
  private:
-  /// State saved for the rollback of predicted steps.
+  /// State saved for the rollback of predicted steps (steps whose field solves use the coarser grid).
   struct Start {
     Bodies bodies;
     ElectricalState electrical_state;
@@ -39,9 +40,10 @@ class Split : public Stepper {
   double try_step(double time, double end, FieldGrid grid);
   double step_within_gaps(double time, double step) const;
   double step_end(double time, double step, double end) const;
-  /// Result of a move of the bodies to the next solve, or to an event.
+  /// Result of a motion of the bodies up to the next field solve, or up to an event.
   struct Moved {
-    double reached = 0, due_since = 0;            ///< s; the second: earliest time at which contacts may have been due
+    /// Time (s) at the end of the motion, and earliest time (s) at which contacts may have been due to close or open.
+    double reached = 0, due_since = 0;
     std::optional<std::vector<int>> interacting;  ///< bodies that CVODE moved; no value: all
   };
   Moved move(double time, double target);

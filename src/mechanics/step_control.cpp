@@ -6,7 +6,8 @@
 namespace lichtenberg::mechanics {
 namespace {
 
-/// Returns psi(z) / z. Below 0.01 it is the series, because the closed form loses two digits for each decade of z.
+/// Returns psi(z) / z of displacement(). Below 0.01 it is the series, because the closed form loses two digits for each
+/// decade of z.
 double psi_over_z(double z) {
   if (z < 0.01) return 1.0 / 6 - z / 24 + z * z / 120;
   return (0.5 - 1 / z - std::expm1(-z) / (z * z)) / z;

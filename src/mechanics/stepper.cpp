@@ -37,14 +37,14 @@ void add_integrator(const IntegratorKind& kind, Maker make) {
 std::unique_ptr<Stepper> make_stepper(const StepperContext& context) {
   const IntegratorKind& kind = context.scene.mechanics.kind();
   if (context.electrics && !kind.carries_resistors && effects::has_resistors(context.scene))
-    throw InputError(
-        fmt::format("{}: mechanics.integrator = \"{}\"{} cannot move the charge that resistors and contacts "
-                    "carry at a finite rate: take \"cvode\" with coupling = \"split\"",
-                    context.scene.path, kind.name, kind.solves_field_inside ? " with coupling = \"monolithic\"" : ""));
+    throw InputError(fmt::format(
+        "{}: mechanics.integrator = \"{}\" with coupling = \"{}\" cannot move the charge that resistors and contacts "
+        "carry at a finite rate: take \"cvode\" with coupling = \"split\"",
+        context.scene.path, kind.name, kind.solves_field_inside ? "monolithic" : "split"));
   const auto found = makers().find(&kind);
   if (found != makers().end()) return found->second(context);
-  throw InputError(fmt::format("{}: mechanics.integrator = \"{}\" does not move conductors: {} do", context.scene.path,
-                               kind.name, names_of(&IntegratorKind::moves_conductors)));
+  throw InputError(fmt::format("{}: mechanics.integrator = \"{}\" does not move conductors: the integrators {} do",
+                               context.scene.path, kind.name, names_of(&IntegratorKind::moves_conductors)));
 }
 
 Cvode make_cvode(const Scene& scene, Model& model) {

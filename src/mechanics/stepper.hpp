@@ -13,7 +13,7 @@
 
 namespace lichtenberg::mechanics {
 
-/// Scene, model and state that a stepper works on. All of them outlive the stepper.
+/// Scene, model and electrical state that an integrator (Stepper) advances. They must outlive the integrator.
 struct StepperContext {
   const Scene& scene;
   Model& model;
@@ -22,41 +22,48 @@ struct StepperContext {
   std::function<void()> between_steps;  ///< called between steps of any integrator; its exception ends the run
 };
 
-/// Integrator of a scene of conductors: mechanics, field and contacts together.
+/// Interface of the integrators of a scene of conductors: mechanics, field and contacts together.
 class Stepper {
  public:
   virtual ~Stepper() = default;
-  /// Called when the field at `time` (s) is accepted, at the start and after each checkpoint.
+  /// Prepares the integrator after the field at `time` (s) is solved and accepted, at the start and after each
+  /// checkpoint.
   virtual void begin(double time) = 0;
-  /// Advances the scene from `time` to `end` (s). At both ends contacts are up to date and the field is solved.
-  /// Positions may differ from those of the solve by a correction of force errors. This is at most two position
-  /// tolerances, but more for a body without neighbours after a jump much larger than those before.
+  /// Advances bodies, charges and contacts from `time` to `end` (s). At both ends contacts are up to date and the field
+  /// is solved. Positions may differ from those of the solve by a correction of force errors. This is at most two
+  /// position tolerances, but more for a body without neighbours after a jump much larger than those before.
   virtual void advance(double time, double end) = 0;
-  /// Saves the state that bodies and electrics do not have.
+  /// Saves the integrator's own state, such as its next step, which is not in the bodies and the electrical state.
   virtual void save(Checkpoint&) const {}
   /// Restores the state that save() has written.
   virtual void restore(const Checkpoint&) {}
 };
 
+/// Makes the default integrator, which splits mechanics and field (Split); without a field, the monolithic one.
 std::unique_ptr<Stepper> make_split(const StepperContext&);
+/// Makes the reference integrator: CVODE, with a field solve in each evaluation of the forces.
 std::unique_ptr<Stepper> make_monolithic(const StepperContext&);
+/// Makes the explicit Euler integrator with fixed steps.
 std::unique_ptr<Stepper> make_euler(const StepperContext&);
 
-/// Adds an integrator of conductors before any scene is read; `kind` must outlive all scenes. Throws InputError if its
-/// name is taken, or if it lacks moves_conductors.
+/// Registers an integrator of conductors, so that scenes can name it. Call it before any scene is read. `kind` must
+/// outlive all scenes; `make` constructs the integrator. Throws InputError if its name is taken, or if it lacks
+/// moves_conductors.
 void add_integrator(const IntegratorKind& kind, std::unique_ptr<Stepper> (*make)(const StepperContext&));
 
-/// Makes the integrator of a scene. Throws InputError for one that does not move conductors.
+/// Makes the integrator that the scene names in [mechanics]. Throws InputError for one that does not move conductors,
+/// or that does not support the resistors of the scene.
 std::unique_ptr<Stepper> make_stepper(const StepperContext& context);
 
-/// Makes CVODE with the accuracy of the scene. Positions are accurate to relative_tolerance of the smallest radius.
-/// Momenta are accurate to the larger of the same fraction of themselves and the momentum that carries a body that far
-/// before drag stops it (without drag: in one largest step).
+/// Makes the CVODE integrator with the accuracy of the scene. Positions are accurate to x = relative_tolerance times
+/// the smallest radius. The error of a momentum is at most relative_tolerance of itself plus an absolute part. The
+/// absolute part is the larger of two momenta: drag stops a body with the first after a distance x; a body with the
+/// second moves by x in one largest step.
 Cvode make_cvode(const Scene& scene, Model& model);
 
-/// Adds the heat of drag to the energy balance after each step of CVODE, if the scene has a circuit. The heat is the
-/// integral of force times speed by Simpson's rule; the velocity in the middle follows from the positions and
-/// velocities at the ends.
+/// Makes CVODE add the heat of drag to the energy balance after each step, if the scene has a circuit and drag. The
+/// heat is the integral of force times speed by Simpson's rule. The velocity in the middle of a step follows from the
+/// positions and velocities at its ends.
 void record_drag(const StepperContext& context, Cvode& cvode);
 
 }  // namespace lichtenberg::mechanics

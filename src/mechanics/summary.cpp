@@ -35,19 +35,19 @@ double relative_charge_imbalance(const Outcome& outcome) {
   return charge_imbalance(outcome) / largest;
 }
 
-/// Returns the larger of supplied energy and heat (J).
+/// Returns the converted energy (J): the larger of supplied energy and heat.
 double energy_throughput(const Outcome& outcome) {
   const EnergyFlows& flows = outcome.frame.energy_balance->flows;
   return std::max(std::abs(flows.by_supplies) + std::abs(flows.by_source), flows.dissipated());
 }
 
-/// Returns the difference (J) in stored and supplied energy between two solves of the same state.
+/// Returns the noise (J) of the energy balance: the difference between two field solves of the same state.
 double noise_of_solves(const Scene& scene, const Outcome& outcome) {
   const double stored = std::max(std::abs(outcome.frame.energy), std::abs(outcome.initial_energy));
   return scene.field().method->energy_noise * scene.field().moving_tolerance * stored;
 }
 
-/// Returns the turnover (J) or, if that is 0, the stored energy.
+/// Returns the converted energy (J) or, if that is 0, the stored energy.
 double energy_scale(const Outcome& outcome) {
   const double all = energy_throughput(outcome);
   return all > 0 ? all : std::max(std::abs(outcome.frame.energy), std::abs(outcome.initial_energy));

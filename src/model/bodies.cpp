@@ -13,7 +13,8 @@
 namespace lichtenberg {
 namespace {
 
-/// Number of bodies that are tested together. Few bodies leave a box within a step, so most groups need no change.
+/// Number of successive bodies that Inside::all() tests together. Few bodies leave a box within a step, so that most of
+/// these tests find nothing to wrap.
 constexpr int bodies_at_once = 16;
 
 /// Tests if bodies are inside a periodic box, in a loop over components without branches.
@@ -67,7 +68,7 @@ void wrap_all(Bodies& bodies) {
   }
 }
 
-/// Factor of the inertia of fixed bodies, so large that no force changes their positions in the last digit.
+/// Factor of the mass of fixed bodies, so large that no force changes their positions in the last digit.
 constexpr double fixed_inertia = 0x1p100;
 
 }  // namespace

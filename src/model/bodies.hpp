@@ -11,7 +11,8 @@ namespace lichtenberg {
 
 struct Scene;
 
-/// Particles as arrays. `dimension` is 2 or 3; position[i * dimension + k] is coordinate k of particle i.
+/// Positions, momenta, masses, radii and charges of N particles as arrays. position[i * dimension + k] is coordinate k
+/// of particle i; `dimension` is 2 or 3. Units are SI for conductors, and the reduced units of the scene for grains.
 struct Bodies {
   int dimension = 2;
   std::vector<double> position;  ///< m, [N * dimension]
@@ -19,25 +20,27 @@ struct Bodies {
   std::vector<double> mass;      ///< kg, [N]
   std::vector<double> radius;    ///< m, [N]
   std::vector<double> charge;    ///< C, [N]; empty unless an effect needs charges
-  bool fix_z = false;            ///< three dimensions: nothing moves along z
-  /// Box with the periodic axes; in two dimensions front and back are unused.
+  bool fix_z = false;            ///< true: the particles of a three-dimensional scene do not move along z
+  /// Domain (m) with its periodic axes; in two dimensions its sides `front` and `back` are unused.
   Box<3> box;
-  /// Number of windings around the box, [N * dimension]; empty unless the box is periodic.
+  /// Number of periods by which each particle has crossed the periodic box along each axis, [N * dimension]; empty
+  /// unless the box is periodic.
   std::vector<int> image;
 
   int size() const { return static_cast<int>(radius.size()); }
 };
 
-/// Returns the conductors of a scene at its first instant: positions, momenta, and masses of solid spheres, m = 4/3 pi
-/// density R^3 (D 5.5.2). Positions are wrapped into a periodic domain. The bodies have no charges; `initial_charges`
-/// returns these.
+/// Returns the conductors of a scene at its first instant: positions wrapped into a periodic domain, momenta, radii,
+/// and masses of solid spheres, m = 4/3 pi density R^3. The mass of a fixed conductor is 2^100 times as large, so that
+/// no force moves it. Bodies::charge is empty; `initial_charges` returns the charges.
 Bodies make_bodies(const Scene& scene);
 
-/// Returns the conductors' charges at the start (C). The charge of a wired group is divided equally among its members;
-/// the first field solve corrects the division.
+/// Returns the charge (C, [N]) of each conductor of a scene at the start. Conductors wired to one group have a total
+/// charge, which is divided equally among them; the first field solve corrects the division.
 std::vector<double> initial_charges(const Scene& scene);
 
-/// Returns positions, radii, box and charges of bodies of `d` dimensions as views of their current state.
+/// Returns views of the positions, radii and charges of the bodies, with a copy of their box, as input of the pair
+/// searches. `d` must be bodies.dimension.
 template <int d>
 Spheres<d> spheres(const Bodies& bodies) {
   Box<d> box;
@@ -46,28 +49,30 @@ Spheres<d> spheres(const Bodies& bodies) {
   return {bodies.position, bodies.radius, box, bodies.charge};
 }
 
-/// Wraps bodies into a periodic box and counts the windings, so that position + image * lengths stays continuous.
+/// Moves bodies outside a periodic box back into it by whole periods. The periods are added to Bodies::image, so that
+/// position + image * lengths is unchanged. Has no effect without periodic axes.
 void wrap(Bodies& bodies);
 
 /// Throws InputError unless the bodies have `d` dimensions.
 void check_dimension(const Bodies& bodies, int d);
 
-/// Vector i of an array [N * dimension]; its z is 0 in two dimensions.
+/// Returns vector i of `components` [N * dimension] as a vector in space; its z is 0 in two dimensions.
 inline Vec3 vector_at(std::span<const double> components, int dimension, int i) {
   const double* c = components.data() + static_cast<std::size_t>(i) * dimension;
   return {c[0], c[1], dimension == 3 ? c[2] : 0};
 }
 
-/// Position (m) and velocity (m/s) of body i as vectors in space; their z is 0 in two dimensions.
+/// Returns the position (m) of body i as a vector in space; its z is 0 in two dimensions.
 inline Vec3 position_in_space(const Bodies& bodies, int i) { return vector_at(bodies.position, bodies.dimension, i); }
+/// Returns the velocity (m/s) of body i, momentum / mass, as a vector in space; its z is 0 in two dimensions.
 inline Vec3 velocity_in_space(const Bodies& bodies, int i) {
   return vector_at(bodies.momentum, bodies.dimension, i) / bodies.mass[i];
 }
 
-/// Returns the sum of m v^2 / 2 (J).
+/// Returns the kinetic energy of all bodies (J), the sum of m v^2 / 2.
 double kinetic_energy(const Bodies& bodies);
 
-/// Position (m) and velocity (m/s) of body i. Throws InputError unless the bodies have `d` dimensions.
+/// Returns the position (m) of body i. Throws InputError unless the bodies have `d` dimensions.
 template <int d = 2>
 Vec<d> position(const Bodies& bodies, int i) {
   check_dimension(bodies, d);
@@ -75,6 +80,7 @@ Vec<d> position(const Bodies& bodies, int i) {
   for (int k = 0; k < d; ++k) p[k] = bodies.position[i * d + k];
   return p;
 }
+/// Returns the velocity (m/s) of body i, momentum / mass. Throws InputError unless the bodies have `d` dimensions.
 template <int d = 2>
 Vec<d> velocity(const Bodies& bodies, int i) {
   check_dimension(bodies, d);

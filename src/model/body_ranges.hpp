@@ -7,12 +7,12 @@
 
 namespace lichtenberg {
 
-/// Number of bodies in a range. A pass over them costs a few times as much as handing them to a thread. The number is
-/// fixed, so that rounding in a range does not depend on the number of threads.
+/// Number of successive bodies in one task of for_ranges(). A loop over one range costs a few times as much as handing
+/// a task to a thread. The number is fixed, so that rounding does not depend on the number of threads.
 constexpr int bodies_a_range = 1024;
 
-/// Calls work(first, end) for ranges that cover the bodies 0 ... n - 1, divided among the team. The result for one body
-/// must not depend on the results for others.
+/// Runs a parallel loop over the bodies 0 ... n - 1. The team's threads call work(first, end) for successive ranges of
+/// bodies, first <= i < end. The result for one body must not depend on the results for others.
 template <class Work>
 void for_ranges(parallel::Team& team, int n, const Work& work) {
   team.for_each((n + bodies_a_range - 1) / bodies_a_range, [&](int range) {
@@ -21,7 +21,7 @@ void for_ranges(parallel::Team& team, int n, const Work& work) {
   });
 }
 
-/// Returns the maximum of `least` and of the results of work(first, end) for the ranges of for_ranges().
+/// Returns the maximum of work(first, end) over the ranges of bodies of for_ranges(), but at least `least`.
 template <class Work>
 double largest_of_ranges(parallel::Team& team, int n, double least, const Work& work) {
   std::vector<double> found((n + bodies_a_range - 1) / bodies_a_range);
@@ -30,7 +30,7 @@ double largest_of_ranges(parallel::Team& team, int n, double least, const Work& 
   return least;
 }
 
-/// Returns the minimum of `most` and of the results of work(first, end) for the ranges of for_ranges().
+/// Returns the minimum of work(first, end) over the ranges of bodies of for_ranges(), but at most `most`.
 template <class Work>
 double least_of_ranges(parallel::Team& team, int n, double most, const Work& work) {
   return -largest_of_ranges(team, n, -most, [&](int first, int end) { return -work(first, end); });

@@ -11,15 +11,16 @@
 
 namespace lichtenberg {
 
-/// A named quantity as rows of numbers. Readers and writers do not depend on its meaning.
+/// A named quantity of a frame or result file, as a table of numbers with `width` numbers in each row.
 struct Column {
+  /// Meaning of the rows of a column.
   enum class Of {
     particles,  ///< one row for each particle
     system,     ///< one row
     list        ///< a variable number of rows: contacts, iterations
   };
   std::string name;
-  std::string unit;  ///< SI, as "m s-1"; "1": a pure number
+  std::string unit;  ///< SI, as "m s-1", or reduced, as "d0"; "1": a pure number
   Of of = Of::system;
   std::size_t width = 0;  ///< numbers in a row; 0: one number, not an array
   std::variant<std::vector<double>, std::vector<std::int64_t>, std::vector<std::int32_t>> values{};
@@ -36,7 +37,7 @@ struct Column {
   }
 };
 
-/// Columns outside frames, stored in a separate group of the result file.
+/// Named group of columns of a result file that belong to no frame, such as a time series.
 struct ColumnGroup {
   std::string name;
   std::vector<Column> columns;

@@ -4,42 +4,48 @@
 
 namespace lichtenberg {
 
-/// A damped contact of two grains at one instant, in reduced units (m = d0 = v = 1: pure numbers).
+/// Normal contact force of two grains at one instant, and the power that it dissipates. Units are reduced: mass m0,
+/// diameter d0 and speed v0 of reference are 1.
 struct ContactForce {
-  double force = 0;       ///< repulsive, at least 0
-  double dissipated = 0;  ///< power, at least 0
+  double force = 0;       ///< m0 v0^2/d0, repulsive, at least 0
+  double dissipated = 0;  ///< m0 v0^3/d0, dissipated power, at least 0
 };
 
-/// Terms of the force elastic(overlap) + damping(overlap) * closing speed that time integration of a contact needs.
-/// `Real` holds one pair or several.
+/// Terms of the damped contact force elastic + damping * (closing speed) of two grains at an overlap, in reduced units.
+/// `Real` is a double for one pair, or a SIMD vector for several pairs.
 template <class Real>
 struct ContactForceTerms {
+  /// Elastic force; damping coefficient, the dissipative force over the closing speed; elastic energy.
   Real elastic{}, damping{}, stored{};
 };
 
-/// All terms of a contact's force.
+/// Terms of the damped contact force elastic + damping * (closing speed) of two grains at an overlap, in reduced units.
+/// In addition to ContactForceTerms it has the derivative of the elastic force.
 struct ContactParts {
+  /// Elastic force, its derivative by the overlap, and the elastic energy.
   double elastic = 0, elastic_slope = 0, stored = 0;
+  /// Damping coefficient: dissipative force over closing speed.
   double damping = 0;
 };
 
-/// Head-on collision of two grains on which only their contact force acts.
+/// Result of a head-on collision of two grains on which only their contact force acts.
 struct HeadOnCollision {
-  double restitution = 0;  ///< speed after over speed before
-  double duration = 0;     ///< t0, of the force; 0 if it was not computed
+  double restitution = 0;  ///< restitution coefficient, speed after over speed before
+  double duration = 0;     ///< duration of the contact force (t0, reduced unit of time); 0 if it was not computed
 };
 
-/// Returns the force max(elastic + damping * closing, 0), where `closing` is the closing speed. Grains without adhesion
-/// never attract, so a contact that opens fast ends before its overlap is zero. The elastic energy left then is
-/// dissipated as well. The power (force - elastic) * closing is damping * closing^2 while the force acts, and
-/// -elastic * closing while it does not.
+/// Returns the contact force max(elastic + damping * closing, 0) and the dissipated power; `closing` is the closing
+/// speed. Grains without adhesion never attract, so a contact that opens fast ends before its overlap is zero. Its
+/// remaining elastic energy is dissipated. The power (force - elastic) * closing is damping * closing^2 while the force
+/// acts, and -elastic * closing while the force is zero.
 LICHTENBERG_HOST_DEVICE inline ContactForce contact_force(const ContactParts& parts, double closing) {
   const double force = parts.elastic + parts.damping * closing;
   if (force <= 0) return {0, -parts.elastic * closing};
   return {force, parts.damping * closing * closing};
 }
 
-/// Returns the contact force of one pair at an overlap; zero if the two do not overlap.
+/// Returns the contact force and dissipated power of two grains at an overlap and closing speed, in reduced units; zero
+/// if they do not overlap. `scale`: the law's factor of the forces for the radii of the pair.
 template <class Law>
 LICHTENBERG_HOST_DEVICE ContactForce contact_at(const Law& law, double overlap, double closing, double scale = 1) {
   return overlap <= 0 ? ContactForce{} : contact_force(law.parts(overlap, scale), closing);

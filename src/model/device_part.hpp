@@ -14,43 +14,50 @@ namespace parallel {
 class CudaExecutor;
 }
 
-/// Grains on a device in sorted order, in reduced units.
+/// Pointers to the arrays of grains in device memory, in reduced units. Grains are sorted by the cells of the neighbour
+/// search, so that near grains are near in memory.
 struct DeviceGrains {
   int count = 0;
   Box<3> box;
   const Vec3* position = nullptr;  ///< d0
   const double *radius = nullptr, *charge = nullptr, *inverse_mass = nullptr;
-  const int* number = nullptr;  ///< index of each grain in the scene
-  /// Partners of each grain, up to the largest cutoff of all parts.
+  const int* number = nullptr;  ///< index of each sorted grain in the scene
+  /// Neighbour list: partners of each grain up to the largest cutoff of all pair forces.
   TableView partners;
 };
 
-/// Units of sums over pairs (m0 v0^2/d0, m0 v0^2): powers of two.
+/// Scale of the force (m0 v0^2/d0) and energy (m0 v0^2) of pairs, in reduced units. As quanta of fixed-point sums over
+/// pairs, both are powers of two.
 struct PairUnits {
   double force = 1, energy = 1;
 };
 
-/// Pair forces that an effect adds on a device. Its kernels run on the executor for which it was made.
+/// Interface of the pair forces that an effect computes on a device. Forces and energies are summed as integer
+/// multiples of quanta, so that the sums do not depend on their order.
 class DevicePart {
  public:
   virtual ~DevicePart() = default;
-  /// Returns the approximate maxima of the force and energy of a pair.
+  /// Returns about the largest force and energy of a pair, from which the quanta are chosen.
   virtual PairUnits size() const = 0;
-  /// Adds the forces on all grains ([N], quanta), and adds their energy to *energy (quanta).
+  /// Adds the forces on all grains to `force` ([N], multiples of units.force), and the total energy to *energy
+  /// (multiples of units.energy). Both outputs are in device memory.
   virtual void add_forces(const DeviceGrains& grains, const PairUnits& units, FixedPointVec* force,
                           std::int64_t* energy) const = 0;
 };
 
-/// Device implementation of Effect::drive.
+/// Interface of Effect::drive on a device: an external drive, such as a surrounding gas, that changes momenta of
+/// grains.
 class DeviceDrive {
  public:
   virtual ~DeviceDrive() = default;
-  /// Changes the momenta ([N]) from `time` to `time` + dt, and adds the energy that they gain to *driven (quanta).
+  /// Changes the momenta ([N], in device memory) from `time` to `time` + dt (reduced units). Adds the energy that the
+  /// grains gain to *driven, as a multiple of `quantum` (m0 v0^2).
   virtual void drive(const DeviceGrains& grains, double time, double dt, Vec3* momentum, double quantum,
                      std::int64_t* driven) const = 0;
 };
 
-/// Factory of a part, for the executor of a gas.
+/// Factory of an effect's device implementation (DevicePart: pair forces; DeviceDrive: external drive) for the executor
+/// of a gas: the CPU or a CUDA device. `make_on_cuda` is empty for a law without CUDA kernels.
 template <class Implementation>
 struct DeviceForm {
   std::function<std::unique_ptr<Implementation>(const parallel::HostExecutor&)> make_on_host{};
@@ -59,8 +66,9 @@ struct DeviceForm {
   std::unique_ptr<Implementation> make(const parallel::HostExecutor& run) const { return make_on_host(run); }
   std::unique_ptr<Implementation> make(const parallel::CudaExecutor& run) const { return make_on_cuda(run); }
 };
+/// Factory of an effect's pair forces on a device, with their cutoff.
 struct DevicePartForm : DeviceForm<DevicePart> {
-  double reach = 0;  ///< d0, cutoff of the centre distance
+  double reach = 0;  ///< d0, cutoff of the distance between centres
 };
 
 }  // namespace lichtenberg

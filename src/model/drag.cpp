@@ -13,9 +13,9 @@ namespace lichtenberg {
 
 namespace {
 
-/// Throws InputError if a nonlinear law has a force at rest, or a negative force or slope at a sampled speed. Throws it
-/// also if the slope differs from the derivative of the force at more than one sampled speed. At one speed the force
-/// may have a kink.
+/// Checks the nonlinear part of a drag law at speeds of 1e-6 to 10 m/s. Throws InputError for a force at rest, and for
+/// a negative force or slope. Throws InputError if the slope differs by 1 % from the derivative of the force at more
+/// than one of these speeds; at one of them the force may have a kink.
 void check_nonlinear(const DragLaw& law) {
   if (const double at_rest = law.nonlinear(0).force; at_rest != 0)
     throw InputError(fmt::format("the nonlinear drag of a body is {:g} N at rest: it must be 0", at_rest));
@@ -30,9 +30,10 @@ void check_nonlinear(const DragLaw& law) {
     const double above = law.nonlinear(speed * (1 + step)).force, below = law.nonlinear(speed * (1 - step)).force;
     const double difference = (above - below) / (2 * step * speed);
     if (std::abs(difference - slope) > allowed * std::max(std::abs(difference), slope) && ++wrong > 1)
-      throw InputError(fmt::format(
-          "the nonlinear drag of a body has a slope of {:g} kg/s at {:g} m/s: the derivative of its force is {:g} kg/s",
-          slope, speed, difference));
+      throw InputError(
+          fmt::format("the nonlinear drag of a body has a slope of {:g} kg/s at {:g} m/s, but the derivative of its "
+                      "force there is {:g} kg/s",
+                      slope, speed, difference));
   }
 }
 

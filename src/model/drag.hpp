@@ -12,43 +12,45 @@ struct Bodies;
 class ForceJacobian;
 struct State;
 
-/// Drag at one speed.
+/// Drag force on a body at one speed, and its derivative.
 struct DragForce {
   double force = 0;  ///< N, opposite to the velocity
   double slope = 0;  ///< kg/s, derivative of the force with respect to the speed
 };
 
-/// Drag on one body as a function of its speed v (m/s): F(v) = linear v + nonlinear(v), opposite to the velocity. A law
-/// is linear if and only if `nonlinear` is empty, so no nonlinear law can be integrated as a linear one.
+/// Drag law of one body: force F(v) = linear * v + nonlinear(v) (N) opposite to the velocity, v the speed (m/s). The
+/// law is linear if and only if `nonlinear` is empty.
 struct DragLaw {
-  double linear = 0;  ///< kg/s, at least 0
+  double linear = 0;  ///< linear drag coefficient (kg/s), at least 0
   /// Nonlinear part for a speed of at least 0. It is 0 N at rest, and force and slope are at least 0. Empty: none.
   std::function<DragForce(double)> nonlinear{};
 };
 
-/// Drag on the bodies of a model: the sum of the laws of its effects.
+/// Total drag on each of N bodies: the sum of the drag laws that the effects of a model add.
 class Drag {
  public:
   explicit Drag(int bodies = 0) : linear_(bodies) {}
 
-  /// Adds a law for a body and returns true if the law is not zero. Throws InputError for a negative linear part.
-  /// Throws InputError for a nonlinear part with a force at rest, a negative force or slope, or a slope that is not its
-  /// derivative.
+  /// Adds a drag law to those of one body. Returns true if the law is not zero. Throws InputError if the linear
+  /// coefficient is negative. Throws InputError if the nonlinear part has a force at rest, a negative force or slope,
+  /// or a slope that is not the derivative of the force.
   bool add(int body, const DragLaw& law);
 
   bool is_linear() const { return nonlinear_.empty(); }  ///< true if linear for every body
   bool is_linear(int body) const { return is_linear() || !nonlinear_[body]; }
-  /// Linear parts (kg/s), [N]: lower bounds on the drag divided by speed.
+  /// Returns the linear drag coefficients (kg/s), [N]: lower bounds on the drag force divided by the speed.
   std::span<const double> linear() const { return linear_; }
-  /// Returns the ratio of force change to velocity change (kg/s) of a body at that speed (m/s), in the direction in
-  /// which it is smallest.
+  /// Returns the smallest drag coefficient (kg/s) of a body at a speed (m/s). It is the linear coefficient plus the
+  /// smaller of dF/dv (along the velocity) and F/v (across it) of the nonlinear force F.
   double resistance(int body, double speed) const;
-  /// Heating power (W) of a body at that velocity (m/s), of all laws and of the nonlinear parts alone.
+  /// Returns the power (W) that the total drag on a body dissipates at a velocity (m/s).
   double power(int body, Vec3 velocity) const;
+  /// Returns the power (W) that the nonlinear part of the drag on a body dissipates at a speed (m/s).
   double nonlinear_power(int body, double speed) const;
 
-  /// Adds the forces (N, [N * dimension]) on the requested bodies, and their derivatives.
+  /// Adds the drag forces on the requested bodies to `force` (N, [N * dimension]).
   void add_forces(const State& state, std::span<double> force) const;
+  /// Adds the derivatives of the drag forces by the momenta (1/s) for the requested bodies.
   void add_jacobian(const State& state, ForceJacobian& jacobian) const;
 
  private:

@@ -12,13 +12,15 @@
 
 namespace lichtenberg {
 
-/// A law is a small struct for the host and for a device, with
+/// Device implementation of Effect::drive for a law that acts on each grain separately, in reduced units. The law is a
+/// small struct for the host and for a device with
 ///
 /// ```
 ///     void operator()(double time, double dt, int number, double mass, double* momentum, int dimension) const
 /// ```
 ///
-/// which changes the momentum ([dimension]) of one grain from `time` to `time` + dt.
+/// which changes the momentum ([dimension]) of one grain from `time` to `time` + dt. `number` is the index of the grain
+/// in the scene.
 template <class Law, class Executor>
 class DrivePart final : public DeviceDrive {
  public:
@@ -49,8 +51,8 @@ class DrivePart final : public DeviceDrive {
   Law law_;
 };
 
-/// Makes a drive with CUDA kernels. A file that CMake's add_law_kernels writes instantiates it with nvcc; in builds
-/// without CUDA that file specializes it without kernels.
+/// Makes a DrivePart whose kernels run on a CUDA device. CMake's add_law_kernels writes a file that instantiates this
+/// function with nvcc. In builds without CUDA the file defines a specialization that returns null.
 template <class Law>
 std::unique_ptr<DeviceDrive> make_cuda_drive(const parallel::CudaExecutor& run, const Law& law)
 #ifdef __CUDACC__
@@ -61,7 +63,7 @@ std::unique_ptr<DeviceDrive> make_cuda_drive(const parallel::CudaExecutor& run, 
     ;
 #endif
 
-/// Returns the device form of a law, for the host executor.
+/// Returns a factory of the DrivePart of a law for the CPU only; `make_on_cuda` is empty.
 template <class Law>
 DeviceForm<DeviceDrive> drive_form(const Law& law) {
   DeviceForm<DeviceDrive> form;
@@ -71,8 +73,8 @@ DeviceForm<DeviceDrive> drive_form(const Law& law) {
   return form;
 }
 
-/// Returns the device form of a law with CUDA kernels, which CMake's add_law_kernels adds to a target. A target without
-/// them does not link, in builds without CUDA either.
+/// Returns a factory of the DrivePart of a law for the CPU and for a CUDA device. CMake's add_law_kernels must add the
+/// kernels to the target; otherwise the target does not link, even in builds without CUDA.
 template <class Law>
 DeviceForm<DeviceDrive> drive_form_with_kernels(const Law& law) {
   DeviceForm<DeviceDrive> form = drive_form(law);

@@ -21,22 +21,23 @@ struct Frame;
 struct GrainContactLaw;
 struct Summary;
 
-/// Requirements of an effect. The model allocates and computes only quantities that some effect of the scene needs.
+/// Data that an effect requires from the model. The model allocates and computes only quantities that some effect of
+/// the scene requires.
 struct Needs {
-  bool charges = false;  ///< Bodies::charge
-  bool field = false;    ///< Laplace's equation, and therefore a field solver
-  /// m, surface to surface: State::neighbours contains all pairs up to this gap.
+  bool charges = false;  ///< true: Bodies::charge must have a charge for each body
+  bool field = false;    ///< true: the scene needs a solution of Laplace's equation
+  /// Largest gap between surfaces (m) of the pairs that State::neighbours must contain; empty: no pairs.
   std::optional<double> neighbour_range;
-  /// Largest displacement of a body in one step of an integrator, in units of the smallest radius. A larger
-  /// displacement could pass through an obstacle from which the effect makes bodies bounce.
+  /// Largest allowed displacement of a body in one step of an integrator, in units of the smallest radius; empty: no
+  /// limit. A larger displacement could carry a body through an obstacle that should repel it.
   std::optional<double> largest_move;
 };
 
-/// State of the system at the instant at which an effect is evaluated.
+/// Input of an effect at one instant: time, bodies, neighbour pairs and threads.
 struct State {
   double time = 0;  ///< s
   const Bodies& bodies;
-  /// Empty unless an effect needs them; may contain pairs beyond the range.
+  /// Pairs of neighbouring bodies; empty unless an effect needs them. Pairs beyond the effect's range may be included.
   std::span<const Pair> neighbours;
   /// Threads for loops with enough work.
   parallel::Team& team = parallel::Team::single();
@@ -45,7 +46,7 @@ struct State {
   std::span<const int> requested{};
 };
 
-/// Calls visit(i) for every requested body, in ascending order.
+/// Calls visit(i) for every requested body i (State::requested: bodies whose forces are needed), in ascending order.
 template <class Visit>
 void for_each_requested(const State& state, const Visit& visit) {
   for (const int i : state.requested) visit(i);
@@ -53,10 +54,11 @@ void for_each_requested(const State& state, const Visit& visit) {
   for (int i = 0; i < state.bodies.size(); ++i) visit(i);
 }
 
-/// Derivatives of forces by positions and momenta, as a sum of blocks, for implicit integrators. Force component k on
-/// body i is row i * dimension + k. Columns count position or momentum components in the same way.
+/// Sparse Jacobian matrix: derivatives of forces by positions and by momenta, for implicit integrators. Component k of
+/// the force on body i is row i * dimension + k. Columns count components of positions or momenta in the same way.
 class ForceJacobian {
  public:
+  /// One matrix entry.
   struct Entry {
     int row = 0, column = 0;
     double value = 0;
@@ -65,12 +67,14 @@ class ForceJacobian {
   explicit ForceJacobian(int dimension) : dimension_(dimension) {}
   void clear() { by_position.clear(), by_momentum.clear(); }
 
-  /// Adds along * n n' + across * (1 - n n') to d(force on i) / d(position of j) (N/m). n is a unit vector with
-  /// `dimension` components. Every force that acts along a line between two surfaces has this form.
+  /// Adds the block along * n n' + across * (1 - n n') (N/m) to the derivative of the force on body i by the position
+  /// of body j. n is a unit vector with `dimension` components. A central force along n has this form.
   void add_central(int i, int j, std::span<const double> n, double along, double across);
-  /// Adds `rate` (1/s) to d(force on i) / d(momentum of i), for each component.
+  /// Adds `rate` (1/s; negative for linear drag) to the derivative of each component of the force on body i by the same
+  /// component of its momentum.
   void add_drag(int i, double rate);
-  /// Adds along * n n' + across * (1 - n n') (1/s) to d(force on i) / d(momentum of i). n is a unit vector with
+  /// Adds the block along * n n' + across * (1 - n n') to the derivative of the force on body i by its momentum.
+  /// `along` and `across` (1/s) are negative for drag. n is the direction of the velocity, a unit vector with
   /// `dimension` components.
   void add_drag(int i, std::span<const double> n, double along, double across);
 
@@ -80,74 +84,77 @@ class ForceJacobian {
   int dimension_;
 };
 
-/// One physical effect. A run contains it only if the scene has its table. Functions that it does not override have no
-/// effect.
+/// Interface of one physical effect, such as a force, a current source or a contact law. A run contains the effect only
+/// if the scene has its table [effects.NAME]. Functions that a class does not override change no result.
 class Effect {
  public:
   virtual ~Effect() = default;
-  virtual const EffectKind& kind() const = 0;  ///< kind that made the effect
-  std::string_view name() const;               ///< name of its table in the scene
+  virtual const EffectKind& kind() const = 0;  ///< description of the effect: keys, requirements, factory
+  std::string_view name() const;               ///< name of the effect's table in the scene
   virtual Needs needs() const { return {}; }
 
-  /// Adds the effect's forces (N, [N * dimension]) on the requested bodies. Forces on grains must depend only on
-  /// positions and charges and have a potential (stored_energy). They must change little while a grain moves by a small
-  /// part of StepLimits::force_length, because they act as impulses between contact substeps.
+  /// Adds the effect's forces on the requested bodies to `force` (N, [N * dimension]). Forces on grains must depend
+  /// only on positions and charges and have a potential (stored_energy). They must change little while a grain moves by
+  /// a small part of StepLimits::force_length, because they act as impulses between contact substeps.
   virtual void add_forces(const State& state, std::span<double> force) const { (void)state, (void)force; }
-  /// Adds the derivatives of the forces of add_forces. Missing terms slow the iteration of an implicit integrator, but
-  /// do not change its limit.
+  /// Adds the derivatives of the forces of add_forces() by positions and momenta. Missing terms slow the Newton
+  /// iteration of an implicit integrator, but do not change its limit.
   virtual void add_jacobian(const State& state, ForceJacobian& jacobian) const { (void)state, (void)jacobian; }
-  /// Returns the energy (J) that the effect's forces store reversibly, such as the energy of springs or weight. The
-  /// field energy is not included.
+  /// Returns the potential energy (J) of the effect's forces, such as that of springs or of weight. The energy of the
+  /// electric field is not included.
   virtual double stored_energy(const State& state) const { return (void)state, 0; }
-  /// Marks the bodies that the effect's forces may act on while each body i moves by at most travel[i] (m); both bodies
-  /// of a pair are marked. By default an effect that overrides add_forces marks all bodies. Unmarked bodies are
-  /// integrated separately, and the integration of the others uses their old positions. Additional marks cost time but
-  /// no accuracy.
+  /// Sets interacting[i] of each body on which the effect's forces may act while each body k moves by at most travel[k]
+  /// (m). Both bodies of a pair are marked. By default an effect that overrides add_forces marks all bodies. Unmarked
+  /// bodies are integrated separately, and the forces on marked bodies are computed with their old positions.
+  /// Additional marks cost time but no accuracy.
   virtual void mark_interacting(const Bodies& bodies, std::span<const double> travel,
                                 std::vector<bool>& interacting) const;
-  /// Returns the drag on a body, which is the same at any time and position. The model adds its force and derivative.
-  /// Its heat enters the energy balance. Drag is therefore not part of add_forces, and it marks no bodies. Grains have
-  /// `drive` instead.
+  /// Returns the drag law of a body, which must not depend on time or position. The model adds the drag force and its
+  /// derivative, and counts its heat in the energy balance. add_forces() and mark_interacting() must leave drag out. An
+  /// effect of grains overrides drive() instead.
   virtual DragLaw drag(const Bodies& bodies, int body) const { return (void)bodies, (void)body, DragLaw{}; }
 
-  /// Adds the currents (A, [N]) that the effect injects into the bodies. `state` has no neighbours.
+  /// Adds the currents that the effect injects into the bodies to `current` (A, [N]). State::neighbours is empty.
   virtual void add_currents(const State& state, std::span<double> current) const { (void)state, (void)current; }
-  /// Returns the time (s) in which every charge decays to 1/e in the absence of other effects.
+  /// Returns the charge relaxation time (s), in which this effect alone reduces every charge to 1/e; by default
+  /// infinite.
   virtual double charge_relaxation_time() const { return INFINITY; }
 
   // The following functions are for grains, which src/granular moves.
 
   /// Returns the contact law of the grains, if this effect defines it; null otherwise.
   virtual const GrainContactLaw* grain_contact() const { return nullptr; }
-  /// Moves charges (reduced units, [N]) between grains in contact. `bodies` still has the charges before the exchange.
+  /// Transfers charge between grains in contact by changing `charge` (reduced units, [N]). `bodies` still has the
+  /// charges before the exchange.
   virtual void exchange_charges(const ContactRecord& contacts, const Bodies& bodies, std::span<double> charge) {
     (void)contacts, (void)bodies, (void)charge;
   }
-  /// Changes momenta from `time` to `time` + dt by an external drive, such as a surrounding gas or weight. Returns the
-  /// energy that the bodies gain; empty: no momentum has changed.
+  /// Changes the momenta of the grains from `time` to `time` + dt by an external drive, such as a surrounding gas or
+  /// weight. Returns the energy that the grains gain (reduced units); empty: no momentum has changed.
   virtual std::optional<double> drive(double time, double dt, Bodies& bodies) {
     return (void)time, (void)dt, (void)bodies, std::nullopt;
   }
 
   // The following functions are for effects that have a state in addition to the bodies and the options.
 
-  /// Commits a step. It is called once for each accepted step of a run, never for a step that may be rolled back. The
-  /// bodies have their positions at state.time. dt (s) earlier, they had the positions that the preceding step left.
-  /// The state changed here is constant between two calls. `state` has no neighbours.
+  /// Updates the effect's own state after a step of length dt (s) that ends at state.time. The function is called once
+  /// for each accepted step, never for a step that may be rolled back. The bodies have their positions at the end of
+  /// the step, and State::neighbours is empty. Between two calls the state changed here must be constant.
   virtual void accept(const State& state, double dt) { (void)state, (void)dt; }
-  /// Saves the effect's state to a checkpoint of its own.
+  /// Adds the effect's own state to a checkpoint that holds no other data.
   virtual void save(Checkpoint& checkpoint) const { (void)checkpoint; }
-  /// Returns true if a call of save never changes later results.
+  /// Returns true if save() never changes later results. It may change them if it discards cached data.
   virtual bool saves_exactly() const { return true; }
-  /// Restores the effect's state. Throws Failure for a checkpoint that is no state of the effect.
+  /// Restores the effect's own state from a checkpoint of save(). Throws Failure if the checkpoint does not fit.
   virtual void restore(const Checkpoint& checkpoint) { (void)checkpoint; }
-  /// Returns the wall time (s) of the effect's forces since the start, by part; empty if parts are not timed.
+  /// Returns the wall time (s) of the effect's force computation since the start, by named part of the computation;
+  /// empty if it is not timed.
   virtual std::map<std::string, double> seconds() const { return {}; }
   /// Returns warnings for the user before the run continues, such as an exceeded error bound.
   virtual std::vector<std::string> warnings() const { return {}; }
-  /// Adds the effect's columns to a frame. The recorder refuses duplicate names.
+  /// Adds the effect's columns (named quantities) to a frame of the result file. The recorder refuses duplicate names.
   virtual void add_columns(const State& state, Frame& frame) const { (void)state, (void)frame; }
-  /// Adds the effect's lines and quantities to the summary of a run.
+  /// Adds the effect's lines of text and numbers to the summary of a run.
   virtual void summarize(const State& state, Summary& summary) const { (void)state, (void)summary; }
 };
 

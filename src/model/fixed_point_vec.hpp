@@ -8,10 +8,12 @@
 
 namespace lichtenberg {
 
-/// A vector in quanta. Sums of integers do not depend on their order.
+/// Vector in fixed-point numbers: integer multiples of a quantum. Sums of integers do not depend on their order, so
+/// threads may add in any order.
 struct FixedPointVec {
   std::int64_t x = 0, y = 0, z = 0;
 
+  /// Converts to floating point; `quantum` is the value of 1.
   LICHTENBERG_HOST_DEVICE Vec3 times(double quantum) const {
     return {quantum * static_cast<double>(x), quantum * static_cast<double>(y), quantum * static_cast<double>(z)};
   }

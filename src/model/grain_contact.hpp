@@ -7,30 +7,31 @@
 
 namespace lichtenberg {
 
-/// Two grains in contact, from onset to release.
+/// A contact of two grains from its onset on. Units are the reduced ones (t0, v0).
 struct GrainContact {
   Pair pair;
   double since = 0;         ///< time of onset
   double impact_speed = 0;  ///< closing speed at onset, along the line of centres
-  bool alone = true;        ///< no third grain has been in contact with either since onset
+  bool alone = true;        ///< true if no third grain has been in contact with one of the two since onset
 };
 
-/// A contact that has ended.
+/// A contact of two grains that has ended, with its end. Units are the reduced ones (t0, v0).
 struct Collision {
   GrainContact contact;
-  double release_speed = 0;     ///< opening speed when the surfaces separate
+  double release_speed = 0;     ///< opening speed along the line of centres at separation
   double end = 0;               ///< time of separation
-  double tangential_speed = 0;  ///< speed across the line of centres at separation
+  double tangential_speed = 0;  ///< relative speed across the line of centres at separation
 };
 
-/// Contact events while grains were moved by dt, up to `time`.
+/// Contacts that began, ended or were open while grains moved from `time` - dt to `time`, and the energy that they
+/// dissipated. Units are the reduced ones (t0, m0 v0^2).
 struct ContactRecord {
   double time = 0, dt = 0;
   std::vector<GrainContact> begun;  ///< in the order of the steps, and within a step in the order of the pairs
   std::vector<Collision> ended;
-  std::span<const GrainContact> open;  ///< contacts open at the end, in ascending order of pairs
-  double dissipated = 0;
-  double largest_overlap = 0;  ///< largest ratio of overlap to sum of radii
+  std::span<const GrainContact> open;  ///< contacts open at `time`, in ascending order of pairs
+  double dissipated = 0;               ///< energy
+  double largest_overlap = 0;          ///< largest ratio of overlap to sum of radii
 };
 
 }  // namespace lichtenberg

@@ -7,10 +7,10 @@
 
 namespace lichtenberg {
 
-/// Contact force law of grains: one law of this list. A law is a small struct with
+/// Contact force law of grains in reduced units, one of the listed laws. A law is a small struct with
 ///
 /// ```
-///     Real scale(Real radius_i, Real radius_j) const        // factor of the forces by the radii
+///     Real scale(Real radius_i, Real radius_j) const        // factor of the forces for these radii
 ///     ContactForceTerms<Real> force_terms(Real overlap, Real scale) const
 ///     ContactParts parts(double overlap, double scale) const
 ///     double shortest_contact(double speed) const           // duration for two undamped grains of mass 1
@@ -19,27 +19,29 @@ namespace lichtenberg {
 ///     Law times(double by) const                            // all forces larger by a factor
 /// ```
 ///
-/// for the host and a device, where Real is a number or several in a vector and `viscoelastic` solves the collision of
-/// ViscoelasticLaw, and
+/// for the host and a device. Real is a double or a SIMD vector, and `viscoelastic` computes the collision of
+/// ViscoelasticLaw. On the host a law also has
 ///
 /// ```
-///     static constexpr bool constant_restitution            // true: it does not depend on the impact speed
+///     static constexpr bool constant_restitution            // true: restitution does not depend on the impact speed
 ///     Law undamped(double stiffness) const, stiffer(double stiffness) const
 /// ```
 ///
-/// as `elastic` and `stiffer` below. A law in this list runs on the CPU and on devices. The list is closed because each
-/// loop over contacts is compiled for each law: with vector instructions on the CPU, and as kernels by nvcc.
+/// for the functions `elastic` and `stiffer` below. A law in this list runs on the CPU and on devices. The list is
+/// closed because each loop over contacts is compiled for each law: with vector instructions on the CPU, and as kernels
+/// by nvcc.
 struct GrainContactLaw : std::variant<ViscoelasticLaw, LinearSpringLaw> {
   using variant::variant;
 };
 
-/// Returns the law without damping, and `stiffness` times as stiff.
+/// Returns a contact law without damping whose elastic force is that of `law` times `stiffness`.
 inline GrainContactLaw elastic(const GrainContactLaw& law, double stiffness) {
   return std::visit([&](const auto& one) { return GrainContactLaw(one.undamped(stiffness)); }, law);
 }
 
-/// Returns the law `stiffness` times as stiff, with damping that keeps the restitution at each speed: D times
-/// stiffness^(3/5), B times its square root.
+/// Returns a contact law whose elastic force is that of `law` times `stiffness`, with the same restitution coefficient
+/// at each impact speed. The damping increases by stiffness^(3/5) for viscoelastic spheres and by sqrt(stiffness) for
+/// the linear spring.
 inline GrainContactLaw stiffer(const GrainContactLaw& law, double stiffness) {
   return std::visit([&](const auto& one) { return GrainContactLaw(one.stiffer(stiffness)); }, law);
 }

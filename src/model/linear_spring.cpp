@@ -11,7 +11,8 @@ namespace lichtenberg {
 
 double linear_damping(double stiffness, double restitution, double effective_mass) {
   if (!(restitution > 0 && restitution <= 1))
-    throw InputError(fmt::format("the restitution of a linear contact is {}; it must lie in (0, 1]", restitution));
+    throw InputError(
+        fmt::format("the restitution coefficient of a linear contact is {}; it must lie in (0, 1]", restitution));
   const double wanted = -std::log(restitution);
   const auto excess = [&](double z) { return 2 * z * arc_over_sine(z) - wanted; };
   // The function rises with z, and for z >= 1 it is at least 2 acosh(z) >= 2 ln z.

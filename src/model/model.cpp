@@ -21,7 +21,7 @@ void Effect::mark_interacting(const Bodies&, std::span<const double>, std::vecto
 
 namespace {
 
-/// Appends along * n n' + across * (1 - n n') in the rows of i and the columns of j.
+/// Appends the block along * n n' + across * (1 - n n') in the rows of body i and the columns of body j.
 void append(std::vector<ForceJacobian::Entry>& entries, int i, int j, std::span<const double> n, double along,
             double across) {
   const int d = static_cast<int>(n.size());
@@ -41,12 +41,12 @@ void refuse_namesakes(const std::vector<std::unique_ptr<Effect>>& effects) {
 
 void check_one_a_body(const std::vector<double>& charge, const Bodies& bodies, const Effect& effect) {
   if (charge.size() != static_cast<std::size_t>(bodies.size()))
-    throw InputError(fmt::format("effects.{} needs {} charges, one a body, but is given {}", effect.name(),
+    throw InputError(fmt::format("effects.{} needs {} charges, one for each body, but is given {}", effect.name(),
                                  bodies.size(), charge.size()));
 }
 
-/// Returns the skin (m) of the neighbour list, a compromise between rebuilds and pairs tested in vain. The list does
-/// not extend beyond half a periodic box.
+/// Returns the skin (m) of the neighbour list: a compromise between few rebuilds and few pairs beyond the range. Range,
+/// skin and two radii together stay below half a periodic box.
 double skin_for(const Bodies& bodies, double range) {
   constexpr double usual = 0.8;  // fraction of the largest radius
   const double radius = *std::ranges::max_element(bodies.radius);

@@ -11,63 +11,73 @@
 
 namespace lichtenberg {
 
-/// Bodies and the effects that act on them. Charges and a neighbour list exist only if an effect needs them.
+/// Bodies and the effects (forces, currents, drag) that act on them, with the sums over all effects. Charges and a
+/// neighbour list exist only if an effect needs them.
 struct Model {
-  /// `charge`: C, [N]; used only if an effect needs charges. Throws InputError for an effect that does not support the
-  /// bodies' dimension or their box's periodic sides, and for two effects of one name. Throws InputError unless
-  /// required charges are one for each body, and for drag of grains or negative drag.
+  /// Makes a model of bodies and effects. `charge` (C, [N]) is copied into the bodies if an effect needs charges.
+  /// Throws InputError for an effect that does not support the bodies' dimension or periodic sides, and for two effects
+  /// of one name. Throws InputError if an effect needs charges and their number is not N, for drag of grains, and for
+  /// an invalid drag law (Drag::add).
   Model(Bodies bodies, std::vector<std::unique_ptr<Effect>> effects, const std::vector<double>& charge);
 
   Bodies bodies;
   std::vector<std::unique_ptr<Effect>> effects;
   std::optional<NeighbourList> neighbours;
-  /// Drag of all effects; forces() includes its forces.
+  /// Total drag of all effects; forces() includes its forces.
   Drag drag;
   /// Threads for the effects; must outlive the model.
   parallel::Team* team = &parallel::Team::single();
 
-  /// Computes the sum of all forces on the bodies in their current state (N, [N * dimension], overwritten).
+  /// Computes the total force of all effects on each body in its current state. `force` (N, [N * dimension]) is
+  /// overwritten.
   void forces(double time, std::span<double> force) { forces(time, all_bodies_, force); }
-  /// Computes the forces on the requested bodies. Elements of `force` for other bodies are undefined.
+  /// Computes the total force of all effects on each requested body. Elements of `force` (N, [N * dimension]) for other
+  /// bodies are undefined.
   void forces(double time, RequestedBodies& requested, std::span<double> force);
-  /// Computes the derivatives of the sum of all forces (overwritten).
+  /// Computes the Jacobian matrix of the total forces, their derivatives by positions and momenta (overwritten).
   void jacobian(double time, ForceJacobian& jacobian) { this->jacobian(time, all_bodies_, jacobian); }
+  /// Computes the Jacobian matrix of the total forces on the requested bodies (overwritten).
   void jacobian(double time, RequestedBodies& requested, ForceJacobian& jacobian);
-  /// Computes the sum of all currents injected into the bodies (A, [N], overwritten). Effects get no neighbours.
+  /// Computes the total current that the effects inject into each body (A, [N], overwritten). State::neighbours of the
+  /// effects is empty.
   void currents(double time, std::span<double> current);
 
-  /// Returns the sum of the energies that the effects store (J).
+  /// Returns the potential energy of all effects (J), without the energy of the electric field.
   double stored_energy(double time);
-  /// Returns the sum of m v^2 / 2 (J).
+  /// Returns the kinetic energy of all bodies (J), the sum of m v^2 / 2.
   double kinetic_energy() const;
 
-  /// Returns the time (s) in which all effects together reduce every charge to 1/e; infinite if no effect does.
+  /// Returns the charge relaxation time (s), in which all effects together reduce every charge to 1/e; infinite if no
+  /// effect reduces charges.
   double charge_relaxation_time() const;
 
-  /// Commits a step of length dt (s) to `time` in every effect, without neighbours.
+  /// Calls Effect::accept of every effect after an accepted step of length dt (s) that ends at `time`.
   void accept(double time, double dt);
-  /// Saves the effects' states as arrays "effects.NAME.ARRAY".
+  /// Adds the states of all effects to a checkpoint, as arrays "effects.NAME.ARRAY".
   void save(Checkpoint& checkpoint) const;
-  /// Restores the effects' states. Throws the exceptions of Effect::restore.
+  /// Restores the states of all effects from a checkpoint. Throws the exceptions of Effect::restore.
   void restore(const Checkpoint& checkpoint);
-  /// Adds the effects' columns to a frame.
+  /// Adds the columns (named quantities) of all effects to a frame of the result file.
   void add_columns(double time, Frame& frame);
-  /// Adds the effects' lines and quantities to a summary.
+  /// Adds the lines of text and numbers of all effects to the summary of a run.
   void summarize(double time, Summary& summary);
 
-  /// Returns the smallest of the effects' Needs::largest_move as a length (m); infinite if no effect sets one.
+  /// Returns the largest displacement (m) of a body that all effects allow in one step of an integrator
+  /// (Needs::largest_move); infinite if no effect limits it.
   double largest_move() const;
 
-  /// Returns the input of the effects at this instant, with an updated neighbour list.
+  /// Returns the input of the effects for the current bodies at `time`, with an updated neighbour list.
   State state(double time) { return state(time, all_bodies_); }
 
  private:
   void add_drag_of(std::size_t effect);
   State state(double time, RequestedBodies& requested);
-  /// Returns the input of the effects, without neighbours. Their search would take a pass over all bodies.
+  /// Returns the input of the effects without neighbour pairs, because an update of the list takes a pass over all
+  /// bodies.
   State state_without_neighbours(double time) { return {time, bodies, {}, *team, all_bodies_.bodies()}; }
 
-  /// First effect with drag, after whose forces all drag is added; number of effects if there is none.
+  /// Index of the first effect with drag; number of effects if there is none. The drag of all effects is added after
+  /// the forces of this effect.
   std::size_t drag_at_;
   RequestedBodies all_bodies_;
 };

@@ -6,7 +6,8 @@
 
 namespace lichtenberg {
 
-/// Calls f(Spheres<d>) with the current state of the bodies; d is their dimension.
+/// Calls f with views of the positions, radii and charges of the bodies, as Spheres<d> for their dimension d. Returns
+/// the result of f.
 template <class F>
 decltype(auto) visit_spheres(const Bodies& bodies, F&& f) {
   return bodies.dimension == 3 ? f(spheres<3>(bodies)) : f(spheres<2>(bodies));

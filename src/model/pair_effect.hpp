@@ -1,8 +1,7 @@
 #pragma once
 
-#include <fmt/format.h>
-
 #include <algorithm>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -15,9 +14,9 @@
 
 namespace lichtenberg {
 
-/// Returns the largest gap (m) between surfaces at which a law acts between bodies with these radii (m, [N]). The law's
-/// cutoff must be a convex function of each radius, as a sum or a maximum is. The gap is then largest between extreme
-/// radii.
+/// Returns the largest gap (m) between the surfaces of two bodies at which a pair force law acts; 0 without bodies.
+/// `radius`: radii of all bodies (m, [N]). The law's cutoff must be a convex function of each radius, such as a sum or
+/// a maximum. The gap is then largest between bodies of extreme radii.
 template <class Law>
 double largest_gap(const Law& law, std::span<const double> radius) {
   if (radius.empty()) return 0;
@@ -26,21 +25,22 @@ double largest_gap(const Law& law, std::span<const double> radius) {
   return std::max({0.0, gap(least, least), gap(least, most), gap(most, most)});
 }
 
-/// Forces by a pair law (pair_law.hpp), for conductors and for grains. The law gives the forces, their energy
-/// and their derivatives.
+/// Effect of a short-range pair force on conductors or grains. The pair force law (pair_law.hpp) gives the forces,
+/// their energy and their derivatives. Pairs come from the neighbour list.
 template <class Law>
 class PairEffect : public Effect {
  public:
-  /// Makes an effect from the law of its pair force. `radius`: radii of the bodies (m); empty for a law that acts in
-  /// contact only.
+  /// Makes an effect from the law of its pair force. `radius`: radii of the bodies (m, [N]); empty for a law that acts
+  /// in contact only.
   PairEffect(const EffectKind& kind, Law law, std::span<const double> radius)
       : kind_(&kind), law_(std::move(law)), gap_(largest_gap(law_, radius)) {}
+  /// Makes an effect from the law of its pair force, for the radii of the scene's conductors.
   PairEffect(const EffectKind& kind, Law law, const Scene& scene)
       : PairEffect(kind, std::move(law), std::span<const double>(make_bodies(scene).radius)) {}
 
   const EffectKind& kind() const override { return *kind_; }
   Needs needs() const override { return {.charges = NeedsCharges<Law>, .neighbour_range = gap_}; }
-  /// Throws Failure for a pair that the law refuses.
+  /// Adds the pair forces to `force` (N, [N * dimension]). Throws Failure for a pair for which the law is not valid.
   void add_forces(const State& state, std::span<double> force) const override {
     const PairSum sum = visit_spheres(state.bodies, [&](const auto& spheres) {
       return add_pair_forces(law_, spheres, state.neighbours, force, state.team);
@@ -66,12 +66,14 @@ class PairEffect : public Effect {
 
  protected:
   const Law& law() const { return law_; }
-  /// Returns the law of a pair, for energy and derivatives. An effect whose law depends on the pair also overrides
-  /// add_forces.
+  /// Returns the law of one pair, for energy and derivatives. An effect whose law depends on the pair overrides this
+  /// function and add_forces().
   virtual Law law_of(Pair pair) const { return (void)pair, law_; }
+  /// Throws Failure for a pair for which the law is not valid.
   [[noreturn]] virtual void refuse(const Bodies& bodies, Pair pair) const {
     (void)bodies;
-    throw Failure(fmt::format("effects.{}: its law does not hold between {} and {}", name(), pair.i, pair.j));
+    throw Failure("effects." + std::string(name()) + ": its law does not hold between " + std::to_string(pair.i) +
+                  " and " + std::to_string(pair.j));
   }
 
  private:

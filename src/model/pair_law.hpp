@@ -4,21 +4,23 @@
 
 namespace lichtenberg {
 
-/// Input of a pair force law: geometry and charges of two particles.
+/// Input of a pair force law: distance, radii and charges of two particles, in SI or the reduced units of grains.
 struct PairGeometry {
-  double distance = 0;                ///< m, between the centres
-  double reach = 0;                   ///< m, cutoff distance of the law
+  double distance = 0;                ///< distance between the centres (m)
+  double reach = 0;                   ///< cutoff of the law for this pair, a distance between centres (m)
   double radius_i = 0, radius_j = 0;  ///< m
-  double charge_i = 0, charge_j = 0;  ///< C, q0 for grains; 0 unless the law is `charged`
+  double charge_i = 0, charge_j = 0;  ///< C, or q0 for grains; 0 unless the law is `charged`
 };
 
+/// Result of a pair force law at one distance: energy, force and stiffness.
 struct PairForce {
-  double energy = 0;     ///< energy of the pair, in the law's units
+  double energy = 0;     ///< energy of the pair, in multiples of the law's energy_unit()
   double force = 0;      ///< N, repulsive; N/m (force over distance) if the law is `over_distance`
   double stiffness = 0;  ///< N/m, minus the derivative of the force (N) by the distance
 };
 
-/// A law is a small struct with parameters and
+/// True for a pair force law with the optional functions quick() and quick_holds(). A pair force law is a small struct
+/// with parameters and
 ///
 /// ```
 ///     static constexpr bool over_distance  // true: PairForce::force is force over distance
@@ -36,21 +38,24 @@ struct PairForce {
 ///     bool refuses(const PairGeometry&) const     // the law is not valid for such a pair
 /// ```
 ///
-/// all for the host and for a device. The loops that take a law are in pair_loop.hpp and pair_part.hpp.
+/// for the host and for a device. The loops over pairs that take a law are in pair_loop.hpp and pair_part.hpp.
 template <class Law>
 concept HasQuick = requires(const Law& law, const PairGeometry& geometry) {
   law.quick(geometry), law.quick_holds(geometry);
 };
+/// True for a pair force law that uses the charges of the pair.
 template <class Law>
 concept NeedsCharges = requires {
   requires Law::charged;
 };
+/// True for a pair force law with a function refuses(), which returns true for pairs for which the law is not valid.
 template <class Law>
 concept CanRefuse = requires(const Law& law, const PairGeometry& geometry) {
   law.refuses(geometry);
 };
 
-/// Returns the force over the distance (N/m).
+/// Returns the pair force divided by the distance of the centres (N/m). `law` is the result of a law of type Law, which
+/// may already be divided.
 template <class Law>
 LICHTENBERG_HOST_DEVICE double over_distance(const PairForce& law, double distance) {
   return Law::over_distance ? law.force : law.force / distance;

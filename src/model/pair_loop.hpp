@@ -15,39 +15,40 @@
 
 namespace lichtenberg {
 
-/// Force on a particle (N).
+/// Index of a particle, and a force on it (N).
 struct ParticleForce {
   int particle = 0;
   std::array<double, 3> force{};
 };
 
-/// Energy and first refused pair of a loop over pairs.
+/// Total energy of a loop over pairs, and the first pair for which the force law is not valid.
 struct PairSum {
-  double energy = 0;            ///< in the law's units
-  std::optional<Pair> refused;  ///< first pair that the law refuses
+  double energy = 0;            ///< in multiples of the law's energy_unit()
+  std::optional<Pair> refused;  ///< empty if the law is valid for all pairs
 };
 
-/// Output of a loop over the pairs of a range of particles.
+/// Output of a loop over the pairs whose first particle is in a range of particles. Forces on particles of the range
+/// are added to `force`, and forces on other particles are appended to `outside`. The energy is added to `sum`.
 struct PairOutput {
-  std::span<double> force;              ///< N, [N * d]; only elements of these particles are changed
-  std::vector<ParticleForce>& outside;  ///< forces on other particles, appended
+  std::span<double> force;  ///< N, [N * d]
+  std::vector<ParticleForce>& outside;
   PairSum& sum;
 };
 
-/// Particles from `first` to before `end`.
+/// Range of successive particles: first <= i < end.
 struct ParticleRange {
   int first = 0, end = 0;
 };
 
-/// A pair within the cutoff of its law.
+/// A pair of particles within the cutoff of a pair force law: indices, separation vector and input of the law.
 template <int d>
 struct PairInReach {
   Pair pair;
-  Vec<d> separation;  ///< m, from j to i
+  Vec<d> separation;  ///< m, from particle j to particle i
   PairGeometry geometry;
 };
 
-/// Returns the pairs, in ascending order, whose first particle is in the range.
+/// Returns the part of `pairs` whose first particle i is in the range. `pairs` is in ascending order.
 inline std::span<const Pair> pairs_of(std::span<const Pair> pairs, const ParticleRange& range) {
   const auto from = std::ranges::lower_bound(pairs, range.first, {}, &Pair::i);
   return {from, std::ranges::lower_bound(from, pairs.end(), range.end, {}, &Pair::i)};
@@ -55,15 +56,16 @@ inline std::span<const Pair> pairs_of(std::span<const Pair> pairs, const Particl
 
 namespace pair_loop {
 
-/// Batch of pairs within the cutoff, for vectorized evaluation of their law.
+/// Batch of particle pairs within the cutoff of a pair force law, stored as one array for each quantity so that the
+/// compiler vectorizes the evaluation of the law. Use: gather(), apply_law(), add_forces().
 template <int d, class Law, bool periodic>
 class Batch {
  public:
-  static constexpr std::size_t most = 256;
+  static constexpr std::size_t most = 256;  ///< largest number of pairs
 
   Batch(const Law& law, const Spheres<d>& spheres) : law_(law), spheres_(spheres), nearest_(spheres.box) {}
 
-  /// Stores those of `pairs` (at most `most`) that are within the cutoff.
+  /// Replaces the batch by the elements of `pairs` (at most `most`) that are within the cutoff.
   void gather(std::span<const Pair> pairs) {
     const double *p = spheres_.position.data(), *radius = spheres_.radius.data();
     [[maybe_unused]] const double* charge = spheres_.charge.data();
@@ -87,7 +89,9 @@ class Batch {
     }
   }
 
-  /// Evaluates the law. Energies are added sequentially, so that the sum does not depend on the ends of batches.
+  /// Evaluates the force law for each pair of the batch. Adds the energies to sum.energy sequentially, so that the sum
+  /// does not depend on the division into batches. Sets sum.refused, if empty, to the first pair for which the law is
+  /// not valid.
   void apply_law(PairSum& sum) {
     int rest = 0, refused = 0;
     for (int c = 0; c < count_; ++c) {
@@ -116,8 +120,8 @@ class Batch {
     }
   }
 
-  /// Adds the forces. Forces on particles from `end` on are appended to `outside`; there are none if one range has all
-  /// particles.
+  /// Adds the pair forces of the batch to `force` (N, [N * d]). Forces on a second particle j >= end are appended to
+  /// `outside` instead. `all`: no such particle exists.
   template <bool all>
   void add_forces(int end, std::span<double> force, std::vector<ParticleForce>& outside) const {
     for (int c = 0; c < count_; ++c) {
@@ -161,6 +165,7 @@ class Batch {
   std::array<Numbers, d> direction_;
 };
 
+/// Adds the forces and energies of pairs in batches.
 template <bool periodic, bool all, int d, class Law>
 void add_range(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, int end,
                const PairOutput& output) {
@@ -174,6 +179,7 @@ void add_range(const Law& law, const Spheres<d>& spheres, std::span<const Pair> 
   }
 }
 
+/// Implements for_each_in_reach() for a box with or without periodic axes.
 template <bool periodic, int d, class Law, class Visit>
 bool visit(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, Visit&& use) {
   const NearestImage<d> nearest(spheres.box);
@@ -200,15 +206,15 @@ bool visit(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pair
 
 }  // namespace pair_loop
 
-/// Calls use(PairInReach) for every pair within the law's cutoff, in the order of the pairs. Returns false immediately
-/// if two centres coincide.
+/// Calls use(PairInReach) for every element of `pairs` within the cutoff of a pair force law, in their order. Returns
+/// true at the end, or stops and returns false at a pair whose centres coincide.
 template <int d, class Law, class Visit>
 bool for_each_in_reach(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, Visit&& use) {
   return spheres.box.any_periodic() ? pair_loop::visit<true>(law, spheres, pairs, use)
                                     : pair_loop::visit<false>(law, spheres, pairs, use);
 }
 
-/// Adds the derivatives of a pair's forces by both positions to a ForceJacobian.
+/// Adds the derivatives (N/m) of the forces on both particles of a pair by both positions to a ForceJacobian.
 template <int d, class Law, class Jacobian>
 void add_pair_derivatives(const Law& law, const PairInReach<d>& pair, Jacobian& jacobian) {
   const PairForce of = law(pair.geometry);
@@ -223,8 +229,8 @@ void add_pair_derivatives(const Law& law, const PairInReach<d>& pair, Jacobian& 
   jacobian.add_central(j, i, normal, -along, -across);
 }
 
-/// Adds the forces of the pairs whose first particle is in the range, for callers that divide the particles among
-/// threads.
+/// Adds the forces and energies of the pairs whose first particle is in a range, for callers that divide the particles
+/// among threads. `pairs`: neighbour pairs in ascending order; pairs beyond the law's cutoff are skipped.
 template <int d, class Law>
 void add_pair_forces(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, const ParticleRange& range,
                      const PairOutput& output) {
@@ -237,9 +243,9 @@ void add_pair_forces(const Law& law, const Spheres<d>& spheres, std::span<const 
   spheres.box.any_periodic() ? add(std::true_type{}) : add(std::false_type{});
 }
 
-/// Adds the forces of all pairs, which are in ascending order. The result is bitwise identical for any number of
-/// threads. Each task has a range of particles, and its forces on other particles are added afterwards, in the order of
-/// the tasks.
+/// Adds the forces of all pairs to `force` (N, [N * d]), on the threads of a team. Returns the total energy and the
+/// first pair for which the law is not valid. `pairs`: neighbour pairs in ascending order; pairs beyond the law's
+/// cutoff are skipped. The result is bitwise identical for any number of threads.
 template <int d, class Law>
 PairSum add_pair_forces(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, std::span<double> force,
                         parallel::Team& team) {
@@ -251,6 +257,7 @@ PairSum add_pair_forces(const Law& law, const Spheres<d>& spheres, std::span<con
     add_pair_forces(law, spheres, pairs, ParticleRange{0, n}, PairOutput{force, none, sum});
     return sum;
   }
+  // Each task has a range of particles. Its forces on other particles are added afterwards, in the order of the tasks.
   std::vector<PairSum> sums(tasks);
   std::vector<std::vector<ParticleForce>> outside(tasks);
   team.for_each(tasks, [&](int task) {

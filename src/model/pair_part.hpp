@@ -13,8 +13,8 @@
 
 namespace lichtenberg {
 
-/// Calls use(PairForce, force over distance, vector from the partner) for each partner of grain i within the law's
-/// cutoff.
+/// Calls use(PairForce, force over distance, separation) for each neighbour j of grain i within the cutoff of a pair
+/// force law. The separation is the vector from grain j to grain i. Units are reduced.
 template <class Law, class Use>
 LICHTENBERG_HOST_DEVICE void for_each_partner(const Law& law, const DeviceGrains& grains,
                                               const NearestImage<3>& nearest, int i, const Use& use) {
@@ -31,12 +31,13 @@ LICHTENBERG_HOST_DEVICE void for_each_partner(const Law& law, const DeviceGrains
   }
 }
 
-/// Pair forces on a device with one sum for each grain over its partners. The law is evaluated twice for each pair,
-/// which costs a device less than adding to two grains.
+/// Pair forces of a law on grains on a device. One thread sums the forces on one grain over its neighbours. The law is
+/// evaluated twice for each pair, which costs a device less than adding to two grains.
 template <class Law, class Executor>
 class PairPart final : public DevicePart {
  public:
-  /// Makes the device part of a pair law. `strongest`: the pair with about the largest expected force of the law.
+  /// Makes the device implementation of a pair force law. `strongest`: a pair with about the largest force that is
+  /// expected.
   PairPart(const Executor& run, const Law& law, const PairGeometry& strongest)
       : run_(&run), law_(law), strongest_(strongest) {}
 
@@ -77,8 +78,8 @@ class PairPart final : public DevicePart {
   PairGeometry strongest_;
 };
 
-/// Makes a part with CUDA kernels. A file that CMake's add_law_kernels writes instantiates it with nvcc; in builds
-/// without CUDA that file specializes it without kernels.
+/// Makes a PairPart whose kernels run on a CUDA device. CMake's add_law_kernels writes a file that instantiates this
+/// function with nvcc. In builds without CUDA the file defines a specialization that returns null.
 template <class Law>
 std::unique_ptr<DevicePart> make_cuda_part(const parallel::CudaExecutor& run, const Law& law,
                                            const PairGeometry& strongest)

@@ -8,16 +8,16 @@
 
 namespace lichtenberg {
 
-/// Requested bodies, whose forces are computed repeatedly while the other bodies come no nearer to them. The cost of
-/// their neighbours depends on their number and not on the number of all bodies.
+/// Subset of the bodies whose forces are computed repeatedly, with the neighbour pairs of these bodies. The other
+/// bodies must come no nearer to them in the meantime. Most updates test only the requested bodies, not all bodies.
 class RequestedBodies {
  public:
-  /// Requests these bodies. `bodies`: indices in ascending order; empty: all bodies.
+  /// Requests the forces on `bodies`, indices in ascending order; empty: all bodies.
   explicit RequestedBodies(std::vector<int> bodies = {}) : bodies_(std::move(bodies)) {}
 
   std::span<const int> bodies() const { return bodies_; }
-  /// Returns the pairs of `list` that contain a requested body, after an update of the list. The first call updates it
-  /// for all moved bodies, later calls only for moved requested bodies.
+  /// Updates the neighbour list and returns its pairs that contain a requested body. The first call rebuilds the list
+  /// if any body has moved too far; a later call rebuilds it only if a requested body has.
   std::span<const Pair> neighbours(NeighbourList& list, const Bodies& all, parallel::Team& team);
 
  private:

@@ -155,7 +155,7 @@ void remove_partial_files(const std::string& path) {
 void check_writable(const std::string& path) {
   namespace fs = std::filesystem;
   const auto refuse_it = [&](const std::string& why) {
-    throw InputError(fmt::format("{} cannot be written: {}", path, why));
+    throw InputError(fmt::format("the file {} cannot be written: {}", path, why));
   };
   const std::string folder = folder_of(path), beside = path + ".partial-0000000";  // the longest name that is needed
   std::error_code error;
@@ -165,7 +165,7 @@ void check_writable(const std::string& path) {
   const fs::file_type type = fs::symlink_status(path, error).type();
   if (type == fs::file_type::directory) refuse_it("it is a folder");
   if (type != fs::file_type::regular && type != fs::file_type::not_found)
-    throw InputError(fmt::format("{} is no plain file and is not overwritten: name another one", path));
+    throw InputError(fmt::format("the path {} is no plain file and is not overwritten: name another one", path));
   if (access(folder.c_str(), W_OK | X_OK) == 0) return;
   if (errno == EROFS) refuse_it("folder " + folder + " is on a file system that is read-only");
   refuse_it("folder " + folder + " may not be written");

@@ -8,20 +8,23 @@
 
 namespace lichtenberg {
 
-/// A file that gets its name when it is complete. Until then it is `path`.partial-PID, which no other process of this
-/// machine writes. It is always a new file, never the target of a link. Whatever happens (a kill, a full disk, a power
-/// failure), the old file is preserved. Members throw Failure if the disk refuses a write. The destructor removes the
-/// partial file.
+/// New file that gets its name only when it is complete (atomic replacement). Until then its name is
+/// `path`.partial-PID, which no other process of this machine writes. It is always a new file, never the target of a
+/// link. A kill, a full disk or a power failure preserves an old file at `path`. Members throw Failure if the disk
+/// refuses a write. The destructor removes the partial file.
 class NewFile {
  public:
+  /// Creates the empty partial file.
   explicit NewFile(std::string path);
   NewFile(const NewFile&) = delete;
   ~NewFile();
 
-  /// Writes bytes at an offset. Skipped bytes are zero.
+  /// Writes bytes at an offset (bytes). Skipped bytes are zero.
   void write(std::uint64_t offset, std::span<const std::byte> bytes);
+  /// Reads bytes at an offset (bytes).
   void read(std::uint64_t offset, std::span<std::byte> bytes) const;
-  /// Renames the file once all data are on the disk. `check` is called just before and may refuse by an exception.
+  /// Renames the partial file to its final name once all data are on the disk. `check` is called just before and may
+  /// refuse by an exception.
   void publish(const std::function<void()>& check = [] {});
 
  private:
@@ -29,10 +32,11 @@ class NewFile {
   int descriptor_;
 };
 
-/// Writes the bytes through a NewFile.
+/// Writes the bytes to the file at `path` through a NewFile: a failure leaves an old file unchanged.
 void write_atomically(const std::string& path, std::span<const std::byte> bytes);
 
-/// Identity of the file at a path. A NewFile replaces it by another file.
+/// Identity of the file at a path: device, inode and time of modification. It differs after a NewFile has replaced the
+/// file.
 struct FileIdentity {
   std::uint64_t device = 0, inode = 0;
   std::int64_t seconds = 0, nanoseconds = 0;
@@ -41,7 +45,7 @@ struct FileIdentity {
 /// Returns the identity of a file; all zeros if it does not exist.
 FileIdentity identity_of(const std::string& path);
 
-/// A file opened for reading. Its bytes do not change when another file takes its name.
+/// File opened for reading. Its bytes do not change when another file takes its name.
 class OpenFile {
  public:
   /// Opens the file. Throws std::system_error if it cannot be opened.
@@ -52,7 +56,7 @@ class OpenFile {
 
   std::uint64_t size() const { return size_; }
   const FileIdentity& identity() const { return identity_; }
-  /// Reads bytes at an offset. Throws std::system_error, also if the file is too short.
+  /// Reads bytes at an offset (bytes). Throws std::system_error, also if the file is too short.
   void read(std::uint64_t offset, std::span<std::byte> bytes) const;
 
  private:
@@ -61,17 +65,17 @@ class OpenFile {
   FileIdentity identity_;
 };
 
-/// Throws InputError if no file can be created at `path`. Its folder is missing or not writable, its name is too long,
-/// or the path is a folder, a link, a device or a pipe.
+/// Throws InputError if no file can be created at `path`: its folder is missing or not writable, or its name is too
+/// long. Also throws if the path is a folder, a link, a device or a pipe.
 void check_writable(const std::string& path);
 
-/// Returns true if `name` is a name of a partial NewFile for the file `of`.
+/// Returns true if `name` is a name of a partial NewFile for the file named `of`.
 bool is_partial_name(const std::string& name, const std::string& of);
 
-/// Removes partial files that killed processes have left for this path. There must be no other writer.
+/// Removes partial files (NewFile) that killed processes have left for this path. There must be no other writer.
 void remove_partial_files(const std::string& path);
 
-/// Returns the folder that contains `path`.
+/// Returns the path of the folder that contains `path`; "." for a plain name.
 std::string folder_of(const std::string& path);
 
 }  // namespace lichtenberg

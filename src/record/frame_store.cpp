@@ -55,7 +55,8 @@ Values part_of(const Values& values, const Series& series, std::int64_t first, s
       values);
 }
 
-/// Returns the rows of `count` frames in one file; `ends`: index after each frame's last row of a list.
+/// Reads the rows of `count` frames from frame `first`, all in one file. `ends`: index after each frame's last row of a
+/// list.
 Values values_in(const ResultFile& result, const Series& series, const std::vector<std::int64_t>& ends,
                  std::int64_t first, std::int64_t count) {
   return std::visit(
@@ -88,7 +89,7 @@ void FrameStore::resume_from(const ResultFile& result, std::int64_t frames) {
   for (const Rows& rows : tail_) tail_bytes_ += bytes_of(rows);
 }
 
-/// Takes over the segments without a frame after the checkpoint. Returns their number of frames.
+/// Adopts the segments of a result that have no frame after the checkpoint. Returns their number of frames.
 std::int64_t FrameStore::resume_segments(const ResultFile& result) {
   std::int64_t frames = 0;
   stale_segments_remain_ = false;

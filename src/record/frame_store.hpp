@@ -14,45 +14,49 @@
 
 namespace lichtenberg {
 
-/// Frames of the result at `path`: segments on the disk, and a tail in memory that each save writes again. A frame is
-/// written to a segment when the tail exceeds its limit, or immediately if the frame exceeds the limit by itself.
+/// Frames of the result file at `path` while its run writes them. Older frames are in segments (separate files that
+/// never change). The last ones are the tail in memory, which each save writes again. A frame is written to a segment
+/// when the tail exceeds its limit, or immediately if the frame exceeds the limit by itself.
 class FrameStore {
  public:
-  /// Makes an empty store for the result at `path`. `particles`: number of rows of each column of particles;
-  /// `tail_limit`: bytes.
+  /// Makes an empty store for the result at `path`. `particles`: number of rows of each column of particles.
+  /// `tail_limit`: largest size of the tail (bytes).
   FrameStore(std::string path, const Scene& scene, std::size_t particles, std::uint64_t tail_limit);
 
-  /// Continues with the first `frames` of a result. Later frames stay on the disk until remove_stale_segments(). Throws
-  /// hdf5::Error if the result is damaged.
+  /// Continues with the first `frames` frames of a result. Segments with later frames stay on the disk until
+  /// remove_stale_segments(). Throws hdf5::Error if the result is damaged.
   void resume_from(const ResultFile& result, std::int64_t frames);
 
-  /// Number of all frames, including those since the last save.
+  /// Returns the number of all frames, including those since the last save.
   std::int64_t frames() const { return frames_; }
-  /// Time of the last frame.
+  /// Returns the time of the last frame, in time_unit().
   double last_time() const { return last_time_; }
+  /// Returns the unit of the frames' time; "1" if time counts iterations.
   std::string time_unit() const { return series_.empty() ? Frame{}.time_unit : series_[1].unit; }
+  /// Returns true if no frames are in segments.
   bool in_one_file() const { return segments_.empty(); }
-  /// Names the columns of a resumed run that its file lacks and that are therefore not recorded. Empty if there are
-  /// none.
+  /// Returns a warning that names the columns of a resumed run that its file lacks and that are therefore not recorded.
+  /// Empty if there are none.
   std::string warning_of_columns() const;
 
-  /// Adds a frame. Throws InputError that names the column which cannot be recorded, or std::exception if a segment
-  /// cannot be written.
+  /// Adds a frame. Throws InputError that names a column which cannot be recorded, or another std::exception if a
+  /// segment cannot be written.
   void add(Frame frame);
-  /// Preserves the frames of a large file as the first segment, before the file at `path` is replaced. The segment is a
-  /// second name of the file without a copy, if the disk has hard links. Throws Failure if the segment cannot be made.
+  /// Preserves the frames of a large file as the first segment, before the file at `path` is replaced. Does nothing for
+  /// other files. The segment is a hard link to the file, or a copy on a disk without hard links. Throws Failure if the
+  /// segment cannot be made.
   void link_as_first_segment();
 
-  /// Writes the lists of the last frame, such as its contacts.
+  /// Writes the list columns of the last frame, such as its contacts, to the group "network".
   void put_last_lists(const hdf5::Handle& file) const;
-  /// Writes the tail and the index of the segments. Rows are compressed only once the run `is_over`, because each save
-  /// would compress all of them again.
+  /// Writes the tail, and the index of the segments if there are any. `is_over`: the run has ended; only then are rows
+  /// compressed, because each save would compress all of them again.
   void write_to(const hdf5::Handle& file, bool is_over) const;
-  /// Removes segments that the saved index does not name: those of an overwritten run or of frames after the
+  /// Removes segments that are not in the saved index. They belong to an overwritten run or to frames after the
   /// checkpoint.
   void remove_stale_segments();
-  /// Replaces index and segments by one file with all frames and `rest`. If this fails, it throws std::exception and
-  /// keeps both.
+  /// Replaces the result's index and segments by one file with all frames and with `rest`, its other contents. If this
+  /// fails, it throws std::exception and keeps index and segments.
   void merge_into_one_file(hdf5::Pages rest);
 
  private:

@@ -114,7 +114,7 @@ void check_bytes(hid_t dataset, const Shape& shape, const std::string& name) {
     throw Error(name + " has more numbers than bytes that hold them");
 }
 
-/// Returns a text that HDF5 has allocated, and frees that.
+/// Copies a text that HDF5 has allocated and frees HDF5's memory.
 std::string taken(char* value) {
   const std::string text = value == nullptr ? "" : value;
   H5free_memory(value);

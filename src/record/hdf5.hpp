@@ -26,6 +26,7 @@ struct Error : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Throws Error with the innermost message of HDF5's error stack.
 [[noreturn]] void throw_error_stack();
 
 /// Returns an HDF5 call's result, or throws Error if it is negative.
@@ -35,10 +36,11 @@ Result check(Result result) {
   return result;
 }
 
-/// Owner of one identifier: file, group, dataset, attribute, dataspace, datatype or property list.
+/// Owner of one HDF5 identifier (file, group, dataset, attribute, dataspace, datatype or property list), which it
+/// closes.
 class Handle {
  public:
-  /// Throws Error if `id` is the result of a failed call.
+  /// Takes over an identifier. Throws Error if `id` is the result of a failed call.
   explicit Handle(hid_t id) : id_(check(id)) {}
   Handle(Handle&& other) noexcept : id_(std::exchange(other.id_, H5I_INVALID_HID)) {}
   Handle& operator=(Handle&& other) noexcept {
@@ -56,21 +58,22 @@ class Handle {
 
 /// Returns true if the file begins with the HDF5 signature.
 bool is_hdf5(const OpenFile& file);
-/// Returns a new, empty file in memory.
+/// Creates an empty HDF5 file in memory and returns its handle. `pages` contains its bytes once the handle is closed.
 Handle create_in_memory(const std::shared_ptr<Pages>& pages = std::make_shared<Pages>());
-/// Opens the file with these bytes for reading and writing. The bytes are complete once the handle is closed.
+/// Opens the HDF5 file with the bytes `pages` for reading and writing. The bytes are complete once the handle is
+/// closed.
 Handle open_in_memory(const std::shared_ptr<Pages>& pages);
-/// Returns a copy of a file in memory. Changes to it never reach the disk.
+/// Opens a copy in memory of the file at `path`. Changes to it never reach the disk.
 Handle load(const std::string& path);
-/// Returns all bytes of a file on the disk.
+/// Reads all bytes of a file on the disk into memory.
 Pages pages_of(const OpenFile& file);
 /// Opens a file on the disk for reading; it stays open as long as the handle. The function uses no file name and no
-/// lock. Throws Error for files on which HDF5 would not return (global_heap.hpp).
+/// lock. Throws Error for files on which HDF5 would not return (check_global_heaps).
 Handle open(const std::shared_ptr<const OpenFile>& file);
-/// Returns the bytes that a file in memory would have on disk.
+/// Returns the bytes that an open file in memory would have on disk.
 std::vector<std::byte> image(const Handle& file);
 
-/// Opens the group at `path` below `parent` and creates it and all missing parents.
+/// Opens the group at `path` below `parent`. Creates it and all missing parents if it does not exist.
 Handle open_group(hid_t parent, const std::string& path);
 /// Returns true if an object exists at `path` below `parent`.
 bool exists(hid_t parent, const std::string& path);
@@ -79,11 +82,12 @@ bool is_group(hid_t parent, const std::string& path);
 /// Returns the names of the objects in a group, in alphabetical order.
 std::vector<std::string> names(hid_t group);
 
+/// Lengths of an array's dimensions, the last index fastest; empty for a single value.
 using Shape = std::vector<hsize_t>;
-/// Returns the dataspace of arrays of this shape; an empty shape is that of a single value.
+/// Creates the HDF5 dataspace of arrays of this shape; an empty shape is that of a single value.
 Handle dataspace(const Shape& shape);
 
-/// Returns HDF5's type of a number in memory.
+/// Returns HDF5's type identifier of a number in memory.
 template <class Number>
 hid_t native() {
   if constexpr (std::is_same_v<Number, double>) return H5T_NATIVE_DOUBLE;
@@ -95,7 +99,7 @@ hid_t native() {
 // Attributes. Text is UTF-8 of variable length, as h5py and the readers of H5MD expect it.
 void put_attribute(hid_t object, const std::string& name, const std::string& text);
 void put_attribute(hid_t object, const std::string& name, const std::vector<std::string>& texts);
-/// Writes an attribute with text of fixed length, as readers of VTKHDF expect it.
+/// Writes an attribute with a text of fixed length, as readers of VTKHDF expect it.
 void put_fixed_attribute(hid_t object, const std::string& name, const std::string& text);
 template <class Number>
 void put_attribute(hid_t object, const std::string& name, std::span<const Number> numbers, const Shape& shape);
@@ -106,40 +110,50 @@ void put_attribute(hid_t object, const std::string& name, Number number) {
 }
 /// Copies all attributes of an object to another object, which may be in another file.
 void copy_attributes(hid_t from, hid_t to);
-/// Returns the integer of an attribute; empty if there is no attribute of this name.
+/// Returns the integer of the attribute `name`; empty if there is no attribute of this name. Throws Error if it is no
+/// single integer.
 std::optional<int> integer_attribute(hid_t object, const std::string& name);
-/// Returns a text that put_attribute wrote; empty if there is no attribute of this name.
+/// Returns the text of the attribute `name`; an empty text if there is no attribute of this name. Throws Error if it is
+/// no single text.
 std::string text(hid_t object, const std::string& name);
-/// Returns a list of texts that put_attribute wrote; empty if there is no attribute of this name.
+/// Returns the list of texts of the attribute `name`; empty if there is no attribute of this name. Throws Error if it
+/// is no list of texts.
 std::vector<std::string> text_attribute(hid_t object, const std::string& name);
 
-/// Writes a dataset. A dataset of the same name and shape is overwritten in place, which keeps the file from growing; a
-/// dataset of another shape is replaced. An empty unit writes no `unit` attribute.
+/// Writes a dataset with an attribute `unit`; an empty unit writes none. A dataset of the same name and shape is
+/// overwritten in place, which keeps the file from growing, and keeps its unit. A dataset of another shape is replaced.
 template <class Number>
 void put(hid_t parent, const std::string& name, std::span<const Number> numbers, const Shape& shape,
          const std::string& unit);
+/// Storage of a compressed dataset: shape of its chunks, and type of its numbers.
 struct Compression {
   Shape chunk;
   hid_t type;  ///< type of the numbers in the file: H5T_IEEE_F32LE, say
 };
-/// Writes a dataset that is compressed in chunks; it always replaces an existing one.
+/// Writes a dataset that is compressed in chunks (deflate after a byte shuffle). It replaces an existing dataset.
 template <class Number>
 void put_compressed(hid_t parent, const std::string& name, std::span<const Number> numbers, const Shape& shape,
                     const Compression& stored, const std::string& unit);
+/// Writes a single number as a dataset with a unit.
 template <class Number>
 requires std::is_arithmetic_v<Number>
 void put(hid_t parent, const std::string& name, Number number, const std::string& unit) {
   put(parent, name, std::span<const Number>(&number, 1), {}, unit);
 }
+/// Writes a text as a dataset of one value.
 void put_text(hid_t parent, const std::string& name, const std::string& text);
 
-/// Reads all numbers of a dataset, the last index fastest, converted if they are stored as another type.
+/// Reads all numbers of a dataset, the last index fastest. Numbers of another stored type are converted. Throws Error
+/// if the dataset is missing or damaged.
 template <class Number>
 std::vector<Number> get(hid_t parent, const std::string& name);
-/// Reads `count` rows of a dataset from row `first`, converted as in `get`. Throws Error if the dataset has fewer rows.
+/// Reads `count` rows of a dataset (elements of its first dimension) from row `first`, converted as in get(). Throws
+/// Error if the dataset has fewer rows.
 template <class Number>
 std::vector<Number> get_rows(hid_t parent, const std::string& name, hsize_t first, hsize_t count);
+/// Reads the text of a dataset. Throws Error if it is missing or no single text.
 std::string get_text(hid_t parent, const std::string& name);
+/// Returns the shape of a dataset. Throws Error if it is missing.
 Shape shape(hid_t parent, const std::string& name);
 
 }  // namespace lichtenberg::hdf5

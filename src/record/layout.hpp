@@ -12,25 +12,26 @@ namespace lichtenberg {
 
 // Parts of a result file, each written by one function. All functions throw hdf5::Error.
 
-/// Format number, which changes when readers of the files have to change.
+/// Format number of result files. It changes when readers of the files have to change.
 constexpr int result_format = 2;
 
-/// Writes root attributes and /h5md (H5MD 1.1): author and program of the file, and its units.
+/// Writes the root attributes and the group /h5md (H5MD 1.1) of a result file: author and program, and system of units.
 void put_header(const hdf5::Handle& file, const Scene& scene, const Provenance& provenance);
 
-/// Writes /scene: the text, and the geometry that a picture needs.
+/// Writes the group /scene: the text of the scene, and the geometry and constants that a picture needs.
 void put_scene(const hdf5::Handle& file, const Scene& scene);
 
-/// Returns the box's edges as the nine numbers of three vectors, in the scene's unit of length; empty unless an axis is
-/// periodic. The third edge of a plane box is the depth of the medium.
+/// Returns the edges of the periodic box as three vectors (nine numbers), in the scene's unit of length. Empty unless
+/// an axis is periodic. The third edge of a plane box is the depth of the medium.
 std::vector<double> box_edges(const Scene& scene);
 
-/// Writes the constant parts of /particles/conductors: box, species, radius, mass (kg, one for each conductor).
+/// Writes the parts of /particles/conductors that do not change: box, species, radius and mass. `mass`: one for each
+/// particle, in the scene's unit of mass (kg, or m0 of a scene of grains).
 void put_conductors(const hdf5::Handle& file, const Scene& scene, std::span<const double> mass);
 
-/// Writes /checkpoint. The names of the arrays must not contain slashes.
+/// Writes the arrays of a checkpoint to the group /checkpoint. Their names must not contain slashes.
 void put_checkpoint(const hdf5::Handle& file, const Checkpoint& checkpoint);
-/// Reads /checkpoint.
+/// Reads the checkpoint from the group /checkpoint.
 Checkpoint get_checkpoint(const hdf5::Handle& file);
 
 }  // namespace lichtenberg

@@ -7,7 +7,8 @@
 
 namespace lichtenberg {
 
-/// Location and conditions of a run; lichtenberg_version() describes the program.
+/// User, machine, command line and start of a run, as recorded in its result. lichtenberg_version() describes the
+/// program.
 struct Provenance {
   std::string user;
   std::string command_line;
@@ -21,11 +22,12 @@ struct Provenance {
 /// Returns the provenance of the running process; `started` is the time of this call.
 Provenance provenance();
 
-/// Returns the group of a result for the start of the run (session 0) or for one of its resumptions.
+/// Returns the path of the group of a result that describes a session: 0 is the start of the run, k its k-th
+/// resumption.
 std::string session_group(int session);
-/// Returns the number of sessions in a result.
+/// Returns the number of sessions in a result: 1 plus the number of resumptions.
 int sessions(const hdf5::Handle& file);
-/// Writes the provenance and the field options of a session.
+/// Writes the provenance and the field options of session number `session` to a result.
 void put_session(const hdf5::Handle& file, int session, const Provenance& provenance, const Scene& scene);
 /// Returns a warning if another build of the program wrote the last session of the result at `path`; empty otherwise.
 std::string warning_of_another_build(const hdf5::Handle& file, const std::string& path);

@@ -38,18 +38,21 @@ void check_scene(const hdf5::Handle& file, const std::string& path, const Scene&
   const std::string change = first_change(hdf5::get_text(file, "scene/text"), scene.text);
   if (!change.empty())
     throw InputError(
-        fmt::format("{}: key `{}` has changed since {} was started; to resume a run, only [stop], [output], [network] "
-                    "and minimize.max_iterations, force_tolerance and threads may change",
+        fmt::format("{}: key `{}` has changed since the result file {} was started; to resume a run, only [stop], "
+                    "[output], [network] and minimize.max_iterations, force_tolerance and threads may change",
                     scene.path, change, path));
 }
 
-/// Checks that the run starts from the same state, which separates injected charge from initial charge.
+/// Throws InputError unless the run started from the same state as the scene: injected charge is counted apart from
+/// initial charge.
 void check_start(const hdf5::Handle& file, const std::string& path, const Scene& scene) {
   const std::string start = hdf5::text(hdf5::open_group(file, "scene"), "started_from");
-  if (start != scene.started_from)
-    throw InputError(fmt::format("{} was started {}: resume it {}", path,
-                                 start.empty() ? "where its scene says" : "from " + start,
-                                 start.empty() ? "without --from" : "with the same --from and --frame"));
+  if (start == scene.started_from) return;
+  if (start.empty())
+    throw InputError(
+        fmt::format("the run of the result file {} was started without --from: resume it without --from", path));
+  throw InputError(fmt::format(
+      "the run of the result file {} was started from {}: resume it with the same --from and --frame", path, start));
 }
 
 /// Attribute that marks the group of Milestone::history, to which each save appends.
@@ -58,7 +61,7 @@ constexpr const char* is_history = "history";
 void lengthen(Column& column, const std::vector<Column>& added) {
   const auto more = std::ranges::find(added, column.name, &Column::name);
   if (more == added.end() || more->unit != column.unit || more->values.index() != column.values.index())
-    throw InputError(fmt::format("column `{}` of a history has changed its type or unit", column.name));
+    throw InputError(fmt::format("the column `{}` of the recorded history has changed its type or unit", column.name));
   std::visit(
       [&]<class Number>(std::vector<Number>& numbers) {
         const auto& rows = std::get<std::vector<Number>>(more->values);
@@ -107,8 +110,8 @@ Recorder Recorder::start(const std::string& path, const Scene& scene, std::span<
   Recorder recorder(path, scene, mass.size(), tail_bytes);
   if (std::filesystem::exists(path) && !overwrite)
     throw InputError(
-        fmt::format("{} exists: go on from it with --resume, replace it with --overwrite, or name another "
-                    "file with --out",
+        fmt::format("the result file {} exists: go on from it with --resume, replace it with --overwrite, or name "
+                    "another file with --out",
                     path));
   remove_partial_files(path);
   recorder.put_constants([&](const hdf5::Handle& file) {
@@ -123,19 +126,19 @@ Recorder Recorder::start(const std::string& path, const Scene& scene, std::span<
 
 Recorder Recorder::resume(const std::string& path, const Scene& scene, std::uint64_t tail_bytes) {
   if (!std::filesystem::exists(path))
-    throw InputError(
-        fmt::format("{} does not exist: there is nothing to resume, run the scene without --resume", path));
+    throw InputError(fmt::format(
+        "the result file {} does not exist: there is nothing to resume, run the scene without --resume", path));
   Recorder recorder(path, scene, scene.conductors.size(), tail_bytes);
   try {
     const ResultFile result(path, "resumed");
     if (result.format() != result_format)
-      throw InputError(
-          fmt::format("{} has result format {}, but with this version of lichtenberg only format {} can be resumed",
-                      path, result.format(), result_format));
+      throw InputError(fmt::format(
+          "the file {} has result format {}, but with this version of lichtenberg only format {} can be resumed", path,
+          result.format(), result_format));
     if (!result.is_sealed())
       throw InputError(
-          fmt::format("{} was changed by another program, which left it without its checksum: it can be read, but not "
-                      "resumed",
+          fmt::format("the result file {} was changed by another program, which left it without its checksum: it can "
+                      "be read, but not resumed",
                       path));
     check_scene(result.file(), path, scene);
     check_start(result.file(), path, scene);

@@ -16,59 +16,56 @@
 
 namespace lichtenberg {
 
-/// Data of a save in addition to the frames.
+/// Data that one save writes in addition to the frames: checkpoint, field, times, summary.
 struct Milestone {
   Checkpoint checkpoint;
   std::optional<laplace::Field> field;    ///< field at the time of the last frame
   std::map<std::string, double> seconds;  ///< wall-clock time since this program started, by activity
   std::vector<Quantity> summary;          ///< only for a run that is over
   std::vector<std::string> warnings{};    ///< only for a run that is over: Summary::warnings
-  /// Rows since the last save, appended to earlier ones; without columns: none.
+  /// Rows of the run's time series since the last save, which are appended to earlier rows; no columns: none.
   ColumnGroup history;
   std::vector<ColumnGroup> findings;  ///< quantities of the last frame; removed by the next save
 };
 
-/// Writes the result file of a run. docs/reference/result-file.md describes its contents and consistency.
-///
-/// save() adds frames to the result, together with a checkpoint. So the result on disk is complete and consistent at
-/// any time: it has a checkpoint and the frames up to it. A killed run is resumed from there. From start() or resume()
-/// to its end, a recorder is the only writer of the result.
+/// Writes the result file of a run: frames and checkpoints. docs/reference/result-file.md describes its contents.
 class Recorder {
  public:
-  /// Bytes of frames that are kept in memory and rewritten by each save before they get a file of their own.
+  /// Largest size (bytes) of the tail: the last frames, which stay in memory and are rewritten by each save. Frames
+  /// beyond it get a file of their own.
   static constexpr std::uint64_t usual_tail = 8u << 20;
 
-  /// Starts a new run; `mass` (kg) of each conductor. The function writes nothing, and a file that may be overwritten
-  /// is kept until the first save. Throws InputError if `path` exists and may not be overwritten, cannot be created, or
-  /// is being written by another process. Throws InputError if the path of its folder of segments is a link or no
-  /// folder.
+  /// Starts the result of a new run. `mass`: of each particle, in the scene's unit of mass. `tail_bytes`: as
+  /// usual_tail. The function writes nothing, and a file that may be overwritten is kept until the first save. Throws
+  /// InputError if `path` exists and may not be overwritten, cannot be created, or is being written by another process.
+  /// Throws InputError if the path of its folder of segments is a link or no folder.
   static Recorder start(const std::string& path, const Scene& scene, std::span<const double> mass, bool overwrite,
                         std::uint64_t tail_bytes = usual_tail);
 
-  /// Continues a run from the checkpoint in `path`. Throws InputError if there is no result file of this program's
-  /// format, or if another program has changed it or another process is writing it. Throws InputError if its scene
-  /// differs from `scene` outside of the keys that first_change() ignores, or if its run started from another result.
-  /// Throws Failure if it is damaged or cannot be read.
+  /// Continues a run from the checkpoint in the result at `path`. Throws InputError if there is no result file of this
+  /// program's format, or if another program has changed it or another process is writing it. Throws InputError if its
+  /// scene differs from `scene` outside of the keys that first_change() ignores, or if the two start from different
+  /// results. Throws Failure if it is damaged or cannot be read.
   static Recorder resume(const std::string& path, const Scene& scene, std::uint64_t tail_bytes = usual_tail);
 
   /// Returns a warning for a resumed run if another build of this program wrote its last session, because defaults may
   /// differ; otherwise empty.
   const std::string& warning() const { return warning_; }
-  /// Names the columns of a resumed run that its file lacks and that are therefore not recorded. Empty if there are
-  /// none.
+  /// Returns a warning that names the columns of a resumed run that its file lacks and that are therefore not recorded.
+  /// Empty if there are none.
   std::string warning_of_columns() const { return frames_.warning_of_columns(); }
   /// Returns the checkpoint from which to continue; empty for a new run.
   const std::optional<Checkpoint>& checkpoint() const { return checkpoint_; }
-  /// Time of the checkpoint on disk, in the frames' unit of time; empty for a new run.
+  /// Returns the time of the checkpoint on disk, in the frames' unit of time; empty for a new run.
   std::optional<double> saved_time() const { return saved_time_; }
-  /// Time of the last frame.
+  /// Returns the time of the last frame, in the frames' unit of time.
   double last_time() const { return frames_.last_time(); }
-  /// Summary of the run on disk, without units; empty unless the run is over.
+  /// Returns the summary of a resumed run that is on disk, without units; empty unless that run was over.
   const std::vector<Quantity>& summary() const { return summary_; }
-  /// Number of all frames of the run, including those that wait for the next save.
+  /// Returns the number of all frames of the run, including those that wait for the next save.
   std::int64_t frames() const { return frames_.frames(); }
-  /// Returns true if all frames are in the result file. Frames of long runs are in segments until the end of the run,
-  /// or longer if merging them failed.
+  /// Returns true if all frames are in the result file. Frames of long runs are in segments (separate files) until the
+  /// end of the run, or longer if merging them failed.
   bool in_one_file() const { return frames_.in_one_file(); }
 
   /// Keeps a frame for the next save. Throws InputError that names a column with a wrong length, a wrong unit or a
@@ -77,13 +74,14 @@ class Recorder {
   void add(Frame frame);
 
   /// Adds all frames since the last save to the result, and merges all frames into one file if there is a summary.
-  /// Returns a warning for the user if they stay in several files, otherwise empty. Throws Failure (for a full disk,
-  /// say), or InputError if a column of the history has changed its unit or type, and leaves the result unchanged.
+  /// Returns a warning for the user if they stay in several files, otherwise empty. Throws Failure if the file cannot
+  /// be written, or InputError if a column of the history has changed its unit or type. Both leave the result
+  /// unchanged.
   std::string save(const Milestone& milestone);
 
-  /// Adds the frames since the last save to the result of a run that is about to end. The checkpoint stays that of the
-  /// last save, so a resumed run continues from there and computes those frames again. Throws Failure and leaves the
-  /// result unchanged.
+  /// Adds the frames since the last save to the result of a run that is about to end, without a new checkpoint. A
+  /// resumed run continues from the last checkpoint and computes those frames again. Does nothing before the first
+  /// save. Throws Failure and leaves the result unchanged if the file cannot be written.
   void save_frames_alone();
 
  private:

@@ -23,13 +23,13 @@ void remove_others(hid_t group, const std::vector<Column>& columns) {
 
 }  // namespace
 
-/// Reports any HDF5 error as damage of the file.
+/// Calls `reading` and reports any HDF5 error as damage of the file.
 template <class Reading>
 auto Result::guarded(Reading reading) const {
   try {
     return reading();
   } catch (const hdf5::Error& error) {
-    throw InputError(fmt::format("{} is damaged and cannot be analysed ({})", path_, error.what()));
+    throw InputError(fmt::format("the result file {} is damaged and cannot be analysed ({})", path_, error.what()));
   }
 }
 
@@ -38,7 +38,7 @@ Result::Result(const std::string& path) : path_(path) {
     file_.emplace(path, "analysed");
     const std::string time = std::string(conductors) + "position/time", ends = "network/contacts_end";
     if (!file_->has(time) || file_->frames() == 0)
-      throw InputError(fmt::format("{} holds no frames: there is nothing to analyse", path));
+      throw InputError(fmt::format("the result file {} holds no frames: there is nothing to analyse", path));
     times_ = file_->rows<double>(time);
     if (file_->has(ends)) contact_ends_ = file_->rows<std::int64_t>(ends);
     conductors_ = radius().size();
@@ -56,8 +56,9 @@ Scene Result::scene(const EffectKinds& kinds, const StopRequest& stop) const {
 std::vector<Conductor> Result::bodies(int index) const {
   const std::vector<double> radii = radius(), position = frame(index).reals("position");
   if (position.size() != 3 * radii.size())
-    throw InputError(fmt::format("{} is damaged and cannot be analysed (it has {} positions for {} bodies)", path_,
-                                 position.size() / 3, radii.size()));
+    throw InputError(
+        fmt::format("the result file {} is damaged and cannot be analysed (it has {} positions for {} bodies)", path_,
+                    position.size() / 3, radii.size()));
   std::vector<Conductor> bodies;
   for (std::size_t i = 0; i < radii.size(); ++i)
     bodies.push_back({.position = {position[3 * i], position[3 * i + 1], position[3 * i + 2]}, .radius = radii[i]});

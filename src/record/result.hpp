@@ -16,46 +16,48 @@
 
 namespace lichtenberg {
 
-/// A result that is read frame by frame, in the state in which it was opened (ResultFile). Members throw InputError if
-/// data are missing or damaged.
+/// Result file of a run, read frame by frame, in the state in which it was opened (ResultFile). Members throw
+/// InputError if data are missing or damaged.
 class Result {
  public:
-  /// Throws InputError if the file is missing, damaged, without frames, or not of this program's format.
+  /// Opens the file. Throws InputError if it is missing, damaged, without frames, or not of this program's format.
   explicit Result(const std::string& path);
 
   const std::string& path() const { return file_->path(); }
   const ResultFile& file() const { return *file_; }
-  /// Returns the scene of the run, whose effects are of these kinds. Its text is parsed again, and InputError is thrown
-  /// if this version does not support it. If the run started from another result, bodies have the positions of its
-  /// first frame.
+  /// Returns the scene of the run, parsed again from its text with effects of these kinds. Throws InputError if this
+  /// version does not support it. If the run started from another result, bodies have the positions of its first frame.
+  /// `stop` can end the placement of bodies (stopping.hpp).
   Scene scene(const EffectKinds& kinds = effects::all_kinds(), const StopRequest& stop = {}) const;
   int frames() const { return static_cast<int>(times_.size()); }
-  const std::vector<double>& times() const { return times_; }  ///< s
-  std::vector<double> radius() const;                          ///< m
-  std::vector<double> mass() const;                            ///< kg
+  const std::vector<double>& times() const { return times_; }  ///< in the frames' unit (s, t0 or iterations)
+  std::vector<double> radius() const;                          ///< in the scene's unit of length (m or d0)
+  std::vector<double> mass() const;                            ///< in the scene's unit of mass (kg or m0)
   // The following functions throw InputError if their data in the file are missing or damaged.
 
-  /// Returns all columns of a frame except lists, with numbers as doubles and without units.
+  /// Returns all columns of a frame except lists, with numbers as doubles and without units. `index`: from 0.
   Frame frame(int index) const;
-  /// Returns the positions and radii (m) in a frame.
+  /// Returns the positions and radii of the bodies in a frame, in the unit of length of the scene (m, or d0 of grains).
   std::vector<Conductor> bodies(int index) const;
-  /// Returns a frame of a run of conductors.
+  /// Returns a frame of a run of conductors, with charges, potentials and energies.
   ConductorFrame conductor_frame(int index) const;
   /// Returns reasons why the result may be unreliable, from the end of its run.
   std::vector<std::string> warnings() const;
-  /// Returns a quantity of /observables, one number or several; empty if the run has not recorded it.
+  /// Returns a quantity of the whole system in a frame by its name, one number or several (group /observables). Empty
+  /// if the run has not recorded it.
   std::vector<double> observable(const std::string& name, int index) const;
-  /// Returns true if the scene has contacts, and thus a network.
+  /// Returns true if the run recorded a network of contacts.
   bool has_network() const;
-  /// Returns the successor of each conductor in a frame (analysis::successors). Requires a network.
+  /// Returns for each conductor in a frame the next conductor on its path to ground along the contact network
+  /// (analysis::successors). Requires a network.
   std::vector<int> successor(int index) const;
-  /// Returns the closed contacts of a frame. Empty if an older version wrote the file, which stored only those of the
-  /// last frame.
+  /// Returns the closed contacts of a frame as pairs of conductors. Empty if an older version wrote the file, which
+  /// stored only those of the last frame.
   std::optional<std::vector<analysis::Edge>> contacts(int index) const;
 
-  /// Writes /analysis and replaces an existing one; everything else in the file is unchanged. The columns are lists
-  /// with a row for each frame. Throws Failure and leaves the file unchanged if it cannot be written, if its run writes
-  /// it, or if it has been replaced since it was opened.
+  /// Writes columns with one row for each frame to the group /analysis and replaces an existing group. Everything else
+  /// in the file is unchanged. Throws Failure and leaves the file unchanged in these cases: it cannot be written, its
+  /// run writes it, or it has been replaced since it was opened.
   void put_analysis(const std::vector<Column>& columns) const;
 
  private:

@@ -26,14 +26,16 @@ void allow_many_files() {
 std::shared_ptr<const OpenFile> open_file(const std::string& path) {
   std::error_code unknown;
   if (std::filesystem::is_directory(path, unknown))
-    throw InputError(fmt::format("{} is a folder: name a result file", path));
+    throw InputError(fmt::format("the path {} is a folder: name a result file", path));
   if (std::filesystem::exists(path, unknown) && !std::filesystem::is_regular_file(path, unknown))
-    throw InputError(fmt::format("{} is no file: name a result file", path));  // a pipe without a writer would block
+    throw InputError(
+        fmt::format("the path {} is no file: name a result file", path));  // a pipe without a writer would block
   try {
     return std::make_shared<const OpenFile>(path);
   } catch (const std::system_error& error) {
-    if (error.code() == std::errc::no_such_file_or_directory) throw InputError(fmt::format("{} does not exist", path));
-    throw InputError(fmt::format("{} cannot be read ({})", path, error.code().message()));
+    if (error.code() == std::errc::no_such_file_or_directory)
+      throw InputError(fmt::format("the file {} does not exist", path));
+    throw InputError(fmt::format("the file {} cannot be read ({})", path, error.code().message()));
   }
 }
 
@@ -106,17 +108,19 @@ ResultFile::ResultFile(const std::string& path, const std::string& used) : path_
 
 void ResultFile::open_index(const std::string& used) {
   if (!hdf5::is_hdf5(*index_))
-    throw InputError(fmt::format("{} is no HDF5 file: only a result file of `lichtenberg run` can be {}", path_, used));
+    throw InputError(
+        fmt::format("the file {} is no HDF5 file: only a result file of `lichtenberg run` can be {}", path_, used));
   sealed_ = checked_seal(*index_).has_value();
   file_ = std::make_shared<hdf5::Handle>(hdf5::open(index_));
   const std::optional<int> format = hdf5::integer_attribute(*file_, "lichtenberg_result");
   if (!format)
     throw InputError(
-        fmt::format("{} was not written by `lichtenberg run`: only its result files can be {}", path_, used));
+        fmt::format("the file {} was not written by `lichtenberg run`: only its result files can be {}", path_, used));
   format_ = *format;
   if (format_ != result_format && format_ != 1)
-    throw InputError(fmt::format("{} has result format {}, but this version of lichtenberg reads only formats 1 and {}",
-                                 path_, format_, result_format));
+    throw InputError(
+        fmt::format("the file {} has result format {}, but this version of lichtenberg reads only formats 1 and {}",
+                    path_, format_, result_format));
 }
 
 void ResultFile::open_segments() {

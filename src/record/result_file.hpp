@@ -11,21 +11,22 @@
 
 namespace lichtenberg {
 
-/// A result file in the state in which it was opened, including its frames in segments. A run that continues to write
-/// it neither affects this object nor is affected. All data are read only after their checksum has been verified.
+/// Result file opened for reading, including its frames in segments (separate files of a long run), in the state in
+/// which it was opened. A run that continues to write it neither affects this object nor is affected. The checksum is
+/// verified before HDF5 reads any data.
 class ResultFile {
  public:
-  /// Opens a result file. Throws InputError unless `path` is a result file of this program's format; the message says
-  /// that only such a file can be `used` ("resumed", say). Throws hdf5::Error if it is damaged or one of its segments
-  /// cannot be read.
+  /// Opens a result file. Throws InputError unless `path` is a result file of this program's format. `used`: verb for
+  /// the message, which says that only such a file can be "resumed", for example. Throws hdf5::Error if the file is
+  /// damaged or one of its segments cannot be read.
   ResultFile(const std::string& path, const std::string& used);
 
   const std::string& path() const { return path_; }
   const FileIdentity& identity() const { return index_->identity(); }
   const std::shared_ptr<const OpenFile>& opened() const { return index_; }
   int format() const { return format_; }
-  /// Returns true if the file has a valid seal; otherwise another program has changed it and its bytes are not
-  /// verified.
+  /// Returns true if the file has a valid checksum (Seal). Otherwise another program has changed it, and its bytes are
+  /// not verified.
   bool is_sealed() const { return sealed_; }
   /// Returns the file, which has all data except for the frames in segments.
   const hdf5::Handle& file() const { return *file_; }
@@ -35,20 +36,22 @@ class ResultFile {
 
   /// Returns reasons why the result may be unreliable, from the end of its run (Summary::warnings).
   std::vector<std::string> warnings() const;
-  /// Number of frames; 0 in a file without frames.
+  /// Returns the number of frames; 0 in a file without frames.
   std::int64_t frames() const { return frames_; }
-  /// Returns true if frames have a dataset of this path ("observables/energy/value").
+  /// Returns true if frames have a dataset of this path, such as "observables/energy/value".
   bool has(const std::string& dataset) const;
-  /// Returns the rows of `count` frames from frame `first`. Throws hdf5::Error if there are fewer.
+  /// Reads the rows of `count` frames from frame `first` of a dataset with one row for each frame. Throws hdf5::Error
+  /// if there are fewer.
   template <class Number>
   std::vector<Number> rows(const std::string& dataset, std::int64_t first, std::int64_t count) const;
-  /// Returns the rows of all frames. Throws hdf5::Error if the dataset is missing.
+  /// Reads the rows of all frames of such a dataset. Throws hdf5::Error if the dataset is missing.
   template <class Number>
   std::vector<Number> rows(const std::string& dataset) const {
     return rows<Number>(dataset, 0, frames_);
   }
-  /// Returns the rows of a list ("contacts") of `count` frames in one file; `ends`: index after each frame's last row.
-  /// Throws hdf5::Error for frames that the file lacks or descending `ends`.
+  /// Reads a list column ("contacts"), whose number of rows differs between frames, for `count` frames from `frame` on.
+  /// All of them must be in one file. `ends`: for each frame, number of rows of the list up to its end. Throws
+  /// hdf5::Error for frames that the file lacks or for descending `ends`.
   template <class Number>
   std::vector<Number> list(const std::string& name, const std::vector<std::int64_t>& ends, std::int64_t frame,
                            std::int64_t count = 1) const;
@@ -62,7 +65,7 @@ class ResultFile {
   void open_segments();
   void find_ranges();
   const FrameRange& range_with(std::int64_t frame) const;
-  /// Calls reading(file, prefix of its datasets).
+  /// Calls reading(file, prefix of its datasets) for the file that contains the range.
   template <class Reading>
   auto in(const FrameRange& range, Reading reading) const;
 
@@ -77,17 +80,17 @@ class ResultFile {
   std::int64_t frames_ = 0;
 };
 
-/// Adds data to the file on the disk: `put` writes them to a copy, which then replaces the file. Throws Failure and
-/// leaves the file unchanged if this fails, if a run is writing the file or if it has been replaced since it was
-/// opened. Throws the exceptions of WriterLock::if_free. The frames of a file of more than `in_memory` bytes are copied
-/// in blocks of a few megabytes.
+/// Adds data to a result file on the disk: `put` writes them to a copy, which then replaces the file. The frames of a
+/// file of more than `in_memory` bytes are copied in blocks of a few megabytes. Throws Failure if a run is writing the
+/// file, if it has been replaced since it was opened, or if the disk refuses a write. Throws the exceptions of `put`
+/// and WriterLock::if_free. After any exception the file is unchanged.
 void store(const ResultFile& opened, const std::function<void(const hdf5::Handle& file)>& put,
            std::uint64_t in_memory = 64u << 20);
 
-/// Copies the contents of these groups of a file, except for frames, to another file.
+/// Copies these groups of an open result file to another file, except for the datasets of frames.
 void copy_all_but_frames(const hdf5::Handle& from, const hdf5::Handle& to, const std::vector<std::string>& groups);
 
-/// Returns the radii [N] of the particles of a result. Throws hdf5::Error if one of them is not greater than 0.
+/// Reads the radii [N] of the particles of a result. Throws hdf5::Error if one of them is not greater than 0.
 std::vector<double> radii_in(const hdf5::Handle& file);
 
 }  // namespace lichtenberg

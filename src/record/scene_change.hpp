@@ -4,10 +4,11 @@
 
 namespace lichtenberg {
 
-/// Returns the first key, dotted, at which two scene texts differ; empty if there is none. It ignores [stop], [output]
-/// and [network], and max_iterations, force_tolerance and threads of [minimize]. Comments, order, white space and
-/// former names of keys do not count. A run may be resumed only if no other key has changed, because all others affect
-/// its course. The ignored keys determine the end, the output, the measurements and the number of threads.
+/// Compares two scene texts and returns the first dotted key at which they differ; empty if there is none. Comments,
+/// order, white space and former names of keys do not count. The keys of [stop], [output] and [network], and
+/// max_iterations, force_tolerance and threads of [minimize], are ignored. They determine the end, the output, the
+/// measurements and the number of threads. A run may be resumed only if no other key has changed, because all others
+/// affect its course.
 std::string first_change(const std::string& before, const std::string& now);
 
 }  // namespace lichtenberg

@@ -148,9 +148,10 @@ void check_segments_folder(const std::string& path) {
   const std::string folder = segments_folder(path);
   std::error_code missing;
   if (fs::symlink_status(folder, missing).type() == fs::file_type::not_found || is_own_folder(folder)) return;
-  throw InputError(fmt::format(
-      "{} exists and is not replaced: frames of {} are written to a folder of that name, which must not be a link",
-      folder, path));
+  throw InputError(
+      fmt::format("the file {} exists and is not replaced: frames of the result file {} are written to a folder of "
+                  "that name, which must not be a link",
+                  folder, path));
 }
 
 void make_segments_folder(const std::string& path) {

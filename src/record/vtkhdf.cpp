@@ -131,7 +131,7 @@ void put_vtkhdf(const hdf5::Handle& file, const laplace::Field& field, StoredFie
 void write_field_vtkhdf(const std::string& path, const laplace::Field& field, bool overwrite) {
   check_writable(path);
   if (!overwrite && std::filesystem::exists(path))
-    throw InputError(fmt::format("{} exists: remove it or give the field another file", path));
+    throw InputError(fmt::format("the file {} exists: remove it or give the field another file", path));
   write_whole(path, [&](const hdf5::Handle& file) { put_vtkhdf(file, field); });
 }
 

@@ -10,21 +10,21 @@
 
 namespace lichtenberg {
 
-/// Writes the field to an HDF5 file as the group /VTKHDF (VTKHDF 1.0, which ParaView opens) and replaces an existing
-/// one. The solver's cells are in rows from the lower left corner, with `potential` (V) and `body` (index, -1 in the
-/// fluid), all compressed. Cells are listed explicitly (UnstructuredGrid), because the reader of VTK 9.1 fails for flat
-/// images and for images with cell data. `cells` and `cell_edge` describe the grid. `stored`: the potential's
-/// precision. Throws hdf5::Error.
+/// Writes the potential of a two-dimensional field to an HDF5 file as the group /VTKHDF (VTKHDF 1.0, which ParaView
+/// opens) and replaces an existing one. The cells of the solver are in rows from the lower left corner, with
+/// `potential` (V) and `body` (index, -1 in the fluid), all compressed. Cells are listed explicitly (UnstructuredGrid),
+/// because the reader of VTK 9.1 fails for flat images and for images with cell data. The datasets `cells` and
+/// `cell_edge` describe the grid. `stored`: precision of the potential. Throws hdf5::Error.
 void put_vtkhdf(const hdf5::Handle& file, const laplace::Field& field,
                 StoredField stored = StoredField::double_precision);
 
-/// Writes the grid of the field unless it exists; it is the same in all frames of a run.
+/// Writes the grid of the field to the group /VTKHDF unless it exists. The grid is the same in all frames of a run.
 void put_vtkhdf_grid(const hdf5::Handle& file, const laplace::Field& field);
 
-/// Numbers at the points of a regular lattice.
+/// Values at the points of a regular lattice: the centres of cubic cells, from the origin on.
 struct Lattice {
   std::array<int, 3> points{1, 1, 1};  ///< numbers of points along x, y and z
-  double spacing = 0;
+  double spacing = 0;                  ///< in the unit of length of the caller
   struct Values {
     std::string name, unit;
     int components = 1;         ///< 3 for a vector
@@ -32,11 +32,12 @@ struct Lattice {
   };
   std::vector<Values> values;
 };
-/// Writes a lattice as a VTKHDF file; flat lattices get two layers. Throws Failure if the disk refuses a write.
+/// Writes the values of a lattice as a VTKHDF image file; lattices with one layer along z get two. Throws Failure if
+/// the disk refuses a write.
 void write_lattice_vtkhdf(const std::string& path, const Lattice& lattice);
 
-/// Writes the field to a separate file. Throws InputError if the file exists and may not be overwritten, or for the
-/// reasons of check_writable. Throws Failure if the disk refuses a write.
+/// Writes the potential of a two-dimensional field to a separate VTKHDF file. Throws InputError if the file exists and
+/// may not be overwritten, or for the reasons of check_writable. Throws Failure if the disk refuses a write.
 void write_field_vtkhdf(const std::string& path, const laplace::Field& field, bool overwrite = false);
 
 }  // namespace lichtenberg

@@ -47,8 +47,8 @@ bool still_has_name(int descriptor, const std::string& lock) {
 }
 
 [[noreturn]] void refuse_name(const std::string& lock) {
-  throw InputError(
-      fmt::format("{} exists and is not replaced: it is not a lock of this program, which needs that name", lock));
+  throw InputError(fmt::format(
+      "the file {} exists and is not replaced: it is not a lock of this program, which needs that name", lock));
 }
 
 /// Returns true if a file may be written and removed as a lock: a regular file with one name and no foreign content.
@@ -107,7 +107,8 @@ WriterLock::WriterLock(const std::string& path) {
   std::optional<WriterLock> lock = if_free(path);
   if (!lock)
     throw InputError(
-        fmt::format("{} is being written by {}: wait until that run is over, end it, or name another file with --out",
+        fmt::format("the result file {} is being written by {}: wait until that run is over, end it, or name another "
+                    "file with --out",
                     path, lock_owner(lock_of(path))));
   *this = std::move(*lock);
 }

@@ -9,21 +9,25 @@
 
 namespace lichtenberg {
 
-/// A value of an enumeration, or of a class with few values, and its name in scene files, messages and results.
+/// A value of an option (an enumeration, or a class with few values) with its name in scene files, messages and
+/// results.
 template <class E>
 struct Named {
   E value;
   std::string_view name;
 };
 
-/// All values of an enumeration of options, in the order of messages: an array of Named<E> next to the enumeration.
-/// Other types have a null pointer.
+/// List of all values of an enumeration of options with their names, in the order of messages. Each enumeration
+/// specializes it as an array of Named<E>. Other types have a null pointer.
 template <class E>
 inline constexpr std::nullptr_t values_named{};
 
 template <class E>
-concept Enumeration = std::is_enum_v<E> || requires { values_named<E>[0].name; };
+concept Enumeration = std::is_enum_v<E> || requires {
+  values_named<E>[0].name;
+};
 
+/// Returns the name of a value of an enumeration; an empty text if it has none.
 template <Enumeration E>
 std::string name_of(E value) {
   for (const Named<E>& named : values_named<E>)
@@ -31,7 +35,7 @@ std::string name_of(E value) {
   return "";
 }
 
-/// Returns the value of that name; empty if no value has it.
+/// Returns the value of an enumeration with this name; empty if no value has it.
 template <Enumeration E>
 std::optional<E> value_of(std::string_view name) {
   for (const Named<E>& named : values_named<E>)
@@ -39,6 +43,7 @@ std::optional<E> value_of(std::string_view name) {
   return {};
 }
 
+/// Returns the names of all values of an enumeration.
 template <Enumeration E>
 std::vector<std::string> names_of() {
   std::vector<std::string> names;
@@ -46,7 +51,7 @@ std::vector<std::string> names_of() {
   return names;
 }
 
-/// Lists names in quotation marks for a message, as in "a", "b" and "c". Returns "none" for an empty list.
+/// Joins names in quotation marks for a message, as in "a", "b" and "c". Returns "none" for an empty list.
 inline std::string quoted(const std::vector<std::string>& names) {
   if (names.empty()) return "none";
   std::string text;

@@ -56,8 +56,8 @@ void check_series_resistances(const Draft& draft) {
            "electrode.series_resistance needs the table [effects.floating_conductors]: add it, or leave the key out");
 }
 
-/// Throws InputError for materials of conductors and populations in scenes without elastic contacts, which alone use
-/// them.
+/// Throws InputError for materials of conductors and populations in scenes without elastic contacts. Only contacts use
+/// materials.
 void check_materials(const Draft& draft) {
   if (draft.scene.effects.has("hertz_contact") || draft.scene.effects.has("wall_contact")) return;
   for (const char* key : {"conductor.young", "conductor.poisson", "population.young", "population.poisson"})
@@ -258,7 +258,7 @@ std::vector<std::string> names_of_walls(const Scene& scene) {
   return names;
 }
 
-/// Throws InputError for networks that cannot be measured, before the run instead of after it.
+/// Throws InputError for networks that cannot be measured, so that the run does not end without them.
 void check_network(const Draft& draft, const Scene& scene) {
   if (draft.line("network") == 0) return;
   const NetworkOptions& options = scene.network;

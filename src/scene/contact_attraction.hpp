@@ -4,8 +4,8 @@
 
 namespace lichtenberg {
 
-/// Largest force (m0 v0^2/d0) with which two grains in contact attract each other: constant + by_charge q^2, where q is
-/// the largest charge of a grain.
+/// Upper bound of the force (m0 v0^2/d0) with which two grains in contact attract each other: constant + by_charge q^2.
+/// The argument q of operator() is the largest charge of a grain.
 struct ContactAttraction {
   double constant = 0, by_charge = 0;
 

@@ -12,27 +12,27 @@
 
 namespace lichtenberg {
 
-/// Interval [smallest, largest] from which a population draws a uniformly distributed number for each of its
-/// conductors.
+/// Interval [smallest, largest] from which a population draws the radius of each of its conductors.
 struct Interval {
   double smallest = 0, largest = 0;
 };
 
-/// A point or a vector of two or three components; missing components are 0.
+/// A point or a vector of two or three components (`count`); a missing component is 0.
 struct Coordinates {
   Vec3 value{};
   int count = 2;
 };
 
 /// A rectangle or a cuboid between two corners with the same number of components. In three dimensions, a rectangle
-/// extends from front to back.
+/// extends over the whole domain along z (from front to back).
 struct Region {
   Coordinates lower{}, upper{};
 
   int axes() const { return lower.count; }  ///< number of axes along which the region is bounded
 };
 
-/// An [[electrode]] as written, with the keys of every shape. The reader has checked that the keys belong to its shape.
+/// An [[electrode]] of a scene file as written, with the keys of every shape. The reader has checked that the keys
+/// belong to its shape.
 struct ElectrodeDraft {
   int line = 0;
   std::string shape{};
@@ -45,6 +45,7 @@ struct ElectrodeDraft {
   double at = 0, radius = 0, width = 0;
 };
 
+/// A [[conductor]] of a scene file as written: a body with a given position.
 struct ConductorDraft {
   int line = 0;
   Conductor conductor{};
@@ -55,12 +56,14 @@ struct ConductorDraft {
   std::optional<double> young{}, poisson{};  ///< Young's modulus (Pa) and Poisson's ratio of the material
 };
 
+/// A [[group]] of a scene file as written: conductors connected by a wire.
 struct GroupDraft {
   int line = 0;
   std::string name{};
   std::optional<double> charge{}, potential{};
 };
 
+/// A [[wall]] of a scene file as written: a flat wall of a packing.
 struct WallDraft {
   int line = 0;
   std::optional<std::string> name{};
@@ -83,7 +86,8 @@ inline constexpr Named<ChargeDistribution> values_named<ChargeDistribution>[] = 
     {ChargeDistribution::gaussian, "gaussian"},
     {ChargeDistribution::exponential_power, "exponential-power"}};
 
-/// `count` conductors at random positions of `region`, entirely inside it.
+/// A [[population]] of a scene file as written: `count` conductors at random positions entirely inside `region` (none:
+/// the domain).
 struct PopulationDraft {
   int line = 0;
   int count = 0;
@@ -102,7 +106,7 @@ struct PopulationDraft {
   std::optional<Region> region{};
 };
 
-/// [field] as written.
+/// The table [field] of a scene file as written.
 struct FieldDraft {
   std::optional<double> accuracy{};
   const FieldMethodKind* method = nullptr;  ///< null: not given
@@ -129,12 +133,12 @@ struct Draft {
 
   std::set<std::string> known;  ///< paths of all tables and keys of the schema; empty: line() accepts any path
 
-  /// Returns the line of a table or key, 0 if the file does not have it. Throws std::logic_error for a path outside the
-  /// schema, unless the path belongs to an effect that the schema does not have.
+  /// Returns the line of a table or key in the file, 0 if the file does not have it. Throws std::logic_error for a path
+  /// outside the schema, unless the path belongs to an effect that the schema does not have.
   int line(const std::string& path) const;
 };
 
-/// Returns "path:line: ". Line 0 is left out.
+/// Returns "path:line: " for an error message; without the line if it is 0.
 std::string location_prefix(const std::string& path, int line);
 
 /// Throws InputError with the text "path:line: " followed by `message`. Line 0 is left out.
@@ -142,13 +146,14 @@ std::string location_prefix(const std::string& path, int line);
 /// Throws InputError if the file has this table or key: "[table] PREDICATE" or "table.key PREDICATE".
 void refuse_if_given(const Draft& draft, const std::string& key, const std::string& predicate);
 
-/// Checks positions and velocities against the dimension of the domain, 2 or 3, and stores them in the scene. Throws
+/// Checks that positions and velocities have the dimension of the domain, 2 or 3, and stores them in the scene. Throws
 /// InputError for a vector of another dimension and for an axis that is periodic on one side only. Throws InputError
-/// for effects and keys that do not support three dimensions or periodic sides, if the scene has them.
+/// for effects and keys of the scene that do not support three dimensions, periodic sides or free space.
 void set_dimension(Draft& draft);
 
-/// Converts a Draft to a Scene: compares keys with each other, fills in dependent defaults and draws populations.
-/// `bodies`: see stopping.hpp. Throws InputError, and Stopped if `stop` returns true.
+/// Converts a Draft to a Scene: compares keys with each other, fills in dependent defaults and draws random positions
+/// for populations. `bodies`: bodies of a result from which the scene starts instead (stopping.hpp). Throws InputError,
+/// and Stopped if `stop` returns true.
 Scene complete(const Draft& draft, const StopRequest& stop, const std::vector<Conductor>& bodies);
 
 }  // namespace lichtenberg

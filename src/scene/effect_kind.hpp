@@ -21,27 +21,27 @@ namespace effects {
 struct DeviceForces;
 }
 
-/// An effect that another effect requires.
+/// An effect that another effect requires in the scene.
 struct NeededEffect {
   std::string name;
   std::string why{};  ///< reason, clause that starts with "which"; may be empty
 };
 
-/// A line that `lichtenberg explain` prints about an effect.
+/// A line that `lichtenberg explain` prints about an effect: label and text.
 struct ExplanationLine {
   std::string label, text;
 };
 
-/// Flags of the functions of Effect that a class overrides. The list holds functions that are called only in scenes of
-/// grains, or only in scenes of conductors.
+/// Flags of the virtual functions of Effect that a derived class overrides. The list has the functions that are called
+/// only in scenes of grains, or only in scenes of conductors.
 struct Overrides {
   bool add_forces = false, stored_energy = false;
   bool drag = false, add_currents = false, charge_relaxation_time = false;
   bool grain_contact = false, exchange_charges = false, drive = false, accept = false;
 };
 
-/// Returns the functions that E overrides. An inherited function has the type of Base's. A function that
-/// cannot be named here, because it is private or overloaded, counts as overridden.
+/// Determines the functions of Effect that the class E overrides. A function that E inherits has the same pointer type
+/// as in Base. A function that cannot be named here, because it is private or overloaded, counts as overridden.
 template <class E, class Base = Effect>
 constexpr Overrides overrides_of() {
   using std::same_as;
@@ -62,11 +62,12 @@ constexpr Overrides overrides_of() {
   return own;
 }
 
-/// Makes an effect and stores which functions its class overrides.
+/// Function that makes an effect of a scene, with flags of the functions that the effect's class overrides.
 class EffectMaker {
  public:
   EffectMaker() = default;
-  /// `make` takes a scene that has the effect's table and returns a std::unique_ptr to the effect's own class.
+  /// Stores the function `make`. It takes a scene that has the effect's table and returns a std::unique_ptr to the
+  /// effect's own class.
   template <class Make>
   requires std::is_invocable_v<Make, const Scene&> EffectMaker(Make make) : make_(std::move(make)) {
     using Made = typename std::invoke_result_t<Make, const Scene&>::element_type;
@@ -85,9 +86,10 @@ class EffectMaker {
   Overrides overrides_;
 };
 
-/// Limits on the steps of grains. The strictest limit of all effects applies. Functions may be null.
+/// Limits that an effect sets on the time steps of grains. The strictest limit of all effects applies. Functions may be
+/// null.
 struct StepLimits {
-  /// Error allowed in the effect's forces, rms over rms.
+  /// Relative error allowed in the effect's forces: rms error over rms force.
   double (*force_accuracy)(const Scene&) = nullptr;
   /// Length (d0) over which the effect's forces change. Null: the smallest diameter.
   double (*force_length)(const Scene&) = nullptr;
@@ -95,18 +97,18 @@ struct StepLimits {
   ContactAttraction (*contact_attraction)(const Scene&) = nullptr;
 };
 
-/// Cost for estimates; `bytes` counts the effect's arrays.
+/// Cost of an effect for each grain, for estimates of time and memory; `bytes` counts the effect's arrays.
 struct CostPerGrain {
-  /// Time (s) of the effect's forces on one core with AVX-512. Null: the forces are timed.
+  /// Time (s) of the effect's forces on one grain, on one core with AVX-512. Null: the forces are timed.
   double (*seconds)(const Scene&) = nullptr;
   /// Number of evaluations of the forces of charges in a step of grains because of this effect. Null: one.
   double (*evaluations_a_step)(const Scene&) = nullptr;
   double bytes = 0;
 };
 
-/// Description of a kind of effect: the keys of its table in a scene file, its requirements on the rest of the scene,
-/// and its maker. An effect's file defines one kind. A list names the kinds (effects::all_kinds(), or a list of the
-/// user's own).
+/// Declaration of a kind of effect, such as a force or a charging mechanism. It has the keys of the effect's table in a
+/// scene file, its requirements on the rest of the scene, and its maker. An effect's file defines one kind. A list
+/// names the kinds (effects::all_kinds(), or a list of the user's own).
 struct EffectKind {
   std::string name;         ///< name of its table: [effects.name]
   std::string description;  ///< one line, for `explain`
@@ -150,32 +152,35 @@ struct EffectKind {
   void (*device)(const Scene&, effects::DeviceForces&) = nullptr;
   std::string energy_advice{};  ///< remedy if a run's energy does not balance; empty: steps and grid
 
-  /// Throws InputError unless the effect supports this dimension. `where` ("scene.toml:3: ", say) precedes the message.
+  /// Throws InputError unless the effect supports this dimension of space. `where` ("scene.toml:3: ", for example)
+  /// precedes the message.
   void check_dimension(int dimension, const std::string& where = "") const;
-  /// Throws InputError if the effect does not support periodic sides. `where` precedes the message.
+  /// Throws InputError if the effect does not support periodic sides of the domain. `where` precedes the message.
   void check_periodic(const std::string& where = "") const;
 };
 
-/// Returns the largest of the numbers of the scene's effects, &EffectKind::contact_gap for example; empty if no effect
-/// has one.
+/// Returns the largest value of a number over the effects of a scene; empty if no effect has the number. `number`:
+/// member of EffectKind that computes it, such as &EffectKind::contact_gap.
 std::optional<double> number_in(const Scene& scene, double (*EffectKind::*number)(const Scene&));
-/// Returns the smallest of the numbers that limit steps; empty if no effect has one.
+/// Returns the smallest value of a limit on steps over the effects of a scene; empty if no effect has the limit.
+/// `number`: member of StepLimits that computes it.
 std::optional<double> least_in(const Scene& scene, double (*StepLimits::*number)(const Scene&));
 
-/// Returns true if an effect of the scene drives its grains, so that theories of free cooling do not apply.
+/// Returns true if an effect of the scene supplies energy to its grains, so that theories of free cooling do not apply.
 bool is_driven(const Scene& scene);
 
-/// Throws InputError for an effect with a missing requirement: "effects.NAME needs `needed`: add it, or leave the
-/// effect out".
+/// Throws InputError for the effect `name` because it requires `needed`, which the scene lacks: "effects.NAME needs
+/// NEEDED: add it, or leave the effect out".
 [[noreturn]] void refuse_effect(const Draft& draft, const std::string& name, const std::string& needed);
 
-/// Throws InputError if two kinds have the same name.
+/// Throws InputError if two kinds of effects have the same name.
 void check_names(const EffectKinds& kinds);
 
 template <class Options, class Value>
 Options options_of(Value Options::*);  // declared only
 
-/// Returns the target of a key's value: Key{.target = target<&HertzContactOptions::young>, ...}.
+/// Returns a pointer to the option `member` of an effect in a draft, where the reader stores a key's value: Key{.target
+/// = target<&HertzContactOptions::young>, ...}.
 template <auto member>
 auto* target(Draft& draft) {
   return &(draft.scene.effects.find<decltype(options_of(member))>()->*member);

@@ -66,14 +66,14 @@ void Effects::sort(const EffectKinds& kinds) {
 
 void EffectKind::check_dimension(int dimension, const std::string& where) const {
   if (std::ranges::find(dimensions, dimension) != dimensions.end()) return;
-  throw InputError(fmt::format("{}effects.{} is not allowed in {} dimensions: it supports {}", where, name, dimension,
-                               fmt::join(dimensions, " and ")));
+  throw InputError(where + fmt::format("effects.{} is not allowed in {} dimensions: it supports {}", name, dimension,
+                                       fmt::join(dimensions, " and ")));
 }
 
 void EffectKind::check_periodic(const std::string& where) const {
   if (!periodic)
     throw InputError(
-        fmt::format("{}effects.{} is not allowed with a periodic side: it supports walls and electrodes", where, name));
+        where + fmt::format("effects.{} is not allowed with a periodic side: it supports walls and electrodes", name));
 }
 
 void refuse_effect(const Draft& draft, const std::string& name, const std::string& needed) {

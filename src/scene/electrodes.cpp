@@ -33,11 +33,11 @@ bool touch(const Disk& disk, const Disk& other) { return gap(disk, other) <= 0; 
 bool touch(const Disk& disk, const Bar& bar) { return gap(disk, bar) <= 0; }
 bool touch(const Disk& disk, const Ring& ring) { return gap(disk, ring) <= 0; }
 bool touch(const Ring&, const Ring&) { return true; }  // both extend to infinity
-/// The point of a bar farthest from the ring's centre is a corner.
+/// Tests the corners of the bar, because its point farthest from the ring's centre is a corner.
 bool touch(const Bar& bar, const Ring& ring) {
   return std::ranges::any_of(corners(bar), [&](Vec2 corner) { return signed_distance(ring, corner) <= 0; });
 }
-/// Two convex bodies are disjoint if one of the rectangles' axes separates them.
+/// Tests the axes of both rectangles: two convex bodies are disjoint if one of these axes separates them.
 bool touch(const Bar& a, const Bar& b) {
   const auto corners_a = corners(a), corners_b = corners(b);
   for (const Vec2 axis : {a.to - a.from, b.to - b.from})

@@ -27,7 +27,7 @@ Table reference() {
               "Makes the scene one of grains in reduced units. Its numbers are in units of these scales, even if their "
               "keys name another unit: lengths in d0, masses in m0, velocities in v0, charges in q0, times in t0 = d0 "
               "/ v0, energies and temperatures in m0 v0^2. Only a material's young and viscosity are in SI. The "
-              "defaults are those of G table 5.3.",
+              "defaults are those of Singh 2019, table 5.3.",
           .open = [](Draft& d, int) { d.scene.reference.emplace(); },
           .keys =
               {
@@ -35,59 +35,61 @@ Table reference() {
                    .target = [](Draft& d) { return &d.scene.reference->length; },
                    .unit = "m",
                    .range = positive,
-                   .help = "d0, a grain's diameter"},
+                   .help = "unit of length d0, in m: the diameter of a grain"},
                   {.name = "mass",
                    .target = [](Draft& d) { return &d.scene.reference->mass; },
                    .unit = "kg",
                    .range = positive,
-                   .help = "m0, a grain's mass"},
+                   .help = "unit of mass m0, in kg: the mass of a grain"},
                   {.name = "velocity",
                    .target = [](Draft& d) { return &d.scene.reference->velocity; },
                    .unit = "m/s",
                    .range = positive,
-                   .help = "v0, the unit of velocity"},
+                   .help = "unit of velocity v0, in m/s"},
                   {.name = "charge",
                    .target = [](Draft& d) { return &d.scene.reference->charge; },
                    .unit = "C",
                    .range = positive,
-                   .help = "q0, the unit of charge"},
+                   .help = "unit of charge q0, in C"},
               },
           .old_path = "reference"};
 }
 
 Table stage() {
-  return {
-      .path = "equilibration",
-      .kind = Table::Kind::repeated,
-      .help =
-          "A stage of equilibration of grains with modified settings, before the run with all effects. Stages are "
-          "sequential.",
-      .open = [](Draft& d, int) { d.scene.stages.emplace_back(); },
-      .keys =
-          {
-              {.name = "duration",
-               .target = [](Draft& d) { return &d.scene.stages.back().duration; },
-               .unit = "t0",
-               .range = positive,
-               .required = true,
-               .help = "duration of the stage"},
-              {.name = "elastic",
-               .target = [](Draft& d) { return &d.scene.stages.back().elastic; },
-               .help = "contacts dissipate no energy and transfer no charge, and gas_drag does not act"},
-              {.name = "stiffness",
-               .target = [](Draft& d) { return &d.scene.stages.back().stiffness; },
-               .range = {.low = 1,
-                         .high = 1e15},  // overlaps scale as stiffness^(-2/5): down to 1e-7, far above rounding
-               .help = "factor of the contact stiffness, so that the fastest grains do not overlap too deeply or pass "
-                       "through each other; dissipative contacts keep their restitution"},
-              {.name = "temperature",
-               .target = [](Draft& d) { return &d.scene.stages.back().temperature; },
-               .unit = "m0 v0^2",
-               .range = positive,
-               .computed_default = "none",
-               .help = "temperature to which all velocities are scaled at its end"},
-          },
-      .old_path = "stage"};
+  return {.path = "equilibration",
+          .kind = Table::Kind::repeated,
+          .help =
+              "A stage of equilibration of grains with modified settings, before the run with all effects. Stages are "
+              "sequential, in the order of the tables.",
+          .open = [](Draft& d, int) { d.scene.stages.emplace_back(); },
+          .keys =
+              {
+                  {.name = "duration",
+                   .target = [](Draft& d) { return &d.scene.stages.back().duration; },
+                   .unit = "t0",
+                   .range = positive,
+                   .required = true,
+                   .help = "duration of the stage, in reduced units (t0)"},
+                  {.name = "elastic",
+                   .target = [](Draft& d) { return &d.scene.stages.back().elastic; },
+                   .help = "true: in this stage contacts dissipate no energy and transfer no charge, and gas_drag does "
+                           "not act"},
+                  {.name = "stiffness",
+                   .target = [](Draft& d) { return &d.scene.stages.back().stiffness; },
+                   .range = {.low = 1,
+                             .high = 1e15},  // overlaps scale as stiffness^(-2/5): down to 1e-7, far above rounding
+                   .help = "factor by which this stage multiplies the contact stiffness, so that the fastest grains do "
+                           "not overlap too deeply or pass through each other; dissipative contacts have an unchanged "
+                           "restitution coefficient"},
+                  {.name = "temperature",
+                   .target = [](Draft& d) { return &d.scene.stages.back().temperature; },
+                   .unit = "m0 v0^2",
+                   .range = positive,
+                   .computed_default = "none",
+                   .help = "temperature to which all velocities are scaled at the end of the stage, in reduced units "
+                           "(m0 v0^2)"},
+              },
+          .old_path = "stage"};
 }
 
 }  // namespace
@@ -180,14 +182,15 @@ void check_grains(const Draft& draft) {
 
 namespace {
 
-/// Default step (t0). For multirate it is infinite if an effect has a force accuracy, which then sets the step. For
-/// other integrators it follows from the shortest contact of grains at T = 10 in a phase with ten times the stiffness.
+/// Returns the default step (t0). For multirate it is infinite if an effect has a force accuracy, which then sets the
+/// step. For other integrators it follows from the shortest contact of grains at T = 10 in a stage with ten times the
+/// stiffness.
 double default_step(const Scene& scene) {
   const IntegratorKind& integrator = scene.mechanics.integrator.kind();
   return integrator.takes_any_step && least_in(scene, &StepLimits::force_accuracy) ? INFINITY : integrator.usual_step;
 }
 
-/// Allows contacts the same error as the most accurate forces.
+/// Returns the default number of contact substeps, with which contacts have the same error as the most accurate forces.
 int default_contact_steps(const Scene& scene) {
   return contact_steps_for(least_in(scene, &StepLimits::force_accuracy).value_or(usual_contact_accuracy));
 }
@@ -241,7 +244,7 @@ void check_shortest_side(const Draft& draft, const Scene& scene) {
                        shortest, largest));
 }
 
-/// Throws InputError for phases whose duration is lost in the rounding of time.
+/// Throws InputError for equilibration stages whose duration is lost in the rounding of time.
 void check_stages(const Draft& draft) {
   constexpr double least = 1e-12;  // fraction of the end time: thousands of units in the last digit of time
   double end = 0;
@@ -254,7 +257,8 @@ void check_stages(const Draft& draft) {
                  stage.duration, end, least));
 }
 
-/// Draws Gaussian velocities with zero total momentum and scales them to the exact temperature.
+/// Draws Gaussian velocities with zero total momentum for grains `first` to before `end`, and scales them to exactly
+/// this temperature.
 void set_temperature(Scene& scene, std::size_t first, std::size_t end, double temperature) {
   const int d = scene.dimension();
   const auto mass = [&](const Conductor& c) { return c.radius * c.radius * c.radius; };  // mass in arbitrary units

@@ -4,19 +4,21 @@
 
 namespace lichtenberg {
 
-/// Throws InputError for keys that a scene of grains (with [units]) does not allow, and for keys that require one.
+/// Throws InputError for keys and effects that a scene of grains (with [units]) does not allow. In other scenes it
+/// throws InputError for those that require [units], and for keys of [mechanics] that the integrator does not read.
 void check_grains(const Draft& draft);
 
-/// Fills in the defaults of a scene of grains that differ from those of conductors. Called before populations are
-/// drawn.
+/// Fills in the defaults of a scene of grains that differ from those of conductors, in reduced units. Called before
+/// populations are drawn.
 void fill_in_grains(Draft& draft);
 
-/// Fills in defaults of steps, which depend on effects and placed grains.
+/// Fills in the default time step (t0) and number of contact substeps of a scene of grains, which depend on its
+/// effects.
 void fill_in_steps(const Draft& draft, Scene& scene);
 
-/// Sets the charges of the populations, and the velocities of populations that have a temperature. Throws InputError
+/// Sets the charges of populations of grains, and Gaussian velocities of those with a temperature. Throws InputError
 /// for keys of charges that contradict each other, and for too many grains for the integrator. Throws InputError for a
-/// domain shorter than two diameters, and for a stage too short for the rounding of time.
+/// domain shorter than two diameters, and for an equilibration stage too short for the rounding of time.
 void complete_grains(const Draft& draft, Scene& scene);
 
 }  // namespace lichtenberg

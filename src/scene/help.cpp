@@ -53,8 +53,8 @@ std::string help_of_part(const Schema& schema, Draft& untouched, const std::stri
   for (const Table& table : schema.tables())
     for (const Key& key : table.keys)
       if (path_in(table, key.name) == part) return help_of(table, {key}, untouched);
-  throw InputError(
-      fmt::format("there is no part {} of a scene; the nearest is {}", part, nearest_path(part, schema.known_paths())));
+  throw InputError(fmt::format("there is no table or key {} of a scene; the nearest is {}", part,
+                               nearest_path(part, schema.known_paths())));
 }
 
 }  // namespace
@@ -65,8 +65,9 @@ std::string scene_help(const EffectKinds& kinds, const std::string& part) {
   if (!part.empty()) return help_of_part(schema, untouched, without_old_names(part, schema)).substr(1);
   std::string text = wrapped(
       "A scene is a TOML file. Every number is in the SI unit named here and written without it; its size is 0 or from "
-      "1e-50 to 1e50 unless its key says otherwise. A [[table]] may occur any number of times. D is the dissertation "
-      "with the model of conductors. `lichtenberg help scene PART` shows one table or key, as in `help scene field`.",
+      "1e-50 to 1e50 unless its key says otherwise. A [[table]] may occur any number of times. Stephenson 2018 and "
+      "Singh 2019 are the dissertations with the models of conductors and of grains. `lichtenberg help scene PART` "
+      "shows one table or key, as in `help scene field`.",
       0);
   for (const Table& table : schema.tables()) text += help_of(table, table.keys, untouched);
   return text;

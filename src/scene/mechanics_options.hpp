@@ -12,8 +12,8 @@ namespace lichtenberg {
 
 struct MechanicsOptions;
 
-/// Properties of a time integrator. Scenes, effects and commands test these properties and never the name. A kind lives
-/// as long as the program.
+/// Properties of a time integrator. Scenes, effects and commands test these properties and never the name. A kind must
+/// exist as long as the program runs.
 struct IntegratorKind {
   std::string_view name;  ///< value of mechanics.integrator
   bool moves_conductors = false, moves_grains = false;
@@ -30,14 +30,15 @@ struct IntegratorKind {
 
   // Grains:
   double usual_step = 0;        ///< t0, default of mechanics.step
-  bool takes_any_step = false;  ///< true if the accuracy of forces can set the step, where effects give one
+  bool takes_any_step = false;  ///< true if the force accuracy of effects can set the step
   std::size_t most_grains = 0;  ///< largest number of grains that it can move; 0: no limit
   bool is_on_device = false;    ///< true if it has a CUDA implementation
 
+  /// Returns true if the integrator reads this key of [mechanics].
   constexpr bool reads(std::string_view key) const { return std::ranges::find(keys, key) != keys.end(); }
 };
 
-/// Integrator that a scene selects: a built-in one, or one of a kind added by list_integrator().
+/// Time integrator that a scene selects: a built-in one, or one of a kind added by list_integrator().
 class Integrator {
  public:
   constexpr Integrator(const IntegratorKind& kind) : kind_(&kind) {}
@@ -54,31 +55,33 @@ class Integrator {
 
 inline std::string name_of(Integrator integrator) { return std::string(integrator->name); }
 
-/// split: field extrapolated over an error-controlled step; monolithic: field solved inside the right-hand side.
+/// Coupling of field and motion. split: the field is extrapolated over an error-controlled step. monolithic: the field
+/// is solved in each evaluation of the right-hand side.
 enum class FieldCoupling { split, monolithic };
 template <>
 inline constexpr Named<FieldCoupling> values_named<FieldCoupling>[] = {{FieldCoupling::split, "split"},
                                                                        {FieldCoupling::monolithic, "monolithic"}};
 
+/// Options of [mechanics]: integrator, tolerances and steps.
 struct MechanicsOptions {
   Integrator integrator = Integrator::cvode;
   FieldCoupling coupling = FieldCoupling::split;
   bool predictor = true;  ///< split: forces between field solves come from a coarser grid, if there is one
   double relative_tolerance = 1e-6;
-  /// m, error allowed in a coupling step; default 1e-3 of the smallest radius
+  /// Error (m) of positions allowed in a coupling step; default 1e-3 of the smallest radius
   double position_tolerance = 0;
   double largest_step = 0;         ///< s, largest coupling step; default: output interval
   bool fix_z = false;              ///< true: in three dimensions nothing moves along z
   double euler_step = 1e-5;        ///< s (D 6.7)
   double euler_field_step = 1e-3;  ///< s (D 6.7)
   // Grains:
-  /// t0, longest step; infinite for multirate: as long as the accuracy of forces allows
+  /// Longest step (t0); infinite for multirate: as long as the accuracy of forces allows
   double step = 0.05;
-  /// multirate: number of contact substeps in the shortest possible contact
+  /// Number of contact substeps in the shortest possible contact, for multirate
   int contact_steps = contact_steps_for(usual_contact_accuracy);
   int threads = 0;  ///< threads for grains; 0: one for each core, fewer for few grains
 
-  /// Returns the kind of the integrator with the coupling taken into account.
+  /// Returns the properties of the integrator with the coupling taken into account.
   constexpr const IntegratorKind& kind() const {
     return coupling == FieldCoupling::monolithic && integrator->monolithic ? *integrator->monolithic
                                                                            : integrator.kind();
@@ -128,8 +131,8 @@ inline constexpr IntegratorKind gear_printed = {
 /// Table of the built-in integrators that scenes may name, in the order of the help text.
 inline constexpr std::array all = {&cvode, &euler, &multirate, &verlet, &gear, &gear_printed};
 
-/// Returns true if `makers`, pairs of a kind and the function that makes it, has each kind of the table that moves
-/// conductors, or grains.
+/// Returns true if `makers` (pairs of a kind and the function that makes it) has each built-in kind with the flag
+/// `moves`: each that moves conductors, or grains.
 constexpr bool have_all(const auto& makers, bool IntegratorKind::*moves) {
   return std::ranges::all_of(all, [&](const IntegratorKind* kind) {
     return !(kind->*moves) || std::ranges::any_of(makers, [&](const auto& maker) { return maker.first == kind; });
@@ -142,7 +145,7 @@ inline constexpr Integrator Integrator::cvode{integrators::cvode}, Integrator::e
     Integrator::multirate{integrators::multirate}, Integrator::verlet{integrators::verlet},
     Integrator::gear{integrators::gear}, Integrator::gear_printed{integrators::gear_printed};
 
-/// The integrators that scenes may name: built-in ones first, then added ones.
+/// List of the integrators that scenes may name: built-in ones first, then added ones.
 struct IntegratorList {
   const Named<Integrator>* begin() const;
   const Named<Integrator>* end() const;
@@ -151,11 +154,11 @@ struct IntegratorList {
 template <>
 inline constexpr IntegratorList values_named<Integrator>{};
 
-/// Adds an integrator that scenes may name. Throws InputError if another has its name. mechanics::add_integrator and
-/// granular::add_integrator call this function and define how the integrator is made.
+/// Registers an integrator, so that scenes may name it. Throws InputError if another has its name.
+/// mechanics::add_integrator and granular::add_integrator call this function and define how the integrator is made.
 void list_integrator(const IntegratorKind& kind);
 
-/// Returns the names of the integrators that have a property, as in "a", "b" and "c".
+/// Returns the names of the integrators with this flag for a message, as in "a", "b" and "c".
 std::string names_of(bool IntegratorKind::*property);
 
 }  // namespace lichtenberg

@@ -94,7 +94,7 @@ void check_distinct_positions(const Draft& draft, const Scene& scene) {
                        at(scene.conductors[*same], scene.dimension())));
 }
 
-/// Throws InputError for keys that a packing ignores, because a given key is meant to have an effect.
+/// Throws InputError for keys that have no effect in a packing.
 void check_ignored_keys(const Draft& draft) {
   const std::string uncharged = "nothing is charged", timeless = "nothing happens in time";
   struct IgnoredKey {

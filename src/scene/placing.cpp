@@ -217,7 +217,8 @@ SphereGrid::SphereGrid(double reach, std::size_t count, const Domain& domain) : 
   latest_.assign(static_cast<std::size_t>(buckets_[0]) * buckets_[1] * buckets_[2], none);
 }
 
-/// Distance (m) of nearest images. Rounding is skipped for short differences, because it would dominate the cost.
+/// Returns the distance (m) of nearest images. Rounding is skipped for short differences, because it would dominate the
+/// cost.
 double SphereGrid::distance(Vec3 a, Vec3 b) const {
   Vec3 r = a - b;
   for (int k = 0; k < 3; ++k)
@@ -310,9 +311,9 @@ void check_given_conductors(const Draft& draft, const std::vector<Electrode>& el
 
 std::vector<Conductor> conductors_at(const Draft& draft, const std::vector<Conductor>& bodies) {
   if (bodies.size() != count_of(draft))
-    throw InputError(
-        fmt::format("{} has {} bodies, the result of --from has {}: only equal bodies can start from that result",
-                    draft.scene.path, count_of(draft), bodies.size()));
+    throw InputError(fmt::format(
+        "the scene {} has {} bodies, but the result of --from has {}: only equal bodies can start from that result",
+        draft.scene.path, count_of(draft), bodies.size()));
   std::vector<Conductor> conductors;
   for (const ConductorDraft& given : draft.conductors) {
     const Conductor& body = bodies[conductors.size()];

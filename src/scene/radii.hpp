@@ -5,19 +5,20 @@
 
 namespace lichtenberg {
 
-/// Largest radius (m) that a conductor of the population can have.
+/// Returns the largest radius (m) that a conductor of the population can have; 0 if none is given.
 double largest_radius(const PopulationDraft& population);
+/// Returns the smallest radius (m) that a conductor of the population can have; 0 if none is given.
 double smallest_radius(const PopulationDraft& population);
 
-/// Radii of the conductors of a population, in their order.
+/// Draws the radii of the conductors of a population, one after another.
 class Radii {
  public:
-  /// Checks the keys of the radii. Throws InputError if they contradict each other or one is missing.
+  /// Checks the keys of the population's radii. Throws InputError if they contradict each other or one is missing.
   Radii(const Draft& draft, const PopulationDraft& population);
 
-  /// Returns the next radius (m). It draws no random number if there is no choice, one for a uniform distribution, and
-  /// two for a normal or lognormal one (Box and Muller 1958). These are redrawn until the radius is in the interval.
-  /// Throws InputError if the interval contains too small a part of the distribution.
+  /// Draws the radius of the next conductor (m). It takes no random number if there is no choice, one for a uniform
+  /// distribution, and two for a normal or lognormal one (Box and Muller 1958). Normal and lognormal radii are redrawn
+  /// until they are in the interval. Throws InputError if the interval contains too small a part of the distribution.
   double next(UniformRandom& random);
 
  private:

@@ -185,7 +185,7 @@ std::string read_text(const std::string& path) {
     throw InputError(path + " is not a regular file, as a scene file is");
   constexpr std::uintmax_t most = 100'000'000;  // B; enough for a million individually given bodies
   if (const std::uintmax_t size = std::filesystem::file_size(path, error); !error && size > most)
-    throw InputError(fmt::format("{} has {} bytes: a scene file has at most {}", path, size, most));
+    throw InputError(fmt::format("the scene file {} has {} bytes: at most {} are allowed", path, size, most));
   std::ifstream file(path, std::ios::binary);
   std::string text(std::istreambuf_iterator<char>(file), {});
   if (!file) throw InputError(path + ": this scene file cannot be read");

@@ -29,16 +29,18 @@ struct DomainSide {
   bool periodic = false;
 };
 
+/// The simulated rectangle or cuboid, from the origin to `size`, and its sides.
 struct Domain {
   Vec3 size;  ///< m; z = 0: two dimensions
-  /// In the order of side_names; a plane domain has the first four
+  /// Sides in the order of side_names; a plane domain has the first four
   std::array<DomainSide, 6> sides;
   bool walled = true;  ///< packings: the sides are walls
   bool open = false;   ///< no sides: free space, where the potential tends to 0 at infinity
 
   int dimension() const { return size.z > 0 ? 3 : 2; }
 
-  /// Returns the domain as a box for the motion of bodies. In two dimensions its length along z is 0.
+  /// Returns the lengths and boundary conditions of the domain, for the motion of bodies. In two dimensions the length
+  /// along z is 0.
   Box<3> box() const {
     Box<3> box{.lengths = size};
     for (std::size_t s = 0; s < sides.size(); ++s)
@@ -47,8 +49,8 @@ struct Domain {
   }
 };
 
-/// A fixed body at a given potential. Behind a resistor its potential floats, and `potential` is that of the voltage
-/// source.
+/// A fixed conducting body at a given potential. Behind a resistor its own potential floats, and `potential` is that of
+/// the voltage source.
 struct Electrode {
   std::string name;
   Shape shape;
@@ -62,22 +64,25 @@ struct Electrode {
   }
 };
 
+/// Properties of the fluid.
 struct Medium {
   double permittivity = 0;  ///< F/m, absolute
   double viscosity = 0;     ///< Pa s
   double depth = 0;         ///< m: charge in C = depth * charge per metre of the two-dimensional field
-  /// K (22 degrees Celsius, D 4.1); relates dissipated power to entropy production
+  /// Temperature (K; 22 degrees Celsius, D 4.1), which relates dissipated power to entropy production
   double temperature = 295.15;
 };
 
-/// A fixed flat wall. Particles are on the side to which its normal points. Two-dimensional scenes leave z at 0.
+/// A fixed flat wall of a packing. Particles are on the side to which its normal points. Two-dimensional scenes leave z
+/// at 0.
 struct Wall {
   std::string name;
   Vec3 point{};   ///< m
   Vec3 normal{};  ///< unit vector
 };
 
-/// A mobile disk (field) or sphere (mechanics). Two-dimensional scenes leave z at 0.
+/// A mobile body: a disk for the two-dimensional field, a sphere for mechanics. Two-dimensional scenes leave z at 0. In
+/// a scene of grains all values are in reduced units.
 struct Conductor {
   Vec3 position{};                  ///< m
   Vec3 velocity{};                  ///< m/s
@@ -88,27 +93,29 @@ struct Conductor {
   bool fixed = false;               ///< true: fixed at its position
 };
 
-/// Distance (m) of the conductor's centre from the wall; negative beyond it.
+/// Returns the distance (m) of the conductor's centre from the wall; negative beyond the wall.
 inline double distance(const Wall& wall, const Conductor& conductor) {
   return dot(conductor.position - wall.point, wall.normal);
 }
 
-/// Conductors that the scene connects by a wire. They have one potential, whether they touch or not. Either the charge
-/// of the whole group or its potential is given.
+/// Conductors that the scene connects by a wire ([[group]]). They have one potential, whether they touch or not. Either
+/// the charge of the whole group or its potential is given.
 struct PrescribedGroup {
   std::string name;
   double charge = 0;                ///< C
   std::optional<double> potential;  ///< V
 };
 
+/// Material of the conductors.
 struct Material {
   double density = 8050;  ///< kg/m^3 (steel, D 5.5.2)
 };
 
-/// [field] of a scene.
+/// Table [field] of a scene: options of the field solver, or a requested accuracy for which they are still to be
+/// chosen.
 using FieldTable = std::variant<FieldOptions, FieldRequest>;
 
-/// Scales of a scene of grains (G table 5.3), in SI. All numbers of such a scene are in these units: lengths in d0,
+/// Units of a scene of grains (G table 5.3), in SI. All numbers of such a scene are in these units: lengths in d0,
 /// masses in m0, velocities in v0, charges in q0. Times are in t0 = d0 / v0, energies and temperatures in m0 v0^2.
 struct Reference {
   double length = 4.78e-3;  ///< d0, m: diameter of a grain
@@ -117,18 +124,18 @@ struct Reference {
   double charge = 2e-8;     ///< q0, C
 };
 
-/// Names of units.
+/// Names of the units of length, mass and time of a scene.
 struct UnitNames {
   std::string length = "m", mass = "kg", time = "s";
 };
 
-/// A stage of equilibration of a run of grains, which starts at the end of the stage before it. After the last stage,
-/// the scene's own parameters apply.
+/// A stage of equilibration of a run of grains, with modified settings. It starts at the end of the stage before it.
+/// After the last stage, the scene's own parameters apply.
 struct Stage {
   double duration = 0;   ///< t0
   bool elastic = true;   ///< contacts dissipate no energy and move no charge, and no gas acts
   double stiffness = 1;  ///< factor of contact stiffness; the restitution stays the same
-  /// m0 v0^2, set at the end of the phase by scaling all velocities
+  /// Temperature (m0 v0^2) at the end of the stage, set by scaling all velocities
   std::optional<double> temperature{};
 };
 
@@ -141,7 +148,7 @@ inline constexpr Named<MinimizeMethod> values_named<MinimizeMethod>[] = {
     {MinimizeMethod::fire, "fire"},
     {MinimizeMethod::gradient_descent, "gradient-descent"}};
 
-/// Options of the minimization of a contact potential. Forces are in units of stiffness / R, R the mean diameter.
+/// Options of the energy minimization of a packing. Forces are in units of stiffness / R, where R is the mean diameter.
 struct MinimizeOptions {
   MinimizeMethod method = MinimizeMethod::lbfgs_newton;
   double force_tolerance = 1e-8;  ///< largest net force on a particle
@@ -157,6 +164,7 @@ template <>
 inline constexpr Named<StoredField> values_named<StoredField>[] = {
     {StoredField::single_precision, "single"}, {StoredField::double_precision, "double"}, {StoredField::none, "none"}};
 
+/// Options of [output]: result file, frames and checkpoints.
 struct OutputOptions {
   std::string file;           ///< result file; default: the scene's name with .h5
   double every = 0.1;         ///< s, between frames
@@ -165,14 +173,14 @@ struct OutputOptions {
   bool picture = true;
 };
 
-/// Entity that a node of the network represents.
+/// Kinds of resistor networks of a packing: nodes are particles, or contacts.
 enum class NetworkModel { particle, contact };
 template <>
 inline constexpr Named<NetworkModel> values_named<NetworkModel>[] = {{NetworkModel::particle, "particle"},
                                                                      {NetworkModel::contact, "contact"}};
 
-/// Resistors of `lichtenberg network`; a run does not read them. solvers/network/resistor.hpp lists the parameters of
-/// each model.
+/// Options of [network] for `lichtenberg network`, which measures a packing's contacts as resistors; a run does not
+/// read them. solvers/network/resistor.hpp lists the parameters of each model.
 struct NetworkOptions {
   std::optional<NetworkModel> model;  ///< empty: both, sequentially
   /// Name in network::resistor_models; empty: constant, of 1 Ohm by default
@@ -181,14 +189,15 @@ struct NetworkOptions {
   std::string between = "bottom,top";  ///< electrodes: names of walls or numbers of particles
 };
 
+/// Options of [stop]: when a run of conductors or grains ends.
 struct StopOptions {
   double time = 120;       ///< s
   bool stationary = true;  ///< stop when all conductors are connected to ground and at rest (D 7.1)
-  /// stationary: largest force allowed, as a fraction of the largest force of the run
+  /// Largest force allowed in a stationary state, as a fraction of the largest force of the run
   double force = 1e-3;
 };
 
-/// A scene file, checked and complete: every default is filled in, and populations are drawn. Units are SI or those of
+/// A checked and complete scene: every default is filled in, and populations are placed. Units are SI or those of
 /// `reference`.
 struct Scene {
   std::string path;                   ///< the file it was read from
@@ -216,28 +225,30 @@ struct Scene {
   OutputOptions output;
   StopOptions stop;
 
+  /// Returns the names of the scene's units: reduced for grains, otherwise SI.
   UnitNames units() const { return reference ? UnitNames{"d0", "m0", "t0"} : UnitNames{}; }
   int dimension() const { return domain.dimension(); }
-  /// Smallest radius (m) of the conductors; infinite if there are none.
+  /// Returns the smallest radius (m, or d0 of grains) of the conductors; infinite if there are none.
   double smallest_radius() const {
     double smallest = std::numeric_limits<double>::infinity();
     for (const Conductor& conductor : conductors) smallest = std::min(smallest, conductor.radius);
     return smallest;
   }
-  /// Returns the options of the field. Throws InputError while only an accuracy is requested.
+  /// Returns the options of the field solver. Throws InputError while only an accuracy is requested.
   const FieldOptions& field() const {
     if (field_request())
-      throw InputError("nothing has been chosen for field.accuracy yet: with_field_chosen() comes first");
+      throw InputError(
+          "the field method for field.accuracy is not chosen yet: with_field_chosen(scene) must be called first");
     return std::get<FieldOptions>(field_table);
   }
   FieldOptions& field() { return const_cast<FieldOptions&>(std::as_const(*this).field()); }
-  /// Returns the accuracy for which the field options were chosen. Null if the scene specifies the options, or if
-  /// nothing is chosen yet.
+  /// Returns the accuracy for which the options of the field solver were chosen. Null if the scene specifies the
+  /// options, or if nothing is chosen yet.
   const FieldAccuracy* field_accuracy() const {
     const FieldOptions* options = std::get_if<FieldOptions>(&field_table);
     return options && options->chosen_for ? &*options->chosen_for : nullptr;
   }
-  /// Returns the requested accuracy; null once field options are chosen.
+  /// Returns the requested accuracy of the field; null once the options of the field solver are chosen.
   const FieldRequest* field_request() const { return std::get_if<FieldRequest>(&field_table); }
 };
 
@@ -248,16 +259,16 @@ struct Setting {
   std::string value;
 };
 
-/// Reads and checks a scene with effects of these kinds. Throws InputError with the file, line, key, value and allowed
-/// values. src/effects/read_scene.hpp reads scenes with the effects of this program. `settings`: keys that are set as
-/// if they were in the file; `Scene::text` then contains them.
+/// Reads and checks a scene file with effects of these kinds. `settings`: keys that are set as if they were in the
+/// file; `Scene::text` then contains them. Throws InputError with the file, line, key, value and allowed values.
+/// src/effects/read_scene.hpp reads scenes with the effects of this program.
 Scene read_scene(const std::string& path, const EffectKinds& kinds, const std::vector<Setting>& settings = {});
 
 /// Reads and checks a scene from text in memory; `path` is used in messages.
 Scene parse_scene(const std::string& text, const std::string& path, const EffectKinds& kinds,
                   const std::vector<Setting>& settings = {});
 
-/// Returns the help of every key as `lichtenberg help scene` prints it: type, unit, default, allowed values and
+/// Returns the help of every key, as `lichtenberg help scene` prints it: type, unit, default, allowed values and
 /// meaning. A non-empty `part` (the path of a table or key, or the name of an effect) restricts it to this part. Throws
 /// InputError for an unknown part.
 std::string scene_help(const EffectKinds& kinds, const std::string& part = "");

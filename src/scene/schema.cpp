@@ -39,7 +39,8 @@ Table table_of(const EffectKind& kind) {
 Schema::Schema(const EffectKinds& kinds) : tables_(tables_of_the_world()) {
   check_names(kinds);
   std::ranges::move(tables_of_grains(), std::back_inserter(tables_));
-  tables_.push_back({.path = "effects", .help = "A run contains an effect only if the scene has its table."});
+  tables_.push_back(
+      {.path = "effects", .help = "Tables of the effects. A run contains an effect only if the scene has its table."});
   for (const EffectKind* kind : kinds) tables_.push_back(table_of(*kind));
   std::ranges::move(tables_of_the_computation(), std::back_inserter(tables_));
 }

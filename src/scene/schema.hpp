@@ -15,18 +15,20 @@
 
 namespace lichtenberg {
 
-/// Address of a key's value in a draft. For a repeated table this is the last element, which is being read.
+/// Function that returns the address of a key's value in a draft (scene as read). For a repeated table the address is
+/// in the last element, which is being read.
 template <class T>
 using At = T* (*)(Draft&);
 
-/// Access to the value of an enumeration with names (choice.hpp), or of an optional enumeration.
+/// Access to a key's value in a draft if the value is an enumeration with names (choice.hpp), or an optional
+/// enumeration.
 struct AtChoice {
   std::vector<std::string> names;
   std::function<std::string(Draft&)> name;                   ///< name of the value; empty if there is none
   std::function<void(Draft&, const std::string& name)> set;  ///< ignores unknown names
 
   AtChoice() = default;
-  /// Constructs the access from a function from Draft& to E* or std::optional<E>*.
+  /// Makes the access from a function that converts Draft& to E* or std::optional<E>*.
   template <class F, class Value = std::remove_pointer_t<std::invoke_result_t<F, Draft&>>>
   requires Enumeration<Value> || Enumeration<typename Value::value_type> AtChoice(F at) {
     constexpr bool always = Enumeration<Value>;
@@ -53,7 +55,7 @@ using KeyTarget = std::variant<At<bool>, At<int>, At<std::int64_t>, At<double>, 
                                At<std::optional<double>>, At<std::optional<std::string>>, At<std::optional<Interval>>,
                                At<std::optional<Region>>, At<std::optional<Coordinates>>, AtChoice>;
 
-/// Overloaded function objects for std::visit.
+/// Function object with the overloads of all `Functions`, for std::visit.
 template <class... Functions>
 struct Overloaded : Functions... {
   using Functions::operator()...;
@@ -61,21 +63,22 @@ struct Overloaded : Functions... {
 template <class... Functions>
 Overloaded(Functions...) -> Overloaded<Functions...>;
 
-/// Smallest and largest size of a non-zero number in a scene, in the unit of its key. Products of a few such numbers,
-/// such as a mass or an energy, neither overflow nor vanish.
+/// Smallest and largest magnitude of a non-zero number in a scene, in the unit of its key. Products of a few such
+/// numbers, such as a mass or an energy, neither overflow nor vanish.
 inline constexpr double smallest_size = 1e-50, largest_size = 1e50;
 
-/// The finite numbers from low to high.
+/// Interval of the finite numbers from low to high that a key allows.
 struct Range {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
   bool low_itself = true, high_itself = true;  ///< false: the interval is open at that end
 
+  /// Returns true if the value is finite and in the interval.
   bool contains(double value) const;
-  /// Returns true if a number is 0 or its size is from smallest_size to largest_size. An end of the range beyond these
-  /// limits replaces them.
+  /// Returns true if the value is 0 or its magnitude is from smallest_size to largest_size. An end of the range beyond
+  /// these limits replaces them.
   bool allows_size_of(double value) const;
-  /// Returns the range in words, as in "a number, greater than 0"; empty if every finite number is allowed.
+  /// Describes the range in words, as in "at least 0 and less than 1"; empty if every finite number is allowed.
   std::string text() const;
 };
 
@@ -85,8 +88,8 @@ inline constexpr Range not_negative{.low = 0};
 inline constexpr Range accuracy{.low = 0, .high = 1, .low_itself = false, .high_itself = false};
 }  // namespace ranges
 
-/// One key of the scene file. The reader, the checks, the help and the messages all follow from this entry. Its default
-/// is the value in an untouched Draft.
+/// Declaration of one key of the scene file. The reader, the checks, the help and the messages all follow from it. Its
+/// default is the value in an untouched Draft.
 struct Key {
   std::string name;
   KeyTarget target;
@@ -99,17 +102,19 @@ struct Key {
   std::string help{};
   std::string old_name{};  ///< former name, which is read with a warning
 
-  /// Returns the allowed texts: an enumeration's names, or `texts`. Empty if other values are allowed.
+  /// Returns the allowed texts: the names of an enumeration, or `texts`. Empty if other values are allowed.
   std::vector<std::string> choices() const;
   /// Describes the allowed values, as in "a number in m, greater than 0".
   std::string allowed() const;
-  /// Returns "required", or the default, which is read from an `untouched` draft (Schema::blank_draft).
+  /// Describes the default for the help, or returns "required". The default is read from an `untouched` draft
+  /// (Schema::blank_draft).
   std::string fallback(Draft& untouched) const;
 };
 
 /// Concatenates lists of keys.
 std::vector<Key> joined(std::initializer_list<std::vector<Key>> lists);
 
+/// Declaration of one table of the scene file with its keys.
 struct Table {
   enum class Kind { optional, required, repeated };
 
@@ -121,14 +126,14 @@ struct Table {
   std::vector<Key> keys{};
   std::string old_path{};  ///< former path, which is read with a warning
 
-  /// Returns the table's header in a scene file: [field], [[conductor]]
+  /// Returns the header of the table in a scene file, such as [field] or [[conductor]].
   std::string header() const;
 };
 
-/// All tables and keys of a scene file.
+/// Declarations of all tables and keys that a scene file may have.
 class Schema {
  public:
-  /// Constructs the schema with the tables of these effects. Throws InputError if two effects have the same name.
+  /// Makes the schema with the tables of these effects. Throws InputError if two effects have the same name.
   explicit Schema(const EffectKinds& kinds);
 
   const std::vector<Table>& tables() const { return tables_; }  ///< top of the file first
@@ -140,14 +145,16 @@ class Schema {
   std::vector<Table> tables_;
 };
 
-/// Tables that every scene may have: bodies and domain, computation, and output.
+/// Returns the tables of domain, fluid, bodies and electrodes.
 std::vector<Table> tables_of_the_world();
+/// Returns the tables that only scenes of grains have: units and equilibration.
 std::vector<Table> tables_of_grains();
+/// Returns the tables of the computation and the output: field, mechanics, minimization, stop, output, network.
 std::vector<Table> tables_of_the_computation();
 
-/// Returns the key of that name; null if there is none.
+/// Returns the key of a table with this name; null if there is none.
 const Key* find_key(const Table& table, std::string_view name);
-/// Returns the path of a key or table inside `table`.
+/// Returns the dotted path of a key or table inside `table`.
 std::string path_in(const Table& table, std::string_view name);
 
 }  // namespace lichtenberg

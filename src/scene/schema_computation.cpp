@@ -18,38 +18,41 @@ using namespace ranges;
 constexpr Range times{.low = smallest_size};
 
 Table minimize() {
-  return {.path = "minimize",
-          .help = "Method that brings particles with effects.soft_repulsion to rest.",
-          .keys = {
-              {.name = "method",
-               .target = [](Draft& d) { return &d.scene.minimize.method; },
-               .help = "lbfgs-newton: limited-memory BFGS until the contacts no longer change, then Newton's method "
-                       "with conjugate gradients; lbfgs, newton-cg: only one of the two; fire: inertial relaxation; "
-                       "gradient-descent: small constant steps down the gradient, which end in the minimum of the "
-                       "gradient flow. Other methods may end in other minima"},
-              {.name = "force_tolerance",
-               .target = [](Draft& d) { return &d.scene.minimize.force_tolerance; },
-               .range = {.low = 1e-15, .high = 1, .high_itself = false},  // smaller values are below rounding
-               .help = "the run ends when no net force on a particle exceeds this value, in units of stiffness over "
-                       "the mean diameter"},
-              {.name = "max_iterations",
-               .target = [](Draft& d) { return &d.scene.minimize.max_iterations; },
-               .range = {.low = 0, .high = 1e12},
-               .help = "largest number of iterations of a run"},
-              {.name = "step",
-               .target = [](Draft& d) { return &d.scene.minimize.step; },
-               .range = positive,
-               .help = "for gradient-descent: length of a step over the force, in units of the mean diameter squared "
-                       "over stiffness"},
-              {.name = "record_every",
-               .target = [](Draft& d) { return &d.scene.minimize.record_every; },
-               .range = not_negative,
-               .help = "iterations between two frames; 0: at 0, 1, 2, 3, 4, 6, 8, 11, 16, ..., and the last"},
-              {.name = "threads",
-               .target = [](Draft& d) { return &d.scene.minimize.threads; },
-               .range = {.low = 0, .high = 1024},
-               .help = "number of threads, without effect on the result; 0: one per core, fewer for few particles"},
-          }};
+  return {
+      .path = "minimize",
+      .help = "Method and tolerances of the minimization that brings particles with effects.soft_repulsion to rest.",
+      .keys = {
+          {.name = "method",
+           .target = [](Draft& d) { return &d.scene.minimize.method; },
+           .help = "minimization method. lbfgs-newton: limited-memory BFGS until the contacts no longer change, then "
+                   "Newton's method with conjugate gradients; lbfgs, newton-cg: only one of these two; fire: inertial "
+                   "relaxation; gradient-descent: small constant steps down the gradient, which end in the minimum of "
+                   "the gradient flow. Other methods may end in other minima"},
+          {.name = "force_tolerance",
+           .target = [](Draft& d) { return &d.scene.minimize.force_tolerance; },
+           .range = {.low = 1e-15, .high = 1, .high_itself = false},  // smaller values are below rounding
+           .help = "force tolerance: the run ends when the net force on every particle is at most this value, in units "
+                   "of the contact stiffness over the mean diameter"},
+          {.name = "max_iterations",
+           .target = [](Draft& d) { return &d.scene.minimize.max_iterations; },
+           .range = {.low = 0, .high = 1e12},
+           .help = "largest number of iterations of the minimization in a run"},
+          {.name = "step",
+           .target = [](Draft& d) { return &d.scene.minimize.step; },
+           .range = positive,
+           .help = "for gradient-descent: ratio of the displacement of a step to the force, in units of the mean "
+                   "diameter squared over the contact stiffness"},
+          {.name = "record_every",
+           .target = [](Draft& d) { return &d.scene.minimize.record_every; },
+           .range = not_negative,
+           .help = "number of iterations of the minimization between two recorded frames; 0: frames at the iterations "
+                   "0, 1, 2, 3, 4, 6, 8, 11, 16, ..., and the last"},
+          {.name = "threads",
+           .target = [](Draft& d) { return &d.scene.minimize.threads; },
+           .range = {.low = 0, .high = 1024},
+           .help = "number of threads of the minimization, without effect on the result; 0: one per core, fewer for "
+                   "few particles"},
+      }};
 }
 
 AtChoice field_method() {
@@ -85,13 +88,13 @@ std::vector<Key> field_accuracy() {
        .target = [](Draft& d) { return &d.field.accuracy; },
        .range = {.low = 1e-12, .high = 0.1},
        .computed_default = "none; cells and tolerances count",
-       .help =
-           "bound on relative errors, which chooses cells, tolerances and, unless given, the method. Errors are those "
-           "of potentials over the largest potential difference (of spheres without walls, also from infinity), of "
-           "charges over the largest (also of the charge through resistors), and of forces on conductors over the "
-           "largest. Forces below 1e-11 of eps V^2, V being the largest potential difference, count as rounding. "
-           "Errors are measured: `solve` refuses an accuracy that it cannot reach. A run makes the choice at its "
-           "start, in the plane for gaps down to contact_discharge's, and checks it at checkpoints"},
+       .help = "bound on the relative errors of the field, from which cells, tolerances and, unless given, the method "
+               "are chosen. Errors of potentials are relative to the largest potential difference (of spheres without "
+               "walls, also from infinity). Errors of charges, also of the charge through resistors, are relative to "
+               "the largest, and errors of forces on conductors to the largest. Forces below 1e-11 of eps V^2, with "
+               "the permittivity eps and the largest potential difference V, count as rounding. Errors are measured: "
+               "`solve` refuses an accuracy that it cannot reach. A run makes the choice at its start, in the plane "
+               "for gaps down to contact_discharge's, and checks it at checkpoints"},
       {.name = "method",
        .target = field_method(),
        .computed_default = "\"cut-cell\"; in three dimensions \"spheres\"",
@@ -99,14 +102,15 @@ std::vector<Key> field_accuracy() {
       {.name = "cells",
        .target = [](Draft& d) { return &d.field.options.cells; },
        .range = {.low = 8, .high = most_cells},
-       .help = "number of square cells along the domain's longer side; multipole uses them for pictures only"},
+       .help = "number of square grid cells along the domain's longer side; the method multipole uses the grid for "
+               "pictures only"},
       {.name = "tolerance",
        .target = [](Draft& d) { return &d.field.tolerance; },
        .range = accuracy,
        .computed_default = default_tolerances("1e-8", &FieldTolerances::single),
-       .help =
-           "error of a single solve. cut-cell: in the energy norm, relative to the solution's; multipole and spheres: "
-           "of potentials, charges and forces, relative to the largest; relaxation: of the groups' charges"},
+       .help = "bound on the relative error of a field that is solved once, for conductors at rest. cut-cell: in the "
+               "energy norm, relative to the solution's; multipole and spheres: of potentials, charges and forces, "
+               "each relative to the largest; relaxation: of the charges of groups"},
       {.name = "moving_tolerance",
        .target = [](Draft& d) { return &d.field.moving_tolerance; },
        .range = accuracy,
@@ -114,7 +118,8 @@ std::vector<Key> field_accuracy() {
            "1e-4 where mechanics.position_tolerance is 1e-3 of the smallest radius, with its square below, from "
            "1e-5 to 1e-4; 1e-5 with a circuit, coupling = \"monolithic\" or integrator = \"euler\"",
            &FieldTolerances::moving),
-       .help = "tolerance of the solves of a moving scene"},
+       .help = "bound on the relative error of each field solve of a run, in which the conductors move; the error is "
+               "defined as for tolerance"},
   };
 }
 
@@ -122,33 +127,37 @@ std::vector<Key> field_solvers() {
   return {
       {.name = "device",
        .target = [](Draft& d) { return &d.field.options.device; },
-       .help = "device of the cut-cell solver; cpu: the processor; cuda: a GPU; --device on the command line has "
-               "precedence"},
+       .help = "device of the field solver of cut-cell; cpu: the processor; cuda: a GPU; --device on the command line "
+               "has precedence"},
       {.name = "threads",
        .target = [](Draft& d) { return &d.field.options.threads; },
        .range = {.low = 0, .high = 1024},
-       .help = "number of threads of cut-cell and spheres, without effect on the result; 0: one per core, fewer on "
-               "small grids"},
+       .help = "number of threads of the field methods cut-cell and spheres, without effect on the result; 0: one per "
+               "core, fewer on small grids"},
       {.name = "boundary_stencil",
        .target = [](Draft& d) { return &d.field.options.links; },
-       .help = "conductance from a cell to a disk; log-fitted: exact for a logarithmic potential; plain: for a linear "
-               "one; aperture: first order, for comparison (linear_solver = \"assembled\")",
+       .help = "formula for the conductance between a grid cell and the surface of a disk. log-fitted: exact for a "
+               "logarithmic potential; plain: exact for a linear one; aperture: first order, for comparison "
+               "(linear_solver = \"assembled\")",
        .old_name = "links"},
       {.name = "linear_solver",
        .target = [](Draft& d) { return &d.field.options.linear_solver; },
-       .help = "multigrid: matrix-free, the fastest; assembled: any preconditioner of PETSc"},
+       .help = "solver of the linear equations of cut-cell. multigrid: matrix-free, the fastest; assembled: assembled "
+               "matrix, with any preconditioner of PETSc"},
       {.name = "relaxation_eta",
        .target = [](Draft& d) { return &d.field.relaxation_eta; },
        .unit = "V m/C",
        .range = positive,
        .computed_default = "chosen by the solver",
-       .help = "step of the gradient descent (D 6.30)"},
+       .help = "for the method relaxation: step eta of its gradient descent from charges to potentials, in V m/C, the "
+               "change of a conductor's potential over the error of its charge per length (Stephenson 2018, eq. 6.30)"},
   };
 }
 
 Table field() {
-  return {
-      .path = "field", .help = "How the potential is computed.", .keys = joined({field_accuracy(), field_solvers()})};
+  return {.path = "field",
+          .help = "Method, resolution and accuracy of the electric field, from which the forces on conductors follow.",
+          .keys = joined({field_accuracy(), field_solvers()})};
 }
 
 std::vector<Key> integrators() {
@@ -156,16 +165,19 @@ std::vector<Key> integrators() {
       {.name = "integrator",
        .target = [](Draft& d) { return &d.scene.mechanics.integrator; },
        .computed_default = "\"cvode\"; \"multirate\" of grains",
-       .help = "cvode: implicit, error-controlled, contacts located as events; euler: explicit (D 6.7). For grains: "
-               "multirate: charges act as impulses, and contacts have substeps between these; verlet: with predicted "
-               "velocities; gear, gear-printed: Gear's of order 6, corrected and as printed in G; cvode: the "
-               "reference, for few grains"},
+       .help =
+           "integrator of the equations of motion. For conductors: cvode: implicit, error-controlled, contacts located "
+           "as events; euler: explicit (Stephenson 2018, eq. 6.7). For grains: multirate: charges act as impulses, and "
+           "contacts have substeps between these; verlet: with predicted velocities; gear, gear-printed: Gear's of "
+           "order 6, corrected and as printed in Singh 2019; cvode: the reference, for few grains"},
       {.name = "coupling",
        .target = [](Draft& d) { return &d.scene.mechanics.coupling; },
-       .help = "split: field extrapolated over error-controlled steps; monolithic: solved in each evaluation"},
+       .help = "coupling of field and motion. split: the field is solved between error-controlled steps and "
+               "extrapolated over them; monolithic: the field is solved in each evaluation of the forces"},
       {.name = "predictor",
        .target = [](Draft& d) { return &d.scene.mechanics.predictor; },
-       .help = "with coupling split: use a coarser grid that resolves the conductors between field solves"},
+       .help = "true: with coupling split, a coarser grid that resolves the conductors predicts the change of the "
+               "field between two field solves"},
   };
 }
 
@@ -175,36 +187,37 @@ std::vector<Key> conductor_steps() {
        .target = [](Draft& d) { return &d.scene.mechanics.relative_tolerance; },
        .range = {.low = 1e-15, .high = 1, .high_itself = false},  // smaller values are below rounding
        .computed_default = "1e-6; 1e-13 of grains",
-       .help = "error of positions and momenta per step of the integrator; for grains only of cvode"},
+       .help = "bound on the relative error of positions and momenta in a step of the integrator; for grains only of "
+               "cvode"},
       {.name = "position_tolerance",
        .target = [](Draft& d) { return &d.position_tolerance; },
        .unit = "m",
        .range = positive,
        .computed_default = "1e-3 * the smallest radius",
-       .help = "largest error of positions in a coupling step; at least 1e-9 of the smallest radius. Divided by that "
-               "radius it also bounds the error of the charge through resistors per step, relative to the largest "
-               "charge; field.accuracy may reduce that bound"},
+       .help = "bound on the error of positions in a coupling step (the interval between two field solves), in m; at "
+               "least 1e-9 of the smallest radius. Divided by that radius it also bounds the error of the charge "
+               "through resistors per step, relative to the largest charge; field.accuracy may reduce that bound"},
       {.name = "largest_step",
        .target = [](Draft& d) { return &d.largest_step; },
        .unit = "s",
        .range = times,
        .computed_default = "output.every",
-       .help = "largest coupling step"},
+       .help = "largest coupling step, which is the interval between two field solves, in s"},
       {.name = "fix_z",
        .target = [](Draft& d) { return &d.scene.mechanics.fix_z; },
-       .help = "in three dimensions: conductors lie on a support and have a constant z; the support balances forces "
-               "along z, which a run does not contain",
+       .help = "true, in three dimensions only: conductors lie on a support and have a constant z. The support "
+               "balances forces along z, which a run does not contain",
        .old_name = "keep_height"},
       {.name = "euler_step",
        .target = [](Draft& d) { return &d.scene.mechanics.euler_step; },
        .unit = "s",
        .range = positive,
-       .help = "time step of euler"},
+       .help = "time step of the integrator euler, in s"},
       {.name = "euler_field_step",
        .target = [](Draft& d) { return &d.scene.mechanics.euler_field_step; },
        .unit = "s",
        .range = positive,
-       .help = "time between two field solves of euler"},
+       .help = "time between two field solves of the integrator euler, in s"},
   };
 }
 
@@ -215,47 +228,51 @@ std::vector<Key> grain_steps() {
        .unit = "t0",
        .range = positive,
        .computed_default = "multirate: from effects.coulomb.accuracy, or 0.05; verlet: 0.005; gear: 0.0015",
-       .help = "for grains: the longest step. multirate keeps the forces of charges constant over it and takes shorter "
-               "steps if the fastest grain would fly farther than .2 d0; steps of verlet and gear must resolve the "
-               "shortest contact"},
+       .help = "longest step of the motion of grains, in reduced units (t0). multirate: the forces of charges are "
+               "constant over it, and it is shorter if the fastest grain would fly farther than .2 d0; verlet and "
+               "gear: it must resolve the shortest contact"},
       {.name = "contact_substeps",
        .target = [](Draft& d) { return &d.scene.mechanics.contact_steps; },
        .range = {.low = 4, .high = 1e4},
        .computed_default = "from effects.coulomb.accuracy: 16 for 1e-3, 50 for 1e-4; 16 without",
-       .help = "for multirate: substeps in the shortest possible contact, or in the damping time if that is shorter; "
-               "with n substeps the energy of a contact has a relative error of about 1 / (4 n^2)",
+       .help = "for multirate: number of substeps in the shortest possible contact, or in the damping time if that is "
+               "shorter; with n substeps the energy of a contact has a relative error of about 1 / (4 n^2)",
        .old_name = "contact_steps"},
       {.name = "threads",
        .target = [](Draft& d) { return &d.scene.mechanics.threads; },
        .range = {.low = 0, .high = 1024},
-       .help = "number of threads, without effect on the result; 0: one per core, fewer for few grains"},
+       .help = "number of threads of the motion of grains, without effect on the result; 0: one per core, fewer for "
+               "few grains"},
   };
 }
 
 Table mechanics() {
   return {.path = "mechanics",
-          .help = "How the motion is computed.",
+          .help = "Integrator, steps and tolerances of the motion.",
           .keys = joined({integrators(), conductor_steps(), grain_steps()})};
 }
 
 Table network() {
-  Table table = {
-      .path = "network",
-      .help = "Resistors between particles in contact, for `lichtenberg network` on a packing's result file.",
-      .keys = {
-          {.name = "model",
-           .target = [](Draft& d) { return &d.scene.network.model; },
-           .computed_default = "both models",
-           .help = "nodes of the network; particle: the particles; contact: the contacts"},
-          {.name = "terminals",
-           .target = [](Draft& d) { return &d.scene.network.between; },
-           .help = "electrodes, the first at 0 V: names of walls or numbers of particles",
-           .old_name = "between"},
-          {.name = "resistor",
-           .target = [](Draft& d) { return &d.scene.network.resistor; },
-           .computed_default = "\"constant\", of 1 Ohm",
-           .help = "model of a resistor, with the parameters that it needs:"},
-      }};
+  Table table = {.path = "network",
+                 .help =
+                     "Network of resistors between particles in contact, computed by `lichtenberg network` from a "
+                     "packing's result file.",
+                 .keys = {
+                     {.name = "model",
+                      .target = [](Draft& d) { return &d.scene.network.model; },
+                      .computed_default = "both models",
+                      .help = "nodes of the resistor network. particle: the particles, with one resistor per contact; "
+                              "contact: the contacts, with resistors between all contacts of a particle"},
+                     {.name = "terminals",
+                      .target = [](Draft& d) { return &d.scene.network.between; },
+                      .help = "electrodes between which the network's resistance is computed, the first at 0 V: names "
+                              "of walls or numbers of particles",
+                      .old_name = "between"},
+                     {.name = "resistor",
+                      .target = [](Draft& d) { return &d.scene.network.resistor; },
+                      .computed_default = "\"constant\", of 1 Ohm",
+                      .help = "law of a resistor's resistance, with the keys that it needs in parentheses:"},
+                 }};
   Key& resistor = table.keys.back();
   for (const network::ResistorModel& model : network::resistor_models()) {
     resistor.texts.push_back(model.name);
@@ -283,47 +300,50 @@ Table network() {
 
 Table output() {
   return {.path = "output",
-          .help = "Output of a run.",
+          .help = "Files that a run writes, and the intervals at which it writes them.",
           .keys = {
               {.name = "file",
                .target = [](Draft& d) { return &d.output_file; },
                .computed_default = "the scene file's name, in the working directory, with .h5",
-               .help = "result file"},
+               .help = "path of the result file"},
               {.name = "every",
                .target = [](Draft& d) { return &d.scene.output.every; },
                .unit = "s",
                .range = positive,
-               .help = "simulated time between two frames"},
+               .help = "simulated time between two recorded frames, in s"},
               {.name = "checkpoint_every",
                .target = [](Draft& d) { return &d.scene.output.checkpoint_every; },
                .range = {.low = 1, .high = 1e9},
-               .help = "frames between two checkpoints"},
+               .help = "number of frames between two checkpoints, from which a run can be resumed"},
               {.name = "field",
                .target = [](Draft& d) { return &d.scene.output.field; },
-               .help = "stored potential of the last frame; single: in single precision, four bytes per cell before "
-                       "compression; double: in double precision; none: not stored"},
+               .help = "precision in which the potential of the last frame is stored. single: four bytes per grid cell "
+                       "before compression; double: eight bytes; none: the potential is not stored"},
               {.name = "picture",
                .target = [](Draft& d) { return &d.scene.output.picture; },
-               .help = "draw the final state"},
+               .help = "true: a picture of the final state is drawn at the end of the run"},
           }};
 }
 
 Table stop() {
   return {.path = "stop",
-          .help = "When a run ends: at whichever comes first.",
+          .help = "Conditions at which a run ends: it ends when the first of them is met.",
           .keys = {
               {.name = "time",
                .target = [](Draft& d) { return &d.scene.stop.time; },
                .unit = "s",
                .range = times,
-               .help = "simulated time from the start, including a run's stages"},
+               .help = "simulated time at which the run ends, counted from its start and including stages of "
+                       "equilibration, in s"},
               {.name = "stationary",
                .target = [](Draft& d) { return &d.scene.stop.stationary; },
-               .help = "stop when all conductors are connected to an electrode and the forces are negligible (D 7.1)"},
+               .help = "true: the run also ends when all conductors are connected to an electrode and forces and "
+                       "speeds are negligible (Stephenson 2018, eq. 7.1)"},
               {.name = "force",
                .target = [](Draft& d) { return &d.scene.stop.force; },
                .range = accuracy,
-               .help = "forces below this fraction of the run's largest force are negligible for stop.stationary"},
+               .help = "fraction of the run's largest force, and of its largest speed, below which forces and speeds "
+                       "of conductors are negligible for stop.stationary"},
           }};
 }
 

@@ -11,7 +11,7 @@ using namespace ranges;
 using enum Table::Kind;
 
 Table top() {
-  return {.help = "The scene as a whole.",
+  return {.help = "Title of the run and seed of its random numbers.",
           .keys = {
               {.name = "title",
                .target = [](Draft& d) { return &d.scene.title; },
@@ -20,7 +20,8 @@ Table top() {
               {.name = "seed",
                .target = [](Draft& d) { return &d.seed; },
                .range = not_negative,
-               .help = "seed of the random positions of populations"},
+               .help = "seed of all random numbers: initial positions, radii, velocities and charges of populations, "
+                       "charge_exchange and gas_drag"},
           }};
 }
 
@@ -40,14 +41,15 @@ Table domain() {
   const std::string in_space = help + "; in three dimensions";
   return {.path = "domain",
           .kind = required,
-          .help = "The rectangle [0, size x] x [0, size y] filled with fluid; with a third number a cuboid.",
+          .help = "The rectangle [0, size x] x [0, size y] filled with fluid; with a third number of size a cuboid.",
           .keys = {
               {.name = "size",
                .target = [](Draft& d) { return &d.domain_size; },
                .unit = "m",
                .range = {.low = smallest_size, .high = largest_size},
                .required = true,
-               .help = "along x (left to right), y (bottom to top) and, in three dimensions, z (front to back)"},
+               .help = "lengths of the domain's sides in m, along x (left to right), y (bottom to top) and, in three "
+                       "dimensions, z (front to back)"},
               side<0>(help),
               side<1>(help),
               side<2>(help),
@@ -56,57 +58,62 @@ Table domain() {
               side<5>(in_space),
               {.name = "unbounded",
                .target = [](Draft& d) { return &d.scene.domain.open; },
-               .help = "no sides: free space in three dimensions, with a potential of 0 at infinity and any net "
-                       "charge; size is then the region of the initial positions. Needs floating_conductors",
+               .help = "true: the domain has no sides and is free space in three dimensions, with a potential of 0 at "
+                       "infinity and any net charge; domain.size is then the size of the region of initial positions. "
+                       "Needs floating_conductors",
                .old_name = "open"},
           }};
 }
 
 Table medium() {
   return {.path = "medium",
-          .help = "The fluid.",
+          .help = "Properties of the fluid between the conductors.",
           .keys = {
               {.name = "relative_permittivity",
                .target = [](Draft& d) { return &d.relative_permittivity; },
                .range = {.low = 1},
                .computed_default = "none; floating_conductors needs it or permittivity",
-               .help = "permittivity in units of the vacuum's, 8.8541878128e-12 F/m"},
+               .help = "relative permittivity of the fluid, in units of the vacuum's, 8.8541878128e-12 F/m"},
               {.name = "permittivity",
                .target = [](Draft& d) { return &d.permittivity; },
                .unit = "F/m",
                .range = positive,
                .computed_default = "from relative_permittivity",
-               .help = "absolute permittivity; give this or relative_permittivity, not both"},
+               .help = "absolute permittivity of the fluid, in F/m; give this or relative_permittivity, not both"},
               {.name = "viscosity",
                .target = [](Draft& d) { return &d.viscosity; },
                .unit = "Pa s",
                .range = positive,
                .computed_default = "none; stokes_drag needs it",
-               .help = "dynamic viscosity"},
+               .help = "dynamic viscosity of the fluid, in Pa s"},
               {.name = "depth",
                .target = [](Draft& d) { return &d.depth; },
                .unit = "m",
                .range = positive,
                .computed_default = "2 * the largest radius: a monolayer; 1 m without conductors",
-               .help = "factor from charge, force and energy per metre of the two-dimensional field to C, N and J"},
+               .help = "thickness of the system along z in a plane model, in m: charges, forces and energies per metre "
+                       "of the two-dimensional field are multiplied by it"},
               {.name = "temperature",
                .target = [](Draft& d) { return &d.scene.medium.temperature; },
                .unit = "K",
                .range = positive,
-               .help = "temperature for the entropy production of the dissipated power; it has no other effect"},
+               .help = "temperature of the fluid, in K: the entropy production is the dissipated power over it; it has "
+                       "no other effect"},
           }};
 }
 
 Table material() {
-  return {.path = "material",
-          .help = "Material of the conductors.",
-          .keys = {
-              {.name = "density",
-               .target = [](Draft& d) { return &d.scene.material.density; },
-               .unit = "kg/m^3",
-               .range = positive,
-               .help = "density of the conductors, whose masses are those of spheres; default: steel"},
-          }};
+  return {
+      .path = "material",
+      .help = "Material of the conductors.",
+      .keys = {
+          {.name = "density",
+           .target = [](Draft& d) { return &d.scene.material.density; },
+           .unit = "kg/m^3",
+           .range = positive,
+           .help =
+               "mass density of the conductors, in kg/m^3, whose masses are those of spheres; the default is steel"},
+      }};
 }
 
 std::vector<Key> electrode_source_keys() {
@@ -114,25 +121,26 @@ std::vector<Key> electrode_source_keys() {
       {.name = "name",
        .target = [](Draft& d) { return &d.electrodes.back().name; },
        .computed_default = "the shape and a number, as in \"disk 1\"",
-       .help = "name in messages and results"},
+       .help = "name of the electrode in messages and results"},
       {.name = "shape",
        .target = [](Draft& d) { return &d.electrodes.back().shape; },
        .texts = {"disk", "half-disk", "bar", "ring", "sphere"},
        .required = true,
-       .help = "disk: a whole disk; half-disk: a disk centred on a side of the domain; bar: a straight bar with flat "
-               "ends; ring: conducting outside its circle; sphere: the only shape in three dimensions"},
+       .help = "shape of the electrode. disk: a whole disk; half-disk: a disk centred on a side of the domain; bar: a "
+               "straight bar with flat ends; ring: conducting outside its circle; sphere: the only shape in three "
+               "dimensions"},
       {.name = "potential",
        .target = [](Draft& d) { return &d.electrodes.back().potential; },
        .unit = "V",
        .required = true,
-       .help = "potential of the electrode, or of its source if there is a series resistance"},
+       .help = "potential of the electrode, in V, or of its voltage source if there is a series resistance"},
       {.name = "series_resistance",
        .target = [](Draft& d) { return &d.electrodes.back().series_resistance; },
        .unit = "ohm",
        .range = positive,
        .computed_default = "none",
-       .help = "resistor between the source and the body, which starts without charge and whose potential follows from "
-               "the current; with 1e30 ohm the body floats"},
+       .help = "resistance between the voltage source and the electrode, in ohm. The electrode starts without charge, "
+               "and its potential follows from the current; with 1e30 ohm it floats"},
   };
 }
 
@@ -142,76 +150,80 @@ std::vector<Key> electrode_shape() {
        .target = [](Draft& d) { return &d.electrodes.back().centre; },
        .unit = "m",
        .shapes = {"disk", "ring"},
-       .help = "centre of the circle"},
+       .help = "centre of the disk or of the ring's circle, in m"},
       {.name = "position",
        .target = [](Draft& d) { return &d.electrodes.back().position; },
        .unit = "m",
        .shapes = {"sphere"},
-       .help = "position of the centre"},
+       .help = "position of the sphere's centre, in m"},
       {.name = "radius",
        .target = [](Draft& d) { return &d.electrodes.back().radius; },
        .unit = "m",
        .range = positive,
        .shapes = {"disk", "half-disk", "ring", "sphere"},
-       .help = "radius of the circle or the sphere"},
+       .help = "radius of the disk, the ring's circle or the sphere, in m"},
       {.name = "side",
        .target = [](Draft& d) { return &d.electrodes.back().side; },
        .texts = {"left", "right", "bottom", "top"},
        .shapes = {"half-disk"},
-       .help = "side of the domain on which the centre lies"},
+       .help = "side of the domain on which the centre of the half-disk lies"},
       {.name = "at",
        .target = [](Draft& d) { return &d.electrodes.back().at; },
        .unit = "m",
        .range = not_negative,
        .shapes = {"half-disk"},
-       .help = "x of the centre (bottom, top) or y (left, right)"},
+       .help =
+           "position of the half-disk's centre along its side, in m: x on the bottom or top, y on the left or right"},
       {.name = "from",
        .target = [](Draft& d) { return &d.electrodes.back().from; },
        .unit = "m",
        .shapes = {"bar"},
-       .help = "one end of the bar's axis"},
+       .help = "start point of the bar's axis, in m; the bar is cut flat there"},
       {.name = "to",
        .target = [](Draft& d) { return &d.electrodes.back().to; },
        .unit = "m",
        .shapes = {"bar"},
-       .help = "the other end; the ends are flat"},
+       .help = "end point of the bar's axis, in m; the bar is cut flat there"},
       {.name = "width",
        .target = [](Draft& d) { return &d.electrodes.back().width; },
        .unit = "m",
        .range = positive,
        .shapes = {"bar"},
-       .help = "width of the bar across its axis"},
+       .help = "width of the bar across its axis, in m"},
   };
 }
 
 Table electrode() {
-  return {.path = "electrode",
-          .kind = repeated,
-          .help = "A fixed conducting body at a given potential. It may reach beyond the domain, which cuts it.",
-          .open = [](Draft& d, int line) { d.electrodes.push_back({.line = line}); },
-          .keys = joined({electrode_source_keys(), electrode_shape()})};
+  return {
+      .path = "electrode",
+      .kind = repeated,
+      .help =
+          "An electrode: a fixed conducting body at a given potential. It may reach beyond the domain, which cuts it.",
+      .open = [](Draft& d, int line) { d.electrodes.push_back({.line = line}); },
+      .keys = joined({electrode_source_keys(), electrode_shape()})};
 }
 
 Table wall() {
-  return {.path = "wall",
-          .kind = repeated,
-          .help = "An infinite flat wall in addition to the sides of the domain. Needs effects.soft_repulsion.",
-          .open = [](Draft& d, int line) { d.walls.push_back({.line = line}); },
-          .keys = {
-              {.name = "name",
-               .target = [](Draft& d) { return &d.walls.back().name; },
-               .computed_default = "\"wall\" and a number, as in \"wall 1\"",
-               .help = "name in messages and results"},
-              {.name = "point",
-               .target = [](Draft& d) { return &d.walls.back().point; },
-               .unit = "m",
-               .required = true,
-               .help = "a point on the wall"},
-              {.name = "normal",
-               .target = [](Draft& d) { return &d.walls.back().normal; },
-               .required = true,
-               .help = "points to the particles' side; of any length but 0"},
-          }};
+  return {
+      .path = "wall",
+      .kind = repeated,
+      .help = "An infinite flat wall in addition to the sides of the domain. Needs effects.soft_repulsion.",
+      .open = [](Draft& d, int line) { d.walls.push_back({.line = line}); },
+      .keys = {
+          {.name = "name",
+           .target = [](Draft& d) { return &d.walls.back().name; },
+           .computed_default = "\"wall\" and a number, as in \"wall 1\"",
+           .help = "name of the wall in messages and results"},
+          {.name = "point",
+           .target = [](Draft& d) { return &d.walls.back().point; },
+           .unit = "m",
+           .required = true,
+           .help = "coordinates of any point on the wall, in m"},
+          {.name = "normal",
+           .target = [](Draft& d) { return &d.walls.back().normal; },
+           .required = true,
+           .help = "normal vector of the wall, which points to the side of the particles; its length may be any but 0"},
+      }};
 }
 
 /// Returns the material keys of `particles`, the draft's conductors or populations.
@@ -221,18 +233,19 @@ std::vector<Key> material_keys(KeyTarget relative_resistivity) {
       {.name = "relative_resistivity",
        .target = relative_resistivity,
        .range = positive,
-       .help = "factor of its resistors in [network], relative to the parameters there"},
+       .help = "factor of the particle's resistivity or resistance in the resistor network, relative to the parameters "
+               "in [network]"},
       {.name = "young",
        .target = [](Draft& d) { return &(d.*particles).back().young; },
        .unit = "Pa",
        .range = positive,
        .computed_default = "effects.hertz_contact.young, or without that effect effects.wall_contact.young",
-       .help = "Young's modulus of its material, in elastic contacts"},
+       .help = "Young's modulus of the conductor's material in elastic contacts, in Pa"},
       {.name = "poisson",
        .target = [](Draft& d) { return &(d.*particles).back().poisson; },
        .range = {.low = -1, .high = 0.5, .low_itself = false},
        .computed_default = "effects.hertz_contact.poisson, or effects.wall_contact.poisson",
-       .help = "Poisson's ratio of its material, in elastic contacts"},
+       .help = "Poisson's ratio of the conductor's material in elastic contacts"},
   };
 }
 
@@ -242,13 +255,13 @@ std::vector<Key> conductor_sphere() {
        .target = [](Draft& d) { return &d.conductors.back().position; },
        .unit = "m",
        .required = true,
-       .help = "position of the centre"},
+       .help = "position of the conductor's centre, in m"},
       {.name = "radius",
        .target = [](Draft& d) { return &d.conductors.back().conductor.radius; },
        .unit = "m",
        .range = positive,
        .required = true,
-       .help = "radius of the conductor"},
+       .help = "radius of the conductor, in m"},
   };
 }
 
@@ -258,12 +271,12 @@ std::vector<Key> conductor_state() {
        .target = [](Draft& d) { return &d.conductors.back().charge; },
        .unit = "C",
        .computed_default = "0",
-       .help = "charge at the start; not for a member of a group"},
+       .help = "charge of the conductor at the start, in C; not allowed for a member of a group"},
       {.name = "velocity",
        .target = [](Draft& d) { return &d.conductors.back().velocity; },
        .unit = "m/s",
        .computed_default = "0 along each axis",
-       .help = "velocity at the start"},
+       .help = "velocity of the conductor at the start, in m/s"},
       {.name = "fixed",
        .target = [](Draft& d) { return &d.conductors.back().conductor.fixed; },
        .help = "true: the conductor does not move",
@@ -292,24 +305,24 @@ Table group() {
   return {.path = "group",
           .kind = repeated,
           .help =
-              "Electrically connected conductors: one potential, whether they touch or not. Give its charge or its "
-              "potential.",
+              "A group of electrically connected conductors: they have one potential, whether they touch or not. Give "
+              "its charge or its potential.",
           .open = [](Draft& d, int line) { d.groups.push_back({.line = line}); },
           .keys = {
               {.name = "name",
                .target = [](Draft& d) { return &d.groups.back().name; },
                .required = true,
-               .help = "name that its conductors refer to"},
+               .help = "name of the group, by which its conductors refer to it"},
               {.name = "charge",
                .target = [](Draft& d) { return &d.groups.back().charge; },
                .unit = "C",
                .computed_default = "none",
-               .help = "charge of all its conductors together; their potential floats"},
+               .help = "total charge of the group's conductors, in C; their common potential floats"},
               {.name = "potential",
                .target = [](Draft& d) { return &d.groups.back().potential; },
                .unit = "V",
                .computed_default = "none",
-               .help = "fixed potential of all its conductors; their charge follows from the field"},
+               .help = "fixed potential of the group's conductors, in V; their charge follows from the field"},
           }};
 }
 
@@ -319,37 +332,39 @@ std::vector<Key> population_radii() {
        .target = [](Draft& d) { return &d.populations.back().count; },
        .range = {.low = 1, .high = 1e7},
        .required = true,
-       .help = "number of conductors, at most 1e6, or of grains, at most 1e7"},
+       .help = "number of bodies in the population: at most 1e6 conductors or 1e7 grains"},
       {.name = "radius",
        .target = [](Draft& d) { return &d.populations.back().radius; },
        .unit = "m",
        .range = positive,
        .computed_default = "none; needed unless radii are given; 0.5 of grains",
-       .help = "radius of all, or an interval for random radii"},
+       .help = "radius of all bodies of the population, in m, or an interval [smallest, largest] for random radii"},
       {.name = "radii",
        .target = [](Draft& d) { return &d.populations.back().radii; },
        .unit = "m",
        .range = positive,
        .computed_default = "none",
-       .help = "list of radii instead of radius; it repeats if count is larger"},
+       .help =
+           "list of radii in m, one for each body, instead of radius; it repeats if count is larger than its length"},
       {.name = "distribution",
        .target = [](Draft& d) { return &d.populations.back().distribution; },
-       .help = "distribution of the radii, truncated to their interval; uniform: constant density; normal: by mean and "
-               "deviation; lognormal: normal distribution of the logarithm"},
+       .help = "distribution of random radii, truncated to their interval. uniform: constant probability density; "
+               "normal: Gaussian, given by mean and deviation; lognormal: Gaussian in the logarithm of the radius"},
       {.name = "mean",
        .target = [](Draft& d) { return &d.populations.back().mean; },
        .unit = "m",
        .range = positive,
        .computed_default = "the middle of the interval",
-       .help = "for normal: mean before the truncation; for lognormal: the median"},
+       .help = "mean radius in m of the distribution normal, before the truncation; median radius of lognormal"},
       {.name = "deviation",
        .target = [](Draft& d) { return &d.populations.back().deviation; },
        .range = positive,
        .computed_default = "none; needed for normal and lognormal",
-       .help = "standard deviation; for normal: over the mean; for lognormal: of the radius's logarithm"},
+       .help = "standard deviation of random radii, dimensionless. normal: standard deviation over mean radius; "
+               "lognormal: standard deviation of the logarithm of the radius"},
       {.name = "overlapping",
        .target = [](Draft& d) { return &d.populations.back().overlapping; },
-       .help = "initial positions may overlap; needs effects.soft_repulsion"},
+       .help = "true: initial positions of the bodies may overlap; needs effects.soft_repulsion"},
   };
 }
 
@@ -358,18 +373,21 @@ std::vector<Key> population_charges() {
       {.name = "charge",
        .target = [](Draft& d) { return &d.populations.back().charge; },
        .unit = "C",
-       .help = "initial charge of each; with charge_distribution the width of the distribution"},
+       .help = "initial charge of each body of the population, in C; with charge_distribution the width of the random "
+               "charges"},
       {.name = "charge_distribution",
        .target = [](Draft& d) { return &d.populations.back().charge_distribution; },
-       .help = "charges of grains; equal: all have the same charge; gaussian: normal with the standard deviation "
-               "charge; exponential-power: of the density z / (2 Gamma(1/z)) exp(-|q|^z), q in units of charge (G "
-               "3.49). Random charges add up to exactly 0"},
+       .help = "distribution of the initial charges of grains. equal: all have the same charge; gaussian: normal with "
+               "the standard deviation charge; exponential-power: of the density z / (2 Gamma(1/z)) exp(-|q|^z), with "
+               "the charge q in units of charge and z = charge_exponent (Singh 2019, eq. 3.49). Random charges add up "
+               "to exactly 0"},
       {.name = "charge_exponent",
        .target = [](Draft& d) { return &d.populations.back().charge_exponent; },
        .range = {.low = 0.25},
        .computed_default = "none; needed for exponential-power",
-       .help = "z: 1 is Laplace's distribution, 2 Gaussian, and from 8 on it is nearly uniform between -charge and "
-               "charge; below .25 rounding errors dominate, because the tails are too heavy"},
+       .help = "exponent z of the charge distribution exp(-|q|^z): 1 is Laplace's distribution, 2 Gaussian, and from 8 "
+               "on it is nearly uniform between -charge and charge. Below .25 rounding errors dominate, because the "
+               "tails are too heavy"},
   };
 }
 
@@ -380,25 +398,28 @@ std::vector<Key> population_places() {
        .unit = "m0 v0^2",
        .range = not_negative,
        .computed_default = "0: at rest",
-       .help = "initial temperature of grains: velocities are Gaussian; mass times the variance of a component is the "
-               "temperature, and momenta add up to 0"},
+       .help = "initial temperature of grains, in reduced units (m0 v0^2): each velocity component is Gaussian, with a "
+               "variance of temperature over mass, and the momenta add up to 0"},
       {.name = "min_gap",
        .target = [](Draft& d) { return &d.populations.back().min_gap; },
        .unit = "m",
        .range = not_negative,
-       .help = "minimum gap to any other conductor, electrode or side of the domain"},
+       .help = "minimum initial gap to any other conductor, electrode or side of the domain, in m"},
       {.name = "region",
        .target = [](Draft& d) { return &d.populations.back().region; },
        .unit = "m",
        .computed_default = "the whole domain",
-       .help = "rectangle or cuboid of the positions; a rectangle in three dimensions goes from front to back"},
+       .help = "lower and upper corner in m of the rectangle or cuboid that contains the initial positions; in three "
+               "dimensions a rectangle extends from front to back"},
   };
 }
 
 Table population() {
   return {.path = "population",
           .kind = repeated,
-          .help = "Conductors at random positions, drawn uniformly and sequentially, by default without overlap.",
+          .help =
+              "A population: conductors or grains at random initial positions, drawn uniformly and sequentially, by "
+              "default without overlap.",
           .open = [](Draft& d, int line) { d.populations.push_back({.line = line}); },
           .keys = joined({population_radii(), material_keys<&Draft::populations>([](Draft& d) {
                             return &d.populations.back().relative_resistivity;

@@ -8,14 +8,14 @@
 
 namespace lichtenberg::effects {
 
-/// An electrical contact. The partner is a conductor with a larger index, or a terminal. Indices of terminals start at
-/// the number of conductors.
+/// An electrical contact between a conductor and a partner. The partner is a conductor with a larger index, or a
+/// terminal (an electrode or an electrode side). Indices of terminals start at the number of conductors.
 struct Contact {
   int conductor = 0, partner = 0;
   friend auto operator<=>(const Contact&, const Contact&) = default;
 };
 
-/// A contact at one instant.
+/// State of an electrical contact at one instant: potential difference and gap.
 struct ContactState {
   double potential_difference = 0;    ///< V, conductor minus partner
   std::optional<double> known_gap{};  ///< m; empty for a law without SharingLaw::gap_scale
@@ -30,20 +30,23 @@ struct ContactState {
   }
 };
 
-/// Conductance of a contact. The conductance is constant if and only if `conductance_in_state` is empty.
+/// Law of the conductance of an electrical contact, by which its two bodies share charge. The conductance is constant
+/// if and only if `conductance_in_state` is empty.
 struct SharingLaw {
-  /// S, at least 0. Infinite: the two bodies are one conductor; 0: no charge passes.
+  /// Conductance (S), at least 0. Infinite: the two bodies are one conductor; 0: no charge passes.
   double conductance = INFINITY;
-  /// Conductance (S, at least 0 and finite) in a state. It is evaluated at each accepted field solve and at the end of
-  /// each trial step. The step is shortened if the linearized current differs too much. Empty: the conductance is
-  /// always `conductance`.
+  /// Conductance (S, at least 0 and finite) as a function of the contact's state. It is evaluated at each accepted
+  /// field solve and at the end of each trial step. The step is shortened if the linearized current differs too much.
+  /// Empty: the conductance is always `conductance`.
   std::function<double(const ContactState&)> conductance_in_state{};
   /// Distance (m, greater than 0) over which a change of the gap changes the conductance of `conductance_in_state`.
   /// Steps with error control change the gap by at most half of it. Infinite: the conductance does not depend on the
   /// gap.
   double gap_scale = INFINITY;
 
+  /// Returns true if the contact joins its two bodies to one conductor.
   bool joins() const { return !conductance_in_state && std::isinf(conductance); }
+  /// Returns true if no charge passes through the contact.
   bool isolates() const { return !conductance_in_state && conductance == 0; }
 };
 

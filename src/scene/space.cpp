@@ -88,10 +88,9 @@ void check_effects(const Draft& draft, int dimension) {
     const std::string where = location_prefix(draft.scene.path, draft.line(key_of(side)));
     entry.kind->check_periodic(where);
     if (entry.kind->field && dimension == 2)
-      throw InputError(
-          fmt::format("{}effects.{} is not allowed with a periodic side of a domain of two dimensions: it supports "
-                      "walls and electrodes there",
-                      where, entry.kind->name));
+      throw InputError(where + fmt::format("effects.{} is not allowed with a periodic side of a domain of two "
+                                           "dimensions: it supports walls and electrodes there",
+                                           entry.kind->name));
   }
 }
 

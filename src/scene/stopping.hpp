@@ -11,15 +11,17 @@ namespace lichtenberg {
 /// Exception that ends the reading of a scene after a stop request.
 struct Stopped {};
 
-/// Called while conductors are placed, which may take minutes; true: Stopped is thrown. May be empty.
+/// Function that is called while conductors are placed, which may take minutes. If it returns true, Stopped is thrown.
+/// May be empty.
 using StopRequest = std::function<bool()>;
 
-/// Reads a scene as read_scene and parse_scene of scene.hpp do, and throws Stopped if `stop` returns true. `bodies`:
+/// Reads and checks a scene file as read_scene of scene.hpp does, and throws Stopped if `stop` returns true. `bodies`:
 /// bodies of a result from which the scene starts. All conductors then have their positions and radii, and no positions
 /// are drawn. Empty: positions are drawn. Throws InputError if the numbers of bodies differ, or if a body has a radius
 /// that the scene does not give it.
 Scene read_scene(const std::string& path, const EffectKinds& kinds, const std::vector<Setting>& settings,
                  const StopRequest& stop, const std::vector<Conductor>& bodies = {});
+/// Reads a scene from text, with the arguments of the function above; `path` is used in messages.
 Scene parse_scene(const std::string& text, const std::string& path, const EffectKinds& kinds,
                   const std::vector<Setting>& settings, const StopRequest& stop,
                   const std::vector<Conductor>& bodies = {});

@@ -42,7 +42,8 @@ inline const char* type_name(const std::int64_t&) { return "an integer"; }
 inline std::string show(const std::int64_t& value) { return std::to_string(value); }
 inline std::vector<double> numbers(const std::int64_t& value) { return {static_cast<double>(value)}; }
 
-/// Reads an integer. Integers too large for an int become the largest int, which the key's range refuses.
+/// Reads an integer from a TOML value. Integers too large for an int become the largest int, which the key's range
+/// refuses.
 inline bool read(const toml::node& node, int& value) {
   std::int64_t wide = 0;
   if (!read(node, wide)) return false;
@@ -63,7 +64,7 @@ inline const char* type_name(const bool&) { return "true or false"; }
 inline std::string show(const bool& value) { return value ? "true" : "false"; }
 inline std::vector<double> numbers(const bool&) { return {}; }
 
-/// Returns true if a text in UTF-8 has characters that control a terminal.
+/// Returns true if a text in UTF-8 has control characters, which could change the state of a terminal.
 inline bool has_control_characters(const std::string& text) {
   for (std::size_t k = 0; k < text.size(); ++k) {
     const unsigned char c = text[k], next = k + 1 < text.size() ? text[k + 1] : 0;
@@ -165,7 +166,8 @@ inline std::string show(const DomainSide& side) {
 }
 inline std::vector<double> numbers(const DomainSide& side) { return {side.potential}; }
 
-/// Reads the value of a key that has no default or a default that depends on other keys.
+/// Reads an optional value from a TOML value: that of a key without a default, or with a default that depends on other
+/// keys.
 template <class T>
 bool read(const toml::node& node, std::optional<T>& value) {
   return read(node, value.emplace());

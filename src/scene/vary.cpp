@@ -53,12 +53,13 @@ KeyLocation locate_key(const Schema& schema, const std::string& key) {
     throw InputError(
         fmt::format("{0} is no key of a scene but a table: name a key of it (`lichtenberg help scene {0}`)", key));
   if (const std::string whole = settable_description(schema, table_path); !whole.empty())
-    throw InputError(fmt::format("{} is no key of a scene: {}", key, whole));
+    throw InputError(fmt::format("{} is no key of a scene, because {}", key, whole));
   if (table == nullptr || find_key(*table, name) == nullptr)
     throw InputError(fmt::format("{} is no key of a scene: the nearest known key is {}", key,
                                  nearest_path(key, schema.known_paths())));
   if (index && table->kind != Table::Kind::repeated)
-    throw InputError(fmt::format("{}: there is one {} in a scene, so no index is allowed", key, table->header()));
+    throw InputError(
+        fmt::format("key {}: there is one table {} in a scene, so no index is allowed", key, table->header()));
   return {table, index, name};
 }
 
@@ -77,15 +78,16 @@ toml::table& element_of(toml::table& document, const KeyLocation& location, cons
   const std::string header = location.table->header();
   toml::array* elements = document[location.table->path].as_array();
   const std::size_t count = elements == nullptr ? 0 : elements->size();
-  if (count == 0) throw InputError(fmt::format("{}: the scene has no {}", key, header));
+  if (count == 0) throw InputError(fmt::format("key {}: the scene has no table {}", key, header));
   if (!location.index && count > 1)
-    throw InputError(fmt::format("{}: the scene has {} {}; say which, from {}[0] to {}[{}]", key, count, header,
-                                 location.table->path, location.table->path, count - 1));
+    throw InputError(fmt::format("key {}: the scene has {} tables {}; say which, from {}[0] to {}[{}]", key, count,
+                                 header, location.table->path, location.table->path, count - 1));
   const std::size_t index = location.index.value_or(0);
   if (index >= count)
-    throw InputError(fmt::format("{}: the scene has {} {}, and the first has the index 0", key, count, header));
+    throw InputError(
+        fmt::format("key {}: the scene has {} tables {}, and the first has the index 0", key, count, header));
   toml::table* element = (*elements)[index].as_table();
-  if (element == nullptr) throw InputError(fmt::format("{}: the scene's {} are no tables", key, header));
+  if (element == nullptr) throw InputError(fmt::format("key {}: the scene's entries {} are no tables", key, header));
   return *element;
 }
 
@@ -94,9 +96,9 @@ toml::table& table_of(toml::table& document, const KeyLocation& location, const 
   const std::string& path = location.table->path;
   if (path.starts_with("effects.") && !document.at_path(path).is_table())
     throw InputError(
-        fmt::format("{}: the scene has no table {}, so the effect is not in it", key, location.table->header()));
+        fmt::format("key {}: the scene has no table {}, so the effect is not in it", key, location.table->header()));
   toml::table* table = open_table(document, path);
-  if (table == nullptr) throw InputError(fmt::format("{}: in the scene {} is no table", key, path));
+  if (table == nullptr) throw InputError(fmt::format("key {}: in the scene {} is no table", key, path));
   return *table;
 }
 
@@ -134,7 +136,8 @@ Setting setting_of(const std::string& written) {
   const std::size_t equals = written.find('=');
   if (equals == std::string::npos || equals == 0)
     throw InputError(fmt::format(
-        "{} is not valid: it must be KEY=VALUE, as in effects.contact_discharge.contact_distance=0.4e-3", written));
+        "the setting {} is not valid: it must be KEY=VALUE, as in effects.contact_discharge.contact_distance=0.4e-3",
+        written));
   std::string key = written.substr(0, equals), value = written.substr(equals + 1);
   while (key.ends_with(' ')) key.pop_back();
   try {

@@ -7,24 +7,24 @@
 
 namespace lichtenberg {
 
-/// Parses a setting of a command line, "key=value". A value that is no TOML value is a text without its quotes. Throws
+/// Parses a setting "key=value" of a command line. A value that is no TOML value is a text without its quotes. Throws
 /// InputError if the equals sign or the key is missing.
 Setting setting_of(const std::string& written);
 
-/// Returns the values of a list, as in "0.4e-3, 0.775e-3", each with the fewest digits that give the same number.
-/// Throws InputError unless the list has at least one TOML value.
+/// Splits a list of TOML values, as in "0.4e-3, 0.775e-3", and returns each with the fewest digits that give the same
+/// number. Throws InputError unless the list has at least one TOML value.
 std::vector<std::string> listed_values(const std::string& list);
 
-/// Returns the scene `text` with these keys set: a complete scene, without the comments. The index of a repeated table
-/// may be left out if the scene has one element. Missing tables are added, except for effects, because their tables
-/// decide which effects are computed. Throws InputError for an unknown key and for a key whose table the scene lacks.
-/// parse_scene checks the values. `path` is used in messages about the text, `kinds` are the effects that scenes may
+/// Returns the text of a scene with these keys set: a complete scene, without the comments of `text`. The index of a
+/// repeated table may be left out if the scene has one element. Missing tables are added, except for effects, because
+/// their tables decide which effects are computed. Throws InputError for an unknown key and for a key whose table the
+/// scene lacks. parse_scene checks the values. `path`: file of the text, for messages. `kinds`: effects that scenes may
 /// have.
 std::string with_settings(const std::string& text, const std::string& path, const std::vector<Setting>& settings,
                           const EffectKinds& kinds);
 
-/// Throws InputError unless each key of the scene `text`, with these keys set, has the right type and range.
-/// parse_scene checks conditions on several keys.
+/// Throws InputError unless each key of the scene `text`, with these keys set, has the right type and range. Conditions
+/// on several keys are left to parse_scene.
 void check_values(const std::string& text, const std::string& path, const std::vector<Setting>& settings,
                   const EffectKinds& kinds);
 

@@ -30,7 +30,7 @@ double distance_from(const Wall& wall, const double* position) {
 /// Two components as one vector, which may start at any element of an array.
 using Two [[gnu::vector_size(16), gnu::aligned(8), gnu::may_alias]] = double;
 
-/// difference = a - b
+/// Computes difference = a - b.
 template <int d>
 void subtract(const double* a, const double* b, double* difference) {
   if constexpr (d == 2)
@@ -39,7 +39,7 @@ void subtract(const double* a, const double* b, double* difference) {
     for (int k = 0; k < d; ++k) difference[k] = a[k] - b[k];
 }
 
-/// y += factor * x
+/// Computes y += factor * x.
 template <int d>
 void add(double* y, double factor, const double* x) {
   if constexpr (d == 2)
@@ -108,8 +108,8 @@ double CloseContacts::evaluate(std::span<const double> x, std::span<double> grad
   return bodies_.dimension == 3 ? evaluate<3>(x, gradient) : evaluate<2>(x, gradient);
 }
 
-/// Each range checks if its candidates still include all contacts. If one check fails, all candidates are collected
-/// again.
+/// Evaluates all ranges of particles. Each range checks if its candidates still include all contacts. If one check
+/// fails, all candidates are collected again.
 template <int d>
 double CloseContacts::evaluate(std::span<const double> x, std::span<double> gradient) {
   if (collection_positions_.empty()) update<d>(x);

@@ -11,23 +11,26 @@
 
 namespace lichtenberg::statics {
 
-/// Energy and gradient of the contact potential for particles that move little between evaluations. A neighbour list
-/// with a wide skin is rebuilt rarely. Each evaluation uses only its pairs within a narrow margin, which adapts to the
-/// displacements of the particles. The results do not depend on when either list was made, nor on the number of
-/// threads.
+/// Computes energy and gradient of the soft repulsion of overlapping particles that move little between evaluations. A
+/// Verlet neighbour list with a wide skin is rebuilt rarely. Each evaluation uses only the pairs of the list within a
+/// narrow margin beyond contact. The margin adapts to the displacements of the particles. The results do not depend on
+/// when either list was made, nor on the number of threads.
 class CloseContacts {
  public:
-  /// Radii and dimension are those of `bodies`. All arguments must outlive this object.
+  /// Prepares the evaluation for particles with the radii and the dimension of `bodies`. `team`: threads. All arguments
+  /// must outlive this object.
   CloseContacts(const effects::SoftRepulsion& potential, const Bodies& bodies, parallel::Team& team);
 
-  /// Returns the energy (J) at the positions x (m, [N * dimension]) and overwrites `gradient` (N, [N * dimension]). The
-  /// energy is infinite and the gradient undefined if two centres coincide or a centre is on or beyond a wall.
+  /// Returns the energy (J) of all overlaps of particles and walls at the positions x (m, [N * dimension]), and
+  /// overwrites `gradient` (N, [N * dimension]). The energy is infinite and the gradient undefined if two centres
+  /// coincide or a centre is on or beyond a wall.
   double evaluate(std::span<const double> x, std::span<double> gradient);
-  /// Returns all pairs that overlap at x, and others, in ascending order.
+  /// Returns candidate pairs in ascending order: all pairs that overlap at the positions x (m), and others that are
+  /// close.
   std::span<const Pair> pairs(std::span<const double> x);
 
  private:
-  /// Candidates of a range of particles; arrays by candidate.
+  /// Candidate contacts of a range of particles, with arrays by candidate pair. One task evaluates one range.
   struct Range {
     std::vector<int> i, j;
     std::vector<double> per_reach;              ///< 1/m, inverse of the sum of radii

@@ -13,33 +13,36 @@
 
 namespace lichtenberg {
 
-/// Minimization of a scene's contact potential by the method of its [minimize].
+/// Minimization of the potential energy of a scene's soft particles, by the method of its [minimize]: gradient descent,
+/// FIRE, L-BFGS or Newton-CG. Its "time" is the number of the iteration.
 class Minimization : public Motion {
  public:
-  /// Throws InputError if the energy is infinite at the start, Failure if a force is.
+  /// Starts at the positions of the scene. Throws InputError if the energy there is infinite, Failure if a force is.
   explicit Minimization(const Scene& scene);
   ~Minimization() override;
 
-  /// Computes one iteration. Returns false without a change if the method finds no lower energy. Throws Failure if a
-  /// force is not finite.
+  /// Computes one iteration of the minimizer. Returns false without a change if the method finds no lower energy.
+  /// Throws Failure if a force is not finite.
   bool iterate();
   std::int64_t iteration() const;
   std::int64_t evaluations() const;  ///< number of evaluations of energy and forces
   double energy() const;             ///< J
   double largest_force() const;      ///< N, largest net force on a particle
-  double force_unit() const;         ///< N, stiffness over the mean diameter
-  /// Returns true if no net force exceeds minimize.force_tolerance.
+  double force_unit() const;         ///< N, stiffness (J) over the mean diameter
+  /// Returns true if no net force on a particle exceeds minimize.force_tolerance, in force_unit().
   bool at_rest() const;
+  /// Returns the particles at the positions of the present iteration, in the order of the scene.
   Bodies bodies() const;
 
   /// Returns the number of the iteration.
   double time() const override { return static_cast<double>(iteration()); }
   std::string time_unit() const override { return "1"; }
-  /// Returns the iteration of the next frame: the next multiple of minimize.record_every or, if that is 0, after an
-  /// interval that increases. At most minimize.max_iterations.
+  /// Returns the number of the iteration of the next frame, at most minimize.max_iterations. It is the next multiple of
+  /// minimize.record_every. If that is 0, frames are at the powers of sqrt(2), rounded.
   double next_frame() const override;
-  /// The number of iterations to rest is unknown.
+  /// Returns infinity, because the number of iterations to rest is unknown.
   double end_time() const override { return INFINITY; }
+  /// Iterates up to this number of iterations, or until the minimization has finished or `pause` returns true.
   void advance_to(double iteration, const std::function<bool()>& pause) override;
   /// Returns true at rest, after minimize.max_iterations, or if the energy cannot decrease.
   bool finished() override;
@@ -47,14 +50,16 @@ class Minimization : public Motion {
 
   Frame frame() override;
   std::string progress() override;
-  /// Progress as the logarithm of the largest force, which decreases by steady factors.
+  /// Returns minus the logarithm of the largest force in force_unit(), which grows at a steady rate, and its value at
+  /// rest.
   ProgressMeasure progress_measure() override;
   Checkpoint checkpoint() override;
   void restore(const Checkpoint& checkpoint) override;
 
-  /// Returns energy and largest force at iterations with increasing intervals, and at the last iteration.
+  /// Returns energy (J) and largest force (N) by iteration, recorded since the last call. Intervals between records
+  /// increase with the number of iterations; the last iteration is always recorded.
   ColumnGroup take_history() override;
-  /// Returns the packing (analysis::Packing).
+  /// Returns properties of the present packing: contacts, coordination, rattlers and pressure (analysis::Packing).
   std::vector<ColumnGroup> findings() override;
   Summary summary() override;
   std::map<std::string, double> seconds() const override;

@@ -15,7 +15,7 @@ constexpr int particles_a_task = 2048;
 template <int dimension>
 constexpr int triangle = dimension*(dimension + 1) / 2;
 
-/// y += block * v
+/// Computes y += block * v for a symmetric block.
 template <int dimension>
 void multiply_add(const double* block, const double* v, double* y) {
   if constexpr (dimension == 2) {
@@ -28,7 +28,7 @@ void multiply_add(const double* block, const double* v, double* y) {
   }
 }
 
-/// Returns along * n n' + across * (1 - n n').
+/// Returns the matrix along * n n' + across * (1 - n n') of a central force with the unit vector n.
 template <int dimension>
 std::array<double, triangle<dimension>> central(const std::array<double, 3>& n, double along, double across) {
   std::array<double, triangle<dimension>> block;

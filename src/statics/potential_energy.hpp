@@ -10,17 +10,24 @@
 
 namespace lichtenberg::statics {
 
-/// Contact energy (J) of a model's bodies as a function of their positions (m, [N * dimension]).
+/// Potential energy (J) of overlapping particles as a function of their positions (m, [N * dimension]), with gradient
+/// and Hessian: the objective of the minimization.
 class PotentialEnergy : public minimize::SmoothObjective {
  public:
-  /// Makes the objective of the minimization. `scene`: a scene with a contact potential.
+  /// Makes the objective for a scene with effects.soft_repulsion, evaluated by this number of threads.
   PotentialEnergy(const Scene& scene, int threads);
 
+  /// Returns the number of variables, N * dimension.
   int size() const override { return static_cast<int>(model_.bodies.position.size()); }
+  /// Returns the energy (J) and overwrites the gradient (N), as CloseContacts::evaluate() does.
   double evaluate(std::span<const double> x, std::span<double> gradient) override;
   void share(int tasks, const std::function<void(int)>& task) const override { team_.for_each(tasks, task); }
+  /// Computes the Hessian of the energy (J/m^2) at x, and the inverse diagonal blocks of the preconditioner.
   void linearize(std::span<const double> x) override;
+  /// Computes product = Hessian * v.
   void multiply(std::span<const double> v, std::span<double> product) const override;
+  /// Applies the block-Jacobi preconditioner: z = M^-1 r. Each block of M is the positive part of the diagonal block of
+  /// a particle in the Hessian, regularized.
   void precondition(std::span<const double> r, std::span<double> z) const override;
 
   const Model& model() const { return model_; }
@@ -45,14 +52,15 @@ class PotentialEnergy : public minimize::SmoothObjective {
   mutable parallel::Team team_;
   CloseContacts contacts_;
   mutable std::vector<std::vector<ParticleForce>> outside_forces_;  ///< by range, for the last product
-  /// Blocks right of the diagonal in the Hessian's rows of a range of particles, with reversed sign. Each block is
-  /// stored as its upper triangle, in rows.
+  /// Off-diagonal blocks of the Hessian's upper triangle, with reversed sign, in the rows of a range of particles
+  /// (sparse block rows). `start`: index of each row's first block; `column`: partner of each block. Each symmetric
+  /// block is stored as its upper triangle, in rows.
   struct Rows {
     std::vector<int> start, column;
     std::vector<double> block;
   };
   std::vector<Rows> rows_;
-  /// Diagonal blocks, and the inverses of those of M, the preconditioner, which contains only non-negative terms.
+  /// Diagonal blocks of the Hessian, and inverse blocks of the preconditioner M, which has only non-negative terms.
   std::vector<double> diagonal_, inverse_;
 };
 

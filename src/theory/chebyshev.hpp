@@ -4,8 +4,8 @@
 
 namespace lichtenberg::theory {
 
-/// Evaluates at x the polynomial through these values at Chebyshev nodes of the second kind, which include both ends.
-/// It uses the barycentric formula with the weights of these nodes (Berrut and Trefethen 2004, eq. 5.4).
+/// Evaluates at x the polynomial through `value` at the Chebyshev nodes of the second kind `node`, which include both
+/// ends. It uses the barycentric formula with the weights of these nodes (Berrut and Trefethen 2004, eq. 5.4).
 LICHTENBERG_HOST_DEVICE inline double between_nodes(const double* node, const double* value, int nodes, double x) {
   double sum = 0, weights = 0;
   for (int n = 0; n < nodes; ++n) {

@@ -60,7 +60,7 @@ std::vector<CoolingState> states_at(const Ode& ode, double initial, std::span<co
 constexpr int interval_nodes = 20;
 constexpr double interval_width = 2;  // interval of ln T
 
-/// Positions of nodes within a piece, from -1 to 1.
+/// Positions of the Chebyshev nodes within an interval, from -1 to 1.
 const std::array<double, interval_nodes> node_of = [] {
   std::array<double, interval_nodes> all{};
   for (int n = 0; n < interval_nodes; ++n) all[n] = -std::cos(pi * n / (interval_nodes - 1));
@@ -91,7 +91,7 @@ double haff_temperature(double initial, double tau, double time) {
   return initial / ((1 + time / tau) * (1 + time / tau));
 }
 
-/// The quadrature tolerates the series of restitution in v^(1/10).
+/// Integrates by the exp-sinh quadrature, which tolerates the series of the restitution coefficient in v^(1/10).
 double impact_mean(double temperature, const std::function<double(double speed, double x)>& f) {
   static boost::math::quadrature::exp_sinh<double> quadrature;
   const double fast = 700;  // exp(-x) is negligible beyond

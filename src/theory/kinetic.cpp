@@ -125,7 +125,10 @@ double encounter_rate(const Aggregates& gas) {
 
 MergingIntegrals merging_integrals(double beta) {
   if (!(beta >= 0 && beta < 1e150))
-    throw InputError(fmt::format("the integrals of merging are for beta = 2B in [0, 1e150), not for {}", beta));
+    throw InputError(
+        fmt::format("the integrals over merging collisions are for beta = 2B in [0, 1e150) with the ratio B = K <q^2> "
+                    "/ (T d) of Coulomb energy to temperature, not for beta = {}",
+                    beta));
   if (beta <= small_beta) return merging_series(beta);
   const auto [j, first, second] = arc(beta);
   return {2 * (pi / 4 + beta / 4 - j + 2 * beta * first),
@@ -135,7 +138,9 @@ MergingIntegrals merging_integrals(double beta) {
 
 /// Returns pi Gamma(p) times the mean of 1 - (c/(1 + c))^p.
 double contact_integral(double p, double beta) {
-  if (!(p > 0 && beta >= 0)) throw InputError(fmt::format("G(p) is for p > 0, beta >= 0, not for {}, {}", p, beta));
+  if (!(p > 0 && beta >= 0))
+    throw InputError(
+        fmt::format("the contact integral G(p, beta) is for p > 0 and beta >= 0, not for p = {}, beta = {}", p, beta));
   const auto kept = [p](double c) { return c > 0 ? -std::expm1(-p * std::log1p(1 / c)) : 1.0; };
   return pi * std::tgamma(p) * angular_mean(beta, kept);
 }

@@ -40,7 +40,7 @@ struct Attraction {
   }
   double furthest() const { return b + far_off; }
 
-  /// Solution of y (1 - lost) = b; faster pairs separate for any x.
+  /// Returns the solution of y (1 - lost) = b; faster pairs separate for any x.
   double last_to_merge() const {
     const auto excess = [this](double y) { return y * (1 - lost(y)) - b; };
     if (!(b > 0) || excess(furthest()) < 0) return b > 0 ? furthest() : 0;

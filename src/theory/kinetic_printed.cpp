@@ -13,7 +13,7 @@ namespace {
 
 using std::numbers::pi;
 
-/// B, its powers, l and l_1 of table 5.1.
+/// Functions of G's table 5.1 as printed, with B, its powers, l and l_1.
 struct Printed {
   explicit Printed(double bjerrum) : b(bjerrum), b2(b * b), b4(b2 * b2), l(std::sqrt(4 - b2)), l1(std::sqrt(1 - b2)) {}
   double b, b2, b4, l, l1;
@@ -56,7 +56,10 @@ struct Printed {
 
 KineticFunctions printed_functions(double bjerrum, double exponent) {
   if (!(bjerrum > 0 && bjerrum < 1))
-    throw InputError(fmt::format("the kinetic functions as printed are real for 0 < B < 1, not at B = {}", bjerrum));
+    throw InputError(
+        fmt::format("the kinetic functions as printed in Singh 2019 are real for 0 < B < 1, with the ratio B = K <q^2> "
+                    "/ (T d) of Coulomb energy to temperature, not for B = {}",
+                    bjerrum));
   const Printed g(bjerrum);
   const double root = std::sqrt(pi);
   return {.mergers = g.mergers() / (2 * root),

@@ -60,8 +60,8 @@ RestitutionCurve::RestitutionCurve() {
 UniversalCollision RestitutionCurve::operator()(double k) const {
   if (!(k >= 0 && k <= largest))
     throw InputError(
-        fmt::format("restitution is tabulated for dissipation numbers from 0 to {}, not for {}: smaller damping or "
-                    "impact speeds are needed",
+        fmt::format("the restitution coefficient is tabulated for dissipation numbers (D/E) (E/m_eff)^(2/5) v^(1/5) "
+                    "from 0 to {}, not for {}: smaller damping or impact speeds are needed",
                     largest, k));
   const double u = to_u(k);
   UniversalCollision sum;

@@ -93,7 +93,7 @@ std::vector<CriticalWave> merged(const std::vector<double>& heat, const std::vec
 TransportCoefficients transport_coefficients(double restitution) {
   const double e = restitution;
   if (!(e > 0 && e <= 1))
-    throw InputError(fmt::format("transport coefficients are for a restitution in (0, 1], not for {}", e));
+    throw InputError(fmt::format("transport coefficients are for a restitution coefficient in (0, 1], not for {}", e));
   const double a2 = 16 * (1 - e) * (1 - 2 * e * e) / (81 - 17 * e + 30 * e * e * (1 - e));
   const double nu1 = (9 - 3 * e) * (1 + e) / 12 * (1 - a2 / 32);
   const double nu2 = (1 + e) / 2 * (1 + 33 * (1 - e) / 16 + (19 - 3 * e) / 512 * a2);

@@ -11,38 +11,41 @@ namespace lichtenberg::theory {
 // exp(i k x) of the hydrodynamic equations. Units follow from nu_0 = (16/5) n d^2 sqrt(pi T/m): time t_0 = 1/(2 nu_0),
 // speed sqrt(2T/m), length l_0 = t_0 sqrt(2T/m) = .12467/(n d^2). All are instantaneous values.
 
-/// Transport coefficients: cooling rate zeta*, shear viscosity eta*, thermal conductivity kappa* and coefficient mu* of
-/// the heat flux by density gradients (G, appendix 3, (2)-(8); Brey, Dufty, Kim and Santos 1998).
+/// Transport coefficients of a granular gas, dimensionless: cooling rate zeta*, shear viscosity eta*, thermal
+/// conductivity kappa* and coefficient mu* of the heat flux by density gradients. Source: G, appendix 3, (2)-(8); Brey,
+/// Dufty, Kim and Santos 1998.
 struct TransportCoefficients {
   double cooling = 0, viscosity = 0, conduction = 0, density_conduction = 0;
 };
-/// Returns the coefficients. Throws InputError unless 0 < restitution <= 1.
+/// Computes the transport coefficients for a restitution coefficient. Throws InputError unless 0 < restitution <= 1.
 TransportCoefficients transport_coefficients(double restitution);
 
-/// Returns the unit of length l_0, a mean free path, in diameters; `density` is per cubic diameter.
+/// Computes the unit of length l_0, about a mean free path, in diameters. `density`: grains per cubic diameter.
 double hydrodynamic_length(double density);
 
-/// Returns R = 2 pi K n q^2 l_0^2 / T, q the mean charge of a grain (G 6.30 prints t_0 l_0 for l_0^2).
+/// Computes the dimensionless charge number R = 2 pi K n q^2 l_0^2 / T. `coupling`: K. q is the mean charge of a grain,
+/// and l_0 = hydrodynamic_length(density). G 6.30 prints t_0 l_0 for l_0^2.
 double charge_number(double coupling, double density, double mean_charge, double temperature);
 
-/// Growth rates (1/t_0) of disturbances of wave number k (1/l_0).
+/// Growth rates (1/t_0) of the hydrodynamic modes of wave number k (1/l_0): real parts above 0 grow.
 struct Modes {
   double wave_number = 0;
-  /// Modes of density, temperature, velocity along k and potential (G 6.39), without the eigenvalue 0. Continuous in k.
+  /// Complex growth rates of the three modes that couple density, temperature, velocity along k and potential (G 6.39),
+  /// without the eigenvalue 0; continuous in k.
   std::array<std::complex<double>, 3> longitudinal{};
   double shear = 0;  ///< zeta*/4 - eta* k^2, for both velocities across k
 };
-/// Returns the growth rates (dispersion relation) at these positive wave numbers, in ascending order. At the first wave
-/// number the modes are in descending order of their real parts. `charge_number`: R >= 0.
+/// Computes the growth rates (dispersion relation) at these positive wave numbers, in ascending order. At the first
+/// wave number the modes are in descending order of their real parts. `charge_number`: R >= 0.
 std::vector<Modes> growth_rates(const TransportCoefficients& c, double charge_number, std::span<const double> k);
 
-/// Amplitudes of a disturbance exp(i k x); charges move with the grains.
+/// Amplitudes of a small disturbance exp(i k x) of density, temperature and speed; charges move with the grains.
 struct Disturbance {
   std::complex<double> density, temperature;
   std::complex<double> speed;  ///< i times velocity along k
 };
-/// Returns a disturbance of wave number k > 0 at these times (t_0, ascending, >= 0) by G 6.39. `charges_last`: charges
-/// do not decay with the thermal speed, so that R grows as 1/T.
+/// Integrates a disturbance of wave number k > 0 by the linearized hydrodynamic equations (G 6.39). Returns it at these
+/// times (t_0, ascending, >= 0). `charges_last`: charges do not decay with the thermal speed, so that R grows as 1/T.
 std::vector<Disturbance> disturbance_evolution(const TransportCoefficients& c, double charge_number, bool charges_last,
                                                double k, const Disturbance& start, std::span<const double> times);
 
@@ -50,22 +53,25 @@ std::vector<Disturbance> disturbance_evolution(const TransportCoefficients& c, d
 struct Cubic {
   double a = 0, b = 0, c = 0;
 };
+/// Computes the characteristic polynomial at the wave number k (1/l_0). `charge_number`: R.
 Cubic characteristic(const TransportCoefficients& c, double charge_number, double k);
 
-/// Wave number at which the growth rate of a longitudinal mode changes sign.
+/// Critical wave number, at which the growth rate of a longitudinal mode changes sign.
 struct CriticalWave {
   double wave_number = 0;
   bool oscillates = false;  ///< true: a pair of sound modes; false: the heat mode
 };
-/// Returns all critical wave numbers between `least` and `most` (1/l_0), in ascending order, by bracketing the real
-/// parts of the eigenvalues.
+/// Finds the critical wave numbers between `least` and `most` (1/l_0), in ascending order: sign changes of the product
+/// and of the pair sums of the numerical eigenvalues. `charge_number`: R.
 std::vector<CriticalWave> critical_waves(const TransportCoefficients& c, double charge_number, double least = 1e-3,
                                          double most = 1);
-/// Returns the critical wave numbers from the cubic's coefficients: zeros of c and of a b - c.
+/// Finds the critical wave numbers by the Routh-Hurwitz criterion: zeros of c and of a b - c of the characteristic
+/// polynomial. An independent check of critical_waves().
 std::vector<CriticalWave> routh_hurwitz_waves(const TransportCoefficients& c, double charge_number, double least = 1e-3,
                                               double most = 1);
 
-/// Returns the wave number below which shear grows, sqrt(zeta*/(4 eta*)).
+/// Computes the wave number (1/l_0) below which the shear mode grows, sqrt(zeta*/(4 eta*)), from the cooling rate zeta*
+/// and the shear viscosity eta*.
 double critical_shear(const TransportCoefficients& c);
 
 }  // namespace lichtenberg::theory

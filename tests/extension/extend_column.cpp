@@ -73,7 +73,7 @@ radius = 2e-3
 
 }  // namespace
 
-TEST_CASE("added column: every frame and the result file contain it with its unit") {
+TEST_CASE("user-defined column: in every frame and in the result file with its unit") {
   const Folder folder;
   const Scene scene = three_in_a_row();
   const std::string path = (folder / "x.h5").string();

@@ -35,7 +35,7 @@ Command count_command(const std::shared_ptr<CountArguments>& request) {
 
 }  // namespace
 
-TEST_CASE("added command: the command line reads, runs and explains it") {
+TEST_CASE("user-defined command: runs, checks its arguments and has help") {
   const auto request = std::make_shared<CountArguments>();
   std::vector<Command> commands = all_commands();
   commands.push_back(count_command(request));
@@ -48,7 +48,7 @@ TEST_CASE("added command: the command line reads, runs and explains it") {
   CHECK(run_command_line({"explain", scene}, commands) == 0);  // All other commands still exist.
 }
 
-TEST_CASE("added command: an error of its HDF5 calls is refused input") {
+TEST_CASE("user-defined command: an error of its HDF5 calls gives status 2") {
   const Folder folder;
   folder.write("no.h5", "nothing");
   std::string file;

@@ -86,7 +86,7 @@ Outcome run(Scene scene, const QuadraticDragOptions& drag = {}) {
 
 }  // namespace
 
-TEST_CASE("quadratic drag: closed form and heat with each integrator") {
+TEST_CASE("user-defined quadratic drag: closed form and heat with each integrator") {
   const double k = QuadraticDragOptions{}.coefficient / mass;                                 // 1/m
   const double path = std::log1p(k * speed * end) / k, left = speed / (1 + k * speed * end);  // m and m/s
   using enum FieldCoupling;
@@ -113,7 +113,7 @@ TEST_CASE("quadratic drag: closed form and heat with each integrator") {
   }
 }
 
-TEST_CASE("quadratic drag as an ordinary force: same motion, energy warning") {
+TEST_CASE("quadratic drag not declared as drag: equal motion but energy warning") {
   const Scene scene = one_conductor({Integrator::cvode, FieldCoupling::split});
   const Outcome plain = run(scene, {.is_declared = false});
   CHECK(steel_spheres::largest_distance(plain.frame, run(scene).frame) < 1e-3 * steel_spheres::radius);

@@ -61,7 +61,7 @@ Scene lone_grain() {
 
 }  // namespace
 
-TEST_CASE("added drive: a single grain follows v / (1 + c v t) on CPU and device") {
+TEST_CASE("user-defined drive: v / (1 + c v t) of a grain on CPU and device") {
   const Scene scene = lone_grain();
   grains::Run cpu(scene);
   const Checkpoint start = cpu.gas.save();
@@ -81,7 +81,7 @@ TEST_CASE("added drive: a single grain follows v / (1 + c v t) on CPU and device
   CHECK(found.reals.at("book")[2] == doctest::Approx(-lost).epsilon(1e-6));  // 80 energies in quanta of 2^-32.
 }
 
-TEST_CASE("added drive: CUDA refuses a law without kernels by name") {
+TEST_CASE("user-defined drive: CUDA refuses a law without kernels by name") {
   CHECK_THROWS_WITH_AS(granular::device::check_scene(lone_grain()),
                        doctest::Contains("a law without kernels in effects.square"), InputError);
 }

@@ -73,7 +73,7 @@ std::string refusal(const std::string& text) {
 
 }  // namespace
 
-TEST_CASE("added field method: scenes, explain, solve and run have it") {
+TEST_CASE("user-defined field method: help, explain, solve and run accept it") {
   add_field_method(images);
   CHECK_THROWS_AS(add_field_method(images), InputError);
   const Folder folder;
@@ -95,7 +95,7 @@ TEST_CASE("added field method: scenes, explain, solve and run have it") {
   CHECK(Result((folder / "result.h5").string()).scene().field().method == &images);
 }
 
-TEST_CASE("added field method: refusals follow from its properties") {
+TEST_CASE("user-defined field method: keys that it does not support are refused") {
   const std::string field = "field.method = \"images\"\n";
   CHECK(contains(refusal(scene_text(field + "field.cells = 64\n")),
                  "field.cells is not allowed with field.method = \"images\""));

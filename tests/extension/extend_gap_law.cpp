@@ -90,7 +90,7 @@ constexpr Passage fall{.start = -2 * radius, .acceleration = speed * speed / (4 
 
 }  // namespace
 
-TEST_CASE("tunnel: a passage within one free step moves the charge of the integral") {
+TEST_CASE("user-defined gap conductance: a fast passage moves the right charge") {
   for (const Passage& passage : {flight, fall}) {
     const ConductorFrame frame = after(passage, decay);
     const double left = (frame.charge[0] - frame.charge[1]) / 2e-12;
@@ -101,7 +101,7 @@ TEST_CASE("tunnel: a passage within one free step moves the charge of the integr
   }
 }
 
-TEST_CASE("tunnel: a law that reads the gap needs a positive gap_scale") {
+TEST_CASE("user-defined gap conductance: needs a finite positive gap_scale") {
   CHECK_THROWS_WITH_AS(after(flight, INFINITY), doctest::Contains("must state its gap_scale"), InputError);
   CHECK_THROWS_WITH_AS(after(flight, 0), doctest::Contains("a gap_scale of 0 m: it must be > 0"), InputError);
 }

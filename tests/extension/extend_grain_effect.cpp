@@ -80,7 +80,7 @@ Scene scene_with() {
 
 }  // namespace
 
-TEST_CASE("effect of grains: forces and energy act without being declared") {
+TEST_CASE("user-defined grain effect: its force moves a grain, energy is conserved") {
   grains::Run run(scene_with<StandingWave>());
   // A quarter of a pendulum's period from an angle of pi / 4, 2 K(sin(pi / 8)) / pi = 1.0399733 times that of small
   // oscillations, brings the grain to the bottom. Steps of 0.05 have an error of (wave sqrt(depth) dt)^2 / 24 of a path
@@ -92,7 +92,7 @@ TEST_CASE("effect of grains: forces and energy act without being declared") {
   CHECK(energy.potential < 1e-8);
 }
 
-TEST_CASE("effect of grains: one without a device form is refused by name") {
+TEST_CASE("user-defined grain effect: CUDA refuses it by name without device form") {
   Scene scene = scene_with<StandingWave>();
   const auto refusal = doctest::Contains("device = \"cuda\" does not support effects.standing_wave");
   CHECK_THROWS_WITH_AS(granular::device::check_scene(scene), refusal, InputError);
@@ -101,14 +101,14 @@ TEST_CASE("effect of grains: one without a device form is refused by name") {
   CHECK_THROWS_WITH_AS(explain_grains(scene), refusal, InputError);
 }
 
-TEST_CASE("effect of grains: a function that is never called is refused by name") {
+TEST_CASE("user-defined grain effect: unsupported functions are refused by name") {
   CHECK_THROWS_WITH_AS(granular::Gas(scene_with<Currents>()), doctest::Contains("effects.standing_wave"), InputError);
   CHECK_THROWS_WITH_AS(granular::Gas(scene_with<Currents>()), doctest::Contains("add_currents"), InputError);
   CHECK_THROWS_WITH_AS(granular::Gas(scene_with<ForceAlone>()), doctest::Contains("stored_energy"), InputError);
   CHECK_THROWS_WITH_AS(granular::Gas(scene_with<Driven>()), doctest::Contains("overrides drive"), InputError);
 }
 
-TEST_CASE("effects of grains: steps keep to the strictest effect") {
+TEST_CASE("user-defined grain effect: step limits are the strictest of all effects") {
   Scene scene = scene_with<StandingWave>();
   scene.effects.add(effects::CoulombOptions{.accuracy = 1e-2});
   // The root of the accuracy, 1e-6 / 2, for the fastest of few grains (3.2 times the thermal speed), and 0.1 d0.

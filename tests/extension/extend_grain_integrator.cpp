@@ -85,7 +85,7 @@ double error(double step, const std::vector<double>& exact) {
 
 }  // namespace
 
-TEST_CASE("added integrator of grains: the error is of second order in the step") {
+TEST_CASE("user-defined grain integrator (leapfrog): error is of second order") {
   granular::add_integrator(leapfrog,
                            []() -> std::unique_ptr<granular::GasIntegrator> { return std::make_unique<Leapfrog>(); });
   const std::vector<double> exact = momenta("cvode", 0.05);

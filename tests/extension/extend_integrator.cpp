@@ -95,7 +95,7 @@ ConductorFrame pushed_apart(const std::string& mechanics) {
 
 }  // namespace
 
-TEST_CASE("added integrator (Heun): errors decrease with the square of the step") {
+TEST_CASE("user-defined conductor integrator (Heun): error is of second order") {
   mechanics::add_integrator(heun, make);
   const ConductorFrame exact = pushed_apart("coupling = \"monolithic\", relative_tolerance = 1e-9");
   std::vector<double> error;
@@ -109,7 +109,7 @@ TEST_CASE("added integrator (Heun): errors decrease with the square of the step"
   CHECK(error[1] / error[2] == doctest::Approx(4).epsilon(0.1));
 }
 
-TEST_CASE("added integrator (Heun): help lists it, and wrong keys are refused") {
+TEST_CASE("user-defined conductor integrator (Heun): listed; wrong keys are refused") {
   mechanics::add_integrator(heun, make);
   CHECK(scene_help("mechanics.integrator").find("\"heun\"") != std::string::npos);
   // The integrator does not read this key.

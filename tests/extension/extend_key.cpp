@@ -72,7 +72,7 @@ Scene swinging(const std::string& keys) {
 
 }  // namespace
 
-TEST_CASE("added key: its default follows from other keys and can be replaced") {
+TEST_CASE("user-defined key: its default follows from masses and can be replaced") {
   const Scene scene = swinging("");
   // After a quarter of the period of 0.01 s the body is at rest at its largest displacement, v / omega.
   Simulation simulation(scene);

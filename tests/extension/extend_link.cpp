@@ -71,7 +71,7 @@ std::string refusal(LaplaceSolver& solver, const LaplaceProblem& problem) {
 
 }  // namespace
 
-TEST_CASE("added link model: a coated disk has two capacitors in series") {
+TEST_CASE("user-defined link model: a coated disk is two capacitors in series") {
   const double series =
       2 * std::numbers::pi / (std::log(outer / inner) + std::log(inner / (inner - thickness)) / permittivity);
   const auto error = [&](int cells) { return std::abs(solve(in_ring(), cells).body_charge[0] / series - 1); };
@@ -80,14 +80,14 @@ TEST_CASE("added link model: a coated disk has two capacitors in series") {
   CHECK(fine < 0.5 * 0.5 * coarse);
 }
 
-TEST_CASE("added link model: the force is the derivative of the energy") {
+TEST_CASE("user-defined link model: force is the energy derivative at fixed voltage") {
   const double shift = 0.07, step = 1e-5;
   const auto energy = [&](double x) { return solve(in_ring(x), 64).energy; };
   const double derivative = (energy(shift + step) - energy(shift - step)) / (2 * step);
   CHECK(solve(in_ring(shift), 64).body_force[0].x == doctest::Approx(derivative).epsilon(1e-5));
 }
 
-TEST_CASE("added link model: the device's grid gives the CPU's solution") {
+TEST_CASE("user-defined link model: device algorithms give the CPU's solution") {
   const LaplaceSolution cpu = solve(in_ring(0.07), 64);
   const auto device = device::make_host_solver({.cells = 64, .tolerance = 1e-12});
   const LaplaceSolution other = device->solve(in_ring(0.07));
@@ -95,7 +95,7 @@ TEST_CASE("added link model: the device's grid gives the CPU's solution") {
   CHECK(other.body_force[0].x == doctest::Approx(cpu.body_force[0].x).epsilon(1e-9));
 }
 
-TEST_CASE("added link model: other methods and coarse grids refuse it") {
+TEST_CASE("user-defined link model: multipole method and coarse grids refuse it") {
   MultipoleSolver multipole(MultipoleOptions{});
   CHECK(refusal(multipole, in_ring()).find("link model") != std::string::npos);
   CutCellSolver coarse({.cells = 8});

@@ -35,13 +35,13 @@ double energy_error(double step) {
 
 }  // namespace
 
-TEST_CASE("added pair force: the energy error is of second order in the step") {
+TEST_CASE("user-defined pair force: energy error is of second order in the step") {
   const double coarse = energy_error(0.01), fine = energy_error(0.005);
   CHECK(coarse < 1e-3);
   CHECK(coarse / fine == doctest::Approx(4).epsilon(0.05));
 }
 
-TEST_CASE("added pair force: forces and Jacobian are derivatives") {
+TEST_CASE("user-defined pair force: force and Jacobian equal central differences") {
   Model model = effects::make_model(yukawa_gas());
   const int n = static_cast<int>(model.bodies.position.size());
   std::vector<double> force(n), above(n), below(n);

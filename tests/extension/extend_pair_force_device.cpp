@@ -10,7 +10,7 @@
 
 using namespace lichtenberg;
 
-TEST_CASE("added pair force on a device: steps are the CPU's to rounding") {
+TEST_CASE("user-defined pair force: device steps equal the CPU's to rounding") {
   Scene scene = yukawa_gas();
   scene.effects.add(effects::ChargeExchangeOptions{.strength = 0.05});
   grains::Run cpu(scene);
@@ -29,7 +29,7 @@ TEST_CASE("added pair force on a device: steps are the CPU's to rounding") {
   CHECK(std::abs(expected.reals.at("book")[1]) > 1e-6);
 }
 
-TEST_CASE("added pair force on a device: CUDA refuses a law without kernels by name") {
+TEST_CASE("user-defined pair force: CUDA refuses a law without kernels by name") {
   EffectKind kind = YukawaOptions::kind();
   kind.device = [](const Scene& scene, effects::DeviceForces& forces) {
     effects::add_pair_law(scene, YukawaLaw{}, forces);
@@ -44,7 +44,7 @@ TEST_CASE("added pair force on a device: CUDA refuses a law without kernels by n
 }
 
 #ifdef LICHTENBERG_WITH_CUDA
-TEST_CASE("added pair force on a device: CUDA equals the host executor") {
+TEST_CASE("user-defined pair force: CUDA equals the device algorithms on the CPU") {
   const Scene scene = yukawa_gas();
   std::unique_ptr<granular::device::DeviceGas> device;
   try {

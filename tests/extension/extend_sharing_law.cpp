@@ -65,7 +65,7 @@ ConductorFrame after(const Scene& scene, double time) {
 
 }  // namespace
 
-TEST_CASE("rectifier: charge decays to equal shares in one direction only") {
+TEST_CASE("user-defined rectifier: charge becomes equal in one direction only") {
   const RectifierOptions diode{.conductance = pair_capacitance / rc};
   CHECK(after(pair({-1e-12, 3e-12}, diode), 20 * rc).charge == std::vector<double>{-1e-12, 3e-12});
   for (const double times : {1.0, 30.0}) {
@@ -78,7 +78,7 @@ TEST_CASE("rectifier: charge decays to equal shares in one direction only") {
   CHECK(std::abs(after(pair({3e-12, -1e-12}, square), rc).charge[0] - 2e-12) < 1e-3 * 3e-12);
 }
 
-TEST_CASE("rectifier next to an ideal contact: an electrode takes one sign only") {
+TEST_CASE("rectifier and ideal contact: an electrode takes charge of one sign only") {
   const RectifierOptions diode{.conductance = 1e3 * pair_capacitance / rc, .joins_first = true};
   for (const double charge : {2e-12, -2e-12}) {
     Scene scene = pair({charge, charge}, diode);
@@ -90,7 +90,7 @@ TEST_CASE("rectifier next to an ideal contact: an electrode takes one sign only"
   }
 }
 
-TEST_CASE("rectifier: a contact that blocks conducts as soon as the potential rises") {
+TEST_CASE("rectifier: a blocking contact conducts as soon as its potential rises") {
   const double own = std::log(0.1 / radius), mutual = std::log(0.1 / (near * radius));  // Coefficients of LineCharges.
   const double capacitance = 2 * std::numbers::pi * 4.2e-11 * 2 * radius / (own - mutual * mutual / own);
   Scene scene = pair({-1e-12, 0}, {.conductance = capacitance / rc});
@@ -100,7 +100,7 @@ TEST_CASE("rectifier: a contact that blocks conducts as soon as the potential ri
   CHECK(after(scene, 0.05 + rc).charge[0] / (1e-12 / 0.05 * rc) == doctest::Approx(-std::expm1(-1)).epsilon(0.01));
 }
 
-TEST_CASE("rectifier: conductors that move keep their sum; a restored run agrees") {
+TEST_CASE("rectifier, moving conductors: total charge kept, also in a restored run") {
   const Scene scene = pair({3e-12, 1e-12}, {.conductance = pair_capacitance / rc}, true);
   Simulation whole(scene, std::make_unique<LineCharges>()), rest(scene, std::make_unique<LineCharges>());
   whole.advance_to(0.5 * rc);
@@ -110,7 +110,7 @@ TEST_CASE("rectifier: conductors that move keep their sum; a restored run agrees
   CHECK(whole.now().charge_held == 3e-12 + 1e-12);
 }
 
-TEST_CASE("rectifier: a second law, no contacts, infinite conductance are refused") {
+TEST_CASE("rectifier: second law, no contacts, infinite conductance are refused") {
   Scene scene = pair({3e-12, -1e-12}, {.conductance = INFINITY});
   CHECK_THROWS_WITH_AS(after(scene, rc), doctest::Contains("a conductance of inf S"), InputError);
   scene.effects.add(effects::ContactResistanceOptions{.resistance = 1});

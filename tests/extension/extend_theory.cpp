@@ -38,7 +38,7 @@ int run_theory(const Folder& folder, const std::vector<std::string>& options) {
 
 }  // namespace
 
-TEST_CASE("added theory: the command line runs it") {
+TEST_CASE("user-defined theory: the command theory runs it and checks options") {
   const Folder folder;
   REQUIRE(run_theory(folder, {}) == 0);
   const auto answer = nlohmann::json::parse(std::ifstream(folder / "answer.json"));

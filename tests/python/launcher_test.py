@@ -74,7 +74,7 @@ class LauncherTest(unittest.TestCase):
         before = states(self.first)
         output, said = self.start(copy)
         self.assertEqual(output, "copy\n")
-        self.assertIn(f"lichtenberg: {copy}/build was made for {self.first}: building anew", said)
+        self.assertIn(f"lichtenberg: {copy}/build was made for {self.first}: building again", said)
         self.assertEqual(states(self.first), before)
         self.assertEqual(self.start(copy), ("copy\n", ""))
         self.assertNotIn(str(self.first), (copy / "build/build.ninja").read_text())
@@ -91,7 +91,7 @@ class LauncherTest(unittest.TestCase):
         moved = self.first.rename(self.root / "moved")
         output, said = self.start(moved)
         self.assertEqual(output, "first\n")
-        self.assertIn(f"lichtenberg: {moved}/build was made for {self.first}: building anew", said)
+        self.assertIn(f"lichtenberg: {moved}/build was made for {self.first}: building again", said)
 
     def test_a_configuration_that_failed_is_tried_again(self):
         (self.first / "CMakeLists.txt").write_text("no cmake\n")

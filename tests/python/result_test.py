@@ -118,14 +118,24 @@ class ResultTest(unittest.TestCase):
                 result["charge"]
 
 
-class ReadmeTest(unittest.TestCase):
-    def test_its_lines_do_what_they_say(self):
-        lines = re.search(r"```python\n(.*?)```", (runs.HOME / "python/README.md").read_text(), re.DOTALL).group(1)
-        for name in ("dendrite.h5", "dendrite.html"):
+class PagesTest(unittest.TestCase):
+    def run_lines(self, page):
+        """Runs the first Python block of a page and returns its names."""
+        lines = re.search(r"```python\n(.*?)```", (runs.HOME / page).read_text(), re.DOTALL).group(1)
+        for name in ("dendrite.h5", "dendrite.html", "short.h5"):
             lines = lines.replace(name, str(runs.FOLDER / name))
-        shutil.copy(runs.seedling(), runs.FOLDER / "dendrite.h5")
         names = {}
         exec(lines.replace("scenes/", f"{runs.HOME}/scenes/"), names)
+        return names
+
+    def test_the_guide_to_solving_runs(self):
+        names = self.run_lines("docs/how-to/solve-in-python.md")
+        self.assertEqual(names["s"].potential.shape, (2,))
+        self.assertEqual(names["r"][-1]["charge"].shape, (36,))
+
+    def test_the_readme_runs(self):
+        shutil.copy(runs.seedling(), runs.FOLDER / "dendrite.h5")
+        names = self.run_lines("python/README.md")
         self.assertEqual(names["last"]["position"].shape, (36, 3))
         for written in ("dendrite.html", "dendrite.xyz"):
             self.assertGreater((runs.FOLDER / written).stat().st_size, 10_000)

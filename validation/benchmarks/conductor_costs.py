@@ -7,9 +7,9 @@ The scenes are scenes/large-dendrite.toml with other numbers of conductors at eq
 of .1 mm. Each has three runs with one thread. The first takes nearly no simulated time and measures the start. The
 second is short and without predictions; it gives the time of a field solve. The third lasts until --time. Its time
 minus start and field solves is the time of the predictions, including contacts, motion and recording. Times are
-processor times. Prints the table with the exponents of N and draws it to OUTPUT (.png, .pdf or .svg). --device
-FIGURES.json adds the results of another run. --json FILE writes such a file, with --run-with='--device cuda' for a
-device.
+processor times. Prints the table with the exponents of N and draws it to OUTPUT (.png, .pdf or .svg). The
+option --device FIGURES.json adds the results of another run. The option --json FILE writes such a file, with
+--run-with='--device cuda' for a device.
 """
 
 import argparse

@@ -7,13 +7,14 @@
 
 namespace lichtenberg::benchmarks {
 
+/// Point of a convergence history.
 struct Sample {
-  double at, value;  ///< iterations or seconds; an error or a force, in any unit
+  double at, value;  ///< Number of iterations or time (s); error or force, in any unit
 };
 
-/// Returns the abscissa at which the exponential decay through `middle` and `last` reaches `target`, in the unit of
-/// Sample::at. Empty if the samples do not decrease, or if the extrapolation exceeds `farthest` times the length of the
-/// history: a rate from one interval is not reliable many intervals later.
+/// Extrapolates a convergence history: computes the abscissa (iterations or s) at which the exponential decay through
+/// `middle` and `last` reaches `target`. Empty if the samples do not decrease, or if the result exceeds `farthest`
+/// times the length of the history. A rate from one interval is not reliable many intervals later.
 inline std::optional<double> end_of_decay(Sample middle, Sample last, double target, double farthest = 10) {
   if (!(last.value > 0) || !(target > 0) || !(last.at > middle.at)) return std::nullopt;
   const double rate = std::log(middle.value / last.value) / (last.at - middle.at);

@@ -7,9 +7,9 @@
 
 Grains of charge +1 and -1 are at random positions with G's density, T = 1, and steps of .005 with all forces in each.
 `benchmark_gas` runs once per number, to measure its peak memory. Times are processor milliseconds of one core. LAMMPS
-runs as in gas_lammps.py at the cut-off --cutoff. FIGURES.json holds the times of a device, {"device": its name, "rows":
-[{"grains": N, "forces": ms, "step": ms}, ...]}, or with --host of one core of a larger machine. --draw draws the file
-written by --json.
+runs as in gas_lammps.py at the cut-off --cutoff. FIGURES.json holds the times of a device, or with --host those of one
+core of a larger machine, as {"device": its name, "rows": [{"grains": N, "forces": ms, "step": ms}, ...]}. The option
+--draw draws the file written by --json.
 """
 import argparse
 import json
@@ -102,10 +102,10 @@ def draw_lines(axes, rows, name, style, colour, label):
 def draw(ours, lammps, device, host, title):
     plt.rcParams.update({"font.size": 8, "savefig.dpi": 160})
     figure, (time, memory) = plt.subplots(1, 2, figsize=(7.5, 4.2), layout="constrained", width_ratios=[1.6, 1])
-    for rows, colour, who in ((ours, BLUE, "one core"), (host["rows"], SKY, host["device"]), (lammps, ORANGE, "LAMMPS, one core"),
-                              (device["rows"], GREEN, device["device"])):
-        draw_lines(time, rows, "step", "o-", colour, f"{who}: step")
-        draw_lines(time, rows, "forces", "s--", colour, f"{who}: forces of charges")
+    for rows, colour, name in ((ours, BLUE, "one core"), (host["rows"], SKY, host["device"]),
+                               (lammps, ORANGE, "LAMMPS, one core"), (device["rows"], GREEN, device["device"])):
+        draw_lines(time, rows, "step", "o-", colour, f"{name}: step")
+        draw_lines(time, rows, "forces", "s--", colour, f"{name}: forces of charges")
     draw_lines(time, ours, "contacts", "^:", INK, "one core: step without charges")
     draw_lines(memory, ours, "MiB", "o-", BLUE, "largest resident size")
     draw_lines(memory, host["rows"], "MiB", "o-", SKY, host["device"])
@@ -122,7 +122,8 @@ def draw(ours, lammps, device, host, title):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--program", type=Path, default=Path("build/benchmark_gas"))
-    parser.add_argument("--lichtenberg", type=Path, default=Path("build/lichtenberg"), help="of which LAMMPS gets its places")
+    parser.add_argument("--lichtenberg", type=Path, default=Path("build/lichtenberg"),
+                        help="program that writes the positions for LAMMPS")
     parser.add_argument("--grains", default="1000,10000,100000,1000000", help="even numbers")
     parser.add_argument("--accuracy", type=float, default=1e-4, help="accuracy of the forces of both programs")
     parser.add_argument("--lammps-up-to", type=int, default=0, help="grains; 0: without LAMMPS")

@@ -1,6 +1,7 @@
 // Compares the cost of one decimal digit for the dissertation's gradient descent (D 6.30) and the direct solve: N = 2
-// ... 324 charged disks around a grounded half-disk, one core. A digit is a factor of ten: in the rms missing charge
-// for the descent, in the energy norm of the error for the direct solve. solvers_agree covers the discretization error.
+// ... 324 charged disks around a grounded half-disk, one core. A digit is a factor of ten. For the descent it refers to
+// the rms missing charge, for the direct solve to the energy norm of the error. The program solvers_agree covers the
+// discretization error.
 //
 //   benchmark_gradient_descent [--cells 512] [--conductors 2,8,32,100,324] [--seconds 20]
 

@@ -12,6 +12,7 @@
 
 namespace lichtenberg::benchmarks {
 
+/// Returns the name of the processor from /proc/cpuinfo.
 inline std::string processor() {
   std::ifstream file("/proc/cpuinfo");
   for (std::string line; std::getline(file, line);)
@@ -19,7 +20,7 @@ inline std::string processor() {
   return "unknown processor";
 }
 
-/// Returns the program's commit, the processor and its number of cores.
+/// Returns a line for benchmark tables: the program's commit, the processor and its number of cores.
 inline std::string machine() {
   return fmt::format("lichtenberg {}, {}, {} cores", lichtenberg_version().commit, processor(),
                      std::thread::hardware_concurrency());

@@ -43,7 +43,7 @@ def instants(words):
     first, last, number = float(first), float(last), int(number)
     every = (last - first) / (number - 1) if number > 1 else 0
     if every <= 0 or abs(first / every - round(first / every)) > 1e-6:
-        sys.exit(f"--starts {words}: two at least, and the first a multiple of what lies between them")
+        sys.exit(f"--starts {words}: at least two starts are needed, the first at a multiple of the interval between them")
     return first, last, number
 
 

@@ -10,8 +10,9 @@
 
 namespace lichtenberg::benchmarks {
 
-/// Returns `conductors` floating disks of radius S/64 around a grounded half-disk on the bottom of a square box. Gaps
-/// are at least S/256 and charges between 0 and 1. Lengths are in cells of S = 512.
+/// Makes a random field problem for benchmarks: `conductors` floating disks of radius S/64 around a grounded half-disk
+/// on the bottom of a square box of side S. Gaps are at least S/256, charges between 0 and 1. Lengths are in cells, S =
+/// 512.
 inline laplace::LaplaceProblem disks_round_ground(int conductors, std::uint64_t seed) {
   using namespace laplace;
   constexpr double side = 512, radius = 8, least_gap = 2;

@@ -3,8 +3,8 @@
 //
 //   device_hard_cases [--host] [SECTION]
 //
-// --host: runs the device's algorithms on the CPU sequentially. Sections: to-one-cluster, at-rest, elastic, cold,
-// cooled, lists, charges, bits, too-fast, held-forces, restitution.
+// --host: runs the device's algorithms on the CPU sequentially. Sections: `to-one-cluster`, `at-rest`, `elastic`,
+// `cold`, `cooled`, `lists`, `charges`, `bits`, `too-fast`, `held-forces`, `restitution`.
 
 #include <string_view>
 

@@ -3,9 +3,9 @@
 
     validation/device/sanitizers.py [--program build-gpu/lichtenberg] [--tools memcheck,racecheck] [--cases NAME,...]
 
-memcheck finds accesses outside of allocated memory, initcheck reads of uninitialized memory, racecheck unordered
-accesses to the shared memory of a block, synccheck barriers that not all threads of a block reach. Prints a row per
-run. Exits with 1 if a tool reports an error or a program fails, with 2 if the program or compute-sanitizer is missing.
+Memcheck finds accesses outside of allocated memory, and initcheck reads of uninitialized memory. Racecheck finds
+unordered accesses to the shared memory of a block, and synccheck barriers that not all threads of a block reach. Prints
+a row per run. Exits with 1 if a tool reports an error or a program fails, with 2 if the program or compute-sanitizer is missing.
 """
 import argparse
 import os
@@ -20,6 +20,7 @@ import time
 HOME = pathlib.Path(__file__).resolve().parents[2]
 TOOLS = ["memcheck", "initcheck", "racecheck", "synccheck"]
 REPORTED = 86  # exit status that a tool gives a program with errors
+
 # Version 2025.3.1 of the tools fails for kernels in while nodes of graphs: racecheck crashes and synccheck reports
 # divergent barriers even for a kernel of one barrier without a branch. The host decides on loops instead.
 ENVIRONMENT = os.environ | {"LICHTENBERG_CUDA_LOOPS": "host"}

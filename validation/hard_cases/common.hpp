@@ -15,15 +15,15 @@ namespace lichtenberg::validation {
 using namespace laplace;
 using std::numbers::pi;
 
-/// Errors in percent of the scene's largest value.
+/// Errors of potentials and forces, in percent of the scene's largest potential and force.
 struct Quality {
   double potential, force;
 };
 
-/// Returns the expected error of the cut-cell scheme for a radius of `radius` cells and a narrowest gap of `gap` cells.
-/// For gap / R >= 0.1: the bounds of `two_disks` at R = 8, scaled as h^2. In narrower gaps, of a cell or less, the
-/// single link across the gap determines the error. It is 7.9 % of the capacitance and 9.9 % of the force, the worst
-/// values of a prototype for this kind of link and a gap of 0.01 cell.
+/// Returns the expected error of the cut-cell method for a disk radius and a narrowest gap, both in cells. For gap / R
+/// >= 0.1 it follows from the bounds of the validation program `two_disks` at R = 8, scaled as h^2. In narrower gaps,
+/// of a cell or less, the single conductance across the gap determines the error. It is 7.9 % of the capacitance and
+/// 9.9 % of the force, the worst values of a prototype for a gap of 0.01 cell.
 inline Quality expected(double radius, double gap) {
   const double h2 = (8 / radius) * (8 / radius);
   if (gap >= 2 * radius) return {0.02 * h2, 0.1 * h2};
@@ -32,38 +32,41 @@ inline Quality expected(double radius, double gap) {
   return {7.9, 9.9};
 }
 
-/// Limit on CG iterations for gaps from 0.01 cell and up to 5000 conductors on S = 128 to 4096; smaller grids need no
-/// more. Harder cases may need twice as many.
+/// Bound on conjugate gradient iterations for gaps from 0.01 cell and up to 5000 conductors on 128 to 4096 cells;
+/// smaller grids need no more. Harder cases may need twice as many.
 constexpr double most_iterations = 12;
 
+/// Returns the wall time of a solve (ms).
 inline double milliseconds(const LaplaceSolution& solution) {
   return 1e3 * (solution.seconds.setup + solution.seconds.solve + solution.seconds.forces);
 }
 
-/// Formats the cost, such as "12 iterations, 3.4 ms".
+/// Formats the cost of a solve, such as "12 iterations, 3.4 ms".
 inline std::string cost(const LaplaceSolution& solution) {
   return fmt::format("{} iterations, {:.3g} ms", solution.iterations, milliseconds(solution));
 }
 
+/// Formats the largest number of iterations of several solves.
 inline std::string most_of(int iterations) { return fmt::format("{} iterations at most", iterations); }
 
-/// Returns a box of whole cells, h = 1; the named sides are electrodes at 0 V.
+/// Makes an empty problem in a box with cells of edge 1; the listed sides are electrodes at 0 V, the others insulating.
 inline LaplaceProblem box(Vec2 size, std::initializer_list<SideIndex> grounded) {
   LaplaceProblem problem{.permittivity = 1};
   problem.size = size;
   for (const SideIndex side : grounded) problem.sides[side].kind = Side::Kind::electrode;
   return problem;
 }
+/// Makes an empty problem in a box whose four sides are electrodes at 0 V.
 inline LaplaceProblem grounded_box(Vec2 size) { return box(size, {left, right, bottom, top}); }
 
-/// Adds a disk as a group of its own.
+/// Adds a disk to a problem, as a group of its own with the given charge or potential.
 inline void add(LaplaceProblem& problem, Disk disk, Group group) {
   problem.bodies.push_back({disk, static_cast<int>(problem.groups.size())});
   problem.groups.push_back(group);
 }
 
-/// Adds columns x rows disks with charges in [-1, 1], evenly spaced over the box and displaced by up to `jitter` in x
-/// and y.
+/// Adds columns x rows disks with random charges in [-1, 1], evenly spaced over the box and randomly displaced by up to
+/// `jitter` in x and y.
 inline void add_lattice(LaplaceProblem& problem, int columns, int rows, double radius, double jitter,
                         std::mt19937_64& random) {
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -75,18 +78,21 @@ inline void add_lattice(LaplaceProblem& problem, int columns, int rows, double r
     }
 }
 
+/// Returns the shape of a body that is a disk.
 inline const Disk& disk_of(const LaplaceProblem& problem, int body) {
   return std::get<Disk>(problem.bodies[body].shape);
 }
 
+/// Solves a problem by the cut-cell method with cells of edge 1.
 inline LaplaceSolution cut_cell(const LaplaceProblem& problem) {
   return CutCellSolver({.cells = static_cast<int>(std::max(problem.size.x, problem.size.y))}).solve(problem);
 }
+/// Solves a problem by the multipole method, as a reference.
 inline LaplaceSolution spectral(const LaplaceProblem& problem, double tolerance = 1e-8) {
   return MultipoleSolver({.tolerance = tolerance}).solve(problem);
 }
 
-/// Returns the largest potential of the scene, including electrode sides.
+/// Returns the largest magnitude of a potential (V) of the groups and electrode sides.
 inline double largest_potential(const LaplaceProblem& problem, const LaplaceSolution& solution) {
   double largest = 0;
   for (const double phi : solution.group_potential) largest = std::max(largest, std::abs(phi));
@@ -95,7 +101,7 @@ inline double largest_potential(const LaplaceProblem& problem, const LaplaceSolu
   return largest;
 }
 
-/// Returns the differences of the groups' potentials, in percent of the largest potential.
+/// Computes the errors of the groups' potentials relative to a reference solution, in percent of the largest potential.
 inline Spread potential_error(const LaplaceProblem& problem, const LaplaceSolution& solution,
                               const LaplaceSolution& exact) {
   std::vector<double> error;
@@ -106,7 +112,7 @@ inline Spread potential_error(const LaplaceProblem& problem, const LaplaceSoluti
   return spread(error);
 }
 
-/// Returns the differences of the forces, in percent of the largest force.
+/// Computes the errors of the forces relative to a reference solution, in percent of the largest force.
 inline Spread force_error(const LaplaceSolution& solution, const LaplaceSolution& exact) {
   double largest = 0;
   for (const Vec2 force : exact.body_force) largest = std::max(largest, norm(force));
@@ -116,9 +122,9 @@ inline Spread force_error(const LaplaceSolution& solution, const LaplaceSolution
   return spread(error);
 }
 
-/// Returns the deviation of group charges from the given ones and of the total charge from zero, relative to the sum of
-/// magnitudes. If charges are small, the reference is the charge of the largest potential on a capacitance eps per
-/// body.
+/// Computes the error of the charge balance: the largest deviation of a floating group's charge from its given value,
+/// or of the total charge from zero. It is relative to the sum of the charges' magnitudes, which is at least the charge
+/// of the largest potential on a capacitance eps per body.
 inline double charge_imbalance(const LaplaceProblem& problem, const LaplaceSolution& solution) {
   double total = 0, magnitudes = 0, worst = 0;
   std::vector<double> group(problem.groups.size(), 0.0);
@@ -136,7 +142,8 @@ inline double charge_imbalance(const LaplaceProblem& problem, const LaplaceSolut
   return magnitudes > 0 ? std::max(worst, std::abs(total)) / magnitudes : 0.0;
 }
 
-/// Adds the rows of most cases: potentials and forces against the spectral solver, charges, iterations.
+/// Compares the cut-cell method with the multipole method for a problem, and adds rows to the report: potentials,
+/// forces, charge balance and iterations, with their bounds.
 inline void compare(Report& report, const std::string& name, const LaplaceProblem& problem, Quality bound,
                     double iterations = most_iterations) {
   const LaplaceSolution exact = spectral(problem), solution = cut_cell(problem);

@@ -11,11 +11,12 @@ namespace lichtenberg::validation {
 
 constexpr double gaps_over_radius[] = {1, 0.1, 0.01, 1e-3, 1e-4, 1e-5, 1e-6};
 
-/// Position and direction of a pair relative to the grid.
+/// Position (cells) and direction (rad) of a pair of disks relative to the grid.
 struct Placing {
   Vec2 centre;
   double angle;
 };
+/// Draws `count` random positions within a cell of `middle`, and random directions.
 inline std::vector<Placing> placings(Vec2 middle, int count) {
   std::mt19937_64 random(20);
   std::uniform_real_distribution<double> fraction(0, 1);
@@ -27,13 +28,15 @@ inline std::vector<Placing> placings(Vec2 middle, int count) {
   return result;
 }
 
+/// Makes a pair of equal disks with the given gap at a position.
 inline theory::DiskPair pair_at(const Placing& at, double radius, double gap) {
   const Vec2 half = (radius + 0.5 * gap) * Vec2{std::cos(at.angle), std::sin(at.angle)};
   return {{at.centre - half, radius}, {at.centre + half, radius}, 1};
 }
 
-/// The spectral solver for a pair in the plane (D 6.37). Its tolerance is 1e-12; sums over the pair's terms amplify it
-/// about a hundredfold. The gap has the rounding error of the centres, half of which enters C ~ gap^(-1/2).
+/// Tests the multipole method for the capacitance C of a pair of disks in the plane (D 6.37). Its tolerance is 1e-12;
+/// sums over the pair's terms amplify it about a hundredfold. The gap has the rounding error of the centres, half of
+/// which enters C ~ gap^(-1/2).
 inline void spectral_pair(Report& report, double gap_over_radius) {
   const double radius = 8;
   const theory::DiskPair pair = pair_at({{40.3, 40.6}, 0.3}, radius, gap_over_radius * radius);
@@ -48,7 +51,8 @@ inline void spectral_pair(Report& report, double gap_over_radius) {
                  1e-10 + rounding, cost(solution));
 }
 
-/// Cut cells at R = 8 in the plane (exact field on the walls) for different potentials.
+/// Tests the cut-cell method for a pair of disks of different potential in the plane: R = 8 cells, exact potential on
+/// the sides of the box.
 inline void different_potentials(Report& report, double gap_over_radius, int positions) {
   const double radius = 8, gap = gap_over_radius * radius, side = 80;
   std::vector<double> capacitance, force;
@@ -69,9 +73,10 @@ inline void different_potentials(Report& report, double gap_over_radius, int pos
   report.at_most(name + ": force, %", spread(force), bound.force);
 }
 
-/// Cut cells at R = 8 in a grounded box against the spectral solver: one group of two disks, and two floating groups of
-/// equal charge. The field in the gap is negligible, and the pair resembles one smooth body except at the notch, where
-/// the field vanishes. The bound is therefore that of the gap to the walls, more than 2 R.
+/// Tests the cut-cell method for a pair of disks at equal potential in a grounded box, R = 8 cells, in comparison with
+/// the multipole method. The disks form one group, or two floating groups of equal charge. The field in the gap is
+/// negligible, and the pair resembles one smooth body except at the notch, where the field vanishes. The bound is
+/// therefore that of the gap to the walls, more than 2 R.
 inline void equal_potentials(Report& report, double gap_over_radius, int positions, bool one_group) {
   const double radius = 8, gap = gap_over_radius * radius;
   std::vector<double> potential;
@@ -94,7 +99,8 @@ inline void equal_potentials(Report& report, double gap_over_radius, int positio
       spread(potential), expected(radius, 2 * radius).potential, most_of(iterations));
 }
 
-/// A disk of R = 8 near an electrode side. The exact field is that of the disk and its mirror image, at twice the gap.
+/// Tests the cut-cell method for a disk of R = 8 cells near an electrode side. The exact field is that of the disk and
+/// its mirror image, at twice the gap.
 inline void near_electrode(Report& report, double gap, int positions) {
   const double radius = 8;
   std::vector<double> capacitance, force;
@@ -118,8 +124,9 @@ inline void near_electrode(Report& report, double gap, int positions) {
   report.at_most(name + ": force, %", spread(force), bound.force);
 }
 
-/// A disk of R = 8 inside a dish of R = 48 at 0 V, nearly touching its rim. Eccentric cylinders: C = 2 pi / acosh u
-/// with u = (R1^2 + R2^2 - d^2) / 2 R1 R2. The form u - 1 = gap (2 (R2 - R1) - gap) / 2 R1 R2 avoids cancellation.
+/// Tests the cut-cell method for a disk of R = 8 cells inside a dish of R = 48 cells at 0 V, nearly touching its rim.
+/// The exact capacitance is that of eccentric cylinders: C = 2 pi / acosh u with u = (R1^2 + R2^2 - d^2) / 2 R1 R2. The
+/// form u - 1 = gap (2 (R2 - R1) - gap) / 2 R1 R2 avoids cancellation.
 inline void near_rim(Report& report, double gap, int positions) {
   const double radius = 8, rim = 48;
   const double u_minus_1 = gap * (2 * (rim - radius) - gap) / (2 * radius * rim);
@@ -139,8 +146,9 @@ inline void near_rim(Report& report, double gap, int positions) {
                  expected(radius, gap).potential, most_of(iterations));
 }
 
-/// A disk of R = 8 near the long face of a bar at 0 V, oblique to the grid. The exact field on the sides of the box is
-/// that of the plane of the face; V = 0 behind it and on the bar.
+/// Tests the cut-cell method for a disk of R = 8 cells near the long face of a bar at 0 V, oblique to the grid. The
+/// sides of the box have the exact potential of the disk in front of the plane of the face; V = 0 behind it and on the
+/// bar.
 inline void near_bar(Report& report, double gap, int positions) {
   const double radius = 8, width = 20;
   std::vector<double> capacitance;
@@ -164,10 +172,12 @@ inline void near_bar(Report& report, double gap, int positions) {
                  expected(radius, 2 * gap).potential, most_of(iterations));
 }
 
-/// Returns Green's function outside two equal disks of one group, with the pole at infinity; it is zero on the disks.
-/// `z`: position relative to the pair's middle, with centres at (-offset, 0) and (offset, 0), offset <= radius.
-/// Touching disks: 1/z maps the outside to a strip, whose tanh is the outside of the unit disk. Overlapping disks:
-/// mapping the intersections of the circles to 0 and infinity gives a wedge, and a power gives the half-plane.
+/// Computes Green's function outside two touching or overlapping equal disks of one potential, with the pole at
+/// infinity; it is zero on the disks. `z`: position relative to the pair's middle, with the centres at (-offset, 0) and
+/// (offset, 0), offset <= radius.
+/// The function follows from a conformal map. Touching disks: 1/z maps the outside to a strip, whose tanh is the
+/// outside of the unit disk. Overlapping disks: mapping the intersections of the circles to 0 and infinity gives a
+/// wedge, and a power gives the half-plane.
 inline double joined_disks_green(std::complex<double> z, double radius, double offset) {
   const double half_chord = std::sqrt(std::max(0.0, radius * radius - offset * offset));
   if (half_chord == 0) return -std::log(std::abs(std::tanh(0.5 * pi * radius / std::complex(z.imag(), z.real()))));
@@ -176,11 +186,13 @@ inline double joined_disks_green(std::complex<double> z, double radius, double o
   return -std::log(std::abs((w - 1.0) / (w + 1.0)));
 }
 
-/// Two touching or overlapping disks of one group in the plane. V = Q / 2 pi g on the walls; the disks must be at 0, in
-/// percent of the potential at the walls. Touching disks are as smooth as equal potentials. Of overlapping disks, cells
-/// in both belong to the first. A link from such a cell ends at the first's surface even if the second's is farther
-/// out, by at most half a cell on average, on half of the outline. This first-order error is h / 4R of the radius in Q
-/// / 2 pi ln(radius).
+/// Tests the cut-cell method for two touching or overlapping disks of one group in the plane. The potential on the
+/// walls is -Q g / 2 pi with Green's function g. The disks must be at 0; their error is in percent of the potential at
+/// the walls.
+/// Touching disks are as smooth as disks at equal potential. Of overlapping disks, cells inside both belong to the
+/// first one. A link from such a cell ends at the first disk's surface even if the second one's is farther out. The
+/// difference is at most half a cell on average, on half of the outline. This first-order error is h / 4R of the radius
+/// in Q / 2 pi ln(radius).
 inline void joined_disks(Report& report, double offset_over_radius, int positions) {
   const double radius = 8, offset = offset_over_radius * radius;
   std::vector<double> potential;
@@ -208,9 +220,10 @@ inline void joined_disks(Report& report, double offset_over_radius, int position
                  most_of(iterations));
 }
 
-/// Overlapping disks of different groups have no solution. The cut-cell solver returns finite numbers with nearly equal
-/// potentials. Links along the common surface have at least 1e-6 cell and thus a conductance of at least 1e6. The
-/// remaining potential difference is 1e-5 of the pair's potential. The spectral solver throws.
+/// Tests overlapping disks of different groups, for which no solution exists. The cut-cell solver returns finite
+/// numbers with nearly equal potentials. Links along the common surface are 1e-6 cell long at least and thus have a
+/// conductance of up to 1e6; the remaining potential difference is 1e-5 of the pair's potential. The multipole solver
+/// throws InputError.
 inline void overlapping_groups(Report& report) {
   LaplaceProblem problem = grounded_box({96, 96});
   add(problem, {{42.3, 48.1}, 8}, {.charge = 1});
@@ -228,6 +241,7 @@ inline void overlapping_groups(Report& report) {
   report.at_least("overlapping, two groups: refused by the spectral solver", refused, 1);
 }
 
+/// Runs all tests of narrow gaps; `is_long`: with more positions.
 inline void narrow_gaps(Report& report, bool is_long) {
   const int positions = is_long ? 20 : 5;
   report.section("Gaps, R = 8 cells");

@@ -7,8 +7,9 @@
 
 namespace lichtenberg::validation {
 
-/// 64 disks centred on cell centres with R = 5: 12 cell centres (3-4-5 triangles) lie exactly on each surface.
-/// Displacing the lattice makes cuts of that length or covers the centres. All gaps are wider than 2 R.
+/// Tests surfaces through cell centres: 64 disks centred on cell centres with R = 5 cells, so that 12 cell centres
+/// (3-4-5 triangles) are exactly on each surface. A small displacement of the lattice makes cuts of this length or
+/// covers the centres. All gaps are wider than 2 R.
 inline void surfaces_through_centres(Report& report) {
   for (const double shift : {0.0, 1e-12, -1e-12, 1e-9, 1e-6}) {
     std::mt19937_64 random(1);
@@ -20,11 +21,12 @@ inline void surfaces_through_centres(Report& report) {
   }
 }
 
-/// One charged disk much smaller than a cell in a grounded box. Its potential is Q / 2 pi ln(L / R), so an error is
-/// equivalent to a change of ln R by 2 pi times it. The error comes from the disk's cell and its four neighbours for
-/// any R. The flux q_k = dtheta_k / 2 pi goes to neighbour k at distance r_k. The neighbours' potentials follow from
-/// the lattice Green function (0, 1/4, 1/pi, 1 - 2/pi at (0,0), (1,0), (1,1), (2,0)) without the disk's cell: 1/4 for
-/// the sum of the fluxes, 0.571 and 0.376 for differences of opposite ones and of the two axes. They should be
+/// Tests a charged disk much smaller than a cell in a grounded box. Its potential is Q / 2 pi ln(L / R), so an error of
+/// the potential is equivalent to a change of ln R by 2 pi times the error.
+/// Derivation of the bound: the error comes from the disk's cell and its four neighbours for any R. The flux q_k =
+/// dtheta_k / 2 pi goes to neighbour k at distance r_k. The neighbours' potentials follow from the lattice Green
+/// function without the disk's cell; its values are 0, 1/4, 1/pi, 1 - 2/pi at (0,0), (1,0), (1,1), (2,0). They are 1/4
+/// for the sum of the fluxes, 0.571 and 0.376 for differences of opposite fluxes and of the two axes. They should be
 /// logarithmic, (ln r + gamma + 3/2 ln 2) / 2 pi. The sum q_k ln r_k + 2 pi q H q + gamma + 3/2 ln 2 is 0.046 in the
 /// middle of the cell, 0.125 in its corners and at most 0.177, close to the corners.
 inline void smaller_than_a_cell(Report& report, int positions) {
@@ -45,16 +47,17 @@ inline void smaller_than_a_cell(Report& report, int positions) {
   }
 }
 
-/// Disk of R = 400 cells at S = 1024, slightly off the middle.
+/// Tests a disk much larger than a cell: R = 400 cells in a box of 1024 cells, slightly off the middle.
 inline void larger_than_all_else(Report& report) {
   LaplaceProblem problem = grounded_box({1024, 1024});
   add(problem, {{520.3, 508.7}, 400}, {.charge = 1});
   compare(report, "R = 400 cells", problem, expected(400, 100));
 }
 
-/// A disk moves along an electrode (exact field on the other walls), with its image at d / 2R. The force is constant,
-/// so changes are due to the grid. Bounds are those of two_disks at R = 8, scaled with h^2, times sqrt(2): the errors
-/// of two disks are independent there, but here the image moves in step with the disk.
+/// Tests the variation of the force on a disk that moves along an electrode, with the exact potential on the other
+/// walls. `ratio`: d / 2R for the distance d from its mirror image. The exact force is constant, so changes are due to
+/// the grid. Bounds are those of the program two_disks at R = 8, scaled with h^2, times sqrt(2). The errors of two
+/// disks are independent there, but here the image moves in step with the disk.
 inline void moving_along_electrode(Report& report, double radius, double ratio, double bound) {
   const double side = 16 * std::ceil((2 * ratio + 6) * radius / 16);
   CutCellSolver solver({.cells = static_cast<int>(side)});
@@ -78,6 +81,7 @@ inline void moving_along_electrode(Report& report, double radius, double ratio, 
   report.at_most(name + ": potential, rms about its mean, %", spread(potential).jitter, bound);
 }
 
+/// Runs all tests of the grid; `is_long`: with more positions.
 inline void hard_for_the_grid(Report& report, bool is_long) {
   report.section("The grid");
   surfaces_through_centres(report);

@@ -7,8 +7,8 @@
 
 namespace lichtenberg::validation {
 
-/// Hexagonal packing of 60 % area fraction, 0.9069 (2R/d)^2: d = 1.229 * 2R. Displacements are random, up to 0.4 of the
-/// remaining gap.
+/// Tests a hexagonal packing of disks with 60 % area fraction: 0.9069 (2R/d)^2 = 0.6 at the spacing d = 1.229 * 2R.
+/// Displacements are random, up to 0.4 of the remaining gap.
 inline void packed(Report& report) {
   const double radius = 8, spacing = 2 * radius * std::sqrt(pi / std::sqrt(12.0) / 0.6);
   const int columns = 12, rows = 14;
@@ -28,7 +28,7 @@ inline void packed(Report& report) {
   compare(report, "60 % of the area", problem, expected(radius, 0.6 * (spacing - 2 * radius)));
 }
 
-/// 1000 disks of one potential, distributed over the box.
+/// Tests one floating group of 1000 disks, distributed over the box.
 inline void thousand_in_one_group(Report& report) {
   std::mt19937_64 random(4);
   LaplaceProblem problem = box({512, 512}, {bottom});
@@ -38,7 +38,8 @@ inline void thousand_in_one_group(Report& report) {
   compare(report, "1000 in one group", problem, expected(4, 2.4));
 }
 
-/// Channel narrower than a cell between two disks of R = 100 at different potentials, and between disk and wall.
+/// Tests channels narrower than a cell: between two disks of R = 100 cells at different potentials, and between a disk
+/// and an insulating wall.
 inline void thin_channels(Report& report) {
   for (const double gap : {0.5, 0.1, 0.01}) {
     LaplaceProblem problem = grounded_box({512, 512});
@@ -54,8 +55,8 @@ inline void thin_channels(Report& report) {
   }
 }
 
-/// Returns a ring of sixteen disks with another conductor inside and a wall at 1 V outside. A grounded ring at 0 V
-/// shields the inside.
+/// Makes a ring of sixteen disks (at 0 V, or floating) with another conductor inside and a wall at 1 V outside. A
+/// grounded ring shields the inside.
 inline LaplaceProblem ring(double gap, bool grounded, bool one_missing) {
   const int members = 16;
   const double radius = 8, circle = (radius + 0.5 * gap) / std::sin(pi / members);
@@ -70,6 +71,7 @@ inline LaplaceProblem ring(double gap, bool grounded, bool one_missing) {
   return problem;
 }
 
+/// Tests closed rings of disks, and a ring with one disk missing.
 inline void closed_rings(Report& report) {
   for (const double gap : {0.8, 1e-3, 1e-6}) {
     compare(report, fmt::format("ring with gaps of {:g} cell, at 0 V", gap), ring(gap, true, false), expected(8, 16),
@@ -80,7 +82,7 @@ inline void closed_rings(Report& report) {
   compare(report, "ring with one missing, at 0 V", ring(1e-3, true, true), expected(8, 16));
 }
 
-/// Without ground: potentials up to a constant, charges that sum to zero.
+/// Tests an insulated box without ground, in which potentials are determined up to a constant and charges sum to zero.
 inline void insulated_box(Report& report) {
   std::mt19937_64 random(5);
   LaplaceProblem problem = box({128, 128}, {});
@@ -96,8 +98,8 @@ inline void insulated_box(Report& report) {
   report.at_most("insulated box without charge: potentials", largest, 0, cost(solution));
 }
 
-/// Charges of 1e-20 C and 1e+3 C in one scene; then all charges of 1e-20 C. Potentials must agree up to the factor,
-/// within rounding accumulated over about twelve CG iterations.
+/// Tests charges of 1e-20 C and 1e+3 C in one scene, then all charges of 1e-20 C. Potentials must be proportional to
+/// the charges, within rounding accumulated over about twelve conjugate gradient iterations.
 inline void charges_of_all_sizes(Report& report) {
   std::mt19937_64 random(6);
   LaplaceProblem problem = box({128, 128}, {bottom});
@@ -117,6 +119,7 @@ inline void charges_of_all_sizes(Report& report) {
   report.at_most("all charges 1e-23 as large: potentials, relative", spread(difference), 1e-10, cost(small));
 }
 
+/// Tests one disk, and 20000 disks; `is_long`: also on a large grid.
 inline void few_and_many(Report& report, bool is_long) {
   LaplaceProblem one = grounded_box({128, 128});
   add(one, {{40.3, 30.2}, 8}, {.charge = 1});
@@ -137,7 +140,7 @@ inline void few_and_many(Report& report, bool is_long) {
   compare(report, "N = 20000, R = 8 cells, S = 4096", large, expected(8, 4), 2 * most_iterations);
 }
 
-/// Boxes with an aspect ratio of eight in both orientations; electrodes are the short or the long sides.
+/// Tests boxes with an aspect ratio of eight in both orientations; electrodes are the short or the long sides.
 inline void long_boxes(Report& report) {
   for (const bool upright : {false, true})
     for (const bool short_sides : {false, true}) {
@@ -153,6 +156,7 @@ inline void long_boxes(Report& report) {
     }
 }
 
+/// Runs all tests of dense systems and boxes; `is_long`: with large systems.
 inline void hard_for_many_bodies(Report& report, bool is_long) {
   report.section("Dense systems and boxes");
   packed(report);

@@ -9,7 +9,7 @@
 
 namespace lichtenberg::validation {
 
-/// Draws boxes, sides, disks, groups and charges from one seed.
+/// Generator of random field problems: draws box, sides, disks, groups and charges from one seed.
 class SceneMaker {
  public:
   explicit SceneMaker(std::uint64_t seed) : random_(seed) {}
@@ -74,7 +74,7 @@ class SceneMaker {
                        [&](const Body& body) { return gap(disk, body.shape) > 0; });
   }
 
-  /// Draws charges: none, of one size, or from 1e-20 to 1e+3; they cancel if nothing is grounded.
+  /// Draws charges: all 0, up to 1, or from 1e-20 to 1e+3 in magnitude; they cancel if nothing is grounded.
   void draw_charges() {
     const int kind = whole(0, 3);
     for (Group& group : problem_.groups)
@@ -90,7 +90,9 @@ class SceneMaker {
   LaplaceProblem problem_{.permittivity = 1};
 };
 
-/// Returns how far cell potentials exceed the range of the conductors' and sides' potentials, relative to the largest.
+/// Tests the maximum principle: computes the largest excess of a cell potential beyond the range of the conductors' and
+/// sides' potentials, relative to the largest of these potentials. 0 if there is none; infinite if a potential is not
+/// finite.
 inline double beyond_extremes(const LaplaceProblem& problem, const LaplaceSolution& solution, const Field& field) {
   double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
   const auto include = [&](double potential) {
@@ -108,7 +110,7 @@ inline double beyond_extremes(const LaplaceProblem& problem, const LaplaceSoluti
   return beyond > 0 ? beyond / std::max(std::abs(lowest), std::abs(highest)) : 0.0;
 }
 
-/// Returns max |C_ij - C_ji| / sqrt(C_ii C_jj).
+/// Computes the asymmetry of a capacitance matrix: max |C_ij - C_ji| / sqrt(C_ii C_jj).
 inline double asymmetry(const std::vector<double>& capacitance) {
   const auto n = static_cast<std::size_t>(std::lround(std::sqrt(static_cast<double>(capacitance.size()))));
   double worst = 0;
@@ -119,10 +121,12 @@ inline double asymmetry(const std::vector<double>& capacitance) {
   return worst;
 }
 
-/// Bounds. Iterations: extreme gaps and radii may be expensive but must converge; CG takes sqrt(kappa) / 2 ln(2 /
-/// tolerance) = 9.6 sqrt(kappa), or 24 for a preconditioned condition number of 6.25. The error of a potential is at
-/// most the tolerance times the solution's energy norm; that of a charge is this times the root of the conductance of
-/// its links. With links to grounded sides, about 1e4 cell faces on these grids, that root is 100.
+/// Solves `count` random problems by the cut-cell method, and tests convergence, charge balance, maximum principle and
+/// symmetry of the capacitance matrix.
+/// Bounds: extreme gaps and radii may be expensive but must converge. Conjugate gradients need sqrt(kappa) / 2 ln(2 /
+/// tolerance) = 9.6 sqrt(kappa) iterations, or 24 for a preconditioned condition number kappa of 6.25. The error of a
+/// potential is at most the tolerance times the solution's energy norm. The error of a charge is this times the root of
+/// the conductance of its links. With links to grounded sides, about 1e4 cell faces on these grids, that root is 100.
 inline void random_scenes(Report& report, int count) {
   report.section(fmt::format("{} random scenes", count));
   constexpr double tolerance = 1e-8;

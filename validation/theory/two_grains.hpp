@@ -2,8 +2,9 @@
 
 namespace lichtenberg::theory {
 
-/// Head-on motion of two grains of diameter 1, in free space and reduced units: m_eff r'' = F_contact + c / r^2, r the
-/// distance of centres, c = K q_1 q_2. In contact, with xi = 1 - r > 0,
+/// Model of the head-on motion of two charged grains of diameter 1, in free space and reduced units: m_eff r'' =
+/// F_contact + c / r^2 with the distance r of the centres and c = K q_1 q_2. In contact, with the overlap xi = 1 - r >
+/// 0,
 ///
 ///   F_contact = max(E xi^p + D xi^(p-1) xi', 0).
 ///
@@ -16,9 +17,9 @@ struct TwoGrains {
   double effective_mass = 0.5;  ///< m_1 m_2 / (m_1 + m_2)
 };
 
-/// One contact, from onset until r = 1 again or, if it never opens, until the pair is at rest.
+/// Results of one contact, from onset until r = 1 again or, if it never opens, until the pair is at rest.
 struct PairContact {
-  bool opens = false;
+  bool opens = false;     ///< true if the grains separate
   double release = 0;     ///< speed at r = 1
   double duration = 0;    ///< time until r = 1 or rest
   double force_ends = 0;  ///< time at which the contact force is zero for good; 0 if it never is
@@ -26,12 +27,13 @@ struct PairContact {
   double dissipated = 0;  ///< dissipated energy
 };
 
-/// Integrates the contact with this impact speed by CVODE to 1e-11. From onset the variable is sqrt(t), in which the
-/// motion is smooth. Events are the end and the return of the contact force and the separation of the pair. The pair is
-/// at rest if the energy above that of rest is 1e-10 of its value at impact. Throws Failure if the centres meet.
+/// Integrates one contact with the given impact speed by CVODE, to 1e-11. From onset the independent variable is
+/// sqrt(t), in which the motion is smooth. Events are the end and the return of the contact force and the separation of
+/// the pair. The pair counts as at rest if its energy above the energy at rest is 1e-10 of its value at impact. Throws
+/// Failure if the centres meet.
 PairContact contact(const TwoGrains& pair, double impact);
 
-/// All contacts of a pair with this first impact speed.
+/// Results of all contacts of a pair.
 struct PairOutcome {
   bool captured = false;  ///< true: permanently bound
   int contacts = 0;       ///< number of contacts until it escapes or stays in contact
@@ -39,22 +41,24 @@ struct PairOutcome {
   double dissipated = 0;  ///< energy dissipated by all contacts
 };
 
-/// Integrates all contacts of a pair. Between contacts energy is conserved, so a bound pair returns at its release
-/// speed. A pair that is bound without dissipation is integrated for one contact only. Throws as `contact`.
+/// Integrates all contacts of a pair with the given speed of the first impact. Between contacts energy is conserved, so
+/// a bound pair returns at its release speed. A pair that is bound without dissipation is integrated for one contact
+/// only. Throws the exceptions of contact().
 PairOutcome outcome(const TwoGrains& pair, double impact);
 
-/// Returns 2 sqrt(-c) for two grains of mass 1: the smallest speed at r = 1 with which an attracting pair escapes.
+/// Computes the escape speed: the smallest relative speed at r = 1 with which an attracting pair escapes, sqrt(-2 c /
+/// m_eff); 0 without attraction.
 double escape_speed(const TwoGrains& pair);
 
-/// Returns the overlap of an attracting pair at rest, E xi^p = -c / (1 - xi)^2, the smaller of two; 0 if it does not
-/// attract. Throws InputError if the contact is too soft for equilibrium.
+/// Computes the overlap xi of an attracting pair at rest: the smaller solution of E xi^p = -c / (1 - xi)^2; 0 without
+/// attraction. Throws InputError if the contact is too soft for equilibrium.
 double static_overlap(const TwoGrains& pair);
 
-/// Returns the energy of the pair at rest in contact, contact and Coulomb energy; it is 0 at infinity.
+/// Computes the energy of a pair at rest in contact: contact energy plus Coulomb energy, which is 0 at infinity.
 double static_energy(const TwoGrains& pair);
 
-/// Returns the impact speed above which an attracting pair escapes after one contact and below which it is bound, to
-/// 1e-10.
+/// Computes the capture speed, to 1e-10: the impact speed above which an attracting pair escapes after one contact, and
+/// below which it is bound.
 double capture_speed(const TwoGrains& pair);
 
 }  // namespace lichtenberg::theory

@@ -1,9 +1,9 @@
-"""Commands in Python that start programs or draw. Each is a module named like its command, with _ for -. A module has
+"""Commands in Python that start programs or draw. Each is a module named like its command, with _ for -. It defines:
 
-    HELP        a description of the command in one line
-    ARGUMENTS   a list of argument(...)
+    HELP        Description of the command in one line.
+    ARGUMENTS   List of argument(...).
     act(request)
-                runs it with the arguments' values as attributes; may raise InputError and Failure
+                Runs the command. The values of the arguments are attributes of `request`. May raise InputError and Failure.
 
 The program reads this table (src/commands/python.cpp), parses the words as for its own commands, prints their help and
 passes them on. An external command is such a module in a folder that LICHTENBERG_COMMANDS names.
@@ -40,10 +40,12 @@ RULES = {
 
 
 def argument(name, help, kind="text", **rules):
-    """`name`: "--out", or "FILE" of a positional argument. `kind`: flag, int, float, text; ints and texts are lists. `rules`:
-    default; required, positive, comma_separated, repeated, allowed, offered, excluded, value_optional, value_follows as in
-    ArgumentRule of src/commands/commands.hpp; result of a positional argument that names result files: a verb for the
-    message about a damaged one ("drawn"), which the program refuses. Throws InputError."""
+    """Returns the description of an argument of a command. Throws InputError if it is not valid.
+
+    `name`: "--out", or "FILE" of a positional argument. `kind`: flag, int, float, text; ints and texts are lists. `rules`:
+    default, required, positive, comma_separated, repeated, allowed, offered, excluded, value_optional and value_follows.
+    They are those of ArgumentRule in src/commands/commands.hpp. The rule result is for a positional argument that names
+    result files. Its value is a verb ("drawn") for the error message by which the program refuses a damaged file."""
     if kind not in KINDS:
         raise InputError(f"argument {name}: there is no kind {kind}; it is one of {', '.join(KINDS)}")
     if not isinstance(name, str) or not name.strip("-") or not isinstance(help, str):
@@ -59,7 +61,7 @@ def check_rule(name, kind, rule, value):
         raise InputError(f"argument {name}: there is no rule {rule}; the rules are {', '.join(RULES)}")
     kinds, types = RULES[rule]
     if kind not in kinds:
-        raise InputError(f"argument {name}: the rule {rule} is not for the kind {kind}, but for {', '.join(kinds)}")
+        raise InputError(f"argument {name}: the rule {rule} is for {', '.join(kinds)}, not for the kind {kind}")
     if not isinstance(value, types) or (types is list and not all(isinstance(each, str) for each in value)):
         wanted = {bool: "true or false", list: "a list of texts", str: "a text"}.get(types, "a value of the argument's kind")
         raise InputError(f"argument {name}: the rule {rule} must be {wanted}")

@@ -1,15 +1,16 @@
 """Formats of other programs for exported results: one module for each, named like the format.
 
-A module of a format has
+A module of a format defines:
 
-    ENDING          end of the default output's name, after that of the result: ".xyz", or "-vtk" for a folder
-    IS_FOLDER       whether the output is a folder
+    ENDING          End of the default output's name, after that of the result: ".xyz", or "-vtk" for a folder.
+    IS_FOLDER       True if the output is a folder.
     write(result, frames, out)
-                    writes the frames (ascending indices) of a Result to the file or the empty folder `out`
+                    Function. Writes the frames (ascending indices) of a Result to the file or the empty folder `out`.
     earlier_files(folder)
-                    of folders only: names of files there that an earlier export to the format wrote, as a set
+                    Function, only if the output is a folder. Returns the set of names of files in it that an earlier export to the
+                    format wrote.
 
-A format from outside is a module, or any object with these, that is added to `formats`.
+A format from outside is a module, or any object with these names, that is added to `formats`.
 """
 import importlib
 import pkgutil

@@ -13,8 +13,9 @@ LABEL = 10  # of the first sphere; sides have 1 to 6
 MOST = 12  # spheres that are meshed
 SLACK = 1e-3
 
-# The fields of each group at 1 and all else at 0, and of the sides at their potentials with all groups at 0; then integrals of
-# products of two gradients, over all and, with the normal, over each sphere.
+# The program solves one field for each group, with the group at potential 1 and all else at 0. It solves one more with the
+# sides at their potentials and all groups at 0. Then it integrates products of two gradients over the volume and, with the
+# normal, over each sphere.
 PROGRAM = """mesh3 Th = readmesh3("box.mesh");
 fespace Vh(Th, P2);
 real before = clock();

@@ -175,7 +175,7 @@ def set_scale(axes, logarithmic):
         axes.ticklabel_format(axis="y", scilimits=(-3, 4), useOffset=False)
         return
     axes.set_yscale("log")
-    if shown.max() < 30 * shown.min():  # with so few powers of ten, more ticks are needed
+    if shown.max() < 30 * shown.min():  # less than 1.5 powers of ten need more ticks
         axes.yaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
         axes.yaxis.set_major_formatter("{x:g}")
         axes.yaxis.set_minor_formatter("")

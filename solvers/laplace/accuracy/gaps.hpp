@@ -4,22 +4,23 @@
 
 namespace lichtenberg::laplace {
 
-/// Narrowest gap between bodies of different potential, which determines the error of a grid.
+/// Gap of a disk to a body or electrode of different potential that causes the largest error on a grid.
 struct NarrowGap {
-  double gap = 0;     ///< Gap (m), at most two radii: larger ones do not matter
-  double radius = 0;  ///< Radius (m) of the smaller disk
+  double gap = 0;     ///< Surface distance (m), from 0 to two radii: wider gaps do not matter
+  double radius = 0;  ///< Radius (m) of the disk, or of the smaller of two disks
 };
 
-/// Returns the narrowest gap of a problem with at least one disk; gaps between two bars do not count. Without disks,
-/// gap and radius are the length of the box.
+/// Finds the gap of a problem that determines the cut-cell method's error: the one with the smallest radius * gap^3.
+/// Gaps without a disk do not count. Without any disk, gap and radius are the longer side of the box.
 NarrowGap narrowest(const LaplaceProblem& problem);
 
-/// Returns a measure of the cut-cell method's error: (h/R)^(1/2) (h/gap)^(3/2) with h the cell edge, and (h/R)^(1/2) if
-/// the gap has less than a cell (docs/numerics/cut-cells.md).
+/// Computes an empirical measure of the cut-cell method's error, the difficulty. It is (h/R)^(1/2) (h/gap)^(3/2) with
+/// the cell edge h (`cell`, m) and the radius R, or (h/R)^(1/2) if the gap is narrower than a cell
+/// (docs/numerics/cut-cells.md).
 double difficulty(const NarrowGap& narrow_gap, double cell);
-/// Error of the method over the difficulty, within a factor of five either way.
+/// Typical relative error of the cut-cell method divided by the difficulty, correct within a factor of five.
 constexpr double likely_error = 0.04;
-/// Returns the cell edge (m) for a given difficulty.
+/// Computes the cell edge (m) at which a gap has the given difficulty: the inverse of difficulty().
 double cell_for(const NarrowGap& narrow_gap, double difficulty);
 
 }  // namespace lichtenberg::laplace

@@ -4,17 +4,19 @@
 
 namespace lichtenberg::laplace {
 
-/// Numbers of cells along the longer side of a box that the cut-cell method supports. Each of these numbers times 1/2,
-/// 7/16, 6/16, 5/16 or 1/4 is also supported. On all these grids the shorter side has an integer number of cells. Fine
-/// grids can be halved often enough for fast multigrid.
+/// Grids of a box for error estimates with the cut-cell method: the permitted numbers of square cells along the longer
+/// side. With n cells, a grid with n times 1/2, 7/16, 6/16, 5/16 or 1/4 cells is also possible. On all these grids the
+/// shorter side has a whole number of cells. Fine grids can be halved often enough for fast multigrid.
 class Grids {
  public:
-  /// Finds the grids of a box. Throws InputError if the ratio of its sides is no ratio of whole numbers up to 2048.
+  /// Finds the grids of a box of the given size (m). Throws InputError if the ratio of its sides is no ratio of whole
+  /// numbers up to 2048.
   explicit Grids(Vec2 size);
 
-  /// Returns the coarsest grid with at least this many cells.
+  /// Returns the number of cells along the longer side of the coarsest grid with at least `cells` there.
   int at_least(int cells) const;
-  /// Returns the finest grid with at most this many cells. Throws InputError if even the coarsest has more.
+  /// Returns the number of cells along the longer side of the finest grid with at most `cells` there. Throws InputError
+  /// if even the coarsest grid has more.
   int at_most(int cells) const;
 
  private:

@@ -7,34 +7,40 @@
 
 namespace lichtenberg::laplace {
 
-/// Upper bound of couplings on coarse grids. Single precision does not distinguish larger ones, and with this bound the
-/// elimination in double precision is accurate enough for a preconditioner.
+/// Upper bound of couplings (lumped conductances between groups, per permittivity) on the coarse grids of the
+/// preconditioner. Single precision does not distinguish larger ones. With this bound the elimination in double
+/// precision is accurate enough for a preconditioner. A group is a set of bodies with one potential.
 constexpr double largest_coarse_coupling = 1e9;
 
-/// Lower bound, in the cycle, of couplings to given potentials if only these ground the field. They may be arbitrarily
-/// weak, but a cycle in single precision needs a ground of sufficient strength.
+/// Lower bound, in the preconditioner, of couplings (lumped capacitances) to given potentials if only such couplings
+/// ground the field. They may be arbitrarily weak, but a V-cycle in single precision needs a ground of sufficient
+/// strength.
 constexpr double least_only_ground = 0.1;
+/// Returns the lower bound of couplings (lumped capacitances) to given potentials in the preconditioner: 0 if a
+/// conductor in the field has a given potential, otherwise `least_only_ground`.
 inline double least_in_cycle(const LaplaceProblem& problem) {
   return problem.has_fixed_conductor() ? 0.0 : least_only_ground;
 }
 
-/// Agglomerates: sets of groups that a coarse grid resolves or absorbs together. Their couplings are stronger than the
-/// links of small disks to the surrounding field; weaker couplings hardly matter compared with the field.
+/// Agglomerates: sets of groups that a coarse grid resolves together or treats as part of the medium together. A group
+/// is a set of bodies with one potential. Within a set, couplings (lumped capacitances) or gap conductances are
+/// stronger than the links of small disks to the surrounding field.
 struct Agglomerates {
-  /// First group of each group's set.
+  /// By group: the first group of its set, which names the set.
   std::vector<int> first_group;
   /// By a set's first group: whether a group of the set has a given potential or is coupled to the field's only ground.
   std::vector<char> is_grounded;
 };
 
-/// Minimum conductance of direct links between groups of one set. A gap that conducts four times as much as a face
-/// between two cells has no equivalent in a medium of small disks. With a smaller value, sets in dense systems extend
-/// over the box, and their disks remain subgrid conductors where a medium would suffice
-/// (docs/measurements/negative-results.md).
+/// Minimum conductance (per permittivity) of direct links between groups (bodies with one potential) of one set, where
+/// a face between two cells has 1. Four times this value has no equivalent in a medium of small disks. With a smaller
+/// value, sets in dense systems extend over the box. Their disks then remain subgrid conductors where a medium would
+/// suffice (docs/measurements/negative-results.md). A direct link is the conductance of a gap between two conductors.
 constexpr double least_joining = 4;
 
-/// Returns the sets connected by strong couplings and by those of the finest grid's direct links that exceed
-/// `least_joining`, which are links of conductors that nearly touch.
+/// Computes the sets of groups connected by strong couplings (lumped capacitances), or by direct links of more than
+/// `least_joining` (gaps of conductors that nearly touch). `direct_links`: conductances between conductors on the
+/// finest grid. A group is a set of bodies with one potential.
 Agglomerates find_agglomerates(const LaplaceProblem& problem, const std::vector<NetworkLink>& direct_links);
 
 }  // namespace lichtenberg::laplace

@@ -11,11 +11,11 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// Lower bound of distances (cells). The distance of a centre close to the surface is no measure of the distance of the
-/// cell's fluid.
+/// Lower bound of the distance from a cell's centre to a surface (cells). If the centre is close to the surface, this
+/// distance is no measure of the distance of the cell's fluid.
 constexpr double least_distance = 0.25;
 
-/// Open fraction below which a face is closed: the rounding error in single precision.
+/// Open fraction of a face below which the face is closed: the rounding error in single precision.
 constexpr float rounding = 1e-6f;
 
 /// Surface of a round body in units of cells.
@@ -23,14 +23,14 @@ struct Round {
   Disk circle;
   bool fluid_inside;
 
-  /// Range of cells of which the body may cover a part or a face.
+  /// Returns the range of cells of an nx x ny grid of which the body may cover a part or a face.
   CellRange around(int nx, int ny) const {
     if (fluid_inside) return {0, nx - 1, 0, ny - 1};
     const Vec2 low = circle.centre - Vec2{circle.radius + 1, circle.radius + 1};
     const Vec2 high = circle.centre + Vec2{circle.radius + 1, circle.radius + 1};
     return {cell_at(low.x, nx), cell_at(high.x, nx), cell_at(low.y, ny), cell_at(high.y, ny)};
   }
-  /// Length of the face from a to b that the body covers.
+  /// Returns the length of the face from a to b that the body covers (cells).
   double covers(Vec2 a, Vec2 b) const {
     const double inside = length_inside(circle, a, b);
     return fluid_inside ? 1.0 - inside : inside;
@@ -57,7 +57,7 @@ std::vector<Round> round_bodies(const LaplaceProblem& problem, double h) {
   return bodies;
 }
 
-/// Open fractions of all cells' faces.
+/// Open fractions of all cells' faces, the parts outside all bodies.
 class Faces {
  public:
   Faces(const std::vector<Round>& bodies, int nx, int ny)
@@ -72,7 +72,7 @@ class Faces {
       });
   }
 
-  /// From 0 to 1, in single precision as in the level.
+  /// Returns the open fraction of a face of cell (i, j), from 0 to 1, in single precision as in the Level.
   float& open(int i, int j, int side) {
     if (side == left || side == right) return upright_[j * (nx_ + 1) + i + (side == right)];
     return level_[(j + (side == top)) * nx_ + i];
@@ -92,7 +92,7 @@ class Faces {
   std::vector<float> upright_, level_;
 };
 
-/// A cell without an open face belongs to the body that its centre lies in, the first one where bodies overlap.
+/// Assigns cells without an open face to the body that their centre lies in, the first one where bodies overlap.
 void cover_cells(const std::vector<Round>& bodies, Faces& faces, Level& level) {
   const Layout& at = level.layout;
   std::fill(level.owner.begin(), level.owner.end(), CellOwner());
@@ -123,7 +123,8 @@ void link_cells(Faces& faces, Level& level) {
     }
 }
 
-/// Returns the row of each link.
+/// Computes the links between cells and bodies: surface length in the cell / distance of the cell's centre. Returns the
+/// row of each link.
 std::vector<int> link_bodies(const std::vector<Round>& bodies, Level& level) {
   std::vector<int> row;
   level.links.clear();

@@ -2,18 +2,19 @@
 
 // LinkFormula::aperture, the textbook cut-cell discretization, for comparison. Every cell that contains fluid has a
 // balance. Faces conduct in proportion to their open length. The surface in a cell contributes its length times the
-// normal derivative, approximated by (potential of the cell - potential of the body) / (distance of the cell's centre
-// to the surface). This is first-order, because the cell's potential is taken at its centre, wherever its fluid is.
-// Error of the capacitance of two disks at d/2R = 2: 3.4, 1.6, 0.76 % at R = 4, 8, 16 cells. The derivatives of these
-// conductances are meaningless, so that the force is the sum of the pressure eps/2 (dV/dn)^2 over the surface. Its
-// error is 5 to 10 % on any grid, because dV/dn has a relative error in every cell.
+// normal derivative. The latter is approximated by (potential of the cell - potential of the body) / d, with d the
+// distance of the cell's centre to the surface. This is first-order, because the cell's potential is taken at its
+// centre, wherever its fluid is. Error of the capacitance of two disks at d/2R = 2: 3.4, 1.6, 0.76 % at R = 4, 8, 16
+// cells. The derivatives of these conductances are meaningless, so that the force is the sum of the pressure eps/2
+// (dV/dn)^2 over the surface. Its error is 5 to 10 % on any grid, because dV/dn has a relative error in every cell.
 
 #include "solvers/laplace/cutcell/level.hpp"
 
 namespace lichtenberg::laplace {
 
-/// Discretizes the problem on the level; only cells without any fluid are covered. Throws InputError for a body that is
-/// not round.
+/// Discretizes the problem on one grid by textbook cut cells with open fractions of faces (apertures). Sets cell
+/// owners, diagonals, face conductances and links of `level`. Only cells without any fluid are covered. Throws
+/// InputError for a body that is not round.
 void build_by_apertures(const LaplaceProblem& problem, Level& level);
 
 }  // namespace lichtenberg::laplace

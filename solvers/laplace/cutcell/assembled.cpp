@@ -80,7 +80,8 @@ std::vector<double> AssembledSystem::by_unknown(const std::vector<double>& x) co
   return result;
 }
 
-/// Returns the null space of the matrix: the same potential everywhere and zero differences.
+/// Returns the null space of the matrix: the same potential everywhere, which is zero for unknowns that are
+/// differences.
 MatNullSpace AssembledSystem::constant_potential() const {
   MatNullSpace space = nullptr;
   if (numbering_.differences.empty()) {
@@ -98,7 +99,7 @@ MatNullSpace AssembledSystem::constant_potential() const {
   return space;
 }
 
-/// Copies each process's rows.
+/// Copies the matrix rows that this process owns from a vector by unknown to a PETSc vector.
 void AssembledSystem::scatter(const std::vector<double>& by_unknown, ::Vec to) const {
   PetscInt begin = 0, end = 0;
   parallel::check_petsc(VecGetOwnershipRange(to, &begin, &end));
@@ -108,7 +109,7 @@ void AssembledSystem::scatter(const std::vector<double>& by_unknown, ::Vec to) c
   parallel::check_petsc(VecRestoreArrayWrite(to, &value));
 }
 
-/// Copies all rows to each process.
+/// Copies all rows of a PETSc vector to each process, as potentials in the operator's layout.
 void AssembledSystem::gather(::Vec from, std::vector<double>& to) const {
   VecScatter all_of = nullptr;
   ::Vec all = nullptr;

@@ -7,10 +7,10 @@
 
 namespace lichtenberg::laplace {
 
-/// The system as an AIJ matrix, for any PETSc preconditioner (option -field_pc_type; default GAMG). With several
-/// processes, each has the whole geometry, a part of the matrix rows, and the whole solution: build and solve are
-/// collective over PETSC_COMM_WORLD. On a CUDA device the matrix has PETSc's type aijcusparse. The options
-/// -field_mat_type and -field_vec_type set other types.
+/// The cut-cell system as a sparse PETSc matrix (type AIJ), for any PETSc preconditioner (option -field_pc_type;
+/// default GAMG). With several MPI processes, each has the whole geometry, a part of the matrix rows, and the whole
+/// solution. build() and solve() are collective over PETSC_COMM_WORLD. On a CUDA device the matrix type is aijcusparse.
+/// The options -field_mat_type and -field_vec_type set other types.
 class AssembledSystem : public LinearSystem {
  public:
   AssembledSystem(LinkFormula links, double tolerance, CutCellOptions::Device device = CutCellOptions::Device::cpu);
@@ -19,8 +19,9 @@ class AssembledSystem : public LinearSystem {
   void solve(std::vector<double>& b, std::vector<double>& x, std::vector<double>& residual,
              const StopCriterion& criterion, LaplaceSolution& solution) override;
 
-  /// Parts of build() after the discretization.
+  /// Assembles the matrix of the discretized grid `level` and makes PETSc's vectors. Part of build().
   void assemble_matrix(const LaplaceProblem& problem, const Level& level);
+  /// Makes the Krylov method, sets up its preconditioner and, without any ground, the null space. Part of build().
   void set_up_preconditioner(const LaplaceProblem& problem);
 
  private:

@@ -13,49 +13,53 @@ namespace lichtenberg::laplace {
 /// evaluation and reduce the guess's error in the energy norm to an eighth.
 constexpr int edge_sweeps = 4;
 
-/// Solver behind CutCellSolver, on the CPU or on a device: the sequence of a solve, and the state that both have in
-/// common. The caller has checked the problem and eliminated nodes of circuits.
+/// Implementation of CutCellSolver on the CPU or on a device: the sequence of steps of a solve, and the state that both
+/// have in common. The caller has checked the problem and eliminated circuit nodes (groups without bodies).
 class CutCellBackend : public LaplaceSolver {
  public:
   explicit CutCellBackend(const CutCellOptions& options) : options_(options) {}
+  /// Solves the problem: discretization, initial guess, iterations, results. If a step throws, the history of solutions
+  /// is cleared and the exception passes.
   LaplaceSolution solve(const LaplaceProblem& problem) override;
-  /// Throws Failure before the first solve.
+  /// Returns the potential of the last solve at the cell centres. Throws Failure before the first solve.
   Field field() const override;
   void forget() override { clear_history(); }
   const CutCellOptions& options() const { return options_; }
   void set_tolerance(double tolerance) { options_.tolerance = tolerance; }
-  /// Implements CutCellSolver::follow. The solver follows no other one if `coarser` is a backend of another kind.
+  /// Makes later initial guesses follow the solution of a solver on a coarser grid (CutCellSolver::follow). Nothing is
+  /// followed if `coarser` is a backend of another kind.
   virtual void follow(const CutCellBackend& coarser) = 0;
 
  protected:
-  // Steps of a solve; the first one only for a new box.
-  /// Makes the grids, of which finest_ is the size of the finest.
+  /// Makes the grids for a new box; `finest_` is the size of the finest. First step of a solve.
   virtual void make_grids(const LaplaceProblem& problem) = 0;
-  /// Sets up the grids, the operator and the preconditioner.
+  /// Computes the links (conductances between cells and conductors), the operator and the preconditioner for the
+  /// problem's geometry.
   virtual void discretize(const LaplaceProblem& problem) = 0;
-  /// Sets the right-hand side and the initial guess of the potentials.
+  /// Computes the right-hand side and the initial guess of the potentials.
   virtual void begin(const LaplaceProblem& problem, LaplaceSolution& solution) = 0;
-  /// Solves the system and corrects the potentials until charges are exact.
+  /// Solves the linear system and corrects the potentials until the charges are exact to rounding.
   virtual void iterate(LaplaceSolution& solution) = 0;
   /// Returns true if all arrays were large enough. If not, the steps from discretize() on are repeated with larger
-  /// ones.
+  /// arrays.
   virtual bool is_complete() const { return true; }
-  /// Evaluates the results and adds the potentials to the history. Sets `unknowns` to the number of fluid cells.
+  /// Computes charges, forces and energy, and adds the potentials to the history. Sets `solution.unknowns` to the
+  /// number of fluid cells (cells whose centres lie outside all bodies).
   virtual void finish(const LaplaceProblem& problem, LaplaceSolution& solution) = 0;
 
   virtual bool has_history() const = 0;
   virtual void clear_history() = 0;
   virtual Field last_field() const = 0;
 
-  /// Returns the field on the grid `at` with cells of edge h (m). `cell`: potentials by Layout slot, in units of
-  /// `unit_`; `owner`: by slot.
+  /// Converts potentials to a Field (by row, in V) on the grid `at` with cells of size h (m). `cell`: potentials by
+  /// slot (memory index of a cell), in units of `unit_` (V); `owner`: body that covers each cell, or fluid, by slot.
   Field field_on(const Layout& at, double h, const double* cell, const CellOwner* owner) const;
-  /// Wall time since the begin of the solve (s).
+  /// Returns the wall time since the start of the solve (s).
   double seconds() const;
 
   CutCellOptions options_;
   GridSize finest_{};
-  /// Unit of all potentials of the system and the history (V).
+  /// Unit of all potentials in the system and in the history (V).
   double unit_ = 1;
 
  private:

@@ -3,11 +3,11 @@
 
 namespace lichtenberg::laplace {
 
-/// The unknowns are a shift of each group and one common shift, the level. A level of 1 shifts a group by 1 - response
-/// only, where `response` stems from its links to given potentials. The sum of the cells' equations determines the
-/// level. The sum of all equations would contain the flux through couplings and its rounding error, which may exceed
-/// all flux to the field. `response` is a sum of positive terms and therefore accurate also for a sole fixed group
-/// coupled by 1e-12.
+/// Solves a small system for a shift of each group and one common shift of all potentials, the level. A level of 1
+/// shifts a group by 1 - response only, where `response` stems from its links to given potentials. The sum of the
+/// cells' equations determines the level. The sum of all equations would contain the flux through couplings and its
+/// rounding error, which may exceed all flux to the field. `response` is a sum of positive terms and therefore accurate
+/// also for a single fixed group coupled by 1e-12.
 void CutCellOperator::balance(const LaplaceProblem& problem, double scale, const double* b, double* x) const {
   double* x_group = x + cells_;
   std::vector<double> to_cells(groups_, 0.0), from_cells(groups_, 0.0), shift(groups_, 0.0);
@@ -32,7 +32,8 @@ void CutCellOperator::balance(const LaplaceProblem& problem, double scale, const
     if (group_diagonal_[g] > 0) x_group[g] += shift[g] + level * (1 - response[g]);
 }
 
-/// Replaces the flux into each group by the group's potential, at constant potentials of the cells.
+/// Solves the groups' equations for constant potentials of the cells: replaces the flux into each group (bodies with
+/// one potential) by the group's potential.
 void CutCellOperator::solve_groups(double* flow) const {
   if (are_linked()) return group_factors_.solve(flow);
   for (std::size_t g = 0; g < groups_; ++g) flow[g] = group_diagonal_[g] > 0 ? flow[g] / group_diagonal_[g] : 0.0;

@@ -8,17 +8,18 @@
 
 namespace lichtenberg::laplace {
 
-/// A problem with its bodies sorted by the grid row of their centre (of a bar: its first end). Loops over bodies then
-/// access cells that are close in memory, and each thread has approximately the same rows in loops over bodies and
-/// cells.
+/// Problem with its bodies sorted by the grid row of their centres (of a bar: of its first end). Loops over bodies then
+/// access cells that are close in memory. Each thread also works on approximately the same rows in loops over bodies
+/// and cells.
 class BodyOrder {
  public:
-  /// Sorts by `rows` rows of equal height; within a row the bodies keep the problem's order.
+  /// Sorts the bodies by `rows` rows of equal height over the box. Within a row the bodies keep the problem's order.
   void sort(const LaplaceProblem& problem, int rows);
+  /// Returns the problem with sorted bodies.
   const LaplaceProblem& sorted() const { return sorted_; }
-  /// Returns the index in the problem of a body of the sorted problem.
+  /// Returns the index in the original problem of a body of the sorted problem.
   int index(int body) const { return index_[body]; }
-  /// Reorders values by body from the sorted problem's order to the problem's.
+  /// Reorders values by body from the sorted order to the original problem's order.
   template <class Value>
   void restore(std::vector<Value>& value) const {
     std::vector<Value> restored(value.size());

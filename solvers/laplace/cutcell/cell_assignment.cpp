@@ -26,8 +26,9 @@ void CellAssignment::assign(const GridBodies& bodies, Level& level, parallel::Te
   assign_small_disks(bodies, level);
 }
 
-/// Divides large bodies by rows and joins small ones. A single thread gets one part. (All subgrid conductors of a group
-/// belong to the part of its first; they take a small share of the set-up.)
+/// Divides large bodies into pieces of 64 rows, and joins pieces to parts of at least 4096 cells. A single thread gets
+/// one part. All subgrid conductors of a group belong to the part of the first of them; they take a small share of the
+/// set-up.
 void CellAssignment::divide(const GridBodies& bodies, const Layout& layout, int threads) {
   constexpr int rows_a_piece = 64;
   const long cells_a_part = threads == 1 ? std::numeric_limits<long>::max() : 4096;
@@ -52,15 +53,15 @@ void CellAssignment::divide(const GridBodies& bodies, const Layout& layout, int 
   columns_.resize(rows);
 }
 
-/// Assigns the cells whose centres the piece's body covers, except those of bodies before it. `is_alone`: no other
-/// thread assigns cells at the same time.
+/// Assigns the cells whose centres the piece's body covers, except those that bodies before it cover. `is_alone`: no
+/// other thread assigns cells at the same time.
 void CellAssignment::claim(const BodyPiece& piece, const Outline& outline, bool is_alone, Level& level) {
   const bool convex = outline.kind == Outline::Kind::disk;
   for (int j = piece.range.from_j; j <= piece.range.to_j; ++j) {
     auto& [from, to] = columns_[piece.first_row + j - piece.range.from_j];
     from = piece.range.from_i, to = piece.range.to_i;
-    // Between its first and its last covered cell a disk's row is covered completely in spite of rounding, because the
-    // rounded square increases with its argument.
+    // Between its first and its last covered cell a disk's row is covered completely. Rounding does not change this,
+    // because the rounded square increases with its argument.
     while (convex && from <= to && !covers(outline, from, j)) ++from;
     while (convex && from <= to && !covers(outline, to, j)) --to;
     for (int i = from; i <= to; ++i) {
@@ -98,9 +99,9 @@ bool has_cell(int body, const Outline& outline, const Level& level) {
 
 }  // namespace
 
-/// A conductor has a cell on every grid that resolves it. After all others, a disk that covers no cell centre gets the
-/// cell that contains its centre. The log-fitted link remains correct, because it depends on the radius of the disk. If
-/// that cell has an owner, the disk is linked to the owner.
+/// Assigns a cell to each resolved disk that covers no cell centre: the cell that contains the disk's centre. The
+/// log-fitted link remains correct, because it depends on the radius of the disk. If the cell has an owner, the disk is
+/// linked to it.
 void CellAssignment::assign_small_disks(const GridBodies& bodies, Level& level) {
   shared_cells_.clear();
   for (int body = 0; body < static_cast<int>(bodies.outlines.size()); ++body) {
@@ -117,7 +118,7 @@ void CellAssignment::assign_small_disks(const GridBodies& bodies, Level& level) 
   }
 }
 
-/// Makes the columns of the body's pieces contain the cell.
+/// Extends the columns of the body's pieces so that they contain the cell.
 void CellAssignment::extend_columns(int body, CellIndex cell) {
   const auto first_piece = std::ranges::lower_bound(pieces_, body, {}, &BodyPiece::body);
   const auto piece =

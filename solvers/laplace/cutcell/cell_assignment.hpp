@@ -9,42 +9,48 @@
 
 namespace lichtenberg::laplace {
 
-/// Range of columns in a row, both ends included; empty if `to` is less than `from`.
+/// Range of columns in a row of cells, both ends included; empty if `to` is less than `from`.
 struct Columns {
   int from = 0, to = -1;
 };
 
-/// Rows of the cells that a body may cover: the unit of work of a grid's set-up.
+/// Rows of the cells that a body may cover, at most 64 of them: unit of work when a grid is set up.
 struct BodyPiece {
   int body;
   CellRange range;
-  /// Index of its first row among the rows of all pieces.
+  /// Number of rows in all pieces before this one; the index of its first row in CellAssignment's list of columns.
   int first_row;
 };
 
-/// Disk that covers no cell centre and whose centre lies in a cell of another body.
+/// Disk `body` that covers no cell centre and whose own centre lies in a cell that another body, `owner`, covers.
 struct SharedCell {
   int body, owner;
 };
 
-/// Assigns a grid's cells to the bodies that cover them. Keeps the division of bodies into pieces, and of pieces into
-/// parts of approximately equal work, for the computation of the links.
+/// Assignment of a grid's cells to the bodies that cover their centres. Large bodies are divided into pieces (ranges of
+/// rows). Consecutive pieces form parts of approximately equal work, which are the tasks of parallel loops over bodies.
 class CellAssignment {
  public:
-  /// Sets `level.owner`. If several bodies cover a cell's centre, the first in the problem's order gets the cell.
+  /// Computes the owner of each cell, `level.owner`. If several bodies cover a cell's centre, the first in the
+  /// problem's order gets the cell. A disk that covers no cell centre gets the cell that contains the disk's centre, if
+  /// that is fluid.
   void assign(const GridBodies& bodies, Level& level, parallel::Team& team);
 
+  /// Returns the number of parts. A part is a task of parallel loops: consecutive pieces (ranges of rows of a body)
+  /// with a certain amount of work.
   int parts() const { return static_cast<int>(part_start_.size()) - 1; }
-  /// Pieces in the order of the bodies; a part's pieces are consecutive.
+  /// Returns all pieces (ranges of rows of a body), in the order of the bodies. The pieces of a part are consecutive.
   std::span<const BodyPiece> pieces() const { return pieces_; }
+  /// Returns the pieces (ranges of rows of a body) of one part, a task of parallel loops over bodies.
   std::span<const BodyPiece> pieces(int part) const {
     return pieces().subspan(part_start_[part], part_start_[part + 1] - part_start_[part]);
   }
-  /// Columns of row j that contain all the cells of the piece's body; empty for rows outside the piece.
+  /// Returns a range of columns in row j that contains all cells of the piece's body; empty for rows outside the piece.
   Columns columns(const BodyPiece& piece, int j) const {
     if (j < piece.range.from_j || j > piece.range.to_j) return {};
     return columns_[piece.first_row + j - piece.range.from_j];
   }
+  /// Returns the disks that cover no cell centre and whose centre lies in a cell that another body covers.
   std::span<const SharedCell> shared_cells() const { return shared_cells_; }
 
  private:

@@ -6,22 +6,26 @@
 
 namespace lichtenberg::laplace {
 
-/// Owner of a cell: the body that covers the cell's centre, or the fluid. On a device, fluid cells with links are
-/// numbered (boundary cells), and this class stores the number. The code is a single integer, -1 for fluid. Memory
-/// filled with one bits is thus fluid, and an atomic minimum assigns a cell to the first body (device/grid.hpp).
+/// Owner of a grid cell: the body (conductor) that covers the cell's centre, or the fluid between the bodies. One
+/// integer stores it: the index of a body, or -1 for fluid. The device solver also numbers its boundary cells, the
+/// fluid cells next to a conductor; -2 - k means boundary cell k. Memory filled with one bits means fluid. An atomic
+/// minimum over unsigned integers gives a cell to the first of several bodies (device/grid.hpp).
 class CellOwner {
  public:
-  /// Fluid.
+  /// Makes the owner of a fluid cell without a number.
   CellOwner() = default;
+  /// Returns the owner of a cell that the body with index `body` covers.
   LICHTENBERG_HOST_DEVICE static constexpr CellOwner by(int body) { return CellOwner(body); }
+  /// Returns the owner of a boundary cell: a fluid cell next to a conductor, with its index `number`.
   LICHTENBERG_HOST_DEVICE static constexpr CellOwner boundary_cell(int number) { return CellOwner(-2 - number); }
 
+  /// Returns true for a fluid cell, numbered or not.
   LICHTENBERG_HOST_DEVICE constexpr bool is_fluid() const { return code_ < 0; }
   LICHTENBERG_HOST_DEVICE constexpr bool is_boundary_cell() const { return code_ <= -2; }
   LICHTENBERG_HOST_DEVICE constexpr bool is(int body) const { return code_ == body; }
-  /// Returns the index of the body; requires a covered cell.
+  /// Returns the index of the body that covers the cell. The cell must not be fluid.
   LICHTENBERG_HOST_DEVICE constexpr int body() const { return code_; }
-  /// Requires a boundary cell.
+  /// Returns the index of a boundary cell (a fluid cell next to a conductor). The cell must be one.
   LICHTENBERG_HOST_DEVICE constexpr int boundary_number() const { return -2 - code_; }
 
  private:

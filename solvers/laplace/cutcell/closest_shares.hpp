@@ -6,11 +6,11 @@
 
 namespace lichtenberg::laplace {
 
-/// Number of past solutions in the history.
+/// Number of past solutions stored for the initial guess of the next solve.
 constexpr int history_length = 3;
 
-/// Products of basis vectors: their Gram matrix in the energy product (lower triangle), and the products with the
-/// right-hand side.
+/// Scalar products of the basis vectors v_p of an initial guess. `gram` [p][q]: v_p' A v_q with the system matrix A,
+/// lower triangle; `rhs` [p]: v_p' b with the right-hand side b.
 struct GuessProducts {
   double gram[history_length][history_length] = {}, rhs[history_length] = {};
   LICHTENBERG_HOST_DEVICE GuessProducts& operator+=(const GuessProducts& other) {
@@ -22,14 +22,14 @@ struct GuessProducts {
   }
 };
 
-/// Coefficients of a linear combination of basis vectors.
+/// Coefficients of a linear combination of basis vectors (past solutions), for the initial guess.
 struct Shares {
   double of[history_length];
 };
 
-/// Returns the combination of m basis vectors closest to the solution in the energy norm. Cholesky elimination of the
-/// Gram matrix, scaled to unit diagonal, with the largest pivot first. Vectors that are linearly dependent within 1e-10
-/// get the coefficient 0.
+/// Computes the linear combination of m basis vectors that is closest to the solution in the energy norm (Galerkin
+/// projection). It solves gram * shares = rhs by Cholesky elimination, scaled to unit diagonal, with the largest pivot
+/// first. Vectors that are linearly dependent within 1e-10 get the coefficient 0.
 LICHTENBERG_HOST_DEVICE inline Shares closest_shares(const GuessProducts& products, int m) {
   constexpr double dependent = 1e-10;
   double a[history_length][history_length], b[history_length], unit[history_length];

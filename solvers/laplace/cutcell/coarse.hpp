@@ -10,7 +10,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Sparse Cholesky factorization (CHOLMOD) of the coarsest grid's system of fluid cells and floating groups.
+/// Sparse direct solver (Cholesky factorization, CHOLMOD) of the coarsest multigrid grid. The unknowns are the
+/// potentials of fluid cells and of floating groups (bodies with one unknown potential).
 class CoarseSolver {
  public:
   CoarseSolver();
@@ -18,12 +19,14 @@ class CoarseSolver {
   CoarseSolver(const CoarseSolver&) = delete;
   CoarseSolver& operator=(const CoarseSolver&) = delete;
 
-  /// Factorizes a matrix, given by its upper triangle by columns. Throws Failure if it is not positive definite within
-  /// rounding.
+  /// Factorizes a symmetric matrix, given by its upper triangle by columns. Throws Failure if it is not positive
+  /// definite within rounding. Without unknowns it does nothing.
   void factorize(SparseSystem system);
+  /// Assembles and factorizes the system of the coarsest grid `level`. Throws Failure if it is singular.
   void factorize(const LaplaceProblem& problem, const Level& level);
-  /// Solves the system for the right-hand sides f (of cells) and charge (of groups). Writes the solution to v (by
-  /// Layout slot) and phi (by group). Entries of fixed groups and covered cells are not changed.
+  /// Solves the system for the right-hand sides f (of cells, by slot) and `charge` (by group). Writes the potentials to
+  /// v (by slot, the memory index) and phi (by group). Entries of covered cells (inside conductors) and of groups of
+  /// given potential are not changed. A group is a set of bodies with one potential.
   void solve(const float* f, const float* charge, float* v, float* phi);
 
  private:

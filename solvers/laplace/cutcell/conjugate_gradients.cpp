@@ -9,7 +9,7 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// Vectors and steps of a solve: three passes over memory per iteration.
+/// Vectors and steps of conjugate gradients for one solve, with three passes over memory per iteration.
 class Iteration {
  public:
   Iteration(MatrixFreeContext& context, double* x)
@@ -27,7 +27,7 @@ class Iteration {
     row_product_.resize(layout_.ny);
   }
 
-  /// Starts with the residual of x in r, or from x = 0 (`from_zero`).
+  /// Starts the iterations with the residual of x in r, or with r = b and x = 0 (`from_zero`).
   void start(const double* b, bool from_zero) {
     for_each_row(op_.team(), layout_, [&](int j) {
       if (from_zero) in_row(j, [&](std::ptrdiff_t k) { r_[k] = b[k]; });

@@ -7,7 +7,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Operator and preconditioner (Shell) and the vectors of the method below.
+/// Operator, preconditioner and work vectors of conjugate gradients without a matrix; the context of PETSc's shell
+/// objects (Shell).
 struct MatrixFreeContext {
   CutCellOperator* op = nullptr;
   Multigrid* multigrid = nullptr;
@@ -15,19 +16,23 @@ struct MatrixFreeContext {
   double applications = 0;      ///< number of operator evaluations
   std::vector<double> r, p, q;  ///< residual (before the solve: of the initial guess), direction, A p
 
+  /// Computes y = A x and counts the evaluation.
   void multiply(const double* x, double* y) {
     op->apply(x, y);
     ++applications;
   }
+  /// Applies the preconditioner to `from`: one multigrid V-cycle. The result is z.
   void precondition(const double* from, double* z) { multigrid->apply(from, z); }
 };
 
-/// KSP type: conjugate gradients as KSPCG with the natural norm. Updates and products of vectors are computed row by
-/// row together with the operator and the V-cycle, on all threads of the operator's team. The type accesses x and b in
-/// place, and needs the multigrid as PCSHELL with a MatrixFreeContext.
+/// Name of a PETSc KSP type: conjugate gradients that compute the same as KSPCG with the natural norm. Updates and
+/// products of vectors are computed row by row together with the operator and the V-cycle, on all threads of the
+/// operator's team. The type accesses x and b in place. Its preconditioner must be the multigrid, a PCSHELL with a
+/// MatrixFreeContext.
 inline constexpr const char* fused_cg = "cutcell";
 
-/// Registers the type `fused_cg` with PETSc, which must be running. Throws Failure if PETSc reports an error.
+/// Registers the conjugate gradients `fused_cg` with PETSc, which must be running. Throws Failure if PETSc reports an
+/// error.
 void register_fused_cg();
 
 }  // namespace lichtenberg::laplace

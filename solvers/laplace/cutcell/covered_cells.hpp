@@ -8,9 +8,12 @@
 
 namespace lichtenberg::laplace {
 
-/// A grid's covered cells by body, for the transfer between the cells' values and those of the bodies' groups.
+/// Covered cells of one grid (cells whose centres lie in a conductor), by body. It transfers values between these cells
+/// and the groups (bodies with one potential).
 class CoveredCells {
  public:
+  /// Copies the list of covered cells (inside conductors) of `level` and the group (bodies with one potential) of each
+  /// body.
   void build(const LaplaceProblem& problem, const Level& level) {
     cell_.assign(level.covered.begin(), level.covered.end());
     start_ = level.covered_start;
@@ -18,7 +21,8 @@ class CoveredCells {
     for (const Body& body : problem.bodies) group_.push_back(body.group);
   }
 
-  /// Sets each covered cell in v to its group's potential. The team divides the bodies into `chunks`.
+  /// Sets each covered cell (inside a conductor) in v (by slot, the memory index) to the potential of its group (bodies
+  /// with one potential). `potential` [groups]. The thread team divides the bodies into `chunks` tasks.
   void fill(const std::vector<float>& potential, parallel::Team& team, int chunks, std::vector<float>& v) const {
     const int bodies = static_cast<int>(group_.size());
     team.for_each(chunks, [&](int chunk) {
@@ -27,7 +31,8 @@ class CoveredCells {
     });
   }
 
-  /// Adds the values of covered cells in f to their groups.
+  /// Adds the values of covered cells (inside conductors) in f (by slot, the memory index) to their groups (bodies with
+  /// one potential) in `group_value` [groups].
   void add_to_groups(const std::vector<float>& f, std::vector<float>& group_value) const {
     const int bodies = static_cast<int>(group_.size());
     for (int body = 0; body < bodies; ++body) {

@@ -7,14 +7,16 @@
 
 namespace lichtenberg::laplace {
 
-/// Fluid cells of the finest grid that have links to conductors, including conductors of given potential, whose links
-/// are not in the lists.
+/// Fluid cells of the finest grid next to conductors, for local relaxation of the initial guess. They are the cells
+/// with links (conductances to conductors), also those with links to conductors of given potential only.
 class EdgeCells {
  public:
-  /// Lists the cells at conductors. `links`: the level's lists.
+  /// Lists the fluid cells with links to conductors, by row and colour. `links`: the same grid's links to floating
+  /// groups (bodies with one unknown potential).
   void build(const Level& level, const LinkLists<double>& links, parallel::Team& team);
-  /// Calls effect(cell, first, end, 1 / diagonal) for the cells of a colour in row j. The cell's links to floating
-  /// groups have the indices from `first` to `end` - 1 in the lists.
+  /// Calls effect(cell, first, end, 1 / diagonal) for the listed cells of a colour (0: red, 1: black) in row j. `cell`:
+  /// memory index. The cell's links to floating groups (bodies with one unknown potential) have the indices `first` to
+  /// `end` - 1 in LinkLists.
   template <class Effect>
   void for_each(int colour, int j, const Effect& effect) const {
     const auto& [start, black, end, first_link] = rows_[j];
@@ -24,6 +26,7 @@ class EdgeCells {
       link = cells_[k].links_end;
     }
   }
+  /// Returns the number of listed cells.
   std::size_t size() const { return size_; }
 
  private:
@@ -32,7 +35,8 @@ class EdgeCells {
     int links_end;
     double inverse_diagonal;
   };
-  /// Indices in cells_: a row's first cell, its first black cell, and the end. Also the row's first link.
+  /// Indices of a row's cells in cells_: its first cell, its first black cell, and its end. `first_link`: index of the
+  /// row's first link (conductance to a conductor) in LinkLists.
   struct Row {
     int start, black, end, first_link;
   };

@@ -25,7 +25,7 @@ void EliminatedCells::append(const EliminatedCells& more) {
 
 namespace {
 
-/// Adds a fluid cell of row j with all its links.
+/// Adds a fluid cell of row j with all its links to `found`, unless none leads to a floating group.
 void add_cell(const LaplaceProblem& problem, const Level& level, int j, std::span<const RowLink> cell_links,
               EliminatedCells& found) {
   const int first = static_cast<int>(found.links.size());
@@ -46,7 +46,7 @@ void add_cell(const LaplaceProblem& problem, const Level& level, int j, std::spa
   found.start.push_back(static_cast<int>(found.links.size()));
 }
 
-/// Adds the cells of row j.
+/// Adds the cells of row j that have a link of large conductance to `found`.
 void add_row(const LaplaceProblem& problem, const GridBodies& bodies, const Level& level, int j,
              EliminatedCells& found) {
   const std::span<const RowLink> all(level.row_links);

@@ -12,17 +12,22 @@ namespace lichtenberg::laplace {
 struct GridBodies;
 struct Level;
 
-/// Near-surface cells: fluid cells dominated by links to conductors, in gaps below a cell or with a centre close to a
-/// surface. The cycle eliminates them (Kron reduction). If such a cell and the groups were
-/// relaxed alternately, a sweep would leave c / d of their common error (c: conductance to a group; d: the cell's sum).
-/// Elimination changes a group's conductance from c to c - c^2 / d, and adds c_a c_b / d between two groups.
+/// Near-surface cells that the V-cycle eliminates (Kron reduction): fluid cells dominated by links to conductors. They
+/// lie in gaps below a cell, or their centre is close to a surface. If such a cell and the groups were relaxed
+/// alternately, a sweep would leave c / d of their common error. Here c is the conductance to a group (bodies with one
+/// potential), d the sum of the cell's conductances. Elimination changes a group's conductance from c to c - c^2 / d,
+/// and adds c_a c_b / d between two groups.
 struct EliminatedCells {
-  /// Minimum link conductance for the elimination of a cell; a face between two cells has 1
+  /// Minimum conductance of a link (per permittivity) for the elimination of its cell. A face between two cells has 1
   /// (docs/numerics/multigrid.md).
   static constexpr double least_conductance = 8;
-  /// Schur complement of a cell: conductance of a group to the rest, and between two groups. `all`: sum of the cell's
-  /// conductances.
+  /// Computes the Schur complement's diagonal term of an eliminated cell (dominated by a conductor), c - c^2 / all. It
+  /// is the conductance of a group (bodies with one potential) to the rest after the elimination. `c`: conductance of
+  /// the group's link; `all`: sum of the cell's conductances.
   LICHTENBERG_HOST_DEVICE static constexpr double schur_diagonal(double c, double all) { return c * (all - c) / all; }
+  /// Computes the conductance a b / all that the elimination of a cell adds between two groups (Schur complement). `a`,
+  /// `b`: conductances of their links to the cell; `all`: sum of the cell's conductances. A group is a set of bodies
+  /// with one potential.
   LICHTENBERG_HOST_DEVICE static constexpr double schur_offdiagonal(double a, double b, double all) {
     return a * b / all;
   }
@@ -30,26 +35,29 @@ struct EliminatedCells {
   struct Cell {
     std::ptrdiff_t slot;
     int row;
-    /// Sum of the cell's conductances.
+    /// Sum of the conductances of all the cell's faces and links.
     double diagonal;
   };
   struct Link {
     int body, group;
     double conductance;
   };
-  /// By row.
+  /// Eliminated cells, sorted by row.
   std::vector<Cell> cells;
-  /// [cells + 1] a cell's first in `links`.
+  /// [cells + 1] index of each cell's first link in `links`.
   std::vector<int> start;
-  /// Links to floating groups; links of a cell to one group are joined.
+  /// Links of the cells to floating groups (unknown potential). Links of a cell to one group are added up.
   std::vector<Link> links;
-  /// Indices in Level::links of all these links.
+  /// Indices in Level::links of all links that `links` contains.
   std::vector<int> link_of_level;
 
+  /// Removes all cells.
   void clear();
-  /// Appends the cells of another list.
+  /// Appends the cells of another list and their links (conductances to conductors).
   void append(const EliminatedCells& more);
-  /// Calls effect(link, link, conductance) for each pair of groups with links to the same cell.
+  /// Calls effect(link_a, link_b, conductance) for each pair of groups (bodies with one potential) with links to the
+  /// same eliminated cell (dominated by a conductor). `conductance`: the value that the elimination adds between the
+  /// two groups.
   template <class Effect>
   void for_each_pair(const Effect& effect) const {
     for (std::size_t k = 0; k < cells.size(); ++k)
@@ -59,7 +67,9 @@ struct EliminatedCells {
   }
 };
 
-/// Sets `level.eliminated` from its links to resolved bodies and its diagonal.
+/// Finds the near-surface cells that the V-cycle eliminates, and stores them in `level.eliminated`. They are fluid
+/// cells with a link of at least `least_conductance` to a resolved body and with a link to a floating group. A floating
+/// group is a set of bodies with one unknown potential.
 void find_eliminated_cells(const LaplaceProblem& problem, const GridBodies& bodies, Level& level, parallel::Team& team);
 
 }  // namespace lichtenberg::laplace

@@ -18,8 +18,8 @@ struct Change {
   const double* row(int j) const { return &value[(j + 1) * (nx + 2) + 1]; }
 };
 
-/// Returns the change in units of `scale` (V). It is even about an insulating side, and odd about an electrode, whose
-/// potential does not change.
+/// Computes the change of the potentials from `before` to `now`, in units of `scale` (V). It is even about an
+/// insulating side and odd about an electrode, whose potential does not change.
 Change change_between(const Potentials& before, const Potentials& now, const LaplaceProblem& problem, double scale) {
   Change change{now.nx, now.ny, std::vector<double>((now.nx + 2) * (now.ny + 2))};
   const std::array<bool, 4> electrode = electrodes(problem);

@@ -9,8 +9,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Registers solve(KSP) under `name` as a method that computes the natural norm. Throws Failure if PETSc reports an
-/// error.
+/// Registers the function solve(KSP) with PETSc as a Krylov method `name` that computes the natural norm sqrt(r' M r).
+/// Throws Failure if PETSc reports an error.
 template <PetscErrorCode (*solve)(KSP)>
 void register_natural_method(const char* name) {
   parallel::check_petsc(KSPRegister(name, [](KSP ksp) -> PetscErrorCode {
@@ -24,7 +24,8 @@ void register_natural_method(const char* name) {
   }));
 }
 
-/// Reports the natural norm squared to monitors, the residual history and the stop criterion.
+/// Passes a residual norm to PETSc's monitors, the residual history and the stop criterion, which may set the KSP's
+/// reason. `squared`: square of the natural norm sqrt(r' M r).
 inline PetscErrorCode report_norm(KSP ksp, double squared) {
   ksp->rnorm = std::sqrt(std::abs(squared));
   PetscCall(KSPLogResidualHistory(ksp, ksp->rnorm));
@@ -33,9 +34,9 @@ inline PetscErrorCode report_norm(KSP ksp, double squared) {
   return 0;
 }
 
-/// Ends the iterations if the step just taken is predicted to be the last. Nothing is known of the first step: it is
-/// taken for one of steepest descent in the spectrum of M A, .38 to 1.45 (docs/numerics/multigrid.md), which reduces
-/// the norm to (1.45 - .38) / (1.45 + .38).
+/// Ends the iterations if the step just taken is predicted to meet the stop criterion, and reports the predicted norm.
+/// The prediction uses the reduction of the norm by earlier steps. For the first step it assumes steepest descent in
+/// the spectrum of M A, .38 to 1.45 (docs/numerics/multigrid.md). This reduces the norm to (1.45 - .38) / (1.45 + .38).
 inline PetscErrorCode predict_end(KSP ksp, const CgScalars& scalars) {
   constexpr double first_step = 0.6;
   const double predicted = scalars.predicted_norm(ksp->its == 0 ? first_step : CgScalars::slow_step);
@@ -45,8 +46,9 @@ inline PetscErrorCode predict_end(KSP ksp, const CgScalars& scalars) {
   return report_norm(ksp, predicted * predicted);
 }
 
-/// Preconditioned conjugate gradients, for vectors of any kind. Parts of the iteration: precondition(&r'z) sets z = M
-/// r, update_direction(beta, &p'A p) sets p = z + beta p, step(alpha) adds alpha p to x and subtracts alpha A p from r.
+/// Runs preconditioned conjugate gradients as a PETSc KSP, for vectors of any kind. `iteration` has three functions:
+/// precondition(&r'z) sets z = M r; update_direction(beta, &p'A p) sets p = z + beta p; step(alpha) adds alpha p to x
+/// and subtracts alpha A p from r. Sets the iterations and the reason of the end in `ksp`.
 template <class Iteration>
 PetscErrorCode iterate(KSP ksp, Iteration& iteration) {
   CgScalars scalars;

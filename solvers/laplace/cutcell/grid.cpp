@@ -16,7 +16,8 @@ struct Neighbours {
   float flux(int k) const { return west[k] + west[k + 1] + south[k] + north[k]; }
 };
 
-/// Flux into such a row in a medium. The conductance of a face is stored with the cell on its left or below it.
+/// Flux into a row of cells of one colour from their neighbours, through faces of varying conductance. The conductance
+/// of a face is stored with the cell on its left or below it.
 struct NeighboursInMedium {
   Neighbours cell;
   const float *west, *east, *south, *north;
@@ -25,7 +26,8 @@ struct NeighboursInMedium {
   }
 };
 
-/// Inverts a diagonal; 0 where there is no unknown. An unconditional division permits vectorization.
+/// Computes the inverse of a row of the matrix diagonal, 0 where there is no unknown. An unconditional division permits
+/// vectorization.
 void invert_row(int n, const double* __restrict diagonal, float* __restrict inverse) {
   for (int k = 0; k < n; ++k) {
     const auto d = static_cast<float>(diagonal[k]);
@@ -36,7 +38,7 @@ void invert_row(int n, const double* __restrict diagonal, float* __restrict inve
 
 // Neighbours have the other colour, so that no row is both read and written.
 
-/// v = (f + flux from the neighbours) / diagonal
+/// Relaxes a row of cells of one colour: v = (f + flux from the neighbours) / diagonal.
 template <class Around>
 void relax_row(int n, float* v, const float* f, const float* inverse_diagonal, Around around) {
 #pragma GCC ivdep
@@ -48,14 +50,15 @@ void relax_row_from_zero(int n, float* __restrict v, const float* __restrict f,
   for (int k = 0; k < n; ++k) v[k] = f[k] * inverse_diagonal[k];
 }
 
-/// Residual of red cells after a sweep from zero over red, then black cells: the flux from their black neighbours.
+/// Computes the residual of red cells after a sweep from zero over red, then black cells. It is the flux from their
+/// black neighbours.
 template <class Around>
 void red_residual_row(int n, float* r, const float* inverse_diagonal, Around around) {
 #pragma GCC ivdep
   for (int k = 0; k < n; ++k) r[k] = inverse_diagonal[k] > 0 ? around.flux(k) : 0.0f;
 }
 
-/// r = f + flux from the neighbours - diagonal v. r and f may be the same.
+/// Computes the residual r = f + flux from the neighbours - diagonal v of a row. r and f may be the same.
 template <class Around>
 void residual_row(int n, float* r, const float* f, const float* v, const float* inverse_diagonal, Around around) {
 #pragma GCC ivdep
@@ -95,7 +98,8 @@ void Grid::build(const LaplaceProblem& problem, const Level& level, parallel::Te
   for (int side = 0; side < 4; ++side) mirror[side] = problem.sides[side].kind == Side::Kind::electrode ? -1.0f : 1.0f;
 }
 
-/// Calls effect(first slot, number of cells, neighbours) for the row of a colour.
+/// Calls effect(first slot, number of cells, neighbours) for the cells of a colour in row j. A slot is the memory index
+/// of a cell.
 template <class Effect>
 void Grid::with_neighbours(int colour, int j, const Effect& effect) const {
   const std::ptrdiff_t at = layout.row(colour, j), south = layout.row(1 - colour, j - 1);
@@ -125,19 +129,20 @@ float Grid::flux_from_neighbours(const EliminatedCells::Cell& cell) const {
          faces_.north[cell.slot] * v[north];
 }
 
-/// To be called after each relaxation of a row's cells of a colour.
+/// Updates the fluxes into the eliminated cells of a row, after each relaxation of its cells of a colour.
 void Grid::update_eliminated(int colour, int j) {
   eliminated_.update(colour, j, [this](const EliminatedCells::Cell& cell) { return flux_from_neighbours(cell); });
 }
 
-/// Adds the fluxes from cells to their groups. Fluxes from eliminated cells do not contain the part that returns to
-/// them.
+/// Adds the fluxes from cells to their groups (bodies with one potential) to `sum`. Fluxes from eliminated near-surface
+/// cells do not contain the part that returns to them.
 void Grid::add_cell_fluxes(std::vector<float>& sum) const {
   links_.add_to_groups(*team_, v.data(), sum.data());
   eliminated_.add_fluxes(sum);
 }
 
-/// Relaxes the groups after a sweep over cells and sets flux_ to the change of their potentials.
+/// Relaxes the groups (bodies with one potential) after a sweep over cells. Sets flux_ to the change of their
+/// potentials.
 void Grid::relax_groups_again(bool forward) {
   const std::vector<float> before = phi;
   std::fill(flux_.begin(), flux_.end(), 0.0f);
@@ -152,8 +157,8 @@ void Grid::add_link_fluxes(int j, const std::vector<float>& potential) {
   links_.add_to_row(j, potential.data(), [&](std::int32_t cell, float flux) { f[cell] += flux; });
 }
 
-/// Relaxes conductors first, so that the sweep over cells has their potentials as boundary values (12 iterations of CG;
-/// otherwise 26).
+/// Relaxes conductors first, so that the sweep over cells has their potentials as boundary values. CG then needs 12
+/// iterations, otherwise 26.
 void Grid::smooth_from_zero() {
   std::fill(phi.begin(), phi.end(), 0.0f);
   std::fill(flux_.begin(), flux_.end(), 0.0f);
@@ -192,8 +197,9 @@ void Grid::smooth_from_zero() {
   }
 }
 
-/// Full weighting, the transpose of bilinear interpolation: weights 1 3 3 1 / 4 of the fine cells' residuals in each
-/// direction (black residuals are zero). Contributions to cells outside the box are mirrored.
+/// Restricts the residual to row J of the coarse grid by full weighting, the transpose of bilinear interpolation. The
+/// weights are 1 3 3 1 / 4 of the fine cells' residuals in each direction (black residuals are zero). Contributions to
+/// cells outside the box are mirrored.
 void Grid::restrict_row(Grid& coarse, int J) const {
   const int NX = coarse.layout.nx, NY = coarse.layout.ny;
   thread_local std::vector<float> buffer;
@@ -219,7 +225,7 @@ void Grid::restrict_row(Grid& coarse, int J) const {
   }
 }
 
-/// Adds fluxes to the groups' charges such that these become residuals.
+/// Adds fluxes to the groups' charges such that these become the residuals of the groups' equations.
 void Grid::add_group_residuals(std::vector<float>& charges) const {
   std::vector<float> flux;
   if (groups_.is_coupled()) {
@@ -237,8 +243,8 @@ void Grid::absorb_charges(std::span<const AbsorbedGroup> groups) {
   }
 }
 
-/// A group has an unknown on both grids, unless the coarse one absorbs it. It also receives the residuals of the coarse
-/// cells that its bodies cover.
+/// Restricts the groups' residuals. A group has an unknown on both grids, unless the coarse one absorbs it. It also
+/// receives the residuals of the coarse cells that its bodies cover.
 void Grid::restrict_groups(Grid& coarse) {
   coarse.charge = charge;
   add_group_residuals(coarse.charge);
@@ -260,8 +266,8 @@ void Grid::spread(const std::vector<float>& potential, const std::array<float, 4
   mirrored_.assign(v, mirrored, layout, *team_);
 }
 
-/// Calls effect(slot, value) for every cell of a row with the bilinear interpolation from `coarse`: weights 9 3 3 1 /
-/// 16 of the four nearest coarse cells.
+/// Calls effect(slot, value) for every cell of a colour in row j, with the bilinear interpolation from `coarse`. The
+/// weights are 9 3 3 1 / 16 of the four nearest coarse cells. A slot is the memory index of a cell.
 template <class Effect>
 void Grid::interpolate_row(const Grid& coarse, int colour, int j, const Effect& effect) const {
   const int next_column = Layout::parity(colour, j) == 0 ? -1 : 1;

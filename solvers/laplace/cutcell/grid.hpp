@@ -12,44 +12,53 @@
 
 namespace lichtenberg::laplace {
 
-/// One grid of the multigrid cycle in single precision: its system, its vectors and the passes of a cycle. Passes over
-/// cells run in bands of rows on the team (wavefront.hpp).
+/// One grid of the multigrid V-cycle in single precision: its linear system, its vectors and the passes of the cycle.
+/// Unknowns are the potentials of fluid cells and of floating groups (bodies with one unknown potential). Passes over
+/// cells run in bands of rows on a thread team (wavefront.hpp).
 class Grid {
  public:
-  /// Makes a grid of the V-cycle. `sweeps`: number of sweeps over the cells before the correction from the next coarser
+  /// Makes a grid of the V-cycle. `sweeps`: number of smoothing sweeps before the correction from the next coarser
   /// grid, and after it.
   Grid(const Layout& at, int sweeps, parallel::Team& team);
 
-  /// Takes over the level's system. `team` may differ from the team of the passes.
+  /// Copies the system of the discretized grid `level` in single precision: diagonals, face conductances, links, groups
+  /// (bodies with one potential). The threads of `team` do the work; the team may differ from that of the passes.
   void build(const LaplaceProblem& problem, const Level& level, parallel::Team& team);
 
-  /// Smooths f and charge from zero (conductors, red cells, black cells) and computes the residual.
+  /// Smooths the potentials v and phi from zero for the right-hand sides f and `charge`, then computes the residual.
+  /// The order of relaxation is groups (bodies with one potential), red cells, black cells.
   void smooth_from_zero();
-  /// Restricts the residual to the right-hand side of `coarse`.
+  /// Restricts the residual to the right-hand sides `f` and `charge` of the next coarser grid (full weighting).
   void restrict_to(Grid& coarse);
-  /// Adds the correction of `coarse` after its `spread`, then smooths: black cells, red cells, conductors. Sets
-  /// row_product[j] to r'v over row j unless r is null.
+  /// Adds the coarse-grid correction of `coarse`, which must have called spread(), then smooths. The order of
+  /// relaxation is black cells, red cells, groups (bodies with one potential). If r is not null, row_product[j] becomes
+  /// the scalar product of r and v over row j.
   void correct_and_smooth(const Grid& coarse, const double* r = nullptr, double* row_product = nullptr);
-  /// Moves the charges of these groups to the cells around them.
+  /// Distributes the charges of absorbed groups to the right-hand side of the four cells around each. An absorbed group
+  /// has no unknown on this grid. A group is a set of bodies with one potential.
   void absorb_charges(std::span<const AbsorbedGroup> groups);
-  /// Prepares v as source of an interpolation. Covered cells get their group's entry of `potential`; the mirror image
-  /// beyond a side is multiplied by mirrored[side]. Also interpolates phi of newly absorbed groups.
+  /// Prepares the potentials v for interpolation to the next finer grid (prolongation). Covered cells get their group's
+  /// entry of `potential`. Groups that this grid absorbs first get the interpolated potential in phi. Mirror images of
+  /// cells beyond a side are multiplied by mirrored[side]. A group is a set of bodies with one potential.
   void spread(const std::vector<float>& potential, const std::array<float, 4>& mirrored);
-  /// Sets v to the interpolation from `coarse` after its `spread`, and phi to that of `coarse`.
+  /// Sets v to the bilinear interpolation from the next coarser grid, which must have called spread(), and phi to that
+  /// grid's group potentials. A group is a set of bodies with one potential.
   void interpolate_from(const Grid& coarse);
-  /// Solves for the potentials of coupled groups, given charge and v.
+  /// Solves for the potentials phi of groups (bodies with one potential) joined by couplings (lumped capacitances), for
+  /// given `charge` and potentials v of the cells. Without couplings it does nothing.
   void solve_coupled_groups();
-  /// Potential of a group; of coupled ones in double precision.
+  /// Returns the potential of a group (bodies with one potential), in double precision for coupled groups.
   double potential_of(int group) const { return groups_.potential(group, phi); }
-  /// Replaces f and charge by the residual of v and phi.
+  /// Solves for coupled groups (bodies with one potential), then replaces the right-hand sides f and `charge` by the
+  /// residuals of v and phi.
   void form_residual();
 
   Layout layout;
-  /// Potentials and right-hand sides of cells, by slot.
+  /// Potentials and right-hand sides of cells, by slot (memory index).
   std::vector<float> v, f;
-  /// Potentials and right-hand sides of groups; 0 where the potential is given.
+  /// Potentials and right-hand sides of groups; 0 for groups of given potential.
   std::vector<float> phi, charge;
-  /// Sign of a correction's mirror image: +1 at an insulating side, -1 at an electrode.
+  /// Sign of a correction's mirror image beyond each side of the box: +1 at an insulating side, -1 at an electrode.
   std::array<float, 4> mirror{};
 
  private:

@@ -7,22 +7,29 @@
 
 namespace lichtenberg::laplace {
 
-/// Bodies of a problem on one grid: their shapes in units of cells, and which of them the grid resolves. Of those that
-/// it does not resolve, some belong to an absorbed group; the others are subgrid conductors.
+/// Bodies (conductors) of a problem on one grid: their shapes in units of cells, and whether the grid resolves them. A
+/// coarse grid may not resolve a small disk. The disk is then part of an effective medium, or a subgrid conductor that
+/// exchanges flux with the four cells around it (medium.hpp). The medium absorbs whole groups (bodies with one
+/// potential).
 struct GridBodies {
-  /// Sets the outlines for cells of size h (m), all bodies resolved.
+  /// Computes the outlines of all bodies for cells of size h (m) and marks all bodies as resolved.
   void assign(const LaplaceProblem& problem, double h);
 
+  /// Returns true if the grid resolves the body with index `body`.
   bool resolves(int body) const { return is_resolved.empty() || is_resolved[body]; }
+  /// Returns the indices of a group's subgrid conductors: disks too small for the grid that still have an unknown or
+  /// given potential on it. A group is a set of bodies with one potential.
   std::span<const int> subgrid_of_group(int group) const {
     if (is_resolved.empty()) return {};
     return std::span(subgrid).subspan(subgrid_start[group], subgrid_start[group + 1] - subgrid_start[group]);
   }
 
+  /// Shapes by body, lengths in cells.
   std::vector<Outline> outlines;
-  /// By body; empty: all are resolved.
+  /// Whether the grid resolves each body; empty if it resolves all.
   std::vector<char> is_resolved;
-  /// Subgrid conductors by group. [groups + 1]: a group's first in `subgrid`; both are unused if all are resolved.
+  /// Indices of the subgrid conductors, sorted by group, and [groups + 1] the start of each group's part of `subgrid`.
+  /// Both are unused if the grid resolves all bodies.
   std::vector<int> subgrid, subgrid_start;
 };
 

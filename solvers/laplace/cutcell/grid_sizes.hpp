@@ -6,16 +6,18 @@
 
 namespace lichtenberg::laplace {
 
+/// Number of cells of a grid in x and y.
 struct GridSize {
   int nx, ny;
 };
 
-/// Returns the finest grid, with `cells` square cells along the box's longer side. Throws InputError for fewer than 4
-/// cells, or if the shorter side is not a whole number of cells.
+/// Computes the size of the finest grid, with `cells` square cells along the box's longer side. Throws InputError for
+/// fewer than 4 cells, or if the shorter side is not a whole number of cells.
 GridSize finest_grid(const LaplaceProblem& problem, int cells);
 
-/// Returns the grids of the V-cycle from the finest (nx x ny) to the coarsest, each with half the cells per side. A
-/// grid with an odd number of cells is the last.
+/// Computes the grid sizes of the multigrid V-cycle from the finest (nx x ny) to the coarsest. Each grid has half the
+/// cells per side of the next finer one. Coarsening ends at an odd number of cells, or at 8 or fewer along the shorter
+/// side.
 std::vector<GridSize> grid_sizes(int nx, int ny);
 
 }  // namespace lichtenberg::laplace

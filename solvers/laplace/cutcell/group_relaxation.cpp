@@ -37,7 +37,7 @@ GroupRelaxation::DirectLinks GroupRelaxation::direct_links(const LaplaceProblem&
   return matrix;
 }
 
-/// Marks groups with a direct link that outweighs the links to cells of either of its groups.
+/// Marks groups with a direct link (gap conductance) that outweighs the links to cells of either of its groups.
 std::vector<char> GroupRelaxation::strongly_linked(const std::vector<float>& diagonal) const {
   const int groups = static_cast<int>(diagonal.size());
   std::vector<char> strong(groups, 0);
@@ -93,7 +93,7 @@ void GroupRelaxation::factorize_block(const Level& level, const std::vector<floa
   block_flux_.assign(block_.size(), 0.0);
 }
 
-/// Flux into a group of the block from groups outside it.
+/// Returns the flux into a group of the block, through direct links (gap conductances), from groups outside the block.
 double GroupRelaxation::flux_from_outside(int group, const std::vector<float>& phi) const {
   double flux = 0;
   for (int m = direct_.start[group]; m < direct_.start[group + 1]; ++m)

@@ -7,36 +7,43 @@
 
 namespace lichtenberg::laplace {
 
-/// Relaxation of a grid's floating groups: Gauss-Seidel, with one block for groups that couplings or strong direct
-/// links connect. Sequential relaxation of those would retain the common potential of a chain of groups, and CG's
-/// natural norm would not show it. Vectors have one entry a group: `phi` potentials, `charge` right-hand sides, `flux`
-/// fluxes from cells.
+/// Gauss-Seidel relaxation of the floating groups' equations on one grid. A floating group is a set of bodies with one
+/// unknown potential. Groups joined by couplings (lumped capacitances) or by strong direct links (gap conductances) are
+/// solved together as one block. Sequential relaxation would retain the common potential of a chain of such groups, and
+/// CG's natural norm would not show it. Vectors have one entry a group: potentials `phi`, right-hand sides `charge`,
+/// fluxes from cells `flux`.
 class GroupRelaxation {
  public:
-  /// Sets up the relaxation of a level's groups. `diagonal`: sum of each group's conductances without couplings; 0 for
-  /// groups of given potential.
+  /// Chooses and factorizes the block of coupled groups, and lists the direct links (gap conductances). `diagonal`
+  /// [groups]: sum of each group's conductances without couplings (lumped capacitances); 0 for groups of given
+  /// potential. A group is a set of bodies with one potential.
   void build(const LaplaceProblem& problem, const Level& level, const std::vector<float>& diagonal);
 
-  /// Sets phi: the single groups in their order, then the block, or in the reverse order if not `forward`.
+  /// Computes new potentials phi by one Gauss-Seidel sweep. It relaxes the single groups (bodies with one potential) in
+  /// their order, then the block; the order is reversed if not `forward`, so that the cycle is symmetric.
   void relax(bool forward, const std::vector<float>& charge, const std::vector<float>& flux, std::vector<float>& phi);
-  /// Sets phi of the block only.
+  /// Solves for the potentials phi of the groups (bodies with one potential) in the block; the other groups' potentials
+  /// stay.
   void relax_block(const std::vector<float>& charge, const std::vector<float>& flux, std::vector<float>& phi);
-  /// Completes residuals: adds fluxes through direct links and subtracts diagonal x phi. `residual` contains charge +
-  /// flux. Residuals of coupled groups are set to the change of their flux since their relaxation, because they were
-  /// zero then. `flux` is used for those only.
+  /// Completes the groups' residuals in `residual`, which must contain charge + flux from cells. Adds the fluxes
+  /// through direct links (gap conductances) and subtracts diagonal * phi. If couplings exist, the block's residuals
+  /// are set to the change of their flux since their relaxation, because they were zero then. Only they use `flux`
+  /// [groups], the flux from cells. A group is a set of bodies with one potential.
   void complete_residuals(const std::vector<float>& phi, const std::vector<float>& flux,
                           std::vector<float>& residual) const;
 
-  /// Returns true if couplings exist. Coupled groups are then relaxed together, as one block in double precision:
-  /// strong couplings would amplify rounding errors.
+  /// Returns true if couplings (lumped capacitances) exist. The residuals and potentials of the block are then computed
+  /// in double precision, because strong couplings would amplify rounding errors.
   bool is_coupled() const { return is_coupled_; }
-  /// Returns the potential of a group: in double precision from the block if the group is in it, otherwise from `phi`.
+  /// Returns the potential of a group (bodies with one potential). With couplings (lumped capacitances) it is in double
+  /// precision for groups of the block, otherwise from `phi`.
   double potential(int group, const std::vector<float>& phi) const {
     return is_coupled_ && index_in_block_[group] >= 0 ? block_phi_[index_in_block_[group]] : phi[group];
   }
 
  private:
-  /// Direct links as a sparse matrix over groups. [groups + 1]: a group's first in the other two.
+  /// Direct links (conductances between two groups) as a sparse matrix by rows. `start` [groups + 1]: index of a
+  /// group's first entry in `other` and `conductance`. A group is a set of bodies with one potential.
   struct DirectLinks {
     std::vector<int> start, other;
     std::vector<float> conductance;

@@ -9,7 +9,8 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// Calls entries(first slot, number of slots) for all cells in bands of rows on the team, then for the groups.
+/// Calls entries(first slot, number of slots) for all rows of cells on the threads of the team, then for the groups. A
+/// slot is the memory index of a cell.
 template <class Entries>
 void for_all_unknowns(const CutCellOperator& op, const Entries& entries) {
   const Layout& at = op.level().layout;
@@ -19,7 +20,7 @@ void for_all_unknowns(const CutCellOperator& op, const Entries& entries) {
   entries(static_cast<std::ptrdiff_t>(op.cells()), static_cast<int>(op.size() - op.cells()));
 }
 
-/// Sets covered cells of a row to zero.
+/// Sets x to zero in the covered cells (inside conductors) of a row.
 void mask_row(const CutCellOperator& op, std::ptrdiff_t row, int count, double* __restrict x) {
   if (row >= static_cast<std::ptrdiff_t>(op.cells())) return;
   const double* __restrict diagonal = op.level().diagonal.data();
@@ -28,7 +29,7 @@ void mask_row(const CutCellOperator& op, std::ptrdiff_t row, int count, double* 
 
 }  // namespace
 
-/// Sets the group potentials of the stored solutions: a new group has the mean of its members.
+/// Computes the group potentials of the stored solutions for the present groups: each gets the mean of its bodies.
 void SolutionHistory::set_groups(const LaplaceProblem& problem, std::size_t cells) {
   std::vector<int> members(problem.groups.size(), 0);
   for (const Body& body : problem.bodies) ++members[body.group];
@@ -42,7 +43,7 @@ void SolutionHistory::set_groups(const LaplaceProblem& problem, std::size_t cell
   }
 }
 
-/// Computes `count` entries of all basis vectors from `from` on, in a row of cells or of groups.
+/// Computes `count` entries of all basis vectors from index `from` on, in a row of cells or of groups.
 void SolutionHistory::form_basis(const CutCellOperator& op, std::ptrdiff_t from, int count) {
   for (int p = 0; p < static_cast<int>(solutions_.size()); ++p) {
     const double* __restrict newer = solutions_[std::max(p - 1, 0)].x.data();
@@ -82,7 +83,8 @@ GuessProducts SolutionHistory::group_products(const CutCellOperator& op, const d
   return products;
 }
 
-/// Forms the basis one row ahead of its products, so that all vectors take one pass over memory.
+/// Computes the scalar products of the basis vectors. The basis is formed one row ahead of its products, so that all
+/// vectors take one pass over memory.
 GuessProducts SolutionHistory::products(const CutCellOperator& op, const std::vector<double>& b) {
   parallel::resize_in_huge_pages(image_, op.size());
   for (std::size_t p = 0; p < solutions_.size(); ++p) parallel::resize_in_huge_pages(basis_[p], op.size());

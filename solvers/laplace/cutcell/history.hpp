@@ -9,27 +9,33 @@
 
 namespace lichtenberg::laplace {
 
-/// Last solutions, for the initial guess of the next solve: their combination that is closest to the new solution in
-/// the energy norm (a Galerkin projection with the new operator; Fischer 1998). In a scene in motion it extrapolates in
-/// time, for steps of any length.
+/// Last solutions, for the initial guess of the next solve. The guess is their linear combination that is closest to
+/// the new solution in the energy norm (Galerkin projection with the new operator; Fischer 1998). For moving bodies it
+/// extrapolates in time, with steps of any length.
 class SolutionHistory {
  public:
+  /// Returns true if no solution is stored.
   bool empty() const { return solutions_.empty(); }
+  /// Removes all stored solutions.
   void clear() { solutions_.clear(); }
-  /// Number of bodies of the last solution.
+  /// Returns the number of bodies of the last solution. The history must not be empty.
   std::size_t bodies() const { return solutions_.front().body.size(); }
-  /// Returns the potentials of the last solution by cell (Layout slot); in covered cells it is that of the conductor.
+  /// Returns the potentials of the last solution by cell (Layout slot), in the solver's potential unit. Covered cells
+  /// have the potential of their conductor.
   const std::vector<double>& newest() const { return solutions_.front().x; }
-  /// Returns the potentials of the last solution by body.
+  /// Returns the potentials of the last solution by body, in the solver's potential unit.
   const std::vector<double>& newest_of_bodies() const { return solutions_.front().body; }
 
-  /// Sets x to the initial guess for op x = b. Returns the work in evaluations of op. The history must not be empty.
+  /// Computes the initial guess x for op x = b by Galerkin projection on the stored solutions. Returns the work in
+  /// evaluations of `op`. The history must not be empty.
   double initial_guess(const LaplaceProblem& problem, const CutCellOperator& op, const std::vector<double>& b,
                        std::vector<double>& x);
-  /// Sets x to the last solution on the cells of the new geometry.
+  /// Sets x to the last solution on the unknowns of the new geometry. A floating group (bodies with one unknown
+  /// potential) gets the mean of its bodies.
   void newest_as_guess(const LaplaceProblem& problem, const CutCellOperator& op, std::vector<double>& x);
-  /// Stores the solution x, whose covered cells hold their conductor's potential, and leaves undefined values in it.
-  /// `body_potential`: by body, in the units of x.
+  /// Stores the solution x as the newest and drops the oldest if there are `history_length`. Covered cells in x must
+  /// hold their conductor's potential. `body_potential`: by body, in the units of x. The call leaves undefined values
+  /// in x.
   void store(std::vector<double>& x, std::vector<double> body_potential);
 
  private:

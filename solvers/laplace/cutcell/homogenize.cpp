@@ -13,7 +13,7 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// The smallest rectangle around some disks.
+/// Smallest rectangle around a set of disks (cells).
 struct Extent {
   Vec2 low{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()}, high = -low;
 
@@ -27,19 +27,22 @@ struct Extent {
   Vec2 centre() const { return 0.5 * (low + high); }
 };
 
-/// Sets `is_resolved`; it stays empty if the grid resolves all bodies.
+/// Sets `is_resolved`, which stays empty if the grid resolves all bodies. Replaces unresolved bars by disks.
 void choose_resolved(const LaplaceProblem& problem, const Agglomerates& agglomerates, GridBodies& bodies) {
   std::vector<int> members(problem.groups.size(), 0);
   for (const Body& body : problem.bodies) ++members[agglomerates.first_group[body.group]];
   bodies.is_resolved.assign(problem.bodies.size(), 1);
   for (std::size_t body = 0; body < problem.bodies.size(); ++body) {
     const int set = agglomerates.first_group[problem.bodies[body].group];
-    bodies.is_resolved[body] = is_resolved(bodies.outlines[body], members[set] == 1 && !agglomerates.is_grounded[set]);
+    Outline& outline = bodies.outlines[body];
+    bodies.is_resolved[body] = is_resolved(outline, members[set] == 1 && !agglomerates.is_grounded[set]);
+    if (!bodies.is_resolved[body]) outline = unresolved_disk(outline);
   }
   if (std::ranges::find(bodies.is_resolved, 0) == bodies.is_resolved.end()) bodies.is_resolved.clear();
 }
 
-/// Absorbs the groups of a set that has no resolved body and no given potential and lies within `least_extent` cells.
+/// Finds the groups that the medium absorbs: those of a set without a resolved body and without a given potential. The
+/// set must lie within `least_extent` cells.
 void absorb_groups(const LaplaceProblem& problem, const Agglomerates& agglomerates, const Level* finer,
                    const GridBodies& bodies, Level& level) {
   level.absorbed.clear();
@@ -68,7 +71,7 @@ void absorb_groups(const LaplaceProblem& problem, const Agglomerates& agglomerat
   level.newly_absorbed = static_cast<int>(first_old - level.absorbed.begin());
 }
 
-/// Lists the unresolved conductors of groups that are not absorbed.
+/// Lists the subgrid conductors: bodies that the grid does not resolve, of groups that the medium does not absorb.
 void list_subgrid_conductors(const LaplaceProblem& problem, const Level& level, GridBodies& bodies) {
   std::vector<int>&start = bodies.subgrid_start, &subgrid = bodies.subgrid;
   subgrid.clear();
@@ -86,7 +89,8 @@ void list_subgrid_conductors(const LaplaceProblem& problem, const Level& level, 
     if (is_subgrid(body)) subgrid[next[problem.bodies[body].group]++] = static_cast<int>(body);
 }
 
-/// Relative permittivity by slot, from the area of the absorbed disks in each cell.
+/// Computes the effective relative permittivity by slot (memory index) from the area of the absorbed disks in each
+/// cell.
 std::vector<float> cell_permittivity(const LaplaceProblem& problem, const GridBodies& bodies, const Level& level) {
   std::vector<float> permittivity(level.layout.size(), 0.0f);
   for (std::size_t body = 0; body < problem.bodies.size(); ++body) {
@@ -100,7 +104,8 @@ std::vector<float> cell_permittivity(const LaplaceProblem& problem, const GridBo
   return permittivity;
 }
 
-/// Sets the faces of row j and adds them and the links to the diagonal.
+/// Computes the face conductances and the diagonal of row j in the medium, and multiplies the links' conductances by
+/// the permittivity.
 void fill_row(int j, const std::vector<float>& permittivity, const GridBodies& bodies, Level& level) {
   const Layout& layout = level.layout;
   const auto face = [&](std::ptrdiff_t a, int i_b, int j_b) {

@@ -9,17 +9,22 @@
 
 namespace lichtenberg::laplace {
 
-/// Chooses the bodies that the grid resolves, the groups that it absorbs (`level.absorbed`) and the subgrid conductors.
-/// `finer`: the grid of cells half as large; null if there is none. `bodies` have their outlines.
+/// Chooses the unknowns of a coarse grid: the bodies that it resolves, and the groups (bodies with one potential) that
+/// its medium absorbs (`level.absorbed`). The remaining small disks become subgrid conductors (disks too small for the
+/// grid). `agglomerates`: sets of groups treated together; `finer`: the grid of cells half as large, or null. `bodies`
+/// must have their outlines; it receives the choice.
 void choose_unknowns(const LaplaceProblem& problem, const Agglomerates& agglomerates, const Level* finer,
                      GridBodies& bodies, Level& level);
 
-/// Adds the finer grid's direct links of subgrid conductors, those through eliminated cells included. Conductors that
-/// nearly touch exchange flux through their gap, not through cells, and conductances do not depend on the cell size.
+/// Copies the finer grid's direct links (gap conductances) of subgrid conductors, disks too small for this grid, to
+/// `level.pairs`. Links that the elimination of near-surface cells (dominated by a conductor) has made are included.
+/// Conductors that nearly touch exchange flux through their gap, not through cells, and conductances do not depend on
+/// the cell size.
 void inherit_pairs(const LaplaceProblem& problem, const Level& finer, const GridBodies& bodies, Level& level);
 
-/// Gives the fluid the effective permittivity of the absorbed conductors: multiplies the conductances of faces, links
-/// and sides. Sets `level.faces`, which stay empty if the grid resolves all bodies.
+/// Gives the fluid the effective permittivity of the absorbed conductors (Maxwell Garnett). Multiplies the conductances
+/// of faces, links and electrode sides, and computes the diagonal again. `level.faces` stays empty if the grid resolves
+/// all bodies.
 void homogenize_fluid(const LaplaceProblem& problem, const GridBodies& bodies, Level& level, parallel::Team& team);
 
 }  // namespace lichtenberg::laplace

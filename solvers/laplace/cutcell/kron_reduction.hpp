@@ -7,40 +7,48 @@
 
 namespace lichtenberg::laplace {
 
-/// Kron reduction of near-surface cells Q in the relaxation of a grid's groups G. The groups are relaxed with the Schur
-/// complement A_GG - A_GQ D^-1 A_QG instead of A_GG; D is the diagonal of the cells. Before the coarse-grid
-/// correction the groups receive their share of the cells' residuals; after it, back substitution sets the cells. The
-/// two steps are transposes of each other, so that the cycle remains symmetric. In the sweeps over cells, a
-/// near-surface cell is an unknown like any other.
+/// Kron reduction (Schur complement) of near-surface cells Q in the relaxation of a grid's groups G. A near-surface
+/// cell is a fluid cell with a very large link conductance. The groups are relaxed with A_GG - A_GQ D^-1 A_QG instead
+/// of A_GG; D is the diagonal of the cells. Before the coarse-grid correction the groups receive their share of the
+/// cells' residuals. After it, back substitution sets the cells. The two steps are transposes of each other, so that
+/// the cycle remains symmetric. In sweeps over cells, a near-surface cell is an unknown like any other. A group is a
+/// set of bodies with one potential.
 class KronReduction {
  public:
-  /// `group_diagonal` [groups]: sums of conductances without links to these cells; the diagonal of the Schur complement
-  /// is added.
+  /// Copies the list of cells and computes the shares of their flux. `group_diagonal` [groups] must contain the sums of
+  /// conductances without links to these cells. The function adds the diagonal of the Schur complement. A group is a
+  /// set of bodies with one potential.
   void build(const EliminatedCells& cells, const Layout& layout, std::vector<float>& group_diagonal);
 
-  /// Starts a cycle with right-hand side f and potentials zero.
+  /// Starts a V-cycle: stores the right-hand side f of the eliminated cells (by slot, the memory index), for zero
+  /// potentials.
   void start(const std::vector<float>& f);
-  /// Updates the flux into the cells of a colour in row j after their relaxation. `flux_from_neighbours` maps a cell to
-  /// the flux from the four cells around it.
+  /// Computes the flux into the eliminated cells (dominated by a conductor) of a colour in row j (right-hand side plus
+  /// neighbours). To be called after the relaxation of these cells. `flux_from_neighbours` maps a cell to the flux from
+  /// the four cells around it.
   template <class Flux>
   void update(int colour, int j, const Flux& flux_from_neighbours) {
     for (int k = row_start_[j]; k < row_start_[j + 1]; ++k)
       if (is_red(cells_.cells[k]) == (colour == 0)) flux_[k] = f_[k] + flux_from_neighbours(cells_.cells[k]);
   }
-  /// Sets the fluxes for which relaxation with the groups' potentials phi would give v.
+  /// Sets the cells' fluxes such that relaxation with the group potentials phi would give the cell potentials v. A
+  /// group is a set of bodies with one potential.
   void set_relaxed(const std::vector<float>& v, const std::vector<float>& phi);
-  /// Sets the residuals of red cells in row j after a sweep over both colours, without the cancellation in a residual
-  /// from f and v.
+  /// Computes the residuals of red eliminated cells (dominated by a conductor) in row j after a sweep over both
+  /// colours. They are differences of fluxes, which avoids the cancellation in a residual from f and v. `residual`: by
+  /// slot (memory index).
   template <class Flux>
   void set_red_residuals(int j, const Flux& flux_from_neighbours, std::vector<float>& residual) const {
     for (int k = row_start_[j]; k < row_start_[j + 1]; ++k)
       if (const EliminatedCells::Cell& cell = cells_.cells[k]; is_red(cell))
         residual[cell.slot] = static_cast<float>(f_[k] + flux_from_neighbours(cell) - flux_[k]);
   }
-  /// Adds the flux from the cells to each group to `sum` [groups].
+  /// Adds the flux that each group (bodies with one potential) receives from the eliminated cells (dominated by a
+  /// conductor) to `sum` [groups].
   void add_fluxes(std::vector<float>& sum) const;
-  /// Back substitution: sets the cells in v from the groups' potentials. Updates row_product, the products r'v by row,
-  /// unless r is null.
+  /// Computes the potentials of the eliminated cells (dominated by a conductor) in v from the group potentials phi
+  /// (back substitution). Unless r is null, updates `row_product`, the scalar products of r and v by row. A group is a
+  /// set of bodies with one potential.
   void substitute(const std::vector<float>& phi, const double* r, double* row_product, std::vector<float>& v) const;
 
  private:

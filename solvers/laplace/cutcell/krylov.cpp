@@ -70,7 +70,7 @@ PC preconditioner(KSP ksp) {
 /// Returns true if the preconditioner is the geometric multigrid.
 bool has_shell(KSP ksp) { return is_type(preconditioner(ksp), PCSHELL); }
 
-/// Allows a last pivot that is rounding or 0: without ground the matrix is singular.
+/// Allows factorizations with a last pivot that is rounding or 0, because the matrix is singular without ground.
 void allow_singular_factors(KSP ksp) {
   PC pc = preconditioner(ksp);
   PetscBool factors = PETSC_FALSE;
@@ -148,7 +148,7 @@ void Krylov::choose_norm() {
 
 namespace {
 
-/// Returns sqrt(r' M r) of the residual r of the iterate (`uses_iterate`) or of x.
+/// Computes sqrt(r' M r) of the residual r of the method's iterate (`uses_iterate`) or of x (M: preconditioner).
 double natural_norm(const Krylov& krylov, bool uses_iterate) {
   ::Vec work = nullptr, residual = nullptr, preconditioned = nullptr;
   parallel::check_petsc(VecDuplicate(krylov.b, &work));
@@ -190,7 +190,7 @@ void Krylov::set_null_space(MatNullSpace space) {
   parallel::check_petsc(MatSetNullSpace(matrix, null_space));
 }
 
-/// Solves with methods that do not compute the natural norm.
+/// Solves with a method that does not compute the natural norm. Starts it again while each start halves the norm.
 KSPConvergedReason Krylov::solve_with_restarts() {
   constexpr double progress = 0.5;  // of the norm, without which another start is of no use
   parallel::check_petsc(KSPSetUp(ksp));

@@ -11,57 +11,71 @@
 
 namespace lichtenberg::laplace {
 
-/// Stop criterion: the natural norm sqrt(r' M r) of CG estimates the energy norm of the error, and is compared with the
-/// energy norm of the solution. The plain residual has no such bound: a short link, from a cell centre close to a
-/// conductor, makes it arbitrarily large.
+/// Stop criterion of conjugate gradients. The natural norm sqrt(r' M r) of the residual r estimates the energy norm of
+/// the error (M: preconditioner). It must fall below `tolerance` times the energy norm of the solution. The plain
+/// residual norm gives no such bound: a short link, from a cell centre close to a conductor, makes it arbitrarily
+/// large.
 struct StopCriterion {
   double tolerance = 0;
-  double energy_norm = 0;  ///< of the initial guess
-  double scale = 0;        ///< estimate of the solution's energy norm
-  double last = 0;         ///< last norm divided by the scale
-  /// Norm of a residual that is only rounding; it matters where all potentials are equal, so that the energy is zero.
+  /// Energy norm of the initial guess.
+  double energy_norm = 0;
+  /// Estimate of the solution's energy norm.
+  double scale = 0;
+  /// Last natural norm, divided by `scale`.
+  double last = 0;
+  /// Natural norm of a residual that consists of rounding errors only. It matters if all potentials are equal, so that
+  /// the energy is zero.
   double rounding = 0;
 
-  /// Sets the scale from the norm of the first residual, which adds to the energy of the guess.
+  /// Sets the scale from the natural norm of the first residual, which adds to the energy of the guess.
   LICHTENBERG_HOST_DEVICE void begin(double norm) { scale = std::hypot(energy_norm, norm); }
+  /// Stores the natural norm, divided by `scale`, in `last`.
   void record(double norm) { last = scale > 0 ? norm / scale : 0.0; }
+  /// Returns true if the natural norm is at most `tolerance` * `scale`, or at most `rounding`.
   LICHTENBERG_HOST_DEVICE bool is_met_by(double norm) const {
     const double relative = tolerance * scale;
     return norm <= (relative < rounding ? rounding : relative);
   }
 };
 
-/// Scalars of the conjugate gradients, for the CPU and a device.
+/// Scalars of the conjugate gradients, for the CPU and a device. z = M r is the preconditioned residual.
 struct CgScalars {
-  double product = 0;            ///< r'z of the last residual
-  double beta = 0, largest = 0;  ///< ratio to the product before; the largest ratio
-  int residuals = 0;             ///< number of products so far
+  /// Scalar product r'z of the last residual.
+  double product = 0;
+  /// Ratio of the last two products r'z, and the largest such ratio so far.
+  double beta = 0, largest = 0;
+  /// Number of products so far.
+  int residuals = 0;
 
+  /// Adds the next product r'z and updates beta.
   LICHTENBERG_HOST_DEVICE void add(double next) {
     beta = residuals > 0 ? next / product : 0.0;
     largest = beta > largest ? beta : largest;
     product = next;
     ++residuals;
   }
-  /// Predicts the norm after the step from the last residual: the step reduces the norm by the factor `slow`, or as
-  /// little as the slowest step so far. If the prediction meets the criterion, the next V-cycle, 5/6 of an iteration,
-  /// would only confirm it.
+  /// Predicts the natural norm after the CG step that starts from the last residual. The step is assumed to reduce the
+  /// norm by the factor `slow`, or as little as the slowest step so far. If the prediction meets the stop criterion,
+  /// the next V-cycle would only confirm it; a V-cycle costs 5/6 of an iteration.
   LICHTENBERG_HOST_DEVICE double predicted_norm(double slow) const {
     const double slowest = std::sqrt(largest);
     return (slowest > slow ? slowest : slow) * std::sqrt(std::abs(product));
   }
-  /// Reduction of a slow step: the slowest of 1000 steps in moving scenes; most reduced the norm to a quarter.
+  /// Assumed reduction of the norm by a slow step. It is the slowest of 1000 steps for moving bodies; most reduced the
+  /// norm to a quarter.
   static constexpr double slow_step = 0.5;
 };
 
-/// Detects that a method no longer reduces the true residual. The geometric multigrid works in single precision and is
-/// no exactly linear map, so that short recurrences that rely on one (MINRES, BiCGStab) stagnate. While a method
-/// converges with it, an iteration halves the norm or does better.
+/// Detection of stagnation: ten iterations in which no norm fell below 0.9 of the best. The multigrid works in single
+/// precision and is not exactly a linear map. Short recurrences that rely on linearity (MINRES, BiCGStab) stagnate with
+/// it. While a method converges, an iteration halves the norm or does better.
 struct StallTest {
   double best = 0;
   int iterations = 0;  ///< iterations since `best`
 
+  /// Starts the test with a first norm.
   void start(double norm) { best = norm, iterations = 0; }
+  /// Adds the norm of an iteration and returns true if the method stagnates.
   bool is_stalled(double norm) {
     constexpr double progress = 0.9;
     constexpr int most_slow_iterations = 10;
@@ -73,7 +87,7 @@ struct StallTest {
   }
 };
 
-/// PETSc's KSP with its matrix and vectors.
+/// A PETSc Krylov method (KSP) with its matrix, vectors and null space, and the stop criterion in the natural norm.
 struct Krylov {
   KSP ksp = nullptr;
   Mat matrix = nullptr;
@@ -81,31 +95,38 @@ struct Krylov {
   MatNullSpace null_space = nullptr;
   StopCriterion criterion;
   StallTest stall;
-  bool may_stall = false;        ///< the preconditioner is the multigrid
-  int iterations_before = 0;     ///< of earlier starts of this solve
-  std::optional<double> rtol;    // -field_ksp_rtol
-  bool has_natural_norm = true;  ///< the method computes it; else the stop criterion does
+  /// True if the preconditioner is the multigrid, with which some methods stagnate.
+  bool may_stall = false;
+  /// Iterations of earlier starts of the method in this solve.
+  int iterations_before = 0;
+  /// Relative tolerance from the option -field_ksp_rtol, if given.
+  std::optional<double> rtol;
+  /// True if the method computes the natural norm; otherwise the stop criterion does.
+  bool has_natural_norm = true;
 
   Krylov() = default;
   Krylov(const Krylov&) = delete;
   Krylov& operator=(const Krylov&) = delete;
   ~Krylov() { release(); }
+  /// Destroys all PETSc objects.
   void release();
 
-  /// Makes a shell matrix for vectors of n entries.
+  /// Makes a matrix given by a function, a PETSc shell matrix for vectors of n entries.
   void make_shell_matrix(const Shell& shell, PetscInt n);
-  /// Makes a KSP of the type `cg` with a shell as preconditioner. If options name a preconditioner of PETSc, the type
-  /// becomes plain CG. Throws InputError, and releases everything, if that preconditioner needs a matrix.
+  /// Makes a KSP of the type `cg` with a preconditioner given by a function. If options name another preconditioner of
+  /// PETSc, the type becomes plain CG. Throws InputError, and releases everything, if that preconditioner needs a
+  /// matrix.
   void make_shell_method(const Shell& shell, double tolerance, KSPType cg);
-  /// Sets the KSP type `cg` and the stop criterion above, then the options with prefix "field_". Any method of PETSc
-  /// keeps the criterion, with a norm and an initial guess that it supports. -field_ksp_rtol overrules the tolerance of
-  /// every criterion.
+  /// Sets the KSP type `cg`, the relative `tolerance` and the stop criterion, then PETSc's options with prefix
+  /// "field_". Any method of PETSc keeps the criterion, with a norm and an initial guess that it supports. The option
+  /// -field_ksp_rtol overrules the tolerance of every criterion.
   void set_options(double tolerance, KSPType cg = KSPCG);
-  /// Returns sqrt(r' M r) of the iterate's residual r while the method runs.
+  /// Computes sqrt(r' M r) of the current iterate's residual r while the method runs (M: preconditioner).
   double natural_norm_of_iterate() const;
-  /// Takes ownership of `space`; null: the matrix is regular.
+  /// Sets the null space of the matrix and takes ownership of `space`; null means a regular matrix.
   void set_null_space(MatNullSpace space);
-  /// Sets the null space of equal potentials: mark(entries) writes 1 for every unknown, else 0.
+  /// Sets the null space of equal potentials, for a system without ground. mark(entries) writes 1 for every unknown,
+  /// else 0.
   template <class Mark>
   void set_constant_null_space(Mark mark) {
     ::Vec ones = nullptr;
@@ -119,9 +140,9 @@ struct Krylov {
   }
   /// Returns true if the method has this KSP type.
   bool is(KSPType type) const;
-  /// Solves from the guess in x until the criterion is met; sets iterations and residual of `solution`. A method that
-  /// stagnates or breaks down restarts from the true residual of its iterate (iterative refinement) while that halves
-  /// the norm. Throws Failure without convergence, or if numbers exceed double precision.
+  /// Solves the system from the guess in x until the criterion is met. Sets iterations and residual of `solution`. A
+  /// method that stagnates or breaks down restarts from the true residual of its iterate while the norm is halved
+  /// (iterative refinement). Throws Failure without convergence, or if numbers exceed double precision.
   void solve(LaplaceSolution& solution);
 
  private:
@@ -130,8 +151,8 @@ struct Krylov {
   KSPConvergedReason solve_with_restarts();
 };
 
-/// Throws InputError if an option for the field solver is unused: -field_..., or -ksp_... and -pc_... without the
-/// prefix. To be called after a solve, which reads all its options.
+/// Checks that all PETSc options for the field solver were used. Throws InputError for an unused option -field_..., and
+/// for -ksp_... or -pc_... without the prefix. To be called after a solve, which reads all its options.
 void check_petsc_options();
 
 }  // namespace lichtenberg::laplace

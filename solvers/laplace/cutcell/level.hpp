@@ -14,37 +14,39 @@
 
 namespace lichtenberg::laplace {
 
-/// Link between a fluid cell and a conductor.
+/// Link between a fluid cell and a conductor in a neighbouring cell: its conductance per depth and permittivity.
 struct FluidLink {
-  /// Slot in the layout.
+  /// Slot (memory index) of the fluid cell.
   std::ptrdiff_t cell;
-  /// For a group's subgrid conductors on a coarse grid: the first of them, for all.
+  /// Index of the body. All subgrid conductors of a group on a coarse grid share the links of the first of them.
   int body;
   double conductance;
-  /// Derivative with respect to the body's position, per cell.
+  /// Derivative of the conductance with respect to the body's position (per cell width).
   Vec2 gradient;
 };
 
-/// Compact copy of a fluid link for loops over rows of cells.
+/// Compact copy of a FluidLink for loops over rows of cells.
 struct RowLink {
-  /// Slot in the layout.
+  /// Slot (memory index) of the fluid cell.
   std::int32_t cell;
   std::int32_t body;
   double conductance;
-  /// Index in Level::links.
+  /// Index of the link in Level::links.
   std::int32_t link;
 };
 
-/// Derivative of a link's conductance with respect to the position of a body at the other side of the link's cell
-/// (correct_for_opposed_surface in surface_links.hpp).
+/// Derivative of a link's conductance with respect to the position of another body, at the opposite side of the link's
+/// fluid cell (correct_for_opposed_surface in surface_links.hpp).
 struct CrossGradient {
-  /// Index in Level::links.
+  /// Index of the link in Level::links.
   int link;
   int body;
+  /// Derivative of the link's conductance with respect to the position of `body` (per cell width).
   Vec2 gradient;
 };
 
-/// Link between two conductors in neighbouring cells.
+/// Direct link between two conductors in neighbouring cells, without a fluid cell between them. The conductance is per
+/// depth and permittivity, its derivatives with respect to the positions of the bodies (per cell width).
 struct PairLink {
   int body_a, body_b;
   double conductance;
@@ -60,85 +62,94 @@ struct SideLink {
   double conductance;
   /// Potential of the side at this face (V).
   double potential;
-  /// Derivative of the conductance with respect to the body's position, per cell.
+  /// Derivative of the conductance with respect to the body's position (per cell width).
   Vec2 gradient;
 };
 
-/// Conductance between a floating group and a group of given potential: a resistor to a voltage source.
+/// Lumped conductance (per permittivity) between a floating group and a group of given potential, as a resistor to a
+/// voltage source. A floating group is a set of bodies with one unknown potential.
 struct FixedCoupling {
   int group;
   double conductance;
-  /// V
+  /// Given potential (V).
   double potential;
-  /// Conductance in the preconditioner, which has a lower bound if only such couplings ground the field: a cycle in
-  /// single precision needs a ground of sufficient strength. A sole one may have any value, because the residuals then
-  /// sum to zero (CutCellOperator::fix_potential_level).
+  /// Conductance in the preconditioner. It has a lower bound if only such couplings ground the field: a cycle in single
+  /// precision needs a ground of sufficient strength. A single one may have any value, because the residuals then sum
+  /// to zero (CutCellOperator::fix_potential_level).
   double conductance_in_cycle;
 };
 
-/// Floating group without an unknown on a coarse grid. Its potential is interpolated at its centre between four cells.
+/// Floating group (bodies with one potential) without an unknown on a coarse grid, because it is part of the effective
+/// medium. Its potential is the bilinear interpolation at its centre between four cells.
 struct AbsorbedGroup {
   int group;
   std::array<std::ptrdiff_t, 4> cell;
   std::array<float, 4> weight;
 };
 
-/// Conductances of the faces between fluid cells, by slot: to the cell on the right and to the cell above. Empty
-/// vectors mean 1 everywhere.
+/// Conductances of the faces between fluid cells (outside all bodies), by slot (memory index): to the cell on the right
+/// and to the cell above. Empty vectors mean 1 everywhere.
 struct FaceConductances {
   std::vector<float> east, north;
 
+  /// Returns true if all faces have the conductance 1.
   bool are_uniform() const { return east.empty(); }
 };
 
-/// Discretized geometry on one grid: the body that covers each cell, and the links between cells, conductors and
-/// electrode sides. Together with the conductances of the faces it determines the linear system. LevelBuilder fills it.
+/// Discretized geometry on one grid: the body that covers each cell, and the links (conductances) between cells,
+/// conductors and electrode sides. Together with the conductances of the faces it determines the linear system.
+/// LevelBuilder fills it.
 struct Level {
-  /// A grid of nx x ny square cells over the problem's box, still without contents.
+  /// Makes a grid of nx x ny square cells over the problem's box, without bodies and links (conductances).
   Level(const LaplaceProblem& problem, int nx, int ny);
 
-  /// Returns true if a floating group has an unknown on this grid.
+  /// Returns true if the potential of a floating group (bodies with one unknown potential) is an unknown of this grid.
+  /// A coarse grid treats small groups as part of an effective medium instead.
   bool has_unknown(int group) const { return is_absorbed.empty() || !is_absorbed[group]; }
+  /// Returns true if floating groups (bodies with one unknown potential) are coupled (by lumped capacitances) to each
+  /// other or to given potentials.
   bool is_coupled() const { return !couplings.empty() || !fixed_couplings.empty(); }
-  /// Links between groups without an unknown cell between them: pair links and links through eliminated cells.
+  /// Returns the conductances between groups (bodies with one potential) without an unknown cell between them: pair
+  /// links, and links that the elimination of near-surface cells (dominated by a conductor) makes.
   std::vector<NetworkLink> direct_links(const LaplaceProblem& problem) const;
 
   Layout layout;
   /// Cell size (m).
   double h = 0;
 
-  /// Body at each cell's centre, by slot.
+  /// Body at each cell's centre, or fluid, by slot.
   std::vector<CellOwner> owner;
-  /// Slots of the covered cells, by body. [bodies + 1]: a body's first in `covered`.
+  /// Slots of the covered cells, sorted by body. `covered_start` [bodies + 1]: a body's first in `covered`.
   std::vector<std::ptrdiff_t> covered;
   std::vector<int> covered_start;
   long fluid_cells = 0;
 
-  /// Links by body. [bodies + 1]: a body's first in `links`.
+  /// Links between fluid cells and conductors, sorted by body. `link_start` [bodies + 1]: a body's first in `links`.
   std::vector<FluidLink> links;
   std::vector<int> link_start;
-  /// Copies of the links by the row of their cell, in each row by cell. [ny + 1]: a row's first in `row_links`.
+  /// Copies of the links, sorted by the row of their cell and in each row by cell. `row_start` [ny + 1]: a row's first
+  /// in `row_links`.
   std::vector<RowLink> row_links;
   std::vector<int> row_start;
   std::vector<CrossGradient> cross_gradients;
-  /// Between bodies of different groups.
+  /// Direct links between bodies of different groups.
   std::vector<PairLink> pairs;
   std::vector<SideLink> side_links;
   EliminatedCells eliminated;
 
-  /// Sum of each fluid cell's conductances, by slot; 0 in covered cells and padding.
+  /// Sum of each fluid cell's conductances (matrix diagonal), by slot; 0 in covered cells and padding.
   std::vector<double> diagonal;
   FaceConductances faces;
 
-  /// The problem's couplings as conductances: between floating groups, and from one to a group of given potential.
-  /// Couplings of absorbed groups are left out.
+  /// The problem's couplings as conductances per permittivity. `couplings`: between two floating groups;
+  /// `fixed_couplings`: from a floating group to one of given potential. Couplings of absorbed groups are left out.
   std::vector<NetworkLink> couplings;
   std::vector<FixedCoupling> fixed_couplings;
 
-  /// Absorbed groups; the first `newly_absorbed` have an unknown on the next finer grid.
+  /// Groups without an unknown on this grid. The first `newly_absorbed` of them have an unknown on the next finer grid.
   std::vector<AbsorbedGroup> absorbed;
   int newly_absorbed = 0;
-  /// By group; empty: no group is absorbed.
+  /// Whether each group is absorbed; empty if none is.
   std::vector<char> is_absorbed;
 };
 

@@ -12,8 +12,8 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// Upper bound of couplings on the finest grid. With it, groups whose potentials differ in the last digit already
-/// exchange as much charge as they have. Larger values would add rounding errors only.
+/// Upper bound of couplings (lumped capacitances per permittivity) on the finest grid. With it, groups whose potentials
+/// differ in the last digit already exchange as much charge as they have. Larger values would add rounding errors only.
 constexpr double largest_coupling = 1e15;
 
 }  // namespace

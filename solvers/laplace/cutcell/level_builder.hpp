@@ -12,15 +12,17 @@
 
 namespace lichtenberg::laplace {
 
-/// Discretizes problems on one grid. Keeps the memory of its intermediate results for the next problem.
+/// Discretization of problems on one grid: assigns cells to bodies and computes the links (conductances between cells
+/// and conductors). It keeps the memory of its intermediate results for the next problem.
 class LevelBuilder {
  public:
-  /// Discretizes the problem on the finest grid. Throws InputError if the formula does not support a shape.
+  /// Discretizes the problem on the finest grid. `formula`: formula of the links' conductances. Throws InputError if
+  /// the formula does not support a shape.
   void build(const LaplaceProblem& problem, LinkFormula formula, Level& level,
              parallel::Team& team = parallel::Team::single());
-  /// Discretizes the problem on a coarse grid of the preconditioner, which has unknowns only for conductors that it
-  /// resolves: smaller ones are homogenized (homogenize.hpp). `finer`: the grid of cells half as large; null if there
-  /// is none.
+  /// Discretizes the problem on a coarse grid of the preconditioner, with unknowns only for conductors that the grid
+  /// resolves. Smaller ones become part of an effective medium (homogenize.hpp). `agglomerates`: sets of groups (bodies
+  /// with one potential) treated together. `finer`: the grid of cells half as large, or null.
   void build_coarse(const LaplaceProblem& problem, LinkFormula formula, const Agglomerates& agglomerates,
                     const Level* finer, Level& level, parallel::Team& team = parallel::Team::single());
 
@@ -36,10 +38,12 @@ class LevelBuilder {
   std::vector<int> link_row_;
 };
 
-/// Sets `row_links` and `row_start` from `links`. `link_row`: the row of each link's cell.
+/// Sorts the links (conductances between fluid cells and conductors) by row: computes `level.row_links` and
+/// `level.row_start` from `level.links`. `link_row`: the row of each link's cell.
 void sort_links_by_row(std::span<const int> link_row, Level& level, parallel::Team& team);
 
-/// Sets `couplings` and `fixed_couplings`. Larger conductances are replaced by `largest`.
+/// Computes `level.couplings` and `level.fixed_couplings`, the problem's lumped capacitances divided by the
+/// permittivity. Conductances above `largest` are replaced by it.
 void set_couplings(const LaplaceProblem& problem, double largest, Level& level);
 
 }  // namespace lichtenberg::laplace

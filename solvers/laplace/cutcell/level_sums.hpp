@@ -4,16 +4,19 @@
 
 namespace lichtenberg::laplace {
 
-/// Sums over the cells' equations: the flux into the cells, and its decrease per unit rise of all potentials.
+/// Sums over the equations of all cells, to find the common shift of all potentials (the potential level) that balances
+/// the charges. `flux`: flux into the cells; `conductance`: decrease of this flux per unit shift of all potentials.
 struct LevelSums {
   double flux = 0, conductance = 0;
 
-  /// Contribution of a cell's link to a given potential.
+  /// Returns the contribution of a link (conductance) from a cell to a given potential. `given`: that potential; `own`:
+  /// the potential of the cell.
   LICHTENBERG_HOST_DEVICE static LevelSums from_link(double conductance, double given, double own) {
     return {conductance * (given - own), conductance};
   }
-  /// Contribution of a group's links to cells. `to_cells`: their conductance; `from_cells`: the sum of conductance
-  /// times the cells' potentials; `held`: the fraction of a level by which the group's potential does not change.
+  /// Returns the contribution of a group's links to cells. `to_cells`: sum of their conductances; `potential`: that of
+  /// the group (bodies with one potential); `from_cells`: sum of conductance times the cells' potentials. `held`:
+  /// fraction of a common shift that the group does not follow, because of its links to given potentials.
   LICHTENBERG_HOST_DEVICE static LevelSums from_group(double to_cells, double potential, double from_cells,
                                                       double held) {
     return {to_cells * potential - from_cells, to_cells * held};
@@ -23,6 +26,7 @@ struct LevelSums {
     conductance += other.conductance;
     return *this;
   }
+  /// Returns the common shift of all potentials that makes the flux zero.
   LICHTENBERG_HOST_DEVICE double level() const { return conductance > 0 ? flux / conductance : 0.0; }
 };
 

@@ -8,22 +8,24 @@
 
 namespace lichtenberg::laplace {
 
-/// Representation and preconditioner of the cut-cell system: matrix-free (matrix_free.hpp) or assembled
-/// (assembled.hpp). Vectors are those of the operator: a level's layout, then one entry a group.
+/// Interface for the representation and the preconditioner of the cut-cell system A x = b: matrix-free
+/// (matrix_free.hpp) or assembled (assembled.hpp). Vectors contain one entry a slot (memory index) of the grid's
+/// layout, then one entry a group (bodies with one potential).
 class LinearSystem {
  public:
   virtual ~LinearSystem() = default;
-  /// Discretizes the problem: sets `level`, `op` and the preconditioner. `level` and `op` must outlive this object. A
-  /// worker thread may continue with the preconditioner until finish(), so that no argument may change until then.
+  /// Discretizes the problem: computes `level`, `op` and the preconditioner. `level` and `op` must outlive this object.
+  /// A worker thread may continue with the preconditioner until finish(), so that no argument may change until then.
   virtual void build(const LaplaceProblem& problem, Level& level, CutCellOperator& op) = 0;
-  /// Waits for the worker thread. To be called before first_guess(), solve() and the end of the problem's lifetime.
+  /// Waits for the worker thread of build(). To be called before first_guess(), solve() and the end of the problem's
+  /// lifetime.
   virtual void finish() {}
-  /// Sets x, in units of `scale` (V), to an initial guess without an earlier solution; by default to zero.
+  /// Computes an initial guess x without an earlier solution, in units of `scale` (V); by default zero.
   virtual void first_guess(const LaplaceProblem& /*problem*/, double /*scale*/, std::vector<double>& x) {
     std::fill(x.begin(), x.end(), 0.0);
   }
-  /// Solves op x = b from the initial guess in x until `criterion` is met. `residual`: that of x; it may be
-  /// overwritten. Sets iterations and residual of `solution` and adds to its work, if counted. Throws Failure if the
+  /// Solves A x = b from the initial guess in x until `criterion` is met. `residual`: b - A x of the guess, which may
+  /// be overwritten. Sets iterations and residual of `solution` and adds to its work, if counted. Throws Failure if the
   /// iteration does not converge.
   virtual void solve(std::vector<double>& b, std::vector<double>& x, std::vector<double>& residual,
                      const StopCriterion& criterion, LaplaceSolution& solution) = 0;

@@ -13,28 +13,33 @@
 
 namespace lichtenberg::laplace {
 
-/// Returns the larger of `value` and `least`. std::max takes references, and CUDA device code has no addresses of the
-/// constants below.
+/// Returns the larger of `value` and `least`. CUDA device code cannot use std::max with the constants below, because
+/// std::max takes references and they have no addresses there.
 LICHTENBERG_HOST_DEVICE constexpr double at_least(double value, double least) { return value < least ? least : value; }
 
-/// A conductance and its derivative with respect to the position of the conductor at the link's end.
+/// Conductance of a link (flux / potential difference, per depth and permittivity) and its derivative. The derivative
+/// is with respect to the position of the conductor at the link's end.
 struct Conductance {
   double value = 0;
-  /// Per cell.
+  /// Derivative with respect to the conductor's position (per cell width).
   Vec2 gradient;
 };
 
-/// Lower bound of a cut, the distance from a cell centre to the surface (cells). The flux through a short link is a
-/// small potential difference times a large conductance, and its relative error is rounding / cut: 1e-12 at this bound.
-/// The preconditioner's single precision requires the bound: with cuts of 1e-10, potentials are wrong in the third
-/// digit if many cell centres lie on surfaces (conductors on a lattice). Rounding may also place a cell centre on the
-/// wrong side of a surface.
+/// Lower bound of the cut length, the distance from a fluid cell centre to a conductor's surface (cells). The flux
+/// through a short link is a small potential difference times a large conductance. Its relative error is the rounding
+/// error divided by the cut length: 1e-12 at this bound. The preconditioner's single precision requires the bound. With
+/// cuts of 1e-10, potentials are wrong in the third digit if many cell centres lie on surfaces (conductors on a
+/// lattice). Rounding may also place a cell centre on the wrong side of a surface.
 inline constexpr double smallest_cut = 1e-4;
 
-/// Log-fitted link from the fluid cell centre p to a circle. The potential near a round conductor varies as ln r: the
-/// potential difference is q ln(r/R) / 2 pi, and the flux through the face is q dtheta / 2 pi. Here dtheta is the angle
-/// that the face from `corner_a` to `corner_b` subtends at the circle's centre. The link is exact for an isolated
-/// circle and tends to 1 / (cut length) as R -> infinity. `inside`: the fluid is within the circle, as for a ring.
+/// Computes the conductance of the link from a fluid cell centre p to a circular conductor, for a logarithmic profile
+/// of the potential. The cell's face towards the conductor runs from `corner_a` to `corner_b`; all lengths are in
+/// cells. The result is dtheta / ln(r/R): dtheta is the angle that the face subtends at the circle's centre, r the
+/// distance of p from it.
+/// The reason is that the potential near a round conductor of charge q varies as q ln(r/R) / 2 pi. The flux through the
+/// face is q dtheta / 2 pi. The link is exact for an isolated circle and tends to 1 / (cut length) as R -> infinity.
+/// `inside`: the fluid is within the circle, as in a ring. The returned derivative is with respect to the circle's
+/// position.
 LICHTENBERG_HOST_DEVICE inline Conductance log_fitted_link(Vec2 p, Vec2 corner_a, Vec2 corner_b, Vec2 centre,
                                                            double radius, bool inside = false) {
   Vec2 a = corner_a - centre, b = corner_b - centre;
@@ -64,29 +69,33 @@ LICHTENBERG_HOST_DEVICE inline Conductance log_fitted_link(Vec2 p, Vec2 corner_a
   return {c, (theta_gradient - c * log_gradient) / log_ratio};
 }
 
-/// Link from a fluid cell centre to a flat surface: 1 / cut. `cut`: distance along the link, in direction e; n: outward
-/// normal of the conductor, n.e < 0.
+/// Computes the conductance 1 / cut of the link from a fluid cell centre to a flat surface. `cut`: distance to the
+/// surface along the link (cells). e: unit vector of the link's direction; n: outward normal of the conductor, n.e < 0.
+/// The returned derivative is with respect to the surface's position.
 LICHTENBERG_HOST_DEVICE inline Conductance plain_link(double cut, Vec2 e, Vec2 n) {
   return {1.0 / cut, (-1.0 / (cut * cut * dot(n, e))) * n};
 }
 
-/// A conductor's surface as a circle. The radius is negative if the conductor lies outside the circle (a dish's rim).
+/// Circle that represents a conductor's surface (lengths in cells). The radius is negative if the conductor lies
+/// outside the circle (a ring around the fluid).
 struct SurfaceCircle {
   Vec2 centre;
   double radius;
 };
 
-/// Point where a line from a point inside a conductor leaves the conductor.
+/// Point where a line from a point inside a conductor leaves the conductor (lengths in cells).
 struct Exit {
-  /// Distance from the point to the surface.
+  /// Distance from the start point to the surface along the line.
   double length = 0;
-  /// d2 length / d offset^2
+  /// Second derivative of `length` with respect to a sideways offset of the line.
   double curvature = 0;
-  /// d length / d centre
+  /// Derivative of `length` with respect to the position of the conductor's centre.
   Vec2 gradient;
 };
 
-/// Exit of the line from p in direction e, shifted sideways by offset * perpendicular(e).
+/// Computes where a line leaves a circular conductor. The line starts at p inside the conductor, runs in direction e (a
+/// unit vector) and is shifted sideways by offset * perpendicular(e). A line that misses the circle gets the exit of a
+/// line that barely meets it.
 LICHTENBERG_HOST_DEVICE inline Exit circle_exit(Vec2 p, Vec2 e, const SurfaceCircle& surface, double offset = 0) {
   const double radius = surface.radius;
   const Vec2 w = p - surface.centre;
@@ -97,25 +106,28 @@ LICHTENBERG_HOST_DEVICE inline Exit circle_exit(Vec2 p, Vec2 e, const SurfaceCir
   return {-dot(w, e) + sign * root, -sign * size * size / (root * root * root), normal * (size / root)};
 }
 
-/// Returns true if the shifted line meets the circle.
+/// Returns true if the line through p in direction e, shifted sideways by offset * perpendicular(e), meets the circle.
 LICHTENBERG_HOST_DEVICE inline bool meets(Vec2 p, Vec2 e, const SurfaceCircle& surface, double offset) {
   return std::abs(cross(e, p - surface.centre) + offset) < std::abs(surface.radius);
 }
 
-/// Lower bound of a gap between conductors (cells), less than an atom for cells of 0.1 mm. Conductors of different
-/// potential that touch thus have a large, finite conductance.
+/// Lower bound of a gap between conductors (cells), smaller than an atom for cells of 0.1 mm. With it, touching
+/// conductors of different potential have a large but finite conductance.
 inline constexpr double smallest_gap = 1e-6;
 
-/// A conductance between two conductors and its derivatives with respect to their positions.
+/// Conductance between two conductors a and b (per depth and permittivity), and its derivatives with respect to their
+/// positions (per cell width).
 struct PairConductance {
   double value = 0;
   Vec2 gradient_a, gradient_b;
 };
 
-/// Conductance of the gap between two circles across a face of unit width: the integral of ds / gap(s) over the offset
-/// s in [-1/2, 1/2] from the link. The link runs from p (inside a) over `length` in direction e to a point inside b.
-/// One radius may be negative. The result is 1 / gap for a wide gap. A narrow gap is a parabola, and the substitution
-/// s = s0 + w tan u makes the integrand nearly constant, so that eight Gauss points suffice for any gap.
+/// Computes the conductance of the gap between two circular conductors across a face of unit width. It is the integral
+/// of ds / gap(s) over the sideways offset s in [-1/2, 1/2]. The link starts at p inside conductor a and ends inside
+/// conductor b, at distance `length` in direction e (a unit vector). Lengths are in cells. One radius may be negative
+/// (SurfaceCircle). The returned derivatives are with respect to both positions.
+/// The result is 1 / gap for a wide gap. A narrow gap is approximately a parabola with its minimum at s0. The
+/// substitution s = s0 + w tan u makes the integrand nearly constant, so that eight Gauss points suffice for any gap.
 LICHTENBERG_HOST_DEVICE inline PairConductance gap_conductance(Vec2 p, Vec2 e, double length,
                                                                const SurfaceCircle& circle_a,
                                                                const SurfaceCircle& circle_b) {
@@ -153,8 +165,9 @@ LICHTENBERG_HOST_DEVICE inline PairConductance gap_conductance(Vec2 p, Vec2 e, d
   return result;
 }
 
-/// Conductance of two circles in the open plane, for circles in one cell: 2 pi / arccosh u with
-/// u = (d^2 - r_a^2 - r_b^2) / (2 r_a r_b) (D 6.37 for unequal radii).
+/// Computes the conductance between two circles in the open plane, for two disks in one cell (dissertation, D 6.37). It
+/// is 2 pi / arccosh u with u = (d^2 - r_a^2 - r_b^2) / (2 r_a r_b); d is the distance of the centres. Lengths are in
+/// cells. The derivatives are with respect to the centres.
 LICHTENBERG_HOST_DEVICE inline PairConductance circle_pair(Vec2 centre_a, double radius_a, Vec2 centre_b,
                                                            double radius_b) {
   const Vec2 d = centre_a - centre_b;

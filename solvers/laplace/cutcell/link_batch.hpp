@@ -7,26 +7,30 @@
 
 namespace lichtenberg::laplace {
 
-/// Fluid cells next to a disk, with the directions to its cells. Lengths in cells.
+/// Geometry of eight links from fluid cells to one disk, for vector instructions. A link is the conductance between a
+/// fluid cell and a conductor. Lengths are in cells.
 struct LinkBatch {
   static constexpr int width = 8;
-  /// Centre of the fluid cell relative to the disk's.
+  /// Centre of each fluid cell relative to the disk's centre.
   std::array<double, width> x{}, y{};
-  /// Unit vector towards the covered cell.
+  /// Unit vector from each fluid cell to the neighbouring cell that the disk covers.
   std::array<double, width> ex{}, ey{};
 };
 
-/// Conductances and derivatives with respect to the disk's position.
+/// Conductances of the links of a batch (per depth and permittivity) and their derivatives with respect to the disk's
+/// position (per cell width).
 struct BatchConductances {
   std::array<double, LinkBatch::width> value, gradient_x, gradient_y;
 };
 
-/// Minimum radius (cells) of a disk for batches. The ends of the face between a fluid and a covered centre are half a
-/// diagonal from both. At this radius the disk's centre is at least .09 from either end of a face and .3 from its
-/// middle. A face then subtends less than 2.1 at the disk's centre, and fluid centres are within 2.25 radii.
+/// Minimum radius (cells) of a disk whose links are computed in batches. The ends of the face between a fluid and a
+/// covered cell centre are half a diagonal from both. At this radius the disk's centre is at least .09 from either end
+/// of a face and .3 from its middle. A face then subtends less than 2.1 rad at the disk's centre, and fluid cell
+/// centres are within 2.25 radii.
 inline constexpr double least_batched_radius = 0.8;
 
-/// Returns log_fitted_link for each, except for rounding.
+/// Computes the conductances of eight links from fluid cells to a disk of the given radius (cells), and their
+/// derivatives. The results equal those of log_fitted_link except for rounding.
 BatchConductances log_fitted_links(const LinkBatch& links, double radius);
 
 }  // namespace lichtenberg::laplace

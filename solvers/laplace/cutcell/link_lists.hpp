@@ -8,12 +8,16 @@
 
 namespace lichtenberg::laplace {
 
-/// A level's links between fluid cells and floating groups in two orders. The list by row of the cell serves for fluxes
-/// from groups to cells during a sweep, the list by body for fluxes from cells to groups. Links to groups of given
-/// potential are contained in the diagonal and in the right-hand side only.
+/// Links between fluid cells and floating groups of one grid, in two orders. A link is the conductance between a fluid
+/// cell and a conductor next to it. A floating group is a set of bodies with one unknown potential. The list by row of
+/// the cell serves for fluxes from groups to cells during a sweep. The list by body serves for fluxes from cells to
+/// groups. Links to groups of given potential are not listed: they enter the matrix diagonal and the right-hand side
+/// only.
 template <class Real>
 class LinkLists {
  public:
+  /// Builds the lists by row and by body from the links (conductances) of `level`, the geometry of one grid. `team`:
+  /// threads.
   void build(const LaplaceProblem& problem, const Level& level, parallel::Team& team) {
     const int rows = level.layout.ny, chunks = 4 * team.size();
     list_runs(problem, level);
@@ -31,35 +35,45 @@ class LinkLists {
     });
   }
 
-  /// Calls effect(cell, conductance * potential of the group) for the links of row j.
+  /// Calls effect(cell, flux) for each link in row j. `cell`: memory index of the fluid cell; flux: conductance *
+  /// potential of the link's group (bodies with one potential). `potential` [groups].
   template <class Effect>
   void add_to_row(int j, const Real* potential, const Effect& effect) const {
     for (int m = row_start_[j]; m < row_end_[j]; ++m)
       effect(by_row_[m].cell, by_row_[m].conductance * potential[by_row_[m].group]);
   }
 
-  /// Row j's links, in the order of its cells.
+  /// Returns the index of the first link of row j in the list by rows. A link is the conductance between a fluid cell
+  /// and a conductor. The links of a row are in the order of their cells.
   int row_start(int j) const { return row_start_[j]; }
+  /// Returns the index after the last link of row j in the list by rows. A link is the conductance between a fluid cell
+  /// and a conductor.
   int row_end(int j) const { return row_end_[j]; }
+  /// Returns the slot (memory index) of the fluid cell of a link in the list by rows. A link is the conductance between
+  /// a fluid cell and a conductor.
   std::int32_t cell(int link) const { return by_row_[link].cell; }
-  /// Returns the sum of conductance * potential of the group over the links from `first` to `end` - 1.
+  /// Returns the sum of conductance * potential of the group over the links `first` to `end` - 1 of the list by rows.
+  /// `potential` [groups]. A group is a set of bodies with one potential.
   Real flux(int first, int end, const Real* potential) const {
     Real flux = 0;
     for (int m = first; m < end; ++m) flux += by_row_[m].conductance * potential[by_row_[m].group];
     return flux;
   }
 
-  /// Excludes these of the level's links, which belong to floating groups, from the sums over groups.
+  /// Excludes links from the sums over groups (add_to_groups, add_conductances) by setting their conductances to zero.
+  /// `links`: indices in Level::links of links to floating groups (bodies with one unknown potential).
   void leave_out(const Level& level, const std::vector<int>& links) {
     for (const int m : links) by_body_[m - fixed_before_[level.links[m].body]].conductance = 0;
   }
 
-  /// Sums conductance * v over each group's links and adds it to `sum` [groups].
+  /// Adds to `sum` [groups] the sum of conductance * v over each floating group's links. `v`: potentials of cells by
+  /// slot (memory index). A group is a set of bodies with one potential.
   void add_to_groups(parallel::Team& team, const Real* v, Real* sum) const {
     add_links(team, sum, [v](const BodyLink& link) { return link.conductance * v[link.cell]; });
   }
 
-  /// Adds each floating group's conductances to `sum` [groups].
+  /// Adds to `sum` [groups] the sum of the conductances of each floating group's links. A group is a set of bodies with
+  /// one potential.
   void add_conductances(parallel::Team& team, Real* sum) const {
     add_links(team, sum, [](const BodyLink& link) { return link.conductance; });
   }
@@ -73,8 +87,8 @@ class LinkLists {
     std::int32_t cell, group;
     Real conductance;
   };
-  /// Consecutive links of one body: their range in by_body_. `fixed_before`: number of links of fixed groups before
-  /// them in the level's list.
+  /// Consecutive links (conductances) of one body to fluid cells, summed as one term; `start` and `end` are indices in
+  /// by_body_. `fixed_before`: number of links to groups of given potential before them in Level::links.
   struct Run {
     int group, start, end, fixed_before;
   };
@@ -99,7 +113,8 @@ class LinkLists {
     run_sum_.resize(runs_.size());
   }
 
-  /// Each row has memory for all its links, also those of fixed groups.
+  /// Lists the links of row j to floating groups (bodies with one unknown potential). Each row has memory for all its
+  /// links, also those to groups of given potential.
   void list_row(const Level& level, int j) {
     int at = row_start_[j];
     for (int m = row_start_[j]; m < row_start_[j + 1]; ++m) {
@@ -134,7 +149,9 @@ class LinkLists {
   mutable std::vector<Real> run_sum_;
 };
 
-/// Returns the sum of each floating group's conductances without couplings; 0 for groups of given potential.
+/// Computes the diagonal of each floating group's equation. It is the sum of the conductances of the group's links to
+/// cells, conductors and sides, without couplings (lumped capacitances between groups). Groups of given potential get
+/// 0. A group is a set of bodies with one potential.
 template <class Real>
 std::vector<Real> group_diagonals(const LaplaceProblem& problem, const Level& level, const LinkLists<Real>& links,
                                   parallel::Team& team) {
@@ -152,8 +169,9 @@ std::vector<Real> group_diagonals(const LaplaceProblem& problem, const Level& le
   return diagonal;
 }
 
-/// Calls to_cell(slot, conductance, potential) and to_group(group, conductance, potential) for all links of unknowns to
-/// given potentials (V).
+/// Calls a function for each link between an unknown and a given potential (V), to form right-hand sides. Arguments:
+/// to_cell(slot, conductance, potential) for fluid cells and to_group(group, conductance, potential) for floating
+/// groups (bodies with one unknown potential). A slot is the memory index of a cell.
 template <class ToCell, class ToGroup>
 void for_each_given(const LaplaceProblem& problem, const Level& level, const ToCell& to_cell, const ToGroup& to_group) {
   const auto group_of = [&](int body) { return problem.bodies[body].group; };
@@ -181,8 +199,10 @@ void for_each_given(const LaplaceProblem& problem, const Level& level, const ToC
     to_group(coupling.group, coupling.conductance, coupling.potential);
 }
 
-/// Sets the right-hand side of a level's system, by slot in `cell` and by group in `group`, in units of `scale` (V):
-/// charges / permittivity, and conductance * potential of links to given potentials.
+/// Computes the right-hand side of one grid's system, in units of `scale` (V). It is the sum of conductance * given
+/// potential over links to given potentials, plus charge / permittivity for floating groups. `cell`: by slot (memory
+/// index); `group`: by group, 0 for groups of given potential. A floating group is a set of bodies with one unknown
+/// potential.
 template <class Real>
 void write_right_hand_side(const LaplaceProblem& problem, const Level& level, double scale, Real* cell, Real* group) {
   const auto in_units = [scale](double value) { return static_cast<Real>(value / scale); };

@@ -8,7 +8,7 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// Lends an array to a vector during its lifetime.
+/// Gives a PETSc vector the memory of an array; the destructor takes it back.
 class PlacedArray {
  public:
   PlacedArray(::Vec vector, std::vector<double>& array) : vector_(vector) {
@@ -40,7 +40,7 @@ void MatrixFreeSystem::build(const LaplaceProblem& problem, Level& level, CutCel
   });
 }
 
-/// The coarse grids do not depend on the operator and may be built at the same time.
+/// Discretizes all grids. The coarse grids do not depend on the operator and may be built at the same time.
 void MatrixFreeSystem::discretize(const LaplaceProblem& problem, Level& level, CutCellOperator& op) {
   multigrid_.prepare(problem, level.layout);
   builder_.build(problem, links_, level, team_);
@@ -58,7 +58,8 @@ void MatrixFreeSystem::make_krylov(CutCellOperator& op) {
   parallel::check_petsc(KSPSetOperators(krylov_.ksp, krylov_.matrix, krylov_.matrix));
 }
 
-/// To be called when the number of groups changes. The method keeps its options.
+/// Makes PETSc's vectors and matrix for n entries, after a change of the number of groups. The method keeps its
+/// options.
 void MatrixFreeSystem::make_vectors(PetscInt n) {
   if (krylov_.ksp) parallel::check_petsc(KSPReset(krylov_.ksp));
   parallel::check_petsc(MatDestroy(&krylov_.matrix));

@@ -6,10 +6,11 @@
 
 namespace lichtenberg::laplace {
 
-/// Matrix-free system with geometric multigrid as preconditioner.
+/// Cut-cell system without an assembled matrix, with geometric multigrid as preconditioner of conjugate gradients.
 class MatrixFreeSystem : public LinearSystem {
  public:
-  /// Makes the system. `tolerance`: value in KSP's views; each solve has its own.
+  /// Makes the system without a problem. `links`: formula of the links' conductances; `tolerance`: only shown in
+  /// PETSc's output, because each solve has its own; `team`: threads of all loops.
   MatrixFreeSystem(LinkFormula links, double tolerance, parallel::Team& team);
 
   void build(const LaplaceProblem& problem, Level& level, CutCellOperator& op) override;

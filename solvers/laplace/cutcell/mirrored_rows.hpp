@@ -9,18 +9,20 @@
 
 namespace lichtenberg::laplace {
 
-/// A grid's potentials by row and column with a border of mirror images: the source of the interpolation to the next
+/// Potentials of a grid in rows and columns with a border of mirror images, as source of the interpolation to the next
 /// finer grid.
 class MirroredRows {
  public:
+  /// Reserves memory for the cells of `layout` and the border.
   explicit MirroredRows(const Layout& layout) : stride_(layout.nx + 2 * Layout::pad) {
     parallel::resize_in_huge_pages(value_, (layout.ny + 2) * stride_);
   }
 
-  /// Row j from -1 to ny; its columns are valid from -1 to nx.
+  /// Returns a pointer to row j, from -1 to ny; its columns are valid from -1 to nx.
   const float* row(int j) const { return &value_[(j + 1) * stride_ + Layout::pad]; }
 
-  /// Copies v, by slot. The image beyond a side is multiplied by sign[side].
+  /// Copies the potentials v, by slot (memory index), and computes the border. Images beyond a side are multiplied by
+  /// sign[side]: -1 for an odd continuation, +1 for an even one.
   void assign(const std::vector<float>& v, const std::array<float, 4>& sign, const Layout& layout,
               parallel::Team& team) {
     const auto write_row = [&](int j, int from, float row_sign) {

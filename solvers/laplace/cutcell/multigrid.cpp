@@ -99,7 +99,7 @@ void Multigrid::apply(const double* r, double* z) {
   std::copy(group_potential_.begin(), group_potential_.end(), z + grid.v.size());
 }
 
-/// Number of cells relative to the finest grid.
+/// Returns the number of cells of grid l relative to the finest grid.
 double Multigrid::share(int l) const {
   const Layout &at = grids_[l]->layout, &finest = grids_[0]->layout;
   return static_cast<double>(at.nx) * at.ny / (static_cast<double>(finest.nx) * finest.ny);

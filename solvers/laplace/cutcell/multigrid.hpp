@@ -10,47 +10,58 @@ namespace lichtenberg::laplace {
 
 class CoarseSolver;
 
-/// One symmetric V-cycle on the cut-cell system, the preconditioner of CG. Every grid is discretized with the same link
-/// formulas, because conductances do not depend on the cell size. A conductor is resolved on fine grids and part of the
-/// medium on coarse ones (homogenize.hpp). The cycle uses single precision: a preconditioner needs no more digits than
-/// its convergence rate requires.
+/// One symmetric V-cycle on the cut-cell system, the multigrid preconditioner of conjugate gradients. Every grid is
+/// discretized with the same link formulas, because conductances do not depend on the cell size. A conductor is
+/// resolved on fine grids and part of an effective medium on coarse ones (homogenize.hpp). The cycle uses single
+/// precision: a preconditioner needs no more digits than its convergence rate requires.
 class Multigrid {
  public:
-  /// Makes a preconditioner without grids. `coarse_sweeps`: number of sweeps before and after the correction on all
-  /// grids except the finest. A second sweep there costs 1/8 of a CG iteration and saves two of eleven iterations.
+  /// Makes a preconditioner without grids. `coarse_sweeps`: number of smoothing sweeps before and after the correction
+  /// on all grids except the finest. A second sweep there costs 1/8 of a CG iteration and saves two of eleven
+  /// iterations.
   explicit Multigrid(LinkFormula formula, parallel::Team& team = parallel::Team::single(), int coarse_sweeps = 2);
   ~Multigrid();
 
-  /// Chooses the grids at the first call. For each problem, call prepare(), build_coarse(), build_finest() and finish()
-  /// in this order.
+  /// Makes the grids at the first call, for the layout of the finest grid. For each problem, call prepare(),
+  /// build_coarse(), build_finest() and finish() in this order.
   void prepare(const LaplaceProblem& problem, const Layout& finest);
-  /// Discretizes the coarser grids. A worker thread factorizes the coarsest system. A team of two leaves all of this to
-  /// the worker thread, so that the two threads do not wait for each other in every loop.
+  /// Discretizes the coarser grids. A worker thread factorizes the coarsest system. In a team of two the worker thread
+  /// does all of this, because otherwise the two threads would wait for each other in every loop. `finest`: the finest
+  /// grid's geometry.
   void build_coarse(const LaplaceProblem& problem, const Level& finest);
-  /// Takes over the finest grid's system.
+  /// Copies the finest grid's system to the V-cycle.
   void build_finest(const LaplaceProblem& problem, const Level& finest);
-  /// Waits for the worker thread. Before this call only the builds are allowed, and `problem` and `finest` must not
-  /// change.
+  /// Waits for the worker thread. Before this call only the build functions are allowed, and `problem` and `finest`
+  /// must not change.
   void finish() { team_.finish(); }
 
-  /// z = M r. Vectors have the finest level's layout, then one entry a group.
+  /// Applies the preconditioner: z = M r by one V-cycle. Vectors have the finest grid's layout, then one entry a group
+  /// (bodies with one potential).
   void apply(const double* r, double* z);
-  /// apply() in parts, for fused passes over r and z: take_row() for all rows of r and take_groups(), then cycle(),
-  /// which returns r'z. Then cells() and groups() are z.
+  /// Copies row j of the residual r to the finest grid as its right-hand side. take_row() for all rows, take_groups()
+  /// and cycle() together equal apply(). They serve fused passes over r and z.
   void take_row(int j, const double* r);
+  /// Copies the groups' entries of the residual r to the finest grid as right-hand side of the V-cycle. A group is a
+  /// set of bodies with one potential.
   void take_groups(const double* r);
+  /// Runs one V-cycle on the residual r, which take_row() and take_groups() have copied. Returns the scalar product
+  /// r'z. The result z = M r is then in cells() and groups().
   double cycle(const double* r);
+  /// Returns the cells' part of z = M r after cycle(), by slot (memory index).
   const float* cells() const { return grids_[0]->v.data(); }
+  /// Returns the groups' part of z = M r after cycle(). A group is a set of bodies with one potential.
   const double* groups() const { return group_potential_.data(); }
 
-  /// Solves the problem on the coarser grids, each with the next coarser grid's solution as initial guess (nested
-  /// iteration: Brandt 1977), and interpolates to x, in units of `scale` (V). Without a coarser grid x is not changed.
+  /// Computes an initial guess x by nested iteration (full multigrid, Brandt 1977), in units of `scale` (V). It solves
+  /// the problem on the coarser grids, each with the next coarser solution as guess, and interpolates to the finest
+  /// grid. Without a coarser grid x is not changed.
   void nested_guess(const LaplaceProblem& problem, double scale, double* x);
 
   /// Returns the work since the last call, in units of one residual evaluation on the finest grid
-  /// (docs/numerics/multigrid.md).
+  /// (docs/numerics/multigrid.md), and resets it.
   double take_work();
 
+  /// Returns the number of grids.
   int levels() const;
 
  private:

@@ -25,7 +25,8 @@ void CutCellOperator::build(const LaplaceProblem& problem, const Level& level, p
   if (are_linked()) factorize_groups();
 }
 
-/// Joint elimination, because sequential relaxation of strongly coupled groups would retain their common potential.
+/// Factorizes the equations of all groups together, because sequential relaxation of strongly coupled groups would
+/// retain their common potential.
 void CutCellOperator::factorize_groups() {
   std::vector<double> ground = group_diagonal_;
   std::vector<NetworkLink> links = level_->couplings;
@@ -62,7 +63,7 @@ double CutCellOperator::apply_row(int j, const double* x, double* y) const {
   return product;
 }
 
-/// Subtracts the flux through the closed parts of faces, which apply_row takes as open.
+/// Removes from row j of y the flux through the closed parts of faces, which apply_row takes as open.
 void CutCellOperator::subtract_closed_faces(int j, const double* x, double* y) const {
   const Layout& at = level_->layout;
   const std::vector<float>&east = level_->faces.east, &north = level_->faces.north;
@@ -98,8 +99,8 @@ double CutCellOperator::apply_field_to_groups(const double* x, double* y_group) 
   return product;
 }
 
-/// Computes fluxes: the flux out of one group is exactly that into the other, also if a strong coupling makes rounding
-/// errors dominate it.
+/// Adds the fluxes of couplings (lumped capacitances) to y and returns their part of x'y. The flux out of one group is
+/// exactly that into the other, also if a strong coupling makes rounding errors dominate it.
 double CutCellOperator::apply_couplings(const double* x_group, double* y_group) const {
   double product = 0;
   for (const auto& [a, b, conductance] : level_->couplings) {
@@ -146,8 +147,7 @@ double CutCellOperator::stretch(const double* b, double* x, double* r) const {
     for (int colour = 0; colour < 2; ++colour) rescale(at.row(colour, j), at.row_length(colour, j));
   });
   rescale(static_cast<std::ptrdiff_t>(cells_), groups);
-  // The energy of couplings to given potentials is not part of the field's. Without a field, rounding may make the
-  // latter negative.
+  // The energy of couplings is not part of the field's energy. Without a field, rounding may make the latter negative.
   const double not_negative = std::max(field_energy, 0.0);
   return level_->is_coupled() ? std::abs(factor) * std::sqrt(not_negative) : std::sqrt(factor * product);
 }

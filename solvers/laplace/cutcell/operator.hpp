@@ -9,49 +9,63 @@
 namespace lichtenberg::laplace {
 
 /// Matrix-free cut-cell system A x = b of the finest grid, in double precision. Vectors contain the cells' potentials
-/// in the level's layout (zero in covered cells and padding), then one entry a group. The entry is zero for groups of
-/// given potential, which belong to the right-hand side.
+/// by slot (memory index, Layout), zero in covered cells (inside conductors) and padding, then one entry a group. A
+/// group is a set of bodies with one potential. The entry is zero for groups of given potential, which belong to the
+/// right-hand side.
 class CutCellOperator {
  public:
-  /// Takes over the level, which must outlive this object.
+  /// Builds the operator from the discretized geometry `level`, which must outlive this object. `team`: threads of all
+  /// loops.
   void build(const LaplaceProblem& problem, const Level& level, parallel::Team& team = parallel::Team::single());
+  /// Returns the number of entries of a vector: slots (memory indices) of the grid plus groups (bodies with one
+  /// potential).
   std::size_t size() const { return cells_ + groups_; }
+  /// Returns the number of slots of the grid, the index of the first group (bodies with one potential) in a vector.
   std::size_t cells() const { return cells_; }
 
-  /// y = A x
+  /// Computes y = A x.
   void apply(const double* x, double* y) const;
-  /// Parts of apply(): row j, and the groups. Return their parts of x'y.
+  /// Computes y = A x for the cells of row j and returns this row's part of x'y.
   double apply_row(int j, const double* x, double* y) const;
+  /// Computes the groups' part of y = A x and returns its part of x'y. `x`: whole vector; `y_group` [groups]. A group
+  /// is a set of bodies with one potential.
   double apply_groups(const double* x, double* y_group) const;
-  /// Multiplies x by the factor that minimizes its error as a solution of A x = b in the energy norm, and sets r = b -
-  /// A x. A poor initial guess becomes small; unscaled, its energy norm would set the scale of CG's stop criterion.
-  /// Returns the energy norm of x.
+  /// Scales the initial guess x by the factor that minimizes its error as a solution of A x = b in the energy norm.
+  /// Sets r = b - A x. A poor guess thus becomes small; unscaled, its energy norm would set the scale of CG's stop
+  /// criterion. Returns the energy norm of x, without the energy of couplings (lumped capacitances).
   double stretch(const double* b, double* x, double* r) const;
-  /// Sets b: charges / permittivity, and links to groups and sides of given potential, in units of `scale` (V).
+  /// Computes the right-hand side b, in units of `scale` (V): charges / permittivity, and fluxes from groups (bodies
+  /// with one potential) and sides of given potential.
   void right_hand_side(const LaplaceProblem& problem, double* b, double scale = 1) const;
-  /// Shifts all potentials by the value that makes the residuals r sum to zero, and updates r. For systems that are
-  /// grounded by couplings only.
+  /// Shifts all potentials x by one value such that the residuals r sum to zero, and updates r. Only for systems that
+  /// are grounded by couplings (lumped capacitances) to given potentials alone.
   void fix_potential_level(double* x, double* r) const;
-  /// Shifts the floating groups' potentials, and all potentials by a common value, such that every group's charge and
-  /// the sum of all charges are exact except for rounding. The shifts, of the order of CG's tolerance, are a Galerkin
-  /// correction and reduce the error in the energy norm. `scale`: that of b.
+  /// Corrects the charges: shifts the floating groups' potentials, and all potentials by a common value. Every group's
+  /// charge and the sum of all charges then are exact except for rounding. The shifts, of the order of CG's tolerance,
+  /// are a Galerkin correction and reduce the error in the energy norm. `scale`: potential unit (V) of b and x. A group
+  /// is a set of bodies with one potential.
   void balance(const LaplaceProblem& problem, double scale, const double* b, double* x) const;
-  /// Smooths x by sweeps over the groups and the cells linked to them, where a change of geometry causes the largest
-  /// errors. Returns the work in evaluations of A.
+  /// Smooths x by Gauss-Seidel sweeps over the groups and the cells next to conductors, where a change of geometry
+  /// causes the largest errors. Returns the work in evaluations of A. On grids with varying face conductances it does
+  /// nothing. A group is a set of bodies with one potential.
   double relax_edges(const double* b, double* x, int sweeps) const;
-  /// Sets covered cells and fixed groups to zero.
+  /// Sets the entries of covered cells (inside conductors) and of groups of given potential to zero. A group is a set
+  /// of bodies with one potential.
   void mask(double* x) const;
 
+  /// Returns the discretized geometry of the finest grid.
   const Level& level() const { return *level_; }
-  /// Returns true if only couplings link the system to given potentials.
+  /// Returns true if only couplings (lumped capacitances) link the system to given potentials.
   bool grounded_by_couplings() const { return grounded_by_couplings_; }
+  /// Returns the thread team of all loops.
   parallel::Team& team() const { return *team_; }
 
  private:
   void factorize_groups();
   double apply_field_to_groups(const double* x, double* y_group) const;
   double apply_couplings(const double* x_group, double* y_group) const;
-  /// Returns true if groups are linked to each other, by couplings or directly.
+  /// Returns true if groups (bodies with one potential) are linked to each other, by couplings (lumped capacitances) or
+  /// directly through a gap.
   bool are_linked() const { return level_->is_coupled() || !pairs_.empty(); }
   void solve_groups(double* flow) const;
   void shift_cells(double value, double* x) const;

@@ -14,8 +14,8 @@ Vec2 centre_of(CellIndex cell) { return cell_centre(cell.i, cell.j); }
 
 CellIndex next_cell(CellIndex cell, int side) { return {cell.i + step_i(side), cell.j + step_j(side)}; }
 
-/// Slots of the four neighbours of a cell, by SideIndex. Beyond a side of the box they are in the padding, which is
-/// fluid.
+/// Returns the slots (memory indices) of the four neighbours of a cell: left, right, bottom, top. Beyond a side of the
+/// box they are in the padding, which is fluid.
 std::array<std::ptrdiff_t, 4> neighbours_of(const Layout& layout, int i, int j) {
   const int colour = (i + j) & 1, number = i >> 1;
   const std::ptrdiff_t west = layout.row(1 - colour, j) + number + Layout::parity(colour, j) - 1;
@@ -61,7 +61,7 @@ void PartLinker::link(int part) {
   }
 }
 
-/// Columns of row j whose cells and neighbours all belong to the piece's disk, provided that the disk has all cells
+/// Returns the columns of row j whose cells and neighbours all belong to the piece's disk. The disk must have all cells
 /// whose centres it covers.
 Columns PartLinker::inner_columns(const BodyPiece& piece, int j) const {
   if (bodies_.outlines[piece.body].kind != Outline::Kind::disk) return {};
@@ -89,7 +89,7 @@ void PartLinker::link_piece(const BodyPiece& piece) {
   }
 }
 
-/// Links the body's cells in these columns of row j that have a neighbour outside the body.
+/// Computes the links of the body's cells in these columns of row j that have a neighbour outside the body.
 void PartLinker::link_columns(int j, Columns columns) {
   for (int i = columns.from; i <= columns.to; ++i) {
     if (!owner_[layout_(i, j)].is(body_)) continue;
@@ -105,7 +105,8 @@ bool PartLinker::uses_batches() const {
          outline.size >= least_batched_radius;
 }
 
-/// `neighbours`: their slots, by SideIndex.
+/// Computes the links of a cell that the body covers to its neighbours. `neighbours`: their slots (memory indices),
+/// left, right, bottom, top.
 void PartLinker::link_cell(CellIndex cell, const std::array<std::ptrdiff_t, 4>& neighbours) {
   for (int side = 0; side < 4; ++side) {
     const CellOwner owner = owner_[neighbours[side]];
@@ -117,7 +118,7 @@ void PartLinker::link_cell(CellIndex cell, const std::array<std::ptrdiff_t, 4>& 
   }
 }
 
-/// Links the fluid cell at `slot`, on this side of the body's cell.
+/// Computes the link between the body's cell and the fluid cell at `slot` (memory index) on one of its sides.
 void PartLinker::link_fluid_cell(CellIndex cell, int side, std::ptrdiff_t slot) {
   const Outline& outline = bodies_.outlines[body_];
   const Vec2 e = direction(side);
@@ -138,8 +139,8 @@ void PartLinker::link_conductor(CellIndex cell, Vec2 e, int other) {
   links_.pairs.push_back({body_, other, c.value, c.gradient_a, c.gradient_b});
 }
 
-/// Adds a link to the batch: `centre` is the fluid cell's centre relative to the body's, e the direction to the body's
-/// cell.
+/// Adds a link to the batch of pending ones. `centre`: the fluid cell's centre relative to the body's; e: direction
+/// from the fluid cell to the body's cell.
 void PartLinker::add_pending(int link, Vec2 centre, Vec2 e) {
   auto& [batch, of, count] = pending_;
   batch.x[count] = centre.x, batch.y[count] = centre.y, batch.ex[count] = e.x, batch.ey[count] = e.y;
@@ -164,7 +165,8 @@ void PartLinker::compute_pending() {
   count = 0;
 }
 
-/// Corrects links whose fluid cell lies in a gap to a conductor of another group by the integral over the gap.
+/// Corrects the conductances of links across a gap of one fluid cell to a conductor of another group (integral over the
+/// gap).
 void PartLinker::couple_opposed_surfaces() {
   for (const OpposedLink& opposed : opposed_) {
     FluidLink& link = links_.links[opposed.link];
@@ -179,8 +181,9 @@ void PartLinker::couple_opposed_surfaces() {
   opposed_.clear();
 }
 
-/// Links the group's subgrid conductors to the four cells around each. All links of the group to one cell become one
-/// link, of the group's first subgrid conductor: on the coarsest grids a large group has dozens of conductors per cell.
+/// Computes the links of a group's subgrid conductors (disks too small for the grid) to the four cells around each. All
+/// links of the group to one cell become one link, of the group's first subgrid conductor. On the coarsest grids a
+/// large group has dozens of conductors per cell.
 void PartLinker::link_subgrid_conductors(int group) {
   // By slot: index of a cell's link among the group's links. An entry is valid only if that link is the cell's, so that
   // entries of other groups need not be erased.

@@ -12,7 +12,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Inputs of the computation of a grid's links. `assignment` has set the level's cell owners.
+/// Inputs of the computation of a grid's links (conductances between cells and conductors). `assignment` must have set
+/// the cell owners in `level`.
 struct LinkInputs {
   const LaplaceProblem& problem;
   LinkFormula formula;
@@ -21,40 +22,47 @@ struct LinkInputs {
   const Level& level;
 };
 
-/// Covered cells and links of a part's bodies, in the order of its pieces.
+/// Covered cells (inside conductors) and links (conductances) of the bodies of one part, in the order of the part's
+/// pieces. A part is a task of the parallel set-up. A piece is a range of rows of one body.
 struct PartLinks {
   struct PieceCounts {
     int covered, links;
   };
+  /// Removes all entries and keeps the memory.
   void clear();
 
-  /// By piece.
+  /// Number of covered cells and of links to fluid cells, by piece.
   std::vector<PieceCounts> counts;
   std::vector<std::ptrdiff_t> covered;
   std::vector<FluidLink> links;
-  /// Row of each link's cell.
+  /// Row of the fluid cell of each link.
   std::vector<int> link_row;
-  /// CrossGradient::link counts from the part's first link.
+  /// Derivatives with respect to bodies on the other side of a gap. CrossGradient::link counts from the part's first
+  /// link.
   std::vector<CrossGradient> cross_gradients;
   std::vector<PairLink> pairs;
 };
 
-/// Computes the links of one part.
+/// Computation of the links of the bodies in one part (a task of the parallel set-up): links to fluid cells, and direct
+/// links (gap conductances) to conductors in neighbouring cells.
 class PartLinker {
  public:
-  /// `links` receives the results. All arguments must outlive this object.
+  /// Prepares the computation. `links` receives the results. All arguments must outlive this object.
   PartLinker(const LinkInputs& inputs, PartLinks& links);
+  /// Computes the covered cells (inside conductors) and the links (conductances) of all bodies in a part, a task of the
+  /// parallel set-up.
   void link(int part);
 
  private:
-  /// Links of a body that wait for their conductances until a batch is full.
+  /// Links of one body whose conductances are computed together once a batch is full. `link`: indices in
+  /// PartLinks::links.
   struct PendingLinks {
     LinkBatch batch;
     std::array<int, LinkBatch::width> link;
     int count = 0;
   };
-  /// Link whose fluid cell has a conductor of another group, `other`, on its opposite side. `cell` is the body's cell,
-  /// e the direction from it to the fluid cell.
+  /// Link whose fluid cell has a conductor of another group (bodies with one potential), the body `other`, on its
+  /// opposite side. `cell` is the cell that the link's own body covers, e the direction from it to the fluid cell.
   struct OpposedLink {
     int link;
     CellIndex cell;

@@ -13,11 +13,14 @@ namespace lichtenberg::laplace {
 // In other programs all processes may call CutCellSolver::solve, which is collective over PETSC_COMM_WORLD; every
 // process gets the solution.
 
-/// Action of the other processes for an announcement, the `handle_message` of join_processes.
+/// Message handler of all MPI processes except the first, for assembled systems (`handle_message` of join_processes).
+/// It takes part in each collective operation that the first process announces, with one CutCellSolver for each of its
+/// solvers.
 class SolverShares {
  public:
-  /// Throws the exception that stopped this process's part, except InputError, which the first process throws as well.
-  /// Throws Failure for a solve after such an exception.
+  /// Executes one announced operation: a solve, forgetting the history, or the end of a solver. Throws the exception
+  /// that stopped this process's part, except InputError, which the first process throws as well. Throws Failure for a
+  /// solve after such an exception.
   void operator()(parallel::Message& announcement);
 
  private:

@@ -8,9 +8,10 @@
 
 namespace lichtenberg::laplace {
 
-/// Write access to a vector's entries during its lifetime.
+/// Write access to the entries of a PETSc vector, in host or device memory. The destructor returns the array to PETSc.
 class WriteAccess {
  public:
+  /// Requests the array from PETSc. Throws Failure if PETSc reports an error.
   explicit WriteAccess(::Vec vector) : vector_(vector) {
     parallel::check_petsc(VecGetArrayAndMemType(vector_, &data_, nullptr));
   }
@@ -24,7 +25,8 @@ class WriteAccess {
   PetscScalar* data_ = nullptr;
 };
 
-/// Calls f with the entries of `from` and of `to`; f writes those of `to`.
+/// Calls f(read, written) with the arrays of the PETSc vectors `from` (read only) and `to` (overwritten), in host or
+/// device memory. Returns PETSc's error code.
 template <class F>
 PetscErrorCode with_memory(::Vec from, ::Vec to, F f) {
   const PetscScalar* read = nullptr;
@@ -37,16 +39,19 @@ PetscErrorCode with_memory(::Vec from, ::Vec to, F f) {
   return 0;
 }
 
-/// Matrix and preconditioner for PETSc as functions: multiply(x, y) and precondition(r, z) of a Work object.
+/// Matrix and preconditioner given by functions, for PETSc's shell types MATSHELL and PCSHELL. They call multiply(x, y)
+/// and precondition(r, z) of an object `work`.
 struct Shell {
   void* work;
-  /// Name of the preconditioner.
+  /// Name of the preconditioner in PETSc's output.
   const char* name;
-  /// PETSc's vector type.
+  /// PETSc type of the vectors, for instance VECSEQ.
   const char* vector_type;
   PetscErrorCode (*multiply)(Mat, ::Vec, ::Vec);
   PetscErrorCode (*precondition)(PC, ::Vec, ::Vec);
 
+  /// Makes a Shell whose functions call work->multiply(x, y) and work->precondition(r, z). `name`: name of the
+  /// preconditioner; `vector_type`: PETSc's type of the vectors. `work` must outlive the PETSc objects.
   template <class Work>
   static Shell of(Work* work, const char* name, const char* vector_type) {
     return {work, name, vector_type, multiply_by<Work>, precondition_by<Work>};

@@ -27,8 +27,8 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// Returns the number of threads: by default at most the number of bands that loops over the finest grid have. PETSc
-/// runs the assembled system.
+/// Returns the number of threads: by default at most the number of bands of loops over the finest grid. The assembled
+/// system gets one, because PETSc runs it.
 int team_size(const CutCellOptions& options) {
   if (options.linear_solver == CutCellOptions::LinearSolver::assembled) return 1;
   if (options.threads > 0) return options.threads;
@@ -37,7 +37,8 @@ int team_size(const CutCellOptions& options) {
   return static_cast<int>(std::clamp(useful, 1L, available));
 }
 
-/// Waits for a system's worker thread at the end of a solve, whatever is thrown: the thread reads the problem.
+/// Waits for a system's worker thread at the end of a solve, also if an exception is thrown, because the thread reads
+/// the problem.
 class FinishGuard {
  public:
   explicit FinishGuard(const std::unique_ptr<LinearSystem>& system) : system_(system) {}
@@ -55,7 +56,7 @@ class FinishGuard {
   const std::unique_ptr<LinearSystem>& system_;
 };
 
-/// The solver on the CPU.
+/// Cut-cell solver on the CPU.
 class CpuSolver : public CutCellBackend {
  public:
   explicit CpuSolver(const CutCellOptions& options) : CutCellBackend(options) {
@@ -149,10 +150,10 @@ void CpuSolver::iterate(LaplaceSolution& solution) {
   if (!order.sorted().has_ground()) fix_mean();
 }
 
-/// Returns the natural norm of the residual that rounding leaves. A row adds some five potentials of at most |x|, which
-/// leaves a residual of about epsilon |x|, random from row to row. Its natural norm squared is the sum of that squared
-/// over the Laplacian's eigenvalues, 4 pi k of the k-th of n modes: epsilon^2 x^2 n (log n) / 4 pi, in which log n / 4
-/// pi is about 1.
+/// Returns the natural norm of the residual that rounding leaves. A row adds some five potentials of at most |x|. This
+/// leaves a residual of about epsilon |x|, random from row to row. The natural norm squared is the sum of its square
+/// over the Laplacian's eigenvalues, 4 pi k / n of the k-th of n modes. The result is epsilon^2 x^2 n (log n) / 4 pi,
+/// in which log n / 4 pi is about 1.
 double CpuSolver::rounding_of_residual() const {
   const Eigen::Map<const Eigen::VectorXd> all(x.data(), static_cast<Eigen::Index>(x.size()));
   return std::numeric_limits<double>::epsilon() * std::sqrt(static_cast<double>(x.size())) *
@@ -248,7 +249,7 @@ void CutCellBackend::prepare(const LaplaceProblem& problem) {
   bodies_ = problem.bodies.size();
 }
 
-/// Sets the unit of potentials to the largest given potential if the old unit is out of range. Single precision holds
+/// Chooses the unit of potentials: the largest given potential if the old unit is out of range. Single precision holds
 /// 38 decades either way, enough for any right-hand side of about 1. A unit within a factor of 1e6 stays, so that the
 /// history needs no rescaling.
 void CutCellBackend::choose_unit(const LaplaceProblem& problem) {
@@ -311,8 +312,9 @@ CutCellSolver::~CutCellSolver() = default;
 
 namespace {
 
-/// Throws InputError for a body with a link model that would need other formulas: one that the grid does not resolve,
-/// or one with a gap narrower than three cells next to it.
+/// Checks bodies with a link model (a user-defined formula). Throws InputError if one is no disk, if its radius is
+/// below two cells, or if a gap next to it is below three cells. Throws InputError for options that exclude link
+/// models.
 void check_link_models(const LaplaceProblem& problem, const CutCellOptions& options) {
   const double h = std::max(problem.size.x, problem.size.y) / options.cells, least = 3 * h;
   for (const Body& body : problem.bodies) {

@@ -17,62 +17,75 @@
 
 namespace lichtenberg::laplace {
 
-/// Formula of the links between fluid cells and conductors.
+/// Formula of the conductance of links between fluid cells and conductors at cut cells.
 enum class LinkFormula {
-  /// Exact for an isolated circle (link.hpp).
+  /// Logarithmic profile of the potential, exact for an isolated circle (log_fitted_link).
   log_fitted,
-  /// 1 / cut length
+  /// 1 / cut length: a linear profile from the cell centre to the surface.
   plain,
-  /// Open faces, surface / distance (apertures.hpp); assembled systems only.
+  /// Textbook cut cells: open fractions of faces, and surface area / distance (apertures.hpp). Assembled systems only.
   aperture,
 };
 
 struct Outline;
 
-/// Returns the conductance between the fluid cell centre p and a body in the next cell in direction e, and its
-/// derivative with respect to the body's position. Lengths are in cells.
+/// Function that returns the conductance of the link between a fluid cell centre p and a body in a neighbouring cell.
+/// That cell lies in direction e (a unit vector). Lengths are in cells. The result contains the derivative with respect
+/// to the body's position.
 using LinkFunction = Conductance (*)(const Outline& body, Vec2 p, Vec2 e);
 
-/// Formula for the links between fluid cells and a disk that replaces LinkFormula, with data of the disk such as a
-/// coating. CPU grids and the device algorithms on the host call the same function; a CUDA device refuses it.
-/// CutCellSolver checks that the disk is resolved and that its gaps are wide, so that no other formula is needed.
+/// User-defined formula for the conductance between fluid cells and a disk, in place of LinkFormula. It may use data of
+/// the disk such as the thickness of a coating. The CPU solver and the device algorithms on the host call it; a CUDA
+/// device refuses it. CutCellSolver checks that the grid resolves the disk and that its gaps are wide, so that no other
+/// formula is needed.
 class LinkModel {
  public:
   virtual ~LinkModel() = default;
-  /// Name for error messages.
+  /// Returns the name of the model for error messages.
   virtual std::string name() const = 0;
-  /// Returns dimensionless data for `formula`, identical for cells of every size (Outline::data).
+  /// Returns two dimensionless numbers of the body for `formula` (Outline::data). They must be the same for cells of
+  /// any size.
   virtual std::array<double, 2> data(const Body& body) const = 0;
+  /// Returns the function that computes the conductance of a link.
   virtual LinkFunction formula() const = 0;
 };
 
-/// A body's shape in units of cells.
+/// Shape of a body (conductor) in units of cells: disk, ring or bar. CUDA device code uses it in place of std::variant.
 struct Outline {
   enum class Kind : std::int32_t { disk, ring, bar } kind = Kind::disk;
-  /// Centre of a disk or ring, first end of a bar.
+  /// Centre of a disk or ring, first end of a bar's longer axis.
   Vec2 centre;
-  /// Second end of a bar.
+  /// Second end of that axis.
   Vec2 end;
-  /// Radius, or width of a bar.
+  /// Radius, or the bar's extent across that axis.
   double size = 0;
-  /// Formula and data of the body's link model; null: LinkFormula.
+  /// Formula of the body's link model, which uses `data`; null: the solver's LinkFormula.
   LinkFunction link = nullptr;
   double data[2] = {};
 
   LICHTENBERG_HOST_DEVICE bool round() const { return kind != Kind::bar; }
 };
 
-/// Returns the shape with every length divided by h.
+/// Returns the bar with its axis along its longer sides; the rectangle is the same.
+inline Bar with_longer_axis(const Bar& bar) {
+  const Vec2 axis = bar.to - bar.from;
+  const double length = norm(axis);
+  if (length >= bar.width) return bar;
+  const Vec2 centre = 0.5 * (bar.from + bar.to), half_width = 0.5 * bar.width / length * Vec2{-axis.y, axis.x};
+  return {centre - half_width, centre + half_width, length};
+}
+
+/// Converts a shape to units of cells: divides every length by the cell size h (m).
 inline Outline outline_in_cells(const Shape& shape, double h) {
   if (const auto* disk = std::get_if<Disk>(&shape))
     return {Outline::Kind::disk, disk->centre / h, {}, disk->radius / h};
   if (const auto* ring = std::get_if<Ring>(&shape))
     return {Outline::Kind::ring, ring->centre / h, {}, ring->radius / h};
-  const auto& bar = std::get<Bar>(shape);
+  const Bar bar = with_longer_axis(std::get<Bar>(shape));
   return {Outline::Kind::bar, bar.from / h, bar.to / h, bar.width / h};
 }
 
-/// Returns the body's shape in cells of size h, with its link model.
+/// Converts a body's shape to units of cells of size h (m), with the formula and data of its link model.
 inline Outline outline_in_cells(const Body& body, double h) {
   Outline outline = outline_in_cells(body.shape, h);
   if (body.link_model) {
@@ -83,30 +96,35 @@ inline Outline outline_in_cells(const Body& body, double h) {
   return outline;
 }
 
-/// Returns the unit vector towards a side of a cell, by SideIndex.
+/// Returns the unit vector from a cell's centre towards one of its sides. `side`: 0 left, 1 right, 2 bottom, 3 top
+/// (SideIndex).
 LICHTENBERG_HOST_DEVICE inline Vec2 direction(int side) {
   return {static_cast<double>((side == 1) - (side == 0)), static_cast<double>((side == 3) - (side == 2))};
 }
 
+/// Returns the centre of cell (i, j), in cells.
 LICHTENBERG_HOST_DEVICE inline Vec2 cell_centre(int i, int j) { return {i + 0.5, j + 0.5}; }
 
+/// Computes the signed distance (cells) from p to the body's surface, positive in the fluid.
 LICHTENBERG_HOST_DEVICE inline double signed_distance(const Outline& outline, Vec2 p) {
   if (outline.kind == Outline::Kind::disk) return signed_distance(Disk{outline.centre, outline.size}, p);
   if (outline.kind == Outline::Kind::ring) return signed_distance(Ring{outline.centre, outline.size}, p);
   return signed_distance(Bar{outline.centre, outline.end, outline.size}, p);
 }
 
-/// Columns `from_i` to `to_i` and rows `from_j` to `to_j`, ends included.
+/// Rectangle of cells: columns `from_i` to `to_i` and rows `from_j` to `to_j`, ends included.
 struct CellRange {
   int from_i, to_i, from_j, to_j;
 };
 
+/// Returns the index of the cell that contains the coordinate x (in cells), limited to 0 ... n - 1.
 LICHTENBERG_HOST_DEVICE inline int cell_at(double x, int n) {
   const int i = static_cast<int>(std::floor(x));
   return i < 0 ? 0 : i < n ? i : n - 1;
 }
 
-/// Returns a range of cells of an nx x ny grid that contains all cells covered by the body.
+/// Computes a rectangle of cells of an nx x ny grid that contains all cells covered by the body. A ring covers the
+/// cells outside its circle, so that it gets the whole grid.
 LICHTENBERG_HOST_DEVICE inline CellRange cells_around(const Outline& body, int nx, int ny) {
   if (body.kind == Outline::Kind::ring) return {0, nx - 1, 0, ny - 1};
   Vec2 low = body.centre, high = body.centre;
@@ -120,7 +138,8 @@ LICHTENBERG_HOST_DEVICE inline CellRange cells_around(const Outline& body, int n
           cell_at(high.y + margin, ny)};
 }
 
-/// Returns true if the body covers the centre of cell (i, j).
+/// Returns true if the body covers the centre of cell (i, j). A bar thinner than a cell is widened so that it covers a
+/// connected chain of cells.
 LICHTENBERG_HOST_DEVICE inline bool covers(const Outline& body, int i, int j) {
   if (body.kind == Outline::Kind::disk) {
     const double dx = i + 0.5 - body.centre.x, dy = j + 0.5 - body.centre.y;
@@ -133,13 +152,15 @@ LICHTENBERG_HOST_DEVICE inline bool covers(const Outline& body, int i, int j) {
   return signed_distance(Bar{body.centre, body.end, width}, cell_centre(i, j)) <= 0;
 }
 
-/// Intersection of a ray from a point outside a shape with its surface: distance along the ray, and the outward normal
-/// there. A ray that misses (past a body thinner than a cell) has the distance to the nearest surface point.
+/// Intersection of a ray from a point outside a conductor with its surface: distance along the ray (cells) and outward
+/// normal. A ray that misses (past a body thinner than a cell) gets the distance to the nearest surface point.
 struct Hit {
   double length;
   Vec2 normal;
 };
 
+/// Computes the intersection of the ray from p in direction e with a circle. `from_inside`: p lies within the circle,
+/// whose outside is the conductor (a ring).
 LICHTENBERG_HOST_DEVICE inline Hit hit_circle(Vec2 p, Vec2 e, Vec2 centre, double radius, bool from_inside) {
   const Vec2 w = p - centre;
   const double along = dot(w, e), across = cross(e, w);
@@ -150,6 +171,7 @@ LICHTENBERG_HOST_DEVICE inline Hit hit_circle(Vec2 p, Vec2 e, Vec2 centre, doubl
   return {length, (side / radius) * (w + length * e)};
 }
 
+/// Computes the intersection of the ray from p in direction e with a bar (a rotated rectangle).
 LICHTENBERG_HOST_DEVICE inline Hit hit_bar(Vec2 p, Vec2 e, const Bar& bar) {
   const double half_length = 0.5 * norm(bar.to - bar.from);
   const Vec2 axis = (bar.to - bar.from) / (2 * half_length);
@@ -178,12 +200,16 @@ LICHTENBERG_HOST_DEVICE inline Hit hit_bar(Vec2 p, Vec2 e, const Bar& bar) {
   return {enter, dot(normal, e) < 0 ? normal : -normal};
 }
 
+/// Computes the intersection of the ray from the fluid point p in direction e with the body's surface. Lengths are in
+/// cells.
 LICHTENBERG_HOST_DEVICE inline Hit hit(const Outline& body, Vec2 p, Vec2 e) {
   if (body.round()) return hit_circle(p, e, body.centre, body.size, body.kind == Outline::Kind::ring);
   return hit_bar(p, e, Bar{body.centre, body.end, body.size});
 }
 
-/// Returns the conductance between the fluid cell centre p and a body in the next cell in direction e.
+/// Computes the conductance of the link between the fluid cell centre p and a body in the neighbouring cell in
+/// direction e. The body's own link model replaces `formula`. Lengths are in cells; e is a unit vector. The returned
+/// derivative is with respect to the body's position.
 LICHTENBERG_HOST_DEVICE inline Conductance fluid_link(const Outline& body, Vec2 p, Vec2 e, LinkFormula formula) {
 #ifndef __CUDA_ARCH__
   if (body.link) return body.link(body, p, e);
@@ -196,8 +222,9 @@ LICHTENBERG_HOST_DEVICE inline Conductance fluid_link(const Outline& body, Vec2 
   return plain_link(at_least(surface.length, smallest_cut), e, surface.normal);
 }
 
-/// Returns the length of a link's part inside a body, from the covered centre p in direction e to the surface, and its
-/// derivative with respect to the body's position.
+/// Computes the length (cells) inside a body of the line between two neighbouring cell centres. It runs from the centre
+/// p, which the body covers, in direction e to the surface. The returned derivative is with respect to the body's
+/// position.
 LICHTENBERG_HOST_DEVICE inline Conductance covered_length(const Outline& body, Vec2 p, Vec2 e) {
   if (body.kind == Outline::Kind::disk) {
     const Exit exit = circle_exit(p, e, {body.centre, body.size});
@@ -207,16 +234,18 @@ LICHTENBERG_HOST_DEVICE inline Conductance covered_length(const Outline& body, V
   return {1.0 - surface.length, surface.normal / dot(surface.normal, e)};
 }
 
-/// Returns a flat surface as a circle, large enough to be flat and small enough for the rounding of its centre. n:
-/// normal out of the conductor. The circle touches the surface opposite `facing`; half a cell away, its curvature would
-/// change the gap by 1e-6 cell.
+/// Represents a flat conductor surface by a circle of radius 1e5 cells, for gap_conductance. The radius is large enough
+/// to be flat and small enough for the rounding of the centre. n: normal out of the conductor; `on_surface`: any point
+/// on it. The circle touches the surface opposite the point `facing`. Half a cell away, its curvature changes the gap
+/// by 1e-6 cell.
 LICHTENBERG_HOST_DEVICE inline SurfaceCircle flat_surface(Vec2 on_surface, Vec2 n, Vec2 facing) {
   constexpr double flat_radius = 1e5;
   const Vec2 along = perpendicular(n);
   return {on_surface + dot(along, facing - on_surface) * along - flat_radius * n, flat_radius};
 }
 
-/// Returns the surface of a body at the exit of the line from its covered centre p in direction e towards `facing`.
+/// Returns the circle that represents a body's surface at the exit of a line towards another body, `facing`. The line
+/// starts at the cell centre p, which the body covers, and runs in direction e. Lengths are in cells.
 LICHTENBERG_HOST_DEVICE inline SurfaceCircle surface_circle(const Outline& body, Vec2 p, Vec2 e,
                                                             const Outline& facing) {
   if (body.kind == Outline::Kind::disk) return {body.centre, body.size};
@@ -225,8 +254,11 @@ LICHTENBERG_HOST_DEVICE inline SurfaceCircle surface_circle(const Outline& body,
   return flat_surface(p + covered.value * e, covered.gradient / norm(covered.gradient), facing.centre);
 }
 
-/// Returns the conductance between a body with the covered centre p and another conductor at a distance of `length` in
-/// direction e, or an electrode side (`other` null). If one of the two is a disk, it is the integral over the gap.
+/// Computes the conductance of the direct link between two conductors in neighbouring cells, without a fluid cell
+/// between them. `body` covers the cell centre p; `other` covers the point at distance `length` (cells) in direction e.
+/// A null `other` means an electrode side of the box. If at least one of the two is a disk, the result is the integral
+/// over the gap (gap_conductance); otherwise it is 1 / gap. The returned derivatives are with respect to both
+/// positions.
 LICHTENBERG_HOST_DEVICE inline PairConductance conductor_link(const Outline& body, Vec2 p, Vec2 e, double length,
                                                               const Outline* other) {
   const Vec2 q = p + length * e;
@@ -241,18 +273,20 @@ LICHTENBERG_HOST_DEVICE inline PairConductance conductor_link(const Outline& bod
   return {c, c * c * in_a.gradient, c * c * in_b.gradient};
 }
 
-/// Correction of a fluid cell's link to one conductor for a second conductor on the opposite side of the cell.
+/// Result of correct_for_opposed_surface, for a fluid cell in a narrow gap between two conductors.
 struct OpposedSurfaceCorrection {
-  /// True if the gap is at most a cell wide. Otherwise the two links resolve it without a correction.
+  /// True if the gap is at most a cell wide, so that the link was corrected.
   bool close = false;
-  /// Derivative of the link's conductance with respect to the second conductor's position.
+  /// Derivative of the corrected conductance with respect to the position of the conductor on the other side of the
+  /// gap.
   Vec2 partner_gradient;
 };
 
-/// Corrects the conductance c of a link in a gap of one fluid cell. The cell's two links to the conductors are in
-/// series and give 1 / gap along the line through the cell's centre. Both are multiplied by the ratio of the integral
-/// over the cell's width to this value. The ratio also depends on the other conductor's position. p: centre of the
-/// body's cell. The fluid cell is next to it in direction e, followed by the partner's cell.
+/// Corrects the conductance c of a link across a gap of one fluid cell between two conductors, at least one of them a
+/// disk. The cell's two links are in series and give 1 / gap along the line through the cell's centre. Both are
+/// multiplied by the ratio of the gap's integral over the cell's width (gap_conductance) to this value. The ratio also
+/// depends on the position of the other conductor, `partner`. Gaps wider than a cell are not corrected. p: centre of
+/// the cell that `body` covers. The fluid cell is its neighbour in direction e, and the partner's cell is the next one.
 LICHTENBERG_HOST_DEVICE inline OpposedSurfaceCorrection correct_for_opposed_surface(const Outline& body, Vec2 p, Vec2 e,
                                                                                     const Outline& partner,
                                                                                     Conductance& c) {
@@ -269,7 +303,9 @@ LICHTENBERG_HOST_DEVICE inline OpposedSurfaceCorrection correct_for_opposed_surf
   return {true, partner_gradient};
 }
 
-/// Returns the conductance of a disk that covers no cell centre to the owner of the cell that contains its centre.
+/// Computes the conductance between a disk that covers no cell centre and the body that covers the disk's cell. Two
+/// disks have that of two circles in the plane (circle_pair). Any other body is approximated by a plane, without
+/// derivatives.
 LICHTENBERG_HOST_DEVICE inline PairConductance shared_cell_link(const Outline& disk, const Outline& owner) {
   if (owner.kind == Outline::Kind::disk) return circle_pair(disk.centre, disk.size, owner.centre, owner.size);
   // Another shape is approximated by a plane.

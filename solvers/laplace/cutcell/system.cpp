@@ -7,7 +7,7 @@ namespace lichtenberg::laplace {
 
 namespace {
 
-/// Part and variant of the matrix to assemble.
+/// Range of rows and variant of the matrix to assemble.
 struct MatrixPart {
   // Range of rows.
   int begin, end;
@@ -19,7 +19,7 @@ struct MatrixPart {
 
 using Entry = SparseSystem::Entry;
 
-/// Unknown of every slot and group; -1: none.
+/// Index of the unknown of every slot (memory index of a cell) and group; -1: none.
 struct Numbering {
   std::vector<int> by_slot, by_group;
 };
@@ -32,7 +32,7 @@ Numbering invert(const LaplaceProblem& problem, const Level& level, const Sparse
   return number;
 }
 
-/// Diagonal and those entries that are not part of the five-point stencil.
+/// Entries of the matrix that are not part of the five-point stencil: the diagonal, and entries of links and couplings.
 struct Links {
   // By unknown.
   std::vector<double> diagonal;
@@ -117,8 +117,8 @@ void assemble_part(const LaplaceProblem& problem, const Level& level, MatrixPart
   }
 }
 
-/// The unknown of the first group of each strongly coupled set is its potential; that of the others is the difference
-/// from it.
+/// Finds the unknowns that are differences of potentials. The first group of each strongly coupled set has its
+/// potential as unknown, the others the difference from it.
 void number_differences(const LaplaceProblem& problem, const Level& level, SparseSystem& system) {
   if (level.couplings.empty()) return;
   constexpr double strong = 1e3;

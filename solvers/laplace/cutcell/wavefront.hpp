@@ -8,18 +8,18 @@
 
 namespace lichtenberg::laplace {
 
-/// Minimum number of a grid's cells per thread. A pass takes about a nanosecond per cell. The call of the other
-/// threads takes one or two microseconds, at most a quarter of the time of a loop over this many cells.
+/// Minimum number of a grid's cells per thread of a parallel loop. A pass takes about a nanosecond per cell. Waking the
+/// other threads takes one or two microseconds, at most a quarter of the time of a loop over this many cells.
 constexpr long cells_a_band = 8192;
 
-/// Returns the number of bands of rows into which a loop over a grid is divided.
+/// Returns the number of bands (ranges of rows) into which a parallel loop over a grid is divided.
 inline int bands(const Layout& layout, const parallel::Team& team) {
   constexpr int rows_a_band = 16;  // sufficient for the stages of any wavefront
   const long most = std::min<long>(static_cast<long>(layout.nx) * layout.ny / cells_a_band, layout.ny / rows_a_band);
   return team.size() == 1 ? 1 : static_cast<int>(std::clamp<long>(most, 1, 4 * team.size()));
 }
 
-/// Calls row(j) for all rows of the grid.
+/// Calls row(j) for all rows of the grid, in bands of rows on the threads of the team.
 template <class Row>
 void for_each_row(parallel::Team& team, const Layout& layout, const Row& row) {
   const int count = bands(layout, team);
@@ -28,10 +28,10 @@ void for_each_row(parallel::Team& team, const Layout& layout, const Row& row) {
   });
 }
 
-/// Several passes over a grid in one pass over memory, each one row behind the previous. Calls row(stage, j) for all
-/// rows and stages 0 ... stages - 1. Stage s of row j comes after stage s - 1 of rows j - 1, j, j + 1 and before stage
-/// s + 1 of them. Each band of rows first does the part that does not depend on other bands; the triangles between
-/// bands follow.
+/// Runs several passes over a grid (stages) in one pass over memory, each one row behind the previous. Calls row(stage,
+/// j) for all rows and stages 0 ... stages - 1. Stage s of row j comes after stage s - 1 of rows j - 1, j and j + 1. It
+/// comes before stage s + 1 of these rows. Each band of rows first does the part that does not depend on other bands.
+/// The triangles between bands follow.
 template <class Row>
 void wavefront(parallel::Team& team, const Layout& layout, int stages, const Row& row) {
   const int count = bands(layout, team), ny = layout.ny;
@@ -52,8 +52,9 @@ void wavefront(parallel::Team& team, const Layout& layout, int stages, const Row
   });
 }
 
-/// Returns the sum of a[k] b[k], with 16 partial sums in vector registers. These start as the first products and are
-/// added pairwise, because zeroing and sequential addition would dominate the cost of short rows.
+/// Returns the scalar product of a and b, n entries each, with 16 partial sums in vector registers. They start as the
+/// first products and are added pairwise, because zeroing and sequential addition would dominate the cost of short
+/// rows.
 template <class Real>
 double row_dot(int n, const double* __restrict a, const Real* __restrict b) {
   constexpr int width = 16;

@@ -5,43 +5,46 @@
 
 namespace lichtenberg::laplace::multipole {
 
-/// Largest multipole order: beyond it, products of powers and binomials leave the range of double precision.
+/// Largest multipole order of a disk. Beyond it, products of powers and binomials leave the range of double precision.
 constexpr int largest_order = 1000;
 
-/// Target of the choice of orders: relative error, of the field or only of charges, potentials and forces.
+/// Target for the truncation of multipole series: a relative error.
 struct Truncation {
-  double accuracy = 0;
-  bool results_only = false;
+  double accuracy = 0;        ///< Largest relative error
+  bool results_only = false;  ///< True: error of charges, potentials and forces only; false: error of the field too
 };
 
-/// Two disks of different potential, or a disk and an electrode side, so close that multipoles alone would need very
-/// many terms. The field in the gap is represented by two opposite point charges, one inside each circle at its limit
-/// point (bipolar coordinates). Its potential is constant on both circles. The remaining field has no potential
+/// Close pair: two disks of different potential, or a disk and an electrode side, whose narrow gap would require very
+/// many multipoles. Two opposite point charges represent the field in the gap, one inside each circle at its limit
+/// point (bipolar coordinates). Their potential is constant on both circles. The remaining field has no potential
 /// difference across the gap and is smooth.
 struct ClosePair {
   int first = 0, second = -1;                ///< Indices of the disks; second = -1: the electrode `side`
   int first_charge = 0, second_charge = -1;  ///< Indices of the point charges among the sources
   SideIndex side = left;
-  double difference = 0;  ///< Potential difference for lambda = 1: sum of the circles' bipolar coordinates
+  /// Potential difference (V) for charges with lambda = Q / (2 pi eps) = 1 V: sum of the circles' bipolar coordinates
+  double difference = 0;
 };
 
-/// Bodies as circles that carry multipoles.
+/// Sources of the multipole method: the disks with the orders of their multipole expansions, and the point charges of
+/// close pairs, sorted into cells.
 struct Arrangement {
-  /// Arranges the bodies and chooses their orders. Throws InputError for a body that is not a disk. Throws InputError
-  /// for disks of different groups, or a disk and an electrode side of another potential, that touch or overlap. Throws
-  /// InputError for an overlap above 1 % of the radius at equal potential or with an insulating side, unless the disk
-  /// is centred on the side. Throws InputError for a disk centred on an electrode side of another potential or in a
-  /// corner of two electrodes.
+  /// Makes the sources of a problem, and chooses the multipole order of each disk for the accuracy of `truncation`.
+  /// Throws InputError if a body is not a disk. Throws InputError if disks of different groups touch or overlap, or if
+  /// a disk touches an electrode side of another potential. At equal potential, and with insulating sides, an overlap
+  /// above 1 % of the radius is an error, unless the disk is centred on the side. A disk centred on an electrode side
+  /// of another potential, or in a corner of two electrodes, is an error too.
   Arrangement(const LaplaceProblem& problem, const Mirrors& mirrors, Truncation truncation);
 
   int disks = 0;                ///< Number of bodies
   std::vector<Source> sources;  ///< Disks in the order of the bodies, then point charges of close pairs
-  std::vector<double> decay;    ///< Per source: its coefficients decrease like decay^k
+  std::vector<double> decay;    ///< Per source: its multipole coefficients a_k decrease like decay^k
   std::vector<int> copies;      ///< Per disk: number of coinciding mirror images, itself included
   std::vector<bool> anchored;   ///< Per disk: true if centred on an electrode, which determines its charge
   std::vector<ClosePair> close_pairs;
-  double narrowness = 1;  ///< Factor for narrow gaps on all error shares except the far field's; 1 if the field is the
-                          ///< target
+  /// Factor up to 1 by which narrow gaps reduce the permitted errors of parts of the method, except the far field's. 1
+  /// if the truncation has the field as its target.
+  double narrowness = 1;
   Cells cells;
 
  private:

@@ -6,44 +6,56 @@
 
 namespace lichtenberg::laplace::multipole {
 
-/// Source of a field: a disk with its charge and multipoles, or a point charge inside a disk.
+/// Source of the electric field in the multipole method: a disk with a charge and multipoles at its centre, or a point
+/// charge inside a disk.
 struct Source {
-  Complex centre;
-  double radius = 0;  ///< Radius of a disk (m), the unit of its multipole coefficients
-  int order = 0;      ///< Highest multipole
+  Complex centre;     ///< Position x + i y (m)
+  double radius = 0;  ///< Radius (m), the unit of length of the multipole coefficients; 0 for a point charge
+  int order = 0;      ///< Highest multipole order
   /// Centres of the circles on which its potential is constant (for a point charge: together with its partner's). For a
   /// disk this is its own circle, for a point charge the two circles of its close pair.
   std::array<Complex, 2> constant_on;
 };
 
-/// Grid of nearly square cells. Sources in near cells act on each other directly, sources in far cells cell by cell.
-/// Mirror images continue the grid: cell (i, j) with any integers is an image of a cell of the box.
+/// Cell grid of the fast multipole method: sources sorted into nearly square cells, about one disk per cell. Sources in
+/// near cells act on each other directly (NearField), sources in far cells by expansions about the cells' centres
+/// (FarField). Mirror images continue the grid: a cell (i, j) outside the box is the image of a cell inside.
 class Cells {
  public:
+  /// Makes the grid for the box, or for the bounding rectangle of the disks in the unbounded plane. Chooses the window
+  /// of near cells such that multipoles of far cells converge.
   Cells(const Mirrors& mirrors, const std::vector<Source>& disks);
-  /// Adds a point charge inside a disk to the grid.
+  /// Adds source number `index`, a point charge inside a disk, to the cell that contains it.
   void add(int index, const Source& point) { members_[cell_of(point.centre)].push_back(index); }
 
-  int nx = 1, ny = 1;
-  Complex origin;                ///< Lower left corner of the grid
-  double width = 0, height = 0;  ///< Width and height of a cell
+  int nx = 1, ny = 1;            ///< Numbers of cells along x and y
+  Complex origin;                ///< Lower left corner of the grid (m)
+  double width = 0, height = 0;  ///< Width and height of a cell (m)
   int window = 1;                ///< Cells at most this many rows and columns apart are near
-  double separation = 0;         ///< Largest extent of a cell's sources from its centre, over the least distance of a
-                                 ///< far disk from that centre
+  /// Ratio that limits the convergence of cell multipoles: largest extent of a cell's sources from its centre, over the
+  /// smallest distance of a far disk from that centre.
+  double separation = 0;
 
+  /// Returns the centre (m) of the cell in column i and row j.
   Complex centre(int i, int j) const { return origin + Complex{(i + 0.5) * width, (j + 0.5) * height}; }
+  /// Returns the centre (m) of a cell by its index j nx + i.
   Complex centre(int cell) const { return centre(cell % nx, cell / nx); }
+  /// Returns the index of the cell that contains z, or of the nearest cell if z is outside the grid.
   int cell_of(Complex z) const;
+  /// Returns true if z is inside the grid.
   bool contains(Complex z) const;
+  /// Returns the sources in a cell.
   const std::vector<int>& members(int cell) const { return members_[cell]; }
+  /// Returns true if two cells i columns and j rows apart are near.
   bool is_near(int i, int j) const { return std::abs(i) <= window && std::abs(j) <= window; }
 
-  /// Calls visit(source, image, shift) for each source, or image of a source, in the cells near that of z. The image
-  /// maps the source's centre to `image.centre(c) + shift`.
+  /// Calls visit(source, image, shift) for each source, or mirror image of a source, in the cells near the cell of z. A
+  /// source with centre c is at `image.centre(c) + shift`.
   template <class Visit>
   void for_each_near(Complex z, Visit visit) const;
 
  private:
+  /// Cell of the box whose image a cell outside is, along one axis, with the reflection that maps them.
   struct ImageCell {
     int index = -1;  ///< Index of the cell of the box, -1 if there is none
     bool flipped = false;

@@ -6,23 +6,30 @@
 
 namespace lichtenberg::laplace::multipole {
 
-/// Interaction of far cells with all images: a convolution over the grid, by FFT. Sources of a cell are shifted to its
-/// centre; the field arrives as a Taylor series about each cell's centre. The potential of a cell's sources is Re sum_k
-/// (-1)^(k-1) alpha_k (k-1)! (h/u)^k + alpha_0 ln u with u = z - centre, its local field Re sum_m beta_m (u/h)^m / m!.
-/// In these units beta_m = sum_k G_(m+k) alpha_k, G_n = h^n d^n Lambda / dz^n at the displacement of the two cells. The
-/// kernel depends on n = m + k only, not on each pair (m, k).
+/// Far field of the multipole method: interaction of all cells that are not near, with all mirror images, as a
+/// convolution over the grid by FFT. Input are multipole expansions of the sources about the cells' centres, output are
+/// local (Taylor) expansions about these centres.
+/// With u = z - centre, the potential of a cell's sources is Re [alpha_0 ln u + sum_k (-1)^(k-1) alpha_k (k-1)!
+/// (h/u)^k], and its local field Re sum_m beta_m (u/h)^m / m!. The translation (M2L) is beta_m = sum_k G_(m+k) alpha_k.
+/// Here G_n = h^n d^n Lambda / dz^n at the displacement of the two cells, with the lattice sum Lambda. The kernel
+/// depends on m + k only.
 class FarField {
  public:
+  /// Computes the kernel's spectra for expansions of order `order`.
   FarField(const Mirrors& mirrors, const LatticeSum& lattice, const Cells& cells, int order);
 
-  /// Returns true if a new object with these arguments would be equal, so that this object can be used again.
+  /// Returns true if a new object with these arguments would have the same kernel, so that this object can be used
+  /// again.
   bool fits(const Mirrors& mirrors, const Cells& cells, int order) const;
-  int order() const { return order_; }
+  int order() const { return order_; }     ///< Order of the expansions
   double scale() const { return scale_; }  ///< Unit of length h (m)
-  /// Coefficients alpha_0 ... alpha_order of a cell, to be set before `apply`.
+  /// Multipole coefficients alpha_0 ... alpha_order (V) of a cell, to be set before apply().
   Complex* source(int cell) { return &source_[static_cast<std::size_t>(cell) * (order_ + 1)]; }
+  /// Local coefficients beta_0 ... beta_order (V) of a cell, the result of apply().
   const Complex* local(int cell) const { return &local_[static_cast<std::size_t>(cell) * (order_ + 1)]; }
+  /// Sets the multipole coefficients of all cells to 0.
   void clear_sources();
+  /// Computes the local coefficients of all cells from the multipole coefficients.
   void apply();
 
  private:
@@ -45,8 +52,8 @@ class FarField {
   FftwNumbers data_;
   FftwPlan forward_, backward_;
   std::vector<double> kernel_re_, kernel_im_;  ///< Spectra of G_0 ... G_(2 order), grid() values each
-  std::vector<Complex> twist_x_, twist_y_;     ///< Phase factors that make functions periodic whose sign alternates
-                                               ///< between periods
+  /// Phase factors that make a function periodic whose sign alternates between periods.
+  std::vector<Complex> twist_x_, twist_y_;
 };
 
 }  // namespace lichtenberg::laplace::multipole

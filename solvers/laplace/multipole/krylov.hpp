@@ -6,14 +6,16 @@ namespace lichtenberg::laplace::multipole {
 
 class System;
 
+/// Convergence data of solve_krylov().
 struct KrylovResult {
   int iterations = 0;
   double residual = 0;  ///< Norm of the preconditioned residual over that of the preconditioned right-hand side
   double scale = 0;     ///< Norm of the preconditioned right-hand side (V)
 };
 
-/// Solves the system by GMRES (Eigen's), with x as the initial guess. Throws Failure if it does not reach the
-/// tolerance.
+/// Solves the linear system by preconditioned, restarted GMRES (Eigen). On entry x is the initial guess, on return the
+/// solution. `tolerance`: norm of the preconditioned residual over that of the preconditioned right-hand side. Throws
+/// Failure if the tolerance is not reached.
 KrylovResult solve_krylov(const System& system, const Eigen::VectorXd& right_hand_side, double tolerance,
                           Eigen::VectorXd& x);
 

@@ -6,33 +6,40 @@
 
 namespace lichtenberg::laplace::multipole {
 
-/// Lattice sum Lambda(z) = sum over the lattice vectors w = 2 n Lx + 2 i m Ly of s_x^n s_y^m ln(z - w), with s the
-/// mirrors' signs of a period. It is the complex potential of a charge and its repetitions, up to the factor -charge /
-/// (2 pi eps); those of multipoles follow by differentiation. The sum consists of the vectors near the origin, one by
-/// one, and a Taylor series about the origin for the rest.
-/// If both signs are +, the sum diverges: Lambda is then ln theta_1 with rows along one coordinate. A term in the
-/// square of the other coordinate makes it periodic. This term cancels among the four mirror images or, in a fully
-/// insulated box, among the charges (docs/numerics/multipole-plane.md). In the unbounded plane Lambda(z) = ln z.
+/// Periodic Green's function of the plane: lattice sum Lambda(z) = sum_w s_x^n s_y^m ln(z - w) over the lattice vectors
+/// w = 2 n Lx + 2 i m Ly. Lx and Ly are the sides of the box, and s_x, s_y = 1 or -1 the factors of a charge's images
+/// from period to period (Mirrors).
+/// Times -charge / (2 pi eps) it is the complex potential of a charge and its periodic repetitions; derivatives are
+/// potentials of multipoles. The implementation adds the vectors near the origin one by one, and a Taylor series about
+/// the origin for all others.
+/// If both factors are 1, the sum diverges: Lambda is then ln theta_1 (theta function) with rows along one coordinate.
+/// A term in the square of the other coordinate makes it periodic. This term cancels among the four mirror images or,
+/// in a fully insulated box, among the charges (docs/numerics/multipole-plane.md). In the unbounded plane Lambda(z) =
+/// ln z.
 class LatticeSum {
  public:
+  /// Lattice vector, and the sign of the charge there.
   struct Vector {
     int n = 0, m = 0;  ///< Periods along x and y
-    Complex shift;     ///< Lattice vector w
-    double sign = 1;
+    Complex shift;     ///< Lattice vector w (m)
+    double sign = 1;   ///< s_x^n s_y^m
   };
 
+  /// Computes the Taylor series for the box of these mirrors.
   explicit LatticeSum(const Mirrors& mirrors);
 
-  /// Lattice vectors outside the Taylor series; the origin is the first.
+  /// Returns the lattice vectors whose terms are not in the Taylor series; the origin is the first.
   const std::vector<Vector>& near() const { return near_; }
-  /// Computes derivatives of the Taylor part at z, value[n] = d^n/dz^n; only the real part of value[0] is meaningful.
-  /// Valid for |z| up to half the diagonal of a period, to rounding.
+  /// Computes the Taylor part of Lambda and its derivatives at z: value[n] = d^n/dz^n for n = 0 ... count - 1. Of
+  /// value[0] only the real part is meaningful. Valid to rounding for |z| up to half the diagonal of a period.
   void far_derivatives(Complex z, int count, Complex* value) const;
-  /// Adds the term that makes Lambda periodic to value[0] and value[1], to first order about z.
+  /// Adds the term that makes Lambda periodic to the function value[0] and its first derivative value[1] at z.
   void add_background(Complex z, Complex* value) const;
-  /// Returns Re Lambda(z), made periodic, for any z of the plane; distances below `least` are replaced by it.
+  /// Computes Re Lambda(z), including the term that makes it periodic, for any z of the plane. If |z| (reduced to one
+  /// period) is below `least`, `least` replaces it.
   double real_part(Complex z, double least) const;
-  /// Returns z less whole periods, |Re z| <= Lx and |Im z| <= Ly, and sets the sign of the shift.
+  /// Reduces z by whole periods to |Re z| <= Lx and |Im z| <= Ly. Sets `sign` to the sign s_x^n s_y^m of the subtracted
+  /// lattice vector.
   Complex reduced(Complex z, double& sign) const;
 
  private:

@@ -8,22 +8,24 @@
 
 namespace lichtenberg::laplace::multipole {
 
-/// Solution, with all data that determine the potential.
+/// Solution of the multipole method with all data from which the potential at any point follows.
 struct SolutionData {
   std::unique_ptr<Setting> setting;
-  std::unique_ptr<FarField> far;  ///< Far field with the cells' local fields
-  std::vector<Complex> coefficients;
-  Eigen::VectorXd extra;  ///< Unknowns other than multipoles
-  std::vector<double> group_potential;
-  double level = 0;  ///< Potential level (V), added to the field of sources and walls
+  std::unique_ptr<FarField> far;        ///< Far field with the cells' local expansions
+  std::vector<Complex> coefficients;    ///< Multipole coefficients of all sources (V), in the setting's layout
+  Eigen::VectorXd extra;                ///< Unknowns other than multipoles
+  std::vector<double> group_potential;  ///< Potential of each group (V)
+  double level = 0;                     ///< Constant (V) added to the potential of sources and walls
 };
 
+/// Potential at a point, and the body that contains the point.
 struct PointPotential {
   double value = 0;  ///< V
   int body = -1;     ///< Body that contains the point; -1: none
 };
 
-/// Computes the potential at z; neglects multipoles that contribute less than `accuracy` of their coefficient.
+/// Computes the potential at the point z = x + i y (m) from a solution. Multipoles that contribute less than `accuracy`
+/// times their coefficient are neglected.
 PointPotential potential_at(Complex z, const SolutionData& solved, double accuracy);
 
 }  // namespace lichtenberg::laplace::multipole

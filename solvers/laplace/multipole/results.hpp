@@ -4,10 +4,12 @@
 
 namespace lichtenberg::laplace::multipole {
 
-/// Appends the bodies' charges and forces, computed from the coefficients of all sources.
+/// Computes the charge (C/m) and force (N/m) of each body from the multipole coefficients (V) of all sources, and
+/// appends them to `solution`. Forces follow from Blasius' theorem.
 void evaluate_bodies(const Setting& setting, const std::vector<Complex>& coefficients, LaplaceSolution& solution);
 
-/// Sets the sides' charges and the energy, computed from the coefficients and from the body and group results.
+/// Computes the charges of the box's electrode sides (C/m) and the field energy (J/m), and sets them in `solution`.
+/// Needs the multipole coefficients (V), and the body charges and group potentials in `solution`.
 void evaluate_sides(const Setting& setting, const std::vector<Complex>& coefficients, LaplaceSolution& solution);
 
 }  // namespace lichtenberg::laplace::multipole

@@ -7,10 +7,10 @@
 
 namespace lichtenberg::laplace::multipole {
 
-/// Positions of the unknowns in their vector. The multipole coefficients a_k of all disks come first. The charges that
-/// the problem does not give follow (as lambda = Q / 2 pi eps, in V, less the point charges). The potentials of
-/// floating groups with several members are next, then the level of the potential if no wall fixes it. The point
-/// charges of close pairs are the last.
+/// Numbering of the unknowns (V) of the multipole method. Real and imaginary parts of the multipole coefficients a_k of
+/// all disks come first. The charges that the problem does not give follow, as lambda = Q / (2 pi eps), without point
+/// charges. The potentials of floating groups with several bodies are next, then the constant of the potential if no
+/// side fixes it. The point charges of close pairs are last.
 struct Unknowns {
   Unknowns(const LaplaceProblem& problem, const Mirrors& mirrors, const Arrangement& arrangement);
 
@@ -18,40 +18,49 @@ struct Unknowns {
   std::vector<bool> given_charge;  ///< Per disk: true if its charge is given
   std::vector<int> charge;         ///< Per disk: index of its charge, -1 if given or determined by an electrode
   std::vector<int> potential;      ///< Per group: index of its potential, -1 if given or computed afterwards
-  std::vector<int> close_pair;
-  int level = -1;  ///< Index of the potential level, -1: fixed by a wall, or undetermined
+  std::vector<int> close_pair;     ///< Per close pair: index of its point charges
+  int level = -1;                  ///< Index of the potential's constant, -1: fixed by a side, or undetermined
 };
 
-/// Linear system. On each circle the terms cos k theta and sin k theta vanish: a_k + conj(b_k) = 0 (k >= 1). Disks of
-/// unknown charge have their group's potential. Members' charges add up to their group's. All charges add up to zero if
-/// no wall takes any. The potential difference of a close pair is that of its point charges.
+/// Linear system of the multipole method, given by its matrix-vector product. Its equations are boundary conditions.
+/// The potential is constant on each circle: a_k + conj(b_k) = 0 for k >= 1, with the disk's multipoles a_k and local
+/// coefficients b_k. Disks of unknown charge have the potential of their group. The charges of a floating group's
+/// bodies add up to the group's charge. All charges add up to zero if no side is an electrode. The potential difference
+/// across a close pair equals that of its point charges.
 class System {
  public:
+  /// Prepares the system. `far` must outlive it; `accuracy`: see NearField.
   System(const Setting& setting, FarField& far, double accuracy);
 
+  /// Returns the number of (real) unknowns.
   int size() const { return unknown_.multipoles + unknown_.others; }
+  /// Computes the right-hand side from the given charges, potentials and sides.
   Eigen::VectorXd right_hand_side() const;
+  /// Computes the product of the matrix with x.
   Eigen::VectorXd operator*(const Eigen::VectorXd& x) const;
-  /// Approximate inverse: identity for the multipoles; for the other unknowns the inverse of the charges' direct
-  /// interaction.
+  /// Applies the preconditioner: the identity for multipoles. For the other unknowns it is the inverse of the matrix
+  /// that they would have if the disks had no multipoles.
   Eigen::VectorXd precondition(const Eigen::VectorXd& residual) const;
 
-  /// Returns true if the other unknowns are preconditioned too; they are not if there are too many.
+  /// Returns true if the preconditioner includes the unknowns other than multipoles. It does not if there are too many
+  /// of them.
   bool has_preconditioner() const { return extra_inverse_.rows() == unknown_.others; }
 
-  /// Returns an initial guess: the multipoles of another solution as far as it has them, and its other unknowns if
-  /// their number is equal.
+  /// Makes an initial guess from an earlier solution: its multipoles up to the orders of both, and its other unknowns
+  /// if their number is equal.
   Eigen::VectorXd first_guess(const Layout& past_layout, const std::vector<Complex>& past_coefficients,
                               const Eigen::VectorXd& past_extra) const;
   /// Returns the unknowns of x other than multipoles.
   Eigen::VectorXd extra(const Eigen::VectorXd& x) const { return x.tail(unknown_.others); }
-  /// Returns the coefficients of every source, given charges included.
+  /// Returns the multipole coefficients (V) of every source for the unknowns x, including given charges.
   std::vector<Complex> coefficients(const Eigen::VectorXd& x) const;
+  /// Potentials of a solution.
   struct Potentials {
-    std::vector<double> group;  ///< V
-    double level = 0;           ///< Potential level (V), added to the field of sources and walls
+    std::vector<double> group;  ///< Potential of each group (V)
+    double level = 0;           ///< Constant (V) added to the potential of sources and walls
   };
-  /// Computes the potentials of the solution x with its coefficients; leaves their far field in `far`.
+  /// Computes the potentials of all groups for the solution x with its coefficients. Also leaves the far field of the
+  /// coefficients in `far`.
   Potentials potentials(const Eigen::VectorXd& x, const std::vector<Complex>& coefficients) const;
 
  private:

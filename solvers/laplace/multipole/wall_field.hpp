@@ -4,26 +4,31 @@
 
 namespace lichtenberg::laplace::multipole {
 
-/// Potential in the empty box with given potentials of its electrode sides. At a corner where two of them meet with a
-/// difference D, the potential varies like (2 D / pi) arg(z - corner). This is an imaginary charge, which the mirrors
-/// repeat like any other. The remainder is linear.
+/// Field of the walls: potential in the box without bodies, for given potentials of its electrode sides. At a corner
+/// where two electrodes meet with a potential difference D, the potential varies like (2 D / pi) arg(z - corner). This
+/// is the field of an imaginary charge, which the mirrors repeat like any other charge. The remaining potential is
+/// linear.
 class WallField {
  public:
+  /// Computes the field; `mirrors` and `lattice` must outlive this object.
   WallField(const Mirrors& mirrors, const LatticeSum& lattice, const std::array<Side, 4>& sides);
 
-  /// Computes Taylor coefficients of the complex potential about z, in powers of t = distance / radius: V = Re sum
-  /// value[n] t^n.
+  /// Computes the Taylor coefficients value[0] ... value[count - 1] (V) of the complex potential about z: V(z + radius
+  /// t) = Re sum_n value[n] t^n.
   void local(Complex z, double radius, int count, Complex* value) const;
+  /// Computes the potential (V) at the point z = x + i y (m).
   double potential(Complex z) const;
-  /// Returns the charge on the side over the permittivity (V). It is infinite, with the sign of the difference, if the
-  /// side meets another potential in a corner. It is not a number if it does so in both corners with different signs.
+  /// Computes the charge on an electrode side over the permittivity (V). It is infinite, with the sign of the potential
+  /// difference, if the side meets an electrode of another potential in a corner. It is NaN if that happens in both
+  /// corners with opposite signs.
   double side_flux(SideIndex side) const;
   /// Returns true if two electrodes of different potential meet: the energy is then infinite.
   bool singular() const { return !corners_.empty(); }
 
  private:
+  /// Corner in which two electrodes of different potential meet.
   struct Corner {
-    Complex at;
+    Complex at;               ///< Position (m)
     double strength = 0;      ///< Strength 2 D / pi
     SideIndex before, after;  ///< Sides that meet at the corner, counterclockwise about it through the box
   };

@@ -8,49 +8,52 @@
 
 namespace lichtenberg::laplace {
 
-/// Potential on the sites (i h, j h), i = 0 ... cells_x, j = 0 ... cells_y, and its relaxation (D 6.3).
-/// Sites are stored by colour (D 6.5), with contiguous rows of each colour, so that the update of one colour is a loop
-/// over four streams. One row and column of mirror sites surrounds the box.
+/// Square lattice of potentials with red-black relaxation of Laplace's equation (Stephenson 2018, D 6.3). Sites are
+/// at (i h, j h), i = 0 ... cells_x, j = 0 ... cells_y, with the spacing h.
+/// Sites are stored by colour, red or black like a chessboard (D 6.5). Rows of a colour are contiguous, so that the
+/// update of one colour is a loop over four streams. A frame of mirror sites around the box represents insulating
+/// sides.
 class Lattice {
  public:
-  static constexpr int fluid = -1;
+  static constexpr int fluid = -1;  ///< Mark of a site outside all conductors, whose potential is relaxed
 
-  /// Sets the lattice. `fixed[j * (cells_x + 1) + i]` is `fluid` for a site to be relaxed and anything else for a fixed
-  /// one; `insulating` by SideIndex. Potentials are kept if the lattice has the same size as before, otherwise they are
-  /// zero.
+  /// Sets size, spacing (m), insulating sides (by SideIndex) and fixed sites. `fixed[j * (cells_x + 1) + i]` is `fluid`
+  /// for a relaxed site, any other number for a site of fixed potential. Potentials are kept if the lattice has the
+  /// same size as before, otherwise set to zero.
   void reset(int cells_x, int cells_y, double spacing, const std::array<bool, 4>& insulating,
              const std::vector<int>& fixed);
 
-  int cells_x() const { return nx_ - 1; }
-  int cells_y() const { return ny_ - 1; }
-  double spacing() const { return h_; }
-  long fluid_sites() const { return fluid_sites_; }
+  int cells_x() const { return nx_ - 1; }            ///< Number of lattice spacings along x
+  int cells_y() const { return ny_ - 1; }            ///< Number of lattice spacings along y
+  double spacing() const { return h_; }              ///< Lattice spacing (m)
+  long fluid_sites() const { return fluid_sites_; }  ///< Number of relaxed sites
 
-  double& at(int i, int j) { return value_[slot(i, j)]; }
+  double& at(int i, int j) { return value_[slot(i, j)]; }  ///< Potential (V) at site (i, j)
   double at(int i, int j) const { return value_[slot(i, j)]; }
 
-  /// Performs red-black successive over-relaxation with factor `omega` (D 6.7).
+  /// Performs a number of sweeps of red-black successive over-relaxation (SOR) with the factor `omega` (Stephenson
+  /// 2018, D 6.7).
   void relax(int sweeps, double omega);
 
-  /// Returns the sum over the fluid of |4 V - sum of the neighbours|. Times the permittivity it is the charge (C/m)
-  /// left in the fluid by the unfinished relaxation. It bounds the charge that further relaxation can still move onto
-  /// conductors.
+  /// Computes the residual of Laplace's equation: the sum over relaxed sites of |4 V - sum of the neighbours| (V).
+  /// Times the permittivity it is the charge (C/m) that the unfinished relaxation leaves outside the conductors. It
+  /// bounds the charge that further relaxation can still move onto conductors.
   double leftover() const;
 
-  /// Returns the gradient (V/m) of the bilinear interpolation (D 6.10, 6.13, corrected). Site differences over the
-  /// spacing are weighted by the distances from the site in cells, all four terms with the sign of a difference
-  /// quotient. Across an insulating side it is zero on that side.
+  /// Computes the potential's gradient (V/m) at p (m) by bilinear interpolation between the four sites around p
+  /// (Stephenson 2018, D 6.10 and 6.13, corrected). On an insulating side its normal component is zero.
   Vec2 gradient(Vec2 p) const;
 
-  /// Returns the integral of |grad V|^2 over the box (V^2), from the differences along the lattice's edges.
+  /// Computes the Dirichlet integral of |grad V|^2 over the box (V^2), from the differences along the lattice's edges.
+  /// Times eps / 2 it is the field energy (J/m).
   double dirichlet_integral() const;
 
-  /// Returns the integral of the normal derivative (out of the box) over one side (V); each half of a corner's cell
-  /// counts.
+  /// Computes the integral over one side (SideIndex) of the potential's normal derivative out of the box (V). Times the
+  /// permittivity it is the side's charge (C/m). Sites in corners have half the weight.
   double flux_through(int side) const;
 
  private:
-  /// Consecutive relaxed sites of one colour in one row.
+  /// Run of consecutive relaxed sites of one colour in one row. A slot is an index in value_.
   struct Run {
     std::ptrdiff_t own;   ///< Slot of the first site
     std::ptrdiff_t left;  ///< Slot of its left neighbour; right neighbours are one slot further

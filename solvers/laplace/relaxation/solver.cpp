@@ -294,14 +294,16 @@ void RelaxationSolver::subtract_mean() {
   for (double& potential : group_potential_) potential -= mean;
 }
 
-/// Returns Q = -eps integral of dV/dn ds (D 6.18, 6.19 without its square and with eps).
+/// Computes the charge (C/m) of a body, -eps times the contour integral of dV/dn (D 6.18; D 6.19 has a wrong square and
+/// lacks eps).
 double RelaxationSolver::body_charge(std::size_t body) const {
   double flux = 0;
   for (const ContourPoint& point : contours_[body]) flux += dot(lattice_.gradient(point.at), point.normal_ds);
   return -problem_.permittivity * flux;
 }
 
-/// Returns the force by D 6.17 with eps/2 and the normal, or by the full stress.
+/// Computes the force (N/m) on a body as a contour integral. The integrand is the full Maxwell stress, or the stress of
+/// the normal field alone (D 6.17, which lacks the factor eps/2 and the normal).
 Vec2 RelaxationSolver::body_force(std::size_t body) const {
   Vec2 force;
   for (const auto& [at, normal_ds] : contours_[body]) {

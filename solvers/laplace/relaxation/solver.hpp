@@ -8,53 +8,61 @@
 
 namespace lichtenberg::laplace {
 
-/// Stress that is integrated around a body to get its force.
+/// Electrostatic stress whose integral along a contour around a body is the force on the body.
 enum class Stress {
   maxwell,           ///< eps [(E.n) E - E^2 n / 2]: valid on any closed curve in the fluid
   normal_derivative  ///< eps/2 (dV/dn)^2 n (D 6.16): valid on the surface only, while the curve is off the surface
 };
 
+/// Options of RelaxationSolver; D: equation of Stephenson 2018.
 struct RelaxationOptions {
-  int sites = 512;                 ///< S: lattice spacings along the box's longer side
+  int sites = 512;                 ///< Lattice spacings S along the box's longer side
   double eta = 0;                  ///< Step of the descent (V m/C, D 6.30); 0: chosen from eta_c (D 6.35) in each step
-  int surface_points = 500;        ///< N_surf (D 6.11)
-  double sweeps_factor = 4;        ///< Sweeps per potential solve, in units of n10 (D 6.9)
+  int surface_points = 500;        ///< Points of the contour around each body (D 6.11)
+  double sweeps_factor = 4;        ///< Sweeps per potential solve, in units of sweeps_per_decade()
   double tolerance = 1e-4;         ///< Largest permitted error in a group's charge, as a fraction of the largest charge
   int largest_iterations = 20000;  ///< Largest number of potential solves
   Stress stress = Stress::maxwell;
 };
 
-/// Returns the factor omega of the over-relaxation (D 6.8).
+/// Returns the optimal over-relaxation factor omega = 2 / (1 + pi / S) for S = `sites` lattice spacings (Stephenson
+/// 2018, D 6.8).
 double over_relaxation(int sites);
-/// Returns the number of sweeps that reduce the lattice's error tenfold (D 6.9).
+/// Returns the number n10 of sweeps that reduce the relaxation's error tenfold, for S = `sites` lattice spacings
+/// (Stephenson 2018, D 6.9).
 double sweeps_per_decade(int sites);
 
-/// Scheme of the dissertation (D 6.3-6.5). Lattice sites inside a body have its potential, and red-black
-/// over-relaxation solves for the others. Charges and forces are integrals around the bodies. Gradient descent on the
-/// potentials of the floating groups makes these integrals equal to the given charges.
-/// `body_charge` contains the integrals themselves. Hence a floating group's members add up to its charge only within
-/// the tolerance, and without ground the integrals' own small excess remains as well. `iterations` counts potential
-/// solves. `residual` is the larger of two fractions of the largest charge: the worst error of a group's charge, and
-/// the charge left in the fluid by the unfinished relaxation.
+/// Field solver by relaxation on a square lattice, the scheme of the dissertation (Stephenson 2018, D 6.3-6.5). Lattice
+/// sites inside a body have the body's potential; red-black over-relaxation computes the potentials of all others.
+/// Charges and forces are integrals along contours around the bodies. Gradient descent on the potentials of floating
+/// groups makes these integrals equal to the given charges. In the solution, `body_charge` contains these integrals.
+/// Their sum over a floating group therefore equals the group's charge only within the tolerance. Without ground it
+/// also contains the small sum of all integrals' errors. `iterations` counts potential solves. `residual` is the larger
+/// of two fractions of the largest charge: the largest error of a group's charge, and the charge that the unfinished
+/// relaxation leaves outside the conductors.
 class RelaxationSolver : public LaplaceSolver {
  public:
-  /// Makes a solver. Throws InputError for options out of range.
+  /// Makes a solver with these options. Throws InputError if an option is out of range.
   explicit RelaxationSolver(RelaxationOptions options = {});
 
-  /// Solves the problem. Throws InputError also for a box that is not a whole number of spacings wide and high, and for
-  /// a body that covers no site. Throws Failure if the charges are not reached in `largest_iterations` solves.
+  /// Solves the problem. Throws InputError also for couplings, link models, a box whose sides are not whole numbers of
+  /// spacings, and a body that covers no lattice site. Throws Failure if the charges are not reached in
+  /// `largest_iterations` potential solves.
   LaplaceSolution solve(const LaplaceProblem& problem) override;
-  /// Returns the potential of the last solve. Throws Failure before the first solve and after `forget`.
+  /// Returns the potential of the last solve on a grid of the lattice's cells. Throws Failure before the first solve
+  /// and after `forget`.
   Field field() const override;
   void forget() override;
 
-  /// Error E = 1/2 sum (Q_i - Q_i*)^2 over the floating groups (D 6.22) of the last solve, (C/m)^2: one entry for each
-  /// estimate of the potentials, the last being the accepted one.
+  /// Returns the errors of the last solve before each step of the gradient descent: E = 1/2 sum (Q_i - Q_i*)^2 over the
+  /// floating groups, in (C/m)^2 (Stephenson 2018, D 6.22). Q_i is the given charge, Q_i* the charge integral. The
+  /// error of the accepted potentials is not included.
   const std::vector<double>& error_history() const { return error_history_; }
 
  private:
+  /// Charges for the present potentials, and their errors.
   struct Estimate {
-    std::vector<double> group_charge;  ///< Q* (C/m)
+    std::vector<double> group_charge;  ///< Charge integrals Q* (C/m)
     double charge_error = 0;           ///< Worst error of the floating groups, as a fraction of the largest charge
     double leftover = 0;               ///< Charge left in the fluid, as a fraction of the largest charge
   };

@@ -7,24 +7,27 @@
 
 namespace lichtenberg::laplace {
 
-/// Computes the scales of errors, as in the plane (../measure.hpp). Potentials are relative to the largest difference
-/// between groups, electrodes and, if there is one, free space at infinity. Charges and forces are relative to the
-/// largest of any sphere.
+/// Computes the scales that make errors relative (../measure.hpp). They are the largest potential difference between
+/// groups, electrodes and (in free space) infinity, the largest charge, and the largest force on a movable sphere.
 Scales scales_of(const SphereProblem& problem, const SphereSolution& solution);
+/// Computes the relative error of a solution compared with a reference. It is the largest difference of a group
+/// potential, a charge or a force on a movable sphere, each divided by its scale. Differences within rounding do not
+/// count.
 double largest_error(const SphereProblem& problem, const SphereSolution& solution, const SphereSolution& reference,
                      const Scales& scales);
 
-/// Solution of known error.
+/// Solution with an estimated error.
 struct AccurateSpheres {
   double tolerance = 0;  ///< `SphereOptions::accuracy` of the solution
   double estimate = 0;   ///< Estimated error: difference from a solution at a finer tolerance
-  SphereSolver solver;   ///< Solver that holds the solution
+  SphereSolver solver;   ///< Solver after this solution, for its field()
   SphereSolution solution;
 };
 
-/// Solves at decreasing tolerances from `accuracy` on until the error, relative to a finer solution, is at most
-/// `accuracy`. `solver_for` makes a solver for a tolerance. Throws InputError if rounding excludes the accuracy or no
-/// finer solution is possible. Also throws the exceptions of SphereSolver::solve.
+/// Solves a problem of spheres to a requested accuracy: repeats the solve at decreasing tolerances until the difference
+/// from a finer solution is below `accuracy` (relative error as in largest_error). `solver_for` makes a solver for a
+/// tolerance. Throws InputError if rounding excludes the accuracy or no finer solution is possible. Also throws the
+/// exceptions of SphereSolver::solve.
 AccurateSpheres solve_to_accuracy(const SphereProblem& problem, double accuracy,
                                   const std::function<SphereSolver(double tolerance)>& solver_for);
 

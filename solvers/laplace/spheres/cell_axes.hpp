@@ -9,24 +9,26 @@
 
 namespace lichtenberg::laplace::spheres {
 
+/// Dense matrix in row-major order.
 template <class Scalar>
 using RowMatrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// Returns the axes along which C_lm is odd: bit k for axis k.
+/// Returns the axes along which the harmonic C_lm is odd, as bits: bit k is set for axis k.
 int odd_axes(int l, int m);
-/// Returns sin (odd) or cos (even) of the phase.
+/// Returns sin(phase) if `odd` is true, otherwise cos(phase).
 double trigonometric(bool odd, double phase);
 
-/// Fourier transforms along one axis of the continued grid. On an axis with mirrors functions are even or odd, and
-/// cosines or sines of the cells inside suffice.
+/// Matrices of the Fourier transforms between cells and waves along one axis of the grid, continued by images. On an
+/// axis with mirrors functions are even or odd, and cosine or sine transforms of the cells inside suffice.
 struct CellAxis {
   std::vector<int> mode;                      ///< Wave numbers in units of 2 pi / period
-  std::array<RowMatrix<double>, 2> to, from;  ///< For even and for odd functions: [mode][cell], [cell][mode]
+  std::array<RowMatrix<double>, 2> to, from;  ///< For even and odd functions: forward [mode][cell], back [cell][mode]
   RowMatrix<std::complex<double>> complex_to, complex_from;  ///< Matrices for an axis without mirrors
 };
 
-/// Returns true if an axis has no mirrors, so that waves are complex.
+/// Returns true if an axis has no mirrors, so that its Fourier coefficients are complex.
 bool has_complex_waves(const Cells& cells);
+/// Makes the transforms of all three axes.
 std::array<CellAxis, 3> cell_axes(const Cells& cells);
 
 }  // namespace lichtenberg::laplace::spheres

@@ -7,22 +7,23 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Interaction of far cells, images included. The multipoles of a cell's spheres are shifted to its centre, and their
-/// field arrives as local coefficients about each cell's centre. The interaction of cells is a convolution on the
-/// continued grid, hence a product of Fourier coefficients. A mirror makes each multipole even or odd, so an axis with
-/// mirrors needs only cosines or sines of the cells inside.
+/// Far field between cells, including images: computes local coefficients about the cells' centres from multipoles
+/// about the cells' centres. On the grid continued by images this is a convolution, hence a product of Fourier
+/// coefficients. A mirror makes each multipole even or odd, so an axis with mirrors needs only cosine or sine
+/// transforms of the cells inside.
 class CellConvolution {
  public:
+  /// Chooses the degree of the expansions for a relative error `accuracy`, and computes the kernel.
   CellConvolution(const Mirrors& mirrors, const Cells& cells, double accuracy);
   /// Makes a convolution of a given degree and of matching accuracy, for a preconditioner.
   CellConvolution(const Mirrors& mirrors, const Cells& cells, int degree);
 
-  int degree() const { return degree_; }
-  double unit() const { return unit_; }  ///< Unit of length of the coefficients
-  /// Computes local coefficients from multipoles, both [harmonics(degree)][cell]. Multipoles are moments over
-  /// unit^(l+1), local coefficients potentials times unit^l.
+  int degree() const { return degree_; }  ///< Degree of the cells' expansions
+  double unit() const { return unit_; }   ///< Unit of length of the coefficients (m)
+  /// Computes local coefficients from multipoles, both [harmonics(degree)][cell]. Multipoles are moments of the charges
+  /// divided by unit^(l+1); local coefficients are those of the potential times unit^l.
   void apply(const std::vector<double>& multipoles, std::vector<double>& local, parallel::Team& team) const;
-  /// Returns true if a convolution for these cells would be equal.
+  /// Returns true if a new convolution with these arguments would be equal, so that this one can be used again.
   bool fits(const Mirrors& mirrors, const Cells& cells, double accuracy) const;
 
  private:

@@ -6,18 +6,25 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Field of sources in far cells, at spheres or at points.
+/// Far field for many spheres: the field of sources in far cells at targets (spheres or points). It shifts multipoles
+/// of sources to their cells' centres, applies the convolution between cells, and shifts the local coefficients of
+/// cells to the targets.
 class CellField {
  public:
+  /// Prepares the shifts of all sites to and from their cells.
   CellField(std::shared_ptr<const CellConvolution> convolution, const Cells& cells, const std::vector<Site>& targets,
             const std::vector<Site>& sources);
+  /// Adds the field of sources with `multipoles` (V) in far cells to the targets' `local` coefficients (V); both arrays
+  /// are [site][harmonic].
   void add(const double* multipoles, double* local, parallel::Team& team) const;
 
  private:
+  /// Site in a cell.
   struct Member {
     int site = 0, cell = 0, degree = 0;
-    Vec3 displacement;  ///< Displacement from the cell's centre to that of the site
+    Vec3 displacement;  ///< Displacement from the cell's centre to the site's centre (m)
   };
+  /// Up to eight sites of equal degree, which are shifted together.
   struct Batch {
     int degree = 0;
     PairDirections directions;

@@ -6,38 +6,43 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Linear constraints N x = q for given charges. There is a row, a node, for each floating group and, if nothing
-/// absorbs the remaining charge, one for all fixed groups. A sphere adds sqrt(R) x_00 to its node.
-/// A coupling (lumped capacitance C) has its own unknown z and carries sqrt(C') z from one node to another, C' = C / 4
-/// pi eps. Its energy, charge^2 / 2 C, is 2 pi eps z^2, like that of a single sphere of radius C'. N N' is therefore a
-/// network with the radii as links to ground and the C' as links between nodes. Its factors keep all digits for any
-/// coupling, and couplings do not worsen the condition of the operator.
+/// Linear constraints N x = q that keep the given charges of floating groups during the solve; x are the unknowns of
+/// System. There is a constraint, or node, for each floating group. If nothing absorbs the remaining charge, all fixed
+/// groups together are a further node. A sphere of radius R contributes sqrt(R) x_00 to its node.
+/// A coupling (lumped capacitance C between two groups) has an unknown z of its own. It carries the charge sqrt(C') z
+/// from one node to another, with C' = C / (4 pi eps). Its energy, charge^2 / 2 C, is 2 pi eps z^2, like that of a
+/// single sphere of radius C'.
+/// The matrix N N' is therefore that of a network, with the radii as links to ground and the C' as links between nodes.
+/// Its factors keep all digits for any coupling, and couplings do not worsen the condition of the operator.
 class ChargeConstraints {
  public:
-  /// Sets up the constraints. `start`: start of each sphere's harmonics in x; `couplings`: start of the couplings'
-  /// unknowns.
+  /// Sets up the constraints. `start`: index of each sphere's first harmonic in x; `couplings`: index of the first
+  /// coupling's unknown in x.
   ChargeConstraints(const SphereProblem& problem, const std::vector<int>& start, int couplings);
 
+  /// Returns the number of couplings with an unknown of their own.
   int coupling_count() const { return static_cast<int>(links_.size()); }
-  /// Removes from x the part that changes given charges.
+  /// Projects x orthogonally onto the vectors with N x = 0: removes the part that changes given charges.
   void project(double* x) const;
-  /// Adds the shortest vector with the given charges to x, after project() has removed its own part.
+  /// Adds to a projected x the shortest vector with the given charges, so that N x = q.
   void add(double* x) const;
-  /// Moves x, which satisfies the constraints to rounding, to the nearest x with the given charges. Without this,
+  /// Moves x, which satisfies the constraints up to rounding, to the nearest x with N x = q. Without this correction,
   /// rounding of the potentials could outweigh the charge that a strong coupling carries.
   void enforce_charges(double* x) const;
-  /// Sets the couplings' part of the right-hand side: the fixed potentials at their ends.
+  /// Adds the couplings' part of the right-hand side: the fixed potentials at their ends.
   void add_fixed_potentials(double* right_hand_side) const;
-  /// Returns the potential (V) of each group, from the residual of x -> x + sqrt(R) b. Without ground the fixed groups
-  /// set the level.
+  /// Computes the potential (V) of each group, the Lagrange multipliers, from the residual `missed` of the equations
+  /// without constraints. If only fixed groups determine the level, the potentials are relative to them.
   std::vector<double> potentials(const double* missed) const;
 
-  /// Returns the charge (C) through each of the problem's couplings, from a to b.
+  /// Computes the charge (C) that flows through each of the problem's couplings, from its group a to its group b.
   std::vector<double> carried(const double* x) const;
-  /// Returns the potential difference (V) across each link.
+  /// Computes the potential difference (V) across each coupling with an unknown.
   std::vector<double> differences(const double* x) const;
+  /// Sets the couplings' unknowns in x from the potential differences (V) across them.
   void set_differences(std::span<const double> difference, double* x) const;
-  /// Returns for each node its spheres and the charge on them, given the potential differences across the links.
+  /// Returns the constraints on the spheres alone: for each node its spheres, and the charge on them for given
+  /// potential differences (V) across the couplings.
   std::vector<ChargeConstraint> on_spheres(std::span<const double> difference) const;
 
  private:

@@ -8,30 +8,34 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Coarse equations for the spheres' charges and dipoles only (for many spheres: charges only), all images included, as
-/// one factorized matrix. Near pairs are exact; far cells interact by their charges and dipoles. Conjugate gradients
-/// converge slowly for these long-range parts; higher harmonics act on near neighbours only.
+/// Coarse-grid preconditioner for conducting spheres: the equations for charges and dipoles only (for more than 500
+/// spheres: charges only), as one inverted dense matrix that includes all images. Near pairs are exact; far cells
+/// interact by their charges and dipoles. Conjugate gradients converge slowly for these long-range parts, while higher
+/// harmonics act on near neighbours only.
 class ChargesAndDipoles {
  public:
   /// Returns true if the number of spheres is small enough for the matrix to save time.
   static bool saves_time(std::size_t spheres);
+  /// Assembles and inverts the matrix. `pairs`: all near pairs of the sites.
   ChargesAndDipoles(const Mirrors& mirrors, const Cells& cells, const std::vector<Site>& sites,
                     const std::vector<NearPair>& pairs, parallel::Team& team);
 
-  /// Returns true if the matrix is positive definite. A sum of images truncated at a degree need not be; the matrix is
-  /// useless then.
+  /// Returns true if the matrix is positive definite. With a sum over images that is truncated at a degree it need not
+  /// be; then it cannot be used.
   bool is_positive() const { return positive_; }
-  /// Returns true if no sphere has moved by more than its radius. A preconditioner need not be exact: displacements by
-  /// some radii add an iteration or two, while a new matrix costs as much as many iterations.
+  /// Returns true if the matrix can precondition a solve with these sites: no sphere has moved by more than its radius.
+  /// A preconditioner need not be exact. Displacements by some radii add an iteration or two, while a new matrix costs
+  /// as much as many iterations.
   bool is_usable_for(const std::vector<Site>& sites) const;
 
-  /// Returns the number of unknowns per sphere.
+  /// Returns the number of unknowns per sphere: 4 with dipoles, 1 without.
   int unknowns_per_sphere() const { return harmonics(degree_); }
-  /// Solves x + sqrt(R) b = values for x, in the scaling of System; both [sphere][harmonic].
+  /// Solves the coarse equations x + sqrt(R) b = values for x, in the scaling of System. R is the radius, b the field
+  /// of all other spheres. Both arrays are [sphere][harmonic].
   Eigen::VectorXf solve(const Eigen::VectorXf& values, parallel::Team& team) const;
-  /// Solves for x if only the spheres' charges have values.
+  /// Solves the coarse equations for x [sphere][harmonic] if only the charges have nonzero `values` [sphere].
   Eigen::VectorXf solve_charges(const Eigen::VectorXf& values) const { return charge_response_ * values; }
-  /// Charges of x for a unit value on one sphere; one column per sphere.
+  /// Returns the charges in the solution x for a unit value on one sphere's charge: a column for each such sphere.
   const Eigen::MatrixXd& charges() const { return charges_; }
 
  private:
@@ -46,15 +50,16 @@ class ChargesAndDipoles {
   Eigen::MatrixXd charges_;
 };
 
-/// Coarse equations restricted to changes x that keep given charges: right-hand sides that differ only in the groups'
-/// potentials yield the same x.
+/// Coarse-grid preconditioner with constraints: the coarse equations restricted to changes x that keep the given
+/// charges of floating groups. Right-hand sides that differ only by potentials of these groups give the same x.
 class ConstrainedCharges {
  public:
+  /// Factorizes the constraints for the coarse `equations`.
   ConstrainedCharges(std::shared_ptr<const ChargesAndDipoles> equations, const std::vector<Site>& sites,
                      const std::vector<ChargeConstraint>& constraints);
 
-  /// Solves for the charges and dipoles in `values`, with spheres starting at `start`; leaves other harmonics
-  /// unchanged.
+  /// Applies the preconditioner to `values` [sphere][harmonic]: replaces charges and dipoles by the constrained
+  /// solution, and leaves higher harmonics unchanged. `start`: index of each sphere's first coefficient.
   void apply(const std::vector<int>& start, double* values, parallel::Team& team) const;
 
  private:

@@ -64,7 +64,7 @@ int correction_degree(const NearPair& gap, double width, double degree) {
       subject, width, degree, largest_correction_degree));
 }
 
-/// Returns the harmonic t of the field of a source's multipoles on a target, both axial about the line between them,
+/// Computes the harmonic t of the field of a source's multipoles on a target, both axial about the line between them,
 /// where all signs are plus. The factor C(l+t, l) (R_s/d)^(l+1) (R_t/d)^t is updated from one l to the next.
 double axial_field(const std::vector<double>& source, int source_degree, double source_ratio, double target_ratio,
                    int t) {

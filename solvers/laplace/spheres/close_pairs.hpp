@@ -4,53 +4,57 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Returns the bispherical coordinate alpha of the sphere of radius `radius` next to one of radius `other`; harmonics
-/// decrease like exp(-alpha l). `gap`: distance (m) of the surfaces.
+/// Computes the bispherical coordinate alpha of a sphere of radius `radius` next to a sphere of radius `other`, with
+/// the surface distance `gap` (all in m). The multipoles of the first sphere decrease like exp(-alpha l).
 double bispherical_coordinate(double radius, double other, double gap);
-/// Returns cosh(alpha) - 1 of bispherical_coordinate.
+/// Computes cosh(alpha) - 1 for the alpha of bispherical_coordinate(), without cancellation.
 double cosh_less_one(double radius, double other, double gap);
 
-/// Returns the factor by which a narrow gap tightens the accuracy of a solution; 1 for gaps of at least 1/30 of the
-/// smaller radius. The force across the gap varies like the squared potential difference over the gap.
+/// Computes the factor by which a narrow gap tightens the accuracy of a solution: sqrt(30 gap / smaller radius), at
+/// most 1. It is needed because the force across the gap varies like the squared potential difference over the gap.
 double narrowness(double radius, double other, double gap);
 
-/// Solution for two isolated spheres with equal and opposite charges and a potential difference of 1, for the one of
-/// `radius`. It holds the axial multipoles (m = 0 about the direction to the other), l = 0, 1, ... up to the degree,
-/// and the potential. Method of images: each charge is mirrored at the other sphere until `accuracy` is reached.
+/// Exact solution for one of two isolated conducting spheres with equal and opposite charges and a potential difference
+/// of 1.
 struct PairSolution {
+  /// Axial multipoles a_l, l = 0 ... degree (m = 0 about the direction to the other sphere).
   std::vector<double> multipoles;
-  double potential = 0;
+  double potential = 0;  ///< Potential of the sphere
 };
+/// Computes the exact solutions of both spheres of a pair by the method of images. Each image charge is mirrored at the
+/// other sphere until it is below `accuracy` times the first one. `radius`, `other`: radii, `gap`: surface distance
+/// (m). The first result is that of the sphere of `radius`.
 std::array<PairSolution, 2> pair_solution(double radius, double other, double gap, int degree, double accuracy);
 
-/// Close-pair correction (`PairCorrection`) of one sphere at a gap between different potentials. It holds the pair's
-/// axial multipoles for a unit amplitude. Only those beyond the sphere's degree act. It also holds the potential on the
-/// sphere due to the corrections of both sides.
+/// Close-pair correction of one sphere: multipoles beyond the sphere's own degree that the field in a narrow gap
+/// excites (lubrication-type correction). They have the proportions of the exact solution of the isolated pair, and an
+/// unknown amplitude; all data are for unit amplitude.
 struct PairCorrection {
   int sphere = 0;
-  double sign = 1;                 ///< Sign of the amplitude on this sphere
-  Vec3 axis;                       ///< Unit vector to the other side
-  std::vector<double> multipoles;  ///< Axial multipoles of all degrees
-  std::vector<double> potential;   ///< Potential on the sphere, harmonics up to its degree
-  bool faces_image = false;        ///< True if the other side is an image, at centre + axis * distance
-  std::vector<double> facing;      ///< Axial multipoles of the other side, for its amplitude
-  double facing_radius = 0, distance = 0;
-  int facing_degree = 0;
+  double sign = 1;  ///< Sign of the amplitude on this sphere
+  Vec3 axis;        ///< Unit vector to the other side of the gap
+  /// Axial multipoles of all degrees, of which only those beyond the sphere's degree act.
+  std::vector<double> multipoles;
+  std::vector<double> potential;  ///< Potential on the sphere due to the corrections of both sides, up to its degree
+  bool faces_image = false;       ///< True if the other side is an image, at centre + axis * distance
+  std::vector<double> facing;     ///< Axial multipoles of the other side, for its amplitude
+  double facing_radius = 0, distance = 0;  ///< Radius of the other side; distance of the centres (m)
+  int facing_degree = 0;                   ///< Degree of the other side's own harmonics
 };
 
-/// Gap between different potentials. The spheres' own harmonics end at the degree that a pair at one potential needs.
-/// The potential difference excites higher ones, which have one unknown amplitude and the proportions of the exact
-/// pair.
+/// Close pair: two spheres of different potential (or a sphere and its image in an electrode) at a narrow gap, with a
+/// correction for each. The spheres' own harmonics end at the degree that a pair at equal potential needs. The
+/// potential difference excites higher harmonics, which share one unknown amplitude.
 struct ClosePair {
-  /// Potential of the corrections on another sphere nearby: harmonics up to its degree.
+  /// Potential of the corrections on another sphere nearby, for unit amplitude: harmonics up to that sphere's degree.
   struct OtherSphere {
     int sphere = 0;
     std::vector<double> potential;
   };
-  /// Interaction with the corrections of another pair.
+  /// Interaction with the corrections of another close pair.
   struct CorrectionInteraction {
     int pair = 0;
-    double energy = 0;  ///< Energy over 2 pi eps, for unit amplitudes of both
+    double energy = 0;  ///< Energy over 2 pi eps, for unit amplitudes of both pairs
   };
 
   std::vector<PairCorrection> corrections;  ///< Two corrections, or one at an electrode
@@ -59,24 +63,27 @@ struct ClosePair {
   std::vector<CorrectionInteraction> interactions;
 };
 
-/// Makes close pairs for `gaps`, each pair given in one direction. Omits gaps for which the spheres' harmonics suffice.
-/// Throws Failure for a gap so narrow that its correction needs a degree above 30000.
+/// Makes the close pairs, with their corrections, for the given gaps; each gap is given in one direction only. Gaps for
+/// which the spheres' own harmonics suffice are omitted. Throws Failure for a gap so narrow that its correction needs a
+/// degree above 30000.
 std::vector<ClosePair> close_pairs(const std::vector<Site>& sites, const std::vector<NearPair>& gaps, double accuracy,
                                    parallel::Team& team = parallel::Team::single());
 
-/// Computes the effect of corrections beyond their own gap, `other_spheres` and `interactions`, because the corrections
-/// of a sphere extend all around it. `pairs`: all near pairs, in both directions.
+/// Computes the effects of corrections beyond their own gap, because the field of a correction extends all around its
+/// sphere. Sets `other_spheres` and `interactions` of each close pair. `pairs`: all near pairs, in both directions.
 void add_correction_interactions(std::vector<ClosePair>& close, const std::vector<Site>& sites,
                                  const std::vector<NearPair>& pairs, double accuracy, parallel::Team& team);
 
-/// Returns forces over 4 pi eps: of the correction with its amplitude on itself, and between it and the multipoles up
-/// to the degree.
+/// Computes the force over 4 pi eps on a sphere due to one of its corrections. It contains the force of the correction
+/// on itself, and the force between it and the sphere's own `multipoles`, which extend to `degree`.
 Vec3 correction_force(const PairCorrection& correction, double amplitude, int degree, const double* multipoles);
 
-/// Returns the interaction force of two corrections of the same sphere, for unit amplitudes and over 4 pi eps.
+/// Computes the force over 4 pi eps on a sphere due to the interaction of two of its corrections, for unit amplitudes.
+/// `degree`: degree of the sphere's own harmonics.
 Vec3 force_between(const PairCorrection& one, const PairCorrection& other, int degree);
 
-/// Adds potential and field of a correction and, if it faces an image, of the image's correction.
+/// Adds the potential (V) and field (V/m) of a correction at a point (m) outside the spheres. If the correction faces
+/// an image, the correction of the image is included. `site`: the correction's sphere; `amplitude`: in V.
 void add_correction(const PairCorrection& correction, const Site& site, double amplitude, Vec3 point, double& potential,
                     Vec3& field);
 

@@ -5,27 +5,30 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Images that a far field includes, and the parameters of their sum.
+/// Choice of the images in a far field, and parameters of their Ewald sum.
 struct FarImages {
-  double beyond = 0;  ///< Distance (length) below which images are excluded; 0: all images
-  int degree = 0;     ///< Degree of the derivatives: sum of a source's l and a target's t
+  double beyond = 0;  ///< Distance (m) below which images are excluded; 0: all images are included
+  int degree = 0;     ///< Highest degree of the derivatives: sum of a source's l and a target's t
   EwaldSplit split;
 };
 
-/// Returns the parameters for images beyond a range, which must be several times the largest radii of targets and
-/// sources (lengths).
+/// Chooses the parameters of an Ewald sum over images beyond `range`, for a relative error `accuracy`. The range must
+/// be several times the largest radii of targets and sources (all in m).
 FarImages images_beyond(double range, double target_radius, double source_radius, double accuracy);
-/// Returns the parameters for all images of sources up to `degree`, at targets of one degree more.
+/// Chooses the parameters of an Ewald sum over all images, for sources of the given degree at targets of one degree
+/// more. `accuracy`: relative error; `largest_radius`: of all spheres (m).
 FarImages all_images(const Mirrors& mirrors, double largest_radius, int degree, double accuracy);
 
-/// Fields of images, computed for each pair of source and target.
+/// Far field for few spheres: Ewald sum over mirror images, for each pair of source and target site.
 class FarField {
  public:
-  /// Computes the derivatives between all sites. `past`: earlier field whose tables are used again if possible.
+  /// Computes the derivatives of the potential between all pairs of sites. `past`: earlier field whose tables are used
+  /// again if possible.
   FarField(const Mirrors& mirrors, const std::vector<Site>& targets, const std::vector<Site>& sources,
            const FarImages& images, const FarField* past = nullptr);
-  /// Adds to the targets' local coefficients, which extend `beyond` degrees above the targets' own. `T`: double, or
-  /// Lanes for eight fields at once.
+  /// Adds the field of the sources with `multipoles` (V) to the targets' `local` coefficients (V); both arrays are
+  /// [site][harmonic]. The local coefficients extend `beyond` degrees above the targets' own. `T`: double, or Lanes for
+  /// eight fields at once.
   template <class T>
   void add(const T* multipoles, T* local, parallel::Team& team, int beyond = 0) const;
 

@@ -163,7 +163,7 @@ bool are_twins(const NearPair& a, const NearPair& b) {
          norm2(a.displacement + b.displacement) < 1e-20 * norm2(a.displacement);
 }
 
-/// Returns the accuracy that is possible, in terms of the keys that set it.
+/// Returns the possible accuracy for an error message, with the keys of the scene file that set it.
 std::string in_words(double possible) {
   constexpr double coarsest = 0.1, rounded_up = 1.06;  // Rounds up to two digits
   if (rounded_up * possible > coarsest) return "no field.accuracy";

@@ -7,17 +7,19 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Returns the number of real solid harmonics C_lm (real spherical harmonics on the unit sphere) up to a degree. They
-/// are normalized such that sum_m C_lm(n)^2 = 1 for a unit vector n (Schmidt); m > 0 goes with cos(m phi), m < 0 with
-/// sin(|m| phi). Arrays hold them at l (l + 1) + m.
+/// Returns the number of real solid harmonics C_lm up to the given degree: (degree + 1)^2. On the unit sphere they are
+/// real spherical harmonics with Schmidt normalization, sum_m C_lm(n)^2 = 1 for a unit vector n. m > 0 belongs to cos(m
+/// phi), m < 0 to sin(|m| phi).
 constexpr int harmonics(int degree) { return (degree + 1) * (degree + 1); }
+/// Returns the index of C_lm in arrays of harmonics: l (l + 1) + m.
 constexpr int at(int l, int m) { return l * (l + 1) + m; }
 
-/// Computes r^l C_lm at r for all degrees up to `degree`; [harmonics(degree)].
+/// Computes the regular solid harmonics r^l C_lm at the point r, for all degrees up to `degree`: value
+/// [harmonics(degree)].
 void regular_harmonics(Vec3 r, int degree, double* value);
 
-/// Returns (-1) to the number of axes of `mask` (bits x, y, z) in which C_lm is odd: the factor of C_lm under mirrors
-/// across these axes.
+/// Returns the factor (1 or -1) of C_lm under reflections along the axes of `mask` (bits x, y, z). It is -1 if C_lm is
+/// odd in an odd number of these axes.
 inline int mirror_sign(int l, int m, int mask) {
   const bool sine = m < 0, odd = (m & 1) != 0;
   const bool x = sine != odd, y = sine, z = ((l + m) & 1) != 0;
@@ -28,18 +30,21 @@ inline int mirror_sign(int l, int m, int mask) {
   return negative ? -1 : 1;
 }
 
-/// Rotation that takes z to y, (x, y, z) -> (x, -z, y), applied to coefficients: one matrix per degree. Each row
-/// involves only every other m, of either the cosines or the sines.
+/// Rotation of solid harmonics by 90 degrees about x, (x, y, z) -> (x, -z, y): a matrix for the coefficients of each
+/// degree, from Wigner's functions d^l(pi/2). A row of a matrix has nonzero entries for every other m only, for either
+/// the cosines (m >= 0) or the sines (m < 0).
 class QuarterTurn {
  public:
+  /// Computes the matrices for all degrees up to `degree`.
   explicit QuarterTurn(int degree);
 
-  /// Coefficients of one row, for m = first_m, first_m + 2, ... up to l; sines are those of -m.
+  /// Nonzero entries of one row, for m = first_m, first_m + 2, ... up to l; if `sine` is true, those of -m.
   struct Row {
     bool sine = false;
     int first_m = 0;
     const double* value = nullptr;
   };
+  /// Returns the row of the matrix of degree l that gives the new coefficient m.
   Row row(int l, int m) const {
     const Start& s = start_[at(l, m)];
     return {s.sine, s.first_m, value_.data() + s.begin};
@@ -57,7 +62,8 @@ class QuarterTurn {
   std::vector<double> value_;
 };
 
-/// Converts to complex coefficients of C_lm with the Condon-Shortley phase, m from -l to l.
+/// Converts coefficients of real harmonics to those of complex harmonics with the Condon-Shortley phase, m from -l to
+/// l; both in the order of at(l, m).
 std::vector<std::complex<double>> to_complex(const double* real, int degree);
 
 }  // namespace lichtenberg::laplace::spheres

@@ -8,10 +8,10 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Returns r with its sign changed along the axes of `mask` (bits x, y, z).
+/// Reflects a vector: returns r with the opposite sign of the components along the axes of `mask` (bits x, y, z).
 inline Vec3 mirrored(Vec3 r, int mask) { return {mask & 1 ? -r.x : r.x, mask & 2 ? -r.y : r.y, mask & 4 ? -r.z : r.z}; }
 
-/// Image of a charge at c: `sign` times the charge at mirrored(c, mask) + shift.
+/// Image charge of a charge at position c: `sign` times the charge, at the position mirrored(c, mask) + shift.
 struct MirrorImage {
   int mask = 0;
   Vec3 shift;
@@ -20,25 +20,30 @@ struct MirrorImage {
   friend bool operator==(const MirrorImage&, const MirrorImage&) = default;
 };
 
-/// Sides as mirrors: an insulating side reflects a charge to one of equal sign, an electrode at 0 V to the opposite
-/// one. Repeated reflections between two sides of one kind make images with a period of 2 L, between sides of different
-/// kinds of 4 L. A periodic axis has its own length as the period. Free space has no mirrors.
+/// Method of images for the sides of the box: an insulating side reflects a charge to an image of equal sign, an
+/// electrode at 0 V to an image of opposite sign. Repeated reflections between two sides of one kind, at a distance L,
+/// make images with a period of 2 L, between sides of different kinds with a period of 4 L. A periodic axis has its own
+/// length as the period. Free space has no mirrors.
 struct Mirrors {
+  /// Finds the images for the box of a problem.
   explicit Mirrors(const SphereProblem& problem);
 
-  bool bounded = false;
-  Vec3 period;                       ///< Period of all images
+  bool bounded = false;              ///< False in free space
+  Vec3 period;                       ///< Period of all images along each axis (m)
   std::vector<MirrorImage> images;   ///< Images in one period, the charge itself first
   std::array<bool, 3> alternates{};  ///< Axes along which half a period changes the sign
 
   friend bool operator==(const Mirrors&, const Mirrors&) = default;
+  /// Returns the volume (m^3) of one period of all images.
   double volume() const { return period.x * period.y * period.z; }
-  /// Returns the number of images of one charge per volume.
+  /// Returns the number of images of one charge per volume (1/m^3).
   double density() const { return static_cast<double>(images.size()) / volume(); }
-  /// Calls visit(displacement) with the displacement to p from every periodic copy of `first` closer than `range`.
+  /// Calls visit(displacement) for every periodic copy of the point `first` closer than `range` (m) to p, with the
+  /// displacement from the copy to p.
   template <class Visit>
   void for_each_copy(Vec3 p, Vec3 first, double range, Visit visit) const;
-  /// Calls visit(image, displacement) with the displacement to p from every image of a charge at c closer than `range`.
+  /// Calls visit(image, displacement) for every image of a charge at c closer than `range` (m) to p, with the
+  /// displacement from the image to p. The charge itself is the first image.
   template <class Visit>
   void for_each_near(Vec3 p, Vec3 c, double range, Visit visit) const {
     for (const MirrorImage& image : images)

@@ -7,7 +7,7 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Solution of a similar scene, kept for initial guesses.
+/// Solution of an earlier solve with the same number of spheres, kept for initial guesses.
 struct PastSolution {
   std::vector<Site> sites;
   std::vector<double> x;             ///< Unknowns sqrt(R) a, harmonics of all sites
@@ -18,17 +18,18 @@ struct PastSolution {
 
 /// Latest solutions, the most recent first.
 using History = std::deque<PastSolution>;
+/// Number of solutions that a history keeps.
 constexpr std::size_t longest_history = 4;
 
-/// Charge constraint: spheres whose total charge is given. They are those of a floating group or, if nothing absorbs
-/// the remaining charge, all fixed ones.
+/// Charge constraint: spheres whose total charge is given. They are the spheres of a floating group or, if nothing
+/// absorbs the remaining charge, those of all fixed groups.
 struct ChargeConstraint {
   std::vector<int> spheres;
   double charge = 0;  ///< Q / (4 pi eps), the sum of R a_00
   double weight = 0;  ///< Sum of radii
 };
 
-/// Target of a solve: positions, charges and potentials.
+/// Conditions that the solution of a solve must satisfy: positions of the spheres, given charges and potentials.
 struct SolveTarget {
   const std::vector<Site>& sites;
   const std::vector<ChargeConstraint>& constraints;
@@ -37,11 +38,12 @@ struct SolveTarget {
   std::vector<double> wall;   ///< Potential of the sides at each site's centre (V)
 };
 
-/// Returns the coefficients of past solutions in the best initial guess. x is linear in charges and potentials and
-/// smooth in positions. The linear combination is therefore chosen that comes closest to the target's charges,
-/// potentials and displacements, with the least potential differences within groups. It does not use times, so a step
-/// that was rolled back serves as well as any other. `noise`: relative error of each past x; it limits combinations
-/// that would amplify it. All solutions must have as many sites as the target.
+/// Computes an initial guess as a linear combination of past solutions; returns the coefficient of each. The solution x
+/// is linear in charges and potentials and smooth in positions. The coefficients are therefore a least-squares fit to
+/// the target's charges, potentials and positions, with small potential differences within groups.
+/// The fit does not use times, so solutions of steps that were rolled back serve equally. `noise`: relative error of
+/// each past x, which limits combinations that would amplify it (regularization). All solutions must have as many sites
+/// as the target.
 std::vector<double> history_coefficients(const History& history, const SolveTarget& target, double noise);
 
 }  // namespace lichtenberg::laplace::spheres

@@ -9,43 +9,49 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Largest degree of harmonics. A sphere has 40401 coefficients then; equal spheres in contact need degree 85 for
-/// 1e-10.
+/// Largest degree l of solid harmonics on a sphere, for which it has 40401 coefficients. Equal spheres in contact need
+/// degree 85 for an accuracy of 1e-10.
 inline constexpr int largest_degree = 200;
 
-/// Centre of an expansion in harmonics: a sphere with its degree, or a point at which a field is computed (degree 1,
-/// any length as its radius).
+/// Site: the centre of an expansion in solid harmonics. It is a sphere with its radius (m) and degree, or a point at
+/// which a field is computed (degree 1, any length as its radius).
 struct Site {
   Vec3 centre;
   double radius = 0;
   int degree = 0;
 };
 
-/// Returns the start of each site's coefficients in one array, for its degree and `beyond` more, and the total size.
+/// Returns the index of the first coefficient of each site in an array of all coefficients [site][harmonic], followed
+/// by the total size. A site has the harmonics up to its degree plus `beyond`.
 std::vector<int> starts(const std::vector<Site>& sites, int beyond = 0);
 
-/// Source, or image of a source, that acts directly on a target.
+/// Near pair: a target site, and a near source site or its mirror image, whose field is computed directly.
 struct NearPair {
+  /// Indices of target and source; axes along which the source is mirrored (bits x, y, z).
   int target = 0, source = 0, mask = 0;
-  double sign = 1;
-  Vec3 displacement;  ///< Displacement from the source (or its image) to the target
+  double sign = 1;    ///< Sign of the image's charge
+  Vec3 displacement;  ///< Displacement from the source (or its image) to the target (m)
 };
 
-/// Fields of near sources, pair by pair; exact up to the truncation of degrees. About a target of radius R the
-/// potential is sum b_lm (r/R)^l C_lm, that of a source sum a_lm (R/r)^(l+1) C_lm.
+/// Near field of multipoles: translates the multipoles of near sources to local expansions at targets, pair by pair,
+/// exact up to the truncation of degrees. A source of radius R has the potential sum a_lm (R/r)^(l+1) C_lm. About a
+/// target of radius R the potential is sum b_lm (r/R)^l C_lm. C_lm are solid harmonics (harmonics.hpp).
 class NearField {
  public:
-  /// Groups the pairs into batches. `pairs`: by ascending target. Neglects distant terms below `accuracy` times the
-  /// largest coefficient.
+  /// Sorts the pairs into batches of equal degrees for SIMD. `pairs` must be sorted by target. Terms below `accuracy`
+  /// times the largest coefficient are neglected.
   NearField(const std::vector<Site>& targets, const std::vector<Site>& sources, const std::vector<NearPair>& pairs,
             double accuracy, parallel::Team& team);
 
-  /// Adds the fields of the sources' multipoles to the targets' local coefficients.
+  /// Adds the fields of the sources with `multipoles` a_lm (V) to the targets' `local` coefficients b_lm (V); both
+  /// arrays are [site][harmonic].
   void add(const double* multipoles, double* local, parallel::Team& team) const;
-  /// Adds eight fields at once, [harmonic][field].
+  /// Adds fields as above for eight sets of multipoles at once; each element contains the eight values of a
+  /// coefficient.
   void add(const Lanes* multipoles, Lanes* local, parallel::Team& team) const;
 
  private:
+  /// Up to eight pairs of equal degrees and mirrors.
   struct Batch {
     int source_degree = 0, target_degree = 0, mask = 0, count = 0;
     PairDirections directions;
@@ -66,7 +72,7 @@ class NearField {
   std::shared_ptr<const Translation> translation_;
 };
 
-/// Returns shared tables of translations up to at least this degree.
+/// Returns the translation tables that all solvers share, for this degree or a higher one.
 std::shared_ptr<const Translation> translation_up_to(int degree);
 
 }  // namespace lichtenberg::laplace::spheres

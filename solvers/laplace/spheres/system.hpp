@@ -14,44 +14,52 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Potential without spheres. In a box it is that of the sides, constant or linear along one axis; in free space it is
-/// that of the uniform field.
+/// Potential in the domain without spheres. In a box it is due to the electrode sides: constant, or linear along one
+/// axis. In free space it is the potential of the uniform field.
 struct WallPotential {
-  /// Throws InputError if electrode sides differ in potential and are not two opposite sides.
+  /// Computes the potential of a problem. Throws InputError if electrode sides have different potentials and are not
+  /// two opposite sides.
   explicit WallPotential(const SphereProblem& problem);
-  double constant = 0;
-  Vec3 slope;
-  int axis = -1;  ///< Axis of the box along which it is linear; -1: none
+  double constant = 0;  ///< Potential at the origin (V)
+  Vec3 slope;           ///< Gradient of the potential (V/m)
+  int axis = -1;        ///< Axis of the box along which the potential is linear; -1: none
+  /// Returns the potential (V) at p (m).
   double at(Vec3 p) const { return constant + dot(slope, p); }
 };
 
 struct ResponseMultipoles;
 
-/// Fields of the spheres' multipoles at the spheres and at points. Near images act directly. All others act pair by
-/// pair for few spheres, otherwise cell by cell.
+/// Fields of the spheres' multipoles, at the spheres and at points. Near spheres and images act directly (NearField).
+/// All others act by Ewald sums for each pair (FarField, up to 48 spheres) or between cells (CellField).
 class Fields {
  public:
-  /// Chooses the spheres' degrees unless the options give one. `past`: earlier fields whose tables are used again if
-  /// possible. Throws InputError if a required degree is too large, and the exceptions of close_pairs().
+  /// Chooses the degrees of the spheres' harmonics for the accuracy, unless the options give a degree, and prepares all
+  /// tables. `past`: earlier fields whose tables are used again if possible. Throws InputError if a required degree is
+  /// too large, and the exceptions of close_pairs().
   Fields(const SphereProblem& problem, const Mirrors& mirrors, const SphereOptions& options, const Fields* past,
          parallel::Team& team);
 
-  const std::vector<Site>& sites() const { return sites_; }
-  const std::vector<ClosePair>& close_pairs() const { return close_pairs_; }
-  const std::vector<Reflection>& reflections() const { return reflections_; }
-  double narrowness() const { return narrowness_; }  ///< Factor for narrow gaps (close_pairs.hpp)
+  const std::vector<Site>& sites() const { return sites_; }                    ///< Spheres with their degrees
+  const std::vector<ClosePair>& close_pairs() const { return close_pairs_; }   ///< Narrow gaps with corrections
+  const std::vector<Reflection>& reflections() const { return reflections_; }  ///< Small spheres next to large ones
+  double narrowness() const { return narrowness_; }  ///< Smallest factor for narrow gaps (close_pairs.hpp)
+  /// Adds the field of the `multipoles` a_lm (V) of all spheres, except each sphere's own field, to the `local`
+  /// coefficients b_lm (V). Both arrays are [site][harmonic].
   void add(const double* multipoles, double* local, parallel::Team& team) const;
-  /// Adds eight fields at once, [harmonic][field].
+  /// Adds fields as above for eight sets of multipoles at once; each element contains the eight values of a
+  /// coefficient.
   void add(const Lanes* multipoles, Lanes* local, parallel::Team& team) const;
-  /// Returns local coefficients one degree above the sites' own, [site][harmonic].
+  /// Computes the local coefficients (V) of the field, up to one degree above the sites' own, [site][harmonic].
+  /// Reflections are not included.
   std::vector<double> one_degree_beyond(const double* multipoles, parallel::Team& team) const;
-  /// Returns true if SphereOptions::degree is given.
+  /// Returns true if SphereOptions::degree is given, so that all spheres have this degree.
   bool has_fixed_degree() const { return fixed_degree_ > 0; }
-  /// Adds the field at points: 4 local coefficients per point, in powers of `unit`.
+  /// Adds the field of the multipoles at points: 4 local coefficients (V) per point, the potential and unit times its
+  /// gradient. `unit`: any small length (m).
   void add_at(std::span<const Vec3> points, double unit, const double* multipoles, double* local,
               parallel::Team& team) const;
-  /// Returns the coarse equations, null if they do not save time. `past`: those of an earlier solve, used again if
-  /// possible.
+  /// Returns the coarse equations for the preconditioner, null if they do not save time. `past`: those of an earlier
+  /// solve, used again if possible.
   std::shared_ptr<const ChargesAndDipoles> charges_and_dipoles(std::shared_ptr<const ChargesAndDipoles> past,
                                                                parallel::Team& team) const;
 
@@ -89,50 +97,57 @@ class Fields {
   std::unique_ptr<CellField> cell_field_;
 };
 
-/// Linear system for the multipoles a_lm of all spheres of radius R. b_lm are the local coefficients of the field of
-/// all other charges. On a conductor a_lm + b_lm = phi delta_l0 (README.md). With x = sqrt(R) a, the operator x +
-/// sqrt(R) b is symmetric. The energy of the charges on the spheres is 2 pi eps x.(x + sqrt(R) b), which is positive. A
-/// fixed group has its potential, a floating one its charge. CG iterates among the x that keep given charges; the
-/// groups' potentials are the Lagrange multipliers (charge_constraints.hpp). On a dielectric a = -beta b (l > 0), beta
-/// = (k - 1) l / ((k + 1) l + 1) for a relative permittivity k, and x = sqrt(R / beta) a; beta is 1 on a conductor.
+/// Linear system for the multipoles a_lm of all spheres, given by its matrix-vector product. b_lm are the local
+/// coefficients of the field of all other charges. On a conductor at potential phi the boundary condition is a_lm +
+/// b_lm = phi delta_l0 (docs/numerics/spheres.md).
+/// The unknowns are x = sqrt(R) a with the radius R. The operator x + sqrt(R) b is then symmetric, and positive because
+/// the energy of the charges on the spheres is 2 pi eps x.(x + sqrt(R) b). A fixed group has a given potential, a
+/// floating group a given charge. Conjugate gradients iterate among the x that keep given charges; the groups'
+/// potentials are Lagrange multipliers (charge_constraints.hpp).
+/// On a dielectric a = -beta b for l > 0, with beta = (k - 1) l / ((k + 1) l + 1) for the relative permittivity k.
+/// There x = sqrt(R / beta) a; on a conductor beta is 1.
 class System {
  public:
   System(const System&) = delete;
   System& operator=(const System&) = delete;
+  /// Sets up the system of a problem. `past`: system of an earlier solve whose tables are used again if possible, or
+  /// null.
   System(const SphereProblem& problem, const SphereOptions& options, parallel::Team& team, const System* past);
 
-  /// Number of unknowns: harmonics of all spheres, one amplitude per close pair, one unknown per coupling.
+  /// Returns the number of unknowns: harmonics of all spheres, one amplitude per close pair, one unknown per coupling.
   int size() const { return first_coupling() + constraints_.coupling_count(); }
-  /// Applies the operator x -> x + sqrt(R beta) b. `T`: double, or Lanes for eight x at once.
+  /// Applies the operator: computes y = x + sqrt(R beta) b. `T`: double, or Lanes for eight x at once.
   template <class T>
   void apply(const T* x, T* y) const;
-  /// Removes the part that changes given charges.
+  /// Removes from x the part that changes given charges.
   void project(double* x) const { constraints_.project(x); }
-  /// Replaces x by an approximate inverse image under apply, within the range of project.
+  /// Applies the preconditioner: replaces x by an approximate solution of apply(solution) = x that keeps given charges.
   void precondition(double* x) const;
-  /// Makes the given charges exact.
+  /// Corrects x to the given charges, without rounding errors.
   void enforce_charges(double* x) const { constraints_.enforce_charges(x); }
-  /// Returns an initial guess with the given charges: a corrected linear combination of past solutions, if any;
-  /// `noise`: their relative error.
+  /// Makes an initial guess with the given charges: a corrected linear combination of past solutions, if there are any.
+  /// `noise`: relative error of past solutions.
   std::vector<double> start(const History& history = {}, double noise = 0) const;
-  /// Returns the right-hand side of apply(x), up to the floating potentials: sqrt(R) (fixed potential - potential of
-  /// the sides), and the fixed potentials at couplings.
+  /// Computes the right-hand side of apply(x). It is sqrt(R) (fixed potential - potential of the sides) for l = 0, the
+  /// sides' field for l = 1, and the fixed potentials at couplings. Potentials of floating groups count as 0.
   std::vector<double> right_hand_side() const;
-  /// Returns the right-hand side for a fixed group at 1 V and all else at 0.
+  /// Returns the right-hand side for one group at 1 V and all else at 0.
   std::vector<double> unit_potential(int group) const;
-  /// Returns the charges of x by group over 4 pi eps: products with unit_potential.
+  /// Computes the charge of each group over 4 pi eps from x: the scalar products with unit_potential().
   std::vector<double> group_charges(const double* x) const;
+  /// Computes potentials, charges, dipoles, forces and energy from the solution x.
   SphereSolution results(const std::vector<double>& x) const;
 
   const SphereProblem& problem() const { return problem_; }
   const std::vector<Site>& sites() const { return fields_->sites(); }
   const Fields& fields() const { return *fields_; }
-  /// Returns a history entry with a solution and the groups' potentials (V).
+  /// Makes an entry of the history from a solution x and the groups' potentials (V).
   PastSolution past(const std::vector<double>& x, const std::vector<double>& group_potential) const;
   const WallPotential& wall() const { return wall_; }
-  /// Returns the multipoles a of x, in the layout of the sites.
+  /// Computes the multipoles a_lm (V) from the unknowns x, [site][harmonic].
   template <class T>
   std::vector<T> multipoles(const T* x) const;
+  /// Returns the amplitude (V) of a close pair's corrections from the unknowns x.
   template <class T>
   T amplitude(const T* x, std::size_t pair) const {
     return x[harmonics_size() + pair] / std::sqrt(fields_->close_pairs()[pair].energy);
@@ -140,7 +155,7 @@ class System {
 
  private:
   int harmonics_size() const { return start_.back(); }
-  /// Returns a / x of a sphere's harmonics of degree l: sqrt(beta / R).
+  /// Returns the ratio a / x for a sphere's harmonics of degree l: sqrt(beta / R).
   double scale(std::size_t sphere, int l) const;
   int first_coupling() const { return harmonics_size() + static_cast<int>(fields_->close_pairs().size()); }
   template <class T>

@@ -6,42 +6,50 @@
 
 namespace lichtenberg::laplace::spheres {
 
+/// Number of pairs that are processed at once by SIMD.
 constexpr int lanes = 8;
-/// One number for each of several pairs.
+/// SIMD vector: one number for each of eight pairs (or of eight fields).
 using Lanes [[gnu::vector_size(lanes * sizeof(double))]] = double;
 
-/// Directions from source to target of several pairs with the same degrees.
+/// Directions from source to target of eight pairs, as cosines and sines of azimuth and polar angle.
 struct PairDirections {
   Lanes cos_azimuth{}, sin_azimuth{}, cos_polar{}, sin_polar{};
 
+  /// Sets the direction of one pair from its displacement (any length above 0).
   void set(int lane, Vec3 displacement);
 };
 
-/// Translation of multipoles to local coefficients about another centre. The axis between the centres is rotated to z,
-/// where only equal m interact, and back. About 2 p^3 products per pair, with several pairs at once.
+/// Translation operators of solid harmonics between two centres, for eight pairs at once: multipoles to local
+/// coefficients (M2L), and shifts of either (M2M, L2L). The displacement is rotated to the z axis, where only equal m
+/// interact, and back (rotation method). About 2 p^3 products per pair for degree p.
 class Translation {
  public:
+  /// Makes the tables for degrees up to `degree`.
   explicit Translation(int degree);
   int degree() const { return turn_.degree(); }
 
-  /// Translates `value`: on entry a_lm (2 R_s/d)^l R_s/d up to the source degree, on return b_lm (2 R_t/d)^-l up to the
-  /// target degree. Overwrites both arrays of harmonics(larger degree) each.
+  /// Translates multipoles a_lm of a source of radius R_s to local coefficients b_lm at a target of radius R_t at a
+  /// distance d. On entry `value` contains a_lm (2 R_s/d)^l R_s/d up to the source degree, on return b_lm (2 R_t/d)^-l
+  /// up to the target degree. `value` and `scratch` have harmonics(larger degree) elements; both are overwritten.
   void apply(const PairDirections& directions, int source_degree, int target_degree, Lanes* value,
              Lanes* scratch) const;
 
-  /// Multiplies by the matrices factor[m][t][t'], up to the degree, in the frame with z along the displacement.
+  /// Multiplies coefficients by matrices factor[m][t][t'] that act in the frame with z along the displacement: rotates
+  /// `value` (up to `degree`) to this frame, multiplies, and rotates back. `scratch` is overwritten.
   void in_pair_frame(const PairDirections& directions, int degree, const double* factor, Lanes* value,
                      Lanes* scratch) const;
 
-  /// Shift of the centre of multipoles (`outward`) or of local coefficients. Outward, value_l contributes to degrees t
-  /// >= l with length^(t - l); otherwise to t <= l with length^(l - t).
+  /// Shift of the centre of an expansion by `length`, from coefficients up to `degree` to coefficients up to
+  /// `new_degree`. `outward` is true for multipoles: the coefficient of degree l contributes to degrees t >= l with
+  /// length^(t - l). It is false for local coefficients: contributions to t <= l with length^(l - t).
   struct Shift {
     const Lanes& length;
     bool outward;
     int degree, new_degree;
   };
-  /// Shifts the centre. `directions`: from the new to the old centre for multipoles, from the old to the new one for
-  /// local coefficients. Factors are those of unscaled solid harmonics: moments r^l C_lm, potentials sum b_lm r^l C_lm.
+  /// Shifts the centre of multipoles or local coefficients `value`. `directions`: from the new to the old centre for
+  /// multipoles, from the old to the new centre for local coefficients. Coefficients are those of unscaled solid
+  /// harmonics: moments of r^l C_lm, potentials sum b_lm r^l C_lm. `scratch` is overwritten.
   void shift(const PairDirections& directions, const Shift& shift, Lanes* value, Lanes* scratch) const;
 
  private:

@@ -12,28 +12,30 @@
 
 namespace lichtenberg::periodic::device {
 
-/// Returns the power of two that scales every charge to at most 1; 1 if all are 0.
+/// Returns the power of two that scales charges of magnitude up to `largest` to at most 1; 1 if `largest` is 0.
 LICHTENBERG_HOST_DEVICE inline double charge_scale(double largest) {
   return largest > 0 ? std::ldexp(1.0, -std::ilogb(largest) - 1) : 1;
 }
 
-/// Fields, potentials and energy of charges on an executor. The caller sorts the charges by cells and scales them to at
-/// most 1. Results do not depend on the order of the charges, bit by bit.
+/// Periodic Coulomb sum of charges (and dipoles) in device memory: fields, potentials and energy by near part and mesh.
+/// The caller sorts the charges by cells and scales them to at most 1. Results have identical bits for any order of the
+/// charges.
 template <class Executor>
 class ChargeSums {
  public:
+  /// Prepares sums with the given tables; `run` must outlive this object.
   ChargeSums(const Executor& run, const MeshTables& tables)
       : run_(&run), tables_(tables), mesh_(run, tables), field_at_source_(run), force_(run), totals_(run) {
     totals_.resize(1);
   }
 
-  double cutoff() const { return tables_.cutoff; }
-  double background() const { return tables_.background; }
-  Vec3 lengths() const { return tables_.mesh.lengths; }
+  double cutoff() const { return tables_.cutoff; }          ///< Cut-off of the near part (length)
+  double background() const { return tables_.background; }  ///< Potential of the background per total charge
+  Vec3 lengths() const { return tables_.mesh.lengths; }     ///< Edges of the box
   MeshPart<Executor>& mesh() { return mesh_; }
   const MeshTables& tables() const { return tables_; }
 
-  /// Allocates the results of n charges.
+  /// Allocates memory for the results of n charges, set to 0 if n has changed.
   void resize_results(int n) {
     if (n != n_) {
       field_at_source_.resize(n);
@@ -43,12 +45,14 @@ class ChargeSums {
     }
     n_ = n;
   }
-  /// Prepares sums for n charges that are sorted by cells and move by at most `moved` before the next sorting.
+  /// Prepares sums for n charges that are sorted by `cells` and move by at most `moved` (length) before the next
+  /// sorting.
   void arrange(int n, const CellsView& cells, double moved) {
     resize_results(n);
     mesh_.arrange(n, cells, moved);
   }
-  /// Computes fields, and potentials and energy if `potentials`. Partners beyond the cut-off do not change the result.
+  /// Computes the fields of charges and, if `potentials` is true, potentials and energy. `partners`: neighbour list;
+  /// partners beyond the cut-off do not change the result.
   void evaluate(const PointCharge* charges, const TableView& partners, bool potentials) {
     // Spreading occupies the whole device; transforms do not, so the near part runs concurrently with them.
     mesh_.template spread<Kind::charges>(charges);
@@ -61,7 +65,7 @@ class ChargeSums {
                            });
     mesh_.template gather<Kind::charges>({charges, nullptr, field_at_source_.data(), nullptr}, totals_.data());
   }
-  /// Like evaluate above, for charges with dipoles; also computes the forces.
+  /// Computes fields, potentials, energy and forces of charges with dipoles (`moments`).
   void evaluate(const PointCharge* charges, const Moment* moments, const TableView& partners) {
     run_->run_concurrently(
         [&] {
@@ -75,7 +79,7 @@ class ChargeSums {
         });
     mesh_.template gather<Kind::multipoles>({charges, moments, field_at_source_.data(), force_.data()}, totals_.data());
   }
-  /// Overwrites `field` with that of the dipoles alone.
+  /// Computes the field of the dipoles alone at each other's positions; overwrites `field`.
   void dipole_field(const PointCharge* charges, const Moment* moments, const TableView& partners, FieldSample* field) {
     run_->run_concurrently(
         [&] {
@@ -85,15 +89,17 @@ class ChargeSums {
         [&] { near_dipole_field(charges, moments, partners, field); });
     mesh_.template gather<Kind::dipoles>({charges, moments, field, nullptr}, nullptr);
   }
-  /// Overwrites `field` with the near part of the dipoles' field alone.
+  /// Computes the near part of the dipoles' field alone, without the mesh; overwrites `field`.
   void near_dipole_field(const PointCharge* charges, const Moment* moments, const TableView& partners,
                          FieldSample* field) {
     compute_near<Kind::dipoles>(*run_, tables_.multipoles, {n_, partners, charges, moments, field, nullptr});
   }
+  /// Returns the fields and potentials at the sources, in device memory.
   FieldSample* field_at_source() const { return field_at_source_.data(); }
-  /// Forces on charges with dipoles. The component `potential` is the share of the source in the subtracted net force,
-  /// whose total is Totals::square.
+  /// Returns the forces on charges with dipoles, in device memory. The component `potential` contains the share of the
+  /// source in the net force that the caller subtracts; the total of the shares is Totals::square.
   FieldSample* force() const { return force_.data(); }
+  /// Returns the sums over all charges, in device memory.
   const Totals* totals() const { return totals_.data(); }
   Totals* totals_to_change() const { return totals_.data(); }
   std::vector<FieldSample> download_fields() const { return field_at_source_.download(); }
@@ -109,7 +115,8 @@ class ChargeSums {
   parallel::Array<Totals, Executor> totals_;
 };
 
-/// DeviceMesh on an executor: copies positions and charges to the device, and the results back.
+/// Implementation of DeviceMesh on an executor: copies positions and charges to the device, computes the sums there,
+/// and copies the results back.
 template <class Executor>
 class DeviceMeshOn final : public DeviceMesh {
  public:
@@ -204,6 +211,7 @@ class DeviceMeshOn final : public DeviceMesh {
     return profile;
   }
 
+  /// Copies the sources to the device, sorts them by cells, and makes the neighbour list for the cut-off plus `skin`.
   /// Public because nvcc requires this of functions that contain kernels.
   void arrange(const Sources& sources, double skin) {
     require_consistent(sources);
@@ -230,7 +238,8 @@ class DeviceMeshOn final : public DeviceMesh {
   }
 
  private:
-  /// Uploads the sources, scaled by a power of two so that no charge, and no dipole over unit length, exceeds 1.
+  /// Copies the sources to the device, scaled by a power of two so that no charge, and no component of a dipole in
+  /// these units, exceeds 1.
   void upload(const Sources& sources) {
     if (!sources.dipole.empty() && sums_.tables().multipoles.kernels.terms == 0)
       throw InputError("Dipoles on a device need splines of order 5 at least, and an accuracy of 1e-6 at most.");

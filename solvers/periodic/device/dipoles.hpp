@@ -12,14 +12,17 @@
 
 namespace lichtenberg::periodic::device {
 
-/// Sum of numbers, each rounded to a multiple of 2^-60: exact for up to 2^23 numbers with a total below 2^43.
+/// Exact sum of numbers, each rounded to a multiple of 2^-60, by integers, so that the order does not matter. It is
+/// exact for up to 2^23 numbers with a total below 2^43.
 struct ExactSum {
-  std::int64_t high = 0, low = 0;  ///< Units 2^-20 and 2^-60
+  std::int64_t high = 0, low = 0;  ///< Parts in units of 2^-20 and 2^-60
 
+  /// Converts one number.
   static LICHTENBERG_HOST_DEVICE ExactSum of(double value) {
     const double scaled = value * 0x1p20, whole = std::floor(scaled);
     return {static_cast<std::int64_t>(whole), static_cast<std::int64_t>((scaled - whole) * 0x1p40)};
   }
+  /// Returns the sum as a floating-point number.
   LICHTENBERG_HOST_DEVICE double value() const {
     return (static_cast<double>(high) + static_cast<double>(low) * 0x1p-40) * 0x1p-20;
   }
@@ -30,7 +33,7 @@ struct ExactSum {
   friend LICHTENBERG_HOST_DEVICE ExactSum operator+(ExactSum a, const ExactSum& b) { return a += b; }
 };
 
-/// Two exact sums.
+/// Two exact sums that are computed together.
 struct ExactPair {
   ExactSum first, second;
 
@@ -41,39 +44,42 @@ struct ExactPair {
   friend LICHTENBERG_HOST_DEVICE ExactPair operator+(ExactPair a, const ExactPair& b) { return a += b; }
 };
 
-/// State of the dipole solver.
+/// State of the solver of induced dipoles, in device memory.
 struct DipoleSolve {
-  double goal = 0,
-         square = 0;  ///< Squared norm of the residual; during sweeps over near dipoles, of the last change over A
-  double step = 0, beta = 0;
-  double before = INFINITY;       ///< Squared norm of the residual at the last evaluation of this solve
-  std::int64_t applications = 0;  ///< Total number of applications of T in the run
-  int go = 0, correct = 0, changed = 0;
+  /// Squared norms: permitted residual; present residual (during sweeps over near dipoles: last change over A).
+  double goal = 0, square = 0;
+  double step = 0, beta = 0;             ///< Coefficients of conjugate gradients
+  double before = INFINITY;              ///< Squared norm of the residual at the last evaluation of this solve
+  std::int64_t applications = 0;         ///< Total number of applications of the interaction tensor T in the run
+  int go = 0, correct = 0, changed = 0;  ///< Conditions of the solver's loops
   int iterations = 0, sweeps = 0;
-  int unstable = 0, unsolved = 0;  ///< Flags: 1 if found so in any step
-  int known = 0;                   ///< Number of steps of the history
+  int unstable = 0, unsolved = 0;  ///< Flags: 1 if a step had no stable state, or did not converge
+  int known = 0;                   ///< Number of steps in the history
 };
 
+/// Largest number of steps in the history of dipoles.
 constexpr int dipole_history = 4;
 
-/// Per-grain data that move with a grain when grains are sorted.
+/// Dipole data of a grain, which move with it when grains are sorted: dipole, dipoles of earlier steps, and force.
 struct DipoleGrain {
   Vec3 dipole;
   Vec3 earlier[dipole_history];
   FieldSample force;
 };
 
-/// Device pointers to the arrays of DipoleGrain.
+/// Device pointers to the dipole data of all grains (struct of arrays).
 struct DipoleArrays {
   Vec3* dipole;
   Vec3* earlier[dipole_history];
   FieldSample* force;
 
+  /// Returns the data of grain i.
   LICHTENBERG_HOST_DEVICE DipoleGrain take(int i) const {
     DipoleGrain grain{.dipole = dipole[i], .earlier = {}, .force = force[i]};
     for (int k = 0; k < dipole_history; ++k) grain.earlier[k] = earlier[k][i];
     return grain;
   }
+  /// Stores the data of a grain at index s.
   LICHTENBERG_HOST_DEVICE void put(int s, const DipoleGrain& grain) const {
     dipole[s] = grain.dipole;
     for (int k = 0; k < dipole_history; ++k) earlier[k][s] = grain.earlier[k];
@@ -81,13 +87,14 @@ struct DipoleArrays {
   }
 };
 
-/// Number of elements in part p of n elements.
+/// Function object that returns the number of elements in part p, if n elements are divided into parts of 256.
 struct PartSizes {
   static constexpr int a_part = 256;
   int n;
   LICHTENBERG_HOST_DEVICE int operator()(int p) const { return n - p * a_part < a_part ? n - p * a_part : a_part; }
 };
 
+/// Sum of numbers for sum_segments().
 struct OneSum {
   double value = 0;
 
@@ -98,25 +105,29 @@ struct OneSum {
   friend LICHTENBERG_HOST_DEVICE OneSum operator+(OneSum a, const OneSum& b) { return a += b; }
 };
 
+/// Converts a dipole to single precision.
 LICHTENBERG_HOST_DEVICE inline Moment moment(Vec3 v) {
   return {static_cast<float>(v.x), static_cast<float>(v.y), static_cast<float>(v.z)};
 }
 
-/// Solver for the induced dipoles of charges that ChargeSums evaluates. Dipoles are in units of charge times length;
-/// only within the solver they are scaled by a power of two.
+/// Solver for induced dipoles on an executor, mu = A (e + T mu), with the fields of ChargeSums (see ../dipoles.hpp for
+/// the equations). Arrays of dipoles are in units of charge times length; only within the solver they are scaled by a
+/// power of two, like the charges.
 template <class Executor>
 class InducedDipolesOn {
   template <class T>
   using Array = parallel::Array<T, Executor>;
 
  public:
+  /// Prepares the solver. `polarizability`: A (length^3); `tolerance`: permitted residual, relative to the field of
+  /// charges and dipoles.
   InducedDipolesOn(const Executor& run, ChargeSums<Executor>& sums, double polarizability, double tolerance)
       : run_(&run), sums_(&sums), polarizability_(polarizability), tolerance_(tolerance) {
     solve_.resize(1);
   }
 
-  /// Loads dipoles of earlier steps, the last one first, each [3 N]; the first are the present dipoles. `applications`:
-  /// number of applications of T so far.
+  /// Loads the history of n grains: dipoles [3 n] of earlier steps, the last step first, which are also the present
+  /// dipoles. `applications`: number of applications of T in the run so far.
   void load(int n, const std::vector<std::vector<double>>& history, std::int64_t applications) {
     n_ = n;
     const auto make = [&](auto&... arrays) { (arrays.resize(n), ...); };
@@ -137,32 +148,33 @@ class InducedDipolesOn {
       dipole_.zero();
     solve_.upload({solve});
   }
-  bool known() const { return download().known > 0; }
-  DipoleSolve download() const { return solve_.download().front(); }
-  const DipoleSolve* state() const { return solve_.data(); }
-  const int* unstable() const { return &solve_.data()->unstable; }
-  std::vector<Vec3> dipoles() const { return dipole_.download(); }
+  bool known() const { return download().known > 0; }                 ///< True if the dipoles of a step are known
+  DipoleSolve download() const { return solve_.download().front(); }  ///< Copy of the solver's state
+  const DipoleSolve* state() const { return solve_.data(); }          ///< State in device memory
+  const int* unstable() const { return &solve_.data()->unstable; }    ///< Flag in device memory
+  std::vector<Vec3> dipoles() const { return dipole_.download(); }    ///< Copy of the present dipoles
+  /// Returns a copy of the dipoles of earlier steps, the last step first.
   std::vector<std::vector<Vec3>> history() const {
     std::vector<std::vector<Vec3>> all;
     for (int k = 0; k < download().known; ++k) all.push_back(earlier_[k].download());
     return all;
   }
-  /// Address of the dipoles, for recorded kernels.
+  /// Returns the address of the dipoles in device memory. Recorded kernels are invalid after it changes.
   const void* address() const { return dipole_.data(); }
 
-  /// Computes the dipoles of the next step, from the predictor's initial guess; `scale`: of `charges`. If *go is 0
-  /// there is no next step, and the dipoles stay unchanged.
+  /// Computes the dipoles of the next step, with fields and forces, from the predictor's initial guess. `scale`: factor
+  /// by which `charges` are scaled. If *go is 0 there is no next step, and the dipoles stay unchanged.
   void follow(const PointCharge* charges, const double* scale, const TableView& partners, const int* go) {
     predict(go);
     solve(charges, scale, partners, go);
     finish(scale, dipole_history, go);
   }
-  /// Computes the dipoles of the same step again, with other charges.
+  /// Computes the dipoles of the same step again, with fields and forces, for other charges.
   void follow_charges(const PointCharge* charges, const double* scale, const TableView& partners) {
     solve(charges, scale, partners, nullptr);
     finish(scale, 1, nullptr);
   }
-  /// Computes fields and forces for the present dipoles, without solving.
+  /// Computes fields and forces for the present dipoles, without a solve.
   void evaluate(const PointCharge* charges, const double* scale, const TableView& partners) {
     take(scale);
     sums_->evaluate(charges, moments_.data(), partners);
@@ -171,6 +183,7 @@ class InducedDipolesOn {
 
   // The following functions contain kernels, which nvcc requires to be public.
 
+  /// Sorts the dipole data: the grain order[s] moves to index s.
   void permute(const int* order) {
     DipoleGrain* spare = spare_.data();
     const DipoleArrays all = arrays();
@@ -178,6 +191,7 @@ class InducedDipolesOn {
     run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) { all.put(s, spare[s]); });
   }
 
+  /// Replaces the dipoles by the predictor's initial guess for the next step, and makes space for it in the history.
   void predict(const int* go) {
     const DipoleArrays all = arrays();
     DipoleSolve* solve = solve_.data();
@@ -192,6 +206,7 @@ class InducedDipolesOn {
       all.dipole[s] = sum;
     });
   }
+  /// Copies the dipoles to the solver's scaled arrays.
   void take(const double* scale) {
     const Vec3* dipole = dipole_.data();
     Vec3* scaled = scaled_.data();
@@ -204,11 +219,11 @@ class InducedDipolesOn {
     });
   }
 
-  /// Solves for the dipoles and computes fields and forces. Evaluates charges and initial guess; this suffices if the
-  /// residual is within the tolerance. Otherwise sweeps over near dipoles correct most of the residual, and the
-  /// evaluation is repeated while this reduces it considerably. If it does not, conjugate gradients follow, with 1/A as
-  /// the inverse preconditioner. The tolerance is relative to the field of charges and dipoles. If *go is 0 the initial
-  /// guess is accepted.
+  /// Solves for the induced dipoles, and computes fields and forces. An evaluation with the initial guess suffices if
+  /// its residual is within the tolerance. Otherwise sweeps over near dipoles correct most of the residual, and the
+  /// evaluation is repeated while this reduces the residual considerably. If it does not, conjugate gradients follow,
+  /// with 1/A as the inverse preconditioner. The tolerance is relative to the field of charges and dipoles. If *go is 0
+  /// the initial guess is accepted.
   void solve(const PointCharge* charges, const double* scale, const TableView& partners, const int* go) {
     take(scale);
     sums_->evaluate(charges, moments_.data(), partners);
@@ -227,9 +242,9 @@ class InducedDipolesOn {
     });
     run_->when(&solve->changed, [&] { sums_->evaluate(charges, moments_.data(), partners); });
   }
-  /// Performs one sweep: the correction d becomes A r + A T d, with T for near dipoles only. The change of d over A is
-  /// the remaining residual of the near system. If it does not decrease the series diverges, and the present correction
-  /// is accepted as an initial guess.
+  /// Performs one sweep of a fixed-point iteration for the correction d of the dipoles: d becomes A r + A T d, with T
+  /// for near dipoles only and the residual r. The change of d over A is the remaining residual of the near system. If
+  /// it does not decrease, the series diverges, and the present correction is accepted as an initial guess.
   void sweep(const PointCharge* charges, const TableView& partners) {
     constexpr int most = 8;
     sums_->near_dipole_field(charges, moments_.data(), partners, field_.data());
@@ -254,6 +269,7 @@ class InducedDipolesOn {
           solve->square = now;
         });
   }
+  /// Adds the correction to the dipoles.
   void correct() {
     Vec3* scaled = scaled_.data();
     const Vec3* direction = direction_.data();
@@ -265,6 +281,8 @@ class InducedDipolesOn {
       if (s == 0) ++solve->applications;
     });
   }
+  /// Computes the residual from the evaluated fields, and decides how the solver continues: `correct` for sweeps,
+  /// `changed` and `go` for conjugate gradients, or neither if the residual is small or *wanted is 0.
   void begin(const int* wanted) {
     const FieldSample* field_at_source = sums_->field_at_source();
     Vec3 *scaled = scaled_.data(), *residual = residual_.data(), *direction = direction_.data();
@@ -287,7 +305,7 @@ class InducedDipolesOn {
           solve->iterations = solve->sweeps = 0;
         });
   }
-  /// Computes the step length along the direction p, given T p.
+  /// Computes the step length of conjugate gradients along the direction p, given T p.
   void find_step() {
     const FieldSample* field = field_.data();
     const Vec3* direction = direction_.data();
@@ -304,6 +322,7 @@ class InducedDipolesOn {
           solve->step = curvature > 0 ? a * solve->square / curvature : 0;
         });
   }
+  /// Performs the step of conjugate gradients, and computes the next direction.
   void go_on() {
     constexpr int most = 100;
     const FieldSample* field = field_.data();
@@ -331,9 +350,9 @@ class InducedDipolesOn {
       moments[s] = moment(solve->go ? direction[s] : scaled[s]);
     });
   }
-  /// Stores the unscaled dipoles, adds their own energy mu^2 / 2A to the totals, and makes them the last of the
-  /// history. `known`: maximum length of the history then; 0 leaves the history unchanged. It grows by one if `go` is
-  /// null or *go is not 0.
+  /// Stores the dipoles without scaling, adds their own energy mu^2 / 2A to the totals, and makes them the last entry
+  /// of the history. `known`: maximum length of the history afterwards; 0 leaves the history unchanged. It grows by one
+  /// if `go` is null or *go is not 0.
   void finish(const double* scale, int known, const int* go) {
     const DipoleArrays all = arrays();
     const Vec3* scaled = scaled_.data();
@@ -351,7 +370,7 @@ class InducedDipolesOn {
                        [=] LICHTENBERG_HOST_DEVICE(int, OneSum of) { parallel::add_atomically(energy, of.value); });
   }
 
-  /// Calls finish(sum of value(s) over all grains).
+  /// Computes the sum of value(s) over all grains s, and calls finish(sum).
   template <class Value, class Finish>
   void sum(Value value, Finish finish) {
     run_->template sum<1>(n_, value, finish);

@@ -16,13 +16,14 @@
 
 namespace lichtenberg::periodic::device {
 
-/// Unnormalized single-precision transforms between real numbers on a mesh and their modes. Point (x * points[1] + y) *
-/// points[2] + z, mode (x * points[1] + y) * (points[2] / 2 + 1) + z, two numbers per mode. The transform back may
-/// overwrite the modes.
+/// Three-dimensional FFT on an executor: unnormalized single-precision transforms between real numbers on a mesh and
+/// their complex modes. Point (x, y, z) is at (x * points[1] + y) * points[2] + z. Mode (x, y, z) is the pair of
+/// numbers at (x * points[1] + y) * (points[2] / 2 + 1) + z. The transform back may overwrite the modes.
 template <class Executor>
 class Fft;
 
 #ifdef __CUDACC__
+/// FFT on a CUDA device, by cuFFT. Throws Failure if cuFFT fails.
 template <>
 class Fft<parallel::CudaExecutor> {
  public:
@@ -54,7 +55,7 @@ class Fft<parallel::CudaExecutor> {
   cufftHandle forward_ = 0, backward_ = 0;
 };
 #else
-/// Transforms on the host, by FFTW in double precision.
+/// FFT on the CPU for tests, by FFTW in double precision.
 template <>
 class Fft<parallel::HostExecutor> {
  public:

@@ -12,7 +12,7 @@
 
 namespace lichtenberg::periodic::device {
 
-/// Second derivatives of a potential, per spacing squared.
+/// Second derivatives of a potential, per squared mesh spacing.
 struct Curvature {
   float xx = 0, yy = 0, zz = 0, yz = 0, zx = 0, xy = 0;
 
@@ -21,9 +21,9 @@ struct Curvature {
   }
 };
 
-/// Adds the mesh's field and potential at charges (or at dipoles alone) to `field_at_source`, without those of their
-/// own clouds. For charges with dipoles it also adds the force. One block handles a tile, one thread a plane of a
-/// charge's points.
+/// Kernel that interpolates from the mesh: adds the mesh's field and potential at charges (or at dipoles alone) to
+/// `field_at_source`, without those of their own clouds. For charges with dipoles it also adds the force. A block
+/// handles a tile (part of the box), a thread a plane of a charge's points.
 template <int order, Kind kind>
 struct Gather {
   static constexpr bool forces = kind == Kind::multipoles;
@@ -39,13 +39,15 @@ struct Gather {
   FieldSample* force;
   float self_field, inverse_separation2;
 
+  /// Weights of a charge's points along the axes, with their slopes and curvatures, and the charge's first point.
   struct Weights {
     float weight[3][order], slope[3][order];
     float curvature[forces ? 3 : 1][forces ? order : 1];
     int at[3];
   };
-  /// Slopes of the potential per spacing, and the potential; second derivatives if forces are requested.
+  /// Base of PotentialTerms without second derivatives.
   struct NoCurvature {};
+  /// Potential of the mesh at a charge, its slopes per spacing, and its second derivatives if forces are requested.
   struct alignas(forces ? 4 : 16) PotentialTerms : std::conditional_t<forces, Curvature, NoCurvature> {
     float x = 0, y = 0, z = 0, potential = 0;
 
@@ -54,6 +56,7 @@ struct Gather {
       x += o.x, y += o.y, z += o.z, potential += o.potential;
     }
   };
+  /// Returns the fast memory of a block (bytes).
   static std::size_t bytes(const Tiles& tiles) {
     return sizeof(float) * tiles.region() + batch * (sizeof(Weights) + order * sizeof(PotentialTerms)) +
            alignof(FieldSample);
@@ -93,7 +96,7 @@ struct Gather {
     if constexpr (forces) curvatures(window, at.from_middle, to.curvature[axis]);
     to.at[axis] = tiles.local(at.point, from[axis], axis);
   }
-  /// Sums over the a-th plane of a charge's points.
+  /// Computes the contribution of the a-th plane of a charge's points.
   LICHTENBERG_HOST_DEVICE PotentialTerms plane(const Weights& of, int a, const float* local) const {
     const int from = tiles.wrapped(of.at[0] + a, 0) * tiles.size[1], j = of.at[1], l = of.at[2];
     float wz[order], sz[order], cz[order];
@@ -136,8 +139,8 @@ struct Gather {
 #endif
     return self_term<float>(cosine, -pi * sine, wave[0][axis], wave[1][axis], inverse_spacing[axis]);
   }
-  /// Adds -grad of the potential to the field, and -(q grad + mu.grad grad) of it to the force, without the source's
-  /// own part (ChargeMesh::own_part).
+  /// Adds -grad of the potential to the field of charge s, and -(q grad + mu.grad grad) of it to the force, without the
+  /// source's own part (ChargeMesh::own_part).
   LICHTENBERG_HOST_DEVICE void add(int s, const PotentialTerms& d, Totals& sum) const {
     const float* h = inverse_spacing;
     const PointCharge of = charges[s];

@@ -11,10 +11,12 @@
 
 namespace lichtenberg::periodic::device {
 
-/// Smooth (far) part of the charges' sums.
+/// Mesh part of a periodic Coulomb sum on an executor: spreads charges on the mesh, computes the potential by FFT, and
+/// interpolates. The order of calls is arrange(), spread(), solve(), gather().
 template <class Executor>
 class MeshPart {
  public:
+  /// Prepares the mesh with the given tables; `run` must outlive this object.
   MeshPart(const Executor& run, const MeshTables& tables)
       : run_(&run),
         tables_(tables),
@@ -38,7 +40,8 @@ class MeshPart {
     unit_ = static_cast<float>(std::exp2(30 - std::ceil(std::log2(8 + 6 * h.x * h.y * h.z))));
   }
 
-  /// Prepares tiles for charges that are sorted by cells and move by at most `moved` before the next sorting.
+  /// Divides the box into tiles for n charges that are sorted by `cells` and move by at most `moved` (length) before
+  /// the next sorting.
   void arrange(int n, const CellsView& cells, double moved) {
     // Larger tiles have fewer shared points around them, but there must be enough tiles to occupy the whole device,
     // with two blocks per processor.
@@ -72,7 +75,7 @@ class MeshPart {
     tiles_.charge = charge;
   }
 
-  /// Cuts the box into tiles of about `wanted` points along each axis.
+  /// Divides the box into tiles of about `wanted` mesh points along each axis.
   void cut(const CellsView& cells, double moved, const std::array<int, 3>& wanted) {
     const Vec3 spacing = tables_.mesh.spacing();
     tiles_.cells = cells;
@@ -91,7 +94,7 @@ class MeshPart {
 
   // Call order: spread, solve, gather.
 
-  /// Spreads charges, dipoles (`moments`) alone, or both.
+  /// Spreads charges, dipoles (`moments`) alone, or both on the mesh, as selected by `kind`.
   template <Kind kind>
   void spread(const PointCharge* charges, const Moment* moments = nullptr) {
     with_window([&]<int order>(const Weigher<order>& window) {
@@ -100,6 +103,7 @@ class MeshPart {
       run_->template for_each_block<512>(tiles_.count(), Spread<order, kind>::bytes(tiles_), spread);
     });
   }
+  /// Computes the potential on the mesh from the charges spread: FFT, influence function, inverse FFT.
   void solve() {
     int* whole = whole_.data();
     float *real = real_.data(), *modes = modes_.data();
@@ -115,14 +119,14 @@ class MeshPart {
     });
     fft_.backward(modes, real);
   }
-  /// Arrays of sources, and of the fields and forces to add to; `moments` and `force` only with dipoles.
+  /// Arrays of gather(): sources, and the fields and forces to which it adds; `moments` and `force` only with dipoles.
   struct Gathered {
     const PointCharge* charges;
     const Moment* moments;
     FieldSample *field_at_source, *force;
   };
-  /// Adds to fields, potentials and forces, and to `totals` unless null. The potential excludes that of the
-  /// neutralizing background.
+  /// Interpolates the potential at the sources: adds to fields, potentials and forces, and to `totals` unless it is
+  /// null. The potential of the neutralizing background is not included.
   template <Kind kind>
   void gather(const Gathered& to, Totals* totals) {
     const auto inverse_separation2 = static_cast<float>(1 / (tables_.reach * tables_.reach));

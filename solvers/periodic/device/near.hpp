@@ -10,24 +10,24 @@
 
 namespace lichtenberg::periodic::device {
 
-/// Position and charge of a source on the device; the unit of charge is a power of two, at least the largest charge.
+/// Position and charge of a source on the device. The unit of charge is a power of two, at least the largest charge.
 struct alignas(16) PointCharge {
   FixedPointPosition at;
   float charge = 0;
 };
 
-/// Dipole of a charge, in the unit of charge times a length.
+/// Dipole moment of a source, in the unit of charge times a length.
 struct alignas(16) Moment {
   float x = 0, y = 0, z = 0, unused = 0;
 };
 
-/// Field and potential at a charge.
+/// Field and potential at a source.
 struct alignas(16) FieldSample {
   float x = 0, y = 0, z = 0, potential = 0;
 };
 
-/// Accumulator of a `FieldSample`. Addends are multiples of 2^-31, so that sums up to 2^22 are exact. Their order does
-/// not matter, so results do not depend on the order of lists and threads.
+/// Exact accumulator of field and potential. Addends are multiples of 2^-31, so that sums up to 2^22 are exact. Results
+/// therefore do not depend on the order of neighbour lists and threads.
 struct FieldSum {
   double x = 0, y = 0, z = 0, potential = 0;
 
@@ -38,13 +38,14 @@ struct FieldSum {
   friend LICHTENBERG_HOST_DEVICE FieldSum operator+(FieldSum a, const FieldSum& b) { return a += b; }
 };
 
-/// Rounds to a multiple of 2^-31; small values to a multiple of 2^-30. From 2^-8 on, every float is a multiple of
-/// 2^-31.
+/// Rounds a number to a multiple of 2^-31 (small values to a multiple of 2^-30), for exact sums. From 2^-8 on, every
+/// float is a multiple of 2^-31.
 LICHTENBERG_HOST_DEVICE inline float on_grid(float value) {
   constexpr float shift = 0x1.8p-7f;
   return (value + shift) - shift;
 }
 
+/// Computes 1 / sqrt(value).
 LICHTENBERG_HOST_DEVICE inline float reciprocal_root(float value) {
 #ifdef __CUDA_ARCH__
   return rsqrtf(value);
@@ -53,7 +54,8 @@ LICHTENBERG_HOST_DEVICE inline float reciprocal_root(float value) {
 #endif
 }
 
-/// Pair of a charge and a partner: vector from the partner to the charge, and B_first to B_last.
+/// Near pair of two sources: the vector (x, y, z) from the source at `from` to the source at `at`, and the near kernels
+/// B_first to B_last (../near_kernels.hpp). `near` is true within the cut-off.
 template <int terms, int first, int last>
 struct NearPair {
   float x, y, z;
@@ -72,7 +74,7 @@ struct NearPair {
   LICHTENBERG_HOST_DEVICE float along(const Moment& m) const { return m.x * x + m.y * y + m.z * z; }
 };
 
-/// Field and potential of the charge `from` at `at`.
+/// Computes the near part of field and potential of the charge `from` at the charge `at`; 0 beyond the cut-off.
 template <int terms, bool potential>
 LICHTENBERG_HOST_DEVICE FieldSum near_charge_field(const NearTable& table, const PointCharge& at,
                                                    const PointCharge& from) {
@@ -84,7 +86,7 @@ LICHTENBERG_HOST_DEVICE FieldSum near_charge_field(const NearTable& table, const
   return sum;
 }
 
-/// Accumulator of field, potential and force on a source; exact like FieldSum.
+/// Exact accumulator of field, potential and force at a source (see FieldSum).
 struct ForceSum {
   FieldSum field;
   double x = 0, y = 0, z = 0;
@@ -96,7 +98,8 @@ struct ForceSum {
   friend LICHTENBERG_HOST_DEVICE ForceSum operator+(ForceSum a, const ForceSum& b) { return a += b; }
 };
 
-/// Field of a dipole at another source's position.
+/// Computes the near part of the field of the dipole `moment` of source `from` at the source `at`; 0 beyond the
+/// cut-off.
 template <int terms>
 LICHTENBERG_HOST_DEVICE FieldSum near_field(const NearTable& table, const PointCharge& at, const PointCharge& from,
                                             const Moment& moment) {
@@ -107,8 +110,9 @@ LICHTENBERG_HOST_DEVICE FieldSum near_field(const NearTable& table, const PointC
           on_grid(along * b.z - moment.z * b.kernel(1)), 0};
 }
 
-/// Field and potential of a charge with a dipole at another source, and the force on that source, (q + mu.grad) of the
-/// field.
+/// Computes the near part of field and potential of the charge `from` with its dipole `moment` at the source `at`. Also
+/// computes the force on that source, which has the dipole `mine`: (q + mu.grad) of the field. All are 0 beyond the
+/// cut-off.
 template <int terms>
 LICHTENBERG_HOST_DEVICE ForceSum near_force(const NearTable& table, const PointCharge& at, const Moment& mine,
                                             const PointCharge& from, const Moment& moment) {
@@ -127,12 +131,13 @@ LICHTENBERG_HOST_DEVICE ForceSum near_force(const NearTable& table, const PointC
           on_grid(at.charge * ez + radial * mine.z + across * moment.z + slope * b.z)};
 }
 
+/// Rounds a sum to single precision.
 LICHTENBERG_HOST_DEVICE inline FieldSample rounded(const FieldSum& sum) {
   return {static_cast<float>(sum.x), static_cast<float>(sum.y), static_cast<float>(sum.z),
           static_cast<float>(sum.potential)};
 }
 
-/// Calls work.operator()<terms>() with the smallest supported number of terms that suffices.
+/// Calls work.operator()<n>() with the smallest compiled number n of polynomial terms that is at least `terms`.
 template <class Work>
 void with_terms(int terms, Work&& work) {
   if (terms <= 9)
@@ -143,7 +148,8 @@ void with_terms(int terms, Work&& work) {
     work.template operator()<most_terms>();
 }
 
-/// Sources and their partners, and the fields and forces to overwrite; `moments` and `force` only with dipoles.
+/// Arrays of the near part in device memory: sources and their partners, and the fields and forces to overwrite;
+/// `moments` and `force` only with dipoles.
 struct NearArrays {
   int n;
   TableView partners;
@@ -152,10 +158,11 @@ struct NearArrays {
   FieldSample *field_at_source, *force;
 };
 
+/// Accumulator for a kind of sources.
 template <Kind kind>
 using NearSum = std::conditional_t<kind == Kind::multipoles, ForceSum, FieldSum>;
 
-/// Contribution of partner j to source s.
+/// Computes the contribution of partner j to field, potential and force at source s.
 template <Kind kind, bool potential, int terms>
 LICHTENBERG_HOST_DEVICE NearSum<kind> near_part(const NearTable& table, const NearArrays& of, int s, int j) {
   if constexpr (kind == Kind::charges)
@@ -165,6 +172,7 @@ LICHTENBERG_HOST_DEVICE NearSum<kind> near_part(const NearTable& table, const Ne
   else
     return near_force<terms>(table, of.charges[s], of.moments[s], of.charges[j], of.moments[j]);
 }
+/// Stores the sums of source s.
 LICHTENBERG_HOST_DEVICE inline void store(const NearArrays& to, int s, const FieldSum& sum) {
   to.field_at_source[s] = rounded(sum);
 }
@@ -173,6 +181,7 @@ LICHTENBERG_HOST_DEVICE inline void store(const NearArrays& to, int s, const For
   to.force[s] = rounded({sum.x, sum.y, sum.z, 0});
 }
 
+/// Computes the near part of all sources with a compiled number of polynomial terms.
 template <Kind kind, bool potential, int terms, class Executor>
 void sum_near(const Executor& run, const NearTable& table, const NearArrays& arrays) {
   run.template sum_segments<8>(
@@ -184,8 +193,9 @@ void sum_near(const Executor& run, const NearTable& table, const NearArrays& arr
       [=] LICHTENBERG_HOST_DEVICE(int s, NearSum<kind> sum) { store(arrays, s, sum); });
 }
 
-/// Overwrites the arrays with the near part of charges, dipoles alone, or both. Partners beyond the cut-off do not
-/// change the result. Without `potentials`, potentials of charges without dipoles are not computed.
+/// Computes the near part (real-space sum) of charges, dipoles alone, or both, over neighbour lists; overwrites the
+/// results in `arrays`. Partners beyond the cut-off do not change the result. Without `potentials`, potentials of
+/// charges without dipoles are not computed.
 template <Kind kind, class Executor>
 void compute_near(const Executor& run, const NearTable& table, const NearArrays& arrays, bool potentials = true) {
   with_terms(table.kernels.terms, [&]<int terms>() {

@@ -8,9 +8,9 @@
 
 namespace lichtenberg::periodic::device {
 
-/// Adds charges, dipoles or both to a mesh of integers; a unit charge is `unit`. One block handles a tile. The
-/// potential of a dipole is mu.grad of that of a charge, with respect to the source's position, so a dipole is spread
-/// with mu.grad of the weights.
+/// Kernel that spreads sources on the mesh (charge assignment): adds charges, dipoles or both to a mesh of integers, on
+/// which a unit charge is `unit`. A block handles a tile (part of the box). The potential of a dipole is mu.grad of
+/// that of a charge, with respect to the source's position. A dipole is therefore spread with mu.grad of the weights.
 template <int order, Kind kind = Kind::charges>
 struct Spread {
   static constexpr int batch = 256;  ///< Number of charges whose weights are stored at a time
@@ -23,7 +23,9 @@ struct Spread {
   float inverse_spacing[3] = {};
 
   static constexpr bool dipoles = kind != Kind::charges;
+  /// Returns the fast memory of a block (bytes).
   static std::size_t bytes(const Tiles& tiles) { return sizeof(int) * tiles.region() + batch * sizeof(Weights); }
+  /// Weights of a charge's points along the axes, and the charge's first point.
   struct Weights {
     float weight[3][order];
     float slope[dipoles ? 3 : 1][dipoles ? order : 1];  ///< Slopes times the dipole
@@ -69,7 +71,7 @@ struct Spread {
     }
     to.at[axis] = tiles.local(at.point, from[axis], axis);
   }
-  /// Spreads a charge on the a-th plane of its points.
+  /// Spreads a source on the a-th plane of its points.
   LICHTENBERG_HOST_DEVICE void spread(const Weights& of, int a, int* local) const {
     const int plane = tiles.wrapped(of.at[0] + a, 0) * tiles.size[1];
     float y[order], z[order];  // Copies: without them the compiler must assume that writes to `local` alias the weights

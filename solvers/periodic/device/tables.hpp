@@ -11,31 +11,32 @@ namespace lichtenberg::periodic::device {
 /// Maximum number of terms of the near part's polynomials.
 constexpr int most_terms = 20;
 
-/// Parameters of the near part.
+/// Parameters of the near part on a device.
 struct NearTable {
-  float cutoff2 = 0;
-  float length[3] = {};  ///< Lengths of the box over 2^32
-  NearKernels<float, most_terms> kernels;
+  float cutoff2 = 0;                       ///< Squared cut-off
+  float length[3] = {};                    ///< Edges of the box over 2^32
+  NearKernels<float, most_terms> kernels;  ///< Polynomials of the near kernels
 };
 
-/// Parameters of a mesh sum on the device, computed by the CPU's functions.
+/// Parameters of a mesh sum on a device, computed by the functions of the CPU's method.
 struct MeshTables {
   Mesh mesh;
-  NearTable near;
-  NearTable multipoles;       ///< Without terms if the mesh does not support dipoles
+  NearTable near;             ///< Near part of charges
+  NearTable multipoles;       ///< Near part of charges with dipoles; without terms if the mesh does not support them
   std::vector<float> window;  ///< Coefficient of t^d in the c-th weight, at [d * order + c] (Weigher)
-  std::vector<float> factor;  ///< Factor of mode (x * points[1] + y) * (points[2] / 2 + 1) + z
+  std::vector<float> factor;  ///< Influence function: mode (x, y, z) at (x * points[1] + y) * (points[2] / 2 + 1) + z
   float inverse_spacing[3] = {};
   float self = 0;         ///< Potential of a unit charge's own cloud
   float self_field = 0;   ///< Field of a unit dipole's own cloud, opposite to the dipole
-  double reach = 0;       ///< ChargeMesh::reach
+  double reach = 0;       ///< Half of the window's width (ChargeMesh::reach)
   float wave[2][3] = {};  ///< Influence::self_wave relative to the middle between two points
-  double cutoff = 0;
-  double background = 0;  ///< Potential that a unit of total charge adds everywhere
+  double cutoff = 0;      ///< Cut-off of the near part
+  double background = 0;  ///< Potential of the neutralizing background per unit of total charge
 };
 
-/// Makes the parameters. Throws InputError where ParticleMesh does, except that windows may be prolate for charges
-/// without dipoles. Throws InputError for an accuracy beyond single precision.
+/// Computes the parameters of a mesh sum on a device. Throws InputError for a window's order that is not from 4 to 7,
+/// for too few mesh points, and for a cut-off beyond half of the box. Throws InputError if the near part needs more
+/// than most_terms terms, because of an accuracy beyond single precision.
 MeshTables make_tables(const Mesh& mesh, const Cloud& cloud);
 
 }  // namespace lichtenberg::periodic::device

@@ -7,19 +7,20 @@
 
 namespace lichtenberg::periodic::device {
 
-/// Sums over all charges, of terms that are multiples of 2^-26: exact up to 2^27, so that their order does not matter.
+/// Sums over all sources on a device. Terms are multiples of 2^-26, so that sums up to 2^27 are exact and do not depend
+/// on the order.
 struct Totals {
-  double x = 0, y = 0, z = 0;  ///< Charge times field, or force with dipoles
-  double square = 0;           ///< Squared charges, or strengths with dipoles
-  double charge = 0;
-  double energy = 0;  ///< Half of charge times potential, without the background
+  double x = 0, y = 0, z = 0;  ///< Sum of charge times field, or of the forces with dipoles
+  double square = 0;           ///< Sum of the squared charges, or of the sources' shares in the net force with dipoles
+  double charge = 0;           ///< Sum of the charges
+  double energy = 0;           ///< Energy: half of charge times potential, without the background
 
   LICHTENBERG_HOST_DEVICE Totals& operator+=(const Totals& t) {
     x += t.x, y += t.y, z += t.z, square += t.square, charge += t.charge, energy += t.energy;
     return *this;
   }
   friend LICHTENBERG_HOST_DEVICE Totals operator+(Totals a, const Totals& b) { return a += b; }
-  /// Adds atomically.
+  /// Adds other sums atomically.
   LICHTENBERG_HOST_DEVICE void add(const Totals& t) {
     parallel::add_atomically(&x, t.x), parallel::add_atomically(&y, t.y), parallel::add_atomically(&z, t.z);
     parallel::add_atomically(&square, t.square), parallel::add_atomically(&charge, t.charge);
@@ -27,20 +28,22 @@ struct Totals {
   }
 };
 
+/// Rounds a number to a multiple of 2^-26.
 LICHTENBERG_HOST_DEVICE inline double on_fine_grid(double value) {
   constexpr double shift = 0x1.8p26;
   return (value + shift) - shift;
 }
 
-/// Returns a charge's terms of Totals.
+/// Returns the terms of a charge in Totals, for the field and potential at the charge.
 LICHTENBERG_HOST_DEVICE inline Totals terms_of(const PointCharge& charge, const FieldSample& f) {
   const double q = charge.charge;
   return {on_fine_grid(q * f.x), on_fine_grid(q * f.y), on_fine_grid(q * f.z),
           on_fine_grid(q * q),   on_fine_grid(q),       on_fine_grid(0.5 * q * f.potential)};
 }
 
-/// Returns the terms of a charge with its dipole, which counts as two charges 1 / sqrt(inverse_separation2) apart
-/// (../mesh.cpp). Stores the source's share of the subtracted net force in force.potential.
+/// Returns the terms of a charge with a dipole in Totals, for the field and force at the source. Stores the source's
+/// share of the net force that is subtracted in force.potential; for the share, the dipole counts as two charges 1 /
+/// sqrt(inverse_separation2) apart (../mesh.cpp).
 LICHTENBERG_HOST_DEVICE inline Totals terms_of(const PointCharge& charge, const Moment& m, const FieldSample& f,
                                                FieldSample& force, float inverse_separation2) {
   const double q = charge.charge;

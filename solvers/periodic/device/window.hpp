@@ -10,12 +10,13 @@
 
 namespace lichtenberg::periodic::device {
 
-/// Weights of a charge's points along one axis, as polynomials of its position relative to the middle between two
-/// points.
+/// Window of a mesh on a device: computes the weights of the `order` mesh points around a charge along one axis. They
+/// are polynomials of the offset t (spacings, -1/2 to 1/2) from the middle between two points.
 template <int order>
 struct Weigher {
   float term[order][order];  ///< Coefficient of t^d in the c-th weight: [d][c]
 
+  /// Computes the weights [order] at the offset t.
   LICHTENBERG_HOST_DEVICE void weights(float t, float* weight) const {
     LICHTENBERG_UNROLL(8)
     for (int c = 0; c < order; ++c) {
@@ -25,7 +26,7 @@ struct Weigher {
       weight[c] = value;
     }
   }
-  /// Computes the weights and their derivatives with respect to t.
+  /// Computes the weights [order] at the offset t, and their derivatives with respect to t.
   LICHTENBERG_HOST_DEVICE void weights(float t, float* weight, float* slope) const {
     LICHTENBERG_UNROLL(8)
     for (int c = 0; c < order; ++c) {
@@ -37,7 +38,7 @@ struct Weigher {
   }
 };
 
-/// Computes the second derivatives of these weights.
+/// Computes the second derivatives of a window's weights [order] at the offset t.
 template <int order>
 LICHTENBERG_HOST_DEVICE void curvatures(const Weigher<order>& window, float t, float* curvature) {
   LICHTENBERG_UNROLL(8)
@@ -49,8 +50,8 @@ LICHTENBERG_HOST_DEVICE void curvatures(const Weigher<order>& window, float t, f
   }
 }
 
-/// Position on the mesh along one axis: the preceding point, and the offset from the middle between it and the next,
-/// from -1/2 to 1/2.
+/// Position on the mesh along one axis: the preceding mesh point, and the offset (spacings, -1/2 to 1/2) from the
+/// middle between it and the next point.
 struct OnMesh {
   int point = 0;
   float from_middle = 0;
@@ -63,6 +64,7 @@ struct OnMesh {
   }
 };
 
+/// Rounds to the nearest integer.
 LICHTENBERG_HOST_DEVICE inline int rounded_to_integer(float value) {
 #ifdef __CUDA_ARCH__
   return __float2int_rn(value);

@@ -11,28 +11,33 @@
 
 namespace lichtenberg::granular::device {
 
-/// Parameters of the step length, as on the CPU (../multirate.cpp, Gas::follow_contacts).
+/// Rule for the length of outer steps and contact substeps on a device, as on the CPU (../multirate.cpp,
+/// Gas::follow_contacts). Reduced units.
 template <class Law>
 struct StepRule {
   Law law;
-  double longest = 0;  ///< mechanics.step
-  double path = 0;     ///< d0, largest path of the fastest grain
-  double contact_steps = 1;
+  double longest = 0;        ///< mechanics.step; infinite: follows from `path`
+  double path = 0;           ///< largest path of the fastest grain in an outer step (d0)
+  double contact_steps = 1;  ///< mechanics.contact_substeps: substeps in the shortest contact
   GrainProperties grains;
-  double largest_radius = 0, lightest = 1;
+  double largest_radius = 0, lightest = 1;  ///< largest radius (d0), smallest mass (m0)
   ContactAttraction attraction;
-  double skin = 0;  ///< d0, of the neighbour lists
+  double skin = 0;  ///< skin of the neighbour lists (d0)
 
+  /// Returns the longest outer step. `speed`: largest speed; `impact`: largest impact speed; `acceleration`: largest by
+  /// slow forces; `stability_limit`: max_outer_step().
   LICHTENBERG_HOST_DEVICE double longest_step(double speed, double impact, double acceleration,
                                               double stability_limit) const {
     return longest_step_within({longest, stability_limit, path, speed, acceleration},
                                [&](double gain) { return step_of_contacts(impact + gain); });
   }
+  /// Returns the contact substep for impact speeds up to `impact`.
   LICHTENBERG_HOST_DEVICE double step_of_contacts(double impact) const {
     return time_to_resolve(law, impact, grains) / contact_steps;
   }
-  /// Returns a bound on the acceleration by a contact at this impact speed. Without losses the overlap is less than
-  /// half of the straight path within the contact duration. The CPU computes a tighter bound iteratively.
+  /// Returns an upper bound on the acceleration of a grain by a contact at this impact speed. Without losses the
+  /// overlap is less than half of the straight path within the contact duration. The CPU computes a tighter bound
+  /// iteratively.
   LICHTENBERG_HOST_DEVICE double max_contact_acceleration(double speed) const {
     if (!(speed > 0)) return 0;
     const double overlap = 0.5 * speed * law.shortest_contact(speed);
@@ -41,29 +46,35 @@ struct StepRule {
   }
 };
 
-/// State of a series of steps without interaction with the host.
+/// State of a series of outer steps that a device makes without interaction with the host. Reduced units.
 struct Progress {
-  double time = 0, target = 0;
-  double end = 0;            ///< t0, end of the chosen step
-  double travel = 0;         ///< d0, bound on displacements in it
-  double limit_charge = -1;  ///< q0, largest charge for which `stability_limit` was computed
+  double time = 0, target = 0;  ///< current time, and time at which the series ends (t0)
+  double end = 0;               ///< end of the chosen step (t0)
+  double travel = 0;            ///< bound on displacements in the chosen step (d0)
+  double limit_charge = -1;     ///< largest charge for which `stability_limit` was computed (q0)
   double stability_limit = INFINITY;
+  /// Numbers of contact substeps, contact onsets and charge transfers in the series.
   std::int64_t contact_steps = 0, begun = 0, transfers = 0;
-  int left = 0;   ///< largest number of further steps
-  int whole = 0;  ///< 1: the next step ends at `target`
-  int go = 0;     ///< 1: a step has been chosen and the lists are valid for it
-  int exchanged = 0;
-  int steps = 0, exchanges = 0;
-  int unresolved = 0;  ///< 1: contacts are too short for the number of substeps
+  int left = 0;                  ///< largest number of further steps
+  int whole = 0;                 ///< 1: the next step ends at `target`
+  int go = 0;                    ///< 1: a step has been chosen and the lists are valid for it
+  int exchanged = 0;             ///< 1: charge was exchanged in the last step
+  int steps = 0, exchanges = 0;  ///< numbers of steps, and of steps with charge exchange, in the series
+  int unresolved = 0;            ///< 1: contacts are too short for the allowed number of substeps
 
+  /// Returns the state before a series of at most `most` steps from `time` to `target`; `whole`: make a single step.
   static Progress towards(double target, double time, int most, bool whole) {
     Progress now;
     now.time = time, now.target = target, now.left = most, now.whole = whole;
     return now;
   }
+  /// Returns true if the series needs another step.
   LICHTENBERG_HOST_DEVICE bool wanted() const { return left > 0 && time < target; }
 };
 
+/// Chooses the length of the next outer step and its contact substeps from the results of the last step. Sets now.go to
+/// 1 if the neighbour lists are valid for the step, and otherwise to 0. No step is chosen at the end of the series, or
+/// if the last step failed.
 template <class Law>
 LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const StepResults& results, Progress& now,
                                     StepParameters& next) {
@@ -95,7 +106,8 @@ LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const StepResults
   now.go = !(std::sqrt(results.moved2) + now.travel > 0.5 * rule.skin);
 }
 
-/// Counts the completed step.
+/// Adds the completed outer step to the counters of a series, and sets the time to its end. `exchanges`: true if the
+/// scene has charge exchange.
 LICHTENBERG_HOST_DEVICE inline void count_step(const StepResults& results, const StepParameters& made, bool exchanges,
                                                Progress& now) {
   now.time = now.end;
@@ -105,7 +117,8 @@ LICHTENBERG_HOST_DEVICE inline void count_step(const StepResults& results, const
   now.exchanges += now.exchanged;
 }
 
-/// Returns for how many steps like the chosen one the lists remain valid at the present largest speed.
+/// Returns the number of outer steps of the chosen length for which the neighbour lists remain valid at the current
+/// largest speed. The result is at least 1, and at most the number of steps to the end of the series.
 template <class Law>
 int steps_ahead(const StepRule<Law>& rule, const StepResults& results, const Progress& now,
                 const StepParameters& next) {
@@ -116,18 +129,19 @@ int steps_ahead(const StepRule<Law>& rule, const StepResults& results, const Pro
   return 1 + static_cast<int>(std::max(std::min(further, most - 1), 0.0));
 }
 
-/// No action after a step.
+/// Action after an outer step that does nothing.
 struct NoAction {
   LICHTENBERG_HOST_DEVICE void operator()() const {}
 };
-/// Counts the step and chooses the next one. Does nothing if no step had been chosen.
+/// Action after an outer step on a device: counts the step and chooses the next one. Does nothing if no step had been
+/// chosen.
 template <class Law>
 struct ChooseNext {
   StepRule<Law> by;
   StepResults* results;
   StepParameters* parameters;
   Progress* now;
-  const int* unstable;  ///< null: no dipoles
+  const int* unstable;  ///< not 0: the mutual polarization of dipoles diverges, and no step follows; null: no dipoles
   bool exchanges;
 
   LICHTENBERG_HOST_DEVICE void operator()() const {

@@ -20,25 +20,27 @@
 
 namespace lichtenberg::granular::device {
 
-/// Units of the integer sums over pairs (fixed-point scales): powers of two, in reduced units.
+/// Quanta (values of 1) of fixed-point sums over pairs for forces, impulses, shifts (displacement times mass), energies
+/// and charges: powers of two, in reduced units.
 struct FixedPointScale {
   double force = 1, impulse = 1, shift = 1, energy = 1, charge = 1;
 
   FixedPointScale inverse() const { return {1 / force, 1 / impulse, 1 / shift, 1 / energy, 1 / charge}; }
 };
 
-/// Unit (m0 v0^2) of the dissipated energy of a pair in a substep. The sum over all grains fits into 52 bits.
+/// Returns the quantum (m0 v0^2) of fixed-point sums of dissipated energy. It grows with the number of grains, so that
+/// the sum over all grains fits into 52 bits.
 inline double energy_quantum(int grains) {
   return std::ldexp(1.0, -32 + std::max(0, static_cast<int>(std::ceil(std::log2(grains / 32768.0)))));
 }
 
-/// Position and radius of a grain in compact form, for neighbour searches.
+/// Position (fixed-point fractions of the box lengths) and radius (d0) of a grain in 16 bytes, for neighbour searches.
 struct alignas(16) CompactGrain {
   FixedPointPosition at;
   float radius = 0;
 };
 
-/// Device pointers to the arrays of grains, in sorted order.
+/// Pointers to the arrays of grains in device memory. Grains are sorted by search cells. Reduced units.
 struct GrainsView {
   int count = 0;
   Vec3 *position = nullptr, *momentum = nullptr;
@@ -47,24 +49,27 @@ struct GrainsView {
   PointCharge* charged = nullptr;  ///< input of the sums over charges
   int* number = nullptr;           ///< index of the grain in the scene
   CompactGrain* compact = nullptr;
-  FixedPointPosition* sorted_at = nullptr;
-  Vec3* slow_force = nullptr;  ///< smooth forces at the start of an outer step
-  // Sums over the pairs of a grain in a substep, in units of FixedPointScale.
+  FixedPointPosition* sorted_at = nullptr;  ///< position at the last sorting
+  Vec3* slow_force = nullptr;               ///< smooth forces (all except contacts) at the start of an outer step
+  // Sums over the pairs of a grain in a substep, in quanta of FixedPointScale. `force`, `halfway`: contact force at the
+  // start and in the middle; `impulse`, `shift`: effect of the contacts over the substep.
   FixedPointVec *force = nullptr, *halfway = nullptr, *impulse = nullptr, *shift = nullptr;
-  int* busy = nullptr;                   ///< 1: the grain has an active pair
+  int* busy = nullptr;                   ///< 1: the grain has an active pair (in contact, or may touch) in this substep
   int* touches = nullptr;                ///< number of contacts in the last substep
   int* begun = nullptr;                  ///< head of the linked list of new contacts; no_end: none
   std::int64_t* collisions = nullptr;    ///< number of onsets, while charge was exchanged
   std::int64_t* moved_charge = nullptr;  ///< quanta to be added to the charge
-  std::int64_t* dissipated = nullptr;    ///< quanta of energy
+  std::int64_t* dissipated = nullptr;    ///< energy dissipated in contacts of which the grain is the lower, in quanta
 
-  /// Returns the data of a grain that sorting moves. `field_at_source`: fields at the charges, or null.
+  /// Returns the data of grain i that must be kept when grains are sorted again. `field_at_source`: electric fields at
+  /// the grains, or null.
   LICHTENBERG_HOST_DEVICE Grain take(int i, const FieldSample* field_at_source) const {
     return {position[i],     momentum[i], charge[i],
             inverse_mass[i], radius[i],   collisions[i],
             dissipated[i],   charged[i],  field_at_source ? field_at_source[i] : FieldSample{},
             image[i],        number[i]};
   }
+  /// Writes the data of take() to the grain with the sorted index s.
   LICHTENBERG_HOST_DEVICE void put(int s, const Grain& g, FieldSample* field_at_source) const {
     position[s] = g.position, momentum[s] = g.momentum, charge[s] = g.charge, inverse_mass[s] = g.inverse_mass;
     radius[s] = g.radius, collisions[s] = g.collisions, dissipated[s] = g.dissipated, charged[s] = g.charged;
@@ -72,74 +77,81 @@ struct GrainsView {
     image[s] = g.image, number[s] = g.number;
   }
 };
+/// Marks the end of a linked list of new contacts.
 constexpr int no_end = -1;
 
-/// A pair of grains.
+/// A pair of grains by their sorted indices. The lower grain has the smaller index in the scene.
 struct GrainPair {
-  int lower = 0, higher = 0;  ///< sorted indices; the grain with the lower number is first
+  int lower = 0, higher = 0;
 };
-/// A candidate pair of an outer step.
+/// A candidate pair of an outer step: two grains in contact, or separate grains that may touch in the step.
 struct alignas(16) NearPair : GrainPair {
-  int entry = 0;  ///< entry of the table, where the contact's data are
-  int due = 0;    ///< first substep in which it may touch; open: in contact
+  int entry = 0;  ///< entry of the neighbour table, which has the data of the contact
+  int due = 0;    ///< first substep in which the pair may touch; `open`: in contact
 
   static constexpr int open = -1;
 };
-/// An active pair of a substep. The k-th has the ends 2 k (lower grain) and 2 k + 1 (higher grain).
+/// An active pair of a substep: two grains in contact, or separate grains that may touch in the substep. In linked
+/// lists of new contacts, the k-th pair has the elements 2 k (for its lower grain) and 2 k + 1 (for its higher grain).
 struct alignas(16) ActivePair : GrainPair {
-  int near = 0;  ///< index of the candidate pair
-  int touching = 0;
+  int near = 0;      ///< index of the candidate pair
+  int touching = 0;  ///< 1: in contact at the start of the substep
 };
 
+/// Pointers to the arrays of candidate pairs, active pairs and contacts in device memory. Reduced units.
 struct ContactsView {
   TableView table;                                   ///< neighbour table with each pair once
   int* owner = nullptr;                              ///< [entries], grain of the row
-  double *since = nullptr, *impact_speed = nullptr;  ///< [entries]; since: negative or NaN without contact
-  int* alone = nullptr;
+  double *since = nullptr, *impact_speed = nullptr;  ///< [entries]; since: time of onset, negative or NaN: no contact
+  int* alone = nullptr;                              ///< [entries], 1: no third grain has been in contact since onset
 
   NearPair* near = nullptr;
   ActivePair* active = nullptr;
   PairState<3>* state = nullptr;  ///< state of an active pair at the start of a substep
-  double* scale = nullptr;        ///< factor of the law
-  /// Forces on the higher grain; first: relative acceleration by all other contacts.
+  double* scale = nullptr;        ///< factor of the contact law for the radii of an active pair
+  /// Contact force on the higher grain of an active pair at the start and in the middle of a substep. first: relative
+  /// acceleration by all other forces at the start.
   Vec3 *force = nullptr, *halfway = nullptr, *first = nullptr;
-  int* next = nullptr;  ///< [ends], next in the linked list of its grain
+  int* next = nullptr;  ///< [2 * entries], next element in the linked list of a grain's new contacts
 };
 
-/// Results of steps, for the host; reduced units.
+/// Results of outer steps from which the next step is chosen, and errors, for the host. Reduced units.
 struct StepResults {
-  std::int64_t begun = 0, transfers = 0;
-  double speed2 = 0;         ///< of the fastest grain
-  double acceleration2 = 0;  ///< largest by smooth forces
-  double impact2 = 0;        ///< square of the largest speed that a contact may give to its grains
-  double moved2 = 0;         ///< square of the largest displacement since the last sorting
-  double charge = 0;         ///< largest magnitude
-  int lost = 0;              ///< not 0: some position is NaN
-  int pairs = 0, active = 0, ended = 0;
-  int passed = 0;  ///< 1 + number of a grain through which another has passed; 0: none
+  std::int64_t begun = 0, transfers = 0;  ///< numbers of contact onsets and charge transfers in the step
+  double speed2 = 0;                      ///< square of the largest speed
+  double acceleration2 = 0;               ///< square of the largest acceleration by smooth forces
+  /// Square of the largest relative speed that the elastic energy of a contact can give its grains.
+  double impact2 = 0;
+  double moved2 = 0;                     ///< square of the largest displacement since the last sorting
+  double charge = 0;                     ///< largest magnitude of a charge
+  int lost = 0;                          ///< not 0: a position or velocity is not finite
+  int pairs = 0, active = 0, ended = 0;  ///< numbers of candidate pairs, active pairs and ended isolated contacts
+  int passed = 0;                        ///< 1 + number of a grain through which another has passed; 0: none
 
-  /// Resets the results of a single step.
+  /// Resets the results that belong to a single step.
   LICHTENBERG_HOST_DEVICE void begin_step() {
     begun = transfers = 0;
     impact2 = 0;
     pairs = active = ended = 0;
   }
 };
-/// Maxima over all steps.
+/// Maxima over all steps since the start of the run.
 struct Extremes {
-  double overlap = 0;  ///< relative to the sum of radii
+  double overlap = 0;  ///< largest ratio of overlap to sum of radii
 };
 
+/// Parameters of an outer step on a device, in reduced units.
 struct StepParameters {
-  double begin = 0;             ///< t0, start of the outer step
-  double outer = 0;             ///< t0, its length
-  double inner = 0;             ///< t0, length of a substep
-  double reach = 0;             ///< d0, largest gap of candidate pairs
-  double max_acceleration = 0;  ///< bound on relative accelerations
-  int steps = 0;                ///< number of substeps
+  double begin = 0;             ///< start of the outer step (t0)
+  double outer = 0;             ///< length of the outer step (t0)
+  double inner = 0;             ///< length of a contact substep (t0)
+  double reach = 0;             ///< largest gap of candidate pairs (d0)
+  double max_acceleration = 0;  ///< bound on relative accelerations of two grains
+  int steps = 0;                ///< number of contact substeps
   int unused = 0;
 };
 
+/// Contact law with the factor of the forces for the radii of one pair.
 template <class Law>
 struct LawOfPair {
   Law law;
@@ -149,6 +161,9 @@ struct LawOfPair {
   }
 };
 
+/// Contact substeps of an outer step on a device, as functions for single grains and pairs that kernels call. A substep
+/// runs activate_pair(), add_halfway_force(), integrate() and move() for all pairs or grains, in this order.
+/// Reduced units.
 template <class Law>
 struct ContactSteps {
   using Motion = PairMotion<3, LawOfPair<Law>>;
@@ -167,13 +182,15 @@ struct ContactSteps {
   std::uint64_t seed = 0;
   bool exchanges = false;
 
+  /// Returns the sum of the radii of a pair (d0).
   LICHTENBERG_HOST_DEVICE double reach(const GrainPair& p) const {
     return grains.radius[p.lower] + grains.radius[p.higher];
   }
-  /// 1 / reduced mass.
+  /// Returns 1 / (reduced mass) of a pair.
   LICHTENBERG_HOST_DEVICE double inverse_mass(const GrainPair& p) const {
     return grains.inverse_mass[p.lower] + grains.inverse_mass[p.higher];
   }
+  /// Returns the vector from the lower grain to the nearest image of the higher grain (d0).
   LICHTENBERG_HOST_DEVICE Vec3 separation(const GrainPair& p) const {
     Vec3 r = grains.position[p.higher] - grains.position[p.lower];
     for (int k = 0; k < 3; ++k) r[k] = nearest(r[k], k);
@@ -187,10 +204,11 @@ struct ContactSteps {
     return law.scale(grains.radius[p.lower], grains.radius[p.higher]);
   }
 
-  /// Returns true if the pair of an entry may touch within an outer step.
+  /// Returns true if the pair of entry e of the neighbour table may touch within the outer step.
   LICHTENBERG_HOST_DEVICE bool is_near(int e) const {
     return come_within(contacts.owner[e], contacts.table.partner[e], static_cast<float>(parameters->reach));
   }
+  /// Makes the pair of entry e of the neighbour table the candidate pair `index`.
   LICHTENBERG_HOST_DEVICE void list_near(int index, int e) const {
     const int i = contacts.owner[e], j = contacts.table.partner[e];
     const bool first = grains.number[i] < grains.number[j];
@@ -199,10 +217,11 @@ struct ContactSteps {
 
   // The phases of a substep.
 
+  /// Returns true if candidate pair k may touch in a substep, or is in contact.
   LICHTENBERG_HOST_DEVICE bool is_due(int k, int step) const { return contacts.near[k].due <= step; }
-  /// Ends a contact whose pair has separated, and adds the pair to the active ones if it is in contact or may touch in
-  /// this substep. Adds the contact force at the start to both grains. A pair that is too far apart is due again when
-  /// it may touch.
+  /// Begins a substep for candidate pair k. Ends its contact if the grains have separated. Makes the pair active if it
+  /// is in contact or may touch in this substep, and adds its contact force at the start to both grains. A pair with a
+  /// large gap is due again when it may touch.
   LICHTENBERG_HOST_DEVICE void activate_pair(int k, int step) const {
     const NearPair p = contacts.near[k];
     const double dt = parameters->inner, slack = parameters->max_acceleration * dt * dt;
@@ -223,7 +242,8 @@ struct ContactSteps {
     if (touching) add(grains.force, p, inverse_units.force * force);
   }
 
-  /// Adds the contact force in the middle of the substep, at positions that follow from the forces at its start.
+  /// Adds the contact force of active pair a in the middle of the substep to both grains. The positions there follow
+  /// from the forces at its start.
   LICHTENBERG_HOST_DEVICE void add_halfway_force(int a) const {
     const ActivePair p = contacts.active[a];
     const PairState<3> at = contacts.state[a];
@@ -235,7 +255,8 @@ struct ContactSteps {
     if (norm2(force) > 0) add(grains.halfway, p, inverse_units.force * force);
   }
 
-  /// Integrates a pair separately, with the acceleration by all others linear in time.
+  /// Integrates active pair a over a substep and adds the impulse and shift of its contact to both grains. The relative
+  /// acceleration by all other forces is linear in time.
   LICHTENBERG_HOST_DEVICE void integrate(int a, int step) const {
     const ActivePair p = contacts.active[a];
     const double dt = parameters->inner, time = parameters->begin + step * dt, over = inverse_mass(p);
@@ -254,6 +275,7 @@ struct ContactSteps {
     parallel::add_atomically(&grains.touches[p.higher], 1);
     if (!p.touching) begin(a, p, time, result);
   }
+  /// Records the onset of a contact of active pair a in a substep that begins at `time`.
   LICHTENBERG_HOST_DEVICE void begin(int a, const ActivePair& p, double time, const PairStep<3>& result) const {
     NearPair& near = contacts.near[p.near];
     near.due = NearPair::open;
@@ -266,11 +288,12 @@ struct ContactSteps {
     contacts.next[2 * a + 1] = parallel::exchange_atomically(&grains.begun[p.higher], 2 * a + 1);
   }
 
-  /// Clears the k-th component of two sums between their use and the next additions. Adjacent threads write complete
-  /// memory sectors; a device would read partly written ones first.
+  /// Clears the k-th number of two arrays of sums between their use and the next additions. Adjacent threads thus write
+  /// complete memory sectors; a device would first read sectors that are written only in part.
   LICHTENBERG_HOST_DEVICE static void clear(FixedPointVec* one, FixedPointVec* other, int k) {
     (&one->x)[k] = (&other->x)[k] = 0;
   }
+  /// Moves grain s to the end of the substep under its slow force and its contacts. Exchanges charge in new contacts.
   LICHTENBERG_HOST_DEVICE void move(int s) const {
     const double dt = parameters->inner, over = grains.inverse_mass[s];
     Vec3 position = grains.position[s], momentum = grains.momentum[s];
@@ -285,12 +308,13 @@ struct ContactSteps {
     grains.momentum[s] = momentum;
     locate(s, position);
   }
+  /// Updates the fixed-point position of grain s.
   LICHTENBERG_HOST_DEVICE void locate(int s, Vec3 position) const {
     grains.compact[s].at = fixed_point_position(position, units_per_box * nearest.inverse_length);
   }
 
-  /// After the last substep: ends contacts of separated pairs, and returns the square of the largest speed that a
-  /// contact may give to its grains.
+  /// Ends the contact of candidate pair k after the last substep if the grains have separated. Returns the square of
+  /// the relative speed that the elastic energy of the contact can give its grains; 0 without contact.
   LICHTENBERG_HOST_DEVICE double impact2(int k) const {
     const NearPair p = contacts.near[k];
     if (p.due != NearPair::open) return 0;
@@ -299,7 +323,8 @@ struct ContactSteps {
     return 2 * inverse_mass(p) * law.force_terms(reach(p) - root_of(distance2), scale(p)).stored;
   }
 
-  /// Counts the k-th ended contact of the outer step, if there is one.
+  /// Compares the k-th ended contact of the outer step with the restitution coefficient of the law, if there is such a
+  /// contact.
   LICHTENBERG_HOST_DEVICE void count_end(int k) const {
     if (k >= results->ended) return;
     const EndedContact contact = restitution.ended[k];
@@ -308,7 +333,8 @@ struct ContactSteps {
   }
 
  private:
-  /// Returns true if a pair may come into contact in this substep; if not, sets when it is due.
+  /// Returns true if the separate candidate pair k may come into contact in this substep. If not, sets the substep in
+  /// which it may touch.
   LICHTENBERG_HOST_DEVICE bool may_come_into_contact(int k, const NearPair& p, int step) const {
     const double dt = parameters->inner;
     const auto path = static_cast<float>(parameters->reach * dt / parameters->outer);
@@ -319,13 +345,13 @@ struct ContactSteps {
     if (steps >= 1) contacts.near[k].due = step + (steps < 1e6f ? static_cast<int>(steps) : 1000000);
     return false;
   }
-  /// Returns true if the gap of two grains is less than `gap`; rounding is on the safe side.
+  /// Returns true if the gap between the surfaces of two grains is less than `gap` (d0), or larger by rounding only.
   LICHTENBERG_HOST_DEVICE bool come_within(int i, int j, float gap) const {
     const CompactGrain a = grains.compact[i], b = grains.compact[j];
     const float most = (a.radius + b.radius + gap) * (1 + 1e-5f);
     return distance2(a, b) < most * most;
   }
-  /// Returns the gap of two grains, or by rounding slightly less.
+  /// Returns a lower bound on the gap between the surfaces of two grains (d0), equal to it except for rounding.
   LICHTENBERG_HOST_DEVICE float gap(int i, int j) const {
     const CompactGrain a = grains.compact[i], b = grains.compact[j];
     const float square = distance2(a, b) * (1 - 2e-5f);
@@ -342,7 +368,8 @@ struct ContactSteps {
     return {{law, scale}, reach(p), inverse_mass(p), external};
   }
 
-  /// Adds a quantity to the sum of the higher grain, and subtracts it from that of the lower one.
+  /// Adds `value`, rounded to integers, to the sum of the higher grain of a pair and subtracts it from the sum of the
+  /// lower grain.
   LICHTENBERG_HOST_DEVICE static void add(FixedPointVec* to, const GrainPair& p, Vec3 value) {
     const std::int64_t x = rounded_to_integer(value.x), y = rounded_to_integer(value.y),
                        z = rounded_to_integer(value.z);
@@ -350,14 +377,15 @@ struct ContactSteps {
     parallel::add_atomically(&to[p.higher].y, y), parallel::add_atomically(&to[p.lower].y, -y);
     parallel::add_atomically(&to[p.higher].z, z), parallel::add_atomically(&to[p.lower].z, -z);
   }
-  /// Returns the relative acceleration by slow forces and the contact forces `of`.
+  /// Returns the relative acceleration of a pair by slow forces and by the summed contact forces `of`.
   LICHTENBERG_HOST_DEVICE Vec3 relative(const FixedPointVec* of, const GrainPair& p) const {
     const double lower = grains.inverse_mass[p.lower], higher = grains.inverse_mass[p.higher];
     return higher * (grains.slow_force[p.higher] + of[p.higher].times(units.force)) -
            lower * (grains.slow_force[p.lower] + of[p.lower].times(units.force));
   }
 
-  /// Returns true if a contact continues at this distance and time, and records its end otherwise.
+  /// Returns true if the contact of candidate pair k continues at this squared distance and time. Otherwise records its
+  /// end. Updates the largest overlap, and reports grains whose centres are too close.
   LICHTENBERG_HOST_DEVICE bool continues(int k, const NearPair& p, double distance2, double time) const {
     const double sum = reach(p), distance = root_of(distance2);
     if (grains.touches[p.lower] > 1 || grains.touches[p.higher] > 1) contacts.alone[p.entry] = 0;
@@ -370,6 +398,7 @@ struct ContactSteps {
     return false;
   }
 
+  /// Stores the end of a contact of an isolated pair at `time` for RestitutionCheck.
   LICHTENBERG_HOST_DEVICE void note_end(const NearPair& p, double time) const {
     const PairState<3> at = state(p);
     const double began = contacts.since[p.entry];
@@ -378,15 +407,15 @@ struct ContactSteps {
         {{began, time - began, contacts.impact_speed[p.entry], -closing(at), speed_across(at)}, p.lower, p.higher});
   }
 
-  /// Returns true if two grains in straight flight come closer than `distance` within dt.
+  /// Returns true if two grains in straight flight come closer than `distance` (d0, between centres) within dt.
   LICHTENBERG_HOST_DEVICE static bool may_touch(double distance, const PairState<3>& at, double dt) {
     const double approach = -dot(at.separation, at.velocity), v2 = norm2(at.velocity);
     const double t = approach <= 0 ? 0 : approach < v2 * dt ? approach / v2 : dt;
     return norm2(at.separation + t * at.velocity) < distance * distance;
   }
 
-  /// Exchanges charge in the new contacts of a grain in which it is the lower one. Random numbers are those of the CPU
-  /// (effects::ChargeExchange), where the count of a contact follows from the ascending order of pairs in a step.
+  /// Exchanges charge in those new contacts of grain s in which it is the lower grain. Random numbers are those of the
+  /// CPU (effects::ChargeExchange), where the count of a contact follows from the ascending order of pairs in a step.
   LICHTENBERG_HOST_DEVICE void begin_contacts(int s) const {
     int count = 0;
     for (int end = grains.begun[s]; end != no_end; end = contacts.next[end]) {
@@ -400,11 +429,12 @@ struct ContactSteps {
     grains.collisions[s] += count;
     grains.begun[s] = no_end;
   }
-  /// Returns the number of the grain at the other end.
+  /// Returns the index in the scene of the other grain of a new contact; `end`: element of a grain's linked list.
   LICHTENBERG_HOST_DEVICE int partner(int end) const {
     const GrainPair& p = contacts.active[end / 2];
     return grains.number[end % 2 ? p.lower : p.higher];
   }
+  /// Transfers charge between the grains of active pair a. `count`: number of earlier collisions of its lower grain.
   LICHTENBERG_HOST_DEVICE void exchange_charge(int a, std::int64_t count) const {
     const ActivePair p = contacts.active[a];
     const int entry = contacts.near[p.near].entry;

@@ -11,45 +11,51 @@
 
 namespace lichtenberg::granular::device {
 
-/// Counters and times since the gas was loaded.
+/// Counters and wall times (s) of a gas on a device since it was made.
 struct StepCounts {
-  std::int64_t steps = 0, contact_steps = 0;
-  std::int64_t lists = 0, evaluations = 0;  ///< rebuilt neighbour lists, evaluated sums over charges
-  double seconds = 0, list_seconds = 0;     ///< wall time: total, and for lists
+  std::int64_t steps = 0, contact_steps = 0;  ///< outer steps, contact substeps
+  std::int64_t lists = 0, evaluations = 0;    ///< rebuilt neighbour lists, evaluated Coulomb sums
+  double seconds = 0, list_seconds = 0;       ///< wall time: total, and for neighbour lists
 };
 
-/// A gas of grains on a device, advanced by the steps of Multirate. Its state is exchanged as a checkpoint of Gas, the
-/// same as on the CPU.
+/// Interface of a gas of grains on a device, advanced by multiple time stepping (Multirate). The state is loaded from
+/// and stored to a checkpoint of Gas, the gas on the CPU. Reduced units.
 class DeviceGas {
  public:
   virtual ~DeviceGas() = default;
 
-  /// Loads a gas. `elastic`: an elastic stage without charge exchange; `stage_begin` (t0): start of the present law.
+  /// Loads the state of a gas from a checkpoint of Gas. `law`: contact law; `elastic`: true in an elastic stage,
+  /// without charge exchange and drives; `stage_begin`: time since which the law applies (t0).
   virtual void load(const Checkpoint& checkpoint, const GrainContactLaw& law, bool elastic, double stage_begin = 0) = 0;
-  /// Returns the present state.
+  /// Copies the current state to host memory.
   virtual Snapshot snapshot() const = 0;
-  /// Updates the checkpoint that was loaded.
+  /// Updates a checkpoint of the same gas to the current state.
   void store(Checkpoint& checkpoint) const { device::store(snapshot(), checkpoint); }
   virtual double potential_energy() = 0;
   virtual double time() const = 0;
-  /// Advances towards `time` (t0), by at most `most` steps; by one step in scenes with Effect::drive. Throws Failure as
-  /// Gas does.
+  /// Advances the gas towards `time` (t0) by at most `most` outer steps, or by one step if external drives
+  /// (Effect::drive) act. Throws Failure if contacts are too short for the step, or if grains fly through each other.
+  /// Throws Failure if positions are not finite, or if induced dipoles cannot be computed.
   virtual void step(double time, int most = 1) = 0;
   virtual StepCounts counts() const = 0;
 };
 
-/// Executor of the kernels; tests use the host.
+/// Executor that runs the kernels of a gas: the CPU (for tests) or a CUDA device.
 enum class Target { host, cuda };
 
-/// Throws InputError for a scene with features that a device does not compute.
+/// Throws InputError for a scene with features that a device does not compute: conductors, two dimensions, walls,
+/// another integrator than multirate, or unsupported effects. `target` cuda: laws without CUDA kernels are refused,
+/// too.
 void check_scene(const Scene& scene, Target target = Target::cuda);
-/// Returns an estimate of the device memory (bytes) of a gas, for evenly distributed grains.
+/// Returns an estimate of the device memory (bytes) that the gas of a scene needs, for evenly distributed grains.
+/// Throws InputError for unsupported effects.
 double bytes_needed(const Scene& scene);
 
-/// Makes a gas on the first CUDA device. Throws InputError as check_scene does, or if there is no usable device;
-/// Failure if it lacks memory.
+/// Makes the gas of a scene on the first CUDA device. Throws the exceptions of check_scene(). Throws InputError if
+/// there is no usable device, and Failure if it lacks memory.
 std::unique_ptr<DeviceGas> make_cuda_gas(const Scene& scene);
-/// Makes a gas that runs the device's algorithms sequentially on the CPU, for tests.
+/// Makes a gas that runs the algorithms of a device sequentially on the CPU, for tests. Throws the exceptions of
+/// check_scene() for the CPU.
 std::unique_ptr<DeviceGas> make_host_gas(const Scene& scene);
 
 }  // namespace lichtenberg::granular::device

@@ -7,7 +7,8 @@
 
 namespace lichtenberg::granular::device {
 
-/// Wraps the position of a grain into the box, and updates the copy for charges.
+/// Function of one grain: wraps its position into the periodic box, counts the periods, and updates the position for
+/// Coulomb sums.
 struct PositionWrap {
   Box<3> box;
   Vec3 units_per_length;
@@ -23,7 +24,7 @@ struct PositionWrap {
   }
 };
 
-/// Lists the candidate pairs of an outer step, and runs its contact substeps.
+/// Kernel of an outer step: lists the candidate pairs (in contact, or may touch), then runs all contact substeps.
 template <class Law>
 struct FollowContacts {
   ContactSteps<Law> steps;
@@ -45,7 +46,7 @@ struct FollowContacts {
       const int active = steps.results->active;
       grid.begin(3 * grains, [&](int k) { steps.clear(all.impulse, all.shift, k); });
       grid.each(active, [&](int a) { steps.add_halfway_force(a); });
-      // Integration takes long and few threads. The others move grains without active pairs meanwhile.
+      // Integration takes long, but few threads. The other threads move grains without active pairs in the meantime.
       grid.begin_last(grains, [&](int s) {
         if (!all.busy[s]) move(s, step == count - 1);
       });
@@ -59,6 +60,7 @@ struct FollowContacts {
   }
 
  private:
+  /// Moves grain s to the end of a substep, and wraps it into the box after the last substep.
   LICHTENBERG_HOST_DEVICE void move(int s, bool last) const {
     steps.move(s);
     if (last) wrap(steps.grains, s);

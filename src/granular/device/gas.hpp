@@ -20,6 +20,7 @@
 
 namespace lichtenberg::granular::device {
 
+/// Gas of grains on an executor (CPU or CUDA device): runs the sequence of an outer step of multiple time stepping.
 template <class Executor>
 class GasImpl final : public DeviceGas {
   template <class T>
@@ -72,7 +73,7 @@ class GasImpl final : public DeviceGas {
                gas_.law);
   }
 
-  /// Makes up to `most` steps up to this time; `whole`: a single step to this time.
+  /// Makes up to `most` outer steps until `time` (t0). `whole`: makes a single step to `time`.
   template <class Law>
   void steps(const Law& law, double time, int most, bool whole) {
     Progress& now = progress_.host();
@@ -88,7 +89,8 @@ class GasImpl final : public DeviceGas {
       record_progress(now);
     }
   }
-  /// Begins a series of steps. The host chooses the first one, the device the others, until the lists become invalid.
+  /// Begins a series of outer steps. The host chooses the first step, and the device the others, until the neighbour
+  /// lists become invalid.
   template <class Law>
   void begin_steps(const Law& law) {
     choose_first(law);
@@ -97,7 +99,8 @@ class GasImpl final : public DeviceGas {
     results_.send();
     store_slow_forces();
   }
-  /// Chooses the first step of a series, and rebuilds the lists if needed.
+  /// Chooses the first outer step of a series, and rebuilds the neighbour lists if needed. Throws Failure if contacts
+  /// are too short for the step.
   template <class Law>
   void choose_first(const Law& law) {
     Progress& now = progress_.host();
@@ -110,6 +113,7 @@ class GasImpl final : public DeviceGas {
     arrange(now.travel);
     choose(rule(law), results_.host(), now, parameters_.host());
   }
+  /// Adds the completed steps of a series to the counters, and throws Failure if a step failed.
   void record_progress(Progress& now) {
     gas_.time = now.time;
     Counters& count = gas_.count;
@@ -124,7 +128,8 @@ class GasImpl final : public DeviceGas {
   }
 
   bool is_driven() const { return !gas_.elastic && !drives_.empty(); }
-  /// Makes one step, with Effect::drive before and after it; the host waits for both.
+  /// Makes one outer step until at most `time` (t0), with half a step of Effect::drive before and after it. The host
+  /// waits for both.
   template <class Law>
   void step_driven(const Law& law, double time) {
     Progress& now = progress_.host();
@@ -138,7 +143,8 @@ class GasImpl final : public DeviceGas {
 
   // Public because nvcc requires it of functions with kernels.
 
-  /// Applies Effect::drive of all effects, and returns the largest speed to the host in results_.
+  /// Applies the external drives (Effect::drive) of all effects to the momenta from `time` to `time` + dt. Updates the
+  /// largest speed in results_ on the host.
   void drive(double time, double dt) {
     for (const auto& drive : drives_)
       drive->drive(grains(), time, dt, gas_.view().momentum, gas_.units.energy, gas_.driven.data());
@@ -159,6 +165,7 @@ class GasImpl final : public DeviceGas {
     run_->wait();
   }
 
+  /// Prepares the first step after load(): neighbour lists, forces, and contacts of grains that overlap.
   void begin() {
     arrange(0);
     if (has_slow_forces()) recharge_once();
@@ -188,6 +195,7 @@ class GasImpl final : public DeviceGas {
     run_->run(recording, [&] { recharge(false, solved); });
     run_->wait();
   }
+  /// Sorts the grains and rebuilds the neighbour lists; `travel`: bound on displacements in the next step (d0).
   void arrange(double travel) {
     const Stopwatch stopwatch(counts_.list_seconds);
     ++counts_.lists;
@@ -200,8 +208,8 @@ class GasImpl final : public DeviceGas {
     }
   }
 
-  /// Computes forces and energy after a change of charges or of the order of grains. `by_exchange`: the change of
-  /// energy is due to exchange; `solved`: dipoles are known.
+  /// Computes smooth forces and potential energy after a change of charges or of the order of grains. `by_exchange`:
+  /// the change of energy enters the budget of charge exchange; `solved`: the induced dipoles are known.
   void recharge(bool by_exchange, bool solved = false) {
     if (sums_) recharge_sums(solved);
     find_pair_forces();
@@ -238,7 +246,7 @@ class GasImpl final : public DeviceGas {
     else
       dipoles_->evaluate(g.charged, scale(), lists_.partners());
   }
-  /// Computes forces and energy of pair laws. Sums of integers do not depend on the order of lists.
+  /// Computes forces and energy of all pair force laws. Fixed-point sums do not depend on the order of lists.
   void find_pair_forces() {
     if (parts_.empty()) return;
     gas_.pair_force.zero();
@@ -246,14 +254,15 @@ class GasImpl final : public DeviceGas {
     for (const auto& part : parts_)
       part->add_forces(grains(), pair_units_, gas_.pair_force.data(), gas_.pair_energy.data());
   }
-  /// Stores the present forces, which stay constant until the end of the step.
+  /// Stores the current smooth forces (all forces except contacts), which are constant until the end of the outer step.
   void store_slow_forces() {
     const ForceView force = forces();
     const GrainsView g = gas_.view();
     run_->for_each(gas_.n, [=] LICHTENBERG_HOST_DEVICE(int s) { g.slow_force[s] = force(s); });
   }
 
-  /// Records the kernels of a step. They do nothing if no step has been chosen, because the host starts several ahead.
+  /// Records the kernels of an outer step, to be executed many times (a CUDA graph). The host starts several steps
+  /// ahead, so the kernels do nothing if no step has been chosen.
   template <class Law>
   void record(const Law& law) {
     Progress* now = progress_.device();
@@ -264,11 +273,13 @@ class GasImpl final : public DeviceGas {
                            dipoles_ ? dipoles_->unstable() : nullptr, exchanges});
     if (exchanges) run_->when(&now->exchanged, [&] { recharge(true); });
   }
+  /// Lists candidate pairs and runs the contact substeps of the chosen outer step.
   template <class Law>
   void follow(const Law& law) {
     run_->run_cooperative(
         FollowContacts<Law>{contact_steps(law), {gas_.box, gas_.units_per_length()}, &progress_.device()->go});
   }
+  /// Computes smooth forces at the positions after the contact substeps.
   void follow_charges() {
     if (dipoles_)
       dipoles_->follow(gas_.view().charged, scale(), lists_.partners(), &progress_.device()->go);
@@ -276,7 +287,8 @@ class GasImpl final : public DeviceGas {
       sums_->evaluate(gas_.view().charged, lists_.partners(), gas_.options.exchanges);
     find_pair_forces();
   }
-  /// Computes, after the last substep, the bound on impact speeds, and counts the ended contacts.
+  /// Computes the bound on impact speeds by elastic energy after the last contact substep, and compares the ended
+  /// contacts with the restitution coefficient of the law.
   template <class Law>
   void find_impacts(const Law& law) {
     const ContactSteps<Law> steps = contact_steps(law);
@@ -296,8 +308,8 @@ class GasImpl final : public DeviceGas {
         });
     run_->for_each(steps.restitution.capacity, [=] LICHTENBERG_HOST_DEVICE(int k) { steps.count_end(k); });
   }
-  /// Corrects momenta for a linear change of the smooth forces, adds exchanged charges, and computes the maxima from
-  /// which the next step is chosen; then calls `action`.
+  /// Ends an outer step: corrects momenta for a linear change of the smooth forces, and adds exchanged charges.
+  /// Computes the maxima from which the next step is chosen, and then calls action().
   template <class Action>
   void finish(Action action) {
     const ForceView force = forces();
@@ -368,7 +380,8 @@ class GasImpl final : public DeviceGas {
       view.pair_force = gas_.pair_force.data(), view.pair_energy = gas_.pair_energy.data(), view.units = pair_units_;
     return view;
   }
-  /// Powers of two: 2^-44 of the largest force and energy of a pair. Sums may be 2^18 times as large.
+  /// Returns the quanta of fixed-point sums of pair forces and energies: powers of two, about 2^-44 of the largest
+  /// force and energy of a pair. Sums may be 2^18 times as large as the largest value.
   PairUnits units_of_parts() const {
     PairUnits most{0, 0};
     for (const auto& part : parts_) {
@@ -414,6 +427,7 @@ class GasImpl final : public DeviceGas {
   }
   const double* scale() const { return &gas_.field_energy.data()->scale; }
 
+  /// Throws Failure if a step failed: grains fly through each other, positions are not finite, or dipoles diverge.
   void check_results() {
     if (dipoles_) check_dipoles(dipoles_->download(), gas_.options);
     if (const int passed = results_.host().passed; passed)

@@ -20,32 +20,36 @@ using periodic::device::FieldSample;
 using periodic::device::PointCharge;
 using periodic::device::Totals;
 
-/// Options of a gas on a device.
+/// Parameters of a gas of grains on a device, in reduced units: forces, box, grains, limits of steps and seed.
 struct GasOptions : effects::DeviceForces {
-  Vec3 lengths;
+  Vec3 lengths;                      ///< box lengths (d0)
   std::vector<double> mass, radius;  ///< [N]
-  double step = 0;                   ///< t0, largest; infinite: follows from `max_path`
-  double max_path = 0;               ///< d0, largest path of the fastest grain in a step
+  double step = 0;                   ///< largest outer step (t0); infinite: follows from `max_path`
+  double max_path = 0;               ///< largest path of the fastest grain in an outer step (d0)
   ContactAttraction attraction;
-  int contact_steps = 1;
+  int contact_steps = 1;  ///< contact substeps in the shortest contact
   std::uint64_t seed = 0;
-  std::string path;
-  std::optional<periodic::device::MeshTables> tables;  ///< of `mesh`
+  std::string path;                                    ///< path of the scene, for error messages
+  std::optional<periodic::device::MeshTables> tables;  ///< tables of the particle mesh `mesh`
 };
 
-/// Returns a position in fixed-point units of the box lengths; `units_per_length`: units per d0.
+/// Converts a position (d0) to fixed-point fractions of the box lengths; `units_per_length`: 2^32 / length for each
+/// axis.
 LICHTENBERG_HOST_DEVICE inline FixedPointPosition fixed_point_position(Vec3 position, Vec3 units_per_length) {
   return {fixed_point_coordinate(position.x, units_per_length.x),
           fixed_point_coordinate(position.y, units_per_length.y),
           fixed_point_coordinate(position.z, units_per_length.z)};
 }
 
-/// Returns the options for a scene that check_scene accepts.
+/// Returns the parameters of a gas for a scene that check_scene() accepts.
 GasOptions gas_options(const Scene& scene);
-/// Throws Failure, with the number of grains that would fit, if a device with `free` bytes lacks memory for a gas.
+/// Throws Failure if a device with `free` bytes of free memory lacks memory for a gas. The message has the number of
+/// grains that would fit.
 void check_memory(const GasOptions& options, double free);
 
-/// Step maxima over all grains.
+/// Maxima over all grains after an outer step: squares of speed, acceleration and displacement since the last sorting,
+/// and the magnitude of the charge. `lost` is not 0 if a position or velocity is not finite. Operator + takes the
+/// maximum of each member, for reductions.
 struct StepMaxima {
   double speed2 = 0, acceleration2 = 0, moved2 = 0, charge = 0;
   int lost = 0, unused = 0;
@@ -60,7 +64,7 @@ struct StepMaxima {
   friend LICHTENBERG_HOST_DEVICE StepMaxima operator+(StepMaxima a, const StepMaxima& b) { return a += b; }
 };
 
-/// Maximum of one quantity.
+/// Number whose operator + takes the maximum, for reductions to the maximum of one quantity.
 struct MaxReduction {
   double value = 0;
 
@@ -71,7 +75,7 @@ struct MaxReduction {
   friend LICHTENBERG_HOST_DEVICE MaxReduction operator+(MaxReduction a, const MaxReduction& b) { return a += b; }
 };
 
-/// Data of a grain that sorting moves.
+/// Data of a grain that move with it when grains are sorted again.
 struct Grain {
   Vec3 position, momentum;
   double charge = 0, inverse_mass = 0, radius = 0;
@@ -82,14 +86,17 @@ struct Grain {
   int number = 0;
 };
 
-/// Field energy (m0 v0^2), and the part of it from charge exchange.
+/// Potential energy of smooth forces and energy due to charge exchange (m0 v0^2), and the scale of charges on a device.
 struct FieldEnergyBudget {
+  /// Potential energy of smooth forces, and the sum of its changes by charge exchange since the start.
   double energy = 0, exchanged = 0;
-  double scale = 1;           ///< factor of PointCharge::charge
-  double largest_charge = 0;  ///< magnitude
+  double scale = 1;           ///< PointCharge::charge over charge (1/q0)
+  double largest_charge = 0;  ///< largest magnitude of a charge (q0)
 };
 
-/// Smooth forces on grains: by charges, or charges with dipoles, and by pair laws.
+/// Smooth forces on the grains on a device (all forces except contacts): Coulomb forces, with or without induced
+/// dipoles, and forces of pair laws. Returns the force on a grain and the potential energy from the results of the
+/// sums.
 struct ForceView {
   const PointCharge* charges = nullptr;
   const FieldSample* field_at_source = nullptr;
@@ -101,9 +108,12 @@ struct ForceView {
   const std::int64_t* pair_energy = nullptr;
   PairUnits units{};
 
+  /// Returns the total smooth force on grain s (m0 v0^2/d0).
   LICHTENBERG_HOST_DEVICE Vec3 operator()(int s) const {
     return pair_force ? charge_force(s) + pair_force[s].times(units.force) : charge_force(s);
   }
+  /// Returns the Coulomb force on grain s (m0 v0^2/d0). Errors of the mesh leave a net force on all grains, which is
+  /// subtracted in proportion to the squared charges (with dipoles, to the squared source strengths).
   LICHTENBERG_HOST_DEVICE Vec3 charge_force(int s) const {
     if (!field_at_source || totals->square == 0) return {};
     if (force) {
@@ -116,6 +126,7 @@ struct ForceView {
     return {factor * (field_at_source[s].x - over * totals->x), factor * (field_at_source[s].y - over * totals->y),
             factor * (field_at_source[s].z - over * totals->z)};
   }
+  /// Returns the potential energy of all smooth forces (m0 v0^2).
   LICHTENBERG_HOST_DEVICE double energy() const {
     const double pair_sum = pair_energy ? units.energy * static_cast<double>(*pair_energy) : 0;
     if (!field_at_source) return pair_sum;

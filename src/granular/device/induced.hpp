@@ -12,6 +12,7 @@
 
 namespace lichtenberg::granular::device {
 
+/// Loads the history of induced dipoles and the counter of their solver from a checkpoint. n: number of grains.
 template <class Executor>
 void load_dipoles(const Checkpoint& checkpoint, int n, periodic::device::InducedDipolesOn<Executor>& dipoles) {
   std::vector<std::vector<double>> history;
@@ -22,18 +23,20 @@ void load_dipoles(const Checkpoint& checkpoint, int n, periodic::device::Induced
   dipoles.load(n, history, integers(checkpoint, "effects.coulomb.counters").at(1));
 }
 
-/// Writes values of sorted grains to a checkpoint, by the numbers of the grains.
+/// Writes values of sorted grains to a checkpoint in the order of the grains in the scene. `number`: index in the scene
+/// of each sorted grain.
 class ByNumber {
  public:
   ByNumber(Checkpoint& checkpoint, std::vector<int> number) : checkpoint_(&checkpoint), number_(std::move(number)) {}
 
-  /// Writes of(s) for the sorted index s: a number, or a vector of three.
+  /// Writes an array of numbers "effects.coulomb.NAME"; of(s): number of the grain with the sorted index s.
   template <class Of>
   void reals(const std::string& name, const Of& of) {
     std::vector<double>& to = checkpoint_->reals["effects.coulomb." + name];
     to.resize(number_.size());
     for (std::size_t s = 0; s < number_.size(); ++s) to[number_[s]] = of(s);
   }
+  /// Writes an array of vectors "effects.coulomb.NAME"; of(s): vector of the grain with the sorted index s.
   template <class Of>
   void vectors(const std::string& name, const Of& of) {
     std::vector<double>& to = checkpoint_->reals["effects.coulomb." + name];
@@ -47,7 +50,8 @@ class ByNumber {
   std::vector<int> number_;
 };
 
-/// Returns a function that writes dipoles, fields and forces to a checkpoint, from which the CPU can continue.
+/// Copies induced dipoles, fields and forces from a device to the host. Returns a function that writes them to a
+/// checkpoint, from which the CPU can continue.
 template <class Executor>
 std::function<void(Checkpoint&)> dipole_writer(const GasState<Executor>& gas, const ChargeSums<Executor>& sums,
                                                const periodic::device::InducedDipolesOn<Executor>& dipoles) {
@@ -76,7 +80,7 @@ std::function<void(Checkpoint&)> dipole_writer(const GasState<Executor>& gas, co
   };
 }
 
-/// Throws Failure if the dipoles are unstable or the solver has not converged.
+/// Throws Failure if the mutual polarization of the induced dipoles diverges, or if their solver has not converged.
 inline void check_dipoles(const periodic::device::DipoleSolve& solve, const GasOptions& options) {
   const std::string which =
       options.path + ": effects.induced_dipoles: at a polarizability of " + std::to_string(options.polarizability);

@@ -13,8 +13,9 @@
 
 namespace lichtenberg::granular::device {
 
-/// Returns the edges (d0) of search cells for n neutral grains. Cells are larger in a box with many more cells than
-/// grains, so that memory and time scale with the grains.
+/// Returns the edge lengths (d0) of the cells of the neighbour search for n grains without Coulomb forces. `lengths`:
+/// box lengths (d0). Cells are larger in a very dilute gas, so that memory and time are proportional to the number of
+/// grains.
 inline Vec3 contact_cell_edges(Vec3 lengths, int n) {
   const Vec3 shortest{1, 1, 0.5};
   const double cells = lengths.x * lengths.y * lengths.z / (shortest.x * shortest.y * shortest.z);
@@ -22,6 +23,9 @@ inline Vec3 contact_cell_edges(Vec3 lengths, int n) {
   return std::max(1.0, std::cbrt(cells / most)) * shortest;
 }
 
+/// Neighbour lists of a gas on an executor (CPU or CUDA device). The lists are candidate pairs of contacts with the
+/// data of the contacts, near charges of Coulomb sums, and partners of pair force laws. Sorts the grains by search
+/// cells.
 template <class Executor>
 class GasLists {
   template <class T>
@@ -30,7 +34,7 @@ class GasLists {
  public:
   using Sums = std::optional<ChargeSums<Executor>>;
   using Dipoles = std::optional<periodic::device::InducedDipolesOn<Executor>>;
-  /// List pointers and sizes with which kernels were recorded.
+  /// Pointers and sizes of the lists with which kernels were recorded. Kernels must be recorded again if they change.
   struct Kernels {
     std::vector<const void*> arrays;
     std::size_t capacity = 0;
@@ -54,13 +58,15 @@ class GasLists {
   /// Returns the skin (d0) of the neighbour lists; 0 if there are no lists. Lists are valid while no grain has moved by
   /// half of the skin.
   double skin() const { return skin_; }
+  /// Returns the partners of each grain within the cutoff of near charges (Coulomb sum).
   TableView partners() const { return partners_.view(); }
-  /// Returns the partners of each grain within the cutoff of pair laws.
+  /// Returns the partners of each grain within the largest cutoff of the pair force laws.
   TableView in_reach() const { return in_reach_.view(); }
-  /// Number of table entries, also the capacity for candidate and active pairs.
+  /// Returns the number of entries of the table of candidate pairs, also the capacity for candidate and active pairs.
   long entries() const { return static_cast<long>(near_.size()); }
 
-  /// Sorts the grains and rebuilds the tables, with a skin for displacements.
+  /// Sorts the grains and rebuilds the neighbour lists. `travel`: bound on displacements in the next step (d0), from
+  /// which the skin follows. The contacts and the data of `sums` and `dipoles` are kept.
   void arrange(double travel, Sums& sums, Dipoles& dipoles) {
     GasState<Executor>& gas = *state_;
     // Keeps a skin of up to twice the present need, because recorded kernels contain it.
@@ -76,6 +82,7 @@ class GasLists {
     take_open();
   }
 
+  /// Loads the open contacts from a checkpoint and discards the neighbour lists.
   void load(const Checkpoint& checkpoint) {
     const auto& pairs = integers(checkpoint, "contact_pairs");
     const auto& touches = lichtenberg::reals(checkpoint, "contact_touches", pairs.size() / 3 * 2);
@@ -87,7 +94,7 @@ class GasLists {
     loaded_ = false;
     skin_ = 0;
   }
-  /// Returns the open contacts on the device, in any order.
+  /// Returns the open contacts in device memory, in any order.
   const Array<OpenContact>& contacts() const {
     if (loaded_) list_open();
     return open_;
@@ -118,6 +125,7 @@ class GasLists {
     cells_.sort(state_->n,
                 [=] LICHTENBERG_HOST_DEVICE(int i) { return fixed_point_position(position[i], units_per_length); });
   }
+  /// Builds the neighbour tables for the sorted grains.
   void build(Sums& sums) {
     const GasState<Executor>& gas = *state_;
     const CompactGrain* compact = gas.view().compact;
@@ -128,7 +136,7 @@ class GasLists {
     partners_.build(gas.n, cells_.view(), gas.box.lengths, sums->cutoff() + skin_, position_of);
     sums->arrange(gas.n, cells_.view(), 0.5 * skin_);
   }
-  /// Allocates the data of entries and pairs.
+  /// Allocates the arrays for the entries of the table of candidate pairs and for active pairs.
   void resize_contacts() {
     const std::size_t entries = table_.entries();
     ContactsView& c = contacts_.view;
@@ -142,7 +150,7 @@ class GasLists {
       for (int e = table.begin(s); e < table.end(s); ++e) owner[e] = s;
     });
   }
-  /// Lists open contacts, in any order.
+  /// Copies the open contacts from the entries of the table to open_, in any order.
   void list_open() const {
     open_count_.resize(1);
     open_count_.zero();
@@ -163,7 +171,7 @@ class GasLists {
     run_->to_host(&all, count, sizeof(int));
     open_.resize(all);
   }
-  /// Writes the open contacts to the table.
+  /// Copies the open contacts from open_ to the entries of the new table.
   void take_open() {
     int* sorted_index = sorted_index_.data();
     const int* number = state_->view().number;
@@ -181,11 +189,12 @@ class GasLists {
   }
 
  private:
-  static constexpr double least_travel = 0.02;  ///< d0; a smaller skin is not used
+  static constexpr double least_travel = 0.02;  ///< smallest `travel` (d0) from which a skin is chosen
 
-  /// Returns the skin (d0) with the least cost. Lists that take a time L to build are valid for about skin / travel
-  /// steps, because `travel` is twice the path of the fastest grain. A skin adds a * skin to the time of a step. The
-  /// sum is least at sqrt(L travel / a), with L / a of about 8 d0. Lists should be valid for at least two steps.
+  /// Returns the skin (d0) of least cost for a bound `travel` (d0) on displacements in a step. Lists that take a time L
+  /// to build are valid for about skin / travel steps, because `travel` is twice the path of the fastest grain. A skin
+  /// adds a * skin to the time of a step. The total time is least at sqrt(L travel / a), with L / a of about 8 d0.
+  /// Lists are valid for at least about two steps.
   static double skin_for(double travel) { return std::max(2.8 * std::sqrt(travel), 3 * travel); }
 
   static Vec3 cell_edges(const GasOptions& options) {
@@ -196,7 +205,7 @@ class GasLists {
   const Executor* run_;
   GasState<Executor>* state_;
   double skin_ = 0;
-  bool loaded_ = false;  ///< the table has the contacts
+  bool loaded_ = false;  ///< true: the table has the open contacts; false: only open_ has them
   CellGrid<Executor> cells_;
   NeighbourTable<Executor> table_, partners_;  ///< candidate pairs; near charges
   NeighbourTable<Executor> in_reach_;          ///< partners of pair laws

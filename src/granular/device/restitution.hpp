@@ -17,7 +17,8 @@
 
 namespace lichtenberg::granular::device {
 
-/// Head-on collision of viscoelastic grains by the tabulated theory::RestitutionCurve; without its duration.
+/// Function that returns the restitution coefficient of a head-on collision of viscoelastic grains, interpolated in the
+/// table of theory::RestitutionCurve. The duration is not computed (0). Arguments are E, D, effective mass and speed.
 struct TabulatedCollision {
   const double *node = nullptr, *loss = nullptr;
   int nodes = 0;
@@ -30,30 +31,36 @@ struct TabulatedCollision {
   }
 };
 
+/// Errors of the restitution coefficient of collisions in one decade of the impact speed, with a fixed-point sum.
 struct RestitutionDecade {
-  std::int64_t collisions = 0, errors = 0;  ///< number, and sum of errors in quanta
-  double worst = 0;
+  std::int64_t collisions = 0, errors = 0;  ///< number of collisions, and sum of errors in quanta
+  double worst = 0;                         ///< largest error
 };
 
-/// A contact of an isolated pair that has ended; `lower` and `higher` are the sorted indices of its grains.
+/// An ended contact of two grains that no third one has touched; `lower` and `higher` are their sorted indices.
 struct EndedContact : RestitutionCheck::IsolatedCollision {
   int lower = 0, higher = 0;
 };
 
+/// Statistics of the errors of the restitution coefficient (RestitutionCheck) in device memory, for kernels.
 struct RestitutionCount {
   static constexpr double quantum = 1.0 / (1 << 30);  // 2^33 collisions with errors of 1 do not overflow the sum
 
   TabulatedCollision viscoelastic;
   RestitutionDecade* decade = nullptr;  ///< [RestitutionCheck::decades]
-  double since = 0;                     ///< t0, start of the present law
+  double since = 0;                     ///< time since which the contact law applies (t0)
   EndedContact* ended = nullptr;        ///< [capacity], contacts that ended in an outer step
   int capacity = 0;
 
-  /// Stores an ended contact, which a later kernel counts. Kernels of pairs have no registers left for that.
+  /// Stores an ended contact for count(), which a later kernel calls, because kernels of pairs have no registers left.
+  /// *count: number of stored contacts, increased.
   LICHTENBERG_HOST_DEVICE void note(int* count, const EndedContact& contact) const {
     const int index = parallel::take_index(count);
     if (index < capacity) ended[index] = contact;
   }
+  /// Adds the error of the restitution coefficient of an ended contact to the statistics, if it counts
+  /// (RestitutionCheck::counts). `scale`: factor of the law for the radii; `mass`: effective mass; `reach`: sum of the
+  /// radii.
   template <class Law>
   LICHTENBERG_HOST_DEVICE void count(const Law& law, double scale, double mass, double reach,
                                      const EndedContact& contact) const {
@@ -67,7 +74,8 @@ struct RestitutionCount {
   }
 };
 
-/// The tabulated restitution curve, and the counts.
+/// RestitutionCheck on an executor (CPU or CUDA device): table of the restitution curve and statistics of the errors,
+/// in device memory.
 template <class Executor>
 class RestitutionOn {
  public:
@@ -77,7 +85,8 @@ class RestitutionOn {
     loss_.upload(curve.losses());
   }
 
-  /// Restores the state that RestitutionCheck has saved.
+  /// Restores statistics that RestitutionCheck has saved. `stage_begin`: time since which the contact law applies (t0);
+  /// `grains`: number of grains.
   void load(const std::vector<double>& saved, double stage_begin, int grains) {
     std::vector<RestitutionDecade> before(RestitutionCheck::decades);
     for (std::size_t k = 0; k < before.size(); ++k)
@@ -87,6 +96,7 @@ class RestitutionOn {
     since_ = stage_begin;
     ended_.resize(std::max(grains / 2, 1));  // each grain has at most one isolated contact
   }
+  /// Returns the statistics in the form that RestitutionCheck saves.
   std::vector<double> saved() const {
     std::vector<double> all;
     for (const RestitutionDecade& d : decade_.download())

@@ -18,7 +18,8 @@ namespace {
 using effects::DeviceForces;
 using effects::refuse_on_device;
 
-/// Collects the device forms of all effects. Throws InputError for an effect without one, and for unsupported options.
+/// Returns the forces, drives and charge exchange of all effects for a device. Throws InputError for an effect that a
+/// device does not compute, for unsupported options, and for laws without CUDA kernels if `target` is cuda.
 DeviceForces device_forces(const Scene& scene, Target target) {
   DeviceForces forces;
   const auto with_kernels = [](const auto& forms) {

@@ -13,19 +13,19 @@
 
 namespace lichtenberg::granular::device {
 
-/// Number of box lengths that a grain has crossed, in each direction.
+/// Number of periods by which a grain has crossed the periodic box, along each axis.
 struct ImageCount {
   int x = 0, y = 0, z = 0;
 };
 
-/// A contact that lasts at the time of a checkpoint.
+/// A contact that is open at the time of a checkpoint (GrainContact). i and j are indices of the grains in the scene.
 struct OpenContact {
   int i, j;
   double since, impact_speed;
   int alone, unused = 0;  // no padding: all bytes are copied
 };
 
-/// Checkpoint data of a grain.
+/// State of a grain in a checkpoint, in reduced units.
 struct GrainRecord {
   Vec3 position, momentum;
   double charge = 0;
@@ -34,17 +34,20 @@ struct GrainRecord {
   int unused = 0;
 };
 
-/// Counters since the start of the run.
+/// Counters since the start of the run: outer steps, contact substeps, contact onsets, charge transfers, Coulomb sums.
 struct Counters {
   std::int64_t steps = 0, contact_steps = 0, collisions = 0, transfers = 0, evaluations = 0;
 };
 
+/// Copy of the state of a gas on a device at one instant in host memory, as needed for a checkpoint. Reduced units.
 struct Snapshot {
   double time = 0;
   std::shared_ptr<const void> memory;     ///< owner of the spans; reused after its release
-  std::span<const GrainRecord> grains;    ///< [N], by number
+  std::span<const GrainRecord> grains;    ///< [N], in the order of the scene
   std::span<const OpenContact> contacts;  ///< in any order
   Counters count;
+  /// Energies since the start (GasEnergy): dissipated by contacts, given by charge exchange, given by drives.
+  /// `overlap`: largest ratio of overlap to sum of radii.
   double dissipated = 0, exchanged = 0, driven = 0, overlap = 0;
   double potential = 0;                                   ///< energy of smooth forces; 0 unless the caller sets it
   bool charged = false, exchanges = false, sums = false;  ///< whether the scene has charges, exchange, Coulomb forces
@@ -52,7 +55,8 @@ struct Snapshot {
   std::function<void(Checkpoint&)> dipoles;               ///< writes the dipoles to a checkpoint; empty: no dipoles
 };
 
-/// Updates the checkpoint that was loaded. May run on any thread.
+/// Updates a checkpoint of the gas (Gas::save) to the state of a snapshot on a device. The function may run on any
+/// thread.
 void store(const Snapshot& snapshot, Checkpoint& checkpoint);
 
 }  // namespace lichtenberg::granular::device

@@ -13,12 +13,14 @@
 
 namespace lichtenberg::granular::device {
 
+/// Makes snapshots of a gas on an executor (CPU or CUDA device), in host memory that is reused after their release.
 template <class Executor>
 class SnapshotMemories {
  public:
   explicit SnapshotMemories(const Executor& run) : run_(&run), records_(run) {}
 
-  /// Copies grains and contacts to host memory, which must be released before the executor is destroyed.
+  /// Copies grains and contacts of a gas to host memory. Other members of the snapshot are left to the caller. The
+  /// snapshot must be released before the executor is destroyed.
   Snapshot take(const GasState<Executor>& gas, const GasLists<Executor>& lists) {
     records_.resize(gas.n);
     gas.list_records(records_.data());
@@ -47,6 +49,7 @@ class SnapshotMemories {
     std::size_t size;
   };
 
+  /// Returns host memory of at least `size` bytes that no snapshot uses.
   std::shared_ptr<Memory> free_memory(std::size_t size) {
     for (std::shared_ptr<Memory>& memory : all_)
       if (memory.use_count() == 1) {

@@ -14,6 +14,8 @@
 
 namespace lichtenberg::granular::device {
 
+/// State of the grains of a gas on an executor (CPU or CUDA device): arrays in device memory, sorted by search cells,
+/// contact law, counters and energy sums. Reduced units.
 template <class Executor>
 struct GasState {
   template <class T>
@@ -38,7 +40,8 @@ struct GasState {
     if (!options.parts.empty()) pair_force.resize(n), pair_energy.resize(1);
   }
 
-  /// Loads all data except contacts.
+  /// Loads the state from a checkpoint of Gas, except contacts. `with`: contact law; `in_elastic_stage`: true if no
+  /// charge is exchanged and no drive acts; `stage_begin`: time since which the law applies (t0).
   void load(const Checkpoint& checkpoint, const GrainContactLaw& with, bool in_elastic_stage, double stage_begin) {
     law = with;
     restitution.load(lichtenberg::reals(checkpoint, "restitution_check", 3 * RestitutionCheck::decades), stage_begin,
@@ -90,6 +93,7 @@ struct GasState {
   }
 
   const GrainsView& view() const { return grains.view; }
+  /// Returns the index in the scene of each sorted grain.
   std::vector<int> numbers() const {
     std::vector<int> all(n);
     run->to_host(all.data(), view().number, all.size() * sizeof(int));
@@ -102,14 +106,15 @@ struct GasState {
 
   // Public because nvcc requires it of functions with kernels.
 
-  /// Writes the checkpoint data of the grains, by number.
+  /// Writes the state of each grain for a checkpoint to `to` (device memory), in the order of the scene.
   void list_records(GrainRecord* to) const {
     const GrainsView g = view();
     run->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) {
       to[g.number[s]] = {g.position[s], g.momentum[s], g.charge[s], g.collisions[s], g.image[s], 0};
     });
   }
-  /// Permutes all data of grains. `field_at_source`: fields at the charges, or null.
+  /// Sorts all data of the grains again: grain order[s] becomes the grain with the sorted index s. `field_at_source`:
+  /// electric fields at the grains, sorted too, or null.
   void permute(const int* order, FieldSample* field_at_source) {
     Grain* to = spare.data();
     const GrainsView all = view();
@@ -123,6 +128,7 @@ struct GasState {
       all.touches[s] = 0;
     });
   }
+  /// Returns the energy dissipated since the gas was loaded, in quanta units.energy.
   std::int64_t dissipated_quanta() const {
     const std::int64_t* quanta_of = view().dissipated;
     total.resize(1);
@@ -135,10 +141,12 @@ struct GasState {
     return total.download().front();
   }
 
+  /// Returns the number of units of fixed-point positions per length (1/d0), 2^32 / box length, for each axis.
   Vec3 units_per_length() const {
     return {units_per_box / box.lengths.x, units_per_box / box.lengths.y, units_per_box / box.lengths.z};
   }
-  static constexpr int a_part = 256;
+  static constexpr int a_part = 256;  ///< number of grains in a segment of sums over all grains
+  /// Returns the number of grains in segment p of n grains.
   LICHTENBERG_HOST_DEVICE static int part(int n, int p) { return n - p * a_part < a_part ? n - p * a_part : a_part; }
 
   const Executor* run;
@@ -146,23 +154,23 @@ struct GasState {
   int n;
   Box<3> box;
   GrainContactLaw law;
-  bool elastic = false;  ///< elastic stage: no charge is exchanged
+  bool elastic = false;  ///< true in an elastic stage: no charge is exchanged, and no drive acts
   double largest_radius = 0, smallest_radius = 0, lightest = 0;
   FixedPointScale units;
   double time = 0;
   Counters count;
 
   parallel::Arrays<GrainsView, Executor> grains{*run};
-  Array<FixedPointVec> pair_force{*run};  ///< forces by pair laws; empty without
+  Array<FixedPointVec> pair_force{*run};  ///< forces of pair laws in quanta; empty without such laws
   Array<std::int64_t> pair_energy{*run};
   Array<Grain> spare{*run};
 
   Array<Extremes> extremes{*run};
   RestitutionOn<Executor> restitution{*run};
-  Array<std::int64_t> driven{*run};  ///< quanta of energy, since the gas was loaded
+  Array<std::int64_t> driven{*run};  ///< energy that drives have given since the gas was loaded, in quanta
   Array<FieldEnergyBudget> field_energy{*run};
-  double driven_before = 0;
-  std::int64_t dissipated_before = 0;  ///< quanta, when the gas was loaded
+  double driven_before = 0;            ///< energy that drives had given when the gas was loaded
+  std::int64_t dissipated_before = 0;  ///< energy dissipated when the gas was loaded, in quanta
 
  private:
   static std::vector<Vec3> vectors(const std::vector<double>& values) {
@@ -174,8 +182,9 @@ struct GasState {
   void upload(T* to, const std::vector<T>& values) {
     run->to_device(to, values.data(), values.size() * sizeof(T));
   }
-  /// Chooses the units of integer sums: 2^-58 of a bound on contact forces, 2^-52 of the largest momentum, rounded to
-  /// powers of two. Sums over the pairs of a grain may be 2^5 times as large.
+  /// Chooses the quanta of fixed-point sums, powers of two. For forces the quantum is about 2^-58 of a bound on contact
+  /// forces, so that a sum may be 2^5 times the bound. For impulses it is about 2^-52 of the largest mass times v0, and
+  /// for shifts (displacement times mass) about 2^-54 of the largest mass times d0.
   void choose_units() {
     const double heaviest = *std::ranges::max_element(options.mass);
     const double force = std::visit(

@@ -1,10 +1,10 @@
 #pragma once
 
-// Eliminated near-surface cells (../eliminated_cells.hpp) on grids that have their own kernels in the V-cycle: their
-// detection, the Schur complement that their elimination leaves in groups' equations, and the elimination in the cycle
-// (../kron_reduction.hpp). Until groups have been relaxed in the second half of the V-cycle, tiles store in such a cell
-// the flux from its neighbours divided by its diagonal. A group's sum over all its links then equals the result of the
-// elimination.
+// Eliminated near-surface cells (../eliminated_cells.hpp) on grids that have their own kernels in the V-cycle. The
+// functions find these cells, compute the Schur complement that their elimination leaves in groups' equations, and
+// eliminate them in the cycle (../kron_reduction.hpp). In the second half of the V-cycle, tiles store in such a cell
+// the flux from its neighbours divided by its diagonal. The value stays until groups have been relaxed. A group's sum
+// over all its links then equals the result of the elimination.
 
 #include "solvers/laplace/cutcell/device/direct_links.hpp"
 #include "solvers/laplace/cutcell/device/pieces.hpp"
@@ -12,15 +12,22 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Links of a boundary cell to bodies, by side.
+/// Links of a boundary cell (a fluid cell next to a conductor), by side, and whether the V-cycle eliminates the cell. A
+/// link is the conductance to the body behind a side.
 struct LinksOfCell {
-  int link[4];            ///< -1: none
-  int group[4];           ///< -1: none, or of given potential
-  double conductance[4];  ///< of all links to that group, at the first of them; else 0
+  /// Index of the link on each side in LinkArrays; -1: none.
+  int link[4];
+  /// Floating group behind each side; -1: no link, or a group of given potential.
+  int group[4];
+  /// Conductance to each group, the sum over the sides with this group, stored at the first of them; else 0.
+  double conductance[4];
+  /// Sum of the conductances of all the cell's faces and links.
   double diagonal;
   bool is_eliminated = false;
-  int joined = 0;  ///< pairs of groups
+  /// Number of pairs of groups that the elimination of the cell links.
+  int joined = 0;
 
+  /// Collects the links (conductances to conductors) of the boundary cell number k, a fluid cell next to a conductor.
   LICHTENBERG_HOST_DEVICE LinksOfCell(const ProblemView& problem, const GridView& grid, int k)
       : diagonal(grid.boundary.diagonal[k]) {
     bool is_close = false, floats = false;
@@ -43,7 +50,7 @@ struct LinksOfCell {
     is_eliminated = is_close && floats;
     joined = is_eliminated ? groups * (groups - 1) / 2 : 0;
   }
-  /// Returns the first side with the same group.
+  /// Returns the first side whose link leads to the same group (bodies with one potential) as that of `side`.
   LICHTENBERG_HOST_DEVICE int first_of(int side) const {
     int first = 0;
     while (group[first] != group[side]) ++first;
@@ -51,15 +58,17 @@ struct LinksOfCell {
   }
 };
 
-/// Returns true if subgrid conductors, which the cell's lists do not contain, exchange flux with a cell.
+/// Returns true if subgrid conductors exchange flux with the cell at the memory index `slot`. They are disks too small
+/// for the grid, and the lists of boundary cells (fluid cells next to a conductor) do not contain them.
 LICHTENBERG_HOST_DEVICE inline bool has_subgrid_conductors(const GridView& grid, int slot) {
   if (!grid.has_medium || !grid.may_have(Items::subgrid_conductors)) return false;
   const CellIndex cell = cell_of(grid.layout, slot);
   return gathered(grid.layout, grid.medium.subgrid_conductors, cell.i, cell.j, [](int, float c) { return c; }) > 0;
 }
 
-/// Finds the eliminated near-surface cells and the terms that their elimination leaves at their links. `joined_before`:
-/// by boundary cell, becomes the number of links between groups that earlier cells make.
+/// Finds the near-surface cells that the V-cycle eliminates, with the Schur-complement terms at their links. Such a
+/// cell has a link of large conductance to a conductor. `joined_before` [boundary cells + 1]: becomes the number of
+/// entries that list_joined() makes for earlier cells. A boundary cell is a fluid cell next to a conductor.
 template <class Executor>
 void find_bound_cells(const Executor& run, ProblemView problem, GridView grid, int* joined_before) {
   run.fill(grid.bound.share, 0, grid.capacity[Items::links] * sizeof(float));
@@ -90,8 +99,9 @@ void find_bound_cells(const Executor& run, ProblemView problem, GridView grid, i
   });
 }
 
-/// Lists the links between groups that the elimination of near-surface cells makes: each pair of groups once per cell
-/// and per group, as links of a body of each.
+/// Lists the conductances between groups (bodies with one potential) that the elimination of near-surface cells
+/// (dominated by a conductor) makes (Schur complement). Each pair of groups of a cell gives two entries of `list`, one
+/// for a body of each group. `joined_before`: from find_bound_cells().
 template <class Executor>
 void list_joined(const Executor& run, ProblemView problem, GridView grid, const int* joined_before, DirectLink* list) {
   for_each_item(run, grid, Items::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
@@ -109,7 +119,8 @@ void list_joined(const Executor& run, ProblemView problem, GridView grid, const 
   });
 }
 
-/// Computes the groups' diagonals in the cycle, without the eliminated part.
+/// Computes the diagonals of the groups' equations in the V-cycle, and their inverses. They are sums of conductances,
+/// after elimination of near-surface cells (Schur complement). A group is a set of bodies with one potential.
 template <class Executor>
 void make_cycle_diagonals(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(
@@ -125,8 +136,10 @@ void make_cycle_diagonals(const Executor& run, ProblemView problem, GridView gri
       });
 }
 
-/// Computes the flux from the right-hand sides of eliminated cells before groups are relaxed for the first time
-/// (`flux`; with the charges if there are no clusters). Sets potentials from it, or the right-hand side of clusters.
+/// Computes the flux to each group (bodies with one potential) from the right-hand sides of eliminated near-surface
+/// cells, before the first relaxation of the groups. Stores it in `cycle.flux`, plus the charge if there are no
+/// clusters. Also computes the potentials phi or, with clusters (groups solved together), their right-hand side. An
+/// eliminated cell is a fluid cell dominated by its link to a conductor.
 template <class Executor>
 void sum_bound_cells(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(
@@ -144,7 +157,8 @@ void sum_bound_cells(const Executor& run, ProblemView problem, GridView grid) {
       });
 }
 
-/// Sets the potentials of eliminated cells from the groups' potentials.
+/// Computes the potentials v of eliminated near-surface cells (dominated by a conductor) from the groups' potentials
+/// (back substitution). A group is a set of bodies with one potential.
 template <class V, class Executor>
 void update_bound_cells(const Executor& run, GridView grid, V* v) {
   for_each_item(run, grid, Items::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {

@@ -8,18 +8,25 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Arrays by group; `level`: one value.
+/// Arrays of the correction that makes charges exact, by group (bodies with one potential), and the common shift of all
+/// potentials, `level`.
 struct ChargeCorrection {
-  double *residual, *shift;       ///< of the groups' equations; the shift that removes it
-  double *hold, *held;            ///< conductance to given potentials; the shift that it would make as a residual
-  double *to_cells, *from_cells;  ///< conductance of links to cells; sum of conductance times the cells' potentials
-  double *r, *p, *q;              ///< vectors of the iterations
+  /// Residual of each group's equation, and the shift of potentials that removes it.
+  double *residual, *shift;
+  /// Conductance of each group to given potentials, and the fraction of a common shift that the group does not follow.
+  double *hold, *held;
+  /// Sum of the conductances of each group's links to cells; sum of conductance times the cells' potentials.
+  double *to_cells, *from_cells;
+  /// Residual, search direction and its image in the conjugate gradients of SolveGroups.
+  double *r, *p, *q;
+  /// Common shift of all potentials (one value).
   double* level;
-  int *is_linked, *linked;  ///< whether a group has a direct link to another unknown; lists of such groups
+  /// Whether a group has a direct link to another unknown group; lists of such groups.
+  int *is_linked, *linked;
 };
 
-/// Sums over a group's direct links: flux from floating groups, conductance to given potentials, number of links to
-/// unknowns.
+/// Sums over a group's direct links (gap conductances to other conductors). `flux`: from floating groups (bodies with
+/// one unknown potential); `hold`: conductance to given potentials; `others`: number of links to unknown groups.
 struct DirectSums {
   double flux = 0, hold = 0, others = 0;
   LICHTENBERG_HOST_DEVICE DirectSums& operator+=(const DirectSums& other) {
@@ -30,9 +37,10 @@ struct DirectSums {
   }
 };
 
-/// Solves the equations of groups with direct links to each other, for given potentials of cells and two right-hand
-/// sides, by conjugate gradients in one block. Such groups form mostly pairs and short chains, which takes few
-/// iterations. Each thread has a list of its groups, because few of thousands are linked.
+/// Solution of the equations of groups (bodies with one potential) with direct links (gap conductances) to each other,
+/// for given potentials of the cells. It solves for two right-hand sides by conjugate gradients in one thread block.
+/// Such groups form mostly pairs and short chains, which need few iterations. Each thread has a list of its groups,
+/// because few of thousands are linked.
 struct SolveGroups {
   ProblemView problem;
   GridView grid;
@@ -42,6 +50,7 @@ struct SolveGroups {
   static constexpr double enough = 1e-24;  // reduction of the residual's norm squared
   static constexpr std::size_t bytes = threads * (sizeof(double) + sizeof(int));
 
+  /// Lists the linked groups (bodies with one potential) and computes `shift` from `residual` and `held` from `hold`.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int) const {
     list_linked(block);
@@ -50,7 +59,7 @@ struct SolveGroups {
   }
 
  private:
-  /// Returns the lengths of the threads' lists.
+  /// Returns the array with the number of linked groups in each thread's list.
   template <class Block>
   LICHTENBERG_HOST_DEVICE static int* counts(const Block& block) {
     return reinterpret_cast<int*>(block.template memory<double>() + threads);
@@ -73,18 +82,19 @@ struct SolveGroups {
       count[t] = found;
     });
   }
-  /// Calls f(g) for the groups of a thread's list.
+  /// Calls f(g) for the linked groups g in the list of thread t.
   template <class F>
   LICHTENBERG_HOST_DEVICE void each_of(const int* count, int t, F f) const {
     for (int k = 0; k < count[t]; ++k) f(correction.linked[t + threads * k]);
   }
-  /// Calls f(g) for the groups of all lists.
+  /// Calls f(g) for the linked groups g in the lists of all threads.
   template <class Block, class F>
   LICHTENBERG_HOST_DEVICE void each(const Block& block, F f) const {
     const int* count = counts(block);
     block.each(threads, [&](int t) { each_of(count, t, f); });
   }
-  /// Returns the sum of value(g) over all listed groups. Overwrites the block's memory.
+  /// Returns the sum of value(g) over all linked groups g. Overwrites the block's memory. A group is a set of bodies
+  /// with one potential.
   template <class Block, class Value>
   LICHTENBERG_HOST_DEVICE double sum(const Block& block, Value value) const {
     double* part = block.template memory<double>();
@@ -99,6 +109,7 @@ struct SolveGroups {
     block.each(1, [](int) {});  // before it is written again
     return all;
   }
+  /// Returns row g of the product of the groups' matrix and x. A group is a set of bodies with one potential.
   LICHTENBERG_HOST_DEVICE double product(const double* x, int g) const {
     double sum = grid.groups.diagonal[g] * x[g];
     for (int k = 0; k < grid.direct_links_of(problem, g); ++k) {
@@ -109,6 +120,8 @@ struct SolveGroups {
     }
     return sum;
   }
+  /// Solves the listed groups' equations for x by conjugate gradients with diagonal preconditioning. A group is a set
+  /// of bodies with one potential.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void solve(const Block& block, const double* rhs, double* x) const {
     double *r = correction.r, *p = correction.p, *q = correction.q;
@@ -137,7 +150,8 @@ struct SolveGroups {
   }
 };
 
-/// Computes the groups' residuals and conductances to given potentials, and solves for the shifts that remove either.
+/// Computes the residuals of the groups' equations and their conductances to given potentials. Then solves for the
+/// shifts of potentials that remove either. A group is a set of bodies with one potential.
 template <class Executor>
 void compute_group_equations(const Executor& run, ProblemView problem, GridView grid, SolveVectors v,
                              ChargeCorrection correction) {
@@ -188,7 +202,8 @@ void compute_group_equations(const Executor& run, ProblemView problem, GridView 
   }
 }
 
-/// Computes the shift of all potentials from the sum of the cells' equations.
+/// Computes the common shift of all potentials (`correction.level`) from the sum of the cells' equations. `x`:
+/// potentials in units of `unit` (V).
 template <class Executor>
 void compute_level(const Executor& run, ProblemView problem, GridView grid, const double* x, double unit,
                    ChargeCorrection correction) {
@@ -218,7 +233,9 @@ void compute_level(const Executor& run, ProblemView problem, GridView grid, cons
       [=] LICHTENBERG_HOST_DEVICE(const LevelSums& sums) { *correction.level = sums.level(); });
 }
 
-/// Corrects the potentials so that charges are exact; potentials are in units of `unit` (V).
+/// Corrects the potentials so that each group's charge and the sum of all charges are exact to rounding. Shifts each
+/// group (bodies with one potential) and all potentials together, as CutCellOperator::balance. Potentials are in units
+/// of `unit` (V).
 template <class Executor>
 void correct_charges(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, double unit,
                      ChargeCorrection correction) {

@@ -19,8 +19,9 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Lists direct links between groups, each once (else a = -1), then the links that eliminated cells make. Lists the
-/// groups' diagonals in the cycle and, on the finest grid, in the system.
+/// Lists the direct links between groups (gap conductances), each once, then those made by eliminated cells (dominated
+/// by a conductor). Unused entries have a = -1. Also copies the diagonals of the groups' equations: those of the
+/// V-cycle and, on the finest grid, of the system. A group is a set of bodies with one potential.
 template <class Executor>
 void list_group_links(const Executor& run, ProblemView problem, GridView grid, NetworkLink* link, double* diagonal) {
   const int direct = grid.capacity[Items::direct_links], all = direct + grid.capacity[Items::joined_links];
@@ -40,23 +41,28 @@ void list_group_links(const Executor& run, ProblemView problem, GridView grid, N
   });
 }
 
-/// Row of a group in its cluster; groups are numbered through all grids.
+/// Row of a group (bodies with one potential) in the list of clusters (groups solved together); `group`: number of the
+/// group, counted through all grids.
 struct RowOfGroup {
   long group;
   int row;
 };
 
-/// Clusters of all grids in device memory.
+/// Clusters of all grids in device memory. A cluster is a set of strongly linked groups (bodies with one potential)
+/// whose potentials are relaxed together by an inverse matrix.
 template <class Executor>
 class DeviceClusters {
  public:
+  /// Reserves the views of `grids` grids, without clusters (groups solved together).
   DeviceClusters(const Executor& run, int grids) : run_(&run), data_(run), row_(run), view_(run) {
     view_.resize(grids);
   }
+  /// Returns a device pointer to the clusters (groups solved together) of a grid.
   const ClusterView* view(int grid) const { return view_.data() + grid; }
 
-  /// Uploads the clusters of each grid with `groups` groups. Computes the row of each group from the rows, which are
-  /// few. No kernel that reads earlier clusters may be pending.
+  /// Uploads the clusters (groups solved together) of each grid with `groups` groups (bodies with one potential). The
+  /// device computes the row of each group from the list of rows, which is short. No kernel that reads earlier clusters
+  /// may be pending.
   void upload(const std::vector<Clusters>& grids, int groups) {
     host_.clear();
     std::vector<std::array<std::size_t, 5>> offset;
@@ -102,23 +108,32 @@ class DeviceClusters {
   parallel::Array<ClusterView, Executor> view_;
 };
 
-/// Fetches the links of all grids, and uploads the sets and clusters computed from them.
+/// Set-up on the host of clusters, strongly linked groups that are relaxed together, and of agglomerates. Agglomerates
+/// are sets of groups that coarse grids treat as one. A group is a set of bodies with one potential. The class fetches
+/// the conductances between groups of all grids from the device and uploads the results.
 template <class Executor>
 class Clustering {
  public:
+  /// Prepares the set-up for a number of grids.
   Clustering(const Executor& run, int grids) : run_(run), grids_(grids), sets_(run), clusters_(run, grids + 1) {
     for (int k = 0; k < 2; ++k) reports_.push_back(std::make_unique<parallel::PackedTransfer<Executor>>(run));
   }
 
+  /// Returns a device pointer to the clusters (groups solved together) of a grid, for the V-cycle.
   const ClusterView* clusters(int grid) const { return clusters_.view(grid); }
+  /// Returns a device pointer to the clusters (groups solved together) of the finest grid's system, which contain all
+  /// couplings and direct links (gap conductances).
   const ClusterView* exact_clusters() const { return clusters_.view(grids_); }
+  /// Reserves memory for the agglomerates (sets) of `groups` groups (bodies with one potential). Returns device
+  /// pointers to it.
   SetsView reserve_sets(int groups) {
     const auto n = static_cast<std::size_t>(groups);
     std::tie(first_group_, start_, group_, is_alone_, held_) =
         sets_.template divide<int, int, int, int, int>({n, n + 1, n, n, n});
     return {first_group_.device, start_.device, group_.device, is_alone_.device, held_.device};
   }
-  /// Reserves memory for the links of the finest grid, and for those of all others, which are fetched together.
+  /// Reserves memory for the conductances between groups (bodies with one potential): those of the finest grid, and
+  /// those of all others, which are fetched together.
   void reserve_links(int groups, const std::vector<GridView>& grids) {
     grid_links_.clear();
     for (int part = 0; part < 2; ++part) {
@@ -139,11 +154,13 @@ class Clustering {
     groups_ = groups;
   }
 
+  /// Lists the conductances between groups (bodies with one potential) of grid number `l` on the device.
   void list_links(const ProblemView& problem, const GridView& grid, int l) const {
     list_group_links(run_, problem, grid, grid_links_[l].link.device, grid_links_[l].diagonal.device);
   }
 
-  /// Computes the sets from the finest grid's links. `h`: cell size of the coarsest grid (m).
+  /// Computes the agglomerates (sets of groups that coarse grids treat as one) and uploads them. They follow from the
+  /// finest grid's conductances between groups (bodies with one potential). `h`: cell size of the coarsest grid (m).
   void find_sets(const LaplaceProblem& problem, double h) {
     reports_[0]->fetch();
     const AgglomerateLists lists = list_agglomerates(problem, links(0, grid_links_[0].capacity), h, groups_);
@@ -155,7 +172,8 @@ class Clustering {
     copy(lists.held, held_.host);
     sets_.send();
   }
-  /// Computes the clusters of all grids and, for coupled groups, those of the finest grid that are solved exactly.
+  /// Computes and uploads the clusters (groups solved together) of all grids. With couplings (lumped capacitances),
+  /// also computes those of the finest grid's system, which are solved exactly.
   void find_clusters(const LaplaceProblem& problem) {
     constexpr int most = 64;                    // groups in a cluster; longer chains are cut
     reports_[grid_links_.size() > 1]->fetch();  // the finest grid's is there, unless it is the only one

@@ -13,7 +13,7 @@ namespace lichtenberg::laplace::device {
 
 namespace {
 
-/// Merges links between the same two groups.
+/// Merges links between the same two groups: adds their conductances.
 void add_up(std::vector<NetworkLink>& links) {
   for (NetworkLink& link : links)
     if (link.a > link.b) std::swap(link.a, link.b);
@@ -29,7 +29,7 @@ void add_up(std::vector<NetworkLink>& links) {
   links.resize(kept);
 }
 
-/// Sets of at most `most` groups, unless united without bound.
+/// Disjoint sets (union-find) of at most `most` groups, unless united without bound.
 class SmallSets {
  public:
   SmallSets(int groups, int most) : sets_(groups), size_(groups, 1), most_(most) {}
@@ -49,7 +49,7 @@ class SmallSets {
   int most_;
 };
 
-/// Numbers the groups of all sets, except single groups without a coupling to a given potential.
+/// Numbers the groups of all clusters. Single groups are left out if they have no coupling to a given potential.
 Clusters number(int groups, SmallSets& sets, const std::vector<double>& hold) {
   Clusters clusters;
   clusters.row.assign(groups, -1);
@@ -78,7 +78,7 @@ Clusters number(int groups, SmallSets& sets, const std::vector<double>& hold) {
   return clusters;
 }
 
-/// Inverts each cluster's matrix. Links that leave the cluster count as ground.
+/// Computes the inverse matrix of each cluster (groups solved together). Links that leave the cluster count as ground.
 void invert(Clusters& clusters, const GroupNetwork& network) {
   std::vector<double> ground = network.diagonal;
   const int rows = static_cast<int>(clusters.group.size());
@@ -105,8 +105,8 @@ void invert(Clusters& clusters, const GroupNetwork& network) {
   }
 }
 
-/// Returns the number of groups, in sets of several, that are unknowns of a grid with cells of h m: their set is too
-/// wide, or has a given potential.
+/// Returns the number of groups in agglomerates of several groups that are unknowns of a grid. These agglomerates are
+/// too wide or have a given potential. `h`: cell size (m).
 int unknowns(const LaplaceProblem& problem, const Agglomerates& sets, double h) {
   struct SetExtent {
     int set, members;

@@ -8,53 +8,73 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Clusters of groups of a grid that are relaxed together, row by row, cluster after cluster. Sequential relaxation
-/// would leave the error that a cluster's groups have in common, which CG's norm does not notice.
+/// Clusters of a grid: sets of groups whose potentials are relaxed together by an inverse matrix. The groups of a
+/// cluster (each a set of bodies with one potential) have large conductances between them. Rows are numbered cluster
+/// after cluster. Sequential relaxation would leave the common error of a cluster's groups, which CG's norm does not
+/// notice.
 struct Clusters {
-  std::vector<int> row;          ///< by group, or -1
-  std::vector<int> group;        ///< by row
-  std::vector<int> first, size;  ///< by row: its cluster's first row and number of rows
-  std::vector<long> start;       ///< by row: start of its entries in `inverse`, one per row of its cluster
-  std::vector<double> inverse;   ///< from inflow to potentials, for given potentials of all other groups
+  /// By group: its row, or -1 outside all clusters.
+  std::vector<int> row;
+  /// By row: its group.
+  std::vector<int> group;
+  /// By row: first row and number of rows of its cluster.
+  std::vector<int> first, size;
+  /// By row: start of its entries in `inverse`, one per row of its cluster.
+  std::vector<long> start;
+  /// Inverse matrices, from the flux into each group to the potentials, for given potentials of all other groups.
+  std::vector<double> inverse;
 };
 
-/// Network of a grid's groups.
+/// Network of conductances between the groups (bodies with one potential) of a grid.
 struct GroupNetwork {
-  std::vector<double> diagonal;         ///< by group: the sum of its links' conductances; 0: no potential of its own
-  std::vector<NetworkLink> links = {};  ///< direct ones between groups, each once, of whatever groups
-  std::vector<NetworkLink> couplings = {};  ///< between groups that have potentials; not in the diagonals
-  std::vector<double> hold = {};            ///< by group: couplings to given potentials; or empty
+  /// By group: the sum of its links' conductances; 0 for a group without an unknown potential.
+  std::vector<double> diagonal;
+  /// Direct links (gap conductances) between groups, each once. They may lead to groups without an unknown potential.
+  std::vector<NetworkLink> links = {};
+  /// Couplings (lumped conductances) between groups with unknown potentials. The diagonals do not contain them.
+  std::vector<NetworkLink> couplings = {};
+  /// By group: sum of its couplings to given potentials; empty without couplings.
+  std::vector<double> hold = {};
 };
 
-/// Network of the groups that have links to others, usually a small fraction of all.
+/// Network of those groups (bodies with one potential) that have direct links (gap conductances) to others, usually a
+/// small fraction of all groups.
 struct LinkedGroups {
   GroupNetwork network;
-  std::vector<int> group;  ///< by the network's numbers, ascending
+  /// Group of each node of the network, ascending.
+  std::vector<int> group;
 
-  /// Builds the network of the groups that have links. `diagonal`: by group. `index`: scratch memory that is reused;
-  /// empty at first, then -1 by group.
+  /// Builds the network of the groups (bodies with one potential) that have conductances to each other. `diagonal`: by
+  /// group. `index`: scratch memory for repeated calls, empty at first and -1 for each group afterwards.
   static LinkedGroups of(std::span<const double> diagonal, std::vector<NetworkLink> links, std::vector<int>& index);
 };
 
-/// Adds the problem's couplings (set_couplings). `largest`: upper bound of conductances; `least`: lower bound of those
-/// to given potentials.
+/// Adds the problem's couplings (lumped capacitances, divided by the permittivity) to the network, as set_couplings
+/// does. `largest`: upper bound of all conductances; `least`: lower bound of those to given potentials.
 void couple(const LaplaceProblem& problem, double largest, double least, GroupNetwork& network);
 
-/// Computes clusters of at most `most` groups, joined by the strongest direct links that outweigh the links to cells of
-/// either end; couplings join without bound. `all`: direct links of any strength join without bound, so that clusters
-/// do not interact.
+/// Computes clusters (groups solved together) of at most `most` groups (bodies with one potential). The strongest gap
+/// conductances join them, if these outweigh the conductances to cells of either end. Couplings (lumped capacitances)
+/// join groups without bound. `all`: gap conductances of any strength join without bound, so that clusters do not
+/// interact.
 Clusters clusters_of(GroupNetwork network, int most, bool all = false);
 
-/// Sets of groups that coarse grids treat as one (../agglomerates.hpp), for `groups` groups, of which the problem has
-/// the first.
+/// Agglomerates as lists: sets of groups (bodies with one potential) that coarse grids treat as one
+/// (../agglomerates.hpp). The lists may have more groups than the problem.
 struct AgglomerateLists {
-  std::vector<int> first_group;     ///< a set's first group
-  std::vector<int> start, group;    ///< by first group: its set's groups
-  std::vector<int> is_alone, held;  ///< by group: whether its set is one body that floats; Agglomerates::is_grounded
+  /// By group: first group of its set.
+  std::vector<int> first_group;
+  /// Groups sorted by set; `start` [groups + 1]: by a set's first group, the index of its groups in `group`.
+  std::vector<int> start, group;
+  /// By group. `is_alone`: whether its set is one floating body; `held`: whether its set has a given potential
+  /// (Agglomerates::is_grounded).
+  std::vector<int> is_alone, held;
 };
 
-/// Makes sets by couplings and the finest grid's direct links. Weaker links are left out until few groups of sets
-/// remain unknowns of the coarsest grid, which has cells of h m.
+/// Computes agglomerates (sets of groups that coarse grids treat as one) from couplings and the finest grid's direct
+/// links (gap conductances). Weaker links are left out until at most 300 groups of sets with several groups remain
+/// unknowns of the coarsest grid. `h`: cell size of the coarsest grid (m); `groups`: length of the lists. A group is a
+/// set of bodies with one potential.
 AgglomerateLists list_agglomerates(const LaplaceProblem& problem, std::vector<NetworkLink> links, double h, int groups);
 
 }  // namespace lichtenberg::laplace::device

@@ -12,23 +12,34 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Dense matrix of the coarsest grid; unknowns are cells by slot, then groups.
+/// Dense matrix of the coarsest grid's system and its inverse, as device pointers. The unknowns are cells by slot
+/// (memory index), then groups (bodies with one potential).
 struct CoarsestView {
-  int* index;      ///< by slot and group, with one more at the end: number of unknowns before it
-  int* unknown;    ///< a cell's slot, or -1 - group
-  double* matrix;  ///< by rows
-  float* inverse;  ///< likewise; or, where it is null,
+  /// By slot and then by group, with one more at the end: number of unknowns before it.
+  int* index;
+  /// By unknown: the slot of its cell, or -1 - group.
+  int* unknown;
+  /// Matrix by rows.
+  double* matrix;
+  /// Inverse by rows in single precision; null if `precise_inverse` is used.
+  float* inverse;
+  /// Inverse by rows in double precision; null if `inverse` is used.
   double* precise_inverse;
-  int* is_singular;  ///< becomes 1
-  double* chunk;     ///< sums over chunks of a group's links, by row, chunk and column
-  double* scratch;   ///< of invert_in_panels
+  /// Becomes 1 if a pivot is not positive.
+  int* is_singular;
+  /// Partial sums over chunks of a group's links, by row, chunk and column.
+  double* chunk;
+  /// Scratch memory of invert_in_panels().
+  double* scratch;
 
-  /// Chunks of a group's links, summed in parallel: a group of a thousand conductors has four thousand links.
+  /// Number of chunks of a group's links, summed in parallel: a group of a thousand conductors has four thousand links.
   static constexpr int chunks = 32;
+  /// Returns the partial sums of row a and chunk c in a system of n unknowns.
   LICHTENBERG_HOST_DEVICE double* chunk_of_row(int a, int c, int n) const { return chunk + (a * chunks + c) * n; }
 };
 
-/// Numbers the coarsest grid's unknowns; none, if there are more than the capacity.
+/// Numbers the unknowns of the coarsest grid: fluid cells, then floating groups (bodies with one unknown potential). If
+/// there are more than the capacity, the number becomes zero and the required number is reported.
 template <class Executor>
 void number_coarsest(const Executor& run, ProblemView problem, GridView grid, CoarsestView coarsest) {
   const int slots = static_cast<int>(grid.layout.size()), all = slots + problem.groups;
@@ -49,18 +60,20 @@ void number_coarsest(const Executor& run, ProblemView problem, GridView grid, Co
   });
 }
 
-/// One lane's share of a matrix row: the columns whose number is `lane` modulo `lanes`.
+/// One thread's share of a matrix row: the columns whose number is `lane` modulo `lanes`.
 struct RowShare {
   static constexpr int lanes = 32;
   double* entry;
   int lane;
+  /// Adds a value to the entry if this thread owns the column.
   LICHTENBERG_HOST_DEVICE void add(int column, double value) const {
     if (column % lanes == lane) entry[column] += value;
   }
 };
 
-/// Adds a group's couplings to its row `a` of the matrix (set_couplings). `slots`: entries of `index` before the
-/// groups'.
+/// Adds the couplings (lumped conductances) of group g to row `a` of the coarsest grid's matrix, as set_couplings does.
+/// `slots`: number of cell entries in CoarsestView::index before those of the groups. A group is a set of bodies with
+/// one potential.
 LICHTENBERG_HOST_DEVICE inline void couple_in_row(const ProblemView& problem, const CoarsestView& coarsest, int g,
                                                   int slots, int a, RowShare row) {
   const CouplingView& couplings = problem.couplings;
@@ -75,7 +88,8 @@ LICHTENBERG_HOST_DEVICE inline void couple_in_row(const ProblemView& problem, co
   }
 }
 
-/// Sums a chunk of the links between the group in row `a` and cells, in a lane's columns.
+/// Sums the conductances of one chunk of a group's links to cells, in the columns of thread `lane`. The group (bodies
+/// with one potential) is the unknown of row `a`.
 LICHTENBERG_HOST_DEVICE inline void add_chunk_of_links(const ProblemView& problem, const GridView& grid,
                                                        const CoarsestView& coarsest, int a, int chunk, int lane) {
   const int n = grid.number[Items::coarse_unknowns];
@@ -90,7 +104,8 @@ LICHTENBERG_HOST_DEVICE inline void add_chunk_of_links(const ProblemView& proble
     sum.add(coarsest.index[grid.links.slot[link]], grid.links.conductance[link]);
 }
 
-/// Fills the matrix. One item fills a cell's row, `lanes` items a group's: sums are always in the same order.
+/// Computes the dense matrix of the coarsest grid. One thread fills a cell's row, several threads a group's. Sums are
+/// always in the same order. A group is a set of bodies with one potential.
 template <class Executor>
 void fill_coarsest(const Executor& run, ProblemView problem, GridView grid, CoarsestView coarsest) {
   const int slots = static_cast<int>(grid.layout.size());
@@ -137,8 +152,8 @@ void fill_coarsest(const Executor& run, ProblemView problem, GridView grid, Coar
   });
 }
 
-/// Inverts an n x n matrix by rows in a block's memory by Gauss-Jordan elimination. 2 n entries of scratch memory
-/// follow the matrix.
+/// Inverts an n x n matrix (by rows) in the memory of one thread block, by Gauss-Jordan elimination without pivoting.
+/// The matrix must be followed by 2 n entries of scratch memory. Sets *is_singular to 1 if a pivot is not positive.
 template <class Block>
 LICHTENBERG_HOST_DEVICE void invert_in_block(const Block& block, double* matrix, int n, int* is_singular) {
   double *row = matrix + n * n, *column = row + n;
@@ -159,14 +174,18 @@ LICHTENBERG_HOST_DEVICE void invert_in_block(const Block& block, double* matrix,
   }
 }
 
-/// Inverts the coarsest grid's matrix in the memory of one block, which must be large enough.
+/// Inversion of the coarsest grid's matrix in the memory of one thread block, which must be large enough.
 struct InvertCoarsest {
   GridView grid;
   CoarsestView coarsest;
-  bool pin;  ///< nothing is grounded; fixes the potential of the last unknown
+  /// True if nothing is grounded. The last diagonal entry is then doubled, which fixes the potential of the last
+  /// unknown.
+  bool pin;
 
+  /// Returns the block memory (bytes) for a system with this number of unknowns.
   static constexpr std::size_t bytes(std::size_t unknowns) { return (unknowns + 2) * unknowns * sizeof(double); }
 
+  /// Computes `inverse`, symmetric to the last bit, or `precise_inverse`.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int) const {
     const int n = grid.number[Items::coarse_unknowns];
@@ -183,31 +202,35 @@ struct InvertCoarsest {
   }
 };
 
-/// Inverts a matrix beyond one block's memory by the same elimination in place, for panels of rows and columns. One
-/// block inverts the panel's square, and the whole device updates the rest of the matrix.
+/// Inversion of a matrix too large for one block's memory, in place, by Gauss-Jordan elimination for panels of rows and
+/// columns. One thread block inverts the panel's diagonal square, and the whole device updates the rest of the matrix.
 struct Panel {
   static constexpr int width = 32;
   GridView grid;
   CoarsestView coarsest;
   int from;
 
-  /// Returns the size of the scratch memory (doubles).
+  /// Returns the size of the scratch memory (number of doubles).
   static constexpr std::size_t scratch(std::size_t unknowns) { return width * (2 * unknowns + width); }
 
+  /// Returns the number of unknowns.
   LICHTENBERG_HOST_DEVICE int all() const { return grid.number[Items::coarse_unknowns]; }
+  /// Returns the number of the panel's rows.
   LICHTENBERG_HOST_DEVICE int own() const { return all() - from < width ? all() - from : width; }
+  /// Returns true if row a belongs to the panel.
   LICHTENBERG_HOST_DEVICE bool has(int a) const { return a >= from && a < from + width; }
+  /// Returns a pointer to the matrix entry in row a and column b.
   LICHTENBERG_HOST_DEVICE double* entry(int a, int b) const {
     return coarsest.precise_inverse + static_cast<std::ptrdiff_t>(a) * all() + b;
   }
-  /// Returns the inverse of the panel's own square, by rows.
+  /// Returns the inverse of the panel's diagonal square, by rows.
   LICHTENBERG_HOST_DEVICE double* square() const { return coarsest.scratch; }
   /// Returns row p of the product of square() and the panel's rows.
   LICHTENBERG_HOST_DEVICE double* row(int p) const { return square() + width * width + p * all(); }
   /// Returns column p of the panel before the elimination.
   LICHTENBERG_HOST_DEVICE double* column(int p) const { return row(width) + p * all(); }
 
-  /// Inverts the panel's square, in a block's memory.
+  /// Inverts the panel's diagonal square in a block's memory.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int) const {
     const int n = own();
@@ -219,6 +242,7 @@ struct Panel {
   }
   static constexpr std::size_t bytes = (width + 2) * width * sizeof(double);
 
+  /// Computes entry b of row(p) and of column(p).
   LICHTENBERG_HOST_DEVICE void take(int p, int b) const {
     if (p >= own() || b >= all()) return;
     double sum = 0;
@@ -229,6 +253,7 @@ struct Panel {
     row(p)[b] = sum;
     column(p)[b] = *entry(b, from + p);
   }
+  /// Computes the matrix entry (a, b) after the elimination of the panel's rows.
   LICHTENBERG_HOST_DEVICE void eliminate(int a, int b) const {
     if (a >= all() || b >= all() || own() <= 0) return;
     if (has(a)) {
@@ -241,8 +266,8 @@ struct Panel {
   }
 };
 
-/// Computes the inverse in double precision of a matrix of at most `capacity` rows. `pin`: nothing is grounded; the
-/// potential of the last unknown is then fixed.
+/// Computes the inverse in double precision of a matrix of at most `capacity` rows by Gauss-Jordan elimination in
+/// panels. `pin`: nothing is grounded; the potential of the last unknown is then fixed.
 template <class Executor>
 void invert_in_panels(const Executor& run, GridView grid, CoarsestView coarsest, int capacity, bool pin) {
   run.for_each(capacity, capacity, [=] LICHTENBERG_HOST_DEVICE(int a, int b) {
@@ -258,8 +283,9 @@ void invert_in_panels(const Executor& run, GridView grid, CoarsestView coarsest,
   }
 }
 
-/// System of the coarsest grid. A small matrix is inverted on the device (small_grids.hpp multiplies with it). The host
-/// factorizes a large one, of a grid with a large odd number of cells, and takes part in each cycle.
+/// Direct solver of the coarsest grid's system. A small matrix is inverted on the device, and small_grids.hpp
+/// multiplies with the inverse. The host factorizes a large one, of a grid with a large odd number of cells, and takes
+/// part in each V-cycle.
 template <class Executor>
 class Coarsest {
  public:
@@ -268,7 +294,8 @@ class Coarsest {
     arrays_.zero(view().is_singular);
   }
 
-  /// Reserves memory for the inverse. `precise`: use double precision, because links may be strong.
+  /// Reserves memory for the matrix and its inverse, and decides whether the device or the host solves. `precise`: use
+  /// double precision, because conductances may be very large.
   void reserve(const ProblemView& problem, const GridView& grid, bool precise) {
     const std::size_t capacity = grid.capacity[Items::coarse_unknowns];
     // The host factorizes larger systems. Beyond one block's memory the device keeps only systems with strong links,
@@ -292,9 +319,12 @@ class Coarsest {
     else
       arrays_.resize(entries, coarsest.inverse);
   }
+  /// Returns true if the device inverts the matrix; otherwise the host factorizes it.
   bool on_device() const { return on_device_; }
+  /// Returns a device pointer to a value that is 1 if the matrix is singular.
   const int* is_singular() const { return view().is_singular; }
 
+  /// Numbers the unknowns; on the device, also computes the matrix and its inverse.
   void build(const ProblemView& problem, const GridView& grid) {
     number_coarsest(run_, problem, grid, view());
     if (!on_device_) return;
@@ -304,7 +334,8 @@ class Coarsest {
     else
       invert_in_panels(run_, grid, view(), grid.capacity[Items::coarse_unknowns], !problem.grounded);
   }
-  /// Factorizes a system that is not on the device. Throws Failure if it is singular.
+  /// Factorizes the system on the host (sparse Cholesky factorization), if the device does not invert it. Throws
+  /// Failure if it is singular. `numbers`: numbers of the grid's items.
   void factorize(const LaplaceProblem& problem, const GridView& grid, const Numbers& numbers) {
     solver_.factorize(assemble(download(problem, grid, numbers), !problem.has_ground()));
     phi_.resize(problem.groups.size());
@@ -312,7 +343,7 @@ class Coarsest {
 
   /// Solves the coarsest grid's system on the host. The right-hand sides are the grid's `cycle.f` (of cells) and
   /// `cycle.charge` (of groups). Writes the potentials of fluid cells to `v` and those of groups to `cycle.phi`; others
-  /// are 0.
+  /// are 0. A group is a set of bodies with one potential.
   void solve(const GridView& grid, float* v) {
     const std::size_t cells = grid.layout.size();
     get(f_, grid.cycle.f, cells);
@@ -323,10 +354,12 @@ class Coarsest {
     run_.to_device(v, v_.data(), cells * sizeof(float));
     if (!phi_.empty()) run_.to_device(grid.cycle.phi, phi_.data(), phi_.size() * sizeof(float));
   }
-  /// Device pointers: by unknown, its cell's slot or -1 - group; and the inverse of the coarsest grid's matrix by rows.
-  /// Of the two inverses one is null.
+  /// Returns a device pointer: by unknown, the slot (memory index) of its cell or -1 - group (bodies with one
+  /// potential).
   const int* unknown() const { return view().unknown; }
+  /// Returns a device pointer to the inverse matrix by rows in single precision, or null.
   const float* inverse() const { return view().inverse; }
+  /// Returns a device pointer to the inverse matrix by rows in double precision, or null.
   const double* precise_inverse() const { return view().precise_inverse; }
 
  private:

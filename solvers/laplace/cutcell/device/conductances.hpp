@@ -6,8 +6,8 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Computes the conductance of each link and, on the finest grid, its gradient with respect to displacements of the
-/// conductors.
+/// Computes the conductance of each link between a fluid cell and a conductor. On the finest grid also computes its
+/// derivatives with respect to the conductors' positions.
 template <class Executor>
 void make_links(const Executor& run, ProblemView problem, GridView grid) {
   for_each_item(run, grid, Items::links, [=] LICHTENBERG_HOST_DEVICE(int m) {
@@ -48,7 +48,8 @@ void make_links(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Computes conductances between cells of a medium, stored with the left or lower cell.
+/// Computes the conductances of the faces between fluid cells (outside all bodies) on a grid with an effective medium.
+/// They are stored with the left or lower cell.
 template <class Executor>
 void make_faces(const Executor& run, GridView grid) {
   run.for_each(grid.layout.ny, grid.layout.nx, [=] LICHTENBERG_HOST_DEVICE(int j, int i) {
@@ -65,6 +66,8 @@ void make_faces(const Executor& run, GridView grid) {
   });
 }
 
+/// Computes the matrix diagonals on a grid with an effective medium: 1 / (sum of conductances) of each cell. Also
+/// computes the sums of boundary cells (fluid cells next to a conductor).
 template <class Executor>
 void make_medium_diagonals(const Executor& run, ProblemView problem, GridView grid) {
   make_faces(run, grid);
@@ -92,8 +95,8 @@ void make_medium_diagonals(const Executor& run, ProblemView problem, GridView gr
   });
 }
 
-/// Returns the diagonal of a cell without links: 1 per neighbour, 2 for an electrode side half a cell away, 0 for an
-/// insulating side.
+/// Returns the diagonal (sum of conductances) of a cell without links to conductors. Each neighbour contributes 1, an
+/// electrode side half a cell away 2, an insulating side 0.
 LICHTENBERG_HOST_DEVICE inline int diagonal_without_links(const ProblemView& problem, const Layout& at, int i, int j) {
   int sum = 4;
   if (i == 0) sum += problem.electrode[0] ? 1 : -1;
@@ -103,7 +106,8 @@ LICHTENBERG_HOST_DEVICE inline int diagonal_without_links(const ProblemView& pro
   return sum;
 }
 
-/// Computes 1 / sum of conductances of each cell, and the sums of boundary cells.
+/// Computes the matrix diagonals: 1 / (sum of conductances) of each cell, and the sums of boundary cells (fluid cells
+/// next to a conductor).
 template <class Executor>
 void make_diagonals(const Executor& run, ProblemView problem, GridView grid) {
   if (grid.has_medium) {

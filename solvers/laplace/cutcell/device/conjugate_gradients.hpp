@@ -11,18 +11,25 @@
 
 namespace lichtenberg::laplace::device {
 
-/// State of the iterations: the device writes it, the host reads it at the end.
+/// State of the conjugate gradients in device memory: the device writes it, the host reads it at the end.
 struct Iterations {
   StopCriterion criterion;
   CgScalars cg;
-  double factor;     ///< by which the initial guess was multiplied
-  double alpha;      ///< of the last step
-  int most;          ///< iterations
-  int done, reason;  ///< iterations; KSPConvergedReason
+  /// Factor by which the initial guess was multiplied.
+  double factor;
+  /// Length of the last step.
+  double alpha;
+  /// Maximum number of iterations.
+  int most;
+  /// Number of iterations so far; KSPConvergedReason of PETSc, 0 while iterating.
+  int done, reason;
+  /// 1 if another iteration follows, else 0.
   int go_on;
   static constexpr int kept = 512;
-  double norm[kept];  ///< of the first iterations
+  /// Natural norms sqrt(r'z) of the first iterations.
+  double norm[kept];
 
+  /// Resets the state. `tolerance`: relative error in the energy norm; `most_`: maximum number of iterations.
   LICHTENBERG_HOST_DEVICE void begin(double tolerance, int most_) {
     criterion = {};
     criterion.tolerance = tolerance;
@@ -31,23 +38,25 @@ struct Iterations {
     factor = alpha = 0;
     done = reason = go_on = 0;
   }
-  /// Sets the factor of the initial guess with the least error, from b'x, x'A x and the largest |x| of n unknowns; and
-  /// the norms that follow. The rounding is CpuSolver::rounding_of_residual.
+  /// Computes the factor that minimizes the error of the initial guess x, the energy norm and the rounding level that
+  /// follow. `product`: b'x; `energy`: x'A x; `largest`: maximum of |x|; n: number of unknowns. The rounding level is
+  /// that of CpuSolver::rounding_of_residual.
   LICHTENBERG_HOST_DEVICE void set_guess_scale(double product, double energy, double largest, double n) {
     factor = energy > 0 ? product / energy : 0.0;
     const double squared = factor * product;
     criterion.energy_norm = squared > 0 ? std::sqrt(squared) : 0.0;
     criterion.rounding = 0x1p-52 * std::sqrt(n) * largest * std::abs(factor);
   }
-  /// Sets the energy norm without couplings to given potentials, which is the measure of the field.
+  /// Sets the energy norm of the guess from its energy without couplings (lumped capacitances), the measure of the
+  /// field.
   LICHTENBERG_HOST_DEVICE void set_energy_of_field(double energy) {
     criterion.energy_norm = std::abs(factor) * (energy > 0 ? std::sqrt(energy) : 0.0);
   }
-  /// Adds the rounding of a shift of all n potentials.
+  /// Adds the rounding error of a shift of all n potentials to the rounding level.
   LICHTENBERG_HOST_DEVICE void raise_rounding(double shift, double n) {
     criterion.rounding += 0x1p-52 * std::sqrt(n) * shift;
   }
-  /// Tests convergence after the product r'z.
+  /// Tests convergence after the scalar product r'z, and updates beta, the norms and `go_on`.
   LICHTENBERG_HOST_DEVICE void test_convergence(double product) {
     const bool first = cg.residuals == 0;
     cg.add(product);
@@ -67,8 +76,8 @@ struct Iterations {
       reason = KSP_DIVERGED_ITS;
     go_on = reason == 0;
   }
-  /// Sets the step length after the product p'A p; 0 if the residual is small enough. Except for the first step,
-  /// predicts whether the step is the last, as predict_end in ../fused_iteration.hpp.
+  /// Computes the step length from the scalar product p'A p; it is 0 if the residual already meets the criterion.
+  /// Except for the first step, predicts whether the step is the last, as predict_end in ../fused_iteration.hpp.
   LICHTENBERG_HOST_DEVICE void set_step(double curvature) {
     alpha = 0;
     if (reason != 0) return;
@@ -86,7 +95,8 @@ struct Iterations {
   static constexpr double infinite = std::numeric_limits<double>::infinity();
 };
 
-/// Solves as a KSP whose preconditioner is a shell with a Solver as context.
+/// Solve function of a PETSc KSP whose iterations run on the device. The KSP's preconditioner must be a shell with a
+/// Solver as context. Returns PETSc's error code.
 template <class Solver>
 PetscErrorCode iterate_on_device(KSP method) {
   Solver* solver = nullptr;

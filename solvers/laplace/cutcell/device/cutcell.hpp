@@ -26,12 +26,14 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Names of PETSc for an executor, specialized where a solver is made on it: `vector_type`; `method`, the name of the
-/// fused conjugate gradients. make() makes the executor on PETSc's device while PETSc runs.
+/// Names of PETSc types for an executor (CUDA device, or CPU for comparison). `vector_type`: type of the vectors;
+/// `method`: name of the fused conjugate gradients. make() makes the executor on PETSc's device while PETSc runs. A
+/// solver's source file specializes it for its executor.
 template <class Executor>
 struct PetscSide;
 
-/// Cut-cell solver on an executor's device.
+/// Cut-cell solver that runs on an executor (CUDA device, or CPU for comparison): conductances, multigrid, iterations
+/// and results.
 template <class Executor>
 class CutCell : public DeviceSolver {
  public:
@@ -58,9 +60,10 @@ class CutCell : public DeviceSolver {
     // x and 1 / diagonal read, y written
     profile.apply_operator.bytes = cells * (8 + 4 + 8);
     profile.cycle.seconds = per_call([&] { precondition(r, z); });
-    // A cell, half of the grid being red: the residual taken; f and 1 / diagonal to black; black and 1 / diagonal of
-    // red to residual; residual to coarse f; f, 1 / diagonal and coarse v to black; black, f and 1 / diagonal of red to
-    // red. Potentials of the finest grid are double. Coarser grids have a third of the cells together.
+    // Bytes per cell, half of the grid being red. The terms are: the residual stored; f and 1 / diagonal read for black
+    // cells; black cells and 1 / diagonal of red ones read for the residual, which goes to the coarse f. In the second
+    // half: f, 1 / diagonal and coarse v read for black cells; black cells, f and 1 / diagonal read for red cells.
+    // Potentials of the finest grid are double. Coarser grids have a third of the cells together.
     const auto bytes = [](double v) {
       return (8 + v / 2) + (v / 2 + 2 + 2) + (2 + 1) + (8 + 1 + v / 2) + (v / 2 + 4 + v / 2);
     };
@@ -73,10 +76,13 @@ class CutCell : public DeviceSolver {
     return profile;
   }
 
+  /// Computes y = A x on the finest grid. All pointers are to device memory.
   void multiply(const double* x, double* y) const { apply_operator(*run_, problem_->view(), finest().view(), x, y); }
+  /// Applies the preconditioner, one multigrid V-cycle: z = M r.
   void precondition(const double* r, double* z) const { multigrid_->apply(r, z); }
 
-  /// KSPSolve, followed by the results.
+  /// Runs the conjugate gradients as solve function of a PETSc KSP, then computes the results on the device. Reports
+  /// norms, iterations and the reason of the end to `ksp`. Returns PETSc's error code.
   PetscErrorCode iterate_as_ksp(KSP ksp) {
     Iterations* iterations = report_->iterations.device;
     begin_iterations(*run_, krylov_.criterion.tolerance, static_cast<int>(ksp->max_it), iterations);
@@ -157,7 +163,7 @@ class CutCell : public DeviceSolver {
       both();
   }
 
-  /// Iterates and computes the results on the device, so that one transfer fetches everything.
+  /// Solves the system and computes the results on the device, so that one transfer fetches everything.
   void iterate(LaplaceSolution& solution) override {
     krylov_.criterion = {options_.tolerance, 0, 0, 0};
     if (is_fused_)
@@ -166,7 +172,8 @@ class CutCell : public DeviceSolver {
       solve_by_petsc(solution);
   }
 
-  /// Returns true if the arrays were large enough. In a scene in motion, lists grow.
+  /// Returns true if the arrays of the last solve were large enough. For moving bodies, lists of cells and conductances
+  /// grow.
   bool is_complete() const override { return is_complete_; }
 
   void finish(const LaplaceProblem& problem, LaplaceSolution& solution) override {
@@ -206,18 +213,21 @@ class CutCell : public DeviceSolver {
       end.clear();
     }
   };
-  /// Data that the host fetches at the end of a solve.
+  /// Data that the host fetches at the end of a solve: state of the iterations, group potentials, results of bodies and
+  /// sides. A group is a set of bodies with one potential.
   struct Report {
     explicit Report(const Executor& run) : parcel(run) {}
     parallel::PackedTransfer<Executor> parcel;
     Transferred<Iterations> iterations;
-    Transferred<double> potential;  ///< by group, followed by the mean or level of x
+    /// By group (V), followed by the mean or the common shift of x.
+    Transferred<double> potential;
     Transferred<BodyResult> body_result;
     Transferred<SideResult> side_result;
   };
-  /// Arrays of a solve.
+  /// Arrays of a solve in device memory: vectors, basis of the initial guess, charge correction.
   struct Vectors {
-    SolveVectors solve;  ///< x and b are the KSP's
+    /// Vectors of the conjugate gradients; x and b belong to the KSP.
+    SolveVectors solve;
     double* next_potential;
     BasisView basis;
     ChargeCorrection correction;
@@ -229,7 +239,7 @@ class CutCell : public DeviceSolver {
   }
   const DeviceGrid<Executor>& finest() const { return multigrid_->finest(); }
 
-  /// Throws Failure if the device lacks memory for the grids, links and vectors, as estimated.
+  /// Estimates the memory for grids, conductances and vectors. Throws Failure if the device has less.
   void check_memory(const LaplaceProblem& problem) const {
     // Double precision: x, b, four vectors of CG, the basis, its image and the history; then the grids' owners,
     // diagonals, v, f and media.
@@ -262,7 +272,7 @@ class CutCell : public DeviceSolver {
     krylov_.release();
   }
 
-  /// Makes vectors for the capacity of groups, and the KSP on them.
+  /// Makes vectors for the capacity of groups (bodies with one potential), and the KSP on them.
   void prepare_system(const LaplaceProblem& problem) {
     const int groups = problem_->view().groups;
     const auto n = static_cast<PetscInt>(finest().view().layout.size()) + groups;
@@ -292,7 +302,7 @@ class CutCell : public DeviceSolver {
     correction.level = report_->potential.device + groups;
   }
 
-  /// Initial guess from the history, as SolutionHistory::initial_guess.
+  /// Computes the initial guess from the history of solutions, as SolutionHistory::initial_guess.
   void initial_guess() {
     const ProblemView& problem = problem_->view();
     const GridView& grid = finest().view();
@@ -308,8 +318,8 @@ class CutCell : public DeviceSolver {
     combine(*run_, v.solve.size, v.basis, v.shares, v.solve.x);
   }
 
-  /// Relaxes the initial guess near the conductors, where its error is largest, and scales it. Computes its residual.
-  /// If only couplings lead to given potentials, it also fixes the level of the potentials.
+  /// Relaxes the initial guess near the conductors, where its error is largest, scales it, and computes its residual.
+  /// If only couplings (lumped capacitances) lead to given potentials, also fixes the common shift of the potentials.
   void improve_guess() {
     const SolveVectors& v = arrays_->view.solve;
     const ProblemView& problem = problem_->view();
@@ -321,7 +331,7 @@ class CutCell : public DeviceSolver {
       fix_potential_level(*run_, problem, grid, v, report_->potential.device + problem.groups);
   }
 
-  /// The part of the results that is computed on the device.
+  /// Computes the results on the device, fetches them and checks the capacity of the arrays.
   void finish_on_device() {
     run_->mark(moments_->iterated);
     run_as_graph(recordings_.end, [this] { evaluate(); });
@@ -330,7 +340,8 @@ class CutCell : public DeviceSolver {
     is_complete_ = multigrid_->check_capacity();
   }
 
-  /// From x to all that is reported.
+  /// Computes charges, forces, energies and group potentials from x on the device. A group is a set of bodies with one
+  /// potential.
   void evaluate() {
     const ProblemView& problem = problem_->view();
     const GridView& grid = finest().view();
@@ -404,7 +415,8 @@ class CutCell : public DeviceSolver {
         [this](double* value) { mark_unknowns(*run_, problem_->view(), finest().view(), value); });
   }
 
-  /// Makes one CG iteration: a V-cycle, then a step unless the residual is already small enough.
+  /// Makes one CG iteration: a V-cycle, then a step unless the residual is already small enough. `again`: continuation
+  /// that receives whether another iteration follows.
   template <class Continuation>
   void iterate_once(Continuation again) {
     const ProblemView& problem = problem_->view();
@@ -419,7 +431,7 @@ class CutCell : public DeviceSolver {
     take_step(*run_, grid, v);
   }
 
-  /// Solves by a method of PETSc that options name.
+  /// Solves by a Krylov method of PETSc that options name.
   void solve_by_petsc(LaplaceSolution& solution) {
     begin_iterations(*run_, 0, 0, report_->iterations.device);
     improve_guess();
@@ -430,7 +442,7 @@ class CutCell : public DeviceSolver {
     finish_on_device();
   }
 
-  /// Records f as a graph or, if the host takes part in each cycle, calls it.
+  /// Records the kernels of f as a graph and runs it. If the host takes part in each V-cycle, calls f instead.
   template <class F>
   void run_as_graph(typename Executor::Recording& recording, F f) {
     if (multigrid_->on_device())

@@ -9,7 +9,8 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Sets z from v and phi if there is only one grid; 0 in covered cells.
+/// Computes z = M r from the potentials v and phi if the V-cycle has one grid only; 0 in covered cells (inside
+/// conductors).
 template <class Executor>
 void copy_potentials(const Executor& run, ProblemView problem, GridView grid, const float* v, double* z) {
   const int cells = static_cast<int>(grid.layout.size());
@@ -17,7 +18,9 @@ void copy_potentials(const Executor& run, ProblemView problem, GridView grid, co
   run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { z[cells + g] = grid.cycle.phi[g]; });
 }
 
-/// Stores an entry of the residual as f or, after the cells, as a group's charge, and relaxes the group.
+/// Function that stores an entry of the residual as right-hand side of the V-cycle on the finest grid. Entries by slot
+/// (memory index) become f, the groups' entries become `charge`. It also relaxes the group (bodies with one potential):
+/// phi = charge / diagonal.
 struct StoreResidual {
   GridView grid;
   LICHTENBERG_HOST_DEVICE void operator()(int k, double r) const {
@@ -31,6 +34,7 @@ struct StoreResidual {
   }
 };
 
+/// Stores the residual r as right-hand side of the V-cycle on the finest grid (StoreResidual).
 template <class Executor>
 void store_residual(const Executor& run, ProblemView problem, GridView grid, const double* r) {
   const StoreResidual take{grid};
@@ -38,8 +42,9 @@ void store_residual(const Executor& run, ProblemView problem, GridView grid, con
                [=] LICHTENBERG_HOST_DEVICE(int k) { take(k, r[k]); });
 }
 
-/// Flux to a group through direct links with other groups, for sums over its links. Groups of given potential have 0 in
-/// `phi`: they are on the right-hand side.
+/// Flux to a group through its direct links (gap conductances) with other groups, as additional terms of a sum over its
+/// links to cells. Groups of given potential have 0 in `phi`: they are on the right-hand side. A group is a set of
+/// bodies with one potential.
 template <class Real>
 struct DirectFluxes {
   ProblemView problem;
@@ -54,8 +59,9 @@ struct DirectFluxes {
   }
 };
 
-/// Jacobi sweep over groups with direct links: (flux + flux through direct links) / diagonal; clusters are relaxed as
-/// one.
+/// Relaxes the groups' potentials by one Jacobi sweep: (flux + flux through direct links) / diagonal. Clusters
+/// (strongly linked groups) are relaxed together instead. A group is a set of bodies with one potential. A direct link
+/// is the conductance of a gap between two conductors.
 template <class Executor>
 void relax_direct_links(const Executor& run, ProblemView problem, GridView grid, GroupSweep sweep) {
   if (grid.groups.clusters) return relax_clusters(run, problem, grid, sweep);
@@ -73,9 +79,9 @@ void relax_direct_links(const Executor& run, ProblemView problem, GridView grid,
       });
 }
 
-/// Computes the groups' residuals after the first half of the V-cycle, as charges of the coarse grid;
-/// restrict_charges() adds those of its cells. A cluster was in balance when it was relaxed, so that only later changes
-/// count.
+/// Computes the groups' residuals after the first half of the V-cycle, as `charge` of the coarse grid. A group is a set
+/// of bodies with one potential. The function restrict_charges() adds the residuals of the cells that a group covers. A
+/// cluster (groups solved together) had a zero residual when it was relaxed, so that only later changes count.
 template <class V, class Executor>
 void restrict_group_residuals(const Executor& run, ProblemView problem, GridView fine, GridView coarse,
                               const float* phi, const V* v) {
@@ -93,7 +99,8 @@ void restrict_group_residuals(const Executor& run, ProblemView problem, GridView
                  });
 }
 
-/// Distributes the residuals of groups that this grid absorbs first to the four cells around each.
+/// Distributes the residuals of groups (bodies with one potential) to the right-hand side of the four cells around
+/// each. It does so for groups that are unknowns of the next finer grid and part of this grid's effective medium.
 template <class Executor>
 void restrict_absorbed(const Executor& run, GridView grid) {
   run.for_each(grid.layout.ny, grid.layout.nx, [=] LICHTENBERG_HOST_DEVICE(int j, int i) {
@@ -103,8 +110,8 @@ void restrict_absorbed(const Executor& run, GridView grid) {
   });
 }
 
-/// Adds the charges of covered cells to their group's charge, and relaxes the groups before the cells use their
-/// potentials.
+/// Adds the right-hand sides of covered cells to their group's `charge`, and relaxes the groups (bodies with one
+/// potential) before the cells use their potentials. Covered cells lie inside conductors.
 template <class Executor>
 void restrict_charges(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(
@@ -116,7 +123,9 @@ void restrict_charges(const Executor& run, ProblemView problem, GridView grid) {
       });
 }
 
-/// Returns the potential of an absorbed group, interpolated between the four cells around it: potential(slot).
+/// Computes the potential at the centre of group g by bilinear interpolation between four cells. The group is part of
+/// the grid's effective medium and has no unknown potential. potential(slot) returns a cell's potential; slot: memory
+/// index. A group is a set of bodies with one potential.
 template <class Potential>
 LICHTENBERG_HOST_DEVICE float absorbed_potential(const ProblemView& problem, const GridView& grid, int g,
                                                  Potential potential) {
@@ -126,6 +135,8 @@ LICHTENBERG_HOST_DEVICE float absorbed_potential(const ProblemView& problem, con
   return sum;
 }
 
+/// Computes the potentials phi of groups (bodies with one potential) by interpolation, for the correction of the next
+/// finer grid. It does so for groups that are unknowns of that grid and part of this grid's effective medium.
 template <class Executor>
 void interpolate_absorbed(const Executor& run, ProblemView problem, GridView grid) {
   for_each_item(run, grid, Items::newly_absorbed, [=] LICHTENBERG_HOST_DEVICE(int m) {
@@ -135,8 +146,9 @@ void interpolate_absorbed(const Executor& run, ProblemView problem, GridView gri
   });
 }
 
-/// Computes the flux from cells to groups, with the groups' charges if there are no clusters. Without direct links it
-/// gives the groups' potentials. `z`: becomes the potentials too; null: unused.
+/// Computes the flux from cells to groups (bodies with one potential), with the groups' charges if there are no
+/// clusters (groups solved together). Without direct links (gap conductances) this gives the groups' new potentials.
+/// `z`: also receives them in double precision; null: unused.
 template <class V, class Executor>
 void relax_groups(const Executor& run, ProblemView problem, GridView grid, const V* v, double* z) {
   const bool are_linked = grid.may_link_groups();
@@ -157,20 +169,23 @@ void relax_groups(const Executor& run, ProblemView problem, GridView grid, const
       });
 }
 
-/// Returns the groups' potentials in the first half of a V-cycle; null if there are none.
+/// Returns the groups' potentials in the first half of a V-cycle; null if there are no groups (bodies with one
+/// potential) with unknown potential.
 inline const float* potentials_down(const GridView& grid) {
   if (!grid.may_have(Items::unknown_groups)) return nullptr;
   return grid.may_link_groups() ? grid.cycle.phi_down : grid.cycle.phi;
 }
 
-/// Restricts charges before descend(), except on the finest grid, where StoreResidual sets the residual.
+/// Restricts charges of groups (bodies with one potential) before descend(), except on the finest grid, where
+/// StoreResidual sets the residual.
 template <class Executor>
 void collect(const Executor& run, const ProblemView& problem, const GridView& grid) {
   if (grid.may_have(Items::newly_absorbed)) restrict_absorbed(run, grid);
   if (grid.may_have(Items::unknown_groups)) restrict_charges(run, problem, grid);
 }
 
-/// Calls f with the tiling for a grid.
+/// Calls f with a Tiling for the grid, which divides it into rectangular tiles, one per thread block. Small grids get
+/// small tiles, others large ones.
 template <class F>
 void with_tiles(const GridView& coarse, F f) {
   constexpr int small = 192;  // cells along a side of the coarse grid: fewer large tiles than processors
@@ -180,7 +195,8 @@ void with_tiles(const GridView& coarse, F f) {
     f(Tiling<32, 16>{});
 }
 
-/// Relaxes groups first, from their charges and the fluxes of eliminated cells.
+/// Relaxes the groups (bodies with one potential) at the start of a V-cycle, from their charges and the fluxes of
+/// eliminated cells. An eliminated cell is a fluid cell dominated by its link to a conductor.
 template <class Executor>
 void relax_groups_first(const Executor& run, const ProblemView& problem, const GridView& grid) {
   if (grid.binds) sum_bound_cells(run, problem, grid);
@@ -194,8 +210,8 @@ void relax_groups_first(const Executor& run, const ProblemView& problem, const G
         GroupSweep{grid.binds ? grid.cycle.flux : grid.cycle.charge, grid.cycle.phi, nullptr, grid.cycle.phi_down});
 }
 
-/// First half of a V-cycle on a grid: relaxes groups, red cells and black cells, and computes the residual for the next
-/// coarser grid.
+/// Computes the first half of a V-cycle on a grid: relaxes groups (bodies with one potential), red cells and black
+/// cells, and restricts the residual to the next coarser grid. `v`: receives the cells' potentials.
 template <class V, class Executor>
 void descend(const Executor& run, const ProblemView& problem, const GridView& grid, const GridView& coarse, V* v) {
   const float* phi = potentials_down(grid);
@@ -208,8 +224,9 @@ void descend(const Executor& run, const ProblemView& problem, const GridView& gr
   if (phi) restrict_group_residuals(run, problem, grid, coarse, phi, static_cast<const V*>(v));
 }
 
-/// Second half of a V-cycle on a grid, the mirror image of descend(): relaxes black cells, red cells, groups. `z`:
-/// becomes the groups' potentials; null: unused.
+/// Computes the second half of a V-cycle on a grid, the mirror image of descend(): adds the correction of `coarse`,
+/// relaxes black cells, red cells and groups (bodies with one potential). `v`: receives the cells' potentials. `z`:
+/// receives the groups' potentials; null: unused.
 template <class V, class Executor>
 void ascend(const Executor& run, const ProblemView& problem, const GridView& grid, const GridView& coarse, V* v,
             double* z) {

@@ -7,24 +7,27 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Times of the two parts of an iteration.
+/// Wall times and memory traffic of the parts of a CG iteration on the device, for performance measurements.
 struct Profile {
   struct Traffic {
     double seconds = 0;
     /// Minimum traffic (bytes): each array's entries once per read and once per write.
     double bytes = 0;
   };
-  Traffic apply_operator, cycle, copy;  ///< copy: device to device
+  /// Operator evaluation, V-cycle, and a copy from device to device for comparison.
+  Traffic apply_operator, cycle, copy;
   int levels = 0;
   long coarse_unknowns = 0;
 };
 
-/// Cut-cell solver on an executor's device: links, grids, iterations and results. The host sends the bodies and fetches
-/// the results by body and group.
+/// Cut-cell solver whose algorithm runs on a CUDA device (or on the CPU for comparison): conductances, multigrid,
+/// iterations and results. The host sends the bodies and fetches the results by body and group (bodies with one
+/// potential).
 class DeviceSolver : public CutCellBackend {
  public:
   using CutCellBackend::CutCellBackend;
-  /// Times the parts on the last solve's grids.
+  /// Measures the times of the parts of an iteration on the last solve's grids, averaged over `repeats`. Discards the
+  /// history.
   virtual Profile profile(int repeats) = 0;
 };
 

@@ -6,21 +6,24 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Row of a body's bounding box, or a part of it.
+/// Up to strip_width cells of one row of a body's bounding box; unit of work of the device's kernels.
 struct Strip {
   int body, j, from_i, to_i;
 };
 
+/// Returns the number of strips (parts of a row, at most strip_width cells) that cover a rectangle of cells.
 LICHTENBERG_HOST_DEVICE inline int strips_of(const CellRange& range) {
   return (range.to_j - range.from_j + 1) * ((range.to_i - range.from_i) / strip_width + 1);
 }
 
-/// Returns true if a body is a subgrid conductor (../medium.hpp): a disk that the grid does not resolve and that is no
-/// part of the medium.
+/// Returns true if a body is a subgrid conductor (../medium.hpp). It is a disk that the grid does not resolve and that
+/// is no part of the effective medium.
 LICHTENBERG_HOST_DEVICE inline bool is_subgrid_body(const ProblemView& problem, const GridView& grid, int body) {
   return !grid.bodies.resolved[body] && !grid.medium.absorbed[problem.group_of[body]];
 }
 
+/// Returns the strip with the given index in the list of all bodies' strips. A strip is a part of a row of cells in a
+/// body's bounding box.
 LICHTENBERG_HOST_DEVICE inline Strip strip_at(const ProblemView& problem, const GridView& grid, int index) {
   const int rank = segment_of(grid.strips.start, problem.bodies, index);
   const int body = problem.body_at[rank];
@@ -32,6 +35,7 @@ LICHTENBERG_HOST_DEVICE inline Strip strip_at(const ProblemView& problem, const 
   return {body, range.from_j + local / a_row, from, last < range.to_i ? last : range.to_i};
 }
 
+/// Computes the bodies' outlines in cells and whether the grid resolves them.
 template <class Executor>
 void outline_bodies(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int rank) {
@@ -45,14 +49,16 @@ void outline_bodies(const Executor& run, ProblemView problem, GridView grid) {
       return problem.sets.is_alone ? problem.sets.is_alone[g] != 0 : problem.floating[g] && problem.members(g) == 1;
     };
     const bool resolved = !grid.has_medium || is_resolved(outline, is_alone());
+    if (!resolved) grid.bodies.outline[body] = unresolved_disk(outline);
     grid.bodies.resolved[body] = resolved;
     grid.bodies.present[body] = !resolved;  // it needs no cell
     grid.bodies.cell_owner[body] = -1;
   });
 }
 
-/// Counts the strips of each body's cells. A point of subgrid conductors has one strip for its links, with its first
-/// body.
+/// Counts the strips (parts of rows of cells) in each body's bounding box, by rank (order of bodies by group). Subgrid
+/// conductors (disks too small for the grid) of one group at one place have one strip, with the first body. A group is
+/// a set of bodies with one potential.
 template <class Executor>
 void count_strips(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(problem.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int rank) {
@@ -68,7 +74,8 @@ void count_strips(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Sets the number of strips; 0 if it exceeds the capacity.
+/// Sets the number of strips (parts of rows in the bodies' bounding boxes), or 0 if it exceeds the capacity. Resets the
+/// numbers of items that later kernels set.
 template <class Executor>
 void finalize_strip_count(const Executor& run, ProblemView problem, GridView grid) {
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) {
@@ -83,7 +90,8 @@ void finalize_strip_count(const Executor& run, ProblemView problem, GridView gri
   });
 }
 
-/// Sets the numbers of all items listed by strip or by body; 0 if one exceeds its capacity.
+/// Sets the numbers of all items that are listed by strip (part of a row of cells) or by body: links, covered cells and
+/// others. All become 0 if one exceeds its capacity.
 template <class Executor>
 void finalize_list_counts(const Executor& run, ProblemView problem, GridView grid, const WithoutCells* without_cells) {
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) {
@@ -105,8 +113,8 @@ void finalize_list_counts(const Executor& run, ProblemView problem, GridView gri
   });
 }
 
-/// Assigns cells to bodies: to the first where bodies overlap; then, to disks without a cell, the free cell of their
-/// centre.
+/// Assigns cells to the bodies that cover their centres, where bodies overlap to the first. Then a disk without a cell
+/// gets the free cell that contains its centre.
 template <class Executor>
 void cover_cells(const Executor& run, ProblemView problem, GridView grid) {
   for_each_item(run, grid, Items::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
@@ -142,7 +150,8 @@ void cover_cells(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Calls the visitor for each covered cell, link, boundary cell and direct link of a strip, in order.
+/// Calls the visitor's functions for the items of a strip (part of a row of cells of a body), in a fixed order. Items
+/// are covered cells, links to fluid cells (conductances), and direct links to other conductors (gap conductances).
 template <class Visitor>
 LICHTENBERG_HOST_DEVICE void visit(const ProblemView& problem, const GridView& grid, const Strip& strip,
                                    Visitor& visitor) {
@@ -187,6 +196,8 @@ LICHTENBERG_HOST_DEVICE void visit(const ProblemView& problem, const GridView& g
   }
 }
 
+/// Visitor that counts the items of a strip (part of a row of cells): covered cells, links, boundary cells, direct
+/// links.
 struct CountVisitor {
   Counts counts;
   LICHTENBERG_HOST_DEVICE void covered(int) { ++counts.covered; }
@@ -197,6 +208,8 @@ struct CountVisitor {
   }
 };
 
+/// Visitor that writes the items of a strip (part of a row of cells) to the grid's lists, starting at the indices `at`.
+/// Items are covered cells, links, boundary cells and direct links.
 struct FillVisitor {
   const GridView& grid;
   int body, group;
@@ -227,6 +240,8 @@ struct FillVisitor {
   }
 };
 
+/// Counts the items of each strip (part of a row): covered cells, links, boundary cells and direct links. A boundary
+/// cell is a fluid cell next to a conductor, a direct link a gap conductance.
 template <class Executor>
 void count_in_strips(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(grid.capacity[Items::strips] + 1, [=] LICHTENBERG_HOST_DEVICE(int index) {
@@ -236,6 +251,8 @@ void count_in_strips(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
+/// Writes the covered cells, links, boundary cells (fluid cells next to a conductor) and direct links (gap
+/// conductances) of all strips to the grid's lists. A strip is a part of a row.
 template <class Executor>
 void fill_strips(const Executor& run, ProblemView problem, GridView grid) {
   for_each_item(run, grid, Items::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
@@ -245,8 +262,8 @@ void fill_strips(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Sets `start[k]` to the index of the first of the n ascending keys that is at least k. If `position` is given, sets
-/// it to the entry of `position` at that index.
+/// Finds the segments of n keys in ascending order: start[k] becomes the index of the first key that is at least k, for
+/// k = 0 ... segments. If `position` is not null, start[k] becomes its entry at that index.
 template <class Executor>
 void start_segments(const Executor& run, const int* key, int n, int segments, int* start,
                     const int* position = nullptr) {

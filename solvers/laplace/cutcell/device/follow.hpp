@@ -6,28 +6,30 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Last solution of a solver on a coarser grid, by slot of its finest grid and by body, in units of `scale` (V). No
-/// bodies: none.
+/// Last solution of a solver on a coarser grid, by slot (memory index) of its finest grid and by body, in units of
+/// `scale` (V). Without bodies there is none.
 struct CoarseSolution {
   Layout layout;
   int bodies = 0;
   SolutionView potentials{};
   double scale = 1;
 
-  /// Returns the potential (V) of the k-th slot or, after the slots, body.
+  /// Returns the potential (V) of the cell at slot k or, for k beyond the slots, of a body. A slot is the memory index
+  /// of a cell.
   LICHTENBERG_HOST_DEVICE double potential(int k) const {
     const int cells = static_cast<int>(layout.size());
     return scale * (k < cells ? potentials.cell[k] : potentials.body[k - cells]);
   }
 };
 
-/// Change of a solution on a coarser grid, by slot of its layout and by body.
+/// Change of the potentials on a coarser grid between two solves, by slot (memory index) of its layout and by body.
 struct ChangeView {
   Layout layout;
   const double *cell, *body;
 };
 
-/// Earlier solution of the followed solver, and its change. Memory moves only with the number of bodies or the box.
+/// Stored solution of the solver on a coarser grid that this solver follows, and the change of that solver's
+/// potentials. The arrays move only with the number of bodies or the box.
 template <class Executor>
 class Follower {
  public:
@@ -42,16 +44,17 @@ class Follower {
     double* then = then_.data();
     run_.for_each(size(), [=] LICHTENBERG_HOST_DEVICE(int k) { then[k] = now.potential(k); });
   }
-  /// Returns true if a stored solution has the grid and bodies of `now`.
+  /// Returns true if the stored solution has the grid and the number of bodies of `now`.
   bool is_comparable(const CoarseSolution& now) const {
     return now.bodies > 0 && now.bodies == bodies_ && now.layout.nx == layout_.nx && now.layout.ny == layout_.ny;
   }
-  /// Computes the change since the stored solution, in units of `scale` (V).
+  /// Computes the change from the stored solution to `now`, in units of `scale` (V).
   void compare(const CoarseSolution& now, double scale) {
     const double* then = then_.data();
     double* change = change_.data();
     run_.for_each(size(), [=] LICHTENBERG_HOST_DEVICE(int k) { change[k] = (now.potential(k) - then[k]) / scale; });
   }
+  /// Returns device pointers to the change that compare() has computed.
   ChangeView change() const { return {layout_, change_.data(), change_.data() + layout_.size()}; }
 
  private:
@@ -63,9 +66,9 @@ class Follower {
   parallel::Array<double, Executor> then_, change_;  ///< cells, then bodies; `then_` in V
 };
 
-/// Sets x to the newest solution plus the change on the coarser grid (add_change): bilinearly between cell centres, a
-/// group's by the mean of its members. The change is even about an insulating side and odd about an electrode, whose
-/// potential does not change.
+/// Computes an initial guess x: the newest solution plus the change on the coarser grid (add_change). The change is
+/// interpolated bilinearly between cell centres; a group (bodies with one potential) gets the mean of its bodies. The
+/// change is even about an insulating side and odd about an electrode, whose potential does not change.
 template <class Executor>
 void follow_change(const Executor& run, ProblemView problem, GridView grid, SolutionView newest, ChangeView change,
                    double* x) {

@@ -12,53 +12,77 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Sets of groups that coarse grids treat as one (../agglomerates.hpp); null: each group is its own set.
+/// Agglomerates as device pointers: sets of groups (bodies with one potential) that coarse grids treat as one
+/// (../agglomerates.hpp). Null pointers: each group is its own set.
 struct SetsView {
-  const int* first_group;      ///< a set's first group
-  const int *start, *group;    ///< by first group: its set's groups
-  const int *is_alone, *held;  ///< by group: whether its set is one floating body; Agglomerates::is_grounded
+  /// By group: first group of its set.
+  const int* first_group;
+  /// Groups sorted by set; `start`: by a set's first group, the index of its groups in `group`.
+  const int *start, *group;
+  /// By group. `is_alone`: whether its set is one floating body; `held`: whether its set has a given potential
+  /// (Agglomerates::is_grounded).
+  const int *is_alone, *held;
   bool operator==(const SetsView&) const = default;
 };
 
-/// Couplings between groups (LaplaceProblem::couplings) as conductances, listed for each floating group.
+/// Couplings (lumped capacitances) between groups as conductances per permittivity, in a list for each floating group
+/// (device pointers). A group is a set of bodies with one potential.
 struct CouplingView {
-  const int *start, *other;  ///< by group, with one more at the end; groups. Null: none
+  /// `start` [groups + 1]: index of a group's first entry in `other` and `conductance`; null: no couplings. `other`:
+  /// group at the other end.
+  const int *start, *other;
   const double* conductance;
-  const double* to_given;  ///< the sum of those to given potentials
-  bool only_ground;        ///< all given potentials are those of coupled groups
+  /// Sum of all conductances to groups of given potential (one value).
+  const double* to_given;
+  /// True if all given potentials are those of coupled groups, so that only couplings ground the field.
+  bool only_ground;
   bool operator==(const CouplingView&) const = default;
 };
 
-/// Bodies, groups and sides of a problem, for all grids. Bodies are sorted by group ("rank"), so that the items of a
-/// body or a group are contiguous.
+/// Bodies, groups (bodies with one potential) and sides of a problem as device pointers, common to all grids. Bodies
+/// are sorted by group; a body's place in this order is its rank. The items of a body or a group are thus contiguous.
 struct ProblemView {
   int bodies;
-  int groups;  ///< capacity; groups after the problem's own have no bodies and a given potential
+  /// Number of groups that the arrays have memory for. Groups after the problem's own have no bodies and a given
+  /// potential.
+  int groups;
   Vec2 size;
   double permittivity;
   bool electrode[4];
+  /// False if no potential is given, so that potentials are determined up to a constant.
   bool grounded;
-  int faces;                     ///< entries of `side_potential` a side
-  const double* side_potential;  ///< V, on the finest grid's faces, by side and face
-  const Outline* shape;          ///< by body, in metres
-  const int* group_of;           ///< by body
-  const int* body_at;            ///< by rank
-  const int* rank_of;            ///< by body
-  const int* first_rank;         ///< by group, with one more at the end
-  const int* floating;           ///< by group
-  const double* charge;          ///< C/m, by group
-  const double* potential;       ///< V, by group, of fixed ones
+  /// Number of entries of `side_potential` for each side.
+  int faces;
+  /// Potential (V) on the finest grid's faces, by side and face.
+  const double* side_potential;
+  /// Shape by body, lengths in metres.
+  const Outline* shape;
+  /// Group of each body.
+  const int* group_of;
+  /// Body of each rank.
+  const int* body_at;
+  /// Rank of each body.
+  const int* rank_of;
+  /// [groups + 1] rank of each group's first body.
+  const int* first_rank;
+  /// 1 if a group's potential is unknown (given charge), else 0.
+  const int* floating;
+  /// Charge (C/m) by group.
+  const double* charge;
+  /// Given potential (V) by group; 0 for floating groups.
+  const double* potential;
   SetsView sets;
   CouplingView couplings;
 
-  /// Number of a group's bodies, and the t-th of them.
+  /// Returns the number of bodies of group g. A group is a set of bodies with one potential.
   LICHTENBERG_HOST_DEVICE int members(int g) const { return first_rank[g + 1] - first_rank[g]; }
+  /// Returns the t-th body of group g. A group is a set of bodies with one potential.
   LICHTENBERG_HOST_DEVICE int member(int g, int t) const { return body_at[first_rank[g] + t]; }
   bool operator==(const ProblemView&) const = default;
 };
 
-/// Kinds of items that a grid holds. The device counts them; the host has only the capacities of their arrays until the
-/// end of a solve.
+/// Kinds of items in the lists of a grid. The device counts the items; until the end of a solve the host has only the
+/// capacities of their arrays.
 struct Items {
   enum Kind {
     strips,
@@ -66,21 +90,28 @@ struct Items {
     links,
     boundary,
     direct_links,
-    without_cells,  ///< direct links of bodies that cover no cell
+    /// Direct links of bodies that cover no cell.
+    without_cells,
     newly_absorbed,
     subgrid_conductors,
     floating_subgrid_conductors,
-    unknown_groups,   ///< 1 if any group has an unknown potential
-    own_groups,       ///< on a small grid: groups with an unknown potential
-    joined_links,     ///< links made by the elimination of near-surface cells (bound.hpp)
-    strong_links,     ///< on the finest grid: 1 if any direct link requires clusters
-    coarse_unknowns,  ///< of the coarsest grid
+    /// 1 if any group has an unknown potential.
+    unknown_groups,
+    /// On a small grid: groups with an unknown potential.
+    own_groups,
+    /// Links between groups, made by the elimination of near-surface cells (bound.hpp).
+    joined_links,
+    /// On the finest grid: 1 if any direct link requires clusters (groups solved together).
+    strong_links,
+    /// Unknowns of the coarsest grid.
+    coarse_unknowns,
     kinds
   };
 };
 using Numbers = std::array<int, Items::kinds>;
 
-/// Numbers of items in a strip of cells.
+/// Numbers of items in a strip (part of a row of cells): covered cells, links to fluid cells, boundary cells (fluid
+/// cells next to a conductor), direct links (gap conductances).
 struct Counts {
   int covered = 0, links = 0, boundary = 0, direct_links = 0;
   LICHTENBERG_HOST_DEVICE friend Counts operator+(Counts a, Counts b) {
@@ -88,53 +119,73 @@ struct Counts {
   }
 };
 
-/// Link of a body to another body, or to an electrode side, with no fluid cell between them. A link of two bodies is
-/// listed once for each.
+/// Direct link of a body to another body or to an electrode side, without a fluid cell between them: the conductance of
+/// their gap. A link of two bodies is listed once for each of them, as `own`.
 struct DirectLink {
   enum class Kind : std::uint8_t {
-    face,         ///< `side` of the own cell `slot`: the other body's cell is behind it, or an electrode side
-    shared_cell,  ///< one of the two covers no cell's centre and lies in a cell of the other
-    /// A subgrid conductor, and a body that has the `corner`-th of the four cells around it.
+    /// Link across `side` of the own cell `slot`, behind which lies the other body's cell or an electrode side.
+    face,
+    /// Link of a body that covers no cell's centre to the body whose cell contains it.
+    shared_cell,
+    /// A subgrid conductor (a disk too small for the grid), and a body that has the `corner`-th of the four cells
+    /// around it.
     subgrid_conductor,
-    /// With a subgrid conductor: the finest grid's direct link number `slot`, or joined link -1 - `slot`.
+    /// A link of a subgrid conductor, taken from the finest grid: direct link number `slot`, or joined link -1 -
+    /// `slot`.
     inherited,
-    eliminated_cell,  ///< both have strong links to a cell that the cycle eliminates: a link in the cycle alone
+    /// Both bodies have links to a near-surface cell that the V-cycle eliminates; only in the V-cycle.
+    eliminated_cell,
   };
-  int own;  ///< body
-  /// Body; or -1 - the electrode side's face, as ProblemView::side_potential counts them.
+  /// Body that lists the link.
+  int own;
+  /// Other body; or -1 - k for the electrode face k in the order of ProblemView::side_potential.
   int other;
-  int slot;  ///< this and `side` only of Kind::face
+  /// Memory index of the own cell for Kind::face, or number of an inherited link.
+  int slot;
   Kind kind;
   std::uint8_t side, corner;
-  bool own_has_cell;  ///< of a shared cell or a subgrid conductor: whether the own body has the cell
+  /// For a shared cell or a subgrid conductor: whether the own body has the cell.
+  bool own_has_cell;
   double conductance;
-  Vec2 gradient;  ///< of the conductance with respect to the own body's position, per cell
+  /// Derivative of the conductance with respect to the own body's position (per cell width).
+  Vec2 gradient;
 
+  /// Returns the value of `other` for an electrode face.
   LICHTENBERG_HOST_DEVICE static constexpr int electrode_face(int face) { return -1 - face; }
+  /// Returns true if the link (gap conductance) leads to an electrode side of the box.
   LICHTENBERG_HOST_DEVICE bool is_to_electrode() const { return other < 0; }
+  /// Returns the index of the electrode face in ProblemView::side_potential.
   LICHTENBERG_HOST_DEVICE int face() const { return -1 - other; }
 };
 
-/// End of a link from a fluid cell: the body, and either the cell's side or, for a subgrid conductor, which of the four
-/// cells around it the cell is. One integer: 4 body + side, or -1 - (4 body + corner).
+/// End of a link (conductance) from a fluid cell at a conductor: the body, and a number from 0 to 3. The number is the
+/// cell's side towards the body. For a subgrid conductor (a disk too small for the grid) it is the cell's place among
+/// the four cells around the disk. One integer stores both: 4 body + side, or -1 - (4 body + corner).
 class LinkEnd {
  public:
+  /// Makes the end of a link (conductance) from a fluid cell to a body across a side of the cell.
   LICHTENBERG_HOST_DEVICE static constexpr LinkEnd at_side(int body, int side) { return LinkEnd(4 * body + side); }
+  /// Makes the end of a link (conductance) from a fluid cell to a subgrid conductor, a disk too small for the grid.
+  /// `corner`: number of the cell among the four around the disk.
   LICHTENBERG_HOST_DEVICE static constexpr LinkEnd at_subgrid_conductor(int body, int corner) {
     return LinkEnd(-1 - (4 * body + corner));
   }
+  /// Returns true if the body is a subgrid conductor (a disk too small for the grid).
   LICHTENBERG_HOST_DEVICE constexpr bool is_subgrid_conductor() const { return code_ < 0; }
+  /// Returns the index of the body.
   LICHTENBERG_HOST_DEVICE constexpr int body() const { return (code_ < 0 ? -1 - code_ : code_) / 4; }
-  LICHTENBERG_HOST_DEVICE constexpr int side() const { return code_ % 4; }           ///< not of a subgrid conductor
-  LICHTENBERG_HOST_DEVICE constexpr int corner() const { return (-1 - code_) % 4; }  ///< of a subgrid conductor
+  /// Returns the side of the fluid cell towards the body; not for a subgrid conductor (a disk too small for the grid).
+  LICHTENBERG_HOST_DEVICE constexpr int side() const { return code_ % 4; }
+  /// Returns the number of the fluid cell among the four around a subgrid conductor (a disk too small for the grid).
+  LICHTENBERG_HOST_DEVICE constexpr int corner() const { return (-1 - code_) % 4; }
 
  private:
   LICHTENBERG_HOST_DEVICE constexpr explicit LinkEnd(int code) : code_(code) {}
   int code_;
 };
 
-/// Numbers of items of a body without cells: direct links to bodies with cells; whether it is a subgrid conductor;
-/// whether that floats.
+/// Numbers of items of a body without cells: its direct links (gap conductances) to bodies with cells, 1 if it is a
+/// subgrid conductor, and 1 if that conductor floats. A subgrid conductor is a disk too small for the grid.
 struct WithoutCells {
   int direct_links = 0, subgrid_conductors = 0, floating_subgrid_conductors = 0;
   LICHTENBERG_HOST_DEVICE friend WithoutCells operator+(WithoutCells a, WithoutCells b) {
@@ -143,30 +194,36 @@ struct WithoutCells {
   }
 };
 
-/// Homogenized point: its group, and its shares in the four cells of its bin: lower left and right, upper left and
-/// right.
+/// Bodies of one group (with a common potential) at one place of a coarse grid that does not resolve them, treated as
+/// one point. `share`: parts of their area or conductance in the four surrounding cells, lower left and right, upper
+/// left and right.
 struct HomogenizedPoint {
   int group;
   float share[4];
-  /// Adds the shares; the group stays.
+  /// Adds the shares of another point; the group of bodies stays.
   LICHTENBERG_HOST_DEVICE HomogenizedPoint& operator+=(const HomogenizedPoint& other) {
     for (int k = 0; k < 4; ++k) share[k] += other.share[k];
     return *this;
   }
 };
 
-/// Points in the plane, sorted by the lower left one of the four cells between which they are interpolated. Sums over
-/// the points of a cell then always have the same order.
+/// Points in the plane, sorted by bin: the lower left one of the four cells between which they are interpolated. Sums
+/// over the points around a cell then always have the same order.
 struct Bins {
-  int* start;                ///< first point of each bin, with one more at the end
-  HomogenizedPoint* points;  ///< by point
-  int* item;                 ///< groups or bodies, sorted by bin
+  /// Index of each bin's first point, with one more at the end.
+  int* start;
+  /// Group and shares of each point.
+  HomogenizedPoint* points;
+  /// Groups or bodies, sorted by bin.
+  int* item;
 };
+/// Returns the number of bins of a grid (one for each set of four neighbouring cells, border included).
 LICHTENBERG_HOST_DEVICE inline int bins_of(const Layout& at) { return (at.nx + 1) * (at.ny + 1); }
-/// Returns the lower left of the four cells of a bin (Bins). Its indices begin at -1, outside the box.
+/// Returns the lower left of the four cells of a bin (Bins). Its indices start at -1, outside the box.
 LICHTENBERG_HOST_DEVICE inline InterpolationBase base_of_bin(const Layout& at, int bin) {
   return {bin % (at.nx + 1) - 1, bin / (at.nx + 1) - 1};
 }
+/// Returns the bin of the point p (in cells): the number of the four cells around it.
 LICHTENBERG_HOST_DEVICE inline int bin_of(const Layout& at, Vec2 p) {
   const InterpolationBase base = interpolation_base(p);
   const int i = base.i < -1 ? -1 : base.i < at.nx ? base.i : at.nx - 1;
@@ -174,133 +231,190 @@ LICHTENBERG_HOST_DEVICE inline int bin_of(const Layout& at, Vec2 p) {
   return (j + 1) * (at.nx + 1) + i + 1;
 }
 
-/// Link of a boundary cell for the V-cycle.
+/// Link from a boundary cell (a fluid cell next to a conductor) to a group (bodies with one potential), in single
+/// precision for the V-cycle.
 struct Coupling {
-  float conductance;  ///< 0: no link
+  /// Conductance; 0: no link.
+  float conductance;
   int group;
 };
 
 struct ClusterView;
 struct Extent;
 
-/// Arrays by body.
+/// Arrays by body on one grid (device pointers).
 struct BodyArrays {
   Outline* outline;
-  int* present;     ///< 1: covers a cell
-  int* cell_owner;  ///< of a body that covers no cell centre: the body whose cell contains it, or -1
+  /// 1 if the body covers a cell or needs none, because the grid does not resolve it.
+  int* present;
+  /// For a disk that covers no cell centre, the body whose cell contains it; otherwise -1.
+  int* cell_owner;
+  /// 1 if the grid resolves the body.
   int* resolved;
 };
 
-/// Homogenized bodies of a grid that has a medium: groups without an unknown potential, and points of their bodies,
-/// sorted by bin. Bodies of one group in one bin are one point.
+/// Arrays of a coarse grid with an effective medium: bodies too small for the grid, as points sorted by bin (the four
+/// cells around). An absorbed group has no unknown potential on the grid. Bodies of one group in one bin are one point.
+/// A group is a set of bodies with one potential.
 struct MediumArrays {
-  int* absorbed;         ///< by group
-  Vec2* centre;          ///< by group
-  Extent* extent;        ///< by group, then by the set's first group; null: no sets
-  Bins absorbed_bodies;  ///< the start, and likewise of subgrid conductors, in one array
+  /// By group: 1 if the medium absorbs it.
+  int* absorbed;
+  /// By group: centre of its extent (cells).
+  Vec2* centre;
+  /// Extents by group, followed by those by a set's first group; null without sets.
+  Extent* extent;
+  /// Bodies of absorbed groups. Its array `start` continues with that of the subgrid conductors.
+  Bins absorbed_bodies;
   Bins subgrid_conductors;
-  Bins absorbed_groups;  ///< groups that the next finer grid does not absorb
-  int* point;            ///< by body: number of the point whose first body it is, or -1
-  float* permittivity;   ///< by slot
-  float *east, *north;   ///< by slot: conductance of a cell's face to the next cell, 0 if either is covered
+  /// Groups that the next finer grid does not absorb.
+  Bins absorbed_groups;
+  /// By body: number of the point whose first body it is, or -1.
+  int* point;
+  /// By slot: effective relative permittivity.
+  float* permittivity;
+  /// By slot: conductance of a cell's face to the cell on the right and above, 0 if either is covered.
+  float *east, *north;
 };
 
-/// Arrays by slot. A boundary cell is a fluid cell with a link.
+/// Arrays by slot (memory index of a cell). A boundary cell is a fluid cell with a link to a conductor.
 struct CellArrays {
   CellOwner* owner;
-  float* inverse_diagonal;  ///< 0 in covered cells and padding
+  /// 1 / (sum of conductances); 0 in covered cells and padding.
+  float* inverse_diagonal;
 };
 
-/// Cells of the bodies' bounding boxes in strips of one row.
+/// Strips of the cells in the bodies' bounding boxes, each a part of one row.
 struct StripArrays {
-  int* start;      ///< by rank
-  Counts* counts;  ///< by strip, summed over the strips before
+  /// By rank (order of bodies by group): index of the body's first strip.
+  int* start;
+  /// By strip: numbers of items in all strips before it.
+  Counts* counts;
 };
 
-/// Covered cells, sorted by body.
+/// Covered cells (cells whose centres lie in a body), sorted by body: their slots (memory indices) and groups (bodies
+/// with one potential).
 struct CoveredArrays {
   int *slot, *group;
 };
 
-/// Links of a body to a fluid cell, sorted by body.
+/// Links between a fluid cell and a conductor, sorted by body.
 struct LinkArrays {
   int* slot;
   LinkEnd* end;
   int* group;
   double* conductance;
-  Vec2* gradient;          ///< on the finest grid only, as the next two
-  int* partner_group;      ///< of the body on the opposite side of a narrow gap's cell, or -1
-  Vec2* partner_gradient;  ///< of that body's link with respect to this link's body
+  /// Derivative of the conductance with respect to the body's position; this array and the next two on the finest grid
+  /// only.
+  Vec2* gradient;
+  /// In a narrow gap of one cell: group of the body on the opposite side of the cell, or -1.
+  int* partner_group;
+  /// Derivative of the opposite body's link with respect to the position of this link's body.
+  Vec2* partner_gradient;
 };
 
+/// Arrays by boundary cell (a fluid cell with a link to a conductor).
 struct BoundaryArrays {
   int* slot;
-  int* link;  ///< by side (side * capacity[Items::boundary] + k), -1: none
+  /// Index of the link on each side, at side * capacity[Items::boundary] + k for cell k; -1: none.
+  int* link;
+  /// Sum of the conductances of the cell's faces and links.
   double* diagonal;
-  Coupling* coupling;  ///< by boundary cell and side: 4 k + side
+  /// Links for the V-cycle, at 4 k + side for boundary cell k.
+  Coupling* coupling;
 };
 
-/// Near-surface cells of a grid on which the cycle eliminates them.
+/// Near-surface cells of a grid on which the V-cycle eliminates them (Kron reduction).
 struct BoundArrays {
-  int* is_eliminated;  ///< by boundary cell
-  float* share;        ///< by link: conductance / diagonal of its cell if the cell is bound, else 0
-  double* kept;        ///< by link of an eliminated cell: contribution to its group's diagonal
-  DirectLink* joined;  ///< sorted by body
-  int* joined_start;   ///< by rank
+  /// 1 if a boundary cell is eliminated.
+  int* is_eliminated;
+  /// By link: conductance / diagonal of its cell if the cell is eliminated, else 0.
+  float* share;
+  /// By link of an eliminated cell: its contribution to its group's diagonal (Schur complement).
+  double* kept;
+  /// Links between groups that the elimination makes, sorted by body.
+  DirectLink* joined;
+  /// By rank (order of bodies by group): index of the body's first joined link.
+  int* joined_start;
 };
 
-/// Direct links, sorted by body.
+/// Direct links between conductors (without a fluid cell between them), sorted by body.
 struct DirectArrays {
   DirectLink* link;
-  int* start;  ///< by rank
+  /// By rank (order of bodies by group): index of the body's first link.
+  int* start;
 };
 
-/// Links of the finest grid that a coarse grid keeps: direct links, and links (`joined`) that the elimination of
-/// near-surface cells has made. Null on grids that keep none.
+/// Links of the finest grid that a coarse grid keeps: direct links (gap conductances), and links (`joined`) that the
+/// elimination of near-surface cells (dominated by a conductor) has made. Null on grids that keep none.
 struct InheritedArrays {
   const DirectLink *link, *joined;
-  const int *link_start, *joined_start;  ///< by rank
+  /// By rank (order of bodies by group): index of the body's first link.
+  const int *link_start, *joined_start;
 };
 
-/// Pieces of the groups' links and, after them, of the groups' covered cells. Partial sums run over pieces, so that a
-/// large group is no long serial sum.
+/// Pieces of each group's list of links (conductances) and of its list of covered cells (inside conductors). Sums run
+/// over pieces in parallel, so that a large group (bodies with one potential) is no long serial sum.
 struct PieceArrays {
-  int capacity;  ///< in pieces
-  int* start;    ///< 2 groups + 1
+  /// Number of pieces that the arrays have memory for.
+  int capacity;
+  /// [2 groups + 1] first piece of each group's links, then of each group's covered cells.
+  int* start;
+  /// By piece: its range in the list, and the number of its segment (a group's links or covered cells).
   int *begin, *end, *segment;
-  int* done;        ///< 2 groups
-  double* partial;  ///< by piece: partial sums in double precision
+  /// Counters of finished pieces for each of the 2 groups' lists.
+  int* done;
+  /// By piece: partial sums in double precision.
+  double* partial;
 };
 
+/// Arrays by group (bodies with one potential) on one grid: diagonals of the groups' equations, and clusters (groups
+/// solved together).
 struct GroupArrays {
-  int* own;                           ///< of a small grid: groups with an unknown potential
-  const ClusterView* clusters;        ///< groups that are relaxed together (relax_clusters.hpp); null: none
-  const ClusterView* exact_clusters;  ///< finest grid with couplings: all coupled or linked groups
-  double* diagonal;                   ///< 0: fixed, or a group without any link
-  double* cycle_diagonal;             ///< likewise, with near-surface cells eliminated
-  float* inverse_diagonal;            ///< 1 / cycle_diagonal
+  /// On a small grid: list of the groups with an unknown potential.
+  int* own;
+  /// Clusters: groups that are relaxed together (relax_clusters.hpp); null: none.
+  const ClusterView* clusters;
+  /// On the finest grid with couplings: clusters of all coupled or linked groups; else null.
+  const ClusterView* exact_clusters;
+  /// Sum of the group's conductances without couplings; 0 for given potentials and groups without any link.
+  double* diagonal;
+  /// Diagonal after elimination of near-surface cells.
+  double* cycle_diagonal;
+  /// 1 / cycle_diagonal.
+  float* inverse_diagonal;
 };
 
-/// The V-cycle's vectors.
+/// Vectors of the V-cycle on one grid, in single precision.
 struct CycleArrays {
-  float *v, *f;                                      ///< by slot; v: null on the finest grid
-  float *phi, *phi_down, *phi_next, *charge, *flux;  ///< by group
-  double* group_rhs;                                 ///< likewise, where there may be clusters
-  float* partial;                                    ///< by piece
+  /// By slot: potentials and right-hand sides of cells. v is null on the finest grid.
+  float *v, *f;
+  /// By group: potentials (current, in the first half of the cycle, after a sweep), right-hand sides, fluxes from
+  /// cells.
+  float *phi, *phi_down, *phi_next, *charge, *flux;
+  /// By group: right-hand sides in double precision, where there may be clusters.
+  double* group_rhs;
+  /// By piece: partial sums.
+  float* partial;
 };
 
-/// Arrays of a grid for kernels. Sides of cells and of the box are numbered by SideIndex; side ^ 1 is the opposite one.
+/// Arrays of one grid as device pointers for kernels. Sides of cells and of the box are numbered by SideIndex; side ^ 1
+/// is the opposite one.
 struct GridView {
   Layout layout;
   double h;
   LinkFormula formula;
   bool finest;
-  bool has_medium;  ///< some bodies are smaller than this grid resolves (../medium.hpp)
-  bool binds;       ///< the cycle eliminates near-surface cells (bound.hpp)
+  /// True if some bodies are smaller than this grid resolves (../medium.hpp).
+  bool has_medium;
+  /// True if the V-cycle eliminates near-surface cells on this grid (bound.hpp).
+  bool binds;
 
-  Numbers capacity;  ///< the number of items that arrays have memory for
-  int* number;       ///< by Items::Kind; 0 for all lists if one exceeds its capacity
-  int* required;     ///< by Items::Kind: the number of items found
+  /// Number of items of each kind that arrays have memory for.
+  Numbers capacity;
+  /// By Items::Kind: number of items; 0 for all lists if one exceeds its capacity.
+  int* number;
+  /// By Items::Kind: number of items found.
+  int* required;
 
   BodyArrays bodies;
   MediumArrays medium;
@@ -316,55 +430,75 @@ struct GridView {
   GroupArrays groups;
   CycleArrays cycle;
 
+  /// Returns the numbers of items of all bodies before the given rank (order of bodies by group). A group is a set of
+  /// bodies with one potential.
   LICHTENBERG_HOST_DEVICE const Counts& before(int rank) const {
     const int start = strips.start[rank], end = number[Items::strips];
     return strips.counts[start < end ? start : end];
   }
+  /// Returns the index of the first link (conductance to a fluid cell) of the body at this rank, the order of bodies by
+  /// group.
   LICHTENBERG_HOST_DEVICE int link_start(int rank) const { return before(rank).links; }
+  /// Returns the index of the first covered cell (inside a conductor) of the body at this rank, the order of bodies by
+  /// group.
   LICHTENBERG_HOST_DEVICE int covered_start(int rank) const { return before(rank).covered; }
+  /// Returns the index of the link (conductance to a conductor) of boundary cell k on a side, or -1. A boundary cell is
+  /// a fluid cell next to a conductor.
   LICHTENBERG_HOST_DEVICE int boundary_link_of(int k, int side) const {
     return boundary.link[side * capacity[Items::boundary] + k];
   }
-  /// First direct link of a group, and their number.
+  /// Returns the index of the first direct link of group g. A direct link is the conductance between two conductors
+  /// without a fluid cell between them. A group is a set of bodies with one potential.
   LICHTENBERG_HOST_DEVICE int first_direct_link(const ProblemView& problem, int g) const {
     return direct.start[problem.first_rank[g]];
   }
+  /// Returns the number of direct links (gap conductances) of group g. A group is a set of bodies with one potential.
   LICHTENBERG_HOST_DEVICE int direct_links_of(const ProblemView& problem, int g) const {
     return first_direct_link(problem, g + 1) - first_direct_link(problem, g);
   }
-  /// Returns the number of a group's direct links and links made by eliminated cells, which the cycle treats as equal.
+  /// Returns the number of a group's direct links (gap conductances) and links made by eliminated cells (dominated by a
+  /// conductor). The V-cycle treats both as equal. A group is a set of bodies with one potential.
   LICHTENBERG_HOST_DEVICE int cycle_links_of(const ProblemView& problem, int g) const {
     return direct_links_of(problem, g) + joined_before(problem, g + 1) - joined_before(problem, g);
   }
-  /// Returns the t-th of the links that cycle_links_of() counts.
+  /// Returns the t-th of the links between group g and other groups that cycle_links_of() counts. A group is a set of
+  /// bodies with one potential.
   LICHTENBERG_HOST_DEVICE const DirectLink& cycle_link(const ProblemView& problem, int g, int t) const {
     const int n = direct_links_of(problem, g);
     return t < n ? direct.link[first_direct_link(problem, g) + t] : bound.joined[joined_before(problem, g) + t - n];
   }
+  /// Returns the number of entries before group g (bodies with one potential) in the list of links that eliminated
+  /// cells make. An eliminated cell is a fluid cell dominated by its link to a conductor.
   LICHTENBERG_HOST_DEVICE int joined_before(const ProblemView& problem, int g) const {
     return may_have(Items::joined_links) ? bound.joined_start[problem.first_rank[g]] : 0;
   }
-  /// Returns true if the k-th entry of a vector, by slot and then by group, is an unknown.
+  /// Returns true if the k-th entry of a vector, by slot (memory index) and then by group (bodies with one potential),
+  /// is an unknown.
   LICHTENBERG_HOST_DEVICE bool is_unknown(int k) const {
     const int size = static_cast<int>(layout.size());
     return k < size ? cells.inverse_diagonal[k] > 0 : groups.diagonal[k - size] > 0;
   }
+  /// Returns true if the grid has memory for items of this kind; it has none of other kinds.
   LICHTENBERG_HOST_DEVICE bool may_have(Items::Kind kind) const { return capacity[kind] > 0; }
-  /// Returns true if groups may be linked to each other.
+  /// Returns true if groups (bodies with one potential) may be linked to each other, directly or by couplings (lumped
+  /// capacitances).
   LICHTENBERG_HOST_DEVICE bool may_link_groups() const {
     return groups.clusters || may_have(Items::direct_links) || may_have(Items::joined_links);
   }
-  /// Pieces of the groups' links, and of their covered cells.
+  /// Returns the pieces of the groups' lists of links (conductances to fluid cells), for parallel sums by group. A
+  /// group is a set of bodies with one potential.
   LICHTENBERG_HOST_DEVICE parallel::SegmentPieces link_pieces(const ProblemView& problem) const {
     return {problem.groups, pieces.capacity, pieces.start, pieces.begin, pieces.end, pieces.segment, 0, pieces.done};
   }
+  /// Returns the pieces of the groups' lists of covered cells (inside conductors), for parallel sums by group. A group
+  /// is a set of bodies with one potential.
   LICHTENBERG_HOST_DEVICE parallel::SegmentPieces covered_pieces(const ProblemView& problem) const {
     const int n = problem.groups;
     return {n, pieces.capacity, pieces.start + n, pieces.begin, pieces.end, pieces.segment, n, pieces.done + n};
   }
 };
 
-/// Calls f(k) for each item of a kind.
+/// Calls f(k) for each item k of a kind on the grid.
 template <class Executor, class F>
 void for_each_item(const Executor& run, const GridView& grid, Items::Kind kind, F f) {
   const int* number = grid.number + kind;
@@ -373,21 +507,26 @@ void for_each_item(const Executor& run, const GridView& grid, Items::Kind kind, 
   });
 }
 
+/// Maximum number of cells in a strip, a part of a row of a body's bounding box.
 constexpr int strip_width = 32;
+/// Maximum number of links (conductances) or covered cells (inside conductors) in a piece, the unit of a parallel sum.
 constexpr int piece_length = 128;
 
+/// Returns the memory index (slot) of cell (i, j) as int.
 LICHTENBERG_HOST_DEVICE inline int slot_of(const Layout& at, int i, int j) { return static_cast<int>(at(i, j)); }
-/// Slots of a cell's four neighbours, which have the other colour.
+/// Slots (memory indices) of a cell's four neighbours, which have the other colour.
 struct Neighbours {
   int west, east, south, north;
 };
-/// Neighbours by row and column including padding: row j + 1, column k + pad.
+/// Returns the slots (memory indices) of a cell's neighbours from its colour, row and column including padding: row j +
+/// 1, column k + pad.
 LICHTENBERG_HOST_DEVICE inline Neighbours neighbours(const Layout& at, int colour, int row, int column) {
   const int stride = static_cast<int>(at.stride);
   const int beside = (1 - colour) * static_cast<int>(at.colour_size()) + row * stride + column;
   const int east = beside + Layout::parity(colour, row - 1);
   return {east - 1, east, beside - stride, beside + stride};
 }
+/// Returns the slots (memory indices) of the four neighbours of the cell at `slot`.
 LICHTENBERG_HOST_DEVICE inline Neighbours neighbours(const Layout& at, int slot) {
   const int colour_size = static_cast<int>(at.colour_size()), stride = static_cast<int>(at.stride);
   const int colour = slot >= colour_size;
@@ -395,7 +534,7 @@ LICHTENBERG_HOST_DEVICE inline Neighbours neighbours(const Layout& at, int slot)
   return neighbours(at, colour, inner / stride, inner % stride);
 }
 
-/// Returns the last of the n + 1 ascending entries that is at most `value`.
+/// Returns the index of the last entry of `start` (n + 1 ascending entries) that is at most `value`, by bisection.
 LICHTENBERG_HOST_DEVICE inline int segment_of(const int* start, int n, int value) {
   int low = 0, high = n;
   while (high - low > 1) {
@@ -405,7 +544,7 @@ LICHTENBERG_HOST_DEVICE inline int segment_of(const int* start, int n, int value
   return low;
 }
 
-/// Assigns a cell to a body: the lowest index wins; fluid, -1, counts as the highest.
+/// Assigns a cell to a body atomically: the lowest index wins; fluid, -1, counts as the highest.
 LICHTENBERG_HOST_DEVICE inline void claim(CellOwner* owner, int body) {
 #ifdef __CUDA_ARCH__
   atomicMin(reinterpret_cast<unsigned*>(owner), static_cast<unsigned>(body));

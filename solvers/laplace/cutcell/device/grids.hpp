@@ -12,17 +12,23 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Part of a grid in the V-cycle. `number`, `required`: on the device (GridView).
+/// Role of a grid in the V-cycle: its features, and device pointers to its item counts and clusters (groups solved
+/// together). `number`, `required`: as in GridView.
 struct GridRole {
-  bool has_medium = false;  ///< some bodies are smaller than this grid resolves
-  bool is_small = false;    ///< its groups with unknown potentials are listed
-  bool binds = false;       ///< the cycle eliminates near-surface cells
+  /// True if some bodies are smaller than this grid resolves.
+  bool has_medium = false;
+  /// True if one kernel treats this grid with others; its groups with unknown potentials are then listed.
+  bool is_small = false;
+  /// True if the V-cycle eliminates near-surface cells.
+  bool binds = false;
   int *number = nullptr, *required = nullptr;
-  const ClusterView *clusters = nullptr, *exact_clusters = nullptr;  ///< null: none
-  const GridView* finest = nullptr;  ///< the grid whose direct links this coarse one inherits
+  /// Clusters (groups solved together) of the V-cycle and of the finest grid's system; null: none.
+  const ClusterView *clusters = nullptr, *exact_clusters = nullptr;
+  /// The finest grid, whose direct links this coarse one inherits; null: none.
+  const GridView* finest = nullptr;
 };
 
-/// Grid on the device: its memory, and its discretization.
+/// One grid on the device: its memory, and its discretization (cells, conductances, matrix diagonals).
 template <class Executor>
 class DeviceGrid {
  public:
@@ -38,13 +44,14 @@ class DeviceGrid {
     if (!finest) resize_with_zeros(grid.layout.size(), grid.cycle.v);
   }
 
+  /// Returns the device pointers to the grid's arrays.
   const GridView& view() const { return arrays_.view.grid; }
-  /// Returns the number of fluid cells from this grid's `numbers`.
+  /// Returns the number of fluid cells (outside all bodies), from the `numbers` of this grid's items.
   long fluid_cells(const Numbers& numbers) const {
     return static_cast<long>(view().layout.nx) * view().layout.ny - numbers[Items::covered];
   }
 
-  /// Sets the grid's role and reserves memory for GridView::capacity items of each Items::Kind. Arrays may move.
+  /// Sets the grid's role and reserves memory for GridView::capacity items of each kind. Arrays may move.
   void reserve(const ProblemView& problem, const GridRole& role) {
     GridView& grid = own();
     grid.has_medium = role.has_medium;
@@ -71,14 +78,15 @@ class DeviceGrid {
     reserve_lists();
     reserve_groups(problem, role.is_small);
   }
+  /// Returns true if the arrays have memory for the required numbers of items.
   bool fits(const Numbers& required) const {
     for (int kind = 0; kind < Items::kinds; ++kind)
       if (required[kind] > view().capacity[kind]) return false;
     return true;
   }
-  /// Raises the capacities for reserve() to the required numbers and, of items that may soon exceed them in motion,
-  /// half as many more: growing costs as much as ten solves. The coarsest grid's matrix must stay small, and changes
-  /// with groups only.
+  /// Raises the capacities for reserve() to the required numbers of items. Items that may soon exceed them in motion
+  /// get half as many more, because growing costs as much as ten solves. The coarsest grid's matrix must stay small and
+  /// changes with groups (bodies with one potential) only, so that it gets 16 more.
   void enlarge(const ProblemView& problem, const Numbers& required) {
     Numbers& capacity = own().capacity;
     if (view().has_medium && required[Items::strips] > 0) {
@@ -96,11 +104,11 @@ class DeviceGrid {
     }
   }
 
-  /// Sets the capacity of strong links to 0, until enlarge() raises it; reserve() must follow.
+  /// Sets the capacity of strong links (large gap conductances) to 0, until enlarge() raises it; reserve() must follow.
   void forget_strong_links() { own().capacity[Items::strong_links] = 0; }
 
-  /// Computes the bodies' outlines and the absorbed groups. `finer`: the next finer grid, with outlines; null for the
-  /// finest.
+  /// Computes the bodies' outlines in cells and the groups (bodies with one potential) that become part of the grid's
+  /// effective medium. `finer`: the next finer grid, with outlines; null for the finest.
   void outline(const ProblemView& problem, const GridView* finer) {
     outline_bodies(run_, problem, view());
     if (view().has_medium)
@@ -108,7 +116,8 @@ class DeviceGrid {
                     {scratch().sort.key, view().medium.absorbed_groups.item});
   }
 
-  /// Discretizes the grid; the outlines of all grids must exist.
+  /// Discretizes the grid: assigns cells to bodies, computes conductances and matrix diagonals. The outlines of all
+  /// grids must exist.
   void build(const ProblemView& problem) {
     if (view().has_medium) homogenize(problem);
     assign_cells(problem);
@@ -123,13 +132,16 @@ class DeviceGrid {
   }
 
  private:
-  /// Arrays of the set-up.
+  /// Arrays that only the set-up of a grid needs.
   struct Scratch {
     SortArrays sort;
-    PointsView points;            ///< without keys
-    WithoutCells* without_cells;  ///< by body
+    /// Points of homogenized bodies, without keys.
+    PointsView points;
+    /// By body: numbers of items of bodies without cells.
+    WithoutCells* without_cells;
     DirectLink *unsorted_direct, *unsorted_joined;
-    int* joined_before;  ///< by boundary cell
+    /// By boundary cell: number of joined links of earlier cells.
+    int* joined_before;
   };
   struct All {
     GridView grid;
@@ -214,7 +226,8 @@ class DeviceGrid {
     if (groups.clusters) arrays_.resize(problem.groups, cycle.group_rhs);
   }
 
-  /// Sorts groups and bodies that are homogenized here by bins, and computes their shares in cells.
+  /// Sorts the groups and bodies that are smaller than the grid resolves by bin (the four cells around), and computes
+  /// their shares in cells. A group is a set of bodies with one potential.
   void homogenize(const ProblemView& problem) {
     const GridView& grid = view();
     const int bins = bins_of(grid.layout);
@@ -250,7 +263,7 @@ class DeviceGrid {
     finalize_list_counts(run_, problem, grid, without_cells);
   }
 
-  /// Returns the view with the unsorted list of direct links, if they are to be sorted.
+  /// Returns the view with the unsorted list of direct links (gap conductances), if they are to be sorted.
   GridView filled() const {
     GridView grid = view();
     if (grid.may_have(Items::without_cells)) grid.direct.link = arrays_.view.scratch.unsorted_direct;

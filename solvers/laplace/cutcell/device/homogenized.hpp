@@ -7,7 +7,8 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Bounding rectangle of a group's disks.
+/// Bounding rectangle of a group's disks (cells), and the number of them that the grid resolves. A group is a set of
+/// bodies with one potential.
 struct Extent {
   double low_x = infinite, low_y = infinite, high_x = -infinite, high_y = -infinite;
   double resolved = 0;  // number of resolved disks
@@ -22,17 +23,20 @@ struct Extent {
   }
 };
 
-/// Arrays for sorting items by integer keys.
+/// Device pointers for sorting items by integer keys: the key and the index of each item.
 struct SortArrays {
   int *key, *index;  ///< of the items
 };
 
-/// Decides whether a group has no unknown potential; `extent`: of its set.
+/// Decision whether the grid's effective medium absorbs a group (bodies with one potential), which then has no unknown
+/// potential. `finer_absorbed`: the decisions on the next finer grid; null: none absorbed.
 struct Absorb {
   ProblemView problem;
   GridView grid;
   const int* finer_absorbed;
   SortArrays sort;
+  /// Decides for group g; `extent`: bounding rectangle of its set. Also writes the group's sort key. A group is a set
+  /// of bodies with one potential.
   LICHTENBERG_HOST_DEVICE void operator()(int g, const Extent& extent) const {
     const double width = extent.high_x - extent.low_x, height = extent.high_y - extent.low_y;
     const bool held = problem.sets.held ? problem.sets.held[g] : !problem.floating[g];
@@ -45,8 +49,10 @@ struct Absorb {
   }
 };
 
-/// Finds the groups without an unknown potential. `finer_absorbed`: on the next finer grid; null: none. `sort`: the
-/// bins of the groups that this grid absorbs first.
+/// Finds the groups (bodies with one potential) that become part of the grid's effective medium, without an unknown
+/// potential. They are small sets of disks that the grid does not resolve. `finer_absorbed`: the decisions on the next
+/// finer grid; null: none absorbed. `sort`: receives the bin (the four cells around) of each group that this grid
+/// absorbs first.
 template <class Executor>
 void absorb_groups(const Executor& run, ProblemView problem, GridView grid, const int* finer_absorbed,
                    SortArrays sort) {
@@ -80,8 +86,9 @@ void absorb_groups(const Executor& run, ProblemView problem, GridView grid, cons
   run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { absorb(g, set_extent[sets.first_group[g]]); });
 }
 
-/// Makes sort keys: bins of absorbed bodies, then bins of subgrid conductors. Items are in the order of groups, so that
-/// bodies of one group are contiguous in each bin.
+/// Makes sort keys of bodies that the grid does not resolve, by bin (the four cells around). Bins of absorbed bodies
+/// are first, then bins of subgrid conductors, which have a potential of their own. Bodies of one group (with one
+/// potential) are contiguous in each bin.
 template <class Executor>
 void homogenized_keys(const Executor& run, ProblemView problem, GridView grid, SortArrays sort) {
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int rank) {
@@ -92,15 +99,20 @@ void homogenized_keys(const Executor& run, ProblemView problem, GridView grid, S
   });
 }
 
-/// Data for merging bodies, sorted by `key`, to points.
+/// Arrays for merging unresolved bodies, sorted by `key`, to points. One point represents the bodies with one potential
+/// around the same four cells.
 struct PointsView {
   const int* key;
-  int* before;              ///< by item, with one more at the end: number of points that begin before it
-  int* first;               ///< by point, with one more at the end: its first item
-  HomogenizedPoint* share;  ///< by item: shares of one body
+  /// By body in the sorted order, with one more at the end: number of points that begin before it.
+  int* before;
+  /// By point, with one more at the end: its first body in the sorted order.
+  int* first;
+  /// By body in the sorted order: its shares in the four cells.
+  HomogenizedPoint* share;
 };
 
-/// Merges bodies of one group in one bin to one point, so that sums have one term for them.
+/// Merges bodies of one group around the same four cells (a bin) to one point, so that sums have one term for them. The
+/// grid does not resolve the bodies. A group is a set of bodies with one potential.
 template <class Executor>
 void number_points(const Executor& run, ProblemView problem, GridView grid, PointsView points) {
   const int* item = grid.medium.absorbed_bodies.item;
@@ -121,7 +133,8 @@ void number_points(const Executor& run, ProblemView problem, GridView grid, Poin
   });
 }
 
-/// Returns a point's share in a cell: its interpolation weights, mirrored ones with or without sign.
+/// Returns the interpolation weight of the cell `slot`, mirrored cells included: signed, or the sum of absolute values
+/// if not `sign`.
 LICHTENBERG_HOST_DEVICE inline float weight_in(const Interpolation& around, int slot, bool sign) {
   float sum = 0;
   for (int k = 0; k < 4; ++k)
@@ -129,7 +142,8 @@ LICHTENBERG_HOST_DEVICE inline float weight_in(const Interpolation& around, int 
   return sum;
 }
 
-/// Returns a point's shares in the cells of its bin, multiplied by `times`.
+/// Computes the shares of a point p (in cells) in the four cells around it: the interpolation weights times `times`,
+/// signed if `sign`.
 LICHTENBERG_HOST_DEVICE inline HomogenizedPoint homogenized_point(const ProblemView& problem, const Layout& at, Vec2 p,
                                                                   int group, bool sign, float times) {
   const Interpolation around = interpolate(at, p, problem.electrode);
@@ -141,8 +155,10 @@ LICHTENBERG_HOST_DEVICE inline HomogenizedPoint homogenized_point(const ProblemV
   return point;
 }
 
-/// Computes the shares of homogenized bodies (of their areas, or of the conductances of subgrid conductors) and of
-/// absorbed groups.
+/// Computes the shares of small bodies and groups in the four cells around each. The share of a body in the effective
+/// medium is a part of its area. The share of a subgrid conductor (a disk too small for the grid) is a part of its
+/// conductance. For a group in the medium it is the interpolation weight. A group is a set of bodies with one
+/// potential.
 template <class Executor>
 void distribute_points(const Executor& run, ProblemView problem, GridView grid, PointsView points) {
   const int* item = grid.medium.absorbed_bodies.item;
@@ -173,16 +189,18 @@ void distribute_points(const Executor& run, ProblemView problem, GridView grid, 
   });
 }
 
-/// Points with a share in a cell: those of four bins.
+/// Points with a share in one cell: those of the four bins that contain the cell.
 struct CellBins {
   const Bins& bins;
   int below, above;  // first bin of either row
 
   LICHTENBERG_HOST_DEVICE CellBins(const Layout& at, const Bins& b, int i, int j)
       : bins(b), below(j * (at.nx + 1) + i), above(below + at.nx + 1) {}
+  /// Returns the number of points in the two lower of the cell's four bins.
   LICHTENBERG_HOST_DEVICE int below_count() const { return bins.start[below + 2] - bins.start[below]; }
+  /// Returns the number of points with a share in the cell.
   LICHTENBERG_HOST_DEVICE int count() const { return below_count() + bins.start[above + 2] - bins.start[above]; }
-  /// Returns value(group, share in the cell) of the t-th point.
+  /// Returns value(group, share in the cell) of the t-th point. A group is a set of bodies with one potential.
   template <class Value>
   LICHTENBERG_HOST_DEVICE auto value(int t, Value of) const {
     const int n = below_count(), first = t < n ? below : above;
@@ -191,7 +209,8 @@ struct CellBins {
   }
 };
 
-/// Returns the sum of value(group, share) over the points around a cell.
+/// Returns the sum of value(group, share) over the points with a share in cell (i, j). A group is a set of bodies with
+/// one potential.
 template <class Value>
 LICHTENBERG_HOST_DEVICE float gathered(const Layout& at, const Bins& bins, int i, int j, Value value) {
   const CellBins around(at, bins, i, j);
@@ -200,7 +219,7 @@ LICHTENBERG_HOST_DEVICE float gathered(const Layout& at, const Bins& bins, int i
   return sum;
 }
 
-/// Computes the effective permittivity of cells from the area of absorbed disks in them.
+/// Computes the effective permittivity of each cell (Maxwell Garnett) from the area of the absorbed disks in it.
 template <class Executor>
 void make_permittivity(const Executor& run, GridView grid) {
   run.sum_segments(

@@ -7,12 +7,14 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Basis vectors and their products with the operator.
+/// Basis vectors of an initial guess, and their products with the operator A (`image`); device pointers.
 struct BasisView {
   int size;
   double *vector[history_length], *image[history_length];
 };
 
+/// Computes the coefficients `shares` of the basis vectors by Galerkin projection (closest_shares). b: right-hand side;
+/// n: number of entries of each vector.
 template <class Executor>
 void compute_shares(const Executor& run, long n, BasisView basis, const double* b, Shares* shares) {
   const int m = basis.size;
@@ -33,6 +35,7 @@ void compute_shares(const Executor& run, long n, BasisView basis, const double* 
       [=] LICHTENBERG_HOST_DEVICE(const GuessProducts& products) { *shares = closest_shares(products, m); });
 }
 
+/// Computes the linear combination x of the basis vectors with the coefficients `shares`.
 template <class Executor>
 void combine(const Executor& run, long n, BasisView basis, const Shares* shares, double* x) {
   run.for_each(n, [=] LICHTENBERG_HOST_DEVICE(int k) {
@@ -43,8 +46,9 @@ void combine(const Executor& run, long n, BasisView basis, const Shares* shares,
   });
 }
 
-/// Sweeps over the cells next to conductors, where a guess's largest errors are (CutCellOperator::relax_edges). `next`:
-/// scratch memory, one value per group.
+/// Smooths the initial guess by Gauss-Seidel sweeps over the groups and the cells next to conductors, where its largest
+/// errors are (CutCellOperator::relax_edges). `next`: scratch memory, one value per group. A group is a set of bodies
+/// with one potential.
 template <class Executor>
 void relax_edges(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, double* next, int sweeps) {
   const double* b = v.b;

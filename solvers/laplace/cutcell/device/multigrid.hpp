@@ -18,9 +18,10 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Smallest disks of a problem, which decide whether a grid resolves all.
+/// Radii of the smallest disks of a problem, which decide whether a grid resolves all disks.
 class SmallestDisks {
  public:
+  /// Finds the smallest disk that floats alone and the smallest of all other disks.
   explicit SmallestDisks(const LaplaceProblem& problem) {
     std::vector<int> members(problem.groups.size(), 0);
     for (const Body& body : problem.bodies) ++members[body.group];
@@ -30,7 +31,7 @@ class SmallestDisks {
         radius_[alone] = std::min(radius_[alone], disk->radius);
       }
   }
-  /// Returns true if a grid with cells of size h (m) does not resolve a disk.
+  /// Returns true if a grid with cells of size h (m) does not resolve some disk.
   bool unresolved(double h) const {
     for (const bool alone : {false, true})
       if (radius_[alone] < infinite &&
@@ -44,12 +45,15 @@ class SmallestDisks {
   double radius_[2] = {infinite, infinite};  // of disks in groups; of single ones
 };
 
-/// Grids and the V-cycle on them (../multigrid.hpp): a few kernels per large grid, one kernel for all small ones. Where
-/// groups have direct links, each Gauss-Seidel sweep over conductors is replaced by two Jacobi sweeps, over clusters of
-/// groups where links are strong.
+/// Multigrid preconditioner on the device: all grids and the V-cycle on them (../multigrid.hpp). A large grid takes a
+/// few kernels, all small grids together one. Where conductors have direct links (gap conductances), two Jacobi sweeps
+/// replace each Gauss-Seidel sweep over groups (bodies with one potential). Where links are strong, the sweeps run over
+/// clusters of groups.
 template <class Executor>
 class DeviceMultigrid {
  public:
+  /// Makes the grids, the finest of nx x ny cells, without a problem's bodies. `formula`: formula of the links'
+  /// conductances.
   DeviceMultigrid(const Executor& run, const LaplaceProblem& problem, int nx, int ny, LinkFormula formula)
       : run_(run), coarsest_(run), numbers_(run), clustering_(run, static_cast<int>(grid_sizes(nx, ny).size())) {
     for (const GridSize& size : grid_sizes(nx, ny))
@@ -60,8 +64,8 @@ class DeviceMultigrid {
     single_grid_v_.zero();
   }
 
-  /// Discretizes on all grids. The device computes whether the arrays were large enough, and check_capacity() returns
-  /// the answer.
+  /// Discretizes the problem on all grids and prepares the coarsest grid's solver. The device counts whether the arrays
+  /// were large enough; check_capacity() returns the answer. `view`: the same problem on the device.
   void build(const LaplaceProblem& problem, const ProblemView& view) {
     prepare(problem, view);
     if (fits_) {
@@ -79,7 +83,8 @@ class DeviceMultigrid {
     if (!lacks_capacity()) coarsest_.factorize(problem, grids_.back().view(), required(levels() - 1));
   }
 
-  /// Starts the transfer for check_capacity(), before which the executor must have waited.
+  /// Starts the transfer of the item counts that check_capacity() reads. The device must have finished it before
+  /// check_capacity().
   void begin_capacity_check() { numbers_.begin_fetch(); }
   /// Returns true if the arrays were large enough; if not, enlarges them, and build() must be repeated. Throws Failure
   /// if the coarsest grid's system is singular.
@@ -96,37 +101,46 @@ class DeviceMultigrid {
   }
   /// Returns a number that changes when arrays move.
   int generation() const { return generation_; }
+  /// Returns true if the device solves the coarsest grid's system, so that the V-cycle needs no host.
   bool on_device() const { return coarsest_.on_device(); }
+  /// Returns the number of fluid cells (outside all bodies) of the finest grid.
   long fluid_cells() const { return finest().fluid_cells(required(0)); }
-  /// Returns true if the host takes part in the set-up: it computes the groups that are relaxed together.
+  /// Returns true if groups (bodies with one potential) are linked so strongly that the host takes part in the set-up.
+  /// It computes clusters, the groups that are relaxed together.
   bool clustered() const { return coupled() || finest().view().may_have(Items::strong_links); }
+  /// Returns true if the problem has couplings (lumped capacitances between groups). A group is a set of bodies with
+  /// one potential.
   bool coupled() const { return given_problem_.couplings.start; }
-  /// Returns the required numbers of a grid's items, as known to check_capacity().
+  /// Returns the required numbers of items of a grid, as fetched for check_capacity().
   Numbers required(int level) const {
     Numbers numbers;
     std::copy_n(required_.host + level * Items::kinds, Items::kinds, numbers.begin());
     return numbers;
   }
 
+  /// Returns the finest grid.
   const DeviceGrid<Executor>& finest() const { return grids_.front(); }
+  /// Returns the number of grids.
   int levels() const { return static_cast<int>(grids_.size()); }
+  /// Returns the number of unknowns of the coarsest grid.
   long coarse_unknowns() const { return required(levels() - 1)[Items::coarse_unknowns]; }
 
-  /// z = M r
+  /// Applies the preconditioner: z = M r by one V-cycle. All pointers are to device memory.
   void apply(const double* r, double* z) {
     run_.fill(z, 0, grids_[0].view().layout.size() * sizeof(double));
     store_residual(run_, problem_, grids_[0].view(), r);
     apply(z);
   }
 
-  /// Computes z = M r from the stored residual (StoreResidual). z must be 0 outside the cells.
+  /// Computes z = M r from the stored residual (StoreResidual), by a recorded graph of kernels where possible. z must
+  /// be 0 outside the cells.
   void apply(double* z) {
     if (on_device())
       run_.run(recordings_[z], [&] { cycle(z); });
     else
       cycle(z);
   }
-  /// Computes the same, kernel by kernel.
+  /// Computes z = M r from the stored residual by one V-cycle, kernel by kernel, without recording.
   void cycle(double* z) {
     double* z_of_groups = z + grids_[0].view().layout.size();
     if (first_solved_ > 0) down(0, z);
@@ -144,7 +158,8 @@ class DeviceMultigrid {
   }
 
  private:
-  /// Returns true if set-ups may do without the host again.
+  /// Returns true if set-ups may do without the host again, after many solves without strong links (large gap
+  /// conductances).
   bool may_forget_strong_links() const {
     return finest().view().may_have(Items::strong_links) && !coupled() &&
            solves_without_strong_links_ >= solves_to_forget_strong_links;
@@ -204,7 +219,7 @@ class DeviceMultigrid {
       if (!grids_[l].fits(required(l))) return true;
     return false;
   }
-  /// Returns true if any array was too small.
+  /// Enlarges arrays that were too small. Returns true if there was one.
   bool enlarge() {
     if (!lacks_capacity()) return false;
     for (int l = 0; l < levels(); ++l) grids_[l].enlarge(problem_, required(l));
@@ -213,8 +228,9 @@ class DeviceMultigrid {
     return true;
   }
 
-  /// Discretizes all grids at once or, where groups are clustered, the finest one first: the host computes the coarse
-  /// grids' sets from its direct links.
+  /// Discretizes all grids at once. Where groups are clustered, the finest grid is first, because the host computes the
+  /// coarse grids' sets of groups from its direct links (gap conductances). A group is a set of bodies with one
+  /// potential.
   void discretize(const LaplaceProblem& problem) {
     if (!clustered()) return record(building_, [&] { build_from(0); });
     record(building_finest_, [&] {
@@ -302,7 +318,8 @@ class DeviceMultigrid {
   ProblemView given_problem_{}, problem_{};  // problem_: with sets of groups
   Coarsest<Executor> coarsest_;
   parallel::Array<GridView, Executor> views_{run_};
-  int first_solved_ = 0;  ///< first of the grids that one kernel solves, or the host
+  /// First of the grids that one kernel or the host solves.
+  int first_solved_ = 0;
   parallel::Array<int, Executor> number_{run_};
   parallel::PackedTransfer<Executor> numbers_;
   typename parallel::PackedTransfer<Executor>::template MirroredArray<int> required_, singular_;

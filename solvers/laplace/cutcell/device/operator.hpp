@@ -10,17 +10,23 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Vectors of a solve, by slot and then by group, and the state of its iterations.
+/// Vectors of a solve on the device, by slot (memory index of a cell) and then by group, and the state of its
+/// iterations. A group is a set of bodies with one potential.
 struct SolveVectors {
-  long size;      ///< entries of each
-  double *b, *x;  ///< right-hand side; potentials, in units of the solver's potential unit
-  double *r, *z;  ///< residual b - A x; the same, preconditioned
-  double *p, *q;  ///< search direction; A p
+  /// Number of entries of each vector.
+  long size;
+  /// Right-hand side; potentials, in units of the solver's potential unit.
+  double *b, *x;
+  /// Residual b - A x; preconditioned residual z = M r.
+  double *r, *z;
+  /// Search direction; A p.
+  double *p, *q;
   Iterations* iterations;
 };
 
-/// Calls finish(g, flux) for each group g, with its flux through links to cells and through direct links with floating
-/// groups.
+/// Calls finish(g, flux) for each group g (bodies with one potential) with its flux. The flux is the sum of conductance
+/// times potential over its links to cells and its direct links (gaps) to floating groups. `x`: potentials by slot
+/// (memory index), then by group.
 template <class Executor, class Finish>
 void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const double* x, Finish finish) {
   run.sum_pieces(
@@ -29,8 +35,9 @@ void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const
       DirectFluxes<double>{problem, grid, x + grid.layout.size()}, finish);
 }
 
-/// Adds the fluxes of couplings to y, both by group: the flux that leaves one group enters the other to the last digit,
-/// however strong the coupling. Groups of given potential have 0 in x.
+/// Adds the fluxes of couplings (lumped capacitances) out of each group (bodies with one potential) to y. `x`, `y`: by
+/// group. The flux that leaves one group enters the other to the last digit, however strong the coupling. Groups of
+/// given potential have 0 in x.
 template <class Executor>
 void add_couplings(const Executor& run, ProblemView problem, const double* x, double* y) {
   const CouplingView couplings = problem.couplings;
@@ -44,7 +51,7 @@ void add_couplings(const Executor& run, ProblemView problem, const double* x, do
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { y[g] += sum; });
 }
 
-/// Computes y = A x without couplings.
+/// Computes y = A x without couplings (lumped capacitances).
 template <class Executor>
 void apply_field(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y) {
   const int cells = static_cast<int>(grid.layout.size());
@@ -82,14 +89,15 @@ void apply_field(const Executor& run, ProblemView problem, GridView grid, const 
   });
 }
 
-/// Computes y = A x.
+/// Computes y = A x, the matrix-free cut-cell system of the finest grid.
 template <class Executor>
 void apply_operator(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y) {
   apply_field(run, problem, grid, x, y);
   add_couplings(run, problem, x + grid.layout.size(), y + grid.layout.size());
 }
 
-/// Sums for the scale of the initial guess x, with q = A x without couplings (Iterations::set_guess_scale).
+/// Sums that determine the scale of the initial guess x (Iterations::set_guess_scale): b'x, x'A x without couplings
+/// (lumped capacitances), largest |x|, and the couplings' part of x'A x.
 struct GuessSums {
   double product = 0, energy = 0, largest = 0, coupling_part = 0;
   LICHTENBERG_HOST_DEVICE GuessSums& operator+=(const GuessSums& other) {
@@ -101,7 +109,8 @@ struct GuessSums {
   }
 };
 
-/// Returns a group's share of the couplings' part of x'A x.
+/// Returns group g's share of the couplings' part of x'A x. Two floating groups (bodies with one unknown potential)
+/// share the energy of a coupling (a lumped capacitance) equally.
 LICHTENBERG_HOST_DEVICE inline double coupling_energy(const ProblemView& problem, const double* x_group, int g) {
   const CouplingView& couplings = problem.couplings;
   double sum = 0;
@@ -112,7 +121,8 @@ LICHTENBERG_HOST_DEVICE inline double coupling_energy(const ProblemView& problem
   return sum;
 }
 
-/// Scales the initial guess x, with q = A x without couplings, and sets and stores r = b - A x.
+/// Scales the initial guess x by the factor that minimizes its error in the energy norm. Computes r = b - A x and
+/// stores it for the V-cycle. q must contain A x without couplings (lumped capacitances).
 template <class Executor>
 void scale_guess(const Executor& run, ProblemView problem, GridView grid, SolveVectors v) {
   const int cells = static_cast<int>(grid.layout.size());
@@ -139,7 +149,8 @@ void scale_guess(const Executor& run, ProblemView problem, GridView grid, SolveV
   });
 }
 
-/// Returns the sum over a group's couplings to given potentials of the conductance times value(other group).
+/// Returns the sum over group g's couplings (lumped capacitances) to given potentials of the conductance times
+/// value(other group). A group is a set of bodies with one potential.
 template <class Value>
 LICHTENBERG_HOST_DEVICE double to_given(const ProblemView& problem, int g, Value value) {
   const CouplingView& couplings = problem.couplings;
@@ -149,8 +160,9 @@ LICHTENBERG_HOST_DEVICE double to_given(const ProblemView& problem, int g, Value
   return sum;
 }
 
-/// CutCellOperator::fix_potential_level, for systems grounded by couplings only: shifts x so that r, which is stored,
-/// sums to zero.
+/// Shifts all potentials x such that the residual r sums to zero, updates r and stores it for the V-cycle. For systems
+/// grounded by couplings (lumped capacitances) only (CutCellOperator::fix_potential_level). `level`: receives the
+/// shift.
 template <class Executor>
 void fix_potential_level(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, double* level) {
   const int cells = static_cast<int>(grid.layout.size());
@@ -169,7 +181,7 @@ void fix_potential_level(const Executor& run, ProblemView problem, GridView grid
   });
 }
 
-/// Computes p = z + beta p, without reading p if beta is 0.
+/// Computes the CG search direction p = z + beta p, without reading p if beta is 0.
 template <class Executor>
 void update_direction(const Executor& run, SolveVectors v) {
   run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
@@ -178,7 +190,7 @@ void update_direction(const Executor& run, SolveVectors v) {
   });
 }
 
-/// Computes x += alpha p and r -= alpha q, and stores r for the V-cycle.
+/// Takes a CG step: x += alpha p and r -= alpha q, and stores r for the V-cycle.
 template <class Executor>
 void take_step(const Executor& run, GridView grid, SolveVectors v) {
   const StoreResidual take{grid};
@@ -191,12 +203,14 @@ void take_step(const Executor& run, GridView grid, SolveVectors v) {
   });
 }
 
+/// Resets the state of the iterations on the device. `tolerance`: relative error in the energy norm; `most`: maximum
+/// number of iterations.
 template <class Executor>
 void begin_iterations(const Executor& run, double tolerance, int most, Iterations* iterations) {
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) { iterations->begin(tolerance, most); });
 }
 
-/// Computes the step length along p, and calls again(whether another iteration follows).
+/// Computes the step length alpha along p from p'A p, and calls again(whether another iteration follows).
 template <class Executor, class Continuation>
 void compute_step(const Executor& run, SolveVectors v, Continuation again) {
   run.sum(
@@ -207,7 +221,7 @@ void compute_step(const Executor& run, SolveVectors v, Continuation again) {
       });
 }
 
-/// Tests convergence of the residual, and computes beta of the next direction.
+/// Tests convergence of the residual by r'z, and computes beta of the next search direction.
 template <class Executor>
 void test_convergence(const Executor& run, SolveVectors v) {
   run.sum(
@@ -215,8 +229,9 @@ void test_convergence(const Executor& run, SolveVectors v) {
       [=] LICHTENBERG_HOST_DEVICE(double product) { v.iterations->test_convergence(product); });
 }
 
-/// Solves each floating group's equation for given potentials of the cells. `next`: scratch memory, one value per
-/// group, used if groups depend on each other.
+/// Solves each floating group's equation for its potential in x, for given potentials of the cells. Groups joined by
+/// couplings (lumped capacitances) are solved together; those with direct links (gap conductances) only by a Jacobi
+/// step. `next`: scratch memory, one value per group. A group is a set of bodies with one potential.
 template <class Executor>
 void solve_group_potentials(const Executor& run, ProblemView problem, GridView grid, const double* b, double* x,
                             double* next) {
@@ -238,8 +253,8 @@ void solve_group_potentials(const Executor& run, ProblemView problem, GridView g
   run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { x[cells + g] = next[g]; });
 }
 
-/// Computes the right-hand side b: charges, and fluxes from groups and sides of given potential; `unit`: potential unit
-/// (V).
+/// Computes the right-hand side b in units of `unit` (V): charges / permittivity, and fluxes from groups (bodies with
+/// one potential) and sides of given potential.
 template <class Executor>
 void right_hand_side(const Executor& run, ProblemView problem, GridView grid, double* b, double unit = 1) {
   run.fill(b, 0, (grid.layout.size() + problem.groups) * sizeof(double));
@@ -277,14 +292,14 @@ void right_hand_side(const Executor& run, ProblemView problem, GridView grid, do
       });
 }
 
-/// Sets v to 1 for every unknown, else 0.
+/// Sets v to 1 for every unknown and to 0 elsewhere.
 template <class Executor>
 void mark_unknowns(const Executor& run, ProblemView problem, GridView grid, double* v) {
   run.for_each(static_cast<long>(grid.layout.size()) + problem.groups,
                [=] LICHTENBERG_HOST_DEVICE(int k) { v[k] = grid.is_unknown(k) ? 1.0 : 0.0; });
 }
 
-/// Sum and number of its terms.
+/// Sum and number of its terms, for a mean value.
 struct Mean {
   double sum = 0, count = 0;
   LICHTENBERG_HOST_DEVICE Mean& operator+=(const Mean& other) {
@@ -292,10 +307,11 @@ struct Mean {
     count += other.count;
     return *this;
   }
+  /// Returns the mean value; 0 without terms.
   LICHTENBERG_HOST_DEVICE double value() const { return count > 0 ? sum / count : 0.0; }
 };
 
-/// Subtracts the mean from every unknown.
+/// Subtracts *mean from every unknown in x.
 template <class Executor>
 void subtract(const Executor& run, ProblemView problem, GridView grid, const double* mean, double* x) {
   run.for_each(static_cast<long>(grid.layout.size()) + problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
@@ -303,7 +319,8 @@ void subtract(const Executor& run, ProblemView problem, GridView grid, const dou
   });
 }
 
-/// Subtracts from z its mean over all unknowns, the null space if nothing is grounded.
+/// Subtracts from z its mean over all unknowns, the null space of the system if nothing is grounded. `mean`: receives
+/// it.
 template <class Executor>
 void remove_mean(const Executor& run, ProblemView problem, GridView grid, double* z, double* mean) {
   run.sum(
@@ -315,7 +332,7 @@ void remove_mean(const Executor& run, ProblemView problem, GridView grid, double
   subtract(run, problem, grid, mean, z);
 }
 
-/// Shifts the potentials so that the bodies' mean potential is zero.
+/// Shifts the potentials x so that the mean potential of all bodies is zero. `mean`: receives the former mean.
 template <class Executor>
 void fix_mean(const Executor& run, ProblemView problem, GridView grid, double* x, double* mean) {
   const int cells = static_cast<int>(grid.layout.size());
@@ -328,7 +345,7 @@ void fix_mean(const Executor& run, ProblemView problem, GridView grid, double* x
   subtract(run, problem, grid, mean, x);
 }
 
-/// Computes the potentials of all groups (V).
+/// Computes the potentials (V) of all groups (bodies with one potential) from x, which is in units of `unit` (V).
 template <class Executor>
 void group_potentials(const Executor& run, ProblemView problem, GridView grid, const double* x, double unit,
                       double* potential) {
@@ -338,13 +355,15 @@ void group_potentials(const Executor& run, ProblemView problem, GridView grid, c
   });
 }
 
-/// Stored solution: by slot, with their conductor's potential in covered cells; by body.
+/// Stored solution on the device: potentials by slot (memory index), with their conductor's potential in covered cells
+/// (inside conductors), and by body.
 struct SolutionView {
   double* cell;
   double* body;
 };
 
-/// Sets x of each group to the mean of value(body) over its bodies.
+/// Sets x of each floating group (bodies with one unknown potential) to the mean of value(body) over its bodies, and to
+/// 0 for other groups.
 template <class Executor, class Value>
 void average_bodies(const Executor& run, ProblemView problem, GridView grid, double* x, Value value) {
   run.sum_segments(
@@ -355,8 +374,9 @@ void average_bodies(const Executor& run, ProblemView problem, GridView grid, dou
       });
 }
 
-/// Computes a stored solution on the present unknowns, less an older one (null: none). Uncovered cells have their
-/// conductor's last potential, a new group the mean of its members.
+/// Computes a stored solution, minus an older one if its pointers are not null, on the unknowns of the present
+/// geometry. A newly uncovered cell has its conductor's last potential, a new group (bodies with one potential) the
+/// mean of its bodies. `v`: receives it.
 template <class Executor>
 void difference_on_unknowns(const Executor& run, ProblemView problem, GridView grid, SolutionView solution,
                             SolutionView older, double* v) {

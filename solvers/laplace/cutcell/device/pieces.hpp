@@ -6,12 +6,15 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Begin and end of a group's links (segment < groups) or covered cells. Groups of given potential have no pieces,
-/// because their sums are unused; at the end of a run they contain most bodies.
+/// Returns the start of a segment in its list. Segment s < groups is the links (conductances) of group s; segment
+/// groups + s is its covered cells (inside conductors). A group is a set of bodies with one potential.
 LICHTENBERG_HOST_DEVICE inline int piece_segment(const ProblemView& problem, const GridView& grid, int segment) {
   if (segment < problem.groups) return grid.link_start(problem.first_rank[segment]);
   return grid.covered_start(problem.first_rank[segment - problem.groups]);
 }
+/// Returns the end of a segment, a group's links (conductances) or covered cells (inside conductors), in its list.
+/// Groups of given potential have an empty segment, because their sums are unused; at the end of a run they contain
+/// most bodies. A group is a set of bodies with one potential.
 LICHTENBERG_HOST_DEVICE inline int piece_segment_end(const ProblemView& problem, const GridView& grid, int segment) {
   const int group = segment < problem.groups ? segment : segment - problem.groups;
   if (!problem.floating[group]) return piece_segment(problem, grid, segment);
@@ -19,6 +22,8 @@ LICHTENBERG_HOST_DEVICE inline int piece_segment_end(const ProblemView& problem,
                                   : grid.covered_start(problem.first_rank[group + 1]);
 }
 
+/// Computes the number of pieces (units of a parallel sum) of each segment. A segment is a group's links (conductances)
+/// or covered cells (inside conductors). A group is a set of bodies with one potential.
 template <class Executor>
 void count_pieces(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(2 * problem.groups + 1, [=] LICHTENBERG_HOST_DEVICE(int segment) {
@@ -29,6 +34,8 @@ void count_pieces(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
+/// Computes the range of each piece (unit of a parallel sum) in the list of links or of covered cells (inside
+/// conductors).
 template <class Executor>
 void cut_pieces(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(grid.pieces.capacity, [=] LICHTENBERG_HOST_DEVICE(int piece) {
@@ -42,7 +49,8 @@ void cut_pieces(const Executor& run, ProblemView problem, GridView grid) {
   });
 }
 
-/// Conductances of a group's direct links, for sums over its links.
+/// Conductances of a group's direct links (gaps to other conductors), as additional terms of a sum over its links to
+/// cells.
 struct DirectConductances {
   ProblemView problem;
   GridView grid;
@@ -52,7 +60,8 @@ struct DirectConductances {
   }
 };
 
-/// Computes each group's sum of conductances, and which groups have unknown potentials.
+/// Computes the diagonal of each group's equation (sum of conductances without couplings), and which groups (bodies
+/// with one potential) have unknown potentials. A coupling is a lumped capacitance between groups.
 template <class Executor>
 void make_group_diagonals(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(

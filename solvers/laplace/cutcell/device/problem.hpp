@@ -14,13 +14,14 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Bodies, groups and sides of a problem on the device. Arrays move only when they grow.
+/// Bodies, groups (bodies with one potential), sides and couplings (lumped capacitances) of a problem in device memory.
+/// Arrays move only when they grow.
 template <class Executor>
 class DeviceProblem {
  public:
   explicit DeviceProblem(const Executor& run) : parcel_(run), couplings_(run), side_potential_(run) {}
 
-  /// `nx`, `ny`: size of the finest grid, whose faces sample the sides' potentials.
+  /// Uploads a problem to the device. `nx`, `ny`: size of the finest grid, whose faces sample the sides' potentials.
   void upload(const LaplaceProblem& problem, int nx, int ny) {
     reserve(problem);
     send_sides(problem, nx, ny);
@@ -30,6 +31,7 @@ class DeviceProblem {
     send_couplings(problem);
   }
 
+  /// Returns the device pointers to the problem's arrays.
   const ProblemView& view() const { return view_; }
 
  private:
@@ -119,7 +121,7 @@ class DeviceProblem {
                        problem.has_ground() && !problem.has_fixed_conductor()};
   }
 
-  /// Skips the upload of unchanged sides.
+  /// Uploads the potentials of the sides, unless the sides are unchanged.
   void send_sides(const LaplaceProblem& problem, int nx, int ny) {
     const int faces = std::max(nx, ny);
     bool same = view_.faces == faces;
@@ -157,7 +159,8 @@ class DeviceProblem {
   Transferred<double> coupling_, to_given_;
   std::size_t coupling_capacity_ = 0, coupling_groups_ = 0;
   parallel::Array<double, Executor> side_potential_;
-  std::array<double, 4> constant_{};  ///< V, of sides; NaN: it varies
+  /// Uniform potential of each side (V); NaN if it varies.
+  std::array<double, 4> constant_{};
   std::vector<int> next_;
 };
 

@@ -6,35 +6,45 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Threads that share the sum over a group's direct links.
+/// Number of threads that share the sum over a group's direct links (gap conductances). A group is a set of bodies with
+/// one potential.
 constexpr int group_lanes = 8;
 
-/// Clusters of a grid in device memory (Clusters).
+/// Clusters of a grid as device pointers (Clusters). A cluster is a set of groups with large conductances between them,
+/// relaxed together by an inverse matrix. A group is a set of bodies with one potential.
 struct ClusterView {
   const int *row, *group, *first, *size;
   const long* start;
   const double* inverse;
 
+  /// Returns the number of groups (bodies with one potential) in g's cluster (groups solved together); 0 outside all
+  /// clusters.
   LICHTENBERG_HOST_DEVICE int size_of(int g) const { return row[g] < 0 ? 0 : size[row[g]]; }
-  /// Returns the contribution of the t-th group of g's cluster in `rhs` to the potential of g.
+  /// Returns the contribution of the t-th group (bodies with one potential) of g's cluster (groups solved together) in
+  /// `rhs` to the potential of g: one term of inverse * rhs.
   template <class Real>
   LICHTENBERG_HOST_DEVICE double value(int g, int t, const Real* rhs) const {
     const int own = row[g];
     return inverse[start[own] + t] * rhs[group[first[own] + t]];
   }
+  /// Returns true if groups g and h are in the same cluster (groups solved together). A group is a set of bodies with
+  /// one potential.
   LICHTENBERG_HOST_DEVICE bool join(int g, int h) const {
     return row[g] >= 0 && row[h] >= 0 && first[row[g]] == first[row[h]];
   }
 };
 
-/// Flux through the cycle's direct links to a group from groups outside its cluster, for sums over its links. Groups of
-/// given potential have 0 in `phi`: they are on the right-hand side.
+/// Flux to a group (bodies with one potential) from groups outside its cluster (groups solved together), through
+/// conductances between groups in the V-cycle. It adds terms to a sum over the group's links to cells. Groups of given
+/// potential have 0 in `phi`: they are on the right-hand side.
 struct CycleFluxes {
   ProblemView problem;
   GridView grid;
   const float* phi;
-  const float* more = nullptr;    ///< is added to phi; null: nothing
-  const float* before = nullptr;  ///< subtracted for groups in a cluster, which were in balance then; null: nothing
+  /// Potentials added to phi; null: nothing.
+  const float* more = nullptr;
+  /// Potentials subtracted for groups in a cluster, whose residual was zero then; null: nothing.
+  const float* before = nullptr;
   LICHTENBERG_HOST_DEVICE int count(int g) const {
     return grid.may_link_groups() ? grid.cycle_links_of(problem, g) : 0;
   }
@@ -49,8 +59,8 @@ struct CycleFluxes {
   }
 };
 
-/// Solves for the groups' potentials phi: a cluster's by its inverse, others by their diagonal. `z`: becomes the
-/// potentials in double precision; null: unused.
+/// Solves for the groups' potentials phi from the right-hand sides `rhs`: those of a cluster (groups solved together)
+/// by its inverse, others by their diagonal. `z`: also receives the potentials, in double precision; null: unused.
 template <class Executor, class Real>
 void solve_clusters(const Executor& run, ProblemView problem, GridView grid, const Real* rhs, float* phi,
                     double* z = nullptr) {
@@ -64,7 +74,9 @@ void solve_clusters(const Executor& run, ProblemView problem, GridView grid, con
       });
 }
 
-/// Solves for the groups' potentials x with all couplings and direct links.
+/// Solves for the groups' potentials x from the right-hand sides `rhs` with all couplings and direct links (gap
+/// conductances), for given potentials of the cells. A coupling is a lumped capacitance between groups. A group is a
+/// set of bodies with one potential.
 template <class Executor>
 void solve_exactly(const Executor& run, ProblemView problem, GridView grid, const double* rhs, double* x) {
   run.template sum_segments<group_lanes>(
@@ -76,17 +88,23 @@ void solve_exactly(const Executor& run, ProblemView problem, GridView grid, cons
       });
 }
 
-/// One Jacobi sweep over the groups' potentials, all arrays by group.
+/// Arrays of one Jacobi sweep over the groups' potentials, all by group (bodies with one potential).
 struct GroupSweep {
-  const float* flux;        ///< from cells, with the groups' charges if there are no clusters; or the charges
-  const float* phi;         ///< potentials before the sweep
-  const float* correction;  ///< is added to phi; null: nothing
-  float* next;              ///< becomes the potentials after it
-  double* z = nullptr;      ///< becomes these, too; null: nothing
+  /// Flux from cells, with the groups' charges if there are no clusters; or the charges alone.
+  const float* flux;
+  /// Potentials before the sweep.
+  const float* phi;
+  /// Potentials added to phi; null: nothing.
+  const float* correction;
+  /// Receives the potentials after the sweep.
+  float* next;
+  /// Also receives the potentials after the sweep, in double precision; null: unused.
+  double* z = nullptr;
 };
 
-/// Relaxes all groups from their charges and the fluxes from cells and other clusters. Double precision, because the
-/// charges contain the rounding of couplings' fluxes, which cancels.
+/// Relaxes all groups (bodies with one potential) from their charges and the fluxes from cells and other clusters. A
+/// cluster is a set of groups solved together. It works in double precision, because the charges contain the rounding
+/// of couplings' fluxes, which cancels.
 template <class Executor>
 void relax_clusters(const Executor& run, ProblemView problem, GridView grid, const GroupSweep& sweep) {
   const CycleFluxes outside{problem, grid, sweep.phi, sweep.correction};

@@ -6,7 +6,8 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Charge of a body (C/m) and force on it (N/m), from some or all of its links.
+/// Charge of a body (C/m) and force on it (N/m), the sum over some or all of its links (conductances to cells or
+/// conductors).
 struct BodyResult {
   double charge = 0, force_x = 0, force_y = 0;
   LICHTENBERG_HOST_DEVICE BodyResult& operator+=(const BodyResult& other) {
@@ -15,12 +16,14 @@ struct BodyResult {
     force_y += other.force_y;
     return *this;
   }
+  /// Adds the force of one link (conductance): `stress` times the derivative of the conductance.
   LICHTENBERG_HOST_DEVICE void add_force(double stress, Vec2 gradient) {
     force_x += stress * gradient.x;
     force_y += stress * gradient.y;
   }
 };
 
+/// Charge of a part of an electrode side (C/m), and its contribution to the energy (J/m).
 struct SideResult {
   double charge = 0, energy = 0;
   LICHTENBERG_HOST_DEVICE SideResult& operator+=(const SideResult& other) {
@@ -30,7 +33,8 @@ struct SideResult {
   }
 };
 
-/// Solved grid: cell potentials in units of `scale` (V), group potentials in V.
+/// Solved problem on the finest grid: cell potentials in units of `scale` (V), group potentials in V. A group is a set
+/// of bodies with one potential.
 struct SolvedView {
   ProblemView problem;
   GridView grid;
@@ -38,9 +42,12 @@ struct SolvedView {
   double scale;
   const double* group_potential;
 
+  /// Returns the potential (V) of the cell at the memory index `slot`.
   LICHTENBERG_HOST_DEVICE double potential(int slot) const { return scale * cell[slot]; }
+  /// Returns the potential (V) of a body.
   LICHTENBERG_HOST_DEVICE double body_potential(int body) const { return group_potential[problem.group_of[body]]; }
 
+  /// Returns the charge of a body and the force on it from link m, the conductance to a fluid cell (virtual work).
   LICHTENBERG_HOST_DEVICE BodyResult link_result(int m) const {
     const LinkArrays& links = grid.links;
     const double eps = problem.permittivity, stress = 0.5 * eps / grid.h, own = potential(links.slot[m]);
@@ -55,6 +62,8 @@ struct SolvedView {
     return result;
   }
 
+  /// Returns the charge and force on the link's own body from a direct link (a gap conductance) to another body or an
+  /// electrode side.
   LICHTENBERG_HOST_DEVICE BodyResult direct_link_result(const DirectLink& link) const {
     const double eps = problem.permittivity, stress = 0.5 * eps / grid.h;
     const double other = link.is_to_electrode() ? problem.side_potential[link.face()] : body_potential(link.other);
@@ -65,6 +74,7 @@ struct SolvedView {
     return result;
   }
 
+  /// Returns the charge and energy of one cell face of an electrode side.
   LICHTENBERG_HOST_DEVICE SideResult face_result(int side, int face) const {
     const auto [i, j] = cell_at_face(grid.layout, side, face);
     const int slot = slot_of(grid.layout, i, j);
@@ -83,6 +93,7 @@ struct SolvedView {
   }
 };
 
+/// Stores the cell and body potentials in units of `scale`, for the history of solutions.
 template <class Executor>
 void store_solution(const Executor& run, SolvedView solved, SolutionView solution) {
   run.for_each(static_cast<long>(solved.grid.layout.size()), [=] LICHTENBERG_HOST_DEVICE(int slot) {
@@ -94,8 +105,8 @@ void store_solution(const Executor& run, SolvedView solved, SolutionView solutio
   });
 }
 
-/// Sums the results of each body over its links to cells and its direct links. `result`: by index of the body in the
-/// problem.
+/// Computes the charge and force of each body as sum over its links to cells and its direct links (gap conductances).
+/// `result`: by index of the body in the problem.
 template <class Executor>
 void sum_bodies(const Executor& run, SolvedView solved, BodyResult* result) {
   const ProblemView& problem = solved.problem;
@@ -114,10 +125,11 @@ void sum_bodies(const Executor& run, SolvedView solved, BodyResult* result) {
       [=] LICHTENBERG_HOST_DEVICE(int rank, BodyResult sum) { result[problem.body_at[rank]] = sum; });
 }
 
-/// Each side is summed in this many parts.
+/// Number of parts into which the sum over a side is divided.
 constexpr int side_parts = 64;
 
-/// Sums the results of the faces of each electrode side. `result` has 4 side_parts entries, by side and part.
+/// Computes the charge and energy of the faces of each electrode side. `result` has 4 side_parts entries, by side and
+/// part.
 template <class Executor>
 void sum_sides(const Executor& run, SolvedView solved, SideResult* result) {
   const Layout& at = solved.grid.layout;

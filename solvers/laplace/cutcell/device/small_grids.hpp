@@ -7,10 +7,11 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Cells of a small grid in a block's memory, in the order of Layout.
+/// Position of a small grid's cells in a block's memory, in the order of Layout.
 struct SmallGrid {
   int nx = 0, ny = 0, stride = 0, colour_size = 0;
-  int begin = 0;  ///< start of its arrays in the memory
+  /// Start of the grid's arrays in the memory (number of floats).
+  int begin = 0;
   bool medium = false;
 
   SmallGrid() = default;
@@ -22,23 +23,32 @@ struct SmallGrid {
         begin(begin_),
         medium(medium_) {}
   LICHTENBERG_HOST_DEVICE int size() const { return 2 * colour_size; }
-  /// Returns the end of the grid's arrays in the memory.
+  /// Returns the end of the grid's arrays in the memory (number of floats).
   int end() const { return begin + (medium ? 5 : 3) * size(); }
 };
 
+/// Kernel for the V-cycle on all small grids, numbers `first` to `last`, by one thread block in its fast memory. The
+/// last one is the coarsest grid, solved by its inverse matrix.
 struct SmallGrids {
   static constexpr int most = 12, threads = 1024;
 
   ProblemView problem;
-  const GridView* grid;  ///< of all grids, on the device
+  /// Views of all grids, in device memory.
+  const GridView* grid;
   int first, last;
-  const int* unknown;  ///< the coarsest grid's (coarsest.hpp)
+  /// Unknowns of the coarsest grid (CoarsestView::unknown).
+  const int* unknown;
+  /// Inverse matrix of the coarsest grid in single precision.
   const float* inverse;
-  const double* precise_inverse;  ///< in place of it, if not null
-  SmallGrid small[most];          ///< from `first` on
+  /// Inverse matrix in double precision; if not null, used in place of `inverse`.
+  const double* precise_inverse;
+  /// Small grids, from number `first` on.
+  SmallGrid small[most];
 
+  /// Returns the size of the block's memory (bytes).
   std::size_t bytes() const { return small[last - first].end() * sizeof(float); }
 
+  /// Runs the V-cycle on the small grids, from the residual on grid `first` to its potentials v.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int) const {
     for (int l = first; l <= last; ++l) load(block, l);
@@ -59,7 +69,7 @@ struct SmallGrids {
   }
 
  private:
-  /// Pointers to a grid's arrays.
+  /// Pointers to the arrays of a small grid in the block's memory.
   struct Cells {
     float *v, *f, *inverse, *east, *north;
     int nx, ny, stride, colour_size;
@@ -75,12 +85,12 @@ struct SmallGrids {
       north = east + own.size();
       nx = own.nx, ny = own.ny, stride = own.stride, colour_size = own.colour_size, medium = own.medium;
     }
-    /// Cell number m of a colour in row j.
+    /// Returns the memory index of cell number m of a colour in row j.
     LICHTENBERG_HOST_DEVICE int slot(int colour, int j, int m) const {
       return colour * colour_size + (j + 1) * stride + Layout::pad + m;
     }
     LICHTENBERG_HOST_DEVICE int slot_at(int i, int j) const { return slot((i + j) & 1, j, i >> 1); }
-    /// Returns the flux from the neighbours.
+    /// Returns the flux from the four neighbours to a cell.
     LICHTENBERG_HOST_DEVICE float flux(int colour, int j, int m) const {
       const int own = slot(colour, j, m), beside = slot(1 - colour, j, m);
       const int to_east = beside + ((colour + j) & 1), to_west = to_east - 1;
@@ -88,12 +98,13 @@ struct SmallGrids {
       if (!medium) return v[to_west] + v[to_east] + v[south] + v[to_north];
       return east[to_west] * v[to_west] + east[own] * v[to_east] + north[south] * v[south] + north[own] * v[to_north];
     }
-    /// Calls f(colour, row, number) for all cells.
+    /// Calls of(colour, row, number) for all cells.
     template <class Block, class F>
     LICHTENBERG_HOST_DEVICE void each(const Block& block, F of) const {
       block.each(2 * ny, nx / 2, [&](int row, int m) { of(row >= ny, row >= ny ? row - ny : row, m); });
     }
-    /// Calls `of`(slot, row, m) for the cells of a colour, with m their number in the row.
+    /// Calls of(slot, row, m) for the cells of a colour, with m their number in the row. A slot is the memory index of
+    /// a cell.
     template <class Block, class F>
     LICHTENBERG_HOST_DEVICE void each_of(const Block& block, int colour, F of) const {
       block.each(ny, nx / 2, [&](int row, int m) { of(slot(colour, row, m), row, m); });
@@ -117,6 +128,7 @@ struct SmallGrids {
     });
   }
 
+  /// Returns true if grid l has items of this kind.
   LICHTENBERG_HOST_DEVICE bool has(int l, Items::Kind kind) const { return grid[l].number[kind] > 0; }
   LICHTENBERG_HOST_DEVICE static parallel::SegmentList own_groups(const GridView& here) {
     return {here.groups.own, here.number[Items::own_groups]};
@@ -125,8 +137,9 @@ struct SmallGrids {
     return grid[l].groups.clusters || has(l, Items::direct_links);
   }
 
-  /// Restricts the finer grid's group residuals (`charge`): those of groups absorbed here to the four cells around, and
-  /// those of covered cells to their group. Relaxes groups before the cells use their potentials.
+  /// Restricts the finer grid's residuals in `charge`: those of groups (bodies with one potential) absorbed here to the
+  /// four cells around, and those of covered cells (inside conductors) to their group. Then relaxes the groups, before
+  /// the cells use their potentials.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void collect(const Block& block, int l) const {
     const GridView& here = grid[l];
@@ -160,7 +173,8 @@ struct SmallGrids {
     });
   }
 
-  /// Solves clusters as on large grids (relax_clusters.hpp).
+  /// Solves for the potentials phi of clusters (groups with strong links), as on large grids (relax_clusters.hpp). A
+  /// group is a set of bodies with one potential.
   template <class Block, class Real>
   LICHTENBERG_HOST_DEVICE void solve_clusters(const Block& block, const GridView& here, const Real* rhs,
                                               float* phi) const {
@@ -175,8 +189,9 @@ struct SmallGrids {
         });
   }
 
-  /// Jacobi sweep over groups with direct links: next = (flux + flux through direct links) / diagonal; clusters are
-  /// relaxed as one.
+  /// Relaxes the groups' potentials by one Jacobi sweep: next = (flux + flux through direct links) / diagonal. Clusters
+  /// (groups with strong links) are solved together instead. A group is a set of bodies with one potential. A direct
+  /// link is the conductance of a gap between two conductors.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void relax_direct_links(const Block& block, const GridView& here, const float* flux,
                                                   const float* phi, float* next) const {
@@ -200,7 +215,8 @@ struct SmallGrids {
         [&](int k, float sum) { next[own[k]] = (flux[own[k]] + sum) * here.groups.inverse_diagonal[own[k]]; });
   }
 
-  /// Flux from groups to a cell, if the grid has any.
+  /// Flux from groups (bodies with one potential) to a cell: sum of conductance times group potential over the cell's
+  /// links; 0 without unknown groups.
   struct FromGroups {
     const CellOwner* owner;
     const Coupling* coupling;
@@ -228,6 +244,7 @@ struct SmallGrids {
     }
   };
 
+  /// Computes the first half of the V-cycle on grid l: relaxes the cells and restricts the residuals to grid l + 1.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void descend(const Block& block, int l) const {
     const Cells cells(block, *this, l);
@@ -266,7 +283,7 @@ struct SmallGrids {
                      });
   }
 
-  /// Computes the coarse f by full weighting.
+  /// Computes the right-hand side f of grid l + 1 from the residual of grid l by full weighting.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void restrict_residual(const Block& block, int l) const {
     const Cells fine(block, *this, l), coarse(block, *this, l + 1);
@@ -277,7 +294,7 @@ struct SmallGrids {
     });
   }
 
-  /// Computes v and phi of the coarsest grid's unknowns from f and charge.
+  /// Solves the coarsest grid: computes v and phi of its unknowns from f and `charge` by the inverse matrix.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void solve(const Block& block) const {
     const Cells cells(block, *this, last);
@@ -298,8 +315,8 @@ struct SmallGrids {
     precise_inverse ? solve_by(precise_inverse) : solve_by(inverse);
   }
 
-  /// Sets covered cells to their group's potential for bilinear interpolation, and interpolates the potentials of
-  /// groups absorbed here.
+  /// Prepares grid l as source of bilinear interpolation. Sets covered cells (inside conductors) to their group's
+  /// potential and interpolates the potentials of groups (bodies with one potential) absorbed here.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void finish(const Block& block, int l) const {
     const GridView& here = grid[l];
@@ -314,6 +331,8 @@ struct SmallGrids {
     });
   }
 
+  /// Computes the second half of the V-cycle on grid l: adds the correction of grid l + 1, relaxes cells and groups
+  /// (bodies with one potential).
   template <class Block>
   LICHTENBERG_HOST_DEVICE void ascend(const Block& block, int l) const {
     const Cells cells(block, *this, l), coarse(block, *this, l + 1);
@@ -342,6 +361,8 @@ struct SmallGrids {
     if (has(l, Items::unknown_groups)) relax_groups(block, l);
   }
 
+  /// Relaxes the groups' potentials on grid l at the end of its part of the V-cycle. A group is a set of bodies with
+  /// one potential.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void relax_groups(const Block& block, int l) const {
     const GridView& here = grid[l];
@@ -365,7 +386,7 @@ struct SmallGrids {
     relax_direct_links(block, here, flux, next, phi);
   }
 
-  /// Returns the potential of a cell; beyond the box that of its mirror image.
+  /// Returns the potential of cell (i, j); beyond the box that of its mirror image, with opposite sign at an electrode.
   LICHTENBERG_HOST_DEVICE float beyond(const Cells& cells, int i, int j) const {
     const MirroredCell cell = MirroredCell::of(cells.nx, cells.ny, i, j, problem.electrode);
     return cell.sign * cells.v[cells.slot_at(cell.i, cell.j)];

@@ -12,12 +12,14 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Sums over a cell's links to groups: conductance times the group's potential, for two vectors of potentials.
+/// Sums over a cell's links to groups (bodies with one potential): conductance times the group's potential, for two
+/// vectors of potentials.
 struct GroupSums {
   float one = 0, other = 0;
 };
 
-/// Returns the sums for the potentials `one` and `other` of groups; `other` may be null.
+/// Computes the flux from groups (bodies with one potential) to cell (i, j): sums of conductance times potential for
+/// the group potentials `one` and `other`. `other` may be null. `slot`: the cell's memory index.
 LICHTENBERG_HOST_DEVICE inline GroupSums group_sums(const GridView& grid, int slot, int i, int j, const float* one,
                                                     const float* other) {
   GroupSums sum;
@@ -35,19 +37,21 @@ LICHTENBERG_HOST_DEVICE inline GroupSums group_sums(const GridView& grid, int sl
   return sum;
 }
 
-/// Returns true if the cycle eliminates a fluid cell.
+/// Returns true if the V-cycle eliminates the fluid cell at the memory index `slot` (a near-surface cell). An
+/// eliminated cell is a fluid cell dominated by its link to a conductor.
 LICHTENBERG_HOST_DEVICE inline bool is_eliminated(const GridView& grid, int slot) {
   const CellOwner owner = grid.cells.owner[slot];
   return owner.is_boundary_cell() && grid.bound.is_eliminated[owner.boundary_number()];
 }
 
-/// Cells of a tile in a block's memory, with `halo` more on all sides. The lower left cell is red.
+/// Cells of a tile of the grid, with a border (halo) on all sides, in a block's memory. The lower left cell is red.
 template <int width_, int height_>
 struct Tile {
   static constexpr int width = width_, height = height_, cells = width * height;
   float *inverse, *f, *value, *more, *east, *north;
   bool medium;
 
+  /// Returns the size of a tile's memory (bytes). `medium`: with conductances of faces.
   static constexpr std::size_t bytes(bool medium) { return (medium ? 6 : 4) * cells * sizeof(float); }
   LICHTENBERG_HOST_DEVICE Tile(float* memory, bool medium_)
       : inverse(memory),
@@ -58,14 +62,15 @@ struct Tile {
         north(memory + 5 * cells),
         medium(medium_) {}
 
-  /// Returns the flux from the neighbours to an inner cell.
+  /// Returns the flux from the four neighbours to an inner cell.
   LICHTENBERG_HOST_DEVICE float flux(int at) const {
     if (!medium) return value[at - 1] + value[at + 1] + value[at - width] + value[at + width];
     return east[at - 1] * value[at - 1] + east[at] * value[at + 1] + north[at - width] * value[at - width] +
            north[at] * value[at + width];
   }
-  /// Loads a cell of the grid, or zeros beyond the box, except its value. `phi`, `more_phi`: the groups' potentials,
-  /// and potentials to be added (null: none).
+  /// Loads the data of cell (i, j), except its potential, into the tile's entry `at`; zeros beyond the box. `phi`:
+  /// potentials of the groups (bodies with one potential); `more_phi`: potentials to be added later, whose fluxes are
+  /// kept apart. Both may be null.
   LICHTENBERG_HOST_DEVICE void load(const GridView& grid, int at, int i, int j, const float* phi,
                                     const float* more_phi) const {
     const bool is_inside = inside(grid.layout, i, j);
@@ -81,30 +86,34 @@ struct Tile {
     f[at] = grid.cycle.f[slot] + from_groups.one;
     more[at] = from_groups.other;
   }
-  /// Returns the k-th cell of a colour, row by row: `width / 2` per row.
+  /// Returns the tile's entry of the k-th cell of a colour, row by row, `width / 2` per row.
   LICHTENBERG_HOST_DEVICE static int cell(int k, int colour) {
     const int y = k / (width / 2), x = 2 * (k % (width / 2)) + ((y + colour) & 1);
     return y * width + x;
   }
-  /// Returns true if a cell is at least `edge` cells from the tile's edge.
+  /// Returns true if the tile's cell `at` is at least `edge` cells from the edge of the tile.
   LICHTENBERG_HOST_DEVICE static bool is_within(int at, int edge) {
     const int x = at % width, y = at / width;
     return x >= edge && x < width - edge && y >= edge && y < height - edge;
   }
 };
 
-/// Tiles by their coarse cells: small ones finish sooner, large ones share fewer cells.
+/// Size of tiles in coarse cells: `across` columns and `along` rows. Small tiles finish sooner, large ones share fewer
+/// cells.
 template <int across_, int along_>
 struct Tiling {
   static constexpr int across = across_, along = along_;
+  /// Returns the number of tiles (rectangles of cells) side by side in the grid.
   LICHTENBERG_HOST_DEVICE static int in_a_row(const GridView& coarse) {
     return (coarse.layout.nx + across - 1) / across;
   }
+  /// Returns the number of tiles (rectangles of cells) that cover the grid.
   static int all(const GridView& coarse) { return in_a_row(coarse) * ((coarse.layout.ny + along - 1) / along); }
 };
 
-/// Computes full weighting of red cells' residuals to coarse cell (I, J) of nx x ny: red(x, y) is the residual of the
-/// fine cell x columns and y rows from its lower left one. Mirror images continue it beyond the box.
+/// Computes the restriction of red cells' residuals to coarse cell (I, J) by full weighting. `nx`, `ny`: size of the
+/// coarse grid. The function red(x, y) returns the residual of a fine cell, x columns and y rows from the lower left
+/// one in (I, J). Mirror images continue the residual beyond the box.
 template <class Red>
 LICHTENBERG_HOST_DEVICE float full_weighting(const ProblemView& problem, int nx, int ny, int I, int J, Red red) {
   const auto mirror = [&](int side) { return problem.electrode[side] ? -1.0f : 1.0f; };
@@ -118,13 +127,15 @@ LICHTENBERG_HOST_DEVICE float full_weighting(const ProblemView& problem, int nx,
   return 0.75f * (own_even + own_odd) + 0.25f * (odd_before + even_behind);
 }
 
-/// First half of a V-cycle on a grid: relaxes from zero with the groups' potentials `phi`. Stores potentials in cells
-/// with links to groups, and the coarse f by full weighting.
+/// Kernel for the first half of a V-cycle on a tile (rectangle of cells). It relaxes red, then black cells from zero
+/// with the potentials `phi` of groups (bodies with one potential). It stores the potentials of cells next to
+/// conductors, and the coarse right-hand side by full weighting.
 template <class V, class Tiles>
 struct Descend {
   ProblemView problem;
   GridView fine, coarse;
-  const float* phi;  ///< null: no group has one
+  /// Potentials of the groups; null if no group has an unknown potential.
+  const float* phi;
   V* v;
 
   static constexpr int halo = 3;
@@ -160,6 +171,7 @@ struct Descend {
   }
 
  private:
+  /// Stores the potential of a tile's cell in v if the groups' relaxation reads it.
   LICHTENBERG_HOST_DEVICE void leave(const Cells& tile, int at, int from_i, int from_j) const {
     if (!phi || !Cells::is_within(at, halo)) return;
     const int i = from_i + at % Cells::width, j = from_j + at / Cells::width;
@@ -179,27 +191,31 @@ struct Descend {
   }
 };
 
-/// Returns a coarse cell's potential, or its conductor's, for bilinear interpolation.
+/// Returns the potential of a coarse cell for bilinear interpolation; in a covered cell (inside a conductor) that of
+/// the conductor.
 LICHTENBERG_HOST_DEVICE inline float potential_at(const ProblemView& problem, const GridView& grid, int slot) {
   const CellOwner owner = grid.cells.owner[slot];
   return owner.is_fluid() ? grid.cycle.v[slot] : grid.cycle.phi[problem.group_of[owner.body()]];
 }
 
-/// Returns the coarse potential of a cell or, beyond the box, of its mirror image.
+/// Returns the potential of coarse cell (i, j) or, beyond the box, of its mirror image, with opposite sign at an
+/// electrode.
 LICHTENBERG_HOST_DEVICE inline float mirrored_potential(const ProblemView& problem, const GridView& grid, int i,
                                                         int j) {
   const MirroredCell cell = MirroredCell::of(grid.layout.nx, grid.layout.ny, i, j, problem.electrode);
   return cell.sign * potential_at(problem, grid, slot_of(grid.layout, cell.i, cell.j));
 }
 
-/// Interpolates bilinearly to a red cell from the coarse cell's own potential and those of its neighbours. The red cell
-/// lies left and below in its coarse cell in even rows, right and above in odd rows.
+/// Computes the bilinear interpolation to a fine red cell from four coarse cells. `own`: potential of the coarse cell
+/// that contains it; `beside`, `above`, `both`: potentials of the neighbours in x, in y and in both. The red cell lies
+/// left and below in its coarse cell in even rows, right and above in odd rows.
 LICHTENBERG_HOST_DEVICE inline float interpolated(float own, float beside, float above, float both) {
   return 0.75f * (0.75f * own + 0.25f * beside) + 0.25f * (0.75f * above + 0.25f * both);
 }
 
-/// Second half of a V-cycle on a grid: adds the coarse grid's correction, then relaxes black cells and red cells.
-/// `phi`: groups' potentials of the first half, to which those of the coarse grid are added; null: none.
+/// Kernel for the second half of a V-cycle on a tile (rectangle of cells). It adds the coarse grid's correction, then
+/// relaxes black and red cells. `phi`: the groups' potentials of the first half, to which those of the coarse grid are
+/// added; null: none. A group is a set of bodies with one potential.
 template <class V, class Tiles>
 struct Ascend {
   ProblemView problem;

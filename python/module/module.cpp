@@ -1,0 +1,97 @@
+// Python module lichtenberg._core: scenes, solves and runs in the process of the interpreter. The package
+// python/lichtenberg wraps it.
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "python/module/answers.hpp"
+#include "python/module/force.hpp"
+#include "python/module/run.hpp"
+#include "solvers/error.hpp"
+#include "solvers/parallel/petsc.hpp"
+#include "src/commands/device.hpp"
+#include "src/effects/read_scene.hpp"
+#include "src/scene/scene.hpp"
+#include "src/version.hpp"
+
+namespace py = pybind11;
+
+namespace lichtenberg::python {
+namespace {
+
+using Settings = std::vector<std::pair<std::string, std::string>>;
+
+std::vector<Setting> settings_from(const Settings& written) {
+  std::vector<Setting> settings;
+  for (const auto& [key, value] : written) settings.push_back({key, value});
+  return settings;
+}
+
+Scene scene_from_file(const std::string& path, const Settings& settings) {
+  const py::gil_scoped_release unlocked;
+  return read_scene(path, settings_from(settings));
+}
+
+Scene scene_from_text(const std::string& text, const std::string& name, const Settings& settings) {
+  const py::gil_scoped_release unlocked;
+  return parse_scene(text, name, effects::all_kinds(), settings_from(settings));
+}
+
+Scene with_force(const Scene& scene, py::function function) {
+  Scene changed = scene;
+  add_force(changed, std::move(function));
+  return changed;
+}
+
+Scene on_device(const Scene& scene, const std::string& device) {
+  if (!value_of<FieldDevice>(device))
+    throw InputError("device = \"" + device + "\" is not allowed: it must be \"cpu\" or \"cuda\"");
+  Scene changed = scene;
+  set_device(changed, device);
+  return changed;
+}
+
+/// Makes InputError and Failure of C++ those of the Python package.
+void register_errors() {
+  py::register_exception_translator([](std::exception_ptr pointer) {
+    const auto raise = [](const char* name, const char* message) {
+      const py::object type = py::module_::import("lichtenberg.errors").attr(name);
+      PyErr_SetString(type.ptr(), message);
+    };
+    try {
+      if (pointer) std::rethrow_exception(pointer);
+    } catch (const InputError& error) {
+      raise("InputError", error.what());
+    } catch (const Failure& error) {
+      raise("Failure", error.what());
+    }
+  });
+}
+
+}  // namespace
+}  // namespace lichtenberg::python
+
+PYBIND11_MODULE(_core, module) {
+  using namespace lichtenberg;
+  using namespace lichtenberg::python;
+  register_errors();
+  register_state(module);
+  py::class_<Scene>(module, "Scene")
+      .def_static("from_file", &scene_from_file, py::arg("path"), py::arg("settings"))
+      .def_static("from_text", &scene_from_text, py::arg("text"), py::arg("name"), py::arg("settings"))
+      .def("with_force", &with_force)
+      .def("on_device", &on_device)
+      .def_readonly("text", &Scene::text)
+      .def_readonly("title", &Scene::title)
+      .def_readonly("warnings", &Scene::warnings)
+      .def_property_readonly("dimension", &Scene::dimension)
+      .def_property_readonly("grains", [](const Scene& scene) { return scene.reference.has_value(); })
+      .def_property_readonly("bodies", [](const Scene& scene) { return scene.conductors.size(); });
+  module.def("solve", &solve, py::arg("scene"), py::arg("capacitance"), py::arg("potential_field"));
+  register_run(module);
+  module.attr("version") = lichtenberg_version().number;
+  py::module_::import("atexit").attr("register")(py::cpp_function(&parallel::finish_petsc));
+}

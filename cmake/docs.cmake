@@ -3,10 +3,10 @@
 # libjs-mathjax shows formulas without a network.
 execute_process(COMMAND /usr/bin/python3 -c "import sphinx, myst_parser, furo, sphinx_gallery, h5py, matplotlib, pandas, MDAnalysis, vtkmodules"
   RESULT_VARIABLE sphinx_status OUTPUT_QUIET ERROR_QUIET)
-if(NOT sphinx_status EQUAL 0)
+if(NOT sphinx_status EQUAL 0 OR NOT TARGET python_module)
   foreach(name docs docs-fast)
     add_custom_target(${name}
-      COMMAND ${CMAKE_COMMAND} -E echo "${name}: install furo python3-myst-parser python3-sphinx-gallery python3-h5py python3-matplotlib python3-pandas python3-mdanalysis python3-vtk9 and run cmake again"
+      COMMAND ${CMAKE_COMMAND} -E echo "${name}: install furo python3-myst-parser python3-sphinx-gallery python3-h5py python3-matplotlib python3-pandas python3-mdanalysis python3-vtk9 pybind11-dev and run cmake again"
       COMMAND false)
   endforeach()
   return()
@@ -19,5 +19,5 @@ foreach(name docs docs-fast)
     COMMENT "Writing docs/html"
     COMMAND_EXPAND_LISTS
     VERBATIM)
-  add_dependencies(${name} lichtenberg)
+  add_dependencies(${name} lichtenberg python_module)
 endforeach()

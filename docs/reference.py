@@ -56,6 +56,8 @@ PYTHON_NAMES = {  # by directive of autodoc, in the order of the page
     "run": "autofunction",
     "solve": "autofunction",
     "conductors": "autofunction",
+    "Scene": "autoclass",
+    "Run": "autoclass",
     "Result": "autoclass",
     "Frame": "autoclass",
     "Array": "autoclass",
@@ -262,8 +264,8 @@ def write_commands(program, folder):
 
 def write_python(folder):
     """Writes the page of the Python package, which autodoc fills from the docstrings."""
-    lines = ["# Python package", "", "[python/README.md](../../python/README.md) has examples. `import lichtenberg` "
-             "provides these names.", ""]
+    example = "[Solve and run from Python](../how-to/solve-in-python.md) has examples."
+    lines = ["# Python package", "", f"{example} `import lichtenberg` provides these names.", ""]
     for name, directive in PYTHON_NAMES.items():
         options = ["   :members:", "   :special-members: __getitem__, __len__"] if directive == "autoclass" else []
         lines += [f"## {name}", "", "```{eval-rst}", f".. {directive}:: lichtenberg.{name}", *options, "```", ""]

@@ -17,6 +17,7 @@ import numpy as np
 
 import runs
 from lichtenberg import load
+from lichtenberg.core import find_module
 
 SMALLER = {  # Replacements in a scene.
     "dendrite": {"count = 324": "count = 12", "cells = 512": "cells = 128", "time = 120.0": "time = 1.2"},
@@ -107,14 +108,24 @@ class Pages(SmallScenes):
         for _, command in self.commands("cite"):
             self.assertRegex(self.call(command), r"^lichtenberg \d")
 
+    def run_block(self, name):
+        """Runs the Python block of a page. Returns its names."""
+        block, = re.findall(r"^```python\n(.*?)^```", (runs.HOME / f"docs/how-to/{name}.md").read_text(), re.DOTALL | re.MULTILINE)
+        names = {}
+        with contextlib.redirect_stdout(io.StringIO()):
+            exec(compile(block, f"{name}.md", "exec"), names)  # noqa: S102
+        return names
+
     def test_read_charges_in_python(self):
         self.enter_folder("read-charges")
         self.call("run scenes/dendrite.toml --quiet --set stop.time=0.5")
-        block, = re.findall(r"^```python\n(.*?)^```", (runs.HOME / "docs/how-to/read-charges-in-python.md").read_text(), re.DOTALL | re.MULTILINE)
-        names = {}
-        with contextlib.redirect_stdout(io.StringIO()):
-            exec(compile(block, "read-charges-in-python.md", "exec"), names)  # noqa: S102
-        self.assertEqual((names["charge"].unit, names["charge"].shape), ("C", (6, 12)))
+        charge = self.run_block("read-charges-in-python")["charge"]
+        self.assertEqual((charge.unit, charge.shape), ("C", (6, 12)))
+
+    @unittest.skipUnless(find_module(), "the module of the package is not built")
+    def test_solve_in_python(self):
+        self.enter_folder("solve-in-python")
+        self.assertEqual(self.run_block("solve-in-python")["r"].count, 36)
 
     def test_no_command_of_a_page_is_left_out(self):
         tested = {name.removeprefix("test_").replace("_", "-") for name in dir(self) if name.startswith("test_")}

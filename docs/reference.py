@@ -140,9 +140,12 @@ def kinds_of_effects():
 
 
 def kinds_of(header):
-    """Returns the kinds of scene that read a table. Throws KeyError for a table without an entry."""
+    """Returns the kinds of scene that read a table. Throws RuntimeError for a table without an entry."""
     name = header.strip("[]")
-    return kinds_of_effects()[name.removeprefix("effects.")] if name.startswith("effects.") else KINDS[header]
+    kinds = kinds_of_effects().get(name.removeprefix("effects."), "") if name.startswith("effects.") else KINDS.get(header, "")
+    if not kinds:
+        raise RuntimeError(f"{header} has no kinds of scene: add them to KINDS or to the table of effects in {SCOPE}")
+    return kinds
 
 
 def occurrence(header, keys):
@@ -256,6 +259,8 @@ def write_commands(program, folder):
         (Path(work) / "scenes").symlink_to(HOME / "scenes")
         for name, description in commands_of(help_of(program)):
             page = [f"# {name}", "", escaped(description), "", "```text", help_of(program, name).strip(), "```"]
+            if name not in examples:
+                raise RuntimeError(f"{EXAMPLES} has no example of the command {name}")
             page += example_section(program, examples[name], work)
             (folder / f"{name}.md").write_text("\n".join(page) + "\n")
             lines.append(f"| [{name}]({name}.md) | {escaped(description)} |")

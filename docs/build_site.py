@@ -101,8 +101,9 @@ def build(program, folder, fast=False):
     if not fast:
         tutorial_scripts.write_scripts(source / "tutorials", folder / "tutorials", program, HOME)
         environment["LICHTENBERG_TUTORIALS"] = str(folder / "tutorials")
-    words = ["-q", "-W", "--keep-going", "-b", "html", "-d", str(folder / "doctrees"), str(source), str(folder / "html")]
-    return subprocess.run([sys.executable, "-B", "-m", "sphinx", *words], env=environment, check=False).returncode
+    command = [sys.executable, "-B", "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html"]
+    command += ["-d", folder / "doctrees", source, folder / "html"]
+    return subprocess.run(command, env=environment, check=False).returncode
 
 
 def main():

@@ -39,8 +39,9 @@ CPP_PAGES = {  # by page: title, and the entities by directive of Breathe in the
         "class": ["periodic::Sum", "periodic::MeshSum", "periodic::Ewald", "periodic::MinimumImage",
                   "periodic::ShiftedForce", "periodic::InducedDipoles"]}),
     "network": ("Resistor networks", {
-        "struct": ["network::ParticlePacking", "network::ResistorModel", "network::Parameters", "network::PackingNetwork",
-                   "network::Network", "network::Link", "network::ConductionOptions", "network::Conduction"],
+        "struct": ["network::ParticlePacking", "network::ResistorModel", "network::Parameters",
+                   "network::PackingNetwork", "network::Network", "network::Link", "network::ConductionOptions",
+                   "network::Conduction"],
         "function": ["network::particle_network", "network::contact_network", "network::conduct"]}),
     "numerics": ("Minimizers, integration, neighbours, errors", {
         "class": ["minimize::Objective", "minimize::SmoothObjective", "minimize::Minimizer", "minimize::Lbfgs",
@@ -115,8 +116,9 @@ def properties(values):
         return "text", "-", kind.removeprefix("one of "), default
     if "{" in kind:  # a side of the domain
         return "text or table", "V", kind.removesuffix(" in V"), default
-    found = re.fullmatch(r"(.*?(?:\[.*\])?)(?: in ([^,]+?))?(?:, ((?:at least|at most|greater|less|not empty|without).*))?",
-                         kind.replace("a list of numbers, not empty", "a non-empty list of numbers"))
+    kind = kind.replace("a list of numbers, not empty", "a non-empty list of numbers")
+    limits = "(?:at least|at most|greater|less|not empty|without).*"
+    found = re.fullmatch(rf"(.*?(?:\[.*\])?)(?: in ([^,]+?))?(?:, ({limits}))?", kind)
     return found[1], found[2] or "-", found[3] or "-", default
 
 
@@ -142,7 +144,8 @@ def kinds_of_effects():
 def kinds_of(header):
     """Returns the kinds of scene that read a table. Throws RuntimeError for a table without an entry."""
     name = header.strip("[]")
-    kinds = kinds_of_effects().get(name.removeprefix("effects."), "") if name.startswith("effects.") else KINDS.get(header, "")
+    effect = name.removeprefix("effects.")
+    kinds = KINDS.get(header, "") if effect == name else kinds_of_effects().get(effect, "")
     if not kinds:
         raise RuntimeError(f"{header} has no kinds of scene: add them to KINDS or to the table of effects in {SCOPE}")
     return kinds
@@ -246,8 +249,9 @@ def example_section(program, example, folder):
     largest = example.get("lines", len(shown))
     commands = "\n".join(f"./lichtenberg {words}" for words in [*example.get("before", []), example["run"]])
     before = ["", "`seedling.h5` is the result of the example of [run](run.md)."] if "seedling.h5" in commands else []
-    return ["", "## Example", *before, "", "```text", commands, "```", "", "The last command prints:" if example.get("before") else
-            "The command prints:", "", "```text", *shown[:largest], *(["..."] if largest < len(shown) else []), "```", "",
+    title = "The last command prints:" if example.get("before") else "The command prints:"
+    rest = ["..."] if largest < len(shown) else []
+    return ["", "## Example", *before, "", "```text", commands, "```", "", title, "", "```text", *shown[:largest], *rest, "```", "",
             "| output | meaning |", "|---|---|", *(f"| `{name}` | {meaning} |" for name, meaning in example["columns"])]
 
 
@@ -280,14 +284,16 @@ def write_python(folder):
 def write_cpp(folder):
     """Writes the pages of the C++ library, which Breathe fills from the docstrings."""
     folder.mkdir(parents=True, exist_ok=True)
-    index = ["# C++ library", "", "The pages have the main types and functions. [C++ library](../../how-to/cpp-library.md) "
-             "shows a program that uses them. The namespace is `lichtenberg`.", "", "| page | contents |", "|---|---|"]
+    text = ("The pages have the main types and functions, of namespace `lichtenberg`. "
+            "[C++ library](../../how-to/cpp-library.md) shows a program that uses them.")
+    index = ["# C++ library", "", text, "", "| page | contents |", "|---|---|"]
     for page, (title, entities) in CPP_PAGES.items():
         lines = [f"# {title}", ""]
         for directive, names in entities.items():
             options = [] if directive == "function" else [":members:", ":undoc-members:"]
             for name in names:
-                lines += [f"## {name.partition('(')[0]}", "", f"```{{doxygen{directive}}} lichtenberg::{name}", *options, "```", ""]
+                lines += [f"## {name.partition('(')[0]}", ""]
+                lines += [f"```{{doxygen{directive}}} lichtenberg::{name}", *options, "```", ""]
         (folder / f"{page}.md").write_text("\n".join(lines))
         shown = [name.partition("(")[0].rpartition("::")[2] for names in entities.values() for name in names]
         contents = ", ".join(f"`{name}`" for name in shown)

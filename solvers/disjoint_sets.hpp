@@ -12,7 +12,8 @@ namespace lichtenberg {
 class DisjointSets {
  public:
   explicit DisjointSets(int n) : parent_(n) { std::iota(parent_.begin(), parent_.end(), 0); }
-  /// Returns the smallest member of the set that contains i. Two numbers are in one set if the results are equal.
+  /// Returns the smallest member of the set that contains i. Two numbers are in one set if and only if their results
+  /// are equal.
   int find(int i) {
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;

@@ -12,7 +12,7 @@ namespace lichtenberg {
 struct DestroyFftwPlan {
   void operator()(fftw_plan plan) const { fftw_destroy_plan(plan); }
 };
-/// Plan of an FFTW transform; its owner destroys the plan.
+/// Plan of an FFTW transform. The pointer owns the plan and destroys it.
 using FftwPlan = std::unique_ptr<std::remove_pointer_t<fftw_plan>, DestroyFftwPlan>;
 
 /// Alignment (bytes) for SIMD vectors of 8 doubles, the longest vectors that FFTW supports.
@@ -21,7 +21,8 @@ constexpr std::align_val_t fftw_alignment{64};
 struct DeleteFftwNumbers {
   void operator()(double* numbers) const { ::operator delete[](numbers, fftw_alignment); }
 };
-/// Array of doubles for input or output of an FFTW transform, aligned for SIMD; its owner frees the memory.
+/// Array of doubles for input or output of an FFTW transform, aligned for SIMD. The pointer owns the memory and frees
+/// it.
 using FftwNumbers = std::unique_ptr<double[], DeleteFftwNumbers>;
 /// Allocates an array of `count` doubles with undefined values, aligned to fftw_alignment.
 inline FftwNumbers make_fftw_numbers(std::size_t count) {

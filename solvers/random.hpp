@@ -10,8 +10,8 @@
 
 namespace lichtenberg {
 
-/// Purpose of a sequence of random numbers, a part of its key: sequences of different purposes are independent. The
-/// enumerators' values affect results: they must never be changed or reused.
+/// Purpose of a sequence of random numbers, a part of its key: sequences of different purposes are statistically
+/// independent. The enumerators' values affect results: they must never be changed or reused.
 enum class RandomPurpose : std::uint64_t {
   population = 1,  ///< Initial positions, velocities and charges
   exchange = 2,    ///< Charge that a contact transfers
@@ -23,7 +23,7 @@ enum class RandomPurpose : std::uint64_t {
 /// particles i < j, and `count`. `count` distinguishes repeated uses, such as the collisions of one pair or the time
 /// steps.
 struct RandomKey {
-  std::uint64_t seed = 0;
+  std::uint64_t seed = 0;  ///< Random seed of the run
   RandomPurpose purpose = {};
   std::uint64_t i = 0, j = 0, count = 0;
 };
@@ -32,14 +32,14 @@ struct RandomKey {
 /// and its index in the sequence. It is therefore the same for any order of draws and any number of threads, and a
 /// resumed run needs no generator state.
 /// The generator is Philox 4x64 with ten rounds (Salmon, Moraes, Dror and Shaw 2011) of the library Random123. Its key
-/// is (seed, purpose); its counter (i, j, count, n) gives words 4 n to 4 n + 3 of the sequence. Each function below
-/// states the number of words that it consumes.
+/// is (seed, purpose); its counter (i, j, count, n) gives words 4 n to 4 n + 3 of the sequence. Each function that
+/// draws numbers states how many words it consumes.
 class Random {
  public:
   LICHTENBERG_HOST_DEVICE explicit Random(const RandomKey& key)
       : key_{{key.seed, static_cast<std::uint64_t>(key.purpose)}}, counter_{{key.i, key.j, key.count, 0}} {}
 
-  /// Returns the next word of the sequence: 64 independent random bits, each 0 or 1 with equal probability.
+  /// Returns the next word of the sequence: 64 pseudo-random bits, each 0 or 1 with equal probability.
   LICHTENBERG_HOST_DEVICE std::uint64_t word() {
     if (used_ == 4) {
       block_ = r123::Philox4x64()(counter_, key_);

@@ -330,7 +330,7 @@ TEST_CASE("solve --field: writes an HDF5 file, replaces one only with --overwrit
   CHECK(is_hdf5());
 
   folder.write("field.vtkhdf", "something dear");
-  check_refused(run(folder, "solve small.toml --field field.vtkhdf"), "allow --overwrite");
+  check_refused(run(folder, "solve small.toml --field field.vtkhdf"), "give --overwrite");
   CHECK(text_of(folder / "field.vtkhdf") == "something dear");
   CHECK(run(folder, "solve small.toml --field field.vtkhdf --overwrite").status == 0);
   CHECK(is_hdf5());
@@ -368,7 +368,7 @@ TEST_CASE("solve with electrodes only: charge and capacitance of a plate capacit
   CHECK(matrix[0][1].get<double>() == near(-capacitance, 1e-6));
   const std::string table = run(folder, "solve plates.toml --picture plates.png").out;
   CHECK(text_of(folder / "plates.png").starts_with("\x89PNG"));
-  check_refused(run(folder, "solve plates.toml --picture plates.png"), "allow --overwrite");
+  check_refused(run(folder, "solve plates.toml --picture plates.png"), "give --overwrite");
   check_refused(run(folder, "solve plates.toml --picture plates.gif"), "must end in .png, .pdf or .svg");
   check_refused(run(folder, "solve plates.toml --field ''"), "--field: the value is empty");
   CHECK(contains(table, "the top side of the domain"));

@@ -256,10 +256,10 @@ TEST_CASE("theory and analyse: inputs, results and links are not overwritten") {
            {"theory haff gas.h5 --json ./gas.h5", "is an input file"},
            {"theory haff --scene gas.toml --csv gas.toml", "is an input file"},
            {"analyse gas.h5 --csv gas.h5", "is an input file"},
-           {"theory haff --csv gas.h5", "is a result"},
+           {"theory haff --csv gas.h5", "is an HDF5 file, as results are"},
            {"theory haff --csv link.csv", "is no plain file"},
            {"theory haff --csv link.csv --overwrite", "is no plain file"},
-           {"theory haff --csv mine.csv", "mine.csv exists: name another file, or allow --overwrite"},
+           {"theory haff --csv mine.csv", "mine.csv exists: name another file, or give --overwrite"},
            {"analyse gas.h5 --csv mine.csv", "mine.csv exists"},
            {"theory stability --plot", "theory-stability.png exists"},
            {"theory haff --csv x --json x", "cannot be written twice"},
@@ -298,7 +298,7 @@ TEST_CASE("theory: parameters out of range and unsuitable scenes are refused") {
   refused("hydrodynamics --scene gas.toml",
           "the thermal noise of 60 grains makes the density or temperature of a cell");
   folder.write("narrow.toml", replaced(scene(), "count = 60", "count = 20"));
-  refused("hydrodynamics --scene narrow.toml", "for boxes of ten mean free paths");
+  refused("hydrodynamics --scene narrow.toml", "for boxes of 10 l_0 and more");
   refused("stability --restitution 1.5", "a restitution coefficient in (0, 1], not for 1.5");
   refused("stability --charge-number -1", "theory stability is for a charge number R in [0, 1e6), not for -1");
   refused("haff --json none/x.json", "none/x.json");

@@ -345,6 +345,25 @@ TEST_CASE("Potential::field of a charge wave: exact, with zero total force") {
   }
 }
 
+TEST_CASE("Potential::field of the highest wave number along x: exact") {
+  const Grid grid{2, 8, 5};
+  const double highest = pi * grid.cells / grid.length, k = 2 * pi / grid.length;
+  std::vector<double> charge;
+  for (std::size_t cell = 0; cell < grid.size(); ++cell) {
+    const Vector3 x = centre_of(grid, cell);  // in units of the box
+    charge.push_back(std::sin(highest * grid.length * x[0]) * std::cos(k * grid.length * x[1]));
+  }
+  Potential potential(grid);
+  const auto& field = potential.field(charge);
+  for (std::size_t cell = 0; cell < grid.size(); ++cell) {
+    const Vector3 x = centre_of(grid, cell);
+    const double square = highest * highest + k * k;
+    const double expected = k / square * std::sin(highest * grid.length * x[0]) * std::sin(k * grid.length * x[1]);
+    CHECK(std::abs(field[1][cell] - expected) < 1e-14);
+    CHECK(std::abs(field[0][cell]) < 1e-14);  // the slope of sin(highest x) is 0 at all centres
+  }
+}
+
 TEST_CASE("granular hydrodynamics: impossible grids and fields are refused") {
   const Gas gas = gas_of(0.7, 0);
   const std::vector<double> times{1};

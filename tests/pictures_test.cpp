@@ -204,7 +204,7 @@ TEST_CASE("plot and run: existing pictures are replaced only with --overwrite") 
   const RunFolder folder(plates);
   run_without_error(folder, "plot scene.h5");
   check_refused(folder, "plot scene.h5",
-                "scene-frame-5-potential.png exists: give --out another name, or allow --overwrite");
+                "scene-frame-5-potential.png exists: give --out another name, or give --overwrite");
   run_without_error(folder, "plot scene.h5 --overwrite");
   run_without_error(folder, "plot scene.h5 --series");
   check_refused(folder, "plot scene.h5 --series", "scene-series.png exists");
@@ -253,7 +253,7 @@ TEST_CASE("plot, film and view: impossible requests are refused with a message")
   for (const char* command : {"plot", "film", "view", "export --to csv"})
     check_refused(folder, fmt::format("{} pipe.h5", command), "pipe.h5 is no file: name a result file");
   folder.write("scene.mp4", "mine");
-  check_refused(folder, "film scene.h5", "scene.mp4 exists: give --out another name, or allow --overwrite");
+  check_refused(folder, "film scene.h5", "scene.mp4 exists: give --out another name, or give --overwrite");
   const Ended without = run_shell(folder, "PATH=/nowhere LICHTENBERG film scene.h5 --overwrite");
   CHECK(without.status == 2);
   CHECK(contains(without.err, "there is no ffmpeg, which makes films of pictures: install Debian's package ffmpeg"));

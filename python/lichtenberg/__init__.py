@@ -3,6 +3,7 @@ has examples."""
 import importlib
 
 _homes = {
+    "compiled": ["compile_effect"],
     "errors": ["Failure", "InputError"],
     "array": ["Array"],
     "program": ["run"],

@@ -6,7 +6,8 @@ class InputError(Exception):
     """Invalid input. The text is one error message. `file`, `line` and `key` name the place in a scene, where the message
     does; otherwise they are None."""
 
-    PLACE = re.compile(r"(?:(?P<file>[^\n]*?):(?P<line>\d+): )?(?:(?P<key>[a-z_]+(?:\[\d+\])?(?:\.[a-z_0-9]+)+)\b)?")
+    PLACE = re.compile(r"(?:(?P<file>[^\n]*?\.toml|scene)(?::(?P<line>\d+))?: )?"
+                       r"(?:key )?(?P<key>[a-z_]+(?:\[\d+\])?(?:\.[a-z_0-9]+)+\b(?!:))?")
 
     def __init__(self, message=""):
         super().__init__(message)

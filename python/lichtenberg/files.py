@@ -23,11 +23,11 @@ def check_output(path, overwrite, folder=False, otherwise="give --out another na
     if os.path.islink(path) or not right_kind(path):
         raise InputError(f"{path} is no plain {kind} and is not overwritten: {otherwise}")
     if str(path).lower().endswith(".toml"):
-        raise InputError(f"{path} is a scene and is not overwritten: {otherwise}")
+        raise InputError(f"{path} ends in .toml as scenes do and is not overwritten: {otherwise}")
     if not folder and holds_hdf5(path):
-        raise InputError(f"{path} is a result and is not overwritten: {otherwise}")
+        raise InputError(f"{path} is an HDF5 file, as results are, and is not overwritten: {otherwise}")
     if not overwrite:
-        raise InputError(f"{path} exists: {otherwise}" + (f", or allow {option}" if option else ""))
+        raise InputError(f"{path} exists: {otherwise}" + (f", or give {option}" if option else ""))
 
 
 def holds_hdf5(path):

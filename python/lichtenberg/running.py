@@ -2,11 +2,12 @@
 import shutil
 import tempfile
 import warnings
+import weakref
 from pathlib import Path
 
 from . import core
 from .array import Array
-from .errors import Failure, InputError
+from .errors import InputError
 from .scene import scene_of
 
 
@@ -94,7 +95,7 @@ class Run:
             raise InputError("the run was made with record=False, so it has no frames to save")
         path = Path(path)
         if path.exists() and not overwrite:
-            raise InputError(f"{path} exists: give another name, or allow overwrite=True")
+            raise InputError(f"{path} exists: give another name, or give overwrite=True")
         if self._run is None:
             self._begin(None)
         self._finish()
@@ -156,12 +157,13 @@ class Run:
         if self._device:
             prepared = prepared.on_device(self._device)
         if self._record:
-            self._folder = tempfile.TemporaryDirectory(prefix="lichtenberg-")
+            self._folder = tempfile.mkdtemp(prefix="lichtenberg-")
+            weakref.finalize(self, shutil.rmtree, self._folder, ignore_errors=True)
         self._run = core.load().Run(prepared, self._file() if self._record else "", False, warn)
         self._run.begin()
 
     def _file(self):
-        return str(Path(self._folder.name) / "run.h5")
+        return str(Path(self._folder) / "run.h5")
 
     def _frame(self):
         return RunFrame(self._run.time, self._run.time_unit, self._run.frame())

@@ -62,27 +62,31 @@ class Scene:
     source: path of a scene file, or a dictionary with the keys of a scene file (numpy arrays allowed); without it, the
         keyword arguments are the tables, as in Scene(domain={...}, field={...}).
     settings: keys that replace those of the source, as {"mechanics.position_tolerance": 1e-6}.
+    effects: effects of compile_effect(), whose tables the scene may have.
 
     Throws InputError that names file, line and key. Warns about former names of keys."""
 
-    def __init__(self, source=None, settings=None, **tables):
+    def __init__(self, source=None, settings=None, effects=(), **tables):
+        if isinstance(effects, dict):  # the table of that name
+            tables, effects = {**tables, "effects": effects}, ()
         if (source is None) == (not tables):
             raise InputError("a scene needs a path, a dictionary, or keyword tables, and only one of them")
         self._source, self._settings = tables if source is None else source, settings_of(settings)
+        self._effects = list(effects)
         self._core = self._read(self._settings)
         for text in self._core.warnings:
             warnings.warn(text, stacklevel=2)
 
     def _read(self, settings):
         if isinstance(self._source, dict):
-            return core.load().Scene.from_text(text_of(self._source), "scene", settings)
+            return core.load().Scene.from_text(text_of(self._source), "scene", settings, self._effects)
         if not isinstance(self._source, (str, os.PathLike)):
             raise InputError(f"a {type(self._source).__name__} is no scene: give a path or a dictionary")
-        return core.load().Scene.from_file(os.fspath(self._source), settings)
+        return core.load().Scene.from_file(os.fspath(self._source), settings, self._effects)
 
     def changed(self, settings):
         """Returns the scene with further settings."""
-        return Scene(self._source, [f"{key}={value}" for key, value in self._settings + settings_of(settings)])
+        return Scene(self._source, [f"{key}={value}" for key, value in self._settings + settings_of(settings)], self._effects)
 
     @property
     def text(self):

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "python/module/answers.hpp"
+#include "python/module/compiled.hpp"
 #include "python/module/force.hpp"
 #include "python/module/run.hpp"
 #include "solvers/error.hpp"
@@ -30,14 +31,22 @@ std::vector<Setting> settings_from(const Settings& written) {
   return settings;
 }
 
-Scene scene_from_file(const std::string& path, const Settings& settings) {
-  const py::gil_scoped_release unlocked;
-  return read_scene(path, settings_from(settings));
+/// Returns the built-in effects and then the compiled ones.
+EffectKinds kinds_with(const std::vector<CompiledEffect>& compiled) {
+  EffectKinds kinds = effects::all_kinds();
+  for (const CompiledEffect& effect : compiled) kinds.push_back(effect.kind);
+  return kinds;
 }
 
-Scene scene_from_text(const std::string& text, const std::string& name, const Settings& settings) {
+Scene scene_from_file(const std::string& path, const Settings& settings, const std::vector<CompiledEffect>& compiled) {
   const py::gil_scoped_release unlocked;
-  return parse_scene(text, name, effects::all_kinds(), settings_from(settings));
+  return read_scene(path, kinds_with(compiled), settings_from(settings));
+}
+
+Scene scene_from_text(const std::string& text, const std::string& name, const Settings& settings,
+                      const std::vector<CompiledEffect>& compiled) {
+  const py::gil_scoped_release unlocked;
+  return parse_scene(text, name, kinds_with(compiled), settings_from(settings));
 }
 
 Scene with_force(const Scene& scene, py::function function) {
@@ -80,8 +89,9 @@ PYBIND11_MODULE(_core, module) {
   register_errors();
   register_state(module);
   py::class_<Scene>(module, "Scene")
-      .def_static("from_file", &scene_from_file, py::arg("path"), py::arg("settings"))
-      .def_static("from_text", &scene_from_text, py::arg("text"), py::arg("name"), py::arg("settings"))
+      .def_static("from_file", &scene_from_file, py::arg("path"), py::arg("settings"), py::arg("effects"))
+      .def_static("from_text", &scene_from_text, py::arg("text"), py::arg("name"), py::arg("settings"),
+                  py::arg("effects"))
       .def("with_force", &with_force)
       .def("on_device", &on_device)
       .def_readonly("text", &Scene::text)
@@ -90,8 +100,13 @@ PYBIND11_MODULE(_core, module) {
       .def_property_readonly("dimension", &Scene::dimension)
       .def_property_readonly("grains", [](const Scene& scene) { return scene.reference.has_value(); })
       .def_property_readonly("bodies", [](const Scene& scene) { return scene.conductors.size(); });
+  py::class_<CompiledEffect>(module, "CompiledEffect")
+      .def_property_readonly("name", [](const CompiledEffect& effect) { return effect.kind->name; })
+      .def_property_readonly("description", [](const CompiledEffect& effect) { return effect.kind->description; });
+  module.def("load_effect", &load_effect, py::arg("path"));
   module.def("solve", &solve, py::arg("scene"), py::arg("capacitance"), py::arg("potential_field"));
   register_run(module);
   module.attr("version") = lichtenberg_version().number;
+  module.attr("compiler_flags") = lichtenberg_version().flags;
   py::module_::import("atexit").attr("register")(py::cpp_function(&parallel::finish_petsc));
 }

@@ -41,10 +41,32 @@ namespace {
 
 /// Run of a scene that Python drives. One thread at a time may use it; without the interpreter lock while it computes.
 class Run {
+  using Clock = std::chrono::steady_clock;
+  static constexpr std::chrono::milliseconds check_interval{50};
+
+  /// Calls work() without the interpreter lock. Throws Failure if another thread uses the run, or after a failed step.
+  template <class Work>
+  auto use(const Work& work) {
+    if (failed_) throw Failure("this run has failed or was interrupted: make it again from its scene");
+    if (in_use_.exchange(true)) throw Failure("this run is in use by another thread");
+    struct Guard {
+      std::atomic<bool>& in_use;
+      ~Guard() { in_use = false; }
+    } guard{in_use_};
+    const py::gil_scoped_release unlocked;
+    try {
+      return work();
+    } catch (...) {
+      failed_ = true;
+      throw;
+    }
+  }
+
  public:
-  /// `file`: result file that is written as by `lichtenberg run --out`; empty: nothing is recorded. `warn` receives
-  /// texts of warnings.
-  Run(const Scene& scene, const std::string& file, bool overwrite, py::function warn) : warn_(std::move(warn)) {
+  /// `file`: result file that is written as by `lichtenberg run --out`; empty: nothing is recorded. `on_warning`
+  /// receives texts of warnings.
+  Run(const Scene& scene, const std::string& file, bool overwrite, py::function on_warning)
+      : warn_(std::move(on_warning)) {
     const py::gil_scoped_release unlocked;
     Scene prepared = prepare_run(scene);
     std::optional<Recorder> recorder;
@@ -122,27 +144,6 @@ class Run {
   std::vector<std::string> warnings() { return run_->summary().warnings; }
 
  private:
-  using Clock = std::chrono::steady_clock;
-  static constexpr std::chrono::milliseconds check_interval{50};
-
-  /// Calls work() without the interpreter lock. Throws Failure if another thread uses the run, or after a failed step.
-  template <class Work>
-  auto use(const Work& work) {
-    if (failed_) throw Failure("this run has failed or was interrupted: make it again from its scene");
-    if (in_use_.exchange(true)) throw Failure("this run is in use by another thread");
-    struct Guard {
-      std::atomic<bool>& in_use;
-      ~Guard() { in_use = false; }
-    } guard{in_use_};
-    const py::gil_scoped_release unlocked;
-    try {
-      return work();
-    } catch (...) {
-      failed_ = true;
-      throw;
-    }
-  }
-
   [[noreturn]] static void throw_interruption(bool by_signal) {
     const py::gil_scoped_acquire lock;
     if (by_signal) throw py::error_already_set();

@@ -15,8 +15,8 @@ enum class Boundary { wall, electrode, periodic };
 /// one. A box of the plane has the first four.
 inline constexpr std::array<std::string_view, 6> side_names = {"left", "right", "bottom", "top", "front", "back"};
 
-/// Periodic image of a particle: the net number of times it has crossed the periodic box, along each of d axes. Its
-/// unwrapped position is position + image * length.
+/// Periodic image of a particle: the net number of times it has crossed the periodic box, along each of d axes. The
+/// particle's unwrapped position is position + image * length.
 template <int d>
 using Image = std::array<int, d>;
 
@@ -34,7 +34,8 @@ struct NearestImage {
     for (int k = 0; k < d; ++k)
       if (box.periodic(k)) length[k] = box.lengths[k], inverse_length[k] = 1 / box.lengths[k];
   }
-  /// Returns the difference of coordinates `separation` (m) along `axis`, reduced to the nearest image.
+  /// Returns the difference of coordinates `separation` (m) along `axis`, reduced to the nearest image if the axis is
+  /// periodic.
   LICHTENBERG_HOST_DEVICE double operator()(double separation, int axis) const {
     return separation - length[axis] * std::nearbyint(separation * inverse_length[axis]);
   }
@@ -55,8 +56,8 @@ struct Box {
     return false;
   }
 
-  /// Returns the minimum-image separation a - b (m): the vector to position a from the periodic image of b nearest to
-  /// a.
+  /// Returns the minimum-image separation a - b (m): the vector to position a from the nearest periodic image of
+  /// position b.
   LICHTENBERG_HOST_DEVICE Vec<d> difference(Vec<d> a, Vec<d> b) const {
     const NearestImage<d> nearest(*this);
     Vec<d> r = a - b;
@@ -65,7 +66,7 @@ struct Box {
   }
 
   /// Wraps a position p (m) into the box: along each periodic axis afterwards 0 <= p < length. Adds the numbers of
-  /// removed periods to `image`, so that p + image * lengths is unchanged.
+  /// removed periods to `image`, so that p + image * lengths changes by rounding only.
   LICHTENBERG_HOST_DEVICE void wrap(Vec<d>& p, Image<d>& image) const {
     for (int k = 0; k < d; ++k) {
       if (!periodic(k) || (p[k] >= 0 && p[k] < lengths[k])) continue;

@@ -28,8 +28,8 @@ struct Arc {
   Vec2 normal;        ///< Integral of the circle's outward unit normal along the arcs (m)
 };
 
-/// Computes the arcs of the disk's edge that lie inside the rectangle with the given corners (m): their total length
-/// and integrated outward normal. Both are 0 if no part of the edge is inside.
+/// Computes total length (m) and integrated outward normal (m) of the arcs of the disk's edge that lie inside a
+/// rectangle. The corners of the rectangle are in m. Both results are 0 if no part of the edge is inside.
 inline Arc arc_inside(const Disk& disk, Vec2 lower_left, Vec2 upper_right) {
   constexpr double pi = std::numbers::pi;
   const double r = disk.radius;

@@ -20,10 +20,10 @@ namespace lichtenberg::granular_flow {
 //   e = (3/2) n T + n u^2, q = (15/4) sqrt(T) (kappa* grad T + mu* (T/n) grad n).
 // Terms with zeta* other than the cooling -(3 zeta*/4) n^2 T^(3/2) arise because the unit of speed decreases.
 
-/// Reduced transport coefficients of a charged granular gas. They are the cooling rate zeta*, viscosity eta*, heat
-/// conductivity kappa*, density-gradient coefficient mu* of the heat flux, and charge number R. R = 2 pi K rho_0^2
-/// l_0^2 / (n_0 T_h) with the Coulomb constant K and the units of the equations above. `src/theory/stability.hpp`
-/// computes the coefficients from the restitution coefficient, K, density and charge.
+/// Reduced transport coefficients of a charged granular gas. They are the cooling rate zeta*, viscosity eta*,
+/// thermal conductivity kappa*, density-gradient coefficient mu* of the heat flux, and charge number R. R = 2 pi K
+/// rho_0^2 l_0^2 / (n_0 T_h) with the Coulomb constant K and the units of the equations above.
+/// `src/theory/stability.hpp` computes the coefficients.
 struct Gas {
   double cooling = 0, viscosity = 0, conduction = 0, density_conduction = 0;  ///< zeta*, eta*, kappa*, mu*
   double charge_number = 0;                                                   ///< R at tau = 0
@@ -62,8 +62,8 @@ struct EvolveOptions {
 
 /// Integrates the hydrodynamic equations of the gas from the fields `start` at scaled time 0. Returns the fields at
 /// each of `times` (scaled times tau, ascending, >= 0). The mean velocity is subtracted at the start.
-/// Sums of density, charge and momentum are conserved to rounding. Temperature is always positive, and density as long
-/// as the grid resolves it. Results have identical bits for any number of threads of `team`. Throws InputError for an
+/// Sums of density, charge and momentum are conserved to rounding. Temperatures stay positive; densities do so as long
+/// as the grid resolves them. Results have identical bits for any number of threads of `team`. Throws InputError for an
 /// invalid grid or invalid fields, Failure if a step cannot reach its tolerance.
 std::vector<Fields> evolve(const Gas& gas, const Grid& grid, const Fields& start, std::span<const double> times,
                            const EvolveOptions& options = {}, parallel::Team& team = parallel::Team::single());

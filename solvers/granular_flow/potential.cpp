@@ -6,11 +6,9 @@
 namespace lichtenberg::granular_flow {
 namespace {
 
-/// Returns the wave number of mode n; 0 for the highest mode of an even number of cells, whose slope is 0 at all
-/// centres.
+/// Returns the wave number of mode n.
 double wave_number(int n, const Grid& grid) {
-  if (2 * n == grid.cells) return 0;
-  return 2 * std::numbers::pi / grid.length * (2 * n < grid.cells ? n : n - grid.cells);
+  return 2 * std::numbers::pi / grid.length * (2 * n <= grid.cells ? n : n - grid.cells);
 }
 
 fftw_complex* complex(const FftwNumbers& numbers) { return reinterpret_cast<fftw_complex*>(numbers.get()); }
@@ -20,13 +18,18 @@ fftw_complex* complex(const FftwNumbers& numbers) { return reinterpret_cast<fftw
 Potential::Potential(const Grid& grid) : grid_(grid) {
   const int deep = grid.cells / 2 + 1;
   modes_ = grid.size() / grid.cells * deep;
+  square_.assign(modes_, 0);
   for (int axis = 0; axis < grid.dimension; ++axis) {
     field_[axis].resize(grid.size());
     std::size_t below = 1;  // Number of consecutive modes with the same index along this axis
     for (int k = axis + 1; k < grid.dimension; ++k) below *= k + 1 == grid.dimension ? deep : grid.cells;
     const int count = axis + 1 == grid.dimension ? deep : grid.cells;
-    for (std::size_t mode = 0; mode < modes_; ++mode)
-      wave_number_[axis].push_back(wave_number(static_cast<int>(mode / below % count), grid));
+    for (std::size_t mode = 0; mode < modes_; ++mode) {
+      const int n = static_cast<int>(mode / below % count);
+      const double k = wave_number(n, grid);
+      square_[mode] += k * k;
+      wave_number_[axis].push_back(2 * n == grid.cells ? 0 : k);
+    }
   }
   values_ = make_fftw_numbers(grid.size());
   charge_modes_ = make_fftw_numbers(2 * modes_);
@@ -40,9 +43,8 @@ Potential::Potential(const Grid& grid) : grid_(grid) {
 /// Computes the modes of the field, -i k c_k / k^2.
 void Potential::differentiate(int axis) {
   for (std::size_t mode = 0; mode < modes_; ++mode) {
-    double square = 0;
-    for (int a = 0; a < grid_.dimension; ++a) square += wave_number_[a][mode] * wave_number_[a][mode];
-    const double factor = square > 0 ? wave_number_[axis][mode] / (square * static_cast<double>(grid_.size())) : 0;
+    const double k = wave_number_[axis][mode];
+    const double factor = k != 0 ? k / (square_[mode] * static_cast<double>(grid_.size())) : 0;
     const double* from = complex(charge_modes_)[mode];
     double* to = complex(field_modes_)[mode];
     to[0] = factor * from[1], to[1] = -factor * from[0];

@@ -10,9 +10,8 @@
 namespace lichtenberg::granular_flow {
 
 /// Spectral Poisson solver by FFT in a periodic square or cube. It computes the field -grad psi with lap psi = -(c -
-/// mean c). The charge density c is the trigonometric polynomial through the values at the cells' centres. Components
-/// of the highest wave number of an even number of cells count as wave number 0. The total force of the charges on
-/// themselves is 0 to rounding.
+/// mean c). The charge density c is the trigonometric polynomial through the values at the cells' centres. The total
+/// force of the charges on themselves is 0 to rounding.
 class Potential {
  public:
   explicit Potential(const Grid& grid);
@@ -26,9 +25,11 @@ class Potential {
 
   Grid grid_;
   std::size_t modes_;
-  /// Wave number of each mode along each axis; 0 for the highest mode of an even number of cells, whose slope is 0 at
-  /// all centres.
+  /// Wave number of each mode along each axis, for derivatives: 0 for the highest mode of an even number of cells,
+  /// whose slope is 0 at all centres.
   std::array<std::vector<double>, 3> wave_number_;
+  /// Square of the wave vector of each mode.
+  std::vector<double> square_;
   FftwNumbers values_, charge_modes_, field_modes_;
   FftwPlan forward_, backward_;
   std::array<std::vector<double>, 3> field_;

@@ -12,11 +12,12 @@ namespace lichtenberg::granular_flow {
 /// Right-hand side of the hydrodynamic equations (flow.hpp) by finite volumes. It computes the rates of density n,
 /// charge density c, momentum n u and ln T in each cell. u is the velocity, T the temperature.
 /// The flux through a face is the central-upwind flux of Kurganov and Tadmor (2000) between the values on its two
-/// sides. WENO interpolation computes each from five cells (Jiang and Shu 1996, weights of Borges and others 2008). It
-/// interpolates ln n, ln T, u and c/n, so that n and T are positive at faces too.
-/// Viscous stress and heat flux are centred differences of fourth order. The scheme is of fourth order for waves of
-/// small amplitude, and of second order for products of large amplitudes. Sums of n, c and n u change by rounding only.
-/// T stays positive also in supersonic flow; in exchange, energy is conserved only to the order of the scheme.
+/// sides. WENO interpolation computes each value from five cells (Jiang and Shu 1996, weights of Borges and others
+/// 2008). It interpolates ln n, ln T, u and c/n, so that n and T are positive at faces too.
+/// The viscous stress tensor and the heat flux are centred differences of fourth order. The heat flux is limited in
+/// steep gradients, so that T stays positive. The scheme is of fourth order for waves of small amplitude, and of second
+/// order for products of large amplitudes. Sums of n, c and n u change by rounding only. T stays positive also in
+/// supersonic flow; in exchange, energy is conserved only to the order of the scheme.
 class Rates {
  public:
   /// Prepares the rates on a grid; the threads of `team` share the loops over cells.
@@ -30,8 +31,8 @@ class Rates {
   /// Converts unknowns [quantity][cell] to fields.
   Fields unpack(std::span<const double> y) const;
 
-  /// Computes the rates of the unknowns y [quantity][cell] at the scaled time. Where n is not positive, rates are not
-  /// finite.
+  /// Computes the rates of the unknowns y [quantity][cell] at the scaled time `time` (tau). If n is not positive in a
+  /// cell, some rates are not finite.
   void operator()(double time, std::span<const double> y, std::span<double> rate);
 
  private:

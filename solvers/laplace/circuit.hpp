@@ -7,9 +7,9 @@
 
 namespace lichtenberg::laplace {
 
-/// Circuit nodes of a problem: floating groups without bodies. They carry no charge in the field; couplings (lumped
-/// capacitances or resistors) join them to other groups. They are eliminated before a field solve, exactly and without
-/// loss of digits (star-mesh transformation). Couplings between their neighbours replace them.
+/// Circuit nodes of a problem: floating groups without bodies. They have no charge in the field; couplings (lumped
+/// capacitances or resistors) join them to other groups. The nodes are eliminated before a field solve, exactly and
+/// without loss of digits (star-mesh transformation). Couplings between the neighbouring groups replace them.
 class CircuitNodes {
  public:
   /// Eliminates the circuit nodes of a problem.
@@ -21,7 +21,7 @@ class CircuitNodes {
   /// are marked as fixed, and nothing depends on their potentials.
   const LaplaceProblem& reduced() const { return reduced_; }
   /// Computes the potentials (V) of the circuit nodes from those of all other groups, and stores them in `potential`
-  /// [groups].
+  /// [groups]. Only valid if any().
   void set_potentials(std::vector<double>& potential) const;
 
  private:

@@ -27,8 +27,8 @@ class NetworkFactors {
   /// nodes that are not eliminated; empty: all nodes are eliminated. Links of zero conductance are ignored.
   NetworkFactors(std::vector<double> ground, const std::vector<NetworkLink>& links, const std::vector<char>& keep = {});
 
-  /// Solves for the potentials: replaces the current into each node, `flow` [nodes], by the node's potential. In each
-  /// connected part without a link to ground, one node gets potential zero.
+  /// Solves for the potentials: replaces the current into each node, `flow` [nodes], by the node's potential. Only
+  /// valid if all nodes are eliminated. In each connected part without a link to ground, one node gets potential zero.
   void solve(double* flow) const;
   /// Computes the inverse of the conductance matrix [nodes x nodes], by rows; only valid if all nodes are eliminated.
   /// Its entries are sums of positive terms and have all digits.

@@ -10,8 +10,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Boundary condition at one side of the rectangular box: insulating (zero normal field) or an electrode of given
-/// potential.
+/// Boundary condition at one side of the rectangular box: insulating (Neumann boundary condition, zero normal field) or
+/// an electrode (Dirichlet boundary condition, given potential).
 struct Side {
   enum class Kind { insulating, electrode } kind = Kind::insulating;
   double potential = 0;  ///< Potential (V) of an electrode
@@ -86,7 +86,8 @@ struct LaplaceProblem {
 /// Finds the sets of groups that are connected by couplings of more than `least` (F/m): the connected components of the
 /// circuit. Returns for each group the lowest group number of its set.
 std::vector<int> coupled_sets(const LaplaceProblem& problem, double least = 0);
-/// Finds the sets of coupled groups, as above, from the number of groups and the couplings.
+/// Finds the sets of groups that are connected by couplings of more than `least` (F/m), from the number of groups and
+/// the couplings. Returns for each group the lowest group number of its set.
 std::vector<int> coupled_sets(int groups, std::span<const Coupling> couplings, double least = 0);
 
 /// Throws InputError if the problem has couplings, for methods that do not support them. `method` is the subject of the
@@ -110,7 +111,7 @@ struct LaplaceSolution {
   std::vector<double> body_charge;      ///< Field charge of each body (C/m), without charge through couplings
   std::vector<Vec2> body_force;         ///< Force on each body (N/m)
   std::array<double, 4> side_charge{};  ///< Charge on each side of the box if it is an electrode (C/m)
-  double energy = 0;                    ///< Energy (J/m), eps/2 integral |grad V|^2
+  double energy = 0;                    ///< Electrostatic energy of the field (J/m), eps/2 integral |grad V|^2
   long unknowns = 0;                    ///< Number of unknowns of the solver
   int iterations = 0;                   ///< Number of iterations of the solver
   double work = 0;      ///< Operator evaluations, in units of residual evaluations on the whole grid; 0: not counted
@@ -127,8 +128,8 @@ struct Field {
   std::vector<int> body;      ///< Index of the body that contains the centre, -1 in the fluid
 };
 
-/// Interface of all solvers of LaplaceProblem. Solvers keep data that accelerate the next solve of a similar problem,
-/// such as buffers and the last solution as initial guess.
+/// Interface of all solvers of LaplaceProblem. Solvers may keep data that accelerate the next solve of a similar
+/// problem, such as buffers and the last solution as initial guess.
 class LaplaceSolver {
  public:
   virtual ~LaplaceSolver() = default;
@@ -136,9 +137,9 @@ class LaplaceSolver {
   /// LaplaceProblem::check. Throws InputError for a problem that the method does not support, Failure if the iteration
   /// does not converge.
   virtual LaplaceSolution solve(const LaplaceProblem& problem) = 0;
-  /// Returns the potential of the last solve on a grid. Throws Failure if nothing has been solved.
+  /// Returns the potential of the last solve on a grid. Throws Failure if no solution is stored.
   virtual Field field() const = 0;
-  /// Discards data of earlier solves, so that the next solve depends on its problem only.
+  /// Discards the solutions of earlier solves, so that the initial guess of the next solve depends on its problem only.
   virtual void forget() = 0;
 };
 

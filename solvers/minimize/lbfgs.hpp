@@ -8,11 +8,11 @@
 namespace lichtenberg::minimize {
 
 /// Minimizer L-BFGS: limited-memory quasi-Newton method of Broyden, Fletcher, Goldfarb and Shanno (Nocedal 1980) with a
-/// backtracking line search. A step is halved until it lowers the value by 1e-4 of the decrease that the slope predicts
-/// (Armijo 1966), up to rounding.
-/// The direction is a sum of past moves, past changes of the gradient and the gradient itself. Its factors follow from
-/// the scalar products of these vectors (Chen, Wang & Zhou 2014). An iteration therefore passes twice through the
-/// vectors, and threads share both passes.
+/// backtracking line search. A step is halved until it lowers the value by at least 1e-4 of the decrease that the slope
+/// predicts (Armijo 1966), up to rounding.
+/// The direction is a linear combination of past moves of x, past changes of the gradient and the gradient itself. Its
+/// coefficients follow from the scalar products of these vectors (Chen, Wang & Zhou 2014). An iteration therefore
+/// passes only twice through the past vectors; threads share the work.
 /// Past vectors are stored in single precision, which affects the approximate Hessian but not the minimum. They are
 /// stored in units of about `largest_move` (moves) and `largest_move` / `first_step` (gradients), so that numbers stay
 /// within float's range.

@@ -19,8 +19,8 @@ class Objective {
   /// Returns the value at x and overwrites `gradient` with the gradient there; both have size() components. At a
   /// forbidden x (outside the function's domain) the value is infinite and the gradient undefined.
   virtual double evaluate(std::span<const double> x, std::span<double> gradient) = 0;
-  /// Calls task(k) for k from 0 to tasks - 1, in any order. Minimizers divide their vector operations by this function.
-  /// A derived class may run the tasks on its threads; this version runs them on the caller's.
+  /// Calls task(k) for k from 0 to tasks - 1, in any order. Some minimizers divide vector operations into tasks with
+  /// this function. A derived class may run the tasks on several threads; this version runs them on the calling thread.
   virtual void share(int tasks, const std::function<void(int)>& task) const {
     for (int k = 0; k < tasks; ++k) task(k);
   }
@@ -61,8 +61,8 @@ class Minimizer {
   const Point& point() const { return point_; }              ///< Current point
   std::int64_t evaluations() const { return evaluations_; }  ///< Number of evaluations of value and gradient
 
-  /// Returns the minimizer's internal state, without the point, for a checkpoint. A minimizer with the same point and
-  /// state continues with identical bits.
+  /// Returns the minimizer's internal state, without the point, for a checkpoint. A minimizer that is made with the
+  /// same arguments at the same point and restores this state continues with identical bits.
   virtual Memory memory() const { return {}; }
   /// Restores an internal state that memory() returned.
   virtual void remember(const Memory& memory) { (void)memory; }

@@ -5,14 +5,14 @@
 namespace lichtenberg::minimize {
 
 /// Minimizer by Newton's method with a trust region. In each iteration, preconditioned conjugate gradients (CG)
-/// minimize the quadratic model of value, gradient and Hessian (Steihaug 1983). CG ends at its tolerance or at the
-/// boundary of the region. A direction of negative curvature is followed to the boundary. The region is a ball in the
-/// norm of the preconditioner.
+/// minimize the quadratic model of value, gradient and Hessian (Steihaug 1983). CG ends at its tolerance, at the
+/// boundary of the region or after 2000 steps. A direction of negative curvature is followed to the boundary. The
+/// region is a ball in the norm of the preconditioner.
 class NewtonCg : public Minimizer {
  public:
   /// Starts the minimization at x. `largest_move`: upper limit of the change of a component of x in the first CG step,
   /// which sets the initial radius of the region. `gradient_unit`: scale of gradient components; with g the largest
-  /// one, the relative tolerance of CG is sqrt(g / gradient_unit), between 0.1 and 0.3.
+  /// component, the relative tolerance of CG is sqrt(g / gradient_unit), but at least 0.1 and at most 0.3.
   NewtonCg(SmoothObjective& objective, std::vector<double> x, double largest_move, double gradient_unit);
   bool iterate() override;
   Memory memory() const override { return {{"radius", {radius_}}}; }
@@ -21,7 +21,7 @@ class NewtonCg : public Minimizer {
   std::int64_t products() const { return products_; }  ///< Number of products with the Hessian matrix so far
 
  private:
-  /// Step of the quadratic model.
+  /// Step (change of x) to an approximate minimum of the quadratic model within the trust region.
   struct Step {
     std::vector<double> move;       ///< Change of x
     double predicted_decrease = 0;  ///< Decrease of the value that the model predicts

@@ -40,15 +40,15 @@ constexpr std::size_t block = 4096;
 /// Returns the number of blocks, and thus tasks, for vectors of `size` components.
 inline int tasks_for(std::size_t size) { return static_cast<int>((size + block - 1) / block); }
 
-/// Calls function(task, first, end) for each block of a vector of `size` components, on the threads of `objective`.
-/// `task` is the number of the block, and first ... end - 1 are its components.
+/// Calls function(task, first, end) for each block of a vector of `size` components, by objective.share(). `task` is
+/// the number of the block, and first ... end - 1 are its components.
 template <class Function>
 void share_blocks(const Objective& objective, std::size_t size, const Function& function) {
   objective.share(tasks_for(size), [&](int task) { function(task, block * task, std::min(block * (task + 1), size)); });
 }
-/// Returns the sum of function(first, end) over the blocks first ... end - 1 of a vector of `size` components. Threads
-/// of `objective` share the blocks; the order of summation is fixed, so the result has identical bits for any number of
-/// threads.
+/// Returns the sum of function(first, end) over the blocks of a vector of `size` components; first ... end - 1 are the
+/// components of a block. Threads of `objective` share the blocks. The order of summation is fixed, so the result has
+/// identical bits for any number of threads.
 template <class Function>
 double sum_blocks(const Objective& objective, std::size_t size, const Function& function) {
   std::vector<double> partial_sums(tasks_for(size));

@@ -7,14 +7,14 @@
 
 namespace lichtenberg {
 
-/// Cell-sorted order of particles with a pair search (cell list): particles close in space are close in memory. A slot
-/// is an index in this order; within a cell, particles ascend. It serves callers that keep their arrays in this order
-/// and rebuild the pair list every few steps; pairs.hpp serves long-lived lists.
+/// Cell-sorted order of particles with a pair search (cell list): it stores the particles of a cell next to each other
+/// in memory, in ascending order. A slot is an index in this order. Meant for callers that keep their arrays in this
+/// order and rebuild the pair list every few steps; pairs.hpp is for long-lived lists.
 template <int d>
 class CellOrder {
  public:
-  /// Sorts particles into cells at least `range` (m) wide. pairs() then finds all pairs with a distance of centres
-  /// below `range`.
+  /// Sorts particles into cells at least `range` (m) wide; a periodic axis shorter than 3 `range` has a single cell.
+  /// pairs() then finds all pairs with a distance of centres below `range`.
   void sort(const Spheres<d>& spheres, double range);
 
   /// Returns the number of particles.
@@ -36,10 +36,11 @@ class CellOrder {
   };
   /// Sets the velocity (m/s) of the particle in this slot for pairs_that_meet(). The next sort() invalidates it.
   void set_velocity(int slot, const Vec<d>& velocity);
-  /// Finds the pairs of pairs() that can come within flight.within during a flight at constant velocities, or are
-  /// initially closer than flight.near. The distance r of two particles is a convex function of time. It is therefore
-  /// never below r + r' time, with its initial rate r'. A pair is returned if this bound is below the limit, up to
-  /// rounding. The velocities of all slots must have been set since the sort.
+  /// Finds the pairs of pairs() that can approach to flight.within during a flight at constant velocities, or that are
+  /// initially closer than flight.near. With initial distance r and its rate r', a pair is returned if r < flight.near
+  /// or r + r' flight.time < flight.within, up to rounding. For approaching particles r + r' flight.time is a lower
+  /// bound, because the distance is a convex function of time. The velocities of all slots must have been set since the
+  /// last sort().
   const std::vector<Pair>& pairs_that_meet(const Flight& flight, parallel::Team& team);
 
  private:

@@ -8,9 +8,9 @@
 
 namespace lichtenberg {
 
-/// Verlet neighbour list: pairs of particles with a surface distance below `range`, kept up to date while particles
-/// move. The list contains all pairs within range + skin. It is rebuilt when a particle has moved by more than half of
-/// `skin`; until then it contains every pair within `range`. Crossing a periodic boundary does not count as motion.
+/// Verlet neighbour list: contains all pairs of moving particles with a surface distance below `range`. At a rebuild it
+/// gets all pairs within range + skin. update() rebuilds it when a particle has moved by more than half of `skin`;
+/// until then it contains every pair within `range`. Crossing a periodic boundary does not count as motion.
 class NeighbourList {
  public:
   /// Makes an empty list; `range` and `skin` are in m.
@@ -22,19 +22,21 @@ class NeighbourList {
   void update(const Spheres<d>& spheres, parallel::Team& team = parallel::Team::single());
   /// Checks whether the list is still valid. Returns true if none of the particles first ... end - 1 has moved by more
   /// than half of the skin since the last rebuild. Returns false if the number of particles has changed or no list was
-  /// built. update() is this check, then search() if it fails.
+  /// built. update() checks all particles and calls search() if the list is not valid.
   template <int d>
   bool covers(const Spheres<d>& spheres, int first, int end) const;
-  /// Checks whether the list is still valid, as above, with the listed particles only.
+  /// Checks whether the list is still valid as far as the particles `some` (indices) are concerned. Returns false if
+  /// one of them has moved by more than half of the skin since the last rebuild. Also returns false if the number of
+  /// particles has changed or no list was built.
   template <int d>
   bool covers(const Spheres<d>& spheres, std::span<const int> some) const;
   /// Rebuilds the list from these positions. Throws the exceptions of pairs_closer_than.
   template <int d>
   void search(const Spheres<d>& spheres, parallel::Team& team = parallel::Team::single());
-  /// Returns the listed pairs: all within the range, and others up to range + skin. They are in ascending order, so
-  /// that sums over pairs do not depend on the time of the rebuild.
+  /// Returns the listed pairs in ascending order: while the list is valid, all pairs within the range, and others. With
+  /// this order, sums over the pairs within the range do not depend on the time of the rebuild.
   std::span<const Pair> pairs() const { return pairs_; }
-  /// Returns the number of rebuilds.
+  /// Returns the number of rebuilds, including the first construction.
   std::int64_t searches() const { return searches_; }
 
  private:

@@ -14,9 +14,9 @@ struct Pair {
   friend auto operator<=>(const Pair&, const Pair&) = default;
 };
 
-/// View of disks (d = 2) or spheres (d = 3) for pair searches: arrays of positions, radii and charges, and the box. Of
-/// the box, only the periodic axes matter here. Positions may be outside a periodic box: any periodic image of a
-/// particle is allowed.
+/// View of disks (d = 2) or spheres (d = 3) for pair searches: arrays of positions, radii and charges, and the box.
+/// Pair searches use only the periodic axes of the box. Positions may be outside a periodic box: any periodic image of
+/// a particle is allowed.
 template <int d>
 struct Spheres {
   std::span<const double> position;  ///< Positions (m), [N * d]
@@ -35,17 +35,16 @@ struct Spheres {
 };
 
 /// Finds all pairs of particles with a surface distance (gap of nearest images) below `range` (m), including
-/// overlapping pairs. Returns them in ascending order, for any number of threads of `team`. A cell list makes the work
-/// proportional to the numbers of particles and pairs. Throws InputError if a periodic box is so short that two images
-/// of a particle could be within range of another one.
+/// overlapping pairs. Returns them in ascending order, for any number of threads of `team`. A cell list limits the
+/// comparisons to particles in nearby cells. Throws InputError if a periodic box is so short that two images of a
+/// particle could be within range of another one.
 template <int d>
 std::vector<Pair> pairs_closer_than(const Spheres<d>& spheres, double range,
                                     parallel::Team& team = parallel::Team::single());
 
 /// Finds all pairs of particles with a surface distance (gap of nearest images) below range + reach[i] + reach[j].
 /// `reach` (m, [N], not negative) is an extra range per particle, such as the distance it moves in a time step. Order
-/// and errors are those of pairs_closer_than. The cost of a particle with a long reach is proportional to the number of
-/// particles within that reach.
+/// and errors are those of pairs_closer_than. A long reach of one particle does not extend the searches of the others.
 template <int d>
 std::vector<Pair> pairs_within_reach(const Spheres<d>& spheres, double range, std::span<const double> reach,
                                      parallel::Team& team = parallel::Team::single());

@@ -8,19 +8,20 @@
 namespace lichtenberg {
 
 /// Verlet list for repeated pairs_within_reach() of moving particles. A rebuild finds the candidates: all pairs within
-/// the range plus a skin (the smallest radius). Later calls select from the candidates while displacements are small.
-/// A particle is far if its reach plus its displacement since the rebuild exceeds half of the difference between the
-/// range of the candidates and that of the call. A far particle is compared with all particles near it along the first
-/// axis, so that a few fast particles cause no rebuild. In a periodic box every call searches again.
+/// the range plus a skin (the smallest radius). Later calls select from the candidates, until too many particles are
+/// far or the range exceeds that of the candidates.
+/// A particle is far if its reach plus its displacement since the rebuild exceeds half of a margin. The margin is the
+/// range of the candidates minus the range of the call. A far particle is compared with all particles near it along the
+/// first axis, so that a few fast particles cause no rebuild. In a periodic box every call of pairs() searches again.
 class ReachList {
  public:
-  /// Returns the pairs of pairs_within_reach(spheres, range, reach), with `range` and `reach` in m, and throws the same
-  /// exceptions.
+  /// Returns the pairs (i < j, in ascending order) with a gap below range + reach[i] + reach[j], all in m: the result
+  /// of pairs_within_reach(). Throws its exceptions.
   template <int d>
   std::vector<Pair> pairs(const Spheres<d>& spheres, double range, std::span<const double> reach);
   /// Returns the distance (m) that each particle has moved between the last rebuild and the last call of pairs().
   std::span<const double> moved() const { return moved_; }
-  /// Returns the number of rebuilds.
+  /// Returns the number of rebuilds, including the first construction; in a periodic box, of calls of pairs().
   int searches() const { return searches_; }
 
  private:

@@ -39,8 +39,8 @@ LICHTENBERG_HOST_DEVICE inline int cell_of(std::uint32_t coordinate, int cells) 
   return static_cast<int>((static_cast<std::uint64_t>(coordinate) * static_cast<std::uint64_t>(cells)) >> 32);
 }
 
-/// View of a cell list on a device: numbers of cells along the axes, and the particles in each cell. Cell (x, y, z) has
-/// the number (x * cells[1] + y) * cells[2] + z.
+/// View of a CellGrid for kernels: numbers of cells along the axes, and the range of sorted particles in each cell.
+/// Cell (x, y, z) has the number (x * cells[1] + y) * cells[2] + z.
 struct CellsView {
   std::array<int, 3> cells{};
   const int* first = nullptr;  ///< Index of the first particle of each cell in the sorted order; [cells + 1]
@@ -53,7 +53,7 @@ template <class Executor>
 class CellGrid {
  public:
   /// Divides a box with the given edge lengths (m) into equal cells with edges of at least `edge` (m), at most 1024 per
-  /// axis.
+  /// axis. An axis shorter than `edge` has one cell.
   CellGrid(const Executor& run, Vec3 lengths, Vec3 edge)
       : run_(&run), cell_(run), index_in_cell_(run), order_(run), first_(run) {
     for (int k = 0; k < 3; ++k) cells_[k] = std::clamp(static_cast<int>(lengths[k] / edge[k]), 1, 1024);
@@ -89,7 +89,7 @@ class CellGrid {
   parallel::Array<int, Executor> cell_, index_in_cell_, order_, first_;
 };
 
-/// Search window of a cell list: the cells around a position that contain all particles within a range. The window
+/// Search window of a cell list: cells around a position that contain all particles within a range of it. The window
 /// consists of columns of cells along z; the particles of a column are contiguous in the sorted order, except across
 /// the periodic boundary.
 struct CellWindow {
@@ -109,8 +109,8 @@ struct CellWindow {
   /// Returns the number of columns of the window.
   LICHTENBERG_HOST_DEVICE int columns() const { return width[0] * width[1]; }
 
-  /// Calls visit(j) for the particles j in column c of the window around position `at`, in all cells that intersect the
-  /// range. j is the index in the sorted order.
+  /// Calls visit(j) for the particles j in column c of the window around position `at`, at least in the cells that
+  /// intersect the range. j is the index in the sorted order.
   template <class Visit>
   LICHTENBERG_HOST_DEVICE void visit(FixedPointPosition at, int c, Visit visit) const {
     const int x = wrapped(at.x, 0, c / width[1]), y = wrapped(at.y, 1, c % width[1]);
@@ -136,8 +136,8 @@ struct CellWindow {
     return static_cast<float>(static_cast<std::uint32_t>(coordinate * static_cast<std::uint32_t>(grid.cells[axis]))) *
            0x1p-32f;
   }
-  /// Returns the distance (m) along an axis between a coordinate and the cells number `step` of the window (0 ... width
-  /// - 1), slightly reduced for rounding.
+  /// Returns the distance (m) along an axis from `coordinate` to the cells at position `step` (0 ... width - 1) of the
+  /// search window, slightly reduced for rounding.
   LICHTENBERG_HOST_DEVICE float gap(std::uint32_t coordinate, int axis, int step) const {
     if (width[axis] == grid.cells[axis]) return 0;
     const auto off = static_cast<float>(step - reach[axis]);
@@ -146,7 +146,8 @@ struct CellWindow {
                                                                              : 0;
     return cells > 1e-4f ? (cells - 1e-4f) * edge[axis] : 0;
   }
-  /// Returns the index along an axis of the cells number `step` of the window, with periodic wrap.
+  /// Returns the cell index along an axis at position `step` (0 ... width - 1) of the search window around
+  /// `coordinate`, with periodic wrap.
   LICHTENBERG_HOST_DEVICE int wrapped(std::uint32_t coordinate, int axis, int step) const {
     const int cells = grid.cells[axis];
     if (width[axis] == cells) return step;
@@ -160,9 +161,9 @@ struct CellWindow {
   }
 };
 
-/// Distance criterion of a neighbour list: returns true if two positions (nearest images) are within a range. Explicit
-/// fused multiply-adds make the rounding identical in the counting and the listing of pairs, and for both particles of
-/// a pair.
+/// Distance criterion of a neighbour list: returns true if the nearest images of two positions are within a range.
+/// Explicit fused multiply-adds make the rounding identical in the counting and the listing of pairs, and for both
+/// particles of a pair.
 struct RangeTest {
   float x, y, z;  ///< Lengths of the box over 2^32 (m)
   float most;     ///< Squared range (m^2)
@@ -174,8 +175,8 @@ struct RangeTest {
   }
 };
 
-/// Construction of neighbour lists: finds the partners of each particle, a row of the table. A row is divided into
-/// parts, one thread each, that search different columns of cells.
+/// Search of a NeighbourTable: finds the partners of each particle, which form a row of the table. A row is divided
+/// into parts, one thread each, that search different columns of cells.
 template <class PositionOf>
 struct RowParts {
   CellWindow window;
@@ -184,8 +185,8 @@ struct RowParts {
   int n, parts;  ///< Number of particles; parts per row
   bool once;     ///< True if each pair is only in the row of the particle that comes first
 
-  /// Calls visit(j) for the partners j in part k / n of row k % n. Neighbouring threads k thus process neighbouring
-  /// particles and the same columns.
+  /// Calls visit(j) for the partners j in part k / n of row k % n (k: thread, n: number of particles). Neighbouring
+  /// threads thus process particles that are neighbours in the sorted order.
   template <class Visit>
   LICHTENBERG_HOST_DEVICE void operator()(int k, Visit visit) const {
     const int s = k % n, all = window.columns(), a_part = (all + parts - 1) / parts, first = k / n * a_part;
@@ -209,7 +210,7 @@ struct TableView {
 };
 
 /// Neighbour list on an executor, in a periodic box: for each particle a row of its partners within a range.
-/// Construction counts the partners first, so any density is possible.
+/// Construction counts the partners first, so rows need no maximum length.
 template <class Executor>
 class NeighbourTable {
  public:
@@ -218,7 +219,7 @@ class NeighbourTable {
   /// Builds the table of n particles that are sorted by `cells`; `position_of(s)` returns the position of the s-th as
   /// `FixedPointPosition`. `lengths`: edges of the box (m). `range` (m) is at most half of an edge; rounding can add
   /// pairs slightly beyond it. Each pair is in the rows of both particles, or with `once` only in the row of the
-  /// particle that comes first.
+  /// particle that comes first in the sorted order.
   template <class PositionOf>
   void build(int n, const CellsView& cells, Vec3 lengths, double range, PositionOf position_of, bool once = false) {
     const CellWindow window(cells, lengths, range);
@@ -247,12 +248,12 @@ class NeighbourTable {
   }
   TableView view() const { return {start_.data(), partner_.data(), columns_}; }  ///< Valid until the next build
 
-  /// Returns the number of entries of all rows.
+  /// Returns the number of partners in all rows together.
   std::size_t entries() const { return partner_.size(); }
 
  private:
-  /// Chooses the number of parts per row (one thread each): the fewest parts that occupy a device. Returns the number
-  /// of threads.
+  /// Chooses the number of parts per row (one thread each): the fewest parts that occupy a device, at most one per
+  /// column of the search window. Returns the number of threads.
   int cut(int n, int columns) {
     constexpr int enough = 1 << 18;
     columns_ = std::clamp((enough + n - 1) / std::max(n, 1), 1, columns);

@@ -23,20 +23,21 @@ struct PackingNetwork {
 
 /// Makes the particle-centred resistor network of a packing: each particle is a node, each contact a link from centre
 /// to centre, or from centre to wall. Nodes 0 ... N - 1 are the particles, followed by the walls that are electrodes.
-/// Contacts with other walls are omitted.
+/// Contacts with walls that are not electrodes are omitted.
 /// `model` and `parameters` give the resistances. Throws InputError if the model supports contact-centred networks
 /// only, and the exceptions of check_particles.
 PackingNetwork particle_network(const ParticlePacking& packing, const Contacts& contacts, const ResistorModel& model,
                                 const Parameters& parameters, const std::vector<PackingElectrode>& electrodes);
 
-/// Checks whether a contact-centred network is possible with these electrodes. It is not if two electrodes touch,
-/// because their contact would have two potentials. Returns the error message then, otherwise an empty text.
+/// Checks whether a contact-centred network is possible with these electrodes. Returns an error message if two
+/// electrodes touch, because their contact would have two potentials; otherwise an empty text.
 std::string contact_network_obstacle(const ParticlePacking& packing, const Contacts& contacts,
                                      const std::vector<PackingElectrode>& electrodes);
 
-/// Makes the contact-centred resistor network of a packing: each contact is a node, and links join all pairs of
-/// contacts of a particle. The first nodes are the contacts between particles that are not electrodes, in the order of
-/// `contacts`. The electrodes follow; an electrode and its contacts are one node.
+/// Makes the contact-centred resistor network of a packing: contacts are nodes, and links join the contacts of each
+/// particle in pairs. The first nodes are the contacts between two particles that are not electrodes, in the order of
+/// `contacts`. The electrodes follow; an electrode and its contacts are one node. Contacts with walls that are not
+/// electrodes are omitted.
 /// `model` and `parameters` give the conductances. Throws InputError with the message of contact_network_obstacle, or
 /// if contacts are too wide for the model, and the exceptions of check_particles.
 PackingNetwork contact_network(const ParticlePacking& packing, const Contacts& contacts, const ResistorModel& model,

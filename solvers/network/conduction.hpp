@@ -28,7 +28,7 @@ struct Conduction {
   double conductance = 0;               ///< Conductance between the electrodes (S); 0 without a path
   double resistance = 0;                ///< Resistance between the electrodes (Ohm); infinite without a path
   double current = 0;                   ///< Current (A) from the second electrode through the network to the first
-  double power = 0;                     ///< Dissipated power (W): sum over the links of i^2 r
+  double power = 0;                     ///< Dissipated power (W), the Joule heating of all links: sum of i^2 r
   double power_balance = 0;             ///< Relative error |power - V I| / (V I), checked: rounding or tolerance
   std::vector<double> potential;        ///< [nodes] Potential (V); NaN in a component without a path to an electrode
   std::vector<double> link_current;     ///< [links] Current (A) from a to b; exactly 0 outside the backbone
@@ -45,17 +45,18 @@ struct Conduction {
 /// Only the backbone carries current. Dead ends have the potential of the node where they begin; components without a
 /// path to an electrode have none (NaN). Both follow from the graph, so that rounding cannot connect a network without
 /// a path.
-/// Throws InputError if the electrodes are the same node or not in the network, or if a conductance is not positive.
-/// Throws Failure if the dissipated power differs from V I, or the multigrid does not converge.
+/// Throws InputError if the electrodes are the same node or not in the network, and the exceptions of check(network).
+/// Throws Failure if the dissipated power differs from voltage times current by more than the tolerance, or if a solver
+/// fails.
 Conduction conduct(const Network& network, int low, int high, const ConductionOptions& options = {});
 
 /// Computes the effective (two-point) resistances (Ohm) between a node and every node, [nodes], by one elimination. The
-/// resistance is 0 to the node itself, and infinite without a path. Throws InputError if there is no such node or a
-/// conductance is not positive.
+/// resistance is 0 to the node itself, and infinite without a path. Throws InputError if there is no such node, and the
+/// exceptions of check(network).
 std::vector<double> resistances_from(const Network& network, int node);
 
 /// Computes the effective conductance (S) between two nodes by elimination; 0 without a path. Throws InputError if the
-/// nodes are equal or not in the network, or if a conductance is not positive.
+/// nodes are equal or not in the network, and the exceptions of check(network).
 double conductance_between(const Network& network, int low, int high);
 
 }  // namespace lichtenberg::network

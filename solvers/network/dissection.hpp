@@ -8,9 +8,9 @@ namespace lichtenberg::network {
 
 /// Nested dissection of a network (George 1973): an elimination order of the nodes with little fill-in, divided into
 /// fronts. A front is a set of nodes that are eliminated together as a dense block. It is either a separator,
-/// eliminated after the two parts of the network that it separates, or a small part itself.
+/// eliminated after the parts of the network that it separates, or a small part itself.
 struct Dissection {
-  /// Front: eliminates the nodes order[first] ... order[last - 1].
+  /// Front of the elimination: the nodes order[first] ... order[last - 1].
   struct Front {
     int first = 0, last = 0;
     int children = 0;  ///< Number of earlier fronts whose Schur complements this front adds (elimination tree)
@@ -21,7 +21,7 @@ struct Dissection {
 };
 
 /// Computes a nested dissection. `kept`: [nodes], nonzero for nodes that are not eliminated. A network with positions
-/// is cut recursively at the median of its longest coordinate. Without positions the library METIS finds the
+/// is cut recursively at the median along the axis of its largest extent. Without positions the library METIS finds the
 /// separators; Failure is thrown if it fails.
 Dissection dissect(const Network& network, const std::vector<char>& kept);
 

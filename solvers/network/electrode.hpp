@@ -27,7 +27,7 @@ std::vector<PackingElectrode> read_electrodes(const std::string& between, const 
 /// if there is no such wall or particle.
 PackingElectrode read_electrode(const std::string& name, const std::vector<std::string>& walls, int particles);
 
-/// Checks the name of a wall that can be an electrode. Returns true if it is not empty, not a number, not "all", and
+/// Checks the name of a wall that can be an electrode. Returns true if it is not empty, not an integer, not "all", and
 /// has no commas and no blanks at its ends.
 bool is_electrode_name(const std::string& name);
 

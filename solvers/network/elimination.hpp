@@ -14,11 +14,11 @@ namespace lichtenberg::network {
 /// Kron reduction). Every node must have a path to a kept node.
 /// The elimination of node k replaces its star of conductances g_kj by a mesh: g_ij += g_ki g_kj / s_k with s_k = sum_j
 /// g_kj. This is a step of Cholesky's factorization of the conductance matrix S. The result is the Schur complement
-/// S_kk - S_ke S_ee^-1 S_ek (k: kept, e: eliminated nodes).
+/// S_cc - S_ce S_ee^-1 S_ec (c: kept, e: eliminated nodes).
 /// In contrast to Cholesky's method, the pivot s_k is summed from the off-diagonal entries (Grassmann, Taksar & Heyman
-/// 1985). No step subtracts, so each conductance of the result has a small relative error for any ratio of
-/// conductances, even 1e-30 to 1e30 (O'Cinneide 1993; Alfa, Xue & Ye 2002). An updated pivot loses its digits at a
-/// ratio of 1e16.
+/// 1985). No step subtracts. Each resulting conductance therefore has a small relative error for any ratio of
+/// conductances, even 1e60 (O'Cinneide 1993; Alfa, Xue & Ye 2002). A pivot from which Cholesky's method subtracts loses
+/// all digits at a ratio of 1e16.
 /// The fronts of a nested dissection are eliminated in sequence as dense blocks (multifrontal method, Duff & Reid
 /// 1983).
 class Elimination {
@@ -31,14 +31,14 @@ class Elimination {
   /// Eliminates all nodes of the network except `kept` (in any order, without duplicates). If that would exceed the
   /// limits, nothing is eliminated and done() is false.
   Elimination(const Network& network, const std::vector<int>& kept, const Limits& limits);
-  /// Eliminates all nodes except `kept` without limits.
+  /// Eliminates all nodes of the network except `kept`, without limits of the cost.
   Elimination(const Network& network, const std::vector<int>& kept) : Elimination(network, kept, Limits()) {}
   /// Returns true if the nodes are eliminated; false if the limits excluded it, so that there are no results.
   bool done() const { return done_; }
 
   /// Returns the conductances (S) [kept, kept] between the kept nodes in the equivalent network, in the order of
   /// `kept`, with zero diagonal. The reduced conductance matrix (Schur complement) has their negatives off the
-  /// diagonal, and their sums on it.
+  /// diagonal, and the sums of their rows on it.
   const Eigen::MatrixXd& mesh() const { return mesh_; }
 
   /// Computes the potentials (V) of all nodes [nodes, m] for m right-hand sides. `kept_potential`: [kept, m] potentials
@@ -48,8 +48,8 @@ class Elimination {
   /// Computes the effective resistance (Ohm) between each node and the kept nodes, short-circuited with each other:
   /// [nodes], zero for kept nodes.
   /// The results are the diagonal of the inverse of the conductance matrix with the kept nodes grounded. Only entries
-  /// of the inverse within fronts are computed (selected inversion, Erisman & Tinney 1975), with twice the operations
-  /// of the elimination. All sums are of positive numbers.
+  /// of the inverse within fronts are computed (selected inversion, Erisman & Tinney 1975), with about twice the
+  /// operations of the elimination. All sums are of positive numbers.
   Eigen::VectorXd resistances() const;
 
   /// Returns the number of matrix entries that the elimination stores.

@@ -6,7 +6,7 @@
 
 namespace lichtenberg::network {
 
-/// Solution of solve_by_multigrid().
+/// Result of solve_by_multigrid(): the potentials and their accuracy.
 struct MultigridSolution {
   std::vector<double> potential;  ///< Potential of each node (V), [nodes]
   int iterations = 0;             ///< Conjugate gradient iterations
@@ -20,9 +20,9 @@ struct MultigridSolution {
 /// Computes the potentials of a resistor network with node `low` at 0 and node `high` at `voltage` (V), by conjugate
 /// gradients with an aggregation multigrid preconditioner. All nodes must have a path to the electrodes `low` and
 /// `high`.
-/// A coarse level merges nodes in pairs of strong links, twice, and is a network again. Two flexible conjugate gradient
-/// steps on each level (K-cycle) compensate for the plain merging (Notay 2010, "An aggregation-based algebraic
-/// multigrid method"). Memory and work grow with the number of links.
+/// A coarse level merges nodes in pairs of strong links, twice, and is a network again. One or two flexible conjugate
+/// gradient steps on each intermediate level (K-cycle) compensate for the plain merging (Notay 2010, "An
+/// aggregation-based algebraic multigrid method"). Memory and work grow with the number of links.
 /// Iteration stops when the imbalance is at most `tolerance` times the current; Failure is thrown after 200 iterations.
 /// The error of the potentials grows with the condition number of the matrix: for conductances over many decades use
 /// Elimination.

@@ -27,7 +27,7 @@ struct Network {
 };
 
 /// Checks the links of a network. Throws InputError if a link refers to a missing node, or if its conductance or
-/// resistance is not positive and finite in double precision.
+/// resistance is not a positive, normal number in double precision.
 void check(const Network& network);
 
 /// Incidence lists of a network: node n has the links link[start[n]] ... link[start[n + 1] - 1], as indices into
@@ -36,7 +36,7 @@ struct Incidence {
   std::vector<int> start, link;
 
   explicit Incidence(const Network& network);
-  /// Returns the links at a node.
+  /// Returns the links at a node, as indices into Network::links.
   std::span<const int> of(int node) const {
     return {link.data() + start[node], static_cast<std::size_t>(start[node + 1] - start[node])};
   }

@@ -37,20 +37,20 @@ struct ParticleContact {
 struct ParticleWallContact {
   int particle = 0, wall = 0;
 };
-/// All contacts of a packing.
+/// All contacts of a packing, between particles and with walls.
 struct Contacts {
   std::vector<ParticleContact> pairs;      ///< Contacts between particles
   std::vector<ParticleWallContact> walls;  ///< Contacts with walls
 };
 
 /// Relative margin of the contact criterion. Two particles are in contact if their distance is less than (1 -
-/// margin)(r_i + r_j), with their radii r. A particle touches a wall if the distance of its centre is less than (1 -
-/// margin) r. The distance of rattlers (particles without load) approaches r_i + r_j from below; the margin excludes
-/// such contacts without a force.
+/// margin)(r_i + r_j), with their radii r. A particle touches a wall if the distance of its centre from the wall is
+/// less than (1 - margin) r. The distance of a rattler (particle without load) from its neighbours approaches r_i + r_j
+/// from below; the margin excludes such contacts without a force.
 constexpr double contact_margin = 1e-9;
 
 /// Finds all contacts of a packing, between particles and with walls, by the criterion of contact_margin. A cell list
-/// with cells of the largest diameter makes the work proportional to the number of particles.
+/// limits the comparisons of particles to neighbouring cells.
 Contacts find_contacts(const ParticlePacking& packing);
 
 /// Returns the contact point (m) of two particles, which divides the line of centres in proportion to the radii.

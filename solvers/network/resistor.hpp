@@ -63,8 +63,8 @@ bool needs(const ResistorModel& model, const ParameterEntry& parameter);
 void check(const ResistorModel& model, const Parameters& parameters);
 
 /// Checks that a resistor model holds for particles of these radii (m) in this number of dimensions (2 or 3). Throws
-/// InputError if the contact radius is not smaller than each particle radius, or for a model of flat disks in three
-/// dimensions.
+/// InputError for a model of flat disks in three dimensions. For a model that needs the contact radius, also throws it
+/// unless that is smaller than each particle radius.
 void check_particles(const ResistorModel& model, const Parameters& parameters, std::span<const double> radius,
                      int dimension);
 

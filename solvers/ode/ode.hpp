@@ -20,7 +20,7 @@ struct Ode {
   bool stiff = false;            ///< True if some components decay much faster than the times of interest
 };
 
-/// End of an integration: its time, and the event that caused it.
+/// End of an integration: its time, and the event that caused it, if any.
 struct OdeEnd {
   double time = 0;
   int event = -1;  ///< Index of the event function in Ode::falls that fell through zero; -1: no event occurred
@@ -32,12 +32,13 @@ struct OdeEnd {
 /// fixed-point iteration. Stiff equations: backward differentiation formulas with Newton's method, GMRES, and Jacobian
 /// products from differences of rates. A stiff step with a rate that is not finite is repeated with a shorter step.
 /// Throws Failure if CVODE fails, such as with a tolerance below the rounding error. Passes on exceptions of the
-/// functions.
+/// functions in `ode`.
 OdeEnd integrate(const Ode& ode, double start, double end, std::vector<double>& y);
 
 /// Integrates ordinary differential equations from time `start` with initial values y, and returns the solution at each
-/// of `times` (ascending, >= start). CVODE's interpolation between steps keeps the accuracy and all linear invariants.
-/// An event ends the integration; the result then contains only the times before it. Throws like the function above.
+/// of `times` (ascending, >= start). Values between the steps follow from CVODE's interpolation polynomial. An event
+/// ends the integration; the result then contains only the times before it. Throws Failure if CVODE fails, and passes
+/// on exceptions of the functions in `ode`.
 std::vector<std::vector<double>> integrate(const Ode& ode, double start, const std::vector<double>& y,
                                            std::span<const double> times);
 

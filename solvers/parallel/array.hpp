@@ -12,7 +12,7 @@
 namespace lichtenberg::parallel {
 
 /// Array in the memory of a device (GPU, or CPU for HostExecutor); resize() and transfers use the executor. The
-/// capacity grows and never shrinks, so that repeated use with similar sizes allocates nothing.
+/// capacity never shrinks, so that a size up to the capacity needs no allocation.
 template <class T, class Executor>
 class Array {
  public:
@@ -43,9 +43,9 @@ class Array {
     }
     size_ = size;
   }
-  /// Sets all bytes to 0.
+  /// Sets all bytes of the array to 0.
   void zero() { run_->fill(data_, 0, size_ * sizeof(T)); }
-  /// Copies values from the host to the device, and sets the size to theirs.
+  /// Copies values from the host to the device, and sets the size of the array to their number.
   void upload(const std::vector<T>& values) {
     resize(values.size());
     if (size_ > 0) run_->to_device(data_, values.data(), size_ * sizeof(T));
@@ -67,7 +67,7 @@ class Array {
 };
 
 /// Device memory for a struct of arrays. `view` is a struct of device pointers that kernels receive by value. resize()
-/// allocates the memory of some of these pointers, which this object owns. All other members of `view` are set by the
+/// allocates memory for some of these pointers; this object owns the memory. All other members of `view` are set by the
 /// caller.
 template <class View, class Executor>
 class Arrays {
@@ -121,8 +121,8 @@ class PackedTransfer {
   struct MirroredArray {
     T *host = nullptr, *device = nullptr;
   };
-  /// Allocates one array for each type T, the k-th with counts[k] values, and frees earlier memory. Returns the
-  /// pointers in the same order. Initially device bytes are 0, host bytes undefined.
+  /// Allocates one array for each type T, the k-th with counts[k] values. Arrays of an earlier call become invalid.
+  /// Returns the pointers in the same order. Initially device bytes are 0, host bytes undefined.
   template <class... T>
   std::tuple<MirroredArray<T>...> divide(const std::array<std::size_t, sizeof...(T)>& counts) {
     release();
@@ -136,7 +136,8 @@ class PackedTransfer {
     std::size_t end = 0;
     return std::tuple<MirroredArray<T>...>{part<T>(end, count)...};
   }
-  /// Copies all arrays from the host to the device.
+  /// Starts the copy of all arrays from the host to the device, in sequence with the kernels. The arrays on the host
+  /// must not change before the copy is complete, as after the executor's wait().
   void send() { run_->to_device(device_.data(), host_, size_); }
   /// Starts the copy of all arrays from the device to the host. It is complete once the executor's wait() has returned.
   void begin_fetch() { run_->begin_to_host(host_, device_.data(), size_); }
@@ -163,8 +164,9 @@ class PackedTransfer {
   std::size_t size_ = 0;
 };
 
-/// Value with a copy on the host and one on the device. Transfers start without waiting and are executed in the order
-/// of kernels. After fetch() and the executor's wait(), the host's copy is the device's value at the time of fetch().
+/// Value with a copy on the host and one on the device. Transfers start without waiting and are executed in sequence
+/// with the kernels. After fetch() and the executor's wait(), the host's copy is the device's value at the time of
+/// fetch().
 template <class T, class Executor>
 class Mirrored {
  public:

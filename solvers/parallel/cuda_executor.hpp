@@ -17,16 +17,16 @@
 
 namespace lichtenberg::parallel {
 
-/// Launch mode of kernels. With in_turn a kernel is loaded after the preceding kernel has finished. With early it is
-/// loaded before and waits in begin_kernel(); this needs compute capability 9 or above.
+/// Launch mode of kernels. With in_turn a kernel is loaded after the preceding kernel has finished. With early it may
+/// be loaded before and then waits in begin_kernel(); below compute capability 9 this is the same as in_turn.
 enum class KernelStart { in_turn, early };
 
 /// Executor for CUDA: runs loops, sums, scans, sorts and transfers of device algorithms on the current CUDA device, in
-/// one stream. The functions are documented at HostExecutor.
+/// one stream. Only functions for concurrent work use further streams. The functions are documented at HostExecutor.
 class CudaExecutor {
  public:
   /// Prepares an executor on a stream, which may belong to another library; nullptr: the default stream. Throws Failure
-  /// if a CUDA call fails.
+  /// if a CUDA call fails, and the exceptions of cuda_loops_on_host().
   explicit CudaExecutor(cudaStream_t stream = nullptr, KernelStart start = KernelStart::in_turn) : stream_(stream) {
     recorder_ = make_stream(Priority::first);
     second_stream_ = make_stream(Priority::last);
@@ -199,7 +199,7 @@ class CudaExecutor {
   /// Starts a copy of small data from host to device. A kernel reads the host memory of allocate_on_host() directly,
   /// with a lower latency than the copy engines. The number of bytes must be a multiple of 4.
   void begin_to_device(void* to, const void* from, std::size_t bytes) const { copy_words(to, from, bytes); }
-  /// Starts a copy of small data from device to host, like begin_to_device().
+  /// Starts a copy of small data from device to host by a kernel. The number of bytes must be a multiple of 4.
   void begin_to_host(void* to, const void* from, std::size_t bytes) const { copy_words(to, from, bytes); }
   void wait() const { check_cuda(cudaStreamSynchronize(stream_)); }
 
@@ -220,9 +220,9 @@ class CudaExecutor {
     cudaGraphExec_t graph_ = nullptr;
   };
 
-  /// Launches the recorded kernels of `recording`. At first use it calls f and records the kernels that f launches as a
-  /// CUDA graph; later calls do not call f. If the host evaluates loops (cuda_loops_on_host), f launches the kernels
-  /// directly in each call.
+  /// Launches the recorded kernels of `recording`. If there are none yet, it first calls f and records the kernels that
+  /// f launches as a CUDA graph; later calls do not call f. If the host evaluates loops (cuda_loops_on_host), f
+  /// launches the kernels directly in each call.
   template <class F>
   void run(Recording& recording, F f) const {
     if (host_decides_) return f();
@@ -427,7 +427,8 @@ class CudaExecutor {
     check_cuda(cudaLaunchKernelEx(&how, kernel, arguments...));
   }
 
-  /// Copies bytes, a multiple of 4, between any memory that the device can access, by a kernel.
+  /// Copies bytes by a kernel, from and to memory that the device can access. The number of bytes must be a multiple of
+  /// 4.
   void copy_words(void* to, const void* from, std::size_t bytes) const {
     auto* target = static_cast<int*>(to);
     const auto* source = static_cast<const int*>(from);
@@ -479,7 +480,8 @@ class CudaExecutor {
   cudaEvent_t fork_ = nullptr, join_ = nullptr;
   bool starts_early_ = false;  // True if kernels may be loaded before preceding ones have finished
   void* pinned_ = nullptr;
-  /// Stream and temporary memory of one call of for_each_concurrently(); the first element serves non-concurrent work.
+  /// Stream and temporary memory of one call of f in for_each_concurrently(). The first element of `branches_` serves
+  /// all other work.
   struct Branch {
     cudaStream_t stream = nullptr;
     cudaEvent_t end = nullptr;

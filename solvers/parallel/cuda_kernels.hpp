@@ -353,8 +353,8 @@ __global__ void condition_kernel(cudaGraphConditionalHandle condition, const Fla
   cudaGraphSetConditional(condition, *flag != 0);
 }
 
-/// Condition of CudaExecutor::repeat for its kernels: a call with `go` sets whether the body is executed again. It sets
-/// the condition of the CUDA graph or, if the host evaluates loops, *more.
+/// Condition of CudaExecutor::repeat for its kernels: a call with the argument `go` sets whether the body is executed
+/// again. It sets the condition of the CUDA graph or, if the host evaluates loops, *more.
 struct CudaRepeatCondition {
   cudaGraphConditionalHandle condition{};
   int* more = nullptr;
@@ -369,7 +369,7 @@ struct CudaRepeatCondition {
   }
 };
 
-/// Copies the k-th 4-byte word.
+/// Copies the k-th 4-byte word of `from` to `to`.
 struct Copy {
   int* to;
   const int* from;

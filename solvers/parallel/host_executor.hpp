@@ -14,8 +14,8 @@
 
 namespace lichtenberg::parallel {
 
-/// Atomic addition: adds `value` to *to, which other items of a parallel loop may change too. The sum does not depend
-/// on the order for integers, and for doubles that are multiples of one power of two.
+/// Atomic addition: adds `value` to *to, which other items of a parallel loop may change too. If the sum is exact, it
+/// does not depend on the order: for integers, and for doubles that are small multiples of one power of two.
 template <class T>
 LICHTENBERG_HOST_DEVICE void add_atomically(T* to, T value) {
 #ifdef __CUDA_ARCH__
@@ -35,8 +35,7 @@ LICHTENBERG_HOST_DEVICE inline int take_index(int* count) {
   return (*count)++;
 #endif
 }
-/// Reads a value from memory, not from a cache or register (volatile), so that changes by other threads of the same
-/// kernel are visible.
+/// Reads a value by volatile loads, so that changes by other threads of the same kernel are visible.
 template <class T>
 LICHTENBERG_HOST_DEVICE T fresh(const T* value) {
 #ifdef __CUDA_ARCH__
@@ -57,8 +56,8 @@ LICHTENBERG_HOST_DEVICE inline int exchange_atomically(int* at, int value) {
   return std::exchange(*at, value);
 #endif
 }
-/// Atomic maximum: replaces *to by `value` if that is larger. Floating-point values must not be negative, because CUDA
-/// compares their bits.
+/// Atomic maximum: replaces *to by `value` if `value` is larger. Floating-point numbers must not be negative, because
+/// CUDA compares their bits.
 template <class T>
 LICHTENBERG_HOST_DEVICE void max_atomically(T* to, T value) {
   if (!(value > *to)) return;  // True for most values
@@ -119,7 +118,8 @@ class HostExecutor {
       for (int column = 0; column < columns; ++column) f(row, column);
   }
 
-  /// Cooperative operations of the threads of a block (argument of for_each_block). All threads must call each of them.
+  /// Cooperative operations of the threads of a block (argument of for_each_block). All threads of the block must make
+  /// the same calls, memory() excepted.
   class Block {
    public:
     explicit Block(void* memory) : memory_(memory) {}
@@ -136,7 +136,8 @@ class HostExecutor {
       for (int row = 0; row < rows; ++row)
         for (int column = 0; column < columns; ++column) f(row, column);
     }
-    /// Segmented sum by the threads of a block; see HostExecutor::sum_segments.
+    /// Segmented sum by the threads of a block: calls finish(s, sum) for the segments s = 0 ... n - 1, as
+    /// HostExecutor::sum_segments does.
     template <int lanes = 8, class Count, class Value, class Finish>
     void sum_segments(int n, Count count, Value value, Finish finish) const {
       HostExecutor().sum_segments(n, count, value, finish);
@@ -170,11 +171,11 @@ class HostExecutor {
     std::vector<double> memory(bytes / sizeof(double) + 1);
     for (int b = 0; b < blocks; ++b) f(Block(memory.data()), b);
   }
-  /// Returns the largest fast memory of a block (bytes).
+  /// Returns the maximum size of the fast (shared) memory of a block (bytes).
   std::size_t most_block_memory() const { return 200 << 10; }
 
-  /// Cooperative operations of all threads of a device (argument of run_cooperative). All threads must call each of
-  /// them.
+  /// Cooperative operations of all threads of a kernel (argument of run_cooperative). All threads must make the same
+  /// calls.
   class Grid {
    public:
     /// Parallel loop of the grid: calls f(k) for k = 0 ... n - 1, in any order, and returns when all are finished.
@@ -209,8 +210,8 @@ class HostExecutor {
         if (keep(k)) put(take_index(taken), k);
     }
   };
-  /// Calls f(Grid) in a single kernel on all threads of the device. f can execute several loops in sequence without the
-  /// launch overhead of kernels.
+  /// Calls f(Grid) in a single kernel, on a device by each of as many threads as it can execute at once. The function
+  /// can execute several loops in sequence without the launch overhead of kernels.
   template <class F>
   void run_cooperative(F f) const {
     f(Grid());
@@ -227,8 +228,8 @@ class HostExecutor {
   }
 
   /// Segmented sum (one sum per row of a sparse matrix, for example). For every segment s = 0 ... n - 1 it calls
-  /// finish(s, sum) with the sum of value(s, t) over t = 0 ... count(s) - 1. The order of summation is always the same.
-  /// On a device `lanes` threads share a segment.
+  /// finish(s, sum) with the sum of value(s, t) over t = 0 ... count(s) - 1. An executor sums in the same order in each
+  /// call. On a device `lanes` threads share a segment.
   template <int lanes = 32, class Count, class Value, class Finish>
   void sum_segments(long n, Count count, Value value, Finish finish) const {
     using Sum = decltype(value(0, 0));
@@ -242,16 +243,16 @@ class HostExecutor {
 
   /// Segmented sum in pieces, for segments of very different lengths: calls finish(s, sum) for every segment s. The sum
   /// contains value(k) for the values k of the segment's pieces, and more.value(s, t) for t = 0 ... more.count(s) - 1.
-  /// The order of summation is always the same. `partial`: memory for one sum per piece. No value may depend on data
-  /// that `finish` changes.
+  /// An executor sums in the same order in each call. `partial`: memory for one sum per piece. No value may depend on
+  /// data that `finish` changes.
   template <class Sum, class Value, class More, class Finish>
   void sum_pieces(const SegmentPieces& pieces, Sum* /*partial*/, Value value, More more, Finish finish) const {
     for (int s = 0; s < pieces.segments; ++s) sum_of_segment<Sum>(pieces, s, value, more, finish);
   }
 
-  /// Sum over all items: calls finish(sum) with the sum of value(k) over k = 0 ... n - 1. The order of summation is
-  /// always the same. On a device the number of threads is such that each takes about `a_thread` values or more. Not
-  /// allowed within `run_concurrently` or `for_each_concurrently`.
+  /// Sum over all items: calls finish(sum) with the sum of value(k) over k = 0 ... n - 1. An executor sums in the same
+  /// order in each call. On a device each thread takes about `a_thread` values, or more if n is large. Of functions
+  /// that run concurrently (run_concurrently, for_each_concurrently), at most one may call sum().
   template <int a_thread = 4, class Value, class Finish>
   void sum(long n, Value value, Finish finish) const {
     decltype(value(0)) sum{};
@@ -281,8 +282,8 @@ class HostExecutor {
     }
   }
 
-  /// Checks that the given number of bytes is free on a CUDA device, which throws Failure otherwise. No check on the
-  /// CPU.
+  /// Checks that the given number of bytes is free on the device. CudaExecutor throws Failure otherwise; on the CPU
+  /// nothing is checked.
   void check_memory(std::size_t) const {}
   /// Returns the free memory of the device (bytes); on the CPU a number without meaning, 2^62.
   std::size_t available_memory() const { return std::size_t{1} << 62; }
@@ -307,20 +308,20 @@ class HostExecutor {
   struct Recording {
     void clear() {}
   };
-  /// Executes the kernels that f launches. On a device only the first call with a Recording calls f; later calls repeat
-  /// the recorded kernels.
+  /// Executes the kernels that f launches. CudaExecutor calls f at the first call with a Recording and records the
+  /// kernels; later calls repeat them. With cuda_loops_on_host() every call calls f.
   template <class F>
   void run(Recording&, F f) const {
     f();
   }
-  /// Conditional execution within run(): executes the kernels of f if *flag is not 0. The flag is in device memory and
-  /// evaluated there.
+  /// Conditional execution within run(): executes the kernels of f if *flag is not 0 after all earlier kernels. The
+  /// flag is in device memory.
   template <class F>
   void when(const int* flag, F f) const {
     if (*flag) f();
   }
-  /// Loop within run(): executes the kernels of f while *flag is not 0. The flag is in device memory and evaluated
-  /// there.
+  /// Loop within run(): executes the kernels of f while *flag is not 0, tested before each execution. The flag is in
+  /// device memory.
   template <class F>
   void repeat_while(const int* flag, F f) const {
     while (*flag) f();
@@ -340,14 +341,14 @@ class HostExecutor {
     }
   }
 
-  /// Executes the kernels of f(0) ... f(n - 1), on a device concurrently; they must not share data.
+  /// Executes the kernels of f(0) ... f(n - 1), on a device concurrently. None may change data that another one uses.
   template <class F>
   void for_each_concurrently(int n, F f) const {
     for (int k = 0; k < n; ++k) f(k);
   }
 
-  /// Executes the kernels of f and of g, on a device concurrently; they must not share data. The kernels of g have the
-  /// lower priority.
+  /// Executes the kernels of f and of g, on a device concurrently. Neither may change data that the other one uses, and
+  /// at most one may call sort() or exclusive_scan(). Within run() the kernels of g have the lower priority.
   template <class F, class G>
   void run_concurrently(F f, G g) const {
     f();

@@ -65,8 +65,8 @@ class Message {
 bool join_processes(const std::function<void(Message&)>& handle_message);
 
 /// Ends the work of the other MPI processes: join_processes() returns false there. `after_error`: true if the first
-/// process ends by an exception; if another process then does not answer within 2 s, all are aborted. No effect in a
-/// single process.
+/// process ends by an exception; if another process then does not answer within 2 s, all are aborted. No effect unless
+/// is_leading_process().
 void dismiss_processes(bool after_error);
 
 /// Returns true in the first of several MPI processes (rank 0) until it has dismissed the others; false in a single

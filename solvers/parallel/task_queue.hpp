@@ -16,7 +16,7 @@ class TaskQueue {
   /// Makes an empty queue. `capacity`: maximum number of unfinished tasks; add() blocks when it is reached. With
   /// capacity 0 there is no thread, and add() executes the task itself.
   explicit TaskQueue(std::size_t capacity) : capacity_(capacity) {}
-  /// Waits until all remaining tasks are executed; ignores their exceptions.
+  /// Waits until no task remains; ignores exceptions of the tasks.
   ~TaskQueue();
   TaskQueue(const TaskQueue&) = delete;
   TaskQueue& operator=(const TaskQueue&) = delete;
@@ -26,7 +26,7 @@ class TaskQueue {
   void add(std::function<void()> task);
   /// Waits until all tasks are finished. If one failed, rethrows its exception, once.
   void finish();
-  /// Returns true if a task has failed, so that the next call of `add` or `finish` will throw.
+  /// Returns true if a task has failed and the next call of add() or finish() will rethrow its exception.
   bool has_failed() const;
 
  private:

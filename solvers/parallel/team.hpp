@@ -10,8 +10,9 @@
 namespace lichtenberg::parallel {
 
 /// Thread pool for short parallel loops (some microseconds). An idle thread polls for the next loop, then yields, then
-/// sleeps. A loop never waits for a thread that has not joined it, so that a busy machine causes no delay. Tasks must
-/// not depend on the thread that executes them; results then have identical bits for any number of threads.
+/// sleeps. A loop does not wait for threads that have not taken part in it, such as threads without a processor on a
+/// busy machine. Tasks must not depend on the thread that executes them; results then have identical bits for any
+/// number of threads.
 class Team {
  public:
   /// Starts the worker threads. `threads`: total number of threads including the caller's. Throws Failure if the system
@@ -28,7 +29,8 @@ class Team {
   int size() const { return static_cast<int>(workers_.size()) + 1; }
 
   /// Parallel loop: calls task(k) for every k from 0 to count - 1 on the threads of the team, in any order. Returns
-  /// when all calls are finished. `count` must be below 2^20. Tasks must not throw and must not call for_each.
+  /// when all calls are finished. `count` must be below 2^20. Tasks must not throw and must not call for_each() of this
+  /// team.
   template <class Task>
   void for_each(int count, const Task& task) {
     if (workers_.empty() || count == 1) {
@@ -38,8 +40,8 @@ class Team {
     run_loop(count, call_task<Task>, &task);
   }
 
-  /// Starts a longer task on a worker thread while the caller continues. There is one such task at a time: finish()
-  /// must be called before the next start().
+  /// Starts a longer task on a worker thread while the caller continues. Without worker threads finish() executes it.
+  /// There is one such task at a time: finish() must be called before the next start().
   void start(std::function<void()> task);
   /// Waits for the end of the task of start(), or executes it if no worker has started it. Rethrows its exception. No
   /// effect without a task.
@@ -49,7 +51,7 @@ class Team {
   using Call = void (*)(const void*, int);
   /// Calls a task with index k. The function is compiled once for all threads: if it were inlined separately for the
   /// caller and the workers, contraction or vectorization could round differently. The call has an overhead, so the
-  /// work of an index should be a range.
+  /// task for one index should process a range of items.
   template <class Task>
   [[gnu::noinline, gnu::noclone]] static void call_task(const void* task, int k) {
     (*static_cast<const Task*>(task))(k);

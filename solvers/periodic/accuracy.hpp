@@ -16,15 +16,16 @@ namespace lichtenberg::periodic {
 double random_force(double charge2, double charges, double volume, double contact);
 
 /// Estimates the relative error of the forces of a mesh sum on randomly placed charges: rms force error over rms force.
-/// The squared error of a pair is integrated over space and divided by the integral of its squared force beyond the
-/// distance `contact`. The ratio depends neither on the charges nor on the size of the box. With dipoles of mean square
-/// `dipole2` (for charges of mean square 1), it is the error of all forces over the rms force between the charges.
+/// Its square is the squared error of a pair, integrated over space, divided by the integral of the squared force
+/// beyond the distance `contact`. It does not depend on the charges, and hardly on the size of the box. Rounding errors
+/// are not included. With dipoles of mean square `dipole2` (for charges of mean square 1), it is the error of all
+/// forces over the rms force between the charges.
 double relative_error(const Mesh& mesh, const Cloud& cloud, double contact, double dipole2 = 0);
 
 /// Estimates the mean square of the dipoles that charges of mean square 1 induce, for a polarizability (length^3),
-/// number density (1/length^3) and smallest distance `contact` (length). The mean squared field has two parts: 4 pi
-/// density / contact of charges at random positions, and that of six touching neighbours. Six is the mean coordination
-/// number of isostatic packings of frictionless spheres.
+/// number density (1/length^3) and smallest distance `contact` (length). It is polarizability^2 times the mean squared
+/// field. The mean squared field is 4 pi density / contact of charges at random positions plus 6 / contact^4 of six
+/// touching neighbours. Six is the mean coordination number of isostatic packings of frictionless spheres.
 double induced_dipole2(double polarizability, double density, double contact);
 
 /// Chosen parameters of a mesh sum: mesh, splitting of 1/r and precision.
@@ -68,8 +69,8 @@ struct MeshRequest {
 
 /// Smallest relative error of forces for which a SingleMesh may be chosen.
 constexpr double finest_single = 6e-7;
-/// Returns the reason why a SingleMesh cannot meet the request, for an error message with "as" before it. Empty if a
-/// SingleMesh may meet it.
+/// Returns the reason why no SingleMesh is chosen for the request, for an error message with "as" before it. Empty if
+/// one may be chosen.
 std::string why_not_single(const MeshRequest& request);
 
 /// Relative error of forces due to single precision alone: rms error over rms force, measured for 1000 to 50016 charges
@@ -80,22 +81,23 @@ constexpr double error_of_single_precision = 4e-7;
 /// `accuracy` from 1e-8 to 0.1. `charges`: number of charges; `lengths`: edges of the box; `contact`: smallest distance
 /// of charges. A larger cut-off means more pairs, a smaller one more mesh points. With `lowest_order` >=
 /// lowest_dipole_order the mesh can sum dipoles, but the error estimate ignores them. Throws InputError if no cut-off
-/// up to half of the box reaches the accuracy.
+/// up to half of the shortest edge reaches the accuracy, or if an argument is out of range.
 MeshChoice choose_mesh(double accuracy, int charges, Vec3 lengths, double contact, int lowest_order = 4);
 /// Chooses the parameters of a mesh sum with the least estimated time from estimated errors. The result is a SingleMesh
-/// if there are no dipoles, the accuracy is 6e-7 or more and the box is long enough; otherwise a ParticleMesh.
-/// If cut-off, points and order are fixed, only the band limit of the cloud is chosen, for the least error. On a
-/// device, parameters for charges without dipoles minimize the estimated device time; with dipoles they are those of a
-/// ParticleMesh. Throws InputError if the fixed parameters exclude the accuracy, or if the precision does not support a
-/// fixed order.
+/// if why_not_single() is empty and single precision reaches the accuracy; otherwise a ParticleMesh.
+/// If cut-off, points and order are fixed, the function chooses precision, window and band limit only, and ignores the
+/// requested accuracy. On a device, parameters for charges without dipoles minimize the estimated device time; with
+/// dipoles they are those of a ParticleMesh. Throws InputError if no parameters reach the accuracy, which must be from
+/// 1e-8 to 0.1, or if the precision does not support a fixed order.
 MeshChoice choose_quick_mesh(const MeshRequest& request);
 /// Chooses the parameters of a mesh sum, as choose_quick_mesh() does, with the error measured at the positions of
 /// `sources`. The aim is a measured error between a third of the requested error and all of it. Relative errors of
-/// clusters differ from those at random positions by a factor of up to two, either way.
-/// The reference forces are those of a finer mesh, or of Ewald's sum for some of the charges. The first trial is made
-/// for half of the requested error, so that clusters that form later do not exceed it. If the request cannot be met,
-/// `error` of the result is the error reached. Charges that are all 0 are replaced by alternating +1 and -1; dipoles
-/// are those that the charges induce.
+/// clusters can differ from those at random positions by a factor of about two, either way.
+/// The reference forces are those of a finer mesh, or of Ewald's sum for all or some of the charges. The first trial is
+/// made for half of the requested error, so that clusters that form later do not exceed it. If the request cannot be
+/// met, `error` of the result is the error reached. Charges that are all 0 are replaced by alternating +1 and -1;
+/// dipoles are those that the charges induce. Without a measurement the result is that of choose_quick_mesh(): if
+/// cut-off, points and order are fixed, for fewer than two sources, and if the forces vanish.
 MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& sources);
 
 /// Makes the mesh sum (ParticleMesh or SingleMesh) with these parameters.

@@ -12,12 +12,12 @@ namespace lichtenberg::periodic {
 /// Lowest spline order for dipoles: second derivatives of lower orders jump, and so would the forces on dipoles.
 constexpr int lowest_dipole_order = 5;
 
-/// Checks a mesh, and returns it. Throws InputError unless the order of its window is from 4 to `highest_order`, and
-/// each axis has at least twice as many points as the order.
+/// Checks a mesh, and returns it. Throws InputError unless the edges of its box are positive and the order of its
+/// window is from 4 to `highest_order`. Each axis must also have at least twice as many points as the order.
 const Mesh& checked(const Mesh& mesh, int highest_order);
 
 /// Returns the largest distance along an axis from a charge to the mesh points on which it is spread: half of the
-/// window's width.
+/// window's width, for the largest spacing.
 double reach_of(const Mesh& mesh);
 
 /// Mesh part of the periodic Coulomb sum (particle-mesh Ewald, P3M): the smooth, long-range potential of charges and
@@ -42,7 +42,7 @@ class ChargeMesh {
   /// Computes the potential on the mesh from the charges spread: convolution with the influence function by FFT.
   void solve(parallel::Team& team) { grid_.apply(team); }
   /// Interpolates the potential: adds fields, potentials and forces at the sources to `sums`, without those of a
-  /// source's own cloud. Units: those of Near::compute.
+  /// source's own cloud. Units are the cut-off and Columns::charge_unit().
   void add(const Columns<Real>& columns, Kind kind, const FieldSums<Real>& sums, parallel::Team& team) const;
 
  private:

@@ -45,14 +45,14 @@ int part(FixedPoint coordinate, int count) {
 
 /// Cell list of charges and dipoles for SIMD: sources sorted into columns along z, and by bins of z within a column,
 /// with one array for each coordinate and component.
-/// Columns form tiles at least twice `reach` wide along x and y, so that threads can process every other tile without
-/// conflicts. Interactions of a tile's sources within `reach` involve at most half of each neighbouring tile. Charges
-/// are in units of charge_unit(), dipoles in charge_unit() times `length_unit`.
+/// Columns form tiles at least twice `reach` wide along x and y, or a single tile along a short axis. Threads can thus
+/// process every other tile without conflicts. Interactions of a tile's sources within `reach` involve at most half of
+/// each neighbouring tile. Charges are in units of charge_unit(), dipoles in charge_unit() times `length_unit`.
 template <class Real>
 class Columns {
  public:
   using FixedPoint = Coordinate<Real>;
-  /// Parameters of the columns (lengths).
+  /// Parameters of the columns: lengths, except `together`.
   struct Layout {
     double length_unit = 1;  ///< Unit of length of dipoles
     int together = 8;        ///< Number of sources in a cube of the column width, approximately
@@ -66,8 +66,8 @@ class Columns {
   void sort(const Sources& sources, parallel::Team& team);
 
   int size() const { return static_cast<int>(sorted_.size()); }  ///< Number of sources
-  /// Returns the coordinates of the sorted sources along an axis. This array and those below are padded by `spare`
-  /// elements of undefined value.
+  /// Returns the coordinates of the sorted sources along an axis. This array, and those of charge() and quantity(), are
+  /// padded by `spare` elements of undefined value.
   const FixedPoint* coordinate(int axis) const { return coordinate_[axis].data(); }
   const Real* charge() const { return quantity_[0].data(); }  ///< Charges of the sorted sources
   /// Returns the charges (k = 0), or components k = 1 to 3 of the dipoles, of the sorted sources.
@@ -92,8 +92,8 @@ class Columns {
   const int* first(int column) const { return &first_[static_cast<std::size_t>(column) * bins_]; }
 
   /// Parallel loop over tiles: calls work(first, end) with the range of columns of each tile. Only tiles of every other
-  /// row and column run at the same time, so that no two of them write to the same sources. The order of contributions
-  /// to a source does not depend on the number of threads.
+  /// row and column run at the same time. If `work` writes only to sources within `reach` of its tile, no two of them
+  /// write to the same source. The order of contributions to a source does not depend on the number of threads.
   template <class Work>
   void for_each_tile(parallel::Team& team, const Work& work) const {
     const int step_x = std::min(tiles_[0], 2), step_y = std::min(tiles_[1], 2), rows = tiles_[1] / step_y;

@@ -15,24 +15,24 @@ using DipoleField = std::function<void(std::span<const double> dipole, std::span
 /// Makes a DipoleField that computes the field by `sum` at the positions of `sources`. All arguments must outlive it.
 DipoleField field_by(Sum& sum, const Sources& sources, std::span<const Pair> pairs, parallel::Team& team);
 
-/// Solves for induced dipoles mu = A (e + T mu) by conjugate gradients, with the polarizability A (length^3) and the
-/// external field e, `field` [3 N]. T is applied by `field_of`. Stops when the norm of the residual e + T mu - mu/A is
-/// at most `tolerance` times that of e. `dipole` [3 N] is the initial guess (0 for none) and becomes the solution.
-/// Returns the number of applications of T.
-/// Throws InputError if A is negative. Also throws it if a direction of negative curvature shows that the dipoles'
-/// energy has no minimum (A times the largest eigenvalue of T is at least 1). Throws Failure if rounding keeps the
-/// residual above the tolerance.
+/// Solves for induced dipoles mu = A (e + T mu) by conjugate gradients, with the polarizability A (length^3). `field`
+/// [3 N] is the external field e. T is applied by `field_of`. `dipole` [3 N] is the initial guess (0 for none) and
+/// becomes the solution. Stops when the norm of the residual e + T mu - mu/A is at most `tolerance` times that of e.
+/// Returns the number of applications of T. Throws InputError if A is negative. Also throws it if a direction of
+/// negative curvature shows that the dipoles' energy has no minimum. (A times the largest eigenvalue of T is then at
+/// least 1.) Throws Failure if the residual does not reach the tolerance, as for a tolerance below the rounding error.
 int solve_dipoles(const DipoleField& field_of, std::span<const double> field, double polarizability, double tolerance,
                   std::span<double> dipole);
 
 /// Computes the critical polarizability (length^3), at which n induced dipoles would grow without bound (polarization
-/// catastrophe): 1 over the largest eigenvalue of T. Lanczos' method computes the eigenvalue to about 1e-6 relative.
-/// Its start vector is random, so that no symmetry of the positions hides an eigenvector. The iteration stops early at
-/// a value that is at most `enough`.
+/// catastrophe): 1 over the largest eigenvalue of T, or infinity if no eigenvalue is positive. Lanczos' method computes
+/// the eigenvalue, until its relative change in a step is at most 1e-9 or after 200 steps. Its start vector is random,
+/// so that no symmetry of the positions hides an eigenvector. If the critical polarizability is found to be at most
+/// `enough`, the iteration stops there and returns an upper bound.
 double largest_polarizability(const DipoleField& field_of, int n, double enough = 0);
 
 /// Interaction sums for induced dipoles (docs/numerics/induced-dipoles.md). "Near" sums include only nearest images
-/// closer than half of the box, "far" sums include all images.
+/// closer than half of the shortest edge of the box, "far" sums include all images.
 enum class DipoleSum {
   ewald,             ///< All interactions far
   mixed_consistent,  ///< Far, except near between dipoles
@@ -83,8 +83,8 @@ class DipolePredictor {
   std::vector<double> predict() const;
   /// Adds the dipoles [3 N] of a new step to the history.
   void keep(std::vector<double> dipole);
-  /// Replaces the dipoles of the last step in the history, or adds them if it is empty. It is used for a second
-  /// solution at the same step with other charges.
+  /// Replaces the dipoles of the last step in the history, or adds them to an empty history: for a second solution at
+  /// the same step with other charges.
   void replace(std::vector<double> dipole);
 
   /// Returns the dipoles of earlier steps, the last one first. They are part of a run's state: a resumed run without

@@ -7,7 +7,7 @@
 namespace lichtenberg::periodic {
 
 /// Fast Fourier transform (FFT) of complex numbers along one axis, for `rows_at_once` rows at once by SIMD: Stockham's
-/// method with radices 2 to 5. Other prime factors are transformed by the definition. FFTW is not used because its
+/// method with radices 2 to 5. Larger prime factors are transformed by the definition. FFTW is not used because its
 /// measured plans do not give identical bits in each run.
 template <class Real>
 class RowTransform {

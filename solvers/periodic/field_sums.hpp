@@ -38,7 +38,7 @@ inline void store(int index, const FieldSample& sample, Response& response) {
   }
 }
 
-/// Returns the indices of all sources.
+/// Returns the indices of all sources: 0 ... N - 1.
 inline std::vector<int> all_of(const Sources& sources) {
   std::vector<int> all(sources.size());
   std::iota(all.begin(), all.end(), 0);

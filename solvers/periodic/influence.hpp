@@ -42,8 +42,8 @@ Influence optimal_influence(const Mesh& mesh, const Cloud& cloud);
 /// `dipole2`: mean square of randomly oriented dipoles, in addition to charges of mean square 1. A wave k of a source
 /// is q + i k.mu, and counts q^2 + k^2 mu^2 / 3 (docs/numerics/ewald.md).
 double mesh_error(const Mesh& mesh, const Cloud& cloud, double dipole2 = 0);
-/// Computes the squared error of the force due to the mesh, as above, for charges without dipoles and a given window in
-/// place of the mesh's.
+/// Computes mesh_error(mesh, cloud), the squared error of the force due to the mesh, for the given `window` in place of
+/// that of `mesh`.
 double mesh_error(const Mesh& mesh, const Cloud& cloud, const WindowTransform& window);
 
 }  // namespace lichtenberg::periodic

@@ -14,7 +14,7 @@ struct LanesOf {
 template <int n, class Real = double>
 using Lanes = typename LanesOf<n, Real>::type;
 
-/// Returns the n numbers from p on as a SIMD vector in memory.
+/// Returns a reference to the n numbers from p on as a SIMD vector.
 template <int n, class Real>
 inline Lanes<n, Real>& lanes(Real* p) {
   return *reinterpret_cast<Lanes<n, Real>*>(p);

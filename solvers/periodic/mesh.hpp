@@ -9,12 +9,12 @@
 namespace lichtenberg::periodic {
 
 /// Particle-mesh Ewald method (P3M) for periodic Coulomb sums: a near part, pair by pair, and a smooth part on a mesh
-/// by FFT (Hockney and Eastwood 1988). The work grows with N log N. It finds its own pairs; choose_mesh() finds
-/// parameters for an accuracy.
+/// by FFT (Hockney and Eastwood 1988). At constant density the work grows with N log N. evaluate() finds the pairs
+/// itself; choose_mesh() finds parameters for an accuracy.
 /// Potential, field and force are derivatives of one energy, but the mean force due to the mesh is subtracted,
-/// so that forces add up to 0. Single precision supports charges only, with a relative error of at least
-/// error_of_single_precision. It rounds positions to 2^-32 of the box, and the last digits of its results depend on the
-/// processor's instructions.
+/// so that forces add up to 0. Single precision supports charges only, and adds a relative error of about
+/// error_of_single_precision to the forces. It rounds positions to 2^-32 of the box, and the last digits of its results
+/// depend on the processor's instructions.
 template <class Real>
 class MeshSum : public Sum {
  public:
@@ -24,7 +24,7 @@ class MeshSum : public Sum {
   double cutoff() const override { return 0; }
   /// Computes potentials, fields, forces and energy; `pairs` is not used. Throws InputError if the box is not the
   /// mesh's, and for dipoles in single precision or with windows below lowest_dipole_order. Throws InputError if the
-  /// energy is not finite, as for two sources at the same position.
+  /// energy is not finite, as for two sources at the same position. Throws Failure if a position is not finite.
   void evaluate(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team, Response& response) override;
   /// Computes the forces of evaluate() [3 N] at lower cost, without the potentials of near pairs. Throws the exceptions
   /// of evaluate().

@@ -15,20 +15,21 @@ namespace lichtenberg::periodic {
 /// Computes a polynomial that approximates the cloud's potential within the cut-off, for single precision: coefficients
 /// of powers of x = 2 (r / cutoff)^2 - 1.
 /// The criterion is the squared change of the force between unit charges, integrated over the ball of the cut-off. The
-/// degree, 4 to 30, is the lowest for which it is at most 0.09 of Cloud::neglected. Squared errors add up: that of the
-/// near part grows by 4 %, that of a sum with an equal mesh error by 2 %.
+/// degree is the lowest from 4 for which it is at most 0.09 of Cloud::neglected, or 30 if none suffices. At 0.09 the
+/// rms error of the near part grows by 4 %, and that of a sum with an equal mesh error by 2 %.
 std::vector<double> cloud_polynomial(const Cloud& cloud);
-/// Computes a polynomial as above for double precision and devices, of even degree and at most 30. The neglected terms
-/// change the force, or its derivatives that act between dipoles, by less than a tenth of the root mean square of
-/// Cloud::neglected.
+/// Computes a polynomial that approximates the cloud's potential within the cut-off, for double precision and devices:
+/// coefficients of powers of x = 2 (r / cutoff)^2 - 1. The degree is even, and 30 if no lower one suffices. It suffices
+/// if the neglected terms change the force by less than a tenth of the root mean square of Cloud::neglected. For kinds
+/// with dipoles the same holds for derivatives of the force.
 std::vector<double> cloud_polynomial(const Cloud& cloud, Kind kind);
 
 /// Checks a cut-off, and returns it. Throws InputError if a side of the box is not positive, or if the cut-off exceeds
 /// half of a side.
 double checked_cutoff(Vec3 lengths, double cutoff);
 
-/// Coefficients of the near kernels B_0 to B_3 (see above). With x = square_factor r^2 - 1, B_k is (2k - 1)!! / r^(2k +
-/// 1) + sum_n term[k][n] x^n. Unneeded terms are 0.
+/// Coefficients of the near kernels B_0 = 1/r minus the cloud's potential, and B_(n+1) = -B_n' / r, up to B_3. With x =
+/// square_factor r^2 - 1, B_k is (2k - 1)!! / r^(2k + 1) + sum_n term[k][n] x^n. Unneeded terms are 0.
 template <class Real, int most>
 struct NearKernels {
   int terms = 0;
@@ -50,9 +51,9 @@ struct NearKernels {
   }
 };
 
-/// Computes the near kernels B_first to B_last (screened Coulomb interaction) at n distances, given their squares `r2`
-/// and inverses `over`; b[k] are the values of B_k. `terms`: number of polynomial terms, or a compile-time constant for
-/// which loops are unrolled. Number is a scalar or a SIMD vector.
+/// Computes the near kernels B_first to B_last (screened Coulomb interaction) at n distances r, given their squares
+/// `r2` and inverses `over` (1/r). b[k] are the values of B_k. `terms`: number of polynomial terms, or a compile-time
+/// constant for which loops are unrolled. Number is a scalar or a SIMD vector.
 template <int first, int last, int n, class Number, class Terms, class Table>
 LICHTENBERG_HOST_DEVICE inline void screened(const Table& table, Terms terms, const Number (&r2)[n],
                                              const Number (&over)[n], Number (&b)[4][n]) {

@@ -43,7 +43,8 @@ template <class Real>
   return y * (three_halves - half * x * y * y);
 }
 
-/// Computes 1 / sqrt(x) to nearly full precision, by a hardware estimate and Newton steps.
+/// Computes 1 / sqrt(x) to nearly full precision, by a hardware estimate and Newton steps where the processor has the
+/// estimate.
 [[gnu::always_inline]] inline Many<float> inverse_sqrt(const Many<float>& x) {
 #if defined(__AVX512F__)
   return improved<float>(reinterpret_cast<Many<float>>(_mm512_rsqrt14_ps(reinterpret_cast<__m512>(x))), x);

@@ -19,7 +19,7 @@ struct SelfTerm {
 
 /// Computes the self term of a charge at s spacings from the middle between two mesh points. `cosine` and
 /// `half_derivative`: cos(2 pi s), and half of its derivative with respect to s. `first` and `second`: amplitudes of
-/// waves_from_middle() for this axis.
+/// waves_from_middle() for this axis. `inverse_spacing`: 1 over the spacing of mesh points.
 template <class Real, class Number>
 LICHTENBERG_HOST_DEVICE SelfTerm<Number> self_term(const Number& cosine, const Number& half_derivative,
                                                    const Number& first, const Number& second,

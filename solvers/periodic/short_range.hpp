@@ -5,9 +5,9 @@
 // Sums over pairs only. They approximate the sum over all images at lower cost, without an error bound.
 namespace lichtenberg::periodic {
 
-/// Minimum-image Coulomb sum: adds the interaction with the nearest image of every other source only, without further
-/// images or a background. The energy jumps where another image becomes the nearest, or where a pair comes within the
-/// reach.
+/// Minimum-image Coulomb sum: adds the interaction with the nearest image of each other source, all of them or only
+/// those within a reach. It includes no further images and no background. The energy jumps where another image becomes
+/// the nearest, or where a pair comes within the reach.
 class MinimumImage : public Sum {
  public:
   /// Pairs that are included.
@@ -28,8 +28,8 @@ class MinimumImage : public Sum {
 
 /// Damped shifted-force Coulomb sum of q_i q_j v(r) within a cut-off c: potential and force are shifted so that both
 /// vanish at c (Fennell and Gezelter 2006). v = w(r) - w(c) - (r - c) w'(c) with w = erfc(alpha r)/r. Each charge also
-/// has a self energy, q^2/2 times the limit of v - 1/r at r = 0. With it, the energy of two opposite charges at the
-/// same point is 0.
+/// has a self energy, q^2/2 times the limit of v - 1/r at r = 0. With it, the energy of two opposite charges tends to
+/// that of Coulomb's law, -q^2/r, as r tends to 0.
 class ShiftedForce : public Sum {
  public:
   /// Makes a shifted-force sum. `cutoff` (length); `alpha` (1/length): damping parameter, 0 for the shifted Coulomb

@@ -17,7 +17,8 @@ enum class Kind {
 
 /// Sources of periodic Coulomb sums: point charges, and point dipoles if any, in a box that is periodic along all axes
 /// and surrounded by a conductor ("tin-foil" boundary). A uniform background neutralizes a box whose charges do not add
-/// up to zero. Units of length and charge are arbitrary; Coulomb's constant is 1.
+/// up to zero. Short-range sums (short_range.hpp) leave out background and conductor. Units of length and charge are
+/// arbitrary; Coulomb's constant is 1.
 struct Sources {
   Vec3 lengths;                      ///< Lengths of the box
   std::span<const double> position;  ///< [3 N]; any image of a source may be given
@@ -35,8 +36,8 @@ struct Sources {
 /// Checks sources: throws InputError unless the lengths of the box are positive and finite and the array sizes match.
 void require_consistent(const Sources& sources);
 
-/// Results of a periodic Coulomb sum at the sources. Each source is subject to all others, their images, its own images
-/// and the background.
+/// Results of a periodic Coulomb sum at the sources. In a full sum each source is subject to all others, their images,
+/// its own images and the background.
 struct Response {
   std::vector<double> potential;  ///< [N], at the sources
   std::vector<double> field;      ///< [3 N], at the sources

@@ -33,7 +33,7 @@ class WindowTransform {
   static constexpr int far_aliases = 6;
   using Aliases = std::array<double, 2 * far_aliases + 1>;
 
-  /// Returns the transform of a window of order 4 to 8, which all callers share.
+  /// Returns the transform of a window of order 4 to 8: a constant object that all callers share.
   static const WindowTransform& of(Window window, int order);
   /// Makes the transform of a prolate window of any order, for a recipe with fewer boxes than the order.
   WindowTransform(int order, ProlateRecipe recipe);

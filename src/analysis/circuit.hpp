@@ -5,9 +5,10 @@
 
 namespace lichtenberg::analysis {
 
-/// Computes means over the time between two frames of a scene with a circuit: currents (A), structure resistance (ohm),
-/// powers (W) and entropy production (W/K). They are differences of cumulative quantities, so that sparks and short
-/// currents are included. `temperature`: K, of the fluid that absorbs the heat.
+/// Computes means over the time between two frames of a scene with a circuit: currents of the terminals (A), powers (W)
+/// and entropy production (W/K). They follow from cumulative charges and energies, so that sparks and short currents
+/// are included. The structure resistance (ohm) is that between the terminals of highest and lowest source potential;
+/// NaN if these are equal. `temperature`: K, of the fluid that absorbs the heat.
 CircuitRates circuit_rates(const ConductorFrame& before, const ConductorFrame& now, double temperature);
 
 /// Computes the energy balance of a scene with a circuit (J): stored energy plus heat minus supplied energy since the
@@ -18,8 +19,8 @@ double energy_account(const ConductorFrame& frame);
 /// supplied energy.
 ///
 /// A coupling step may displace a body by the position tolerance s, which does work F s with the force F. In a step of
-/// displacement d, F is extrapolated linearly. If F varies over the smallest radius R, its error is F (d/R)^2. An
-/// overdamped body is displaced by half of that, so that d (d/R)^2 / 2 = s.
+/// displacement d, F is extrapolated linearly. If F varies over the smallest radius R, its error is F (d/R)^2. The
+/// position error of an overdamped body is then d (d/R)^2 / 2, and the step is chosen so that it equals s.
 ///
 /// The relative error of the work F d of a step is then s/d = (s/R)^(2/3) / 2^(1/3). Charges may have an error of s/R
 /// in each step. A body that crosses a gap of R in R/d steps then has the same error again. If all errors have one

@@ -25,22 +25,22 @@ struct Cells {
   std::int64_t next(std::int64_t cell, int axis) const;
 };
 
-/// Divides the bodies' box into a whole number of cells along each axis, with edges as close to `edge` (d0) as
-/// possible. Cells are longer in a box that would have more than 2^20 of them along an axis.
+/// Divides the bodies' box into cells of about `edge` (d0). Their number along an axis is the box length over `edge`,
+/// rounded, at least 1. Cells are larger in a box that would have more than 2^20 of them along an axis.
 Cells cells_of(const Bodies& bodies, double edge);
 
-/// The cells that contain bodies. Memory and time scale with the number of bodies, not with the box.
+/// List of the cells that contain bodies. It has at most one cell for each body, however large the box is.
 struct OccupiedCells {
   std::vector<std::int64_t> cell;  ///< [M] numbers of these cells, ascending
   /// Index in `cell` of each body's cell, [N]: 0 ... M - 1
   std::vector<int> body_cell;
 
   int size() const { return static_cast<int>(cell.size()); }
-  /// Returns the index of the cell with this number in `cell`; -1 for an empty cell.
+  /// Returns the index in the list `cell` of the cell with the number `wanted`; -1 if this cell contains no body.
   int find(std::int64_t wanted) const;
 };
 
-/// Finds the cells that contain bodies, and each body's cell.
+/// Finds the cells that contain bodies, and the cell of each body.
 OccupiedCells occupied_cells(const Bodies& bodies, const Cells& cells);
 
 }  // namespace lichtenberg::analysis

@@ -14,22 +14,24 @@ namespace lichtenberg::analysis {
 /// the index of the first grain of its cluster, [N]. A grain without pairs is a cluster of its own.
 std::vector<std::int32_t> cluster_numbers(int grains, std::span<const Pair> pairs);
 
-/// Returns the position of grain i as a vector in space; z is 0 in two dimensions.
+/// Returns the position of grain i (d0) as a vector in space; z is 0 in two dimensions.
 Vec3 grain_position(const Bodies& bodies, int i);
 
-/// A cluster of grains: number of grains, mass, charge and velocity.
+/// A cluster of grains: number of grains, mass, charge and velocity, in reduced units.
 struct Cluster {
   int grains = 0;
   double mass = 0, charge = 0;
   Vec3 velocity{};  ///< mass-weighted mean
 };
 
-/// Computes the clusters with these numbers, [N] as from cluster_numbers(), in ascending order of their first grains.
+/// Computes the size, mass, charge and velocity of each cluster, in ascending order of first grains. `numbers`: result
+/// of cluster_numbers(), [N].
 std::vector<Cluster> clusters(const Bodies& bodies, std::span<const std::int32_t> numbers);
 
-/// Replaces each cluster by one body with the mass, charge, momentum and volume of its grains. Its position is the mean
-/// of its grains' positions, each as the periodic image nearest to the cluster's first grain. For a cluster longer than
-/// half the box the position is only approximate. `numbers`: [N] as from cluster_numbers().
+/// Makes one body of each cluster, with the mass, charge, momentum and volume (area) of its grains, in ascending order
+/// of first grains. A body's position is the mean of the grains' positions, each as the periodic image nearest to the
+/// cluster's first grain. The position is wrong for a cluster that extends farther than half the box from that grain.
+/// `numbers`: result of cluster_numbers(), [N].
 Bodies cluster_bodies(const Bodies& bodies, std::span<const std::int32_t> numbers);
 
 /// Statistics of cluster sizes, in grains.
@@ -40,12 +42,13 @@ struct ClusterSizes {
   double aggregate = NAN;
   double mean = 0;  ///< mass-weighted mean, sum m^2 / sum m
 };
-/// Computes the statistics of cluster sizes. `numbers`: [N] as from cluster_numbers().
+/// Computes the statistics of cluster sizes. `numbers`: result of cluster_numbers(), [N].
 ClusterSizes cluster_sizes(std::span<const std::int32_t> numbers);
 
-/// Finds the electrostatically bound pairs of grains. Their surface gap is below a tenth of a diameter, and the energy
-/// of relative motion and own charges is negative: m_eff v^2 / 2 + strength q_i q_j / r < 0. `strength`: K, Coulomb's
-/// constant in reduced units. A bound pair that bounces is not always in contact. Empty without charges.
+/// Finds the electrostatically bound pairs of grains. Their surface gap is below a tenth of the sum of their radii. The
+/// energy of their relative motion and of their two charges is negative: m_eff v^2 / 2 + strength q_i q_j / r < 0.
+/// `strength`: Coulomb's constant in reduced units. A bound pair that bounces is not always in contact. Empty without
+/// charges.
 std::vector<Pair> bound_pairs(const Bodies& bodies, double strength);
 
 /// Clusters of dense cells (G 4.4.1). A cell is dense if its filling fraction exceeds a given part of that of the
@@ -66,7 +69,8 @@ constexpr double dense_part = 1.0 / 3;  ///< fraction of the closest packing
 /// Returns the filling fraction above which a cell is dense: `part` times that of the closest packing, pi/sqrt(18) in
 /// three dimensions or pi/sqrt(12) in two. A cell contains the grains whose centres are in it.
 double dense_filling(int dimension, double part = dense_part);
-/// Finds the clusters of dense cells. `edge`: d0, approximate edge of the cells. `part`: see dense_filling().
+/// Finds the clusters of dense cells. `edge`: d0, approximate edge of the cells. `part`: fraction of the closest
+/// packing above which a cell is dense.
 DensityClusters density_clusters(const Bodies& bodies, double edge = density_edge, double part = dense_part);
 
 }  // namespace lichtenberg::analysis

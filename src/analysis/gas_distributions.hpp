@@ -7,14 +7,14 @@
 
 namespace lichtenberg::analysis {
 
-/// Computes the squared speeds relative to the flow: (v - V)^2 [N], with V the mass-weighted mean velocity of all
-/// grains.
+/// Computes the squared speeds relative to the mean flow: (v - V)^2 (v0^2) [N], with V the mass-weighted mean velocity
+/// of all grains.
 std::vector<double> squared_speeds(const Bodies& bodies);
 /// Computes scaled speeds |v - V| / <(v - V)^2>^(1/2) [N], with V the mass-weighted mean velocity; 0 for a gas at rest.
-/// A Maxwellian gas in three dimensions has the distribution sqrt(54/pi) x^2 exp(-3 x^2 / 2).
+/// In a Maxwellian gas of equal grains in three dimensions their distribution is sqrt(54/pi) x^2 exp(-3 x^2 / 2).
 std::vector<double> scaled_speeds(const Bodies& bodies);
 /// Computes the second Sonine coefficient of the velocities, a_2 = d/(d + 2) <v^4>/<v^2>^2 - 1, in d dimensions, with v
-/// relative to the mean. It is 0 for a Maxwellian gas and NaN for a gas at rest.
+/// relative to the mass-weighted mean velocity. It is 0 for Maxwell's distribution of v and NaN for a gas at rest.
 double sonine(const Bodies& bodies);
 
 /// Computes scaled charges dq / <dq^2>^(1/2) [N], with dq = q - <q>; 0 if all charges are equal.
@@ -25,14 +25,14 @@ struct ChargeMoments {
   double square = 0;     ///< <q^2>
   double kurtosis = 0;   ///< <dq^4> / <dq^2>^2: 3 for Gaussian charges; NaN if all are equal
 };
-/// Computes the moments of the charges.
+/// Computes the mean magnitude, mean square and kurtosis of the grains' charges.
 ChargeMoments charge_moments(std::span<const double> charge);
 
 /// Computes Pearson's correlation coefficient of x and y, which have the same length; NaN if x or y is constant.
 double correlation(std::span<const double> x, std::span<const double> y);
 
-/// Histogram as a probability density: the fraction of the values in each bin, divided by the bin width. Bins have
-/// equal width from `low` to `high`. Values outside are missing from the integral.
+/// Histogram as a probability density: the fraction of all values that lie in each bin, divided by the bin width. Bins
+/// have equal width from `low` to `high`. Values outside reduce the integral below 1.
 struct Histogram {
   double low = 0, high = 1;
   std::vector<double> density;

@@ -11,16 +11,16 @@ namespace lichtenberg::analysis {
 /// ascending order, sizes > 0.
 std::vector<double> local_slopes(std::span<const double> time, std::span<const double> size, double p = 2);
 
-/// Power law of a mean cluster size S over time t: S = amplitude (t + shift)^exponent. Without the shift, the initial
-/// stage makes exponents at finite times too small.
+/// Power law of a mean cluster size S over time t: S = amplitude (t + shift)^exponent. A positive shift describes a
+/// slow initial stage; a fit without it would give too small an exponent at finite times.
 struct ShiftedPower {
   double amplitude = 0, shift = 0, exponent = 0;
   double scatter = 0;  ///< rms deviation of ln S from the law
 };
 
 /// Fits the power law S = amplitude (t + shift)^exponent by least squares in ln S. Empty if the best shift is at a
-/// limit: singular at the first time, or ten times the last time. The size then grows slower or faster than any power.
-/// Throws InputError unless there are five points or more with times > 0, rising, and sizes > 0.
+/// limit of the search: just above -time.front(), or about 10 time.back(). Throws InputError unless there are at least
+/// five finite sizes > 0 at finite times > 0 in ascending order.
 std::optional<ShiftedPower> fit_growth(std::span<const double> time, std::span<const double> size);
 
 }  // namespace lichtenberg::analysis

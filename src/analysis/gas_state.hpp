@@ -15,7 +15,8 @@ struct GasState {
   DensityClusters density;
 };
 
-/// Computes the statistics of a gas of grains by loops over grains, cells and contacts. `contacts`: pairs in contact.
+/// Computes the temperature, the velocity and charge statistics and the clusters of a gas of grains. `contacts`: pairs
+/// in contact.
 GasState gas_state(const Bodies& bodies, std::span<const Pair> contacts);
 
 }  // namespace lichtenberg::analysis

@@ -45,13 +45,13 @@ struct Packing {
 };
 
 /// Computes the contacts, rattlers, coordination numbers and pressure of a packing at the bodies' positions. A particle
-/// with fewer than dimension + 1 contacts can move freely and is a rattler. Its removal can make other particles
-/// rattlers.
+/// with fewer than dimension + 1 contacts counts as a rattler. Its contacts are then removed, which can make other
+/// particles rattlers.
 Packing packing(const Bodies& bodies, const Scene& scene, const effects::SoftRepulsion& potential);
 
-/// Returns the properties of a packing as columns of a result file, in the group "packing".
+/// Returns the contacts, rattlers and wall forces of a packing as columns of a result file, in the group "packing".
 ColumnGroup columns_of(const Packing& packing);
-/// Returns the summary of a packing, without a title.
+/// Returns the summary of a packing (lines of text, quantities, warnings), without a title.
 Summary summarize(const Packing& packing, const Scene& scene);
 
 }  // namespace lichtenberg::analysis

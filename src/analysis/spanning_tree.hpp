@@ -8,22 +8,23 @@
 
 namespace lichtenberg::analysis {
 
-/// Computes the edges of a Delaunay triangulation of points in the plane, in ascending order, each once. They contain a
-/// Euclidean minimum spanning tree.
+/// Computes the edges of a Delaunay triangulation of points in the plane, in ascending order, each once. Except for
+/// rounding, they contain a Euclidean minimum spanning tree.
 ///
-/// Points are rounded to a square lattice of 2^30 sites across their extent, for which the triangulation is exact.
-/// Points on the same site are joined to the first of them. Collinear points are joined in their order. Where four or
-/// more points are on a circle, some diagonals are missing; other minimum spanning trees of the same length then exist
-/// without them. Rounding can make each edge of that tree longer by at most 4e-9 of the extent. Throws InputError if a
-/// coordinate is not finite.
+/// Points are rounded to a square lattice of 2^30 sites across their extent, for which the triangulation is exact. Of
+/// several points on one site, the first is joined to each of the others. If all points are on a line, neighbours are
+/// joined. Where four or more points are on a circle, some diagonals are missing; a minimum spanning tree of the same
+/// length exists without them. Rounding can make each edge of the minimum spanning tree longer by at most 4e-9 of the
+/// extent. Throws InputError if a coordinate is not finite.
 std::vector<Edge> delaunay_edges(std::span<const Vec2> point);
 
-/// Computes a minimum spanning forest by Kruskal's algorithm (D 7.4.1): edges of the nodes 0 ... nodes - 1 with the
-/// smallest sum of `weight`, in ascending order of weight. Edges are a subset of `edge`; of equal weights the smaller
-/// edge comes first.
+/// Computes a minimum spanning forest of the graph of the nodes 0 ... nodes - 1 and the edges `edge`, by Kruskal's
+/// algorithm (D 7.4.1). It is a tree with the smallest sum of `weight` for each connected component. Returns its edges
+/// in ascending order of weight; of equal weights, edges in ascending order of node numbers.
 std::vector<Edge> minimum_spanning_forest(int nodes, std::span<const Edge> edge, std::span<const double> weight);
 
-/// Computes the Euclidean minimum spanning tree of points in the plane (D 7.4.1, weights 7.15): points - 1 edges.
+/// Computes the edges of a Euclidean minimum spanning tree of points in the plane (D 7.4.1, weights 7.15), with the
+/// rounding of delaunay_edges(). Throws InputError if a coordinate is not finite.
 std::vector<Edge> euclidean_minimum_spanning_tree(std::span<const Vec2> point);
 
 /// Computes the degree distribution of a graph: number[j] is the number of nodes with j edges.

@@ -9,12 +9,13 @@ namespace lichtenberg::analysis {
 /// 0 for conductors outside it. `successor`: result of successors(), indices, `to_ground` or `unconnected`, without
 /// cycles.
 ///
-/// An endpoint has the number 1. Any other conductor has the largest number among its predecessors, plus one if several
-/// of them have it. The dissertation D defines endpoints by degree 1. With loops, a conductor without predecessors may
-/// have several contacts, and by that rule neither it nor its successors would have a number. Here it has the number 1.
+/// A conductor without predecessors (an endpoint) has the number 1. Any other conductor has the largest number among
+/// its predecessors, plus one if several of them have this number. The dissertation D defines endpoints by degree 1. In
+/// networks with loops, some conductors without predecessors have several contacts and would have no number by that
+/// definition.
 std::vector<int> strahler_numbers(std::span<const int> successor);
 
-/// Distribution of Strahler numbers over a tree, and its streams. Index j is order j; index 0 is empty.
+/// Numbers of conductors and streams of a tree by Strahler number (order): element j is for order j, element 0 is 0.
 struct StrahlerDistribution {
   std::vector<int> conductors;  ///< sigma_j (D 7.17)
   /// Number of streams: longest chains of conductors of one order, each the successor of the previous one. Horton's law
@@ -22,14 +23,15 @@ struct StrahlerDistribution {
   std::vector<int> streams;
 
   int highest() const { return static_cast<int>(conductors.size()) - 1; }
-  /// Returns the mean number of conductors in a stream of order j.
+  /// Returns the mean number of conductors in a stream of this order.
   double stream_length(int order) const { return static_cast<double>(conductors[order]) / streams[order]; }
-  /// Returns Horton's bifurcation ratio, of the numbers of streams of orders j and j + 1. By Horton's first law it is
-  /// the same for all j.
+  /// Returns Horton's bifurcation ratio: the number of streams of this order over that of the next order. By Horton's
+  /// first law it is about the same for all orders.
   double bifurcation_ratio(int order) const { return static_cast<double>(streams[order]) / streams[order + 1]; }
 };
 
-/// Counts the conductors and streams of each Strahler number. `successor`, `strahler`: see strahler_numbers().
+/// Counts the conductors and streams of each Strahler number. `successor`: result of successors(); `strahler`: result
+/// of strahler_numbers().
 StrahlerDistribution strahler_distribution(std::span<const int> successor, std::span<const int> strahler);
 
 }  // namespace lichtenberg::analysis

@@ -18,7 +18,8 @@ struct Distribution {
   double mean = 0, deviation = 0;  ///< standard deviation of the sample, with count - 1; 0 for one value
 };
 
-/// Computes the statistics of a sample. Quartiles are interpolated linearly between the sorted values.
+/// Computes the quartiles, mean and standard deviation of a sample. Quartiles are interpolated linearly between the
+/// sorted values.
 Distribution distribution(std::vector<double> sample);
 
 /// Euclidean minimum spanning tree of the conductors' centres (D 7.4.1): N nodes, N - 1 edges, no ground.
@@ -34,13 +35,13 @@ struct SpanningTree {
 /// Projects positions onto the xy plane.
 std::vector<Vec2> xy_projection(std::span<const Vec3> position);
 
-/// Computes the Euclidean minimum spanning tree of conductors in the plane, and its properties. `successor`: result of
-/// successors().
+/// Computes the Euclidean minimum spanning tree of the centres of conductors in the plane: its degrees, length and
+/// Strahler numbers. Also counts the edges between a conductor and its successor. `successor`: result of successors().
 SpanningTree spanning_tree(std::span<const Vec2> position, std::span<const double> radius,
                            std::span<const int> successor, const Ground& ground);
 
-/// Topology of a configuration of conductors: all quantities of chapter 7 of the dissertation D, and more. Lengths in
-/// m.
+/// Topology of a configuration of conductors: the quantities of chapter 7 of the dissertation D, and fractal
+/// dimensions. Lengths in m. A is the tree of conductors and their successors on the path to ground.
 struct Topology {
   ContactNetwork network;
   DegreeRelations relations;
@@ -53,9 +54,9 @@ struct Topology {
   SpanningTree minimum;            ///< spanning tree of all N conductors
 };
 
-/// Computes the topology of a contact network of disks. Fractal dimensions are fitted from twice the mean edge of A,
-/// below which a tree is a line. The upper limit is half (boxes) or a quarter (masses) of the larger extent of A. They
-/// are empty if these limits differ by less than a factor of two.
+/// Computes the topology of a contact network of disks. Fractal dimensions of the tree A of successors are fitted from
+/// twice its mean edge length, below which a tree is a line. The upper limit is half (boxes) or a quarter (masses) of
+/// the larger extent of A. A dimension is empty if its limits differ by less than a factor of two.
 Topology topology(ContactNetwork network, std::span<const Vec2> position, std::span<const double> radius,
                   const Ground& ground);
 

@@ -11,7 +11,7 @@
 
 namespace lichtenberg {
 
-/// One current or power that a run with a circuit has recorded, averaged since the previous frame.
+/// A quantity of a circuit, such as a current or a power, that a run has recorded as its mean since the previous frame.
 struct RecordedQuantity {
   std::string name, unit;
   bool by_terminal = false;

@@ -62,7 +62,7 @@ class Columns {
   std::vector<Column> columns_;
 };
 
-/// Returns one row of a column as JSON: a number, or an array if the column has several numbers per row.
+/// Returns one row of a column as JSON: a number if column.width is 0, otherwise an array of column.width numbers.
 inline nlohmann::ordered_json json_value(const Column& column, std::size_t row) {
   return std::visit(
       [&](const auto& values) -> nlohmann::ordered_json {

@@ -25,7 +25,7 @@ struct ClusterState {
   analysis::ClusterSizes sizes;
   std::vector<int> number;       ///< number of clusters of each size, from 0 on
   double temperature = 0;        ///< mass times variance of a velocity component, over all clusters
-  double local_temperature = 0;  ///< the same relative to the local flow in cells
+  double local_temperature = 0;  ///< temperature relative to the local flow in cells
   double square_charge = 0;      ///< <q^2>
   /// Bjerrum parameter B = K <q^2> / (T d) with T relative to the flow and d = (grains a cluster)^(1/3); NaN without K
   double bjerrum = 0;
@@ -79,7 +79,7 @@ class GasAnalyser {
   AnalysedGas run() const;
   /// Analyses all frames, including the local exponents of growth.
   std::vector<GasFrame> all() const;
-  /// Analyses the frame of this index, from 0.
+  /// Analyses the frame of this index, from 0, without the local exponents of growth.
   GasFrame one(int index) const;
 
  private:

@@ -7,7 +7,7 @@
 
 namespace lichtenberg {
 
-/// Returns all subcommands of `lichtenberg`, except `help`.
+/// Returns the subcommands of `lichtenberg` that its help lists, except `help` itself.
 std::vector<Command> all_commands();
 
 /// Executes the command that the arguments name (without the program's name). Returns the exit status: 0; 2 for invalid

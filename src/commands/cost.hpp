@@ -27,10 +27,10 @@ struct FieldSolves {
   double predictions = 0;  ///< on the coarser grid of the predictor
 };
 
-/// Estimates the number of field solves of a run. Exact for Euler's method. Accurate to a factor of two for CVODE
-/// (docs/measurements/explain.json) if conductors are charged, dragged and discharged until they rest. They must be in
-/// the plane or lie in a dish (fix_z). Empty for other scenes. Throws InputError if contacts at the start form a short
-/// circuit.
+/// Estimates the number of field solves of a run. For Euler's method it is the number of steps until stop.time. For
+/// CVODE it is accurate to about a factor of two (docs/measurements/explain.json), for conductors with current
+/// injection, linear drag and electrical contacts. They must be in the plane or lie in a dish (fix_z). Empty for other
+/// scenes. Throws InputError if contacts at the start form a short circuit.
 std::optional<FieldSolves> estimate_field_solves(const Scene& scene);
 
 /// Estimated work until a packing is at rest, with the method of its [minimize].
@@ -40,11 +40,11 @@ struct PackingCost {
   double seconds = 0;  ///< on one core
 };
 
-/// Estimates the work until a packing is at rest, accurate to a factor of three. Empty for gradient descent, which is
+/// Estimates the work until a packing is at rest, to about a factor of three. Empty for gradient descent, which is
 /// impractically slow.
 std::optional<PackingCost> estimate_packing_cost(const Scene& scene);
 
-/// Result of a trial run in memory over two seconds of processor time, or until the run's end.
+/// Result of a trial run without output over about two seconds of processor time, or until the run's end.
 struct TrialRun {
   double reached = 0;  ///< simulated time, s
   bool over = false;   ///< the run ended within the trial

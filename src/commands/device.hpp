@@ -35,21 +35,23 @@ inline Argument set_argument(std::vector<std::string>& settings) {
           {.repeated = true}};
 }
 
-/// Parses the values of `--set`, each as KEY=VALUE.
+/// Parses the values of `--set`, each as KEY=VALUE. Throws InputError for a value of another form.
 inline std::vector<Setting> settings_of(const std::vector<std::string>& written) {
   std::vector<Setting> settings;
   for (const std::string& each : written) settings.push_back(setting_of(each));
   return settings;
 }
 
-/// Sets the device of the field solver or of the grains, as `--device` does; empty: as in the scene.
+/// Sets the device of the field solver or of the grains. `device`: value of `--device`; empty leaves the scene
+/// unchanged.
 inline void set_device(Scene& scene, const std::string& device) {
   if (!device.empty())
     std::visit([&](auto& field) { field.device = value_of<FieldDevice>(device).value(); }, scene.field_table);
 }
 
 /// Reads a scene with keys changed by `--set` and prints its warnings. `device`: value of `--device`, empty: as in the
-/// scene. `stop`, `bodies`: as in stopping.hpp.
+/// scene. `stop`: returns true if reading must stop; `bodies`: bodies of a result from which the scene starts
+/// (src/scene/stopping.hpp).
 inline Scene read_scene_for(const std::string& path, const std::string& device,
                             const std::vector<std::string>& settings, const StopRequest& stop = {},
                             const std::vector<Conductor>& bodies = {}) {

@@ -26,7 +26,8 @@ struct Member {
 };
 
 /// Makes the members of an ensemble: all combinations of the variations of a scene. The last variation varies fastest.
-/// `folder`: folder of the members' files. Throws InputError for invalid keys and values.
+/// `folder`: folder of the members' files. A member whose scene is invalid only as a whole gets the reason as its
+/// `sentence`. Throws InputError for invalid keys and values, too many members, and names that are too long or equal.
 std::vector<Member> make_members(const Scene& scene, const std::vector<Variation>& variations,
                                  const std::string& folder);
 
@@ -34,9 +35,9 @@ std::vector<Member> make_members(const Scene& scene, const std::vector<Variation
 constexpr std::string_view member_mark = "as a member of an ensemble (`lichtenberg ensemble`)";
 
 /// Determines the state of a member's result file: "waiting" (to be resumed), "finished" or "failed". A finished run
-/// comes with "quantities" and "warnings". A failed one comes with a `sentence` (the reason): the file is damaged or
-/// belongs to another scene. `just_ended`: its run used the present [stop], even if the file contains the [stop] of its
-/// start.
+/// comes with "quantities" and "warnings". A failed one comes with a `sentence` (the reason): the file is damaged,
+/// belongs to another scene or is past the present [stop]. `just_ended`: its run used the present [stop], even if the
+/// file contains the [stop] of its start.
 nlohmann::ordered_json inspect(const std::string& path, const Member& member, bool just_ended);
 
 }  // namespace lichtenberg::ensemble

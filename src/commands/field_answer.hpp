@@ -16,15 +16,15 @@ struct TerminalAnswer {
   int group = 0;                     ///< row in the capacitance matrix
 };
 
-/// Capacitance matrix: charge on each group (conductors and electrodes of one potential) when one is at 1 V and all
-/// others are at 0 V.
+/// Capacitance matrix of equipotential groups (conductors and electrodes of one potential) and electrode sides; sides
+/// that meet count as one. Element (i, j) is the charge on i if j is at 1 V and all others are at 0 V.
 struct Capacitances {
   std::vector<std::string> names;
   std::vector<double> matrix;  ///< F, names x names
 };
 
-/// Solved field of a scene of conductors at its start, in SI units. Charges, forces and energies are those of a slab of
-/// the scene's depth.
+/// Solved field of a scene of conductors at its start, in SI units. In two dimensions, `force` and the results of the
+/// functions are those of a slab of the scene's depth.
 struct FieldAnswer {
   Scene scene;
   FieldProblem field{};
@@ -35,7 +35,7 @@ struct FieldAnswer {
   Capacitances capacitance{};                       ///< empty if not requested
   std::optional<laplace::Field> potential_field{};  ///< empty if not requested, and in three dimensions
 
-  /// Returns the number of conductors. Some of the functions below take an index of a conductor.
+  /// Returns the number of conductors.
   int size() const { return static_cast<int>(scene.conductors.size()); }
   /// Returns true in three dimensions.
   bool in_space() const { return scene.dimension() == 3; }
@@ -51,17 +51,18 @@ struct FieldAnswer {
 
 /// Optional parts of a FieldAnswer that solve_field() computes on request.
 struct RequestedParts {
-  bool capacitance = false;      ///< one more solve per group
+  bool capacitance = false;      ///< one more solve per row of the matrix
   bool potential_field = false;  ///< plane scenes only
 };
 
 /// Solves the field of a scene at its start. For a requested accuracy it chooses the field options and stores them in
-/// the answer's scene. Throws InputError if the scene has no field, Failure if the solution has a non-finite number.
+/// the answer's scene. Throws InputError if the scene has no field, Failure if the solution has a non-finite number,
+/// and the exceptions of the solver.
 FieldAnswer solve_field(Scene scene, RequestedParts requested);
 
 /// Returns the potentials and charges of the terminals: electrodes, then electrode sides (order of
-/// effects::terminals_of). In three dimensions, sides that meet at edges only have a known total charge, which comes
-/// last.
+/// effects::terminals_of). In three dimensions, electrode sides that meet at edges have the charge NaN; their total
+/// charge comes last.
 std::vector<TerminalAnswer> terminals(const FieldAnswer& answer);
 
 /// Returns reasons why the solution may be unreliable (Summary::warnings).

@@ -17,9 +17,9 @@ struct FieldProblem {
   std::vector<std::string> group_names;  ///< by group of the problem
 };
 
-/// Makes the field problem of a scene at its start, with the contacts that exist there closed. A group has the name of
-/// the scene's [[group]] if it contains one, otherwise of its conductors, and of electrodes at its potential. Throws
-/// InputError if the scene has no field.
+/// Makes the field problem of a scene at its start, with the electrical contacts of the initial positions closed. A
+/// group is named after the scene's [[group]] in it, otherwise after its conductors, and also after its electrodes.
+/// Throws InputError if the scene has no field.
 FieldProblem make_field_problem(const Scene& scene);
 
 /// Describes the field method with its options, for `explain` and `solve`.

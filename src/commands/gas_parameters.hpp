@@ -42,20 +42,22 @@ struct GasParameters {
   };
   std::optional<Exchange> exchange;
 
-  /// Returns the collision laws of the grains (restitution, charge transfer) as functions of the impact speed. `last`:
-  /// also their finite duration.
+  /// Returns the collision laws of the grains: restitution and charge transfer as functions of the impact speed.
+  /// `last`: true adds the mean contact duration as a function of the temperature.
   theory::Impacts impacts(bool last = false) const;
 };
 
 /// Returns the parameters of a scene of grains for theories of a homogeneous gas. Throws InputError if these do not
-/// apply. The scene must be a gas of grains of diameter and mass 1 in space that move without external forcing. It must
-/// transfer charge once per collision, or not at all.
+/// apply. The scene must be a gas of moving grains of diameter and mass 1 in space without external forcing. Its grains
+/// must transfer charge by the model "impact" once per collision without a capacity, or not at all. The run must be
+/// longer than its warm-up.
 GasParameters gas_parameters(const Scene& scene);
 
 /// Returns the gas of 50016 charging grains of the source (G chapter 4): stiffness E = 278.6, damping D = 27.7,
 /// temperature T = 10, K = 1, and charge transfer with Q = 4.5e-3, eta = .83.
 GasParameters source_gas();
-/// Returns the gas of equal charges of the source (G 4.1a), which gives only: restitution .9, K = .1, q = 1, T = 10.
+/// Returns the gas of equal charges of the source (G 4.1a): restitution .9, K = .1, q = 1, T = 10. The source gives no
+/// other values; they are those of source_gas().
 GasParameters source_monopolar_gas();
 
 }  // namespace lichtenberg

@@ -12,12 +12,12 @@ namespace lichtenberg {
 /// Throws InputError if the file to write is one of the files read, under any path. Empty names are skipped.
 void check_not_read(const std::string& file, const std::vector<std::string>& read);
 
-/// Throws InputError if two of the files are identical, under any paths. Empty names are skipped.
+/// Throws InputError if two of the names mean the same file, under any paths. Empty names are skipped.
 void check_different(const std::vector<std::string>& written);
 
 /// Checks files to be written, before the work; empty names are skipped. Throws InputError if one cannot be written, or
-/// equals another one or a file that is read. Also throws if one would replace a scene, a result or something other
-/// than a plain file, or without `overwrite` any existing file.
+/// equals another one or a file that is read. Also throws if one would replace a scene (.toml), a result or something
+/// other than a plain file. Without `overwrite` it throws for any existing file.
 void check_outputs(const std::vector<std::string>& written, const std::vector<std::string>& read, bool overwrite);
 
 /// Throws InputError if `overwrite` is set and no file is to be written. `options`: names of the options that write
@@ -33,13 +33,13 @@ struct JsonTarget {
   bool printed() const { return word == "true"; }
   /// Returns the file that receives the JSON; empty if there is none.
   std::string file() const { return printed() ? "" : word; }
-  /// Writes the JSON to its target if requested. `indent`: spaces per level on standard output. Throws Failure if it
-  /// cannot be written.
+  /// Writes the JSON to its target if requested. `indent`: spaces per level on standard output. Throws Failure if the
+  /// file cannot be written.
   void put(const nlohmann::ordered_json& json, int indent) const;
 };
 
 /// Makes the argument `--json`. `what`: contents of the JSON, for the help. `file_follows`: the next word is the FILE
-/// even if it does not end in .json (an older syntax).
+/// even if it does not end in .json (an older syntax), unless it begins with a dash.
 Argument json_argument(JsonTarget& target, const std::string& what, bool file_follows = false);
 
 /// Writes JSON to the file at `path`, completely or not at all. Throws Failure if the write fails.

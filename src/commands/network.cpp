@@ -327,11 +327,11 @@ Command network_command() {
        "network.model of the scene, or both)",
        {.allowed = names_of<NetworkModel>()}},
       {"--terminals", &request->between,
-       "electrodes, the first at 0 V: names of walls or numbers of particles (default: bottom,top); 0,all prints the "
-       "resistances from particle 0 to each particle"},
+       "electrodes, the first at 0 V: names of walls or numbers of particles (default: network.terminals of the "
+       "scene, or bottom,top); 0,all prints the resistances from particle 0 to each particle"},
       {"--resistor",
        &request->options.resistor,
-       "model of a resistor (default: constant, of 1 Ohm)",
+       "model of a resistor (default: network.resistor of the scene, or constant, of 1 Ohm)",
        {.allowed = resistors}}};
   for (const network::ParameterEntry& entry : network::parameter_entries()) {
     std::string option = fmt::format("--{}", entry.name);

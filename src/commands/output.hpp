@@ -20,7 +20,7 @@ namespace lichtenberg {
 inline void check_output(const std::string& option, const std::string& path, bool overwrite) {
   check_writable(path);
   if (!overwrite && std::filesystem::exists(path))
-    throw InputError(fmt::format("the file {} exists: give {} another name, or allow --overwrite", path, option));
+    throw InputError(fmt::format("the file {} exists: give {} another name, or give --overwrite", path, option));
 }
 
 /// Throws InputError unless the file name that `option` gives ends in .png, .pdf or .svg.

@@ -55,20 +55,21 @@ struct ResistancesToAll {
   NetworkModel model = NetworkModel::particle;
   NetworkOptions options;  ///< `between`: the electrode
   bool assumed = false;    ///< as in SolvedNetwork
-  /// Resistance (ohm) to each particle, [N]; 0 to itself; infinite without a path; NaN to a particle that touches the
-  /// electrode in a contact-centred network.
+  /// Resistance (ohm) to each particle, [N]; 0 to the electrode itself; infinite without a path; NaN to a particle that
+  /// touches the electrode in a contact-centred network.
   std::vector<double> resistance;
 };
 
-/// Computes the effective resistances from the electrode options.between to each particle by one elimination; a
-/// contact-centred network needs one per particle. `count`, if given, is called with the number of finished particles.
-/// Throws InputError for invalid options and electrodes, and if a contact-centred network has too many particles.
+/// Computes the effective resistances from the electrode options.between to each particle by one elimination. A
+/// contact-centred network needs one elimination per particle; before each, `count`, if given, is called with the
+/// number of finished particles. Throws InputError for invalid options and electrodes, and if a contact-centred network
+/// has too many particles.
 ResistancesToAll resistances_to_all(const PackingFrame& frame, NetworkModel model, const NetworkOptions& options,
                                     const std::function<void(int)>& count = {});
 
 /// Stores solved networks in the groups /network/MODEL of the result file and replaces earlier ones. Removes an earlier
-/// contact-centred one if `no_contact_network`. The file is replaced as a whole. Throws Failure, without changing the
-/// file, if it cannot be written or has changed since the frame was read (its run continues).
+/// contact-centred network if `no_contact_network`. The file is replaced as a whole. Throws Failure, without changing
+/// the file, if it cannot be written or has changed since the frame was read (its run continues).
 void save_networks(const std::string& path, const PackingFrame& frame, const std::vector<SolvedNetwork>& networks,
                    bool no_contact_network = false);
 

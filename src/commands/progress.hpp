@@ -15,11 +15,12 @@ std::optional<double> seconds_left(double done, double seconds, double recent, d
 /// Formats a duration (s) as text: "4.2 s", "3 min 20 s", "2 h 5 min".
 std::string duration(double seconds);
 
-/// Progress line of a run on standard error: redrawn in place on a terminal, otherwise printed every 30 s.
+/// Progress line of a run on standard error: redrawn in place on a terminal, otherwise printed at most every 30 s.
 class Progress {
  public:
   /// Prepares the line. `start`, `stop`: start of this session and end of the run in a measure that grows at a steady
-  /// pace; infinite: unknown. `quiet`: no line is due. `may_end_before`: another condition may end the run earlier.
+  /// pace; infinite: unknown. `quiet`: true if due() is always false. `may_end_before`: true if another condition may
+  /// end the run earlier.
   Progress(double start, double stop, bool quiet, bool may_end_before = false);
   ~Progress() { end_line(); }
   Progress(const Progress&) = delete;
@@ -27,7 +28,7 @@ class Progress {
   /// Returns true if another line is due.
   bool due() const;
   /// Prints a line with the remaining time from `now` to the end, or an upper bound if the run may end earlier. Omits
-  /// the time where seconds_left() gives none.
+  /// the time if seconds_left() gives none or the end is unknown.
   void show(std::string line, double now);
   /// Ends the unfinished line. Call it before anything else is printed.
   void end_line();

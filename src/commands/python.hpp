@@ -11,7 +11,8 @@ namespace lichtenberg {
 
 /// Returns the commands of the Python package that were known at build time. Each checks the result files that it
 /// names, because HDF5 in Python would crash on some damaged ones, and then replaces this process by Python. They throw
-/// InputError for damaged files and Failure if Python cannot be started.
+/// InputError for damaged files, PETSc options and several processes (mpirun). They throw Failure if the package is
+/// missing or Python cannot be started.
 std::vector<Command> python_commands();
 
 /// Finds a command of this name that was added to the Python package after the build. It may also be in a folder of the
@@ -22,7 +23,7 @@ std::optional<Command> added_python_command(const std::string& name);
 inline std::string as_word(const std::string& path) { return path.starts_with('-') ? "./" + path : path; }
 
 /// Calls a drawing function of the Python package, such as "network.draw_file", with these words as arguments, and
-/// waits for it. Its messages go to standard error. Throws Failure if it does not exist or fails.
+/// waits for it. Throws Failure if the function does not exist or fails.
 void draw(const std::string& function, std::vector<std::string> words);
 
 /// Draws the picture of a result file by Python. If that fails, prints a message on standard error, because the result

@@ -16,7 +16,7 @@
 namespace lichtenberg {
 
 /// Checks that a scene can be run on this machine, and chooses the field method for a requested accuracy. Returns the
-/// scene with the chosen options. Throws InputError.
+/// scene with the chosen options. Throws InputError if the scene cannot be run, and the exceptions of the field solver.
 Scene prepare_run(Scene scene);
 
 /// Makes the motion of a prepared scene: of conductors or grains, or the minimization of a packing.
@@ -27,7 +27,7 @@ std::unique_ptr<Motion> make_motion(const Scene& scene);
 /// A checkpoint may discard state of the motion that it cannot store, which changes the last digits of the following
 /// results. Unless the motion's checkpoints are exact, they are made only at frames with fixed indices and at the end.
 /// A resumed run then discards the same state at the same instants and is bitwise identical to an uninterrupted one. A
-/// run that fails leaves a checkpoint at its last frame.
+/// recorded run on one process that fails leaves a checkpoint at its last frame.
 ///
 /// If the motion leaves a core free, another thread assembles and writes frames and checkpoints, in order and at most
 /// one frame behind. The results are bitwise identical.
@@ -44,7 +44,7 @@ class RecordedRun {
   void to_next_frame(const std::function<bool()>& pause);
   /// Returns true if the motion has ended.
   bool finished() const { return finished_; }
-  /// Returns true if the result file has the state of the last frame.
+  /// Returns true if a checkpoint of the last frame is in the result file or about to be written there.
   bool saved() const { return saved_; }
   /// Saves a checkpoint of the current instant; at the end of the motion, its summary too.
   void save();

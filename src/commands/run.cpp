@@ -72,7 +72,7 @@ void check_pictures(const RunArguments& request, const Scene& scene) {
   for (const char* end : {".png", "-series.png"})
     if (std::filesystem::exists(stem + end) && (*end == '.' || scene.reference))
       throw InputError(fmt::format(
-          "the file {} exists, where the run writes its picture: give another name with --out, or allow --overwrite",
+          "the file {} exists, where the run writes its picture: give another name with --out, or give --overwrite",
           stem + end));
 }
 
@@ -213,7 +213,7 @@ Command run_command() {
             &request->overwrite,
             "replace the result file and its pictures if they exist",
             {.excluded = "--resume"}},
-           {"--quiet", &request->quiet, "print only errors"}},
+           {"--quiet", &request->quiet, "print only warnings and errors"}},
           [request] { run(*request); }};
 }
 

@@ -7,7 +7,8 @@
 
 namespace lichtenberg {
 
-/// Returns all names of an argument of a command: its own, then aliases and former names of the option.
+/// Returns all names of an argument of a command: its own, then aliases and former names that no other argument of the
+/// command has.
 std::vector<std::string> names_of(const Argument& argument, const Command& command);
 
 /// Makes a bash script that completes commands, options, their allowed values and file names.

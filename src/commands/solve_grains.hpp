@@ -27,7 +27,8 @@ struct GrainAnswer {
 /// included. Throws InputError for a scene without [effects.coulomb] or without grains.
 GrainAnswer solve_grain_field(const Scene& scene);
 
-/// Prints the result of solve_grain_field() as a table or as JSON, with its exceptions.
+/// Calls solve_grain_field(), and prints the result as a table or writes it as JSON to its target. Throws the
+/// exceptions of solve_grain_field() and JsonTarget::put().
 void solve_grains(const Scene& scene, const JsonTarget& json);
 
 }  // namespace lichtenberg

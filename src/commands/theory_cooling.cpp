@@ -186,9 +186,10 @@ TheoryAnswer monopolar_theory(const GasParameters& gas, const GasTimeSeries* run
   TheoryAnswer answer{
       "monopolar", "Cooling of grains that all repel each other (G 4.1a)", common_figures(gas), {table}};
   answer.figures.push_back({"haff_time", "t0", law.tau, "tau without charges"});
-  answer.figures.push_back({"barrier", unit_of_energy, law.barrier, "U = K q^2/d of a pair; late, T is U / ln(t/t_c)"});
+  answer.figures.push_back(
+      {"barrier", unit_of_energy, law.barrier, "U = K q^2/d of a pair; at late times T decreases like U / ln t"});
   answer.figures.push_back({"barrier_time", "t0", theory::monopolar_time(law, std::min(law.barrier, law.initial)),
-                            "when T has come down to U"});
+                            "when T has come down to U; 0 if it starts below"});
   if (run) {
     run->show(answer.tables[0], "temperature", "local_temperature", "run");
     fit_barrier(answer, gas, *run, law);

@@ -56,8 +56,8 @@ void check_flow(const FlowRequest& r) {
         fmt::format("theory hydrodynamics is for a charge number R in [0, 100], not for {:g}", r.charge_number));
   if (!(r.length >= 10))
     throw InputError(
-        fmt::format("theory hydrodynamics is for boxes of ten mean free paths and more, not of {:.3g} mean free paths "
-                    "(.12467 / (n d^2) for the number density n and the diameter d)",
+        fmt::format("theory hydrodynamics is for boxes of 10 l_0 and more, not of {:.3g} l_0 (l_0 = .12467 / (n d^2) "
+                    "for the number density n and the diameter d, about half a mean free path)",
                     r.length));
   const int most = most_cells[r.dimension - 2];
   if (r.cells < 8 || r.cells > most)

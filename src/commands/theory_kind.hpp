@@ -9,8 +9,8 @@
 
 namespace lichtenberg {
 
-/// Options of `lichtenberg theory` that only some theories have. A theory refuses options that TheoryKind::options does
-/// not name.
+/// Options of `lichtenberg theory` that only some theories have. The command refuses options that TheoryKind::options
+/// of the theory does not name.
 struct TheoryOptions {
   std::optional<double> restitution, charge_number;
   std::optional<int> cells, seed;
@@ -26,8 +26,8 @@ struct TheoryRequest {
   TheoryOptions options;
 };
 
-/// Declaration of a theory of a gas of grains for `lichtenberg theory`. To add one, write a file with a function that
-/// returns this, and add a line to theory_kinds().
+/// Declaration of a theory of a gas of grains for `lichtenberg theory`. To add a theory, write a file with a function
+/// that returns its TheoryKind, and add a line to theory_kinds().
 struct TheoryKind {
   std::string name;
   /// Computes the results. Throws InputError for a gas to which the theory does not apply.
@@ -36,21 +36,21 @@ struct TheoryKind {
   std::vector<std::string> options{};      ///< its options of TheoryOptions, such as "--cells"
 };
 
-/// Returns Haff's law of cooling without charges.
+/// Declares the theory `haff`: Haff's law of cooling without charges.
 TheoryKind haff_kind();
-/// Returns the cooling of grains with equal charges.
+/// Declares the theory `monopolar`: cooling of grains with equal charges.
 TheoryKind monopolar_kind();
-/// Returns the restitution coefficient of the grains' contacts by impact speed.
+/// Declares the theory `restitution`: restitution coefficient of the grains' contacts by impact speed.
 TheoryKind restitution_kind();
-/// Returns the growth of aggregates by Smoluchowski's coagulation equation.
+/// Declares the theory `smoluchowski`: growth of aggregates by Smoluchowski's coagulation equation.
 TheoryKind smoluchowski_kind();
-/// Returns the kinetic theory of charging and coalescence.
+/// Declares the theory `kinetic`: kinetic theory of charging and coalescence.
 TheoryKind kinetic_kind();
-/// Returns the linear stability of a homogeneous charged gas.
+/// Declares the theory `stability`: linear stability of a homogeneous charged gas.
 TheoryKind stability_kind();
-/// Returns the numerical solution of the hydrodynamic equations.
+/// Declares the theory `hydrodynamics`: numerical solution of the hydrodynamic equations.
 TheoryKind hydrodynamics_kind();
-/// Returns all theories of one gas in common tables.
+/// Declares the theory `all`: several theories of one gas in common tables.
 TheoryKind all_kind();
 
 /// Returns all theories of `lichtenberg theory`.
@@ -60,7 +60,8 @@ const std::vector<TheoryKind>& theory_kinds();
 Command theory_command(const std::vector<TheoryKind>& kinds);
 
 /// Returns the restitution coefficient and the dimensionless charge number R (theory::charge_number) for linear
-/// stability. They come from the options, else from the scene's gas, else from G 6.1 (f).
+/// stability. They come from the options, else from the gas of a scene or result, else from G 6.1 (f). R is 0 for a gas
+/// whose grains exchange charge.
 std::pair<double, double> stability_numbers(const TheoryRequest& request);
 
 }  // namespace lichtenberg

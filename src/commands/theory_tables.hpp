@@ -115,16 +115,17 @@ class GasTimeSeries {
   std::set<std::string> malformed_names_;
 };
 
-/// Returns the numbers of a gas that most theories print first: density, temperature, pair correlation, collision
-/// frequency.
+/// Returns the density, temperature, pair correlation at contact and collision frequency of a gas, which most theories
+/// print first.
 std::vector<TheoryFigure> common_figures(const GasParameters& gas);
-/// Computes the constant restitution coefficient with the same energy loss as the gas's own at its temperature.
+/// Computes the constant restitution coefficient with the same mean energy loss as the contact law of the gas at its
+/// initial temperature.
 double mean_restitution(const GasParameters& gas);
-/// Makes times in geometric progression from 0.01, or from end / 100 if that is less, to `end`, at least twenty per
+/// Makes times (t0) in geometric progression from the smaller of 0.01 and end / 100 to `end`, at least twenty per
 /// decade.
 std::vector<double> times_until(double end);
 /// Computes the states of a coalescing gas at these times by kinetic theory with finite contact durations. Throws
-/// InputError for grains that do not charge each other or do not attract.
+/// InputError for a gas without charge exchange or without Coulomb forces.
 std::vector<theory::KineticState> merging_states(const GasParameters& gas, const std::vector<double>& times);
 
 /// Growth of aggregates by Smoluchowski's equation in the time of kinetic theory: number of aggregates per initial
@@ -135,14 +136,14 @@ struct PacedGrowth {
 };
 /// Computes the growth of aggregates by Smoluchowski's equation with theory::flight_kernel(beta), at the pace of
 /// kinetic theory. Each of the `states` (result of merging_states()) is mapped to the theory::flight_time() of its mean
-/// size.
+/// size. Values are NaN where the solution of the equation has ended.
 PacedGrowth paced_growth(double beta, const GasParameters& gas, const std::vector<theory::KineticState>& states);
 
-/// Adds the critical wave numbers of linear stability to the figures: that below which shear grows, and those at which
-/// heat or sound modes begin or cease to grow. `charge_number`: R.
+/// Adds the critical wave numbers of linear stability to the figures. Below the first one shear modes grow; at the
+/// others heat or sound modes begin or cease to grow. `charge_number`: dimensionless charge number R.
 void add_critical(std::vector<TheoryFigure>& figures, const theory::TransportCoefficients& c, double charge_number);
 
-/// Makes `count` values in geometric progression from `first` to `last`.
+/// Makes `count` >= 2 values in geometric progression from `first` to `last`.
 std::vector<double> logarithmic_range(double first, double last, int count);
 
 }  // namespace lichtenberg

@@ -23,7 +23,7 @@ class Trial {
   /// Runs the computation once, from its initial state. Throws InputError if the method is not applicable, Failure if
   /// the computation fails.
   virtual void run() = 0;
-  /// Returns the largest relative error of each quantity of the last run against the reference.
+  /// Returns the error of each quantity of the last run against the reference (Diagram::measure).
   virtual std::vector<double> errors() const = 0;
   /// Returns the work of the last run: iterations or field solves (Diagram::work).
   virtual std::int64_t work() const = 0;
@@ -84,32 +84,32 @@ struct Request {
   std::function<void(const Diagram&, const std::vector<Method>&)> serve;
 };
 
-/// Compares all methods that can solve the field of the scene at its start. Quantities: potentials, charges, forces.
-/// Throws InputError for a scene without a field, unknown methods and sizes without square cells.
+/// Compares the requested methods for the plane field of the scene at its start. Quantities: potentials, charges,
+/// forces. Throws InputError for a scene without a field, unknown methods and sizes that are not allowed.
 void sweep_field(const Scene& scene, const Request& request);
-/// Compares methods for the field of spheres in three dimensions, by accuracy and by degree, together with finite
-/// elements if installed.
+/// Compares the requested methods for the field of spheres in three dimensions, by accuracy and by degree, together
+/// with finite elements if installed. Throws InputError for a scene without a field, unknown methods and any sizes.
 void sweep_spheres(const Scene& scene, const Request& request);
-/// Compares all integrators for the motion of the scene's conductors until stop.time. Quantity: positions. Throws
-/// InputError for unknown methods.
+/// Compares the requested integrators for the plane motion of the scene's conductors until stop.time. Quantity:
+/// positions. Throws InputError for three dimensions, a periodic side and unknown methods.
 void sweep_time(const Scene& scene, const Request& request);
 
-/// Compares all summation methods for the forces of charges on grains at their initial positions, including LAMMPS. If
-/// the grains are polarizable, induced dipoles are included, from a zero initial guess. Uncharged grains get Gaussian
-/// charges. Quantities: rms force, largest force. Throws InputError for a scene without charges and for unknown
-/// methods.
+/// Compares the requested summation methods for the forces of charges on grains at their initial positions, including
+/// LAMMPS. If the grains are polarizable, induced dipoles are included, from a zero initial guess. Uncharged grains get
+/// Gaussian charges. Quantities: rms force, largest force. Throws InputError for a scene without [effects.coulomb] or
+/// with fewer than two grains, unknown methods and any sizes.
 void sweep_charges(const Scene& scene, const Request& request);
 
-/// Compares all integrators for the motion of grains over half a unit of time, without equilibration stages. If grains
-/// are polarizable, it also compares all dipole variants. Quantities: positions, energy balance. Throws InputError for
-/// unknown methods.
+/// Compares the requested integrators for the motion of grains over at most half a unit of time, without equilibration
+/// stages. For polarizable grains the methods include all variants of the dipole sum. Quantities: positions, energy
+/// balance. Throws InputError for unknown methods.
 void sweep_grains(const Scene& scene, const Request& request);
 
 /// Returns the methods of `all` that the request names; all if it names none. Throws InputError for names that are
 /// neither of `all` nor of request.others.
 std::vector<Method> choose(std::vector<Method> all, const Request& request);
-/// Measures the error, time and memory of a candidate. The time is the median of up to five runs after a warm-up run;
-/// slow candidates run less often. Throws InputError if the method is not applicable, Failure if a run fails.
+/// Measures the error, time and memory of a candidate. The time is the median of up to five runs after a warm-up run,
+/// or that of a single run of 2 s or more. Throws InputError if the method is not applicable, Failure if a run fails.
 Point measure(const Candidate& candidate);
 
 /// Returns the processor time (s) of this thread.

@@ -25,7 +25,7 @@ void check(const Draft& draft) {
   only_with("exponent", impact, "\"impact\"");
   only_with("each_step", impact, "\"impact\"");
   only_with("rate", !impact && !none, "\"random-walk\" and \"contact-area\"");
-  for (const char* key : {"transfer_prefactor", "capacity", "over_capacity"}) only_with(key, !none, "the others");
+  for (const char* key : {"transfer_prefactor", "capacity", "over_capacity"}) only_with(key, !none, "the other models");
   if (!options.capacity)
     refuse_if_given(draft, "effects.charge_exchange.over_capacity",
                     "needs effects.charge_exchange.capacity: add it, or leave the key out");
@@ -67,22 +67,23 @@ const EffectKind& ChargeExchangeOptions::kind() {
       .keys =
           {{.name = "model",
             .target = target<&ChargeExchangeOptions::model>,
-            .help = "model of the charge transfer between grains in contact. impact: once per collision, of size Q "
-                    "(impact energy)^eta with random factors; random-walk: white noise of variance Q^2 rate dt in each "
+            .help = "model of the charge transfer between grains in contact. impact: once per collision (but see "
+                    "each_step), of size Q (m_eff v^2)^eta with random factors, for the effective mass m_eff and the "
+                    "impact speed v; random-walk: white noise of variance Q^2 rate dt in each "
                     "step of the contact; contact-area: that noise times the contact area; none: no transfer"},
            {.name = "transfer_prefactor",
             .target = target<&ChargeExchangeOptions::strength>,
             .unit = "q0",
             // Fourth powers of charges must not overflow.
             .range = {.low = 0, .high = 1e50, .low_itself = false},
-            .help = "prefactor Q of the transferred charge, in reduced units (q0)",
+            .help = "prefactor Q of the transferred charge, in reduced units (q0; q0/d0^2 in the model contact-area)",
             .old_name = "strength"},
            {.name = "exponent",
             .target = target<&ChargeExchangeOptions::exponent>,
             // Exponent of energies, bounded to avoid overflow.
             .range = {.low = 0, .high = 10, .low_itself = false},
-            .help =
-                "exponent eta of the model impact, whose transferred charge is proportional to (impact energy)^eta"},
+            .help = "exponent eta of the model impact, whose transferred charge is (impact energy)^eta times random "
+                    "factors"},
            {.name = "rate",
             .target = target<&ChargeExchangeOptions::rate>,
             .unit = "1/t0",

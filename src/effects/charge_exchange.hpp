@@ -10,8 +10,9 @@
 
 namespace lichtenberg::effects {
 
-/// Model of the charge that two grains in contact transfer (Singh 2019, table 3.1). `impact`: once in a collision, by
-/// the impact energy. `random_walk`: white noise during contact. `contact_area`: white noise times the contact area.
+/// Model of the charge that two grains in contact transfer (Singh 2019, table 3.1). `impact`: by the impact energy,
+/// once in a collision unless `each_step` is set. `random_walk`: white noise during contact. `contact_area`: white
+/// noise times the contact area. `none`: no transfer.
 enum class ExchangeModel { impact, random_walk, contact_area, none };
 
 }  // namespace lichtenberg::effects
@@ -46,8 +47,8 @@ struct ChargeExchangeOptions {
 };
 
 /// Effect of random charge transfer between two grains in contact. One grain gains the charge that the other loses.
-/// Transfers are multiples of a power of two, so that the sum of all charges is exactly constant. The only exception is
-/// OverCapacity::reset, which discards charge.
+/// Transfers are multiples of a power of two (charge_quantum()), which avoids rounding errors of the total charge.
+/// OverCapacity::reset discards charge.
 class ChargeExchange : public Effect {
  public:
   ChargeExchange(const ChargeExchangeOptions& options, std::uint64_t seed);

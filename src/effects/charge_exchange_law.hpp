@@ -61,8 +61,7 @@ LICHTENBERG_HOST_DEVICE inline double contact_area(double radius_i, double radiu
 }
 
 /// Returns the charge quantum of transfers of strength Q: 2^(floor(log2 Q) - 30). All transfers are multiples of it.
-/// Sums of charges up to 2^22 Q are then exact in double precision, in any order, and a neutral gas remains exactly
-/// neutral.
+/// Sums of transferred charges up to 2^22 Q are then exact in double precision, in any order.
 LICHTENBERG_HOST_DEVICE inline double charge_quantum(double strength) {
   return std::ldexp(1.0, std::ilogb(strength) - 30);
 }

@@ -20,8 +20,9 @@ class Charges {
   /// sources that collect charge (potential_sources_of).
   Charges(std::span<const double> initial, std::size_t supplies);
 
-  /// Adds the injected charge current[i] * dt to each conductor i (A, s). Subtracts the charge that leaks through a
-  /// conducting fluid in the time dt, with the charge relaxation time `relaxation_time` (s; infinite: no leakage).
+  /// Adds the injected charge current[i] * dt to each conductor i (`current`: A, `dt`: s). Subtracts the charge that
+  /// leaks through a conducting fluid in the time dt, with the charge relaxation time `relaxation_time` (s; infinite:
+  /// no leakage).
   void inject(std::span<const double> current, double dt, double relaxation_time = INFINITY);
   /// Moves the charge that a resistor carries in a step from its node a to its node b or to its potential source.
   /// `total`: charge through the resistor (C); `remaining`: part of `total` that has not leaked by the end of the step
@@ -29,8 +30,8 @@ class Charges {
   void transfer(const Resistor& resistor, double remaining, double total);
   /// Divides the charge of each equipotential group among its members according to the field solution `by_field` (C,
   /// charge of each node). A floating group keeps its total charge exactly; an error of the field is divided equally
-  /// among its members. Conductors at a prescribed potential take the field's charges, and their potential source
-  /// collects the difference.
+  /// among its members. Nodes at a prescribed potential take the field's charges, and their potential source collects
+  /// the difference.
   void distribute(const ElectricalGroups& groups, std::span<const double> by_field,
                   parallel::Team& team = parallel::Team::single());
 
@@ -55,7 +56,7 @@ class Charges {
   std::vector<double> save() const;
   /// Returns the number of elements of save().
   std::size_t saved_size() const { return 2 * (charge_.size() + collected_.size() + 2); }
-  /// Restores a state of save(). Throws Failure if `saved` has another number of nodes or sources.
+  /// Restores a state of save(). Throws Failure if `saved` does not have saved_size() elements.
   void restore(std::span<const double> saved);
 
  private:

@@ -25,8 +25,8 @@ struct Resistor {
 };
 
 /// Checks a scene with series resistors or resistive contacts, whose charge transport is an implicit step together with
-/// the field (docs/numerics/coupling.md). Throws InputError for a field method, coupling or integrator that does not
-/// support resistors, and the exceptions of check_sharing().
+/// the field (docs/numerics/coupling.md). Throws InputError for a field method, coupling, integrator or field.accuracy
+/// that resistors do not allow, and the exceptions of check_sharing().
 void check_resistors(const Draft& draft);
 
 /// Checks the effects that define a conductance of contacts (EffectKind::sharing). Throws InputError if the scene has
@@ -54,21 +54,21 @@ double contact_current(const Scene& scene, Contact contact, const ContactState& 
 /// is the derivative of the current by the potential difference, or 0 if the derivative is negative.
 void linearize(const Scene& scene, Contact contact, const ContactState& state, Resistor& resistor);
 
-/// Coefficients of a time step dt for the charge Q of a node: dQ/dt = J - Q/tau + I. J is the injected current, tau the
-/// charge relaxation time of leakage, and I the current of resistors into the node, in which the step is implicit:
+/// Coefficients of a time step dt for the charge Q of a node: dQ/dt = J - Q/tau + I. J is the injected current and tau
+/// the charge relaxation time of leakage. I is the current of resistors into the node, in which the step is implicit:
 ///
 /// ```
 ///   Q(t + dt) = decay Q(t) + injection_time J + F,        F = weight I(t + dt) + inherited F_before.
 /// ```
 ///
-/// F is the charge that came through resistors in the step and has not leaked. F_before is the same of the previous
-/// step. Leakage and J are exact. I uses the second-order backward differentiation formula (BDF2) for unequal steps, or
+/// F is the charge that came through resistors in the step and has not leaked. F_before is F of the previous step.
+/// Leakage and J are exact. I uses the second-order backward differentiation formula (BDF2) for unequal steps, or
 /// backward Euler if there is no previous step. The factor exp(-t/tau) is included such that a constant current is
 /// exact at any dt/tau. Without leakage, F is the total charge through resistors.
 ///
-/// The step is stable for any conductance, and damping increases with the conductance. A resistor of infinite
-/// conductance joins its ends. Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I, section
-/// III.5. It states the formula for the values Q; here it is for their increments.
+/// Steps of constant length are stable for any conductance. In the limit of infinite conductance both ends of a
+/// resistor have the same potential. Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I,
+/// section III.5. It states the formula for the values Q; here it is for their increments.
 struct ChargeStep {
   double decay = 1;           ///< 1
   double injection_time = 0;  ///< s
@@ -86,9 +86,9 @@ ChargeStep charge_step(double dt, double before, double relaxation_time);
 
 /// Returns an estimate of the error (C) of the charge that a resistor carries in an implicit step of length dt (s). It
 /// is the difference between `carried` (C) and the integral of a smooth current from `at_start` to `at_end` (A). This
-/// current is linear if its magnitude does not fall. Otherwise it decays exponentially at a rate z/dt, which an
-/// implicit step damps to 1/(1 + z), so that fast transients need not be resolved. `noise` (A): bound on the error of
-/// `at_start` due to the field solver.
+/// current is linear if its magnitude does not fall or its sign changes. Otherwise it decays exponentially at a rate
+/// z/dt, which an implicit step damps to 1/(1 + z), so that fast transients need not be resolved. `noise` (A): bound on
+/// the error of `at_start` due to the field solver.
 double charge_error(double carried, double dt, double at_start, double at_end, double noise);
 
 }  // namespace lichtenberg::effects

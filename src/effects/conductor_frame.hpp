@@ -27,7 +27,7 @@ struct TerminalReading {
 /// Energies (J) that a circuit has received from sources and converted to heat since the start.
 struct EnergyFlows {
   double by_supplies = 0, by_source = 0;  ///< received from potential sources; from the injected current
-  /// Heat in series resistors, in resistive contacts, by leakage through the fluid, in sparks and by drag.
+  /// Joule heating of series resistors, resistive contacts and the leaking fluid; heat of sparks and of drag.
   double series_resistors = 0, contacts = 0, leakage = 0, sparks = 0, drag = 0;
 
   double supplied() const { return by_supplies + by_source; }
@@ -77,9 +77,9 @@ struct ConductorFrame {
 /// columns include cumulative charges and energies, and means since the previous frame (NaN if there are none).
 Frame columns_of(const ConductorFrame& frame);
 
-/// Converts a frame of named columns to the state of a scene of conductors, the inverse of columns_of(). The result has
-/// no CircuitRates, and no prescribed potentials and series resistances of terminals. Throws InputError if the frame
-/// has potentials of conductors but lacks another column of the field.
+/// Converts a frame of named columns, made by columns_of(), back to the state of a scene of conductors. The result
+/// lacks CircuitRates, and the prescribed potentials and series resistances of terminals. Throws InputError if the
+/// frame has potentials of conductors but lacks another column of the field.
 ConductorFrame conductor_frame(const Frame& frame);
 
 }  // namespace lichtenberg

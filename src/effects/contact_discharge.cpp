@@ -74,8 +74,9 @@ const EffectKind& ContactDischargeOptions::kind() {
       .name = "contact_discharge",
       .description = "conductors closer than a gap are electrically connected",
       .help =
-          "Conductors closer than a gap to each other or to an electrode are electrically connected (Stephenson 2018, "
-          "eq. 6.40). Needs floating_conductors.",
+          "Conductors closer than contact_distance to each other or to an electrode are in electrical contact "
+          "(Stephenson 2018, eq. 6.40). They then have one potential, unless contact_resistance or another effect "
+          "gives the contact a conductance. Needs floating_conductors.",
       .options = ContactDischargeOptions{},
       .keys = {{.name = "contact_distance",
                 .target = target<&ContactDischargeOptions::contact_distance>,
@@ -87,8 +88,9 @@ const EffectKind& ContactDischargeOptions::kind() {
                {.name = "hysteresis",
                 .target = target<&ContactDischargeOptions::hysteresis>,
                 .range = {.low = 0, .high = 1},
-                .help = "relative hysteresis of a contact, which opens above contact_distance * (1 + hysteresis), so "
-                        "that contacts of conductors at rest do not alternate between open and closed"}},
+                .help = "relative hysteresis of a contact, which opens above contact_distance * (1 + hysteresis), but "
+                        "at least mechanics.position_tolerance above contact_distance. Contacts of conductors at rest "
+                        "thus do not alternate between open and closed"}},
       .needs = {{"floating_conductors"}},
       .dimensions = {2, 3},
       .periodic = true,

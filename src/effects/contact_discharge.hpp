@@ -17,14 +17,14 @@ struct ContactDischargeOptions {
   static const EffectKind& kind();
 };
 
-/// Electrical contacts of close conductors, which join them (or a conductor and an electrode) to one equipotential
-/// group (Stephenson 2018, eq. 6.40).
+/// Effect of electrical contacts between close conductors, or a conductor and an electrode (Stephenson 2018, eq. 6.40).
+/// A contact joins both to one equipotential group, unless an effect gives it a finite conductance (sharing_law()).
 ///
-/// A contact closes when the gap between two surfaces falls to the contact distance `make_gap`, and opens when the gap
-/// rises to the larger `release_gap` (hysteresis). Conductors come to rest at the contact distance, because their
-/// attraction ends where their potentials become equal. Without hysteresis, rounding would close and open their contact
-/// repeatedly. The two gaps differ by at least one position tolerance (mechanics.position_tolerance, the accuracy of
-/// positions).
+/// A contact closes when the gap between two surfaces falls to the contact distance `make_gap`. It opens when the gap
+/// rises to the larger `release_gap` (hysteresis). Conductors can come to rest at the contact distance, because their
+/// attraction ends if a contact makes their potentials equal. Without hysteresis, rounding would close and open such a
+/// contact repeatedly. The two gaps differ by at least one position tolerance (mechanics.position_tolerance, the
+/// accuracy of positions).
 class ContactDischarge : public Effect {
  public:
   explicit ContactDischarge(const Scene& scene);  ///< `scene` must have the effect.
@@ -45,8 +45,8 @@ class ContactDischarge : public Effect {
     std::vector<Contact> made, lost;
   };
   /// Closes and opens contacts for the current positions, and returns the changes. `contacts`: closed contacts in
-  /// ascending order, updated. A contact whose gap is within about a position tolerance of its threshold and moves
-  /// towards it changes too, so that nearly simultaneous changes are one event.
+  /// ascending order, updated. A contact also changes shortly before its gap reaches the threshold, by at most a
+  /// position tolerance. Nearly simultaneous changes are thus one event.
   Changes update(const Bodies& bodies, std::vector<Contact>& contacts) const;
 
   /// A contact that may close or open soon.
@@ -61,8 +61,8 @@ class ContactDischarge : public Effect {
   /// Returns true if both bodies of a contact are in one equipotential group. `bodies`: number of conductors.
   bool are_joined(const ElectricalGroups& groups, int bodies, Contact contact) const;
   /// Event function of a contact that may close or open: its gap minus the threshold (m), whose sign changes at the
-  /// event. The threshold of an opening contact is about a position tolerance above the release gap, because forces do
-  /// not jump when a contact opens.
+  /// event. For opening, the threshold is above the release gap by at most a position tolerance, because forces do not
+  /// jump when a contact opens.
   double excess(const Bodies& bodies, const Watch& watch) const {
     return gap(bodies, watch.contact) - (watch.made ? release_gap_ + simultaneity_margin_ : make_gap_);
   }
@@ -70,9 +70,10 @@ class ContactDischarge : public Effect {
   /// deferral must end. This is where the gap has fallen to 15/16 of the contact distance, or where it increases again
   /// below the contact distance. The value is a distance (m), or the closing speed (m/s) where the latter is smaller.
   double excess_of_deferred(const Bodies& bodies, const Watch& watch) const;
-  /// Returns the largest relative displacement (m) of the two bodies of a contact between two tests of its gap. On a
-  /// straight path on which the gap passes its threshold by one position tolerance, the gap is beyond the threshold for
-  /// at least this length. Tests at this interval therefore detect grazing contacts.
+  /// Returns the largest relative displacement (m) of the two bodies of a contact until the next test of its gap. It is
+  /// the distance of the gap from its threshold, but at least a length l. On a straight path on which the gap passes
+  /// the threshold by one position tolerance, it stays beyond for at least l. Tests therefore detect such grazing
+  /// contacts.
   double undetected_travel(const Bodies& bodies, const Watch& watch) const;
 
  private:
@@ -81,8 +82,8 @@ class ContactDischarge : public Effect {
     Contact contact;
     bool made = false;
   };
-  /// Returns all pairs of conductors, and of a conductor i and a terminal, whose gap is below `range` plus travel[i] of
-  /// each conductor (m), in ascending order.
+  /// Returns all pairs of conductors, and of a conductor and a terminal, in ascending order. Their gap is below `range`
+  /// plus travel[i] of each conductor i in the pair (m).
   std::vector<Contact> pairs_within(const Bodies& bodies, double range, std::span<const double> travel) const;
   void update_terminal_gaps(const Bodies& bodies) const;
   void update_close_pairs(const Bodies& bodies, std::span<const Contact> contacts,

@@ -25,8 +25,7 @@ const EffectKind& ContactResistanceOptions::kind() {
       .description = "a contact is a resistor between two conductors; charge moves in implicit steps with the field",
       .help =
           "A contact is a resistor instead of a connection: resistance + resistivity / (2 contact_radius), after Holm. "
-          "Needs "
-          "contact_discharge, which defines contacts.",
+          "Needs contact_discharge, which defines contacts.",
       .options = ContactResistanceOptions{},
       .keys = {{.name = "resistance",
                 .target = target<&ContactResistanceOptions::resistance>,

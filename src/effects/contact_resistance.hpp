@@ -17,7 +17,8 @@ struct ContactResistanceOptions {
 };
 
 /// Effect that gives electrical contacts (ContactDischarge) a finite constant conductance. Such a contact is a resistor
-/// between two conductors and does not join them to one equipotential group. EffectKind::sharing has the conductance.
+/// between two conductors and does not join them to one equipotential group. The function EffectKind::sharing of its
+/// description returns the conductance.
 class ContactResistance : public Effect {
  public:
   const EffectKind& kind() const override { return ContactResistanceOptions::kind(); }

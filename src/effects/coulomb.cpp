@@ -193,38 +193,39 @@ std::vector<Key> keys() {
       {.name = "accuracy",
        .target = target<&CoulombOptions::accuracy>,
        .range = {.low = 1e-12, .high = 0.1},
-       .help = "rms error of the Coulomb forces over their rms value, for the sums mesh and ewald; determines those of "
-               "their parameters that are not given"},
+       .help = "for sum = \"mesh\" or \"ewald\": rms error of the Coulomb forces over their rms value; determines the "
+               "parameters of the sum that are not given"},
       {.name = "cutoff",
        .target = target<&CoulombOptions::cutoff>,
        .unit = "d0",
        .range = ranges::positive,
-       .computed_default = "from the accuracy; of shifted-force 7, or .45 of the box",
-       .help = "largest distance of pairs whose Coulomb force is summed directly, in reduced units (d0); for the sums "
-               "mesh and shifted-force"},
+       .computed_default =
+           "from the accuracy; for \"shifted-force\" 7, or 0.9 of the largest allowed value if that is less",
+       .help = "for sum = \"mesh\" or \"shifted-force\": largest distance of pairs whose Coulomb force is summed "
+               "directly, in reduced units (d0)"},
       {.name = "alpha",
        .target = target<&CoulombOptions::alpha>,
        .unit = "1/d0",
        .range = ranges::positive,
        .computed_default = "none: a prolate splitting",
-       .help = "for the sum mesh: Ewald's splitting parameter alpha, in reduced units (1/d0), with the near part "
+       .help = "for sum = \"mesh\": Ewald's splitting parameter alpha, in reduced units (1/d0), with the near part "
                "erfc(alpha r) / r of 1 / r; without it the splitting is by prolate spheroidal functions"},
       {.name = "mesh",
        .target = target<&CoulombOptions::mesh>,
        .range = {.low = 8, .high = 1024},
        .computed_default = "from the accuracy",
-       .help = "for the sum mesh: number of mesh points along the longest side of the domain"},
+       .help = "for sum = \"mesh\": number of mesh points along the longest side of the domain"},
       {.name = "order",
        .target = target<&CoulombOptions::order>,
        .range = {.low = 4, .high = 8},
        .computed_default = "from the accuracy",
-       .help = "for the sum mesh: order of the window functions that spread charges on the mesh. Where cutoff, mesh "
+       .help = "for sum = \"mesh\": order of the window functions that spread charges on the mesh. Where cutoff, mesh "
                "and order are all given, effects.coulomb.accuracy is not allowed"},
       {.name = "damping",
        .target = target<&CoulombOptions::damping>,
        .unit = "1/d0",
        .range = ranges::not_negative,
-       .help = "for the sum shifted-force: damping parameter alpha, in reduced units (1/d0), of the potential "
+       .help = "for sum = \"shifted-force\": damping parameter alpha, in reduced units (1/d0), of the potential "
                "erfc(alpha r) / r; 0: the undamped 1 / r"}};
 }
 
@@ -233,10 +234,11 @@ std::vector<Key> keys() {
 const EffectKind& CoulombOptions::kind() {
   static const EffectKind kind = {
       .name = "coulomb",
-      .description = "charges attract and repel each other and all periodic images",
+      .description = "charges of grains attract and repel each other and periodic images",
       .help =
-          "Charges of grains act on each other and on all their periodic images, in tin-foil boundaries (Singh 2019, "
-          "equations 3.13 to 3.20, corrected). If they do not add up to 0, a uniform background neutralizes the box.",
+          "Charges of grains act on each other and, with sum = \"mesh\" or \"ewald\", on all their periodic images, in "
+          "tin-foil boundaries (Singh 2019, equations 3.13 to 3.20, corrected). If the charges do not add up to 0, a "
+          "uniform background then neutralizes the box. The other sums include nearest images only.",
       .options = CoulombOptions{},
       .keys = keys(),
       .dimensions = {3},

@@ -42,9 +42,9 @@ struct CoulombOptions {
   static const EffectKind& kind();
 };
 
-/// Effect of Coulomb forces between the charges of grains and all their periodic images, with induced dipoles if the
-/// scene has effects.induced_dipoles. Units are reduced; energies (m0 v0^2) are the coupling constant K times the
-/// energies of solvers/periodic.
+/// Effect of Coulomb forces between the charges of grains in a periodic box, by the sum that the scene selects
+/// (CoulombSum). Includes induced dipoles if the scene has effects.induced_dipoles. Units are reduced; energies (m0
+/// v0^2) are proportional to the coupling constant K.
 class Coulomb : public Effect {
  public:
   explicit Coulomb(const Scene& scene);

@@ -21,13 +21,15 @@ double longest_cutoff(const Scene& scene);
 /// Returns the requirements of a scene on the particle mesh of its Coulomb sum: accuracy, number of charges, box and
 /// given parameters.
 periodic::MeshRequest mesh_request(const Scene& scene);
-/// Returns the particle-mesh parameters for a scene, with the error estimated at its initial positions and charges.
+/// Chooses the particle-mesh parameters for a scene, with an estimate of the force error. The estimate is for the
+/// initial positions, or for random positions if cutoff, mesh and order are all given. Throws InputError if the given
+/// parameters exclude the accuracy.
 periodic::MeshChoice mesh_for(const Scene& scene);
 /// Returns a warning if the force error of a particle mesh exceeds effects.coulomb.accuracy, or 0.1 if cutoff, mesh and
 /// order are all given; empty otherwise.
 std::string accuracy_warning(const Scene& scene, const periodic::MeshChoice& choice);
-/// Makes the Coulomb sum that the scene selects. Sets `warning` to accuracy_warning() for a mesh. Throws InputError if
-/// no mesh reaches the accuracy.
+/// Makes the Coulomb sum that the scene selects. Sets `warning` to accuracy_warning() for a mesh, and leaves it
+/// unchanged otherwise. Throws the exceptions of mesh_for().
 std::unique_ptr<periodic::Sum> make_sum(const Scene& scene, std::string& warning);
 
 /// Returns the result of work(). If work() throws InputError, rethrows it with the path of the scene and the name of

@@ -27,8 +27,7 @@ struct DeviceForces {
 /// Throws InputError with a message that device = "cuda" does not support `what`, a feature of the scene.
 [[noreturn]] void refuse_on_device(const Scene& scene, const std::string& what);
 
-/// Largest skin (d0) of neighbour lists on a device, for estimates of memory. A gas of granular temperature 10 has this
-/// skin.
+/// Largest skin (d0) of neighbour lists on a device that estimates of memory assume.
 constexpr double widest_skin = 2.4;
 /// Returns the expected number of grains within a distance `range` (d0) of a grain at uniform density.
 double grains_within(const Scene& scene, double range);

@@ -14,12 +14,20 @@ namespace lichtenberg::effects {
 /// grains have the smallest radius and touch. Their charge is the largest of the scene, but at least 1 (q0).
 /// `reach_of_smallest`: cutoff of the law for this pair (d0).
 PairGeometry strongest_pair(const Scene& scene, double reach_of_smallest);
+
+/// Returns strongest_pair() for a pair force law, with the cutoff of the law.
+template <class Law>
+PairGeometry strongest_pair_of(const Scene& scene, const Law& law) {
+  const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
+  return strongest_pair(scene, law.reach(radius, radius));
+}
+
 /// Adds the memory of neighbour lists up to the cutoff `reach` (d0) to forces.bytes. Throws InputError for a cutoff
-/// beyond half of the box.
+/// beyond half of the shortest side.
 void add_pair_lists(const Scene& scene, double reach, DeviceForces& forces);
 
 /// Adds the pair forces of a law on grains to those of a device, for the CPU executor only. The law is in reduced
-/// units. Returns the added factory. Throws InputError for a cutoff beyond half of the box.
+/// units. Returns the added factory. Throws InputError for a cutoff beyond half of the shortest side.
 template <class Law>
 DevicePartForm& add_pair_law(const Scene& scene, const Law& law, DeviceForces& forces) {
   const auto [smallest, largest] = std::ranges::minmax(scene.conductors, {}, &Conductor::radius);
@@ -28,7 +36,7 @@ DevicePartForm& add_pair_law(const Scene& scene, const Law& law, DeviceForces& f
                 law.reach(largest.radius, largest.radius)});
   add_pair_lists(scene, reach, forces);
   if (NeedsCharges<Law>) forces.charged = true;
-  const PairGeometry strongest = strongest_pair(scene, law.reach(smallest.radius, smallest.radius));
+  const PairGeometry strongest = strongest_pair_of(scene, law);
   DevicePartForm& form = forces.parts.emplace_back();
   form.reach = reach;
   form.make_on_host = [=](const parallel::HostExecutor& run) {
@@ -42,7 +50,7 @@ DevicePartForm& add_pair_law(const Scene& scene, const Law& law, DeviceForces& f
 template <class Law>
 DevicePartForm& add_pair_law_with_kernels(const Scene& scene, const Law& law, DeviceForces& forces) {
   DevicePartForm& form = add_pair_law(scene, law, forces);
-  const PairGeometry strongest = strongest_pair(scene, 0);
+  const PairGeometry strongest = strongest_pair_of(scene, law);
   form.make_on_cuda = [=](const parallel::CudaExecutor& run) { return make_cuda_part<Law>(run, law, strongest); };
   return form;
 }

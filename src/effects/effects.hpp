@@ -28,8 +28,9 @@ EffectList made(std::unique_ptr<E>... effects) {
 ///
 /// Throws InputError if `made` has an effect that is not in the scene, or has an effect twice. Throws InputError if an
 /// effect that is not in `made` exceeds its limits for a run (EffectKind::check_run). Throws InputError for an effect
-/// that overrides a function which is never called for the bodies of the scene. Throws InputError for a periodic box
-/// that is too short for a neighbour list, and the exceptions of check_sharing().
+/// that overrides a function which is never called for the bodies of the scene. Throws InputError for an effect of
+/// grains with only one of add_forces() and stored_energy(). Throws InputError for a periodic box that is too short for
+/// a neighbour list, and the exceptions of check_sharing().
 Model make_model(const Scene& scene, EffectList made = {});
 
 /// Makes the model of a scene without the effects that solve a field, for callers that have field results or need only
@@ -45,8 +46,8 @@ struct EffectSummary {
   std::vector<ExplanationLine> explanation{};  ///< lines of `explain`, if it is in the scene
 };
 
-/// Returns a description of each effect for this kind of scene (conductors or grains), also of those that are not in
-/// the scene. Built-in effects come first, in the order of all_kinds().
+/// Returns descriptions of all built-in effects for this kind of scene (conductors or grains), in the order of
+/// all_kinds(). Descriptions of other effects follow, if they are in the scene.
 std::vector<EffectSummary> summarize_effects(const Scene& scene);
 
 }  // namespace lichtenberg::effects

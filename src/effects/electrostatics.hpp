@@ -27,7 +27,7 @@ struct Electrostatics {
   std::vector<Vec3> force;        ///< electric force on each conductor (N); z is 0 in two dimensions
   std::vector<double> charge;     ///< charge of each conductor from the field (C), the integral of the surface charge
   std::vector<double> potential;  ///< potential of each conductor (V)
-  double energy = 0;              ///< field energy (J)
+  double energy = 0;              ///< electrostatic energy of the field (J)
   /// Charge (C) through each resistor from a to b in the step: NodeCharges::weight * current at its end
   std::vector<double> carried;
   // Terminals, in the order of terminals_of:
@@ -45,11 +45,11 @@ struct NodeGroups {
 /// Converts equipotential groups to groups of a field problem. A floating group has the sum of the charges of its
 /// nodes, divided by `depth` (m; 1 in three dimensions). The other groups have their prescribed potential.
 NodeGroups groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& charges, double depth);
-/// Computes the result of groups_of_nodes() in `nodes`, whose memory is reused.
+/// Writes the result of groups_of_nodes() to `nodes` and reuses the memory there.
 void find_groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& charges, double depth, NodeGroups& nodes);
 
 /// Adds resistors to a field problem. Each resistor between two groups becomes a lumped capacitance weight *
-/// conductance / depth, appended to `couplings`, with which the field solve includes an implicit time step of the
+/// conductance / depth, appended to `couplings`. With it the field solve includes an implicit time step of the
 /// resistor. Each potential source at a resistor becomes a group, appended to `to`. `group_of_node`: group of each
 /// node.
 void add_couplings(const ElectricalGroups& groups, const NodeCharges& charges, const std::vector<int>& group_of_node,
@@ -64,10 +64,10 @@ std::vector<double> carried_by_resistors(const ElectricalGroups& groups, const N
 /// net charge. Time steps leave a net charge of the order of the field solver's tolerance.
 void neutralize(std::vector<laplace::Group>& groups);
 
-/// Adds a constant to all potentials of a field in an insulated box, which the field equations leave undetermined. The
-/// constant makes the currents of resistors to potential sources equal to the injected current, because the box allows
-/// no net charge (Kirchhoff's current law). The function is for field solves at an instant, in which resistors carry no
-/// charge. Without a resistor to a source it has no effect. All terminals must be nodes.
+/// Adds a constant to all potentials of a field in an insulated box, which the field equations leave undetermined. With
+/// the constant, the total current of resistors to potential sources equals the injected current, because the box
+/// allows no net charge (Kirchhoff's current law). The function is for field solves at an instant, in which resistors
+/// carry no charge. Without a conducting resistor to a source it has no effect. All terminals must be nodes.
 void set_level(Electrostatics& field, const NodeCharges& charges);
 
 }  // namespace lichtenberg::effects

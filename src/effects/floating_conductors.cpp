@@ -433,7 +433,7 @@ void FloatingConductors::check_contacts(const Bodies& bodies, const ElectricalGr
   if (touching.empty()) return;
   const std::string message = touching +
                               " touch at different potentials, and the force between them has no limit: "
-                              "[effects.contact_discharge] in the scene would make them one";
+                              "[effects.contact_discharge] in the scene would connect them";
   if (solves_ == 0) throw InputError(message);
   throw Failure(message);
 }

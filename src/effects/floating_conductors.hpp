@@ -22,9 +22,9 @@ struct FloatingConductorsOptions {
 };
 
 /// Returns the plane field problem (Laplace's equation) of a scene's conductors at their current positions. Bodies: the
-/// conductors in order, then the electrodes. Groups: the equipotential groups in ascending order of id, then one for
-/// each electrode without a series resistor, then one for each potential source at a resistor. Charges and lumped
-/// capacitances are per metre of depth.
+/// conductors in order, then the electrodes. Groups: first the equipotential groups in ascending order of id. Then
+/// follows one group for each electrode without a series resistor, then one for each potential source at a resistor.
+/// Charges and lumped capacitances are per metre of depth.
 laplace::LaplaceProblem make_laplace_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
                                              const NodeCharges& charges = {});
 
@@ -46,7 +46,8 @@ const FieldMethodKind* method_of(const FieldTable& table);
 /// chosen, which allows any device.
 void check_device(FieldDevice device, const FieldMethodKind* method);
 
-/// Throws InputError if the field method of the scene does not support the device that the scene requests.
+/// Throws InputError if the field method of the scene does not support the device that the scene requests. Has no
+/// effect for a scene without a field.
 void check_device(const Scene& scene);
 
 /// Makes the plane field solver that the options select, with FieldOptions::tolerance. Throws InputError for a device
@@ -55,8 +56,9 @@ std::unique_ptr<laplace::LaplaceSolver> make_field_solver(const FieldOptions& op
 
 /// Returns the number of cells along the longer side of the predictor's grid. The predictor is a coarser field solver
 /// that gives forces between field solves (docs/numerics/coupling.md). The number is that of the field's grid, halved
-/// while the smallest radius has at least 1.9 cells. Returns 0 for no predictor: if the scene disables it or has a
-/// circuit, or if its grid would not be at least four times as coarse.
+/// as long as the smallest radius then has at least 1.9 cells. Returns 0 for no predictor: if the scene disables it or
+/// has a circuit, or if its method or integrator has none. Also returns 0 if the predictor's grid would not be at least
+/// four times as coarse.
 int predictor_cells(const Scene& scene);
 
 /// Returns true if the scene's integrator solves the field inside its error control, so that field errors must be
@@ -73,9 +75,9 @@ void check_can_move(const Scene& scene);
 /// solved, which also requires one process.
 void check_processes(const FieldTable* field);
 
-/// Effect of the electric field between conductors with given charges (Laplace's equation with floating potentials). It
-/// owns the field solver. A field solve dominates the cost of a step, so forces are extrapolated in time between
-/// solves. add_forces() adds the extrapolated forces, which the caller updates (follow()).
+/// Effect of the electric field between floating conductors, which have given charges and unknown potentials (Laplace's
+/// equation). It owns the field solver. A field solve dominates the cost of a step, so forces are extrapolated in time
+/// between solves. add_forces() adds the extrapolated forces, which the caller updates (follow()).
 class FloatingConductors : public Effect {
  public:
   FloatingConductors(const Scene& scene, std::unique_ptr<laplace::LaplaceSolver> solver);  ///< two dimensions
@@ -88,21 +90,23 @@ class FloatingConductors : public Effect {
   void mark_interacting(const Bodies&, std::span<const double>, std::vector<bool>&) const override {}
 
   /// Solves the field for the positions of the bodies, their equipotential groups and charges. Throws Failure for a
-  /// conductor outside the domain, and the exceptions of the solver. Throws Failure (InputError before the first solve)
-  /// if surfaces of different potential touch in a scene without contact_discharge. In three dimensions the same holds
-  /// for overlaps of more than 1 % of a radius.
+  /// conductor whose centre is outside the domain, and the exceptions of the solver. Throws Failure (InputError before
+  /// the first solve) if surfaces of different potential touch in a scene without contact_discharge. In three
+  /// dimensions the same holds for overlaps of more than 1 % of a radius.
   Electrostatics solve(const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges);
 
   /// Sets the predictor, a solver of the same field problems on a coarser grid, which predict() uses. It is not allowed
   /// in a scene with a circuit.
   void set_predictor(std::unique_ptr<laplace::LaplaceSolver> predictor) { predictor_ = std::move(predictor); }
   laplace::LaplaceSolver* predictor() { return predictor_.get(); }
-  /// Approximates solve() at a fraction of its cost: the solution on the predictor's coarse grid, plus its error at the
-  /// last correct() (defect correction). Throws the exceptions of solve(). Two dimensions only.
+  /// Approximates solve() at a fraction of its cost: the solution on the predictor's coarse grid plus the difference
+  /// that the last correct() stored (defect correction). Differences of forces are reduced where the forces have become
+  /// smaller. Throws the exceptions of solve(). Two dimensions only.
   Electrostatics predict(const Bodies& bodies, const ElectricalGroups& groups, const NodeCharges& charges);
-  /// Stores the error of the predictor at the last predict(). `solved`: result of solve() for the same problem.
+  /// Stores the difference of `solved` from the solution on the predictor's grid in the last predict(). `solved`:
+  /// result of solve() for the problem of that predict().
   void correct(const Electrostatics& solved);
-  /// Discards initial guesses from earlier solutions, so that the next solves do not depend on earlier solves.
+  /// Discards earlier solutions, from which the initial guesses of the next solves would follow.
   void forget();
 
   /// Returns the field problem of the last solve() in two dimensions, for error checks; empty unless the scene requests
@@ -143,8 +147,9 @@ class FloatingConductors : public Effect {
   std::int64_t solves_ = 0, iterations_ = 0, predictions_ = 0;
 };
 
-/// Makes the effect for a run: with the scene's field solver at the tolerance for moving conductors
-/// (field.moving_tolerance), and with a predictor if predictor_cells() is not 0.
+/// Makes the effect for a run, with the scene's field solver and with a predictor if predictor_cells() is not 0 in two
+/// dimensions. The solver has the tolerance field.moving_tolerance, or field.tolerance for spheres if
+/// is_inside_integrator().
 std::unique_ptr<FloatingConductors> make_floating_conductors(const Scene& scene);
 
 }  // namespace lichtenberg::effects

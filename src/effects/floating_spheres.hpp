@@ -9,13 +9,13 @@
 namespace lichtenberg::effects {
 
 /// Returns the field problem (Laplace's equation) of a scene's spheres at their current positions in three dimensions.
-/// Spheres: the conductors in order, then the electrodes. Groups: the equipotential groups in ascending order of id,
-/// then one for each further potential of electrodes without a series resistor, then one for each potential source at a
-/// resistor.
+/// Spheres: the conductors in order, then the electrodes. Groups: first the equipotential groups in ascending order of
+/// id. Then follows one group for each further potential of electrodes without a series resistor, then one for each
+/// potential source at a resistor.
 ///
-/// A sphere at an electrode side of its potential is moved to a gap of at least 0.1 % of its radius, because a sphere
-/// cannot touch its image. The field between surfaces of equal potential is negligible. Two spheres joined by a
-/// resistive contact shrink so that they have a gap.
+/// Spheres that have the potential of an electrode side or a resistive contact to a side are moved away from it. Their
+/// gap is then at least 0.1 % of their radius. A sphere cannot touch its image, and the field between surfaces of equal
+/// potential is negligible. Two spheres joined by a resistive contact shrink if they would otherwise have no gap.
 laplace::SphereProblem make_sphere_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
                                            const NodeCharges& charges);
 
@@ -29,7 +29,7 @@ Electrostatics electrostatics_of(const Scene& scene, const laplace::SphereProble
 void check_spheres(const Draft& draft);
 
 /// Makes a field solver for spheres with FieldOptions::tolerance. `spheres`: number of conductors. Results are bitwise
-/// identical for any number of threads. Throws InputError for a device other than the CPU.
+/// identical for any number of threads. Throws InputError for a device that the method does not support.
 laplace::SphereSolver make_sphere_solver(const FieldOptions& options, std::size_t spheres);
 
 }  // namespace lichtenberg::effects

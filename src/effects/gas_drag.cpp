@@ -10,12 +10,13 @@ const EffectKind& GasDragOptions::kind() {
       .name = "gas_drag",
       .description = "drag of a gas that blows at random",
       .help =
-          "Drag S (v_gas - v) of a gas on grains of velocity v (Singh 2019, eq. 3.54). The gas velocity v_gas is "
-          "random for each grain and constant for a time h = correlation_time, which determines the temperature "
-          "together with the speed. Without collisions the temperature is speed^2 tanh(S h / 2) when v_gas is redrawn, "
-          "and smaller by a fraction of up to S h / 2 at other times. Collisions deflect velocities from v_gas. "
-          "Elastic collisions, each grain with a frequency omega of them, leave the temperature T = speed^2 S / l (1 - "
-          "(1 - exp(-l h)) / (l h)) on average over time, with l = S + 2 omega / 3. Inelastic collisions leave less.",
+          "Acceleration S (v_gas - v) of grains of velocity v by the drag of a gas (Singh 2019, eq. 3.54). The gas "
+          "velocity v_gas is random for each grain and constant for a time h = correlation_time, which determines the "
+          "temperature together with the speed. Without collisions grains of mass m0 have the temperature speed^2 "
+          "tanh(S h / 2) when v_gas is redrawn, and smaller by a fraction of up to S h / 2 at other times. Collisions "
+          "deflect velocities from v_gas. Elastic collisions, each grain with a frequency omega of them, leave the "
+          "temperature T = speed^2 S / l (1 - (1 - exp(-l h)) / (l h)) on average over time, with l = S + 2 omega / "
+          "3. Inelastic collisions leave less.",
       .options = GasDragOptions{},
       .keys = {{.name = "stokes",
                 .target = target<&GasDragOptions::stokes>,

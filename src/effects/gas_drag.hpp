@@ -22,8 +22,9 @@ struct GasDragOptions {
 /// 7.2). The gas velocity v_gas at a grain is Gaussian with standard deviation `speed` for each component. It is
 /// constant for a time h = `correlation_time` and then redrawn.
 ///
-/// Grains without collisions reach the temperature speed^2 tanh(S h / 2) at the times of redrawing. With collisions the
-/// temperature is lower (validation/theory/driven_gas.hpp). The drag is integrated exactly.
+/// Grains of mass m0 without collisions reach the temperature speed^2 tanh(S h / 2) at the times of redrawing. With
+/// collisions the temperature is lower (validation/theory/driven_gas.hpp). For S h << 1 the effect is a
+/// Langevin thermostat: without collisions the temperature is speed^2 S h / 2. The drag is integrated exactly.
 class GasDrag : public Effect {
  public:
   GasDrag(const GasDragOptions& options, std::uint64_t seed)

@@ -58,8 +58,8 @@ const EffectKind& GravityOptions::kind() {
                 .target = target<&GravityOptions::direction>,
                 .range = {.low = -1e100, .high = 1e100},  // squares must not overflow
                 .computed_default = "[0, 0, -1] in three dimensions, to the front; [0, -1] in two, to the bottom",
-                .help = "direction of free fall, a vector of any length but 0; pictures in perspective have the "
-                        "opposite direction at the top"},
+                .help = "direction of free fall, a vector of any length but 0; in pictures in perspective the "
+                        "axis nearest to it points down"},
                {.name = "fluid_density",
                 .target = target<&GravityOptions::fluid_density>,
                 .unit = "kg/m^3",

@@ -14,7 +14,7 @@ namespace lichtenberg::effects {
 /// Parameters of weight and buoyancy: gravitational acceleration, its direction, and density of the fluid.
 struct GravityOptions {
   double acceleration = 9.80665;  ///< gravitational acceleration (m/s^2)
-  /// Direction of gravity, a vector of any length; empty: along the last axis (y or z) towards 0.
+  /// Direction of gravity, a vector of any length but 0; empty: along the last axis (y or z) towards 0.
   std::optional<Coordinates> direction{};
   double fluid_density = 0;  ///< density of the fluid, for buoyancy (kg/m^3)
   static const EffectKind& kind();

@@ -54,9 +54,9 @@ struct ElectricalGroups {
   /// charge. If several sources are connected with one component, the division of charge among them is undetermined,
   /// and the first takes it all.
   std::vector<int> supply;
-  /// For each conductor: smallest index of the conductors that contacts and wires connect with it; -1 if they connect
-  /// it with a terminal or the source of a wire. Connected conductors are in different equipotential groups if a
-  /// resistive contact is between them.
+  /// For each conductor: smallest index of the conductors that wires and conducting contacts connect with it; -1 if
+  /// they connect it with a terminal or the source of a wire. Connected conductors are in different equipotential
+  /// groups if a resistive contact is between them.
   std::vector<int> connected;
   friend bool operator==(const ElectricalGroups&, const ElectricalGroups&) = default;
 };
@@ -75,7 +75,8 @@ SharingLaw sharing_law(const Scene& scene, Contact contact);
 
 /// Returns the equipotential groups of a scene with these closed contacts: connected components of wires (the scene's
 /// [[group]]s) and of contacts with infinite conductance. A component takes the potential of a wire at a prescribed
-/// potential, or of a terminal without a series resistor. Throws InputError for a short circuit between two potentials.
+/// potential, or of a terminal without a series resistor. Components at the same prescribed potential are one group.
+/// Throws InputError for a short circuit between two potentials.
 ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> contacts);
 
 /// Returns true if the change from `before` to `after` splits an equipotential group, or disconnects a group from its

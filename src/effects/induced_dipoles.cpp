@@ -85,32 +85,34 @@ const EffectKind& InducedDipolesOptions::kind() {
       .name = "induced_dipoles",
       .description = "charges polarize grains, whose dipoles act on all",
       .help =
-          "Each grain is a point dipole, of the moment A times the field at its centre, which is that of the charges "
-          "and of the other dipoles (Singh 2019, equations 3.22 to 3.34 with corrected signs).",
+          "Each grain is a point dipole (degree 1): its moment is A times the field of the charges and of the other "
+          "dipoles at its centre (Singh 2019, equations 3.22 to 3.34, with corrected signs unless sum = \"source\"). "
+          "Above degree 1 grains are dielectric spheres with multipoles.",
       .options = InducedDipolesOptions{},
-      .keys = {{.name = "polarizability",
-                .target = target<&InducedDipolesOptions::polarizability>,
-                .range = ranges::positive,
-                .help = "polarizability A of a grain, in reduced units (d0^3): (eps_r - 1) / (eps_r + 2) / 8 of a "
-                        "dielectric sphere of the relative permittivity eps_r, 1/8 of a conductor"},
-               {.name = "sum",
-                .target = target<&InducedDipolesOptions::sum>,
-                .help =
-                    "periodic images in the interactions of charges and dipoles. ewald: all images, by Ewald sums; "
-                    "mixed-consistent: nearest images only between dipoles; minimum-image: nearest images only, except "
+      .keys =
+          {{.name = "polarizability",
+            .target = target<&InducedDipolesOptions::polarizability>,
+            .range = ranges::positive,
+            .help =
+                "polarizability A of a grain, in reduced units (d0^3): (eps_r - 1) / (eps_r + 2) / 8 of a "
+                "dielectric sphere of diameter d0 and relative permittivity eps_r, 1/8 of a conductor of this size"},
+           {.name = "sum",
+            .target = target<&InducedDipolesOptions::sum>,
+            .help = "periodic images in the interactions of charges and dipoles. ewald: all images, by Ewald sums; "
+                    "mixed-consistent: between dipoles nearest images only; minimum-image: nearest images only, except "
                     "between charges; source: as printed in Singh 2019, with forces that derive from no energy"},
-               {.name = "tolerance",
-                .target = target<&InducedDipolesOptions::tolerance>,
-                .range = ranges::accuracy,
-                .help = "tolerance of the iteration for the dipoles: residual of the polarizing field, relative to the "
-                        "field of the charges"},
-               {.name = "degree",
-                .target = target<&InducedDipolesOptions::degree>,
-                .range = {.low = 1, .high = InducedDipolesOptions::most},
-                .help =
-                    "largest degree of the multipoles of a grain, 1 for dipoles. Above 1 grains are uniformly charged "
-                    "dielectric spheres, and the forces are valid up to contact. Then sum and coulomb.sum have no "
-                    "effect, and all charges must add up to 0. The command explain prints the truncation error"}},
+           {.name = "tolerance",
+            .target = target<&InducedDipolesOptions::tolerance>,
+            .range = ranges::accuracy,
+            .help = "tolerance of the iteration for the dipoles: residual of the polarizing field, relative to the "
+                    "field of the charges. Above degree 1: accuracy of the solution with multipoles"},
+           {.name = "degree",
+            .target = target<&InducedDipolesOptions::degree>,
+            .range = {.low = 1, .high = InducedDipolesOptions::most},
+            .help =
+                "largest degree of the multipoles of a grain, 1 for dipoles. Above 1 grains are uniformly charged "
+                "dielectric spheres, and the forces are valid up to contact. Then sum is not allowed, coulomb.sum "
+                "has no effect, and all charges must add up to 0. The command explain prints the truncation error"}},
       .needs = {{"coulomb", "whose field polarizes"}},
       .dimensions = {3},
       .periodic = true,

@@ -26,8 +26,8 @@ struct InducedDipolesOptions {
 
   static constexpr int most = 60;  ///< largest degree
 
-  /// Returns the relative permittivity (to the medium) of a dielectric sphere of this polarizability A and `radius` R
-  /// (d0): (R^3 + 2 A) / (R^3 - A). It diverges for A = R^3, a conductor.
+  /// Returns the dielectric constant (permittivity relative to the medium) of a dielectric sphere of this
+  /// polarizability A and `radius` R (d0): (R^3 + 2 A) / (R^3 - A). It diverges for A = R^3, a conductor.
   double relative_permittivity(double radius) const;
 
   static const EffectKind& kind();

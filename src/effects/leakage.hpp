@@ -11,9 +11,9 @@ struct LeakageOptions {
   static const EffectKind& kind();
 };
 
-/// Effect of charge leakage by ohmic conduction through the uniform fluid. No charge accumulates in the fluid. Every
-/// conductor's charge decays with the charge relaxation time permittivity / conductivity, whatever surrounds it
-/// (Gauss's and Ohm's laws).
+/// Effect of charge leakage by ohmic conduction through the uniform fluid. No charge accumulates in the fluid. The
+/// charge Q of a conductor leaks at the rate Q / tau, whatever surrounds it (Gauss's and Ohm's laws). The charge
+/// relaxation time is tau = permittivity / conductivity.
 class Leakage : public Effect {
  public:
   Leakage(const LeakageOptions& options, double permittivity)  ///< F/m

@@ -16,7 +16,7 @@ laplace::SphereProblem dielectric_spheres(const InducedDipolesOptions& options, 
 /// estimated by solutions of a higher degree.
 struct MultipoleTruncation {
   /// Largest error of a force over the largest force at the start. Empty for degree 1, which has no sphere problem, and
-  /// if the solution of higher degree would take more than a few seconds.
+  /// if the solution of higher degree would have more than 1e5 unknowns.
   std::optional<double> at_start;
   /// Relative error of the attraction of opposite charges on two smallest grains in contact
   double in_contact = 0;

@@ -137,7 +137,9 @@ bool SoftRepulsion::add_walls(const State& state, int first, int end, std::span<
 
 void SoftRepulsion::add_forces(const State& state, std::span<double> force) const {
   if (std::isinf(energy_and_forces(state, force)))
-    throw Failure("a particle's centre lies on another or beyond a wall: there effects.soft_repulsion is infinite");
+    throw Failure(
+        "a particle's centre lies on another, or on or beyond a wall: there the energy of effects.soft_repulsion is "
+        "infinite");
 }
 
 void SoftRepulsion::add_jacobian(const State& state, ForceJacobian& jacobian) const {

@@ -29,9 +29,9 @@ struct Overlap {
 };
 
 /// Effect of soft repulsion in packings. The potential energy U is the sum of stiffness * (q - 1) ln q over all
-/// overlaps of two particles, or of a particle and a wall. The ratio q is the distance of two centres over the sum of
-/// the radii, or the distance of a centre from a wall over the radius. A particle whose centre is on or beyond a wall
-/// has infinite energy. Two or three dimensions.
+/// overlaps. For two particles, q is the distance of the centres over the sum of the radii. For a particle and a wall,
+/// q is the distance of the centre from the wall over the radius. A particle whose centre is on or beyond a wall has
+/// infinite energy. Two or three dimensions.
 ///
 /// Each overlap counts once. The source (docs/theory/packings.md) counts each pair of particles twice, so that walls
 /// have half of the stiffness of particles and the rest positions differ.

@@ -35,7 +35,7 @@ std::vector<Surface> sides_of(const Domain& domain);
 /// Local geometry of a surface near a point: distance, normal and curvature.
 struct View {
   double distance = 0;   ///< distance of the point from the surface (m), negative inside the body
-  Vec3 normal;           ///< gradient of the distance: unit vector from the surface to the point
+  Vec3 normal;           ///< gradient of the distance: unit vector away from the body
   double turning = 0;    ///< rotation of the normal per sideways displacement of the point (1/m)
   double curvature = 0;  ///< curvature of the surface (1/m): positive for convex bodies, negative inside a ring
 };

@@ -10,8 +10,8 @@ const EffectKind& UniformForceOptions::kind() {
       .name = "uniform_force",
       .description = "the same acceleration of every grain",
       .help =
-          "A uniform force accelerates all grains equally. In a periodic box only contacts and gas_drag limit their "
-          "speed.",
+          "A uniform force accelerates all grains equally. Contacts do not limit their common velocity in the periodic "
+          "box; gas_drag does.",
       .options = UniformForceOptions{},
       .keys = {{.name = "acceleration",
                 .target = target<&UniformForceOptions::acceleration>,

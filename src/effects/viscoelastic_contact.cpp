@@ -46,8 +46,9 @@ const EffectKind& ViscoelasticContactOptions::kind() {
       .description = "viscoelastic contact of grains",
       .help =
           "Grains in contact repel each other by the force F = max(E overlap^(3/2) + D sqrt(overlap) d overlap/dt, 0) "
-          "of viscoelastic spheres (Singh 2019, eq. 3.10 with the non-attractive cut-off of eq. 3.9). Fast impacts "
-          "lose a larger fraction of their energy than slow ones.",
+          "of viscoelastic spheres (Singh 2019, eq. 3.10 with the non-attractive cut-off of eq. 3.9). E and D are for "
+          "two grains of diameter d0; other pairs have the factor sqrt(4 R_eff / d0), 1/R_eff = 1/R_i + 1/R_j. With "
+          "damping, fast impacts lose a larger fraction of their energy than slow ones.",
       .options = ViscoelasticContactOptions{},
       .keys = {{.name = "stiffness",
                 .target = target<&ViscoelasticContactOptions::elastic>,

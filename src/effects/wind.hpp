@@ -31,8 +31,8 @@ struct Wind {
   }
 
  private:
-  /// Changes the momentum [d] of grain i during a time dt in the interval of time with index `interval`, in which the
-  /// gas velocity is constant.
+  /// Changes the momentum [d] of grain i during a time dt at constant gas velocity. `interval`: index of the period of
+  /// constant gas velocity that contains dt.
   LICHTENBERG_HOST_DEVICE void blow(double dt, std::uint64_t interval, int i, double mass, double* momentum,
                                     int d) const {
     const double kept = std::exp(-stokes * dt);

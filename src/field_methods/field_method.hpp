@@ -35,7 +35,8 @@ struct FieldMethodCost {
 };
 
 /// Declaration of a method that solves Laplace's equation for scenes: its properties, and a maker of its solver. Code
-/// uses these properties, never the name. A property's default means that the method lacks the ability.
+/// uses these properties, never the name. A null function or a flag that is false means that the method lacks the
+/// ability, unless the member's comment says otherwise.
 struct FieldMethodKind {
   std::string name;  ///< value of field.method
   std::string help;  ///< text after the name in `help scene`
@@ -58,7 +59,7 @@ struct FieldMethodKind {
   /// Keys of [field] that a scene may give in addition to method, tolerance, moving_tolerance and device. The default
   /// has the keys of the built-in methods, so that --set field.method compares methods on one scene. Other keys are
   /// refused.
-  std::vector<std::string> keys = {"cells", "threads", "links", "linear_solver", "relaxation_eta"};
+  std::vector<std::string> keys = {"cells", "threads", "boundary_stencil", "linear_solver", "relaxation_eta"};
   FieldTolerances tolerance{};
   /// Error estimator for field.accuracy. Empty: none, and field.accuracy is refused in two dimensions.
   std::optional<laplace::Method> accuracy{};
@@ -83,7 +84,7 @@ struct FieldMethodKind {
 
 using FieldMethodKinds = std::vector<const FieldMethodKind*>;
 
-/// Returns the field methods that scenes may name: built-in ones first, then added ones.
+/// Returns the field methods that scenes may name: the built-in methods first, then those of add_field_method().
 const FieldMethodKinds& field_methods();
 
 /// Registers a field method, which must outlive all scenes. Call it before any scene is read. Throws InputError if its

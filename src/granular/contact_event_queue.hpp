@@ -23,8 +23,8 @@ struct Bounds {
   /// Returns an upper bound on the approach of two grains (d0) within a time t due to contacts, in addition to straight
   /// flight.
   double contact_deviation(double t) const { return std::min(0.5 * contact_acceleration * t * t, 3 * speed() * t); }
-  /// Returns an upper bound on the approach of two grains (d0) within a time t due to contacts, slow forces and
-  /// velocity kicks, in addition to straight flight.
+  /// Returns an upper bound on the approach of two grains (d0) within a time t, in addition to straight flight. It
+  /// includes contacts, slow forces and velocity kicks.
   double closed_by(double t) const {
     return 2 * velocity_kick * t + contact_deviation(t) + external_acceleration * t * t;
   }
@@ -90,9 +90,10 @@ class ContactEventQueue {
   template <class IsOpen>
   void search(const Bodies& bodies, const Bounds& bounds, double horizon, double step, const IsOpen& is_open,
               parallel::Team& team);
-  /// Adds a pair that cannot touch within a time t (t0) from now.
+  /// Adds a pair that cannot touch within a time t (t0) from now, unless that time is beyond the horizon.
   void wait(Pair pair, double t);
-  /// Removes the pairs that may touch within a time dt (t0) from now, and stores them in `due`.
+  /// Removes the pairs that may touch within a time dt (t0) from now, and stores them in `due`. It may also take pairs
+  /// that touch somewhat later.
   void take(double dt, std::vector<Pair>& due);
   /// Advances the time of the queue by dt (t0).
   void pass(double dt) { now_ += dt; }

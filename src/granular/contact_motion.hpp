@@ -31,20 +31,20 @@ struct ContactSteps {
   double search_path = 0.3;  ///< path of the fastest grain between two searches for candidate pairs (d0)
 };
 
-/// Time integration of grains under contact forces and slow forces (all forces except contacts), which are constant
-/// during a call. Each contact is integrated separately (pair_motion.hpp). The forces of the other contacts of its two
-/// grains enter by their values at the start and in the middle of a substep.
+/// Time integration of grains under contact forces and slow forces. Slow forces are all forces except contacts; they
+/// are constant during a call. Each contact is integrated separately (pair_motion.hpp). The forces of the other
+/// contacts of its two grains enter by their values at the start and in the middle of a substep.
 ///
-/// Momentum is conserved, because a contact gives its two grains opposite impulses. Errors of grains in several
+/// Contacts conserve momentum, because each gives its two grains opposite impulses. Errors of grains in several
 /// contacts are of second order in the substep.
 class ContactMotion {
  public:
   virtual ~ContactMotion() = default;
 
   /// Advances positions and momenta of the grains through the substeps. `slow_force`: constant forces ([N * d]; empty:
-  /// none). `contacts`: open contacts in ascending order of pairs, replaced by those at the end. Results are bitwise
-  /// identical for any number of threads, vector width and earlier calls. Throws Failure if the centres of two grains
-  /// come closer than `too_close` times the sum of their radii.
+  /// none). `contacts`: the contacts that have begun and not ended, in ascending order of pairs; on return those at the
+  /// end. Results are bitwise identical for any number of threads and vector width. Throws Failure if after a substep
+  /// the centres of two grains are closer than `too_close` times the sum of their radii.
   virtual ContactsFollowed advance(Bodies& bodies, std::vector<GrainContact>& contacts,
                                    std::span<const double> slow_force, const ContactSteps& substeps,
                                    parallel::Team& team) = 0;

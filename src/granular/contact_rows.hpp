@@ -12,8 +12,8 @@
 
 namespace lichtenberg::granular {
 
-/// Values of all pairs of grains that are computed in a contact substep, one column (array) for each quantity, in
-/// reduced units. The lower grain of a pair has the smaller index.
+/// Columns (arrays) of the quantities of pairs of grains in a contact substep, in reduced units. The pairs are in
+/// contact or may touch. The lower grain of a pair has the smaller index in the bodies.
 template <int d>
 struct PairColumns {
   Table table;
@@ -29,13 +29,13 @@ struct PairColumns {
   /// Dissipated energy; time of onset within the step (< 0: none); closing speed at onset.
   Column dissipated{table}, onset{table}, impact_speed{table};
 
-  /// Returns separation and relative velocity of a pair.
+  /// Returns separation and relative velocity of a pair at the start of the substep.
   PairState<d> state(int pair) const { return {separation[pair], velocity[pair]}; }
 };
 
 /// Computes the relative motion of pairs of grains over one contact substep on the CPU. The first pairs are those in
-/// contact, then follow candidate pairs (separate, but may touch). A vector register has several pairs. Devices
-/// evaluate the formulas of pair_motion.hpp with one thread for each pair (device/contact_steps.hpp).
+/// contact, then follow candidate pairs (separate, but may touch). A SIMD vector computes several pairs at once.
+/// Devices evaluate the formulas of pair_motion.hpp with one thread for each pair (device/contact_steps.hpp).
 template <int d, class Law>
 class ContactRows {
  public:
@@ -46,21 +46,24 @@ class ContactRows {
     nearest_ = NearestImage<d>(box);
     dt_ = dt;
   }
-  /// Computes states and forces of the pairs in contact at `time` (t0). `touching`: number of pairs; slots_of(p): slots
-  /// (indices of the copies in ContactingGrains) of the grains of pair p; since_of(p): time of its onset (t0). A
-  /// contact without overlap has ended, and its force is zero, unless `all_touch` is true.
+  /// Replaces all pairs by the pairs in contact, and computes their states and contact forces at `time` (t0).
+  /// `touching`: number of pairs; slots_of(p): slots (indices of the copies in ContactingGrains) of the grains of pair
+  /// p; since_of(p): time of its onset (t0). A contact without overlap is marked as ended, unless `all_touch` is true
+  /// or its onset is at `time`. Forces are zero without overlap.
   template <class SlotsOf, class SinceOf>
   void update_touching(int touching, const SlotsOf& slots_of, const SinceOf& since_of, double time, bool all_touch,
                        parallel::Team& team);
-  /// Replaces the candidate pairs, which are separate at the start of step n. `candidates`: their number; slots_of(p):
-  /// slots (indices of the copies in ContactingGrains) of the grains of pair p.
+  /// Replaces the candidate pairs, which are separate at the start of step n, and computes their states there.
+  /// `candidates`: number of these pairs; slots_of(p): slots (indices of the copies in ContactingGrains) of the grains
+  /// of pair p.
   template <class SlotsOf>
   void add(int candidates, const SlotsOf& slots_of, int n, parallel::Team& team);
   /// Computes the relative motion of all pairs to the end of the step, without moving the grains.
   void follow(parallel::Team& team);
-  /// Moves the grains in contact to the end of step n by the computed motion of their pairs.
+  /// Moves the grains that are or come into contact in step n to its end, by the computed motion of their pairs.
   void move(int n);
-  /// Returns the largest acceleration of a grain in the middle of the computed step (reduced units).
+  /// Returns the largest acceleration (reduced units) of a grain in the middle of the computed step, by contacts and
+  /// slow forces. Grains without a pair are not included.
   double max_contact_acceleration() const;
 
   int touching() const { return touching_; }
@@ -138,7 +141,7 @@ void ContactRows<d, Law>::resize(int pairs) {
   columns_.table.resize(whole);
 }
 
-/// Returns the state of the grains slot(lane) at the start of step n. If `advances` is false, the stored states are
+/// Returns the states of the grains slot(lane) at the start of step n. If `advances` is false, the stored states are
 /// those at the start of step n; otherwise the grains fly there without contact.
 template <int d, class Law>
 template <bool advances, class Slot>
@@ -236,8 +239,8 @@ void ContactRows<d, Law>::add(Forces when, Pair pair, const Vec<d>& force) {
   for (int k = 0; k < d; ++k) on_i[k] -= force[k], on_j[k] += force[k];
 }
 
-/// Returns the total forces on the lower and on the higher grain of each pair, at the start or in the middle of the
-/// step (`when`).
+/// Returns the total forces on the lower and the higher grain of each pair, at the start or middle of the step
+/// (`when`).
 template <int d, class Law>
 template <class Indices>
 std::array<Vectors<d>, 2> ContactRows<d, Law>::grain_forces(Forces when, const Indices& of) const {
@@ -253,8 +256,8 @@ Vectors<d> ContactRows<d, Law>::relative(const std::array<Vectors<d>, 2>& forces
   return columns_.higher.at(of) * forces[1] - columns_.lower.at(of) * forces[0];
 }
 
-/// Sums the slow force and the contact forces on each grain, at the start and in the middle of the step. Positions in
-/// the middle follow from the forces at the start.
+/// Sums the slow force and the contact forces on each grain with a slot, at the start and in the middle of the step.
+/// Positions in the middle follow from the forces at the start.
 template <int d, class Law>
 void ContactRows<d, Law>::sum_contact_forces(parallel::Team& team) {
   for (int s = 0; s < grains_.slots(); ++s) {

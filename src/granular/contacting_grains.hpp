@@ -21,7 +21,7 @@ namespace lichtenberg::granular {
 template <int d>
 class ContactingGrains {
  public:
-  /// State of a grain at its last contact, or at the start of the substeps; it fills one cache line.
+  /// State of a grain after the last step with a contact, or at the start of the substeps; it fills one cache line.
   struct alignas(64) Grain {
     std::array<double, d> position, momentum;
     double per_mass = 0;           ///< 1 / mass
@@ -63,8 +63,8 @@ class ContactingGrains {
   /// Moves the grain in a slot to the start of step n, if needed, and adds the effect of a contact in the step before.
   /// It adds by * shift to the position and sign * impulse to the momentum.
   void apply_contact(int slot, int n, double by, const Vec<d>& shift, double sign, const Vec<d>& impulse);
-  /// Moves all bodies to the start of step n, with the contacts of apply_contact(). Returns the work of the slow
-  /// forces.
+  /// Moves all grains in `bodies` (those of begin() or a copy) to the start of step n, including the effects of
+  /// contacts from apply_contact(). Returns the work of the slow forces.
   double fly(Bodies& bodies, int n, parallel::Team& team) const;
   /// Prefetches the memory of the two grains of a pair.
   void prefetch(Pair pair) const;

@@ -210,7 +210,7 @@ int Gas::contact_steps_within(const Instant& now, double dt, double gain) const 
   constexpr double most = 1e8;
   if (!(dt / step < most))
     throw Failure(
-        fmt::format("{}: at t = {:.6g} t0 the shortest contact lasts {:.2g} t0, too short for steps of "
+        fmt::format("{}: at t = {:.6g} t0 the shortest contact or its damping takes {:.2g} t0, too short for steps of "
                     "{:.2g}: softer contacts ({}), or a far shorter mechanics.step, is needed",
                     scene_.path, time_, step * scene_.mechanics.contact_steps, dt,
                     stage_ < scene_.stages.size() ? "equilibration.stiffness, stiffness" : "stiffness"));

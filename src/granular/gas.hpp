@@ -26,7 +26,8 @@ struct GasEnergy {
   double dissipated = 0;  ///< energy dissipated by contacts since the start
   double exchanged = 0;   ///< energy that charge exchange has given to the electric field since the start
   double driven = 0;      ///< energy that Effect::drive and changes of stages have given to the grains since the start
-  /// Part of the change of total() that the time integration of contacts causes; the rest is due to other forces.
+  /// Part of the change of total() that the time integration of contacts causes; 0 if the integrator does not compute
+  /// it.
   double contact_error = 0;
 
   double total() const { return kinetic + contact + potential + dissipated - exchanged - driven; }
@@ -45,7 +46,7 @@ struct GasSeconds {
 enum class Want { forces, energy };
 
 /// Quantities computed from the grains of a gas at one instant, kept for reuse, in reduced units. Functions of Gas that
-/// change the grains and take an Instant update it. After any other change a new Instant is needed.
+/// change the grains and take an Instant update it or return a new one. After any other change a new Instant is needed.
 struct Instant {
   GrainStatistics statistics;
   /// Smooth forces (all forces except contacts) on the grains, [N * d]; empty: not computed, or there are none
@@ -83,23 +84,23 @@ class Gas {
   /// Returns kinetic energy and largest speed of the grains at this instant, without forces.
   Instant instant() const { return {.statistics = grain_statistics(model_.bodies, *team_)}; }
   /// Returns kinetic energy, largest speed and smooth forces (all forces except contacts) at this instant. Want::energy
-  /// adds the potential energy.
+  /// adds the potential energy, if there are smooth forces.
   Instant instant(Want want);
   /// Computes the smooth forces (all forces except contacts) in `now`, and with Want::energy their potential energy, if
   /// `now` has no forces.
   void find_forces(Instant& now, Want want = Want::forces);
   /// Returns the smooth forces (all forces except contacts) on the grains, [N * d]; empty if there are none.
   std::vector<double> smooth_forces() { return instant(Want::forces).force; }
-  /// Returns an upper bound on impact speeds (v0). It is twice the largest speed of a grain, or the largest relative
-  /// speed that the elastic energy of a contact can give its grains.
+  /// Estimates the largest impact speed (v0). It is the larger of two speeds: twice the largest speed of a grain, and
+  /// the largest relative speed that the elastic energy of a contact can give its grains.
   double fastest_impact(const Instant& now) const;
   /// Returns the time (t0) that contact substeps must resolve for impact speeds up to `impact` (v0): the shortest
-  /// contact duration, or the damping time if it is shorter.
+  /// contact duration, or the damping time of typical impacts if that is shorter.
   double time_to_resolve(double impact) const;
   const GrainProperties& grain_properties() const { return grain_properties_; }
 
-  /// Returns the candidate pairs, which may touch within a time dt (t0), from a neighbour list. Throws Failure if
-  /// grains may move too far for the box within dt.
+  /// Returns, from a neighbour list, the candidate pairs: all pairs that may touch within a time dt (t0) at the present
+  /// speeds, and some others. Throws Failure if grains may move too far for the box within dt.
   std::span<const Pair> candidate_pairs(double dt);
   /// Returns the contact forces and the power that contacts dissipate. `pairs`: all candidate pairs.
   ContactLoad contact_load(std::span<const Pair> pairs);
@@ -125,23 +126,23 @@ class Gas {
   /// Throws Failure if the shortest contact is too short for the step, or if grains may move too far for the box.
   /// Throws Failure if grains fly through each other, or if positions are not finite.
   Instant follow_contacts(const Instant& now, double end, Want want = Want::forces);
-  /// Exchanges charge between grains in contact by all effects (Effect::exchange_charges), once in each step. Forces in
-  /// `now` are computed again if charges have changed. It has no effect in an elastic stage.
+  /// Exchanges charge between grains by all effects (Effect::exchange_charges), for the contacts of the last recorded
+  /// step. Forces in `now` are computed again if charges have changed. It has no effect in an elastic stage.
   void exchange_charges(Instant& now);
 
-  /// Returns the time (t0) at which the current stage of equilibration began, or at which the last stage ended.
+  /// Returns the time (t0) at which the current stage of equilibration began, or at which the last stage ended; 0
+  /// without stages.
   double stage_begin() const;
   /// Returns true in an elastic stage of equilibration, in which contacts dissipate no energy and exchange no charge.
   bool in_elastic_stage() const;
   /// Returns the time (t0) at which the current stage of equilibration ends; infinite after the last stage.
   double stage_end() const;
-  /// Returns true if the gas continues to cool after the current stage: the stage is not elastic, and no temperature is
-  /// set at its end.
+  /// Returns true in a stage of equilibration after which the gas continues to cool: the stage is not elastic, and no
+  /// temperature is set at its end.
   bool cools_on_after_stage() const;
-  /// Ends the current stage of equilibration and sets the next contact law. Rescales velocities if the stage prescribes
-  /// a
-  /// temperature. Returns `now` with updated statistics. Throws Failure if velocities must be rescaled and all grains
-  /// are at rest.
+  /// Ends the current stage of equilibration and sets the next contact law. Rescales the velocities if the stage
+  /// prescribes a temperature. Returns `now` with updated statistics. Throws Failure if velocities must be rescaled and
+  /// all grains are at rest.
   Instant leave_stage(Instant now = {});
 
   Checkpoint save() const;

@@ -16,7 +16,7 @@ class DeviceGas;
 }
 
 /// Simulation of a scene of grains in time, in reduced units (Scene::reference), with the integrator of the scene's
-/// [mechanics]. It records frames, checkpoints and a time series of observables.
+/// [mechanics]. It provides frames, checkpoints and a time series of observables.
 class GranularMotion : public Motion {
  public:
   /// Makes the simulation of a scene on the CPU.

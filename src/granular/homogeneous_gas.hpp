@@ -13,17 +13,20 @@ namespace lichtenberg::granular {
 class HomogeneousGas {
  public:
   /// Makes predictions for a gas, from its current state on. Empty where the theory does not apply: in two dimensions,
-  /// for fewer than 100 grains, and for unequal, driven or resting grains.
+  /// for fewer than 100 grains, with external drives, and if all grains are at rest. It is also empty unless all grains
+  /// have mass m0 and diameter d0.
   static std::optional<HomogeneousGas> of(const Gas& gas);
 
-  /// Restarts the predictions from the current temperature and charges of the gas, at the start of a stage.
+  /// Restarts the predictions from the current temperature and charges of the gas, at the start of a stage. The number
+  /// of collisions is kept.
   void begin(const Gas& gas);
   /// Advances the predictions to `time` (t0) within a stage. `temperature`: measured temperature of the gas at `time`
   /// (m0 v0^2), from which the number of collisions follows.
   void follow(const Gas& gas, double time, double temperature);
 
   double temperature() const { return temperature_; }
-  /// Returns the predicted mean square charge <q^2> (q0^2); empty if there is no theory of the charge exchange.
+  /// Returns the predicted mean square charge <q^2> (q0^2); empty unless the scene has a charge exchange that the
+  /// theory covers.
   std::optional<double> charge_square() const;
   /// Returns the predicted number of collisions of all grains since the start, for the measured temperatures. Stages
   /// are included.

@@ -57,11 +57,12 @@ double step_that_resolves_contacts(const Gas& gas, const Instant& now, double st
   const double resolved = std::min(contact, damping);
   if (mechanics.step * steps_a_contact > resolved)
     throw InputError(
-        fmt::format("{}: mechanics.step = {:g} is too long for mechanics.integrator = \"{}\": the shortest possible {} "
-                    "at t = {:.4g} is {:.3g} t0, which needs {:g} steps; a step of {:.2g} would do",
+        fmt::format("{}: mechanics.step = {:g} is too long for mechanics.integrator = \"{}\": {} at t = {:.4g} "
+                    "is {:.3g} t0, which needs {:g} steps; a step of {:.2g} would do",
                     gas.scene().path, mechanics.step, name_of(mechanics.integrator),
-                    damping < contact ? "damping time of a contact" : "duration of a contact", gas.time(), resolved,
-                    steps_a_contact, 0.95 * resolved / steps_a_contact));
+                    damping < contact ? "1.5 times the damping time of a typical contact"
+                                      : "the shortest possible duration of a contact",
+                    gas.time(), resolved, steps_a_contact, 0.95 * resolved / steps_a_contact));
   return mechanics.step;
 }
 

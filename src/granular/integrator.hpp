@@ -11,7 +11,7 @@ class GasIntegrator {
  public:
   virtual ~GasIntegrator() = default;
   /// Returns the longest step (t0) that is allowed in the current state. `now`: quantities of this state; forces may be
-  /// added to it. Throws InputError if the scene's mechanics.step is too long.
+  /// added to it. Throws InputError if the integrator refuses the scene's mechanics.step as too long.
   virtual double longest_step(Gas& gas, Instant& now) const = 0;
   /// Advances the gas by one step to the time `end` (t0), at most longest_step() later. `now`: quantities of the
   /// current state. Returns the quantities at `end` that the next step can reuse. With Want::energy they include the
@@ -43,14 +43,15 @@ void add_integrator(const IntegratorKind& kind, std::unique_ptr<GasIntegrator> (
 /// grains.
 std::unique_ptr<GasIntegrator> make_integrator(Integrator which);
 
-/// Returns the scene's mechanics.step (t0). Throws InputError unless the shortest possible contact, and 1.5 times the
-/// damping time of the contact law, take at least `steps_a_contact` such steps.
+/// Returns the scene's mechanics.step (t0). Throws InputError unless at least `steps_a_contact` such steps fit into the
+/// shortest possible contact, and into 1.5 times the damping time of typical impacts.
 double step_that_resolves_contacts(const Gas& gas, const Instant& now, double steps_a_contact);
 
-/// Returns the longest step (t0) during which the forces between charges may be constant. It is a quarter of the
-/// oscillation period of a bound pair with the largest charges, 2 pi sqrt(m_eff / slope of the contact force) at
-/// equilibrium; infinite without an attraction. Steps longer than a period excite this oscillation. Shorter steps damp
-/// it, but hardly for steps up to a quarter of the period (docs/numerics/contact-integration.md).
+/// Returns the longest step (t0) during which forces other than contacts may be constant; infinite without an
+/// attraction. It is a quarter of the oscillation period of the two lightest grains, bound by the attraction of the
+/// largest charges. The period is 2 pi sqrt(m_eff / slope of the elastic force) at the equilibrium overlap. Steps
+/// longer than a period excite this oscillation. Shorter steps damp it, but hardly for steps up to a quarter of the
+/// period (docs/numerics/contact-integration.md).
 double max_outer_step(const Gas& gas);
 
 }  // namespace lichtenberg::granular

@@ -28,11 +28,11 @@ struct Note {
   std::optional<Expected> expected;
 
   /// Returns the granular temperature relative to the local flow (m0 v0^2). Returns the total temperature, flow
-  /// included, if the gas is too thin for a local flow.
+  /// included, if the gas is so dilute that a local flow is undefined.
   double temperature() const;
 };
 
-/// Returns the pairs of all open contacts, in ascending order.
+/// Returns the pairs of grains that are in contact, in ascending order.
 std::vector<Pair> pairs_in_contact(const Gas& gas);
 
 /// Computes the observables of a gas at this instant for its time series. Advances the predictions `theory`, if there

@@ -55,10 +55,10 @@ inline double time_to_resolve(const GrainContactLaw& law, double impact, const G
   return std::visit([&](const auto& one) { return time_to_resolve(one, impact, grains); }, law);
 }
 
-/// Returns the path (d0) of the fastest of `grains` grains in a step h of constant Coulomb forces. For this step,
-/// sqrt(T/m) h = sqrt(accuracy) * diameter, its error equals a relative rms error `accuracy` of the forces
-/// (docs/numerics/contact-integration.md). The path is at most max_relative_path * diameter. `diameter`: smallest
-/// diameter (d0).
+/// Returns the path (d0) of the fastest of `grains` grains in a step h of constant Coulomb forces. The step follows
+/// from sqrt(T/m) h = sqrt(accuracy) * diameter. The error of this step is then about that of a relative rms error
+/// `accuracy` of the forces (docs/numerics/contact-integration.md). The path is at most max_relative_path * diameter.
+/// `diameter`: smallest diameter, or a shorter length over which forces change (d0).
 inline double path_for_accuracy(double accuracy, std::size_t grains, double diameter) {
   return diameter * std::min(max_relative_path, std::sqrt(accuracy) * fastest_of(grains));
 }
@@ -79,7 +79,7 @@ struct StepBounds {
 
 /// Returns the longest outer step (t0) within the limits. contact_step(gain) is the contact substep (t0) if impact
 /// speeds increase by `gain` (v0). Without a requested step, the outer step is at least one contact substep, because a
-/// shorter one gains no accuracy.
+/// shorter one gains no accuracy; only the stability limit can shorten it further.
 template <class ContactStep>
 LICHTENBERG_HOST_DEVICE double longest_step_within(const StepBounds& bounds, const ContactStep& contact_step) {
   const auto& [requested, stability_limit, path, speed, acceleration] = bounds;
@@ -91,7 +91,7 @@ LICHTENBERG_HOST_DEVICE double longest_step_within(const StepBounds& bounds, con
   return speed * most > path ? path / speed : most;
 }
 
-/// Returns the longest outer step (t0) of constant forces (multirate) at which the oscillation of bound pairs is
+/// Returns a limit of the outer step (t0) of constant forces (multirate) that keeps the oscillation of bound pairs
 /// stable. It is a quarter of the period of two grains about their equilibrium overlap; infinite without an attraction.
 /// `attraction`: largest attractive force in contact; `effective_mass`: m_i m_j / (m_i + m_j), in reduced units.
 template <class Law>

@@ -10,8 +10,9 @@ namespace lichtenberg::granular {
 /// is far faster than the others gets a larger skin, so that it enlarges only its own neighbourhood.
 class PairList {
  public:
-  /// Makes an empty list. `range`: gap between surfaces (d0). The skin is `move` times the largest radius, plus the
-  /// path in a step. A large skin saves rebuilds, a small one keeps the list short.
+  /// Makes an empty list. `range`: gap between surfaces (d0). The list remains valid while grains move by `move` times
+  /// the largest radius, in addition to the path in a step; by less in a short box. A large value saves rebuilds, a
+  /// small one keeps the list short.
   PairList(double range, double move) : range_(range), move_(move) {}
 
   /// Returns, in ascending order, all pairs whose gap may fall below the range while no grain moves by more than

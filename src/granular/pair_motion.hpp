@@ -60,16 +60,16 @@ LICHTENBERG_HOST_DEVICE PairStep<d, Real> chosen(const MaskOf<Real>& which, cons
           no.impact_speed};
 }
 
-/// Impulse and displacement of the second grain of a pair due to their contact in a step. The first grain has the
-/// opposite ones.
+/// Impulse and shift (displacement times mass) of the second grain of a pair due to their contact in a step. The first
+/// grain has the opposite impulse and shift.
 template <class Vector>
 struct ContactTransfer {
   Vector impulse;
   Vector shift;  ///< displacement times mass of the grain
 };
-/// Returns the impulse and displacement due to the contact of a pair in a step of length dt. These are the changes of
-/// the relative state from `start` to `end` minus those due to the initial velocity and to `external`, times the
-/// reduced mass `mass`.
+/// Returns the impulse and shift (displacement times mass) due to the contact of a pair in a step of length dt. These
+/// are the changes of the relative state from `start` to `end` minus those due to the initial velocity and to
+/// `external`, times the reduced mass `mass`.
 template <int d, class Real>
 LICHTENBERG_HOST_DEVICE ContactTransfer<typename VecOf<d, Real>::type> transfer(
     const PairState<d, Real>& start, const PairState<d, Real>& end, const ExternalAcceleration<d, Real>& external,
@@ -159,7 +159,7 @@ class PairMotion {
     return integrate_to_end(begun, load(begun.step.end), dt);
   }
 
-  /// Returns the contact force on the second grain; zero without overlap.
+  /// Returns the contact force on the second grain; zero without overlap, and where it would be attractive.
   LICHTENBERG_HOST_DEVICE V force(const State& s) const {
     const Contact contact = at(s);
     return chosen<Real>(contact.distance.value < reach_,
@@ -179,9 +179,9 @@ class PairMotion {
             s.velocity + (external_.velocity(end) - then)};
   }
 
-  /// Returns the time of contact onset since the start of the step, at which the distance falls to `reach_`; infinite
-  /// if there is none up to dt. Straight flight gives it in closed form. Newton's method then accounts for the
-  /// acceleration.
+  /// Returns the time of contact onset since the start of the step, at which the distance falls to `reach_`. It is 0
+  /// for a pair that overlaps, and infinite if no onset up to dt is found. Straight flight gives it in closed form.
+  /// Newton's method then accounts for the acceleration.
   LICHTENBERG_HOST_DEVICE Real onset_time(const State& s, double dt) const {
     const Real b = dot(s.separation, s.velocity), c = norm2(s.separation) - reach_ * reach_, v2 = norm2(s.velocity);
     const auto excess2 = [&](const State& then) { return norm2(then.separation) - reach_ * reach_; };
@@ -272,13 +272,14 @@ class PairMotion {
 
   // Polynomials: coefficients by powers of s = sigma - sigma(begin).
 
-  /// Returns the line through at_0 at s = 0 and at_h at s = h.
+  /// Returns the coefficients, by powers of s, of the line with the values at_0 at s = 0 and at_h at s = h.
   template <class Value>
   LICHTENBERG_HOST_DEVICE static std::array<Value, 2> line(const Value& at_0, const Value& at_h,
                                                            const Real& inverse_h) {
     return {at_0, inverse_h * (at_h - at_0)};
   }
-  /// Returns the parabola through at_0 at s = 0, `middle` at h / 2 and at_h at h.
+  /// Returns the coefficients, by powers of s, of the parabola with the values at_0 at s = 0, `middle` at h / 2 and
+  /// at_h at h.
   template <class Value>
   LICHTENBERG_HOST_DEVICE static std::array<Value, 3> parabola(const Value& at_0, const Value& middle,
                                                                const Value& at_h, const Real& inverse_h) {
@@ -287,8 +288,8 @@ class PairMotion {
             (two * inverse_h * inverse_h) * (at_0 - two * middle + at_h)};
   }
 
-  /// Returns the integral over time of a polynomial in s, from 0 to s. Time follows from dt = 2 (from + s) ds, `from`
-  /// the value of sigma at s = 0.
+  /// Returns the integral over time, from 0 to s, of the polynomial in s with the coefficients c. Here s is the
+  /// increase of sigma = sqrt(time since the onset) from the value `from`, so dt = 2 (from + s) ds.
   template <class Value, std::size_t n>
   LICHTENBERG_HOST_DEVICE static Value integral(const std::array<Value, n>& c, const Real& from, const Real& s) {
     Value sum = (s * (2.0 * from + s)) * c[0];
@@ -296,7 +297,7 @@ class PairMotion {
     if constexpr (n > 2) sum += (s * s * s * ((2.0 / 3) * from + 0.5 * s)) * c[2];
     return sum;
   }
-  /// Returns the integral over time, from 0 to s, of integral().
+  /// Returns the integral over time, from 0 to s, of integral() with the same coefficients and `from`.
   template <class Value, std::size_t n>
   LICHTENBERG_HOST_DEVICE static Value double_integral(const std::array<Value, n>& c, const Real& from, const Real& s) {
     const Real s2 = s * s, f2 = from * from, fs = from * s;
@@ -306,8 +307,9 @@ class PairMotion {
     return sum;
   }
 
-  /// Returns the state after an increase of sigma by s, from the state `start` at the time `begin`. `acceleration`:
-  /// relative acceleration by the contact, as a polynomial in s; `from`: sigma at the start.
+  /// Returns the state after an increase of sigma = sqrt(time since the contact onset) by s, from the state `start` at
+  /// the time `begin`. `acceleration`: relative acceleration by the contact, as a polynomial in s; `from`: sigma at the
+  /// start.
   template <std::size_t n>
   LICHTENBERG_HOST_DEVICE State after(const State& start, const Real& begin, const std::array<V, n>& acceleration,
                                       const Real& from, const Real& s) const {
@@ -317,9 +319,9 @@ class PairMotion {
     return then;
   }
 
-  /// Integrates the motion in contact by one step in sigma, from the time `begin` to the time `end` (since the start of
-  /// the step). `step`: state and dissipated energy, updated; `first`: contact force and power at `begin`; `age`: time
-  /// since the onset at `begin`.
+  /// Integrates the motion in contact by one step in sigma = sqrt(time since the onset). `begin`, `end`: times since
+  /// the start of the step. `step`: state and dissipated energy, updated; `first`: contact force and power at `begin`;
+  /// `age`: time since the onset at `begin`.
   ///
   /// Four evaluations are made as in the classical Runge-Kutta method, but positions follow from the accelerations by
   /// integrals of polynomials in sigma. Just after the onset, where the overlap is of second order in sigma, each stage

@@ -10,7 +10,7 @@
 
 namespace lichtenberg::granular {
 
-/// SIMD vector of doubles, one for each of `width` pairs. Files that include this header are compiled without
+/// SIMD vector of doubles, one for each of `width` pairs. Files that include this header must be compiled without
 /// contraction of products and sums. A pair thus has bitwise identical results in any lane and with any vector width.
 using SimdPack = std::experimental::native_simd<double>;
 inline constexpr int width = SimdPack::size();
@@ -33,7 +33,7 @@ class Table {
  public:
   void resize(std::size_t pairs) { values_.resize(pairs * columns_); }
   int add_column() { return columns_++; }
-  /// Returns the position in memory of a column's value for a pair.
+  /// Returns the index in values_ of a column's value for a pair.
   std::size_t index(int column, int pair) const {
     return (static_cast<std::size_t>(pair / width) * columns_ + column) * width + pair % width;
   }

@@ -15,12 +15,12 @@ namespace lichtenberg::granular {
 
 /// Returns the exact restitution coefficient and duration (t0) of a head-on collision of two grains for a contact law.
 /// `effective_mass`: m_i m_j / (m_i + m_j); `scale`: the law's factor of the forces for the radii; `speed`: impact
-/// speed (v0), > 0. Both are 0 for viscoelastic grains beyond the end of theory::RestitutionCurve, where the
+/// speed (v0), > 0. Both results are 0 for viscoelastic grains beyond the end of theory::RestitutionCurve, where the
 /// restitution coefficient is below 1e-3.
 HeadOnCollision expected_collision(const GrainContactLaw& law, double effective_mass, double scale, double speed);
 
-/// Statistics of the errors of the restitution coefficient in a run, by decade of the impact speed. Each collision of
-/// an isolated pair is compared with the exact value for its contact law.
+/// Statistics of the errors of the restitution coefficient in a run, by decade of the impact speed. Each nearly head-on
+/// collision of an isolated pair is compared with the exact value for its contact law.
 class RestitutionCheck {
  public:
   static constexpr int first_decade = -8, decades = 12;  ///< the outermost ones include all slower and faster impacts
@@ -37,7 +37,7 @@ class RestitutionCheck {
     double began = 0, lasted = 0;                                      ///< onset and duration (t0)
     double impact_speed = 0, parting_speed = 0, tangential_speed = 0;  ///< v0; tangential_speed: at the end
 
-    /// Returns the error of the restitution coefficient parting_speed / impact_speed.
+    /// Returns |parting_speed / impact_speed - expected|, the error of the restitution coefficient.
     LICHTENBERG_HOST_DEVICE double error(double expected) const {
       return std::abs(parting_speed / impact_speed - expected);
     }
@@ -57,8 +57,8 @@ class RestitutionCheck {
            c.tangential_speed * c.tangential_speed * c.lasted < share * c.impact_speed * reach;
   }
 
-  /// Adds the collisions of isolated pairs among the contacts `ended` to the statistics. `law`: contact law since the
-  /// time `since` (t0).
+  /// Adds the collisions of isolated pairs among the contacts `ended` to the statistics, if counts() accepts them.
+  /// `law`: contact law since the time `since` (t0).
   void count(std::span<const Collision> ended, const Bodies& bodies, const GrainContactLaw& law, double since);
   /// Returns the errors of the restitution coefficient by decade of the impact speed.
   const std::array<Decade, decades>& by_speed() const { return decade_; }

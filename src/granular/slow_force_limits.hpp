@@ -9,16 +9,16 @@ namespace lichtenberg::granular {
 // Limits of steps with slow forces, by the strictest effect of a scene. Reduced units.
 
 /// Returns the largest path (d0) of the fastest grain in a step of constant slow forces (all forces except contacts).
-/// It is max_relative_path times the shortest length, but at most 1 d0, over which forces of an effect change
-/// (StepLimits::force_length).
+/// It is max_relative_path times the shortest length over which forces of an effect change (StepLimits::force_length),
+/// or times 1 d0 if that is less.
 double path_by_length(const Scene& scene);
-/// Returns the path (d0) of the fastest grain in a step of constant slow forces whose error equals the error of the
-/// most accurate forces (StepLimits::force_accuracy, path_for_accuracy()). Throws Failure if no effect of the scene
-/// states the accuracy of its forces.
+/// Returns the path (d0) of the fastest grain in a step of constant slow forces. The error of this step is about that
+/// of the most accurate forces (StepLimits::force_accuracy, path_for_accuracy()). Throws Failure if no effect of the
+/// scene states the accuracy of its forces.
 double path_by_accuracy(const Scene& scene);
 /// Returns the sum of the attractions of two grains in contact by all effects of the scene.
 ContactAttraction contact_attraction(const Scene& scene);
-/// Returns the longest outer step (t0) of constant slow forces at which the oscillation of bound pairs is stable, a
+/// Returns a limit of the outer step (t0) of constant slow forces that keeps the oscillation of bound pairs stable: a
 /// quarter of its period. `charge`: largest charge (q0); `lightest`: smallest mass (m0); infinite without an
 /// attraction.
 double max_outer_step(const ContactAttraction& attraction, const GrainContactLaw& law, double charge, double lightest);

@@ -27,9 +27,9 @@ struct ContactPrediction {
   double least_reach = 0;                                 ///< m, smallest `reach` of all bodies
 };
 
-/// Returns a lower bound of the time (s) in which the gap between the two bodies of a contact changes by `change` (m).
-/// `force`: N, [N * dimension], on all bodies. The bound uses the relative speed and acceleration. It therefore also
-/// holds at the closest approach, where the rate of the gap is 0.
+/// Returns a lower bound of the time (s) in which the gap of a contact changes by `change` (m) under constant forces.
+/// `force`: forces (N, [N * dimension]) on all bodies. The bound uses the relative speed and acceleration. It therefore
+/// also holds at the closest approach, where the rate of the gap is 0.
 double time_to_change_gap(const Bodies& bodies, effects::Contact contact, std::span<const double> force, double change);
 
 /// Event functions of an integration of the motion: electrical contacts that close ("made") or open ("lost"). Without
@@ -46,10 +46,9 @@ class ContactEvents {
   /// prediction omits elastic collisions; no value: all bodies.
   ContactPrediction predict_contacts(const ElectricalState& now, std::span<const double> reach,
                                      const std::optional<std::vector<int>>& colliding = {}) const;
-  /// Makes one event function for each candidate contact, and as the last one that of a body that moves farther than
-  /// its reach. `mergers_wait`: a contact that closes, and so merges two equipotential groups, is an event only where
-  /// the merge can be deferred no longer. `prediction` must outlive the events. Without contact_discharge there are no
-  /// events.
+  /// Makes one event function for each candidate contact, and a last one for bodies that move farther than their reach.
+  /// `mergers_wait`: true if closing contacts, which merge equipotential groups, may wait: the event is then where the
+  /// deferral must end. `prediction` must outlive the events. Without contact_discharge there are no events.
   Events events(const ContactPrediction& prediction, bool mergers_wait = false) const;
   /// Enlarges distances (m) by 1 % and one position tolerance. A body that moves exactly as far as expected then
   /// triggers no event.

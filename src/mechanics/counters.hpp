@@ -6,7 +6,8 @@
 
 namespace lichtenberg {
 
-/// Work of a run since its start: numbers of field solves, steps and contact changes, and wall time by part.
+/// Work of a run: numbers of field solves, steps and contact changes since its start, and wall time by part since the
+/// program started.
 struct Counters {
   std::int64_t field_solves = 0;
   std::int64_t iterations = 0;      ///< of the linear solver, sum over all solves

@@ -10,7 +10,8 @@
 
 namespace lichtenberg::mechanics {
 
-/// Event functions (root functions) of an integration of the bodies' motion. A change of sign ends the integration.
+/// Event functions (root functions) of an integration of the bodies' motion. A change of sign in the given direction
+/// ends the integration.
 struct Events {
   std::vector<int> direction;                     ///< by event: -1 falls through zero, +1 rises
   std::function<void(std::span<double>)> values;  ///< writes the values at the present state of the bodies
@@ -57,11 +58,11 @@ class Cvode {
   ~Cvode();
 
   /// Integrates the motion of all bodies from time `start` to time `end` (s), or to the first event if that is earlier.
-  /// Returns the time reached. Each call restarts the integrator, so that the result depends only on the bodies and the
-  /// times. Throws Failure if the accuracy cannot be reached, and exceptions of the callbacks.
+  /// Returns the time reached. Each call restarts the integrator, so that earlier calls have no influence. Throws
+  /// Failure if the accuracy cannot be reached or CVODE fails otherwise, and exceptions of forces and callbacks.
   double advance(double start, double end, const Events& events = {});
-  /// Integrates only the motion of the bodies `moving` (indices in ascending order; empty: all), as the function above
-  /// does. `passive`: other bodies, on known paths, that the event functions read.
+  /// Integrates only the motion of the bodies `moving` (indices in ascending order; empty: all), with the arguments and
+  /// results of advance() for all bodies. `passive`: other bodies, on known paths, that the event functions read.
   double advance(double start, double end, const Events& events, std::vector<int> moving, const PassiveBodies& passive);
 
   /// Callback before an evaluation of forces, with the time (s); may be empty.

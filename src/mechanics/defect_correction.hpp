@@ -18,8 +18,8 @@ class DefectCorrection {
   /// grew linearly from 0 at the start to `now` - `assumed` (N, by body) at the end.
   void apply(double dt, const std::vector<Vec3>& assumed, const std::vector<Vec3>& now, std::span<const int> fixed);
   /// Corrects one body for a force (N) and its rate (N/s) that were missing for the past dt (s). For dt < 0 the force
-  /// acted too early: only its impulse is removed, and drag then brings the body to the right position. `last`: cache
-  /// of coefficients for identical bodies.
+  /// will act too early, by -dt: only the impulse of this time is removed. With drag, the body then still comes to the
+  /// right position. `last`: cache of coefficients for identical bodies.
   void apply(FreeFallCache& last, int body, double dt, Vec3 force, Vec3 rate);
   /// Returns the displacement (m) that apply() adds for a missing constant force of this magnitude (N) and dt > 0 (s).
   double displacement(FreeFallCache& last, int body, double dt, double force) const;

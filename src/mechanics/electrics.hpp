@@ -42,8 +42,8 @@ struct Regrouping {
 };
 
 /// Electrical part of a scene of conductors: contacts, equipotential groups, charges and field, and their changes in
-/// time. All of them are in one ElectricalState. solve() returns a Trial and does not change the state; accept()
-/// commits it.
+/// time. All of them are in one ElectricalState. solve() returns a Trial and does not change this state; accept()
+/// commits the trial.
 class Electrics {
  public:
   /// Makes the electrical state of the first instant, without contacts or a field yet. `field` and `discharge` are
@@ -66,7 +66,8 @@ class Electrics {
   /// circuit.
   void connect();
   /// Solves the field at the present positions of the bodies, with the charges advanced to `time` (s). Returns a trial;
-  /// the state does not change.
+  /// now() does not change. Throws Failure if two bodies touch at different prescribed potentials. Throws Failure, or
+  /// InputError at the first solve, if the field cannot be solved.
   Trial solve(double time, FieldGrid grid = FieldGrid::whole);
   /// Commits a trial: injects the charge up to its instant, and divides the charge of each equipotential group as its
   /// field does. Requires the positions and the state for which it was solved. Throws Failure if conductors touch at
@@ -81,7 +82,7 @@ class Electrics {
   /// the new field on `grid`. A contact that opened after a merge was due splits its group after the merge.
   /// `due_since`: earliest time (s) at which a contact may have been due. Throws Failure for a short circuit.
   Regrouping reconnect(double time, double due_since, FieldGrid grid = FieldGrid::whole);
-  /// Updates contacts and groups as above, if all changes are due at `time` (s).
+  /// Closes and opens contacts and updates the groups by reconnect(time, time): all changes are due at `time` (s).
   Regrouping reconnect(double time) { return reconnect(time, time); }
 
   effects::FloatingConductors& field() { return field_; }
@@ -96,14 +97,15 @@ class Electrics {
   std::vector<TerminalReading> terminals() const;
   /// Returns the energy balance; null in a scene without a circuit.
   EnergyBudget* energy() { return now_.energy ? &*now_.energy : nullptr; }
-  /// Returns true if contacts and wires connect every conductor with a prescribed potential, and all free conductors
-  /// are nearly at rest. Their forces and speeds are then at most `fraction` of the largest of the run (D 7.1).
+  /// Returns true if contacts and wires connect every conductor to a prescribed potential (electrode, side or wire),
+  /// and all free conductors are nearly at rest. The force on each and its speed are then at most `fraction` of the
+  /// largest of the run (D 7.1).
   bool stationary(double fraction) const;
 
   /// Saves charges, contacts, resistor currents, the energy balance, and the largest force and speed.
   void save(Checkpoint& checkpoint) const;
-  /// Restores the electrical state of a checkpoint made at `time` (s). Throws Failure for a checkpoint of another
-  /// scene.
+  /// Restores the electrical state of a checkpoint made at `time` (s). Throws Failure if the checkpoint's arrays do not
+  /// fit the scene.
   void restore(const Checkpoint& checkpoint, double time);
 
  private:

@@ -12,11 +12,11 @@ namespace lichtenberg::mechanics {
 /// Energy balance of a scene with an electric circuit: energy supplied by sources and converted to heat, summed from
 /// one field solve to the next.
 ///
-/// The field's energy is U = 1/2 sum phi Q over all conductors and terminals (electrodes and sides), with potentials
-/// phi and charges Q. If charge dQ moves while bodies rest, U changes by exactly dQ times the mean of phi before and
-/// after. This holds because potentials are linear in charges. Charge that is injected, leaks or passes a resistor in a
-/// step is therefore recorded at the mean potential of the step. This is exact for steps of any length if bodies rest;
-/// their motion adds an error of third order.
+/// The electrostatic energy of the field is U = 1/2 sum phi Q over all conductors and terminals (electrodes and sides),
+/// with potentials phi and charges Q. If charge dQ moves while bodies rest, U changes by exactly dQ times the mean of
+/// phi before and after. This holds because potentials are linear in charges. Charge that is injected, leaks or passes
+/// a resistor in a step is therefore recorded at the mean potential of the step. This is exact for steps of any length
+/// if bodies rest; their motion adds an error of third order.
 class EnergyBudget {
  public:
   /// Makes an empty balance. `relaxation_time`: s, of the charges by leakage; infinite without leakage.
@@ -30,7 +30,7 @@ class EnergyBudget {
   /// Terminals are electrodes and electrode sides.
   struct Instant {
     double time = 0;                      ///< s
-    double energy = 0;                    ///< J, of the field
+    double energy = 0;                    ///< J, electrostatic energy of the field
     std::vector<double> potential;        ///< V, by node
     std::vector<double> terminal_charge;  ///< C, by terminal
     std::vector<double> drained;          ///< C, collected by each source since the start

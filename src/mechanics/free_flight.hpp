@@ -22,7 +22,7 @@ struct FreeFall {
   FreeFall(double t, double mass, double drag);
   /// Returns the displacement (m) in the time t, from the initial velocity (m/s) and force (N) and its rate (N/s).
   double displacement(double velocity, double force, double rate) const;
-  /// Returns the velocity (m/s) after the time t, from the same arguments.
+  /// Returns the velocity (m/s) after the time t, from the initial velocity (m/s) and force (N) and its rate (N/s).
   double final_velocity(double velocity, double force, double rate) const;
 
   /// Coefficients of displacement(): s, m/N, m s/N.
@@ -58,8 +58,9 @@ class FreeFlight {
   /// Moves all bodies from time `start` to `end` (s), or to the first event (sign change of an event function) if that
   /// is earlier. Returns the time reached.
   double advance(double start, double end, const effects::ExtrapolatedField& extrapolated, const Events& events);
-  /// Moves all bodies as the function above, but integrates the motion of the bodies `interacting` (in ascending order,
-  /// at least one) by CVODE.
+  /// Moves all bodies from time `start` to `end` (s), or to the first event if that is earlier. Integrates the motion
+  /// of the bodies `interacting` (in ascending order, at least one) by CVODE, and moves the others in closed form.
+  /// Returns the time reached.
   double advance(double start, double end, const effects::ExtrapolatedField& extrapolated, const Events& events,
                  const std::vector<int>& interacting, Cvode& cvode);
 

@@ -23,21 +23,23 @@ class MergerScheduler {
   /// Makes a scheduler. All arguments must outlive this object.
   MergerScheduler(const Scene& scene, Model& model, const FreeFlight& flight);
 
-  /// Returns the longest delay (s) of a group merge.
+  /// Returns the longest time (s) by which a group merge may be delayed.
   double merge_deferral() const { return merge_deferral_; }
   void set_merge_deferral(double merge_deferral) { merge_deferral_ = merge_deferral; }
-  /// Sets the longest delay of the next group merges: the time in which a jump like this one displaces no body by more
-  /// than half a position tolerance. The delay grows by at most 25 % in a call. The displacement is bounded from above
-  /// by the smaller of its limits for drag and for inertia.
+  /// Sets the longest time by which the next group merges may be delayed, at most largest_step of the scene. In this
+  /// time a jump like this one displaces no body by more than half a position tolerance. After the first call, the time
+  /// grows by at most 25 % in a call. The displacement is bounded from above by the smaller of its limits for drag and
+  /// for inertia.
   void update_merge_deferral(const ForceJump& jump);
-  /// Corrects positions and momenta of all bodies except `fixed` (in ascending order) at `time` (s). The bodies have
-  /// moved without the jump of the forces from the times on at which the group merges were due.
+  /// Corrects positions and momenta of bodies except `fixed` (in ascending order) at `time` (s). The bodies have moved
+  /// without the jump of the forces from the times on at which the group merges were due. Negligible corrections are
+  /// left out. So are corrections of more than a position tolerance that may bring a body into contact.
   void correct_positions(double time, std::span<const Merger> mergers, const ForceJump& jump,
                          std::span<const int> fixed);
 
  private:
-  /// Delay of a group merge and the positions of its two bodies (m). For a merge with an electrode both positions are
-  /// the conductor's.
+  /// Delay of a group merge and the positions of its two bodies (m). For a merge with an electrode or a side both
+  /// positions are the conductor's.
   struct MergeDelay {
     double delay = 0;  ///< s; below 0: the merge is early
     Vec3 one, other;

@@ -24,28 +24,34 @@ class ResistorCurrents {
 
   /// Returns true if there are resistors.
   bool any() const { return !now_.carried.resistors.empty(); }
-  /// Returns the error of the charges that resistors carry in a trial's step, in tolerances; 0 without resistors. A
-  /// relative error d of a charge changes the force by 2 d. A displacement by d times the distance to the source of the
-  /// force, at least a radius, has about the same effect. The tolerance is therefore the fraction position_tolerance /
-  /// radius of the largest charge, or less if the field's accuracy requires it.
+  /// Returns the largest error of a charge that a resistor carries in a trial's step, in tolerances; 0 without
+  /// resistors or for a step of length 0. A relative error d of a charge changes a force by about 2 d. A displacement
+  /// by d times the distance to the source of the force, at least a radius, has about the same effect. The tolerance is
+  /// therefore the fraction position_tolerance / (smallest radius) of the largest charge, or less if field.accuracy
+  /// requires it.
   double charge_error(const Trial& trial) const;
-  /// Returns true if the conductance of a present contact depends on its state (potential difference or gap).
+  /// Returns true if the conductance of a present contact depends on the contact's state (potential difference or gap).
   bool has_state_dependent_laws() const;
   /// Returns the longest step (s) in which no gap changes by more than half the `gap_scale` of its contact's
-  /// conductance law; infinite without such laws. `force`: N, [N * dimension], present forces on all bodies.
+  /// conductance law. Only laws that depend on the contact's state count; infinite without them. `force`: present
+  /// forces on all bodies (N, [N * dimension]).
   double longest_step(std::span<const double> force) const;
-  /// Returns a message about a conductor that touches another, or an electrode, at another potential; empty if there is
-  /// none. The contact's resistance has not yet equalized the potentials, and the force between the two has no limit.
+  /// Returns a message about two bodies that touch at different potentials, if at least one of them can move; empty if
+  /// there are none. The resistance of their contact has not yet equalized the potentials, and the force between the
+  /// two has no limit.
   std::string unequal_contact_message() const;
-  /// Throws Failure for two bodies that touch at different prescribed potentials: their attraction has no limit.
+  /// Throws Failure for two bodies that touch at different prescribed potentials, joined by a contact of finite
+  /// conductance: their attraction has no limit.
   void check_fixed_contacts() const;
 
   /// Rebuilds the list of resistors for the present contacts. If the list or the equipotential groups have changed, the
-  /// carried charges are set to 0, and the currents follow from the potentials.
+  /// carried charges are set to 0. The currents then follow from the potentials of the last accepted field (0 before
+  /// the first).
   void update(bool groups_changed);
   /// Linearizes the currents of contacts whose conductance depends on their state, about the last accepted field.
   void linearize();
-  /// Sets the current (A) of each resistor by Ohm's law from the potentials of the last accepted field.
+  /// Sets the current (A) of each resistor from the potentials of the last accepted field, by Ohm's law or a contact's
+  /// linearized law.
   void estimate_currents();
   /// Adds to the charges of nodes (C; conductors and electrodes behind a resistor) the explicit part of the charge that
   /// resistors carry in a step. This part is known before the field solve.
@@ -62,8 +68,8 @@ class ResistorCurrents {
 
   /// Saves the currents and carried charges, if there are resistors.
   void save(Checkpoint& checkpoint) const;
-  /// Restores currents and carried charges for the present contacts and groups. Throws Failure for a checkpoint of
-  /// another scene.
+  /// Restores currents and carried charges for the present contacts and groups. Throws Failure if the checkpoint's
+  /// arrays do not fit the scene.
   void restore(const Checkpoint& checkpoint);
 
  private:

@@ -12,12 +12,13 @@
 
 namespace lichtenberg::mechanics {
 
-/// Integrator that splits mechanics and field, with one field solve for each coupling step (docs/numerics/coupling.md).
-/// Between solves the electric force is extrapolated linearly in time from the last two solves. The solve at the end of
-/// a step gives the force's defect. The displacement that the defect causes decides whether the step is accepted and
-/// how long the next one is. Contacts are located as events. A merge of equipotential groups ends a step; a split needs
-/// no solve. With a predictor (an approximate solver on a coarser grid) these solves use it, and field solves at
-/// intervals check and correct them.
+/// Integrator that splits mechanics and field, in coupling steps that end with a field solve
+/// (docs/numerics/coupling.md). Between solves the electric force is extrapolated linearly in time from the last two
+/// solves. The solve at the end of a step gives the force's defect. The displacement by this defect, and the error of
+/// charges through resistors, decide whether the step is accepted and how long the next one is. Contacts are located as
+/// events. A merge of equipotential groups ends a step. A split needs no solve in the first half of a step without
+/// resistors; otherwise it ends the step as well. With a predictor (an approximate solver on a coarser grid) these
+/// solves use it, and field solves at intervals check and correct them.
 class Split : public Stepper {
  public:
   explicit Split(StepperContext context);

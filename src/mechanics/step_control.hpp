@@ -15,7 +15,8 @@ double time_to_displace(double tolerance, double rate, double mass, double drag)
 
 /// Returns the time (s) in which a force error displaces a body that starts at rest without drag by `tolerance` (m).
 /// The error grows with the path of the body, as growth t^2 / (2 m), so that the displacement is growth t^4 / (24 m^2).
-/// `growth` (N^2/m): force on the body times the slope of the force in space. `mass` in kg.
+/// The time is infinite if `growth` is 0. `growth` (N^2/m): force on the body times the slope of the force in space.
+/// `mass` in kg.
 double time_to_displace_from_rest(double tolerance, double growth, double mass);
 
 /// Returns the time (s) in which a body moves by `distance` (m) with this speed (m/s) and acceleration (m/s^2) in the

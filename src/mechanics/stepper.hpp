@@ -26,8 +26,8 @@ struct StepperContext {
 class Stepper {
  public:
   virtual ~Stepper() = default;
-  /// Prepares the integrator after the field at `time` (s) is solved and accepted, at the start and after each
-  /// checkpoint.
+  /// Prepares the integrator at `time` (s): at the start, after each checkpoint and after a restore. The field at this
+  /// time, if the scene has one, is solved and accepted.
   virtual void begin(double time) = 0;
   /// Advances bodies, charges and contacts from `time` to `end` (s). At both ends contacts are up to date and the field
   /// is solved. Positions may differ from those of the solve by a correction of force errors. This is at most two
@@ -55,10 +55,10 @@ void add_integrator(const IntegratorKind& kind, std::unique_ptr<Stepper> (*make)
 /// or that does not support the resistors of the scene.
 std::unique_ptr<Stepper> make_stepper(const StepperContext& context);
 
-/// Makes the CVODE integrator with the accuracy of the scene. Positions are accurate to x = relative_tolerance times
-/// the smallest radius. The error of a momentum is at most relative_tolerance of itself plus an absolute part. The
-/// absolute part is the larger of two momenta: drag stops a body with the first after a distance x; a body with the
-/// second moves by x in one largest step.
+/// Makes the CVODE integrator with the accuracy of the scene. In a step the error of a position is at most x =
+/// relative_tolerance times the smallest radius. The error of a momentum is at most relative_tolerance of itself plus
+/// an absolute part. The absolute part is the larger of two momenta: drag stops a body with the first after a distance
+/// x; a body with the second moves by x in one largest step.
 Cvode make_cvode(const Scene& scene, Model& model);
 
 /// Makes CVODE add the heat of drag to the energy balance after each step, if the scene has a circuit and drag. The

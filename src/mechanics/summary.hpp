@@ -32,8 +32,8 @@ double charge_imbalance(const Outcome& outcome);
 double energy_imbalance(const Outcome& outcome);
 
 /// Returns the largest relative overlap of bodies; 0 without overlaps. The overlap of two bodies is relative to the sum
-/// of their radii. The overlap of a body with a side of the domain or an electrode is relative to its diameter. Fixed
-/// bodies count only if they overlap a free body.
+/// of their radii. The overlap of a body with an electrode, or with a side of the domain that is not periodic, is
+/// relative to the body's diameter. Fixed bodies count only if they overlap a free body.
 double largest_overlap(const Scene& scene, const Bodies& bodies);
 
 /// Makes the summary of a run of conductors: network, charges, energies, counts of field solves, and warnings.

@@ -30,13 +30,13 @@ struct Bodies {
   int size() const { return static_cast<int>(radius.size()); }
 };
 
-/// Returns the conductors of a scene at its first instant: positions wrapped into a periodic domain, momenta, radii,
-/// and masses of solid spheres, m = 4/3 pi density R^3. The mass of a fixed conductor is 2^100 times as large, so that
-/// no force moves it. Bodies::charge is empty; `initial_charges` returns the charges.
+/// Returns the conductors or grains of a scene at its first instant: positions wrapped into a periodic domain, momenta,
+/// radii, and masses of solid spheres, m = 4/3 pi density R^3. The mass of a fixed conductor is 2^100 times as large,
+/// so that no force moves it. Bodies::charge is empty; `initial_charges` returns the charges.
 Bodies make_bodies(const Scene& scene);
 
-/// Returns the charge (C, [N]) of each conductor of a scene at the start. Conductors wired to one group have a total
-/// charge, which is divided equally among them; the first field solve corrects the division.
+/// Returns the charge of each conductor (C, [N]) or grain (q0, [N]) of a scene at the start. Conductors wired to one
+/// group have a total charge, which is divided equally among them; the first field solve corrects the division.
 std::vector<double> initial_charges(const Scene& scene);
 
 /// Returns views of the positions, radii and charges of the bodies, with a copy of their box, as input of the pair
@@ -69,7 +69,7 @@ inline Vec3 velocity_in_space(const Bodies& bodies, int i) {
   return vector_at(bodies.momentum, bodies.dimension, i) / bodies.mass[i];
 }
 
-/// Returns the kinetic energy of all bodies (J), the sum of m v^2 / 2.
+/// Returns the kinetic energy of all bodies, the sum of m v^2 / 2 (J; for grains in reduced units).
 double kinetic_energy(const Bodies& bodies);
 
 /// Returns the position (m) of body i. Throws InputError unless the bodies have `d` dimensions.

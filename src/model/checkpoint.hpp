@@ -7,7 +7,7 @@
 
 namespace lichtenberg {
 
-/// Complete state of a run as named arrays. A run that is resumed from it continues as if it had not been interrupted.
+/// State of a run, or of one of its effects, as named arrays. A run can be resumed from its complete state.
 struct Checkpoint {
   std::map<std::string, std::vector<double>> reals;
   std::map<std::string, std::vector<std::int64_t>> integers;

@@ -11,7 +11,7 @@
 
 namespace lichtenberg {
 
-/// A named quantity of a frame or result file, as a table of numbers with `width` numbers in each row.
+/// A named quantity of a frame or result file, as a table of numbers with `width` numbers in each row (0: one number).
 struct Column {
   /// Meaning of the rows of a column.
   enum class Of {

@@ -35,9 +35,9 @@ struct HeadOnCollision {
 };
 
 /// Returns the contact force max(elastic + damping * closing, 0) and the dissipated power; `closing` is the closing
-/// speed. Grains without adhesion never attract, so a contact that opens fast ends before its overlap is zero. Its
-/// remaining elastic energy is dissipated. The power (force - elastic) * closing is damping * closing^2 while the force
-/// acts, and -elastic * closing while the force is zero.
+/// speed. The grains have no adhesion, so the contact force is never attractive. In a contact that opens fast, the
+/// force ends before the overlap is zero, and the remaining elastic energy is dissipated. The power (force - elastic) *
+/// closing is damping * closing^2 while the force acts, and -elastic * closing while the force is zero.
 LICHTENBERG_HOST_DEVICE inline ContactForce contact_force(const ContactParts& parts, double closing) {
   const double force = parts.elastic + parts.damping * closing;
   if (force <= 0) return {0, -parts.elastic * closing};

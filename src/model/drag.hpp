@@ -31,9 +31,10 @@ class Drag {
  public:
   explicit Drag(int bodies = 0) : linear_(bodies) {}
 
-  /// Adds a drag law to those of one body. Returns true if the law is not zero. Throws InputError if the linear
-  /// coefficient is negative. Throws InputError if the nonlinear part has a force at rest, a negative force or slope,
-  /// or a slope that is not the derivative of the force.
+  /// Adds a drag law to those of one body. Returns false if the law is zero: no linear coefficient and no nonlinear
+  /// part. Throws InputError if the linear coefficient is negative. Throws InputError if the nonlinear part has a force
+  /// at rest, a negative force or slope, or a slope that is not the derivative of the force. The checks are made at
+  /// speeds of 1e-6 to 10 m/s and allow one kink of the force.
   bool add(int body, const DragLaw& law);
 
   bool is_linear() const { return nonlinear_.empty(); }  ///< true if linear for every body

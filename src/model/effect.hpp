@@ -46,7 +46,8 @@ struct State {
   std::span<const int> requested{};
 };
 
-/// Calls visit(i) for every requested body i (State::requested: bodies whose forces are needed), in ascending order.
+/// Calls visit(i) for every requested body i in ascending order. Requested are the bodies of State::requested, whose
+/// forces are needed, or all bodies if it is empty.
 template <class Visit>
 void for_each_requested(const State& state, const Visit& visit) {
   for (const int i : state.requested) visit(i);
@@ -95,18 +96,18 @@ class Effect {
 
   /// Adds the effect's forces on the requested bodies to `force` (N, [N * dimension]). Forces on grains must depend
   /// only on positions and charges and have a potential (stored_energy). They must change little while a grain moves by
-  /// a small part of StepLimits::force_length, because they act as impulses between contact substeps.
+  /// a small part of StepLimits::force_length, because they may be constant over several contact substeps.
   virtual void add_forces(const State& state, std::span<double> force) const { (void)state, (void)force; }
   /// Adds the derivatives of the forces of add_forces() by positions and momenta. Missing terms slow the Newton
   /// iteration of an implicit integrator, but do not change its limit.
   virtual void add_jacobian(const State& state, ForceJacobian& jacobian) const { (void)state, (void)jacobian; }
-  /// Returns the potential energy (J) of the effect's forces, such as that of springs or of weight. The energy of the
-  /// electric field is not included.
+  /// Returns the potential energy (J) of the effect's forces, such as that of springs, of weight, or of the charges of
+  /// grains. The energy of the electric field of conductors is not included.
   virtual double stored_energy(const State& state) const { return (void)state, 0; }
   /// Sets interacting[i] of each body on which the effect's forces may act while each body k moves by at most travel[k]
   /// (m). Both bodies of a pair are marked. By default an effect that overrides add_forces marks all bodies. Unmarked
-  /// bodies are integrated separately, and the forces on marked bodies are computed with their old positions.
-  /// Additional marks cost time but no accuracy.
+  /// bodies are integrated separately, and forces on marked bodies are computed with old positions of the unmarked
+  /// ones. Additional marks cost time but no accuracy.
   virtual void mark_interacting(const Bodies& bodies, std::span<const double> travel,
                                 std::vector<bool>& interacting) const;
   /// Returns the drag law of a body, which must not depend on time or position. The model adds the drag force and its
@@ -138,8 +139,8 @@ class Effect {
   // The following functions are for effects that have a state in addition to the bodies and the options.
 
   /// Updates the effect's own state after a step of length dt (s) that ends at state.time. The function is called once
-  /// for each accepted step, never for a step that may be rolled back. The bodies have their positions at the end of
-  /// the step, and State::neighbours is empty. Between two calls the state changed here must be constant.
+  /// for each accepted step of conductors, never for a step that may be rolled back. The bodies have their positions at
+  /// the end of the step, and State::neighbours is empty. Between two calls the state changed here must be constant.
   virtual void accept(const State& state, double dt) { (void)state, (void)dt; }
   /// Adds the effect's own state to a checkpoint that holds no other data.
   virtual void save(Checkpoint& checkpoint) const { (void)checkpoint; }
@@ -147,8 +148,8 @@ class Effect {
   virtual bool saves_exactly() const { return true; }
   /// Restores the effect's own state from a checkpoint of save(). Throws Failure if the checkpoint does not fit.
   virtual void restore(const Checkpoint& checkpoint) { (void)checkpoint; }
-  /// Returns the wall time (s) of the effect's force computation since the start, by named part of the computation;
-  /// empty if it is not timed.
+  /// Returns the wall time (s) of the effect's force computations, by named part of the computation; empty if it is not
+  /// timed.
   virtual std::map<std::string, double> seconds() const { return {}; }
   /// Returns warnings for the user before the run continues, such as an exceeded error bound.
   virtual std::vector<std::string> warnings() const { return {}; }

@@ -13,7 +13,7 @@ namespace lichtenberg {
 struct FixedPointVec {
   std::int64_t x = 0, y = 0, z = 0;
 
-  /// Converts to floating point; `quantum` is the value of 1.
+  /// Returns the vector in floating point. `quantum`: value of the integer 1.
   LICHTENBERG_HOST_DEVICE Vec3 times(double quantum) const {
     return {quantum * static_cast<double>(x), quantum * static_cast<double>(y), quantum * static_cast<double>(z)};
   }

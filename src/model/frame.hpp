@@ -14,8 +14,8 @@ namespace lichtenberg {
 /// Returns a text for an instant of a run, such as "t = 0.5 s", or "iteration 12" for the time unit "1".
 std::string instant_in_words(double time, const std::string& time_unit);
 
-/// Recorded state of a run at one instant, as named columns (tables of numbers). The integrator and the effects add
-/// columns. The recorder writes them, and analysis and pictures read them by name.
+/// Recorded state of a run at one instant, a frame of its trajectory, as named columns (tables of numbers). The
+/// simulation and the effects add columns. The recorder writes them, and analysis and pictures read them by name.
 struct Frame {
   double time = 0;
   std::string time_unit = "s";  ///< "1" if time is the number of an iteration

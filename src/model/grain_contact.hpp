@@ -15,7 +15,8 @@ struct GrainContact {
   bool alone = true;        ///< true if no third grain has been in contact with one of the two since onset
 };
 
-/// A contact of two grains that has ended, with its end. Units are the reduced ones (t0, v0).
+/// A contact of two grains that has ended, with the time and the speeds of the separation. Units are the reduced ones
+/// (t0, v0).
 struct Collision {
   GrainContact contact;
   double release_speed = 0;     ///< opening speed along the line of centres at separation
@@ -23,8 +24,8 @@ struct Collision {
   double tangential_speed = 0;  ///< relative speed across the line of centres at separation
 };
 
-/// Contacts that began, ended or were open while grains moved from `time` - dt to `time`, and the energy that they
-/// dissipated. Units are the reduced ones (t0, m0 v0^2).
+/// Contacts of grains that began or ended from `time` - dt to `time`, and those that have not ended at `time`. Also the
+/// energy that contacts dissipated in this interval. Units are the reduced ones (t0, m0 v0^2).
 struct ContactRecord {
   double time = 0, dt = 0;
   std::vector<GrainContact> begun;  ///< in the order of the steps, and within a step in the order of the pairs

@@ -7,7 +7,7 @@
 
 namespace lichtenberg {
 
-/// Contact force law of grains in reduced units, one of the listed laws. A law is a small struct with
+/// Contact force law of grains in reduced units: one of the laws that the variant lists. A law is a small struct with
 ///
 /// ```
 ///     Real scale(Real radius_i, Real radius_j) const        // factor of the forces for these radii
@@ -27,9 +27,9 @@ namespace lichtenberg {
 ///     Law undamped(double stiffness) const, stiffer(double stiffness) const
 /// ```
 ///
-/// for the functions `elastic` and `stiffer` below. A law in this list runs on the CPU and on devices. The list is
-/// closed because each loop over contacts is compiled for each law: with vector instructions on the CPU, and as kernels
-/// by nvcc.
+/// for the functions `elastic` and `stiffer` below. Each law of the variant runs on the CPU and on devices. The list is
+/// closed because the loops over contacts are compiled for each law: with vector instructions on the CPU, and as
+/// kernels by nvcc.
 struct GrainContactLaw : std::variant<ViscoelasticLaw, LinearSpringLaw> {
   using variant::variant;
 };

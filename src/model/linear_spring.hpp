@@ -15,7 +15,7 @@ LICHTENBERG_HOST_DEVICE inline double arc_over_sine(double z) {
 
 /// Contact law of a linear spring and dashpot, force F = max(A xi + B dxi/dt, 0) with overlap xi (Cundall and Strack
 /// 1979), in reduced units. All pairs have the same A and B whatever their radii. The restitution coefficient of a pair
-/// therefore depends on its effective mass, but not on the impact speed.
+/// therefore depends on its effective mass (if B > 0), but not on the impact speed.
 struct LinearSpringLaw {
   static constexpr bool constant_restitution = true;
   double stiffness = 0;  ///< A
@@ -48,7 +48,7 @@ struct LinearSpringLaw {
   }
   /// Returns the time scale in which the dashpot slows two grains of mass 1 down, proportional to m_eff / B; infinite
   /// without damping. Time steps must resolve it like an elastic contact of this duration. The factor is fitted: 16
-  /// steps in this time give the dissipated energy with a relative error of 1e-3.
+  /// steps in this time give the dissipated energy with a relative error of about 1e-3.
   LICHTENBERG_HOST_DEVICE double damping_time(double) const {
     constexpr double effective_mass = 0.5, factor = 3.7;
     return damping > 0 ? factor * effective_mass / damping : INFINITY;

@@ -16,8 +16,8 @@ namespace lichtenberg {
 struct Model {
   /// Makes a model of bodies and effects. `charge` (C, [N]) is copied into the bodies if an effect needs charges.
   /// Throws InputError for an effect that does not support the bodies' dimension or periodic sides, and for two effects
-  /// of one name. Throws InputError if an effect needs charges and their number is not N, for drag of grains, and for
-  /// an invalid drag law (Drag::add).
+  /// of one name. Throws InputError if an effect needs charges and their number is not N, and for an invalid drag law
+  /// (Drag::add). Throws InputError for an effect of grains with Effect::drag, which must define Effect::drive instead.
   Model(Bodies bodies, std::vector<std::unique_ptr<Effect>> effects, const std::vector<double>& charge);
 
   Bodies bodies;
@@ -29,20 +29,23 @@ struct Model {
   parallel::Team* team = &parallel::Team::single();
 
   /// Computes the total force of all effects on each body in its current state. `force` (N, [N * dimension]) is
-  /// overwritten.
+  /// overwritten. With Bodies::fix_z its components along z are 0.
   void forces(double time, std::span<double> force) { forces(time, all_bodies_, force); }
   /// Computes the total force of all effects on each requested body. Elements of `force` (N, [N * dimension]) for other
   /// bodies are undefined.
   void forces(double time, RequestedBodies& requested, std::span<double> force);
-  /// Computes the Jacobian matrix of the total forces, their derivatives by positions and momenta (overwritten).
+  /// Computes the Jacobian matrix of the total forces on all bodies: their derivatives by positions and momenta.
+  /// `jacobian` is overwritten.
   void jacobian(double time, ForceJacobian& jacobian) { this->jacobian(time, all_bodies_, jacobian); }
-  /// Computes the Jacobian matrix of the total forces on the requested bodies (overwritten).
+  /// Computes the Jacobian matrix of the total forces on the requested bodies: their derivatives by positions and
+  /// momenta. `jacobian` is overwritten.
   void jacobian(double time, RequestedBodies& requested, ForceJacobian& jacobian);
-  /// Computes the total current that the effects inject into each body (A, [N], overwritten). State::neighbours of the
-  /// effects is empty.
+  /// Computes the total current that the effects inject into each body (A, [N], overwritten). The effects get no
+  /// neighbour pairs: State::neighbours is empty.
   void currents(double time, std::span<double> current);
 
-  /// Returns the potential energy of all effects (J), without the energy of the electric field.
+  /// Returns the potential energy of all effects (J), the sum of Effect::stored_energy. It does not contain the energy
+  /// of the field of Laplace's equation.
   double stored_energy(double time);
   /// Returns the kinetic energy of all bodies (J), the sum of m v^2 / 2.
   double kinetic_energy() const;
@@ -63,7 +66,7 @@ struct Model {
   void summarize(double time, Summary& summary);
 
   /// Returns the largest displacement (m) of a body that all effects allow in one step of an integrator
-  /// (Needs::largest_move); infinite if no effect limits it.
+  /// (Needs::largest_move). It is infinite without bodies or if no effect limits it.
   double largest_move() const;
 
   /// Returns the input of the effects for the current bodies at `time`, with an updated neighbour list.

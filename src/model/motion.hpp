@@ -43,8 +43,8 @@ struct ProgressMeasure {
   double done = 0, whole = 0;
 };
 
-/// Data that a run saves at an instant in addition to its frame: a checkpoint, and rows of its time series since the
-/// last one.
+/// Data that a run saves at an instant in addition to its frame: a checkpoint, and the rows of its time series since
+/// the last saved state.
 struct SavedState {
   Checkpoint checkpoint;
   ColumnGroup history;
@@ -54,8 +54,8 @@ struct SavedState {
 struct Paused {};
 
 /// Interface of a simulation that advances a scene in time, or towards rest by minimization. `lichtenberg run` drives
-/// any Motion, records its frames and saves checkpoints. Another Motion of the same scene continues from a checkpoint
-/// with bitwise identical results.
+/// any Motion, records its frames and saves checkpoints. Another Motion of the same scene continues from the state of
+/// checkpoint() with bitwise identical results.
 class Motion {
  public:
   virtual ~Motion() = default;
@@ -98,7 +98,8 @@ class Motion {
   /// Returns a checkpoint without discarding cached data, to be saved if the motion fails later. Results of a motion
   /// restored from it agree within solver tolerances. Empty if it is not supported.
   virtual std::optional<Checkpoint> snapshot() { return {}; }
-  /// Restores the state of a checkpoint. Throws Failure if it belongs to another scene.
+  /// Restores the state of a checkpoint. Throws Failure if the checkpoint does not fit the scene or this version of the
+  /// program.
   virtual void restore(const Checkpoint& checkpoint) = 0;
 
   /// Returns warnings for the user, such as exceeded error bounds. The run prints them whenever it saves a checkpoint.

@@ -14,9 +14,9 @@
 
 namespace lichtenberg {
 
-/// Returns the largest gap (m) between the surfaces of two bodies at which a pair force law acts; 0 without bodies.
-/// `radius`: radii of all bodies (m, [N]). The law's cutoff must be a convex function of each radius, such as a sum or
-/// a maximum. The gap is then largest between bodies of extreme radii.
+/// Returns the largest gap (m) between the surfaces of two bodies at which a pair force law acts. It is 0 without
+/// bodies or if the law acts only in contact. `radius`: radii of all bodies (m, [N]). The law's cutoff must be a convex
+/// function of each radius, such as a sum or a maximum. The gap is then largest between bodies of extreme radii.
 template <class Law>
 double largest_gap(const Law& law, std::span<const double> radius) {
   if (radius.empty()) return 0;
@@ -40,7 +40,8 @@ class PairEffect : public Effect {
 
   const EffectKind& kind() const override { return *kind_; }
   Needs needs() const override { return {.charges = NeedsCharges<Law>, .neighbour_range = gap_}; }
-  /// Adds the pair forces to `force` (N, [N * dimension]). Throws Failure for a pair for which the law is not valid.
+  /// Adds the pair forces to `force` (N, [N * dimension]). Throws Failure if the law refuses a pair as not valid for
+  /// it.
   void add_forces(const State& state, std::span<double> force) const override {
     const PairSum sum = visit_spheres(state.bodies, [&](const auto& spheres) {
       return add_pair_forces(law_, spheres, state.neighbours, force, state.team);
@@ -69,7 +70,7 @@ class PairEffect : public Effect {
   /// Returns the law of one pair, for energy and derivatives. An effect whose law depends on the pair overrides this
   /// function and add_forces().
   virtual Law law_of(Pair pair) const { return (void)pair, law_; }
-  /// Throws Failure for a pair for which the law is not valid.
+  /// Throws Failure for a pair that the law refuses as not valid for it.
   [[noreturn]] virtual void refuse(const Bodies& bodies, Pair pair) const {
     (void)bodies;
     throw Failure("effects." + std::string(name()) + ": its law does not hold between " + std::to_string(pair.i) +

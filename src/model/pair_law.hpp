@@ -54,8 +54,8 @@ concept CanRefuse = requires(const Law& law, const PairGeometry& geometry) {
   law.refuses(geometry);
 };
 
-/// Returns the pair force divided by the distance of the centres (N/m). `law` is the result of a law of type Law, which
-/// may already be divided.
+/// Returns the pair force divided by the distance of the centres (N/m). `law`: result of a law of type Law; if
+/// Law::over_distance, its force is already divided.
 template <class Law>
 LICHTENBERG_HOST_DEVICE double over_distance(const PairForce& law, double distance) {
   return Law::over_distance ? law.force : law.force / distance;

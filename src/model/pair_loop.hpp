@@ -121,7 +121,7 @@ class Batch {
   }
 
   /// Adds the pair forces of the batch to `force` (N, [N * d]). Forces on a second particle j >= end are appended to
-  /// `outside` instead. `all`: no such particle exists.
+  /// `outside` instead. `all`: there is no pair with j >= end.
   template <bool all>
   void add_forces(int end, std::span<double> force, std::vector<ParticleForce>& outside) const {
     for (int c = 0; c < count_; ++c) {
@@ -165,7 +165,8 @@ class Batch {
   std::array<Numbers, d> direction_;
 };
 
-/// Adds the forces and energies of pairs in batches.
+/// Adds the forces and energies of `pairs` to `output`, in batches. Forces on second particles j >= end are appended to
+/// output.outside.
 template <bool periodic, bool all, int d, class Law>
 void add_range(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, int end,
                const PairOutput& output) {
@@ -229,8 +230,8 @@ void add_pair_derivatives(const Law& law, const PairInReach<d>& pair, Jacobian& 
   jacobian.add_central(j, i, normal, -along, -across);
 }
 
-/// Adds the forces and energies of the pairs whose first particle is in a range, for callers that divide the particles
-/// among threads. `pairs`: neighbour pairs in ascending order; pairs beyond the law's cutoff are skipped.
+/// Adds the forces and energies of the pairs whose first particle is in `range` to `output`, for callers that divide
+/// the particles among threads. `pairs`: neighbour pairs in ascending order; pairs beyond the law's cutoff are skipped.
 template <int d, class Law>
 void add_pair_forces(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, const ParticleRange& range,
                      const PairOutput& output) {

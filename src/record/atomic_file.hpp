@@ -10,8 +10,8 @@ namespace lichtenberg {
 
 /// New file that gets its name only when it is complete (atomic replacement). Until then its name is
 /// `path`.partial-PID, which no other process of this machine writes. It is always a new file, never the target of a
-/// link. A kill, a full disk or a power failure preserves an old file at `path`. Members throw Failure if the disk
-/// refuses a write. The destructor removes the partial file.
+/// link. A kill, a full disk or a power failure preserves an old file at `path`. Members throw Failure if a read or
+/// write fails. The destructor removes the partial file.
 class NewFile {
  public:
   /// Creates the empty partial file.
@@ -23,8 +23,8 @@ class NewFile {
   void write(std::uint64_t offset, std::span<const std::byte> bytes);
   /// Reads bytes at an offset (bytes).
   void read(std::uint64_t offset, std::span<std::byte> bytes) const;
-  /// Renames the partial file to its final name once all data are on the disk. `check` is called just before and may
-  /// refuse by an exception.
+  /// Renames the partial file to its final name once all data are on the disk. `check` is called just before the
+  /// renaming and may prevent it by an exception.
   void publish(const std::function<void()>& check = [] {});
 
  private:
@@ -32,7 +32,7 @@ class NewFile {
   int descriptor_;
 };
 
-/// Writes the bytes to the file at `path` through a NewFile: a failure leaves an old file unchanged.
+/// Writes the bytes to the file at `path` through a NewFile: an old file remains until the new one is complete.
 void write_atomically(const std::string& path, std::span<const std::byte> bytes);
 
 /// Identity of the file at a path: device, inode and time of modification. It differs after a NewFile has replaced the
@@ -42,7 +42,7 @@ struct FileIdentity {
   std::int64_t seconds = 0, nanoseconds = 0;
   friend bool operator==(const FileIdentity&, const FileIdentity&) = default;
 };
-/// Returns the identity of a file; all zeros if it does not exist.
+/// Returns the identity of a file; all zeros if the system does not report it, as for a missing file.
 FileIdentity identity_of(const std::string& path);
 
 /// File opened for reading. Its bytes do not change when another file takes its name.
@@ -56,7 +56,7 @@ class OpenFile {
 
   std::uint64_t size() const { return size_; }
   const FileIdentity& identity() const { return identity_; }
-  /// Reads bytes at an offset (bytes). Throws std::system_error, also if the file is too short.
+  /// Reads bytes at an offset (bytes). Throws std::system_error if the file cannot be read or is too short.
   void read(std::uint64_t offset, std::span<std::byte> bytes) const;
 
  private:
@@ -66,7 +66,7 @@ class OpenFile {
 };
 
 /// Throws InputError if no file can be created at `path`: its folder is missing or not writable, or its name is too
-/// long. Also throws if the path is a folder, a link, a device or a pipe.
+/// long with the suffix of a NewFile. Also throws if the path is a folder, a link, a device or a pipe.
 void check_writable(const std::string& path);
 
 /// Returns true if `name` is a name of a partial NewFile for the file named `of`.

@@ -14,9 +14,11 @@
 
 namespace lichtenberg {
 
-/// Frames of the result file at `path` while its run writes them. Older frames are in segments (separate files that
-/// never change). The last ones are the tail in memory, which each save writes again. A frame is written to a segment
-/// when the tail exceeds its limit, or immediately if the frame exceeds the limit by itself.
+/// Frames of the result file at `path` while its run writes them. The last frames are the tail in memory, which each
+/// save writes again. Older frames are in segments (separate files that never change). The tail is written to a segment
+/// before a frame would make it exceed its limit. A frame larger than the limit gets its own segment immediately. If a
+/// run is resumed from a large file without segments, the earlier frames stay in that file until the next frame or
+/// save.
 class FrameStore {
  public:
   /// Makes an empty store for the result at `path`. `particles`: number of rows of each column of particles.
@@ -39,18 +41,18 @@ class FrameStore {
   /// Empty if there are none.
   std::string warning_of_columns() const;
 
-  /// Adds a frame. Throws InputError that names a column which cannot be recorded, or another std::exception if a
-  /// segment cannot be written.
+  /// Adds a frame. Throws InputError for columns that cannot be recorded (series_of, rows_of), or another
+  /// std::exception if a segment cannot be written.
   void add(Frame frame);
-  /// Preserves the frames of a large file as the first segment, before the file at `path` is replaced. Does nothing for
-  /// other files. The segment is a hard link to the file, or a copy on a disk without hard links. Throws Failure if the
-  /// segment cannot be made.
+  /// Makes the file at `path` the first segment before a save replaces it, if the store has left all its earlier frames
+  /// in this file. Otherwise does nothing. The segment is a hard link to the file, or a copy on a disk without hard
+  /// links. Throws Failure if the segment cannot be made.
   void link_as_first_segment();
 
   /// Writes the list columns of the last frame, such as its contacts, to the group "network".
   void put_last_lists(const hdf5::Handle& file) const;
-  /// Writes the tail, and the index of the segments if there are any. `is_over`: the run has ended; only then are rows
-  /// compressed, because each save would compress all of them again.
+  /// Writes the tail, and the index of the segments if there are any. `is_over`: the run has ended. Only then, and only
+  /// without segments, are rows compressed, because each save would compress the tail again.
   void write_to(const hdf5::Handle& file, bool is_over) const;
   /// Removes segments that are not in the saved index. They belong to an overwritten run or to frames after the
   /// checkpoint.

@@ -21,7 +21,8 @@
 /// file.
 namespace lichtenberg::hdf5 {
 
-/// Exception of a failed HDF5 call; `what()` is the innermost message of HDF5's error stack.
+/// Exception of a failed HDF5 call or of a file with invalid contents. For a failed call `what()` is the innermost
+/// message of HDF5's error stack.
 struct Error : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -58,7 +59,8 @@ class Handle {
 
 /// Returns true if the file begins with the HDF5 signature.
 bool is_hdf5(const OpenFile& file);
-/// Creates an empty HDF5 file in memory and returns its handle. `pages` contains its bytes once the handle is closed.
+/// Creates an empty HDF5 file in memory and returns its handle. Earlier contents of `pages` are discarded; it contains
+/// the bytes of the file once the handle is closed.
 Handle create_in_memory(const std::shared_ptr<Pages>& pages = std::make_shared<Pages>());
 /// Opens the HDF5 file with the bytes `pages` for reading and writing. The bytes are complete once the handle is
 /// closed.
@@ -77,7 +79,7 @@ std::vector<std::byte> image(const Handle& file);
 Handle open_group(hid_t parent, const std::string& path);
 /// Returns true if an object exists at `path` below `parent`.
 bool exists(hid_t parent, const std::string& path);
-/// Returns true if the object at `path` below `parent` is a group.
+/// Returns true if the object at `path` below `parent` is a group. Throws Error if there is no object.
 bool is_group(hid_t parent, const std::string& path);
 /// Returns the names of the objects in a group, in alphabetical order.
 std::vector<std::string> names(hid_t group);

@@ -15,17 +15,20 @@ namespace lichtenberg {
 /// Format number of result files. It changes when readers of the files have to change.
 constexpr int result_format = 2;
 
-/// Writes the root attributes and the group /h5md (H5MD 1.1) of a result file: author and program, and system of units.
+/// Writes the format number (an attribute of the root) and the group /h5md (H5MD 1.1) of a result file: author, program
+/// and system of units.
 void put_header(const hdf5::Handle& file, const Scene& scene, const Provenance& provenance);
 
-/// Writes the group /scene: the text of the scene, and the geometry and constants that a picture needs.
+/// Writes the group /scene: the text of the scene, and the geometry and constants that a picture needs. For grains it
+/// also writes /reference, the units in SI.
 void put_scene(const hdf5::Handle& file, const Scene& scene);
 
 /// Returns the edges of the periodic box as three vectors (nine numbers), in the scene's unit of length. Empty unless
 /// an axis is periodic. The third edge of a plane box is the depth of the medium.
 std::vector<double> box_edges(const Scene& scene);
 
-/// Writes the parts of /particles/conductors that do not change: box, species, radius and mass. `mass`: one for each
+/// Writes the parts of /particles/conductors that do not change: dimension and boundaries of the box, species, radius
+/// and mass. It also writes the radii of the species for VMD (/parameters/vmd_structure). `mass`: one for each
 /// particle, in the scene's unit of mass (kg, or m0 of a scene of grains).
 void put_conductors(const hdf5::Handle& file, const Scene& scene, std::span<const double> mass);
 

@@ -25,8 +25,8 @@ class Bytes {
   virtual void write(std::uint64_t offset, std::span<const std::byte> bytes) = 0;
 };
 
-/// Bytes of a file in memory, in pages of 1 MiB. Ranges that were never written read as zeros and take no memory. HDF5
-/// can therefore allocate datasets of any size in it whose bytes are written to the disk separately.
+/// Bytes of a file in memory, in pages of 1 MiB. Pages without written bytes read as zeros and take no memory. HDF5 can
+/// therefore allocate large datasets in the file, while other functions write their numbers directly to the disk.
 class Pages : public Bytes {
  public:
   std::uint64_t size() const override { return size_; }

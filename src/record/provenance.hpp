@@ -27,9 +27,11 @@ Provenance provenance();
 std::string session_group(int session);
 /// Returns the number of sessions in a result: 1 plus the number of resumptions.
 int sessions(const hdf5::Handle& file);
-/// Writes the provenance and the field options of session number `session` to a result.
+/// Writes the provenance, the program's version and, if the scene has a field, the field options of session number
+/// `session` to a result.
 void put_session(const hdf5::Handle& file, int session, const Provenance& provenance, const Scene& scene);
-/// Returns a warning if another build of the program wrote the last session of the result at `path`; empty otherwise.
+/// Returns a warning if a program of another version or commit wrote the last session of the result at `path`; empty
+/// otherwise.
 std::string warning_of_another_build(const hdf5::Handle& file, const std::string& path);
 
 }  // namespace lichtenberg

@@ -36,27 +36,27 @@ class Recorder {
   static constexpr std::uint64_t usual_tail = 8u << 20;
 
   /// Starts the result of a new run. `mass`: of each particle, in the scene's unit of mass. `tail_bytes`: as
-  /// usual_tail. The function writes nothing, and a file that may be overwritten is kept until the first save. Throws
+  /// usual_tail. The first save writes the result file; a file that may be overwritten is kept until then. Throws
   /// InputError if `path` exists and may not be overwritten, cannot be created, or is being written by another process.
   /// Throws InputError if the path of its folder of segments is a link or no folder.
   static Recorder start(const std::string& path, const Scene& scene, std::span<const double> mass, bool overwrite,
                         std::uint64_t tail_bytes = usual_tail);
 
   /// Continues a run from the checkpoint in the result at `path`. Throws InputError if there is no result file of this
-  /// program's format, or if another program has changed it or another process is writing it. Throws InputError if its
-  /// scene differs from `scene` outside of the keys that first_change() ignores, or if the two start from different
-  /// results. Throws Failure if it is damaged or cannot be read.
+  /// program's format, or if another program has changed it or another process is writing it. Throws InputError if the
+  /// result's scene differs from `scene` outside of the keys that first_change() ignores, or if the two scenes start
+  /// from different results. Throws Failure if the result is damaged or cannot be read.
   static Recorder resume(const std::string& path, const Scene& scene, std::uint64_t tail_bytes = usual_tail);
 
-  /// Returns a warning for a resumed run if another build of this program wrote its last session, because defaults may
-  /// differ; otherwise empty.
+  /// Returns a warning for a resumed run if a program of another version or commit wrote its last session, because
+  /// defaults may differ; otherwise empty.
   const std::string& warning() const { return warning_; }
   /// Returns a warning that names the columns of a resumed run that its file lacks and that are therefore not recorded.
   /// Empty if there are none.
   std::string warning_of_columns() const { return frames_.warning_of_columns(); }
   /// Returns the checkpoint from which to continue; empty for a new run.
   const std::optional<Checkpoint>& checkpoint() const { return checkpoint_; }
-  /// Returns the time of the checkpoint on disk, in the frames' unit of time; empty for a new run.
+  /// Returns the time of the checkpoint on disk, in the frames' unit of time; empty before the first save of a new run.
   std::optional<double> saved_time() const { return saved_time_; }
   /// Returns the time of the last frame, in the frames' unit of time.
   double last_time() const { return frames_.last_time(); }
@@ -69,8 +69,8 @@ class Recorder {
   bool in_one_file() const { return frames_.in_one_file(); }
 
   /// Keeps a frame for the next save. Throws InputError that names a column with a wrong length, a wrong unit or a
-  /// duplicate name, or one that earlier frames lack. Throws Failure if a large frame, which is written immediately,
-  /// does not fit on the disk.
+  /// duplicate name. Also throws for a column that earlier frames lack, except in a resumed run, which omits it. Throws
+  /// Failure if frames beyond the tail cannot be written to a segment.
   void add(Frame frame);
 
   /// Adds all frames since the last save to the result, and merges all frames into one file if there is a summary.
@@ -80,8 +80,8 @@ class Recorder {
   std::string save(const Milestone& milestone);
 
   /// Adds the frames since the last save to the result of a run that is about to end, without a new checkpoint. A
-  /// resumed run continues from the last checkpoint and computes those frames again. Does nothing before the first
-  /// save. Throws Failure and leaves the result unchanged if the file cannot be written.
+  /// resumed run continues from the last checkpoint and computes those frames again. Does nothing before the first save
+  /// or without new frames. Throws Failure and leaves the result unchanged if the file cannot be written.
   void save_frames_alone();
 
  private:

@@ -16,8 +16,8 @@
 
 namespace lichtenberg {
 
-/// Result file of a run, read frame by frame, in the state in which it was opened (ResultFile). Members throw
-/// InputError if data are missing or damaged.
+/// Result file of a run with the trajectory of its bodies, read frame by frame, in the state in which it was opened
+/// (ResultFile). Members throw InputError if data are missing or damaged.
 class Result {
  public:
   /// Opens the file. Throws InputError if it is missing, damaged, without frames, or not of this program's format.
@@ -26,8 +26,8 @@ class Result {
   const std::string& path() const { return file_->path(); }
   const ResultFile& file() const { return *file_; }
   /// Returns the scene of the run, parsed again from its text with effects of these kinds. Throws InputError if this
-  /// version does not support it. If the run started from another result, bodies have the positions of its first frame.
-  /// `stop` can end the placement of bodies (stopping.hpp).
+  /// version does not support it. If the run started from another result, the bodies have their positions in frame 0 of
+  /// this result. `stop` can end the placement of bodies (stopping.hpp).
   Scene scene(const EffectKinds& kinds = effects::all_kinds(), const StopRequest& stop = {}) const;
   int frames() const { return static_cast<int>(times_.size()); }
   const std::vector<double>& times() const { return times_; }  ///< in the frames' unit (s, t0 or iterations)
@@ -51,8 +51,8 @@ class Result {
   /// Returns for each conductor in a frame the next conductor on its path to ground along the contact network
   /// (analysis::successors). Requires a network.
   std::vector<int> successor(int index) const;
-  /// Returns the closed contacts of a frame as pairs of conductors. Empty if an older version wrote the file, which
-  /// stored only those of the last frame.
+  /// Returns the closed contacts of a frame as pairs of conductors. Empty if the file has no contacts of each frame, as
+  /// in files of older versions.
   std::optional<std::vector<analysis::Edge>> contacts(int index) const;
 
   /// Writes columns with one row for each frame to the group /analysis and replaces an existing group. Everything else

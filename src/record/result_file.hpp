@@ -12,13 +12,13 @@
 namespace lichtenberg {
 
 /// Result file opened for reading, including its frames in segments (separate files of a long run), in the state in
-/// which it was opened. A run that continues to write it neither affects this object nor is affected. The checksum is
-/// verified before HDF5 reads any data.
+/// which it was opened. A run that continues to write it neither affects this object nor is affected. The checksum, if
+/// the file has one, is verified before HDF5 reads any data.
 class ResultFile {
  public:
-  /// Opens a result file. Throws InputError unless `path` is a result file of this program's format. `used`: verb for
-  /// the message, which says that only such a file can be "resumed", for example. Throws hdf5::Error if the file is
-  /// damaged or one of its segments cannot be read.
+  /// Opens a result file. Throws InputError unless `path` is a readable result file of a format that this program
+  /// reads. `used`: verb for the message, which says that only such a file can be "resumed", for example. Throws
+  /// hdf5::Error if the file is damaged or one of its segments cannot be read.
   ResultFile(const std::string& path, const std::string& used);
 
   const std::string& path() const { return path_; }
@@ -38,20 +38,21 @@ class ResultFile {
   std::vector<std::string> warnings() const;
   /// Returns the number of frames; 0 in a file without frames.
   std::int64_t frames() const { return frames_; }
-  /// Returns true if frames have a dataset of this path, such as "observables/energy/value".
+  /// Returns true if the file has a dataset or group of this path, such as "observables/energy/value".
   bool has(const std::string& dataset) const;
   /// Reads the rows of `count` frames from frame `first` of a dataset with one row for each frame. Throws hdf5::Error
   /// if there are fewer.
   template <class Number>
   std::vector<Number> rows(const std::string& dataset, std::int64_t first, std::int64_t count) const;
-  /// Reads the rows of all frames of such a dataset. Throws hdf5::Error if the dataset is missing.
+  /// Reads the rows of all frames of a dataset with one row for each frame. Throws hdf5::Error if the dataset is
+  /// missing.
   template <class Number>
   std::vector<Number> rows(const std::string& dataset) const {
     return rows<Number>(dataset, 0, frames_);
   }
   /// Reads a list column ("contacts"), whose number of rows differs between frames, for `count` frames from `frame` on.
-  /// All of them must be in one file. `ends`: for each frame, number of rows of the list up to its end. Throws
-  /// hdf5::Error for frames that the file lacks or for descending `ends`.
+  /// All these frames must be in one file (the result file or one segment). `ends`: for each frame, number of rows of
+  /// the list up to its end. Throws hdf5::Error for frames that the file lacks or for descending `ends`.
   template <class Number>
   std::vector<Number> list(const std::string& name, const std::vector<std::int64_t>& ends, std::int64_t frame,
                            std::int64_t count = 1) const;
@@ -81,13 +82,13 @@ class ResultFile {
 };
 
 /// Adds data to a result file on the disk: `put` writes them to a copy, which then replaces the file. The frames of a
-/// file of more than `in_memory` bytes are copied in blocks of a few megabytes. Throws Failure if a run is writing the
-/// file, if it has been replaced since it was opened, or if the disk refuses a write. Throws the exceptions of `put`
-/// and WriterLock::if_free. After any exception the file is unchanged.
+/// file of more than `in_memory` bytes, with a checksum and without segments, are copied in blocks of a few megabytes.
+/// Throws Failure if a run is writing the file, if it has been replaced since it was opened, or if the disk refuses a
+/// write. Throws the exceptions of `put` and WriterLock::if_free. Until the copy is complete, the file is unchanged.
 void store(const ResultFile& opened, const std::function<void(const hdf5::Handle& file)>& put,
            std::uint64_t in_memory = 64u << 20);
 
-/// Copies these groups of an open result file to another file, except for the datasets of frames.
+/// Copies the format number and these groups of an open result file to another file, except for the datasets of frames.
 void copy_all_but_frames(const hdf5::Handle& from, const hdf5::Handle& to, const std::vector<std::string>& groups);
 
 /// Reads the radii [N] of the particles of a result. Throws hdf5::Error if one of them is not greater than 0.

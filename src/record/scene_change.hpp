@@ -4,11 +4,11 @@
 
 namespace lichtenberg {
 
-/// Compares two scene texts and returns the first dotted key at which they differ; empty if there is none. Comments,
-/// order, white space and former names of keys do not count. The keys of [stop], [output] and [network], and
-/// max_iterations, force_tolerance and threads of [minimize], are ignored. They determine the end, the output, the
-/// measurements and the number of threads. A run may be resumed only if no other key has changed, because all others
-/// affect its course.
+/// Compares two scene texts and returns the path of the first key or table that differs, in alphabetical order; empty
+/// if none does. Comments, order, white space and former names of keys do not count. The keys of [stop], [output] and
+/// [network], and max_iterations, force_tolerance and threads of [minimize], are ignored. They determine the end, the
+/// output, the measurements and the number of threads. A run may be resumed only if no other key has changed, because
+/// another key may affect its course.
 std::string first_change(const std::string& before, const std::string& now);
 
 }  // namespace lichtenberg

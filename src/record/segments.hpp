@@ -40,15 +40,15 @@ std::vector<Segment> get_segments(const hdf5::Handle& index);
 /// cannot be read, hdf5::Error if it is damaged or differs from the index.
 OpenFile open_segment(const std::string& path, const Segment& segment);
 
-/// Throws InputError if segments_folder(path) is a link or no folder.
+/// Throws InputError if segments_folder(path) exists and is a link or no folder.
 void check_segments_folder(const std::string& path);
 /// Creates segments_folder(path) unless it exists. Throws Failure if it cannot be created or is a link.
 void make_segments_folder(const std::string& path);
 
-/// Returns the number of the next segment: 1 plus the largest number of a segment in the folder, or 0.
+/// Returns the number of the next segment: 1 plus the largest number of a segment in the folder, or 0 if there is none.
 std::int64_t next_segment(const std::string& path);
-/// Removes all segments in the folder except these, and the folder if it is empty then. Does nothing if the folder is a
-/// link.
+/// Removes all segments in the folder of the result at `path` except these. Without `segments` it also removes the
+/// folder if it is empty then. Does nothing if the folder is a link.
 void remove_other_segments(const std::string& path, const std::vector<Segment>& segments);
 
 /// Returns the number of rows of each series (column over all frames) in a file. Throws hdf5::Error if the rows of a
@@ -62,9 +62,9 @@ struct StoredFrames {
 };
 
 /// Writes a file with the contents of `rest` and with all frames: those stored in the files `before`, then `frames`.
-/// Rows are written in blocks of a few megabytes. `check` is called just before the file gets its name and may refuse
-/// by an exception. Returns the file's checksum. Throws Failure if the file cannot be written, std::system_error or
-/// hdf5::Error if stored frames cannot be read.
+/// Stored rows are copied in blocks of a few megabytes, or one by one if a row is larger. `check` is called just before
+/// the file gets its name and may prevent this by an exception. Returns the file's checksum. Throws Failure if the file
+/// cannot be written, std::system_error or hdf5::Error if stored frames cannot be read.
 Seal write_with_frames(
     const std::string& path, hdf5::Pages rest, const std::vector<Series>& series, std::span<const StoredFrames> before,
     std::span<const Rows> frames, const std::function<void()>& check = [] {});

@@ -60,7 +60,7 @@ void check_free(const Column& column) {
   constexpr std::array constants{"mass", "radius", "species", "box"};
   constexpr std::array networks{"particle", "contact"};
   if (column.of == Column::Of::particles && std::ranges::count(constants, column.name) > 0)
-    refuse(column.name, "the name is that of something of the particles that does not change");
+    refuse(column.name, "the name is that of a constant quantity of the particles");
   if (column.of == Column::Of::list && (std::ranges::count(networks, column.name) > 0 ||
                                         column.name.ends_with(end_of_list) || column.name.ends_with(all_frames_suffix)))
     refuse(column.name, fmt::format("a list's name must not be `particle` or `contact` nor end in `{}` or `{}`",
@@ -70,7 +70,8 @@ void check_free(const Column& column) {
 void check(const Column& column, std::size_t particles) {
   if (column.name.empty() || column.name.find_first_of("/.") != std::string::npos)
     refuse(column.name, "a name must not be empty and not contain `/` or `.`");
-  if (column.name == step_name || column.name == time_name) refuse(column.name, "the name is that of the frame's own");
+  if (column.name == step_name || column.name == time_name)
+    refuse(column.name, "the name is that of the step or time of frames");
   check_free(column);
   if (column.unit.empty()) refuse(column.name, "it has no unit; that of a pure number is \"1\"");
   check_shape(column, particles);

@@ -29,8 +29,9 @@ struct Series {
 
 /// Determines the series (datasets) that record frames with the columns of this one. They are step and time, the
 /// columns, and the end index of each list (column with a variable number of rows). `particles`: number of rows of the
-/// columns of particles. Throws InputError that names a column with an invalid or duplicate name, an invalid unit or
-/// number of values. Throws InputError if no column belongs to the particles or to the whole system.
+/// columns of particles. Throws InputError that names a column with an invalid or duplicate name, without a unit, or
+/// with a wrong number of values or labels. Throws InputError if no column belongs to the particles or to the whole
+/// system.
 std::vector<Series> series_of(const Frame& frame, std::size_t particles);
 
 /// Returns the series of the box's edges, which H5MD stores in every frame: three vectors, the rows of a matrix.
@@ -41,7 +42,7 @@ Series series_of_box_edges(const std::string& unit);
 /// dataset of frames is damaged.
 std::vector<Series> series_in(const hdf5::Handle& file);
 
-/// Returns the path of the H5MD element (group of a column) of a file that contains step and time. Empty in a file
+/// Returns the path of an H5MD element (group of a column) of a file that contains step and time. Empty in a file
 /// without frames.
 std::string element_with_time(const hdf5::Handle& file);
 
@@ -51,7 +52,7 @@ using Rows = std::vector<Values>;
 /// Converts a frame to the values that it adds to each series, with `step` (number of the frame), time and the ends of
 /// lists. `ends`: for each list, number of its rows in all frames; updated. `box_edges`: the nine numbers of the series
 /// of that name, if there is one. Throws InputError that names a column which earlier frames lack, which only they
-/// have, or which has changed its unit, type or width.
+/// have, or which has changed its unit, type, width or labels. Throws the exceptions of series_of.
 Rows rows_of(Frame frame, std::size_t particles, const std::vector<Series>& series, std::int64_t step,
              std::map<std::string, std::int64_t>& ends, const std::vector<double>& box_edges);
 
@@ -75,7 +76,7 @@ void put_frames(const hdf5::Handle& file, const std::string& prefix, const std::
                 std::span<const Rows> frames, bool compressed);
 
 /// Creates the datasets of all series with `rows` rows each, without values. Returns the file offsets (bytes) at which
-/// their values must be written.
+/// their values must be written; undefined for 0 rows.
 std::vector<std::uint64_t> allocate_rows(const hdf5::Handle& file, const std::vector<Series>& series,
                                          std::span<const hsize_t> rows);
 

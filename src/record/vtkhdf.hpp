@@ -11,14 +11,16 @@
 namespace lichtenberg {
 
 /// Writes the potential of a two-dimensional field to an HDF5 file as the group /VTKHDF (VTKHDF 1.0, which ParaView
-/// opens) and replaces an existing one. The cells of the solver are in rows from the lower left corner, with
-/// `potential` (V) and `body` (index, -1 in the fluid), all compressed. Cells are listed explicitly (UnstructuredGrid),
-/// because the reader of VTK 9.1 fails for flat images and for images with cell data. The datasets `cells` and
-/// `cell_edge` describe the grid. `stored`: precision of the potential. Throws hdf5::Error.
+/// opens). An existing potential is replaced. The cells of the solver are in rows from the lower left corner, with
+/// `potential` (V) and `body` (index, -1 in the fluid), both compressed. Cells are listed explicitly
+/// (UnstructuredGrid), because the reader of VTK 9.1 fails for flat images and for images with cell data. The datasets
+/// `cells` and `cell_edge` describe the grid. `stored`: precision of the potential (none counts as double precision).
+/// Throws hdf5::Error.
 void put_vtkhdf(const hdf5::Handle& file, const laplace::Field& field,
                 StoredField stored = StoredField::double_precision);
 
-/// Writes the grid of the field to the group /VTKHDF unless it exists. The grid is the same in all frames of a run.
+/// Writes the grid of the field to the group /VTKHDF, unless the group has a grid with the same numbers of cells. A
+/// group with another grid is replaced.
 void put_vtkhdf_grid(const hdf5::Handle& file, const laplace::Field& field);
 
 /// Values at the points of a regular lattice: the centres of cubic cells, from the origin on.

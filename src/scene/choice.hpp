@@ -17,8 +17,8 @@ struct Named {
   std::string_view name;
 };
 
-/// List of all values of an enumeration of options with their names, in the order of messages. Each enumeration
-/// specializes it as an array of Named<E>. Other types have a null pointer.
+/// List of all values of an enumeration of options with their names, in the order of messages. Each such type
+/// specializes it as an array or a list of Named<E>. Other types have a null pointer.
 template <class E>
 inline constexpr std::nullptr_t values_named{};
 

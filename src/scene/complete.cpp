@@ -156,7 +156,7 @@ const FieldMethodKind* method_of(const Draft& draft) {
 void check_field_keys(const Draft& draft) {
   const FieldMethodKind* method = method_of(draft);
   if (!method || !draft.scene.effects.has(&EffectKind::field)) return;
-  for (const std::string key : {"cells", "threads", "links", "linear_solver", "relaxation_eta"}) {
+  for (const std::string key : {"cells", "threads", "boundary_stencil", "linear_solver", "relaxation_eta"}) {
     const int line = draft.line("field." + key);
     if (line == 0 || method->takes(key)) continue;
     const std::string others =

@@ -12,8 +12,8 @@ namespace lichtenberg {
 
 namespace {
 
-/// Throws InputError for keys of 1000 parts or more. The parser nests one table for each part, and recursion over such
-/// a table would overflow the stack. The parser itself limits nested arrays and inline tables.
+/// Throws InputError for keys of more than 1000 parts. The parser nests one table for each part, and recursion over
+/// such a table would overflow the stack. The parser itself limits nested arrays and inline tables.
 void check_nesting(const std::string& text, const std::string& path) {
   constexpr int most = 1000;
   int line = 1, dots = 0;
@@ -28,7 +28,7 @@ void check_nesting(const std::string& text, const std::string& path) {
       until = '\n';
     } else if (c == '.') {
       if (++dots == most)
-        throw InputError(fmt::format("{}:{}: a key with {} or more parts is not allowed", path, line, most));
+        throw InputError(fmt::format("{}:{}: a key with more than {} parts is not allowed", path, line, most));
     } else if (std::string_view("=,[]{}\n").find(c) != std::string_view::npos) {
       dots = 0;
     }

@@ -86,8 +86,8 @@ inline constexpr Named<ChargeDistribution> values_named<ChargeDistribution>[] = 
     {ChargeDistribution::gaussian, "gaussian"},
     {ChargeDistribution::exponential_power, "exponential-power"}};
 
-/// A [[population]] of a scene file as written: `count` conductors at random positions entirely inside `region` (none:
-/// the domain).
+/// A [[population]] of a scene file as written: `count` conductors at random positions entirely inside `region`.
+/// Without a region they are in the domain, along periodic axes with their centres.
 struct PopulationDraft {
   int line = 0;
   int count = 0;
@@ -115,7 +115,7 @@ struct FieldDraft {
 };
 
 /// A scene file as written. Each value has its type and its range. Defaults that depend on other keys are still
-/// missing, and no keys have been compared with each other.
+/// missing. Keys have not been compared with each other, except those of an electrode with its shape.
 struct Draft {
   Scene scene;  ///< values that need no further processing
   std::int64_t seed = static_cast<std::int64_t>(Scene{}.seed);
@@ -133,12 +133,14 @@ struct Draft {
 
   std::set<std::string> known;  ///< paths of all tables and keys of the schema; empty: line() accepts any path
 
-  /// Returns the line of a table or key in the file, 0 if the file does not have it. Throws std::logic_error for a path
-  /// outside the schema, unless the path belongs to an effect that the schema does not have.
+  /// Returns the line of a table or key in the file, 0 if the file does not have it. For a key set on the command line
+  /// it is the largest int. If `known` is filled, throws std::logic_error for a path outside the schema, unless it
+  /// belongs to an effect that the schema lacks.
   int line(const std::string& path) const;
 };
 
-/// Returns "path:line: " for an error message; without the line if it is 0.
+/// Returns "path:line: " for an error message; without the line if it is 0 or marks the command line
+/// (Draft::line).
 std::string location_prefix(const std::string& path, int line);
 
 /// Throws InputError with the text "path:line: " followed by `message`. Line 0 is left out.

@@ -166,7 +166,8 @@ std::optional<double> number_in(const Scene& scene, double (*EffectKind::*number
 /// `number`: member of StepLimits that computes it.
 std::optional<double> least_in(const Scene& scene, double (*StepLimits::*number)(const Scene&));
 
-/// Returns true if an effect of the scene supplies energy to its grains, so that theories of free cooling do not apply.
+/// Returns true if an effect of the scene defines Effect::drive (a force or gas drag on grains). Theories of free
+/// cooling do not apply then.
 bool is_driven(const Scene& scene);
 
 /// Throws InputError for the effect `name` because it requires `needed`, which the scene lacks: "effects.NAME needs

@@ -72,8 +72,8 @@ Table stage() {
                    .help = "duration of the stage, in reduced units (t0)"},
                   {.name = "elastic",
                    .target = [](Draft& d) { return &d.scene.stages.back().elastic; },
-                   .help = "true: in this stage contacts dissipate no energy and transfer no charge, and gas_drag does "
-                           "not act"},
+                   .help = "true: in this stage contacts dissipate no energy and transfer no charge, and gas_drag and "
+                           "uniform_force do not act"},
                   {.name = "stiffness",
                    .target = [](Draft& d) { return &d.scene.stages.back().stiffness; },
                    .range = {.low = 1,

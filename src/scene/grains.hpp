@@ -4,8 +4,9 @@
 
 namespace lichtenberg {
 
-/// Throws InputError for keys and effects that a scene of grains (with [units]) does not allow. In other scenes it
-/// throws InputError for those that require [units], and for keys of [mechanics] that the integrator does not read.
+/// Throws InputError for keys, effects and sides of the domain that a scene of grains (with [units]) does not allow. In
+/// other scenes it throws InputError for those that require [units], and for keys of [mechanics] that the integrator
+/// does not read.
 void check_grains(const Draft& draft);
 
 /// Fills in the defaults of a scene of grains that differ from those of conductors, in reduced units. Called before
@@ -18,7 +19,8 @@ void fill_in_steps(const Draft& draft, Scene& scene);
 
 /// Sets the charges of populations of grains, and Gaussian velocities of those with a temperature. Throws InputError
 /// for keys of charges that contradict each other, and for too many grains for the integrator. Throws InputError for a
-/// domain shorter than two diameters, and for an equilibration stage too short for the rounding of time.
+/// domain shorter than two diameters of its largest grain, and for an equilibration stage too short for the rounding of
+/// time.
 void complete_grains(const Draft& draft, Scene& scene);
 
 }  // namespace lichtenberg

@@ -6,10 +6,10 @@
 
 namespace lichtenberg {
 
-/// Checks charge neutrality: throws InputError if a scene without a fixed potential has charge without a
-/// counter-charge. No field line can leave such a box, so by Gauss's law the charges must cancel. An electrode behind a
-/// resistor takes up injected charge, but no charge that is present at the first instant. `source`: the table that
-/// injects charge ("effects.current_injection", for example); empty if there is none.
+/// Checks charge neutrality. Throws InputError if a scene without a fixed potential has a net charge at the first
+/// instant, or injected charge and no electrode. A fixed potential is that of a side, an electrode without resistor, a
+/// group or infinity (free space). Without one no field line leaves the box, so by Gauss's law the charges must cancel.
+/// `source`: the table that injects charge ("effects.current_injection", for example); empty if there is none.
 void check_ground(const Draft& draft, const Scene& scene, const std::string& source);
 
 }  // namespace lichtenberg

@@ -64,10 +64,10 @@ std::string scene_help(const EffectKinds& kinds, const std::string& part) {
   Draft untouched = schema.blank_draft();
   if (!part.empty()) return help_of_part(schema, untouched, without_old_names(part, schema)).substr(1);
   std::string text = wrapped(
-      "A scene is a TOML file. Every number is in the SI unit named here and written without it; its size is 0 or from "
-      "1e-50 to 1e50 unless its key says otherwise. A [[table]] may occur any number of times. Stephenson 2018 and "
-      "Singh 2019 are the dissertations with the models of conductors and of grains. `lichtenberg help scene PART` "
-      "shows one table or key, as in `help scene field`.",
+      "A scene is a TOML file. Every number is in the unit named here, or in reduced units in a scene of grains "
+      "(table [units]), and written without it; its size is 0 or from 1e-50 to 1e50 unless its key says otherwise. A "
+      "[[table]] may occur any number of times. Stephenson 2018 and Singh 2019 are the dissertations with the models "
+      "of conductors and of grains. `lichtenberg help scene PART` shows one table or key, as in `help scene field`.",
       0);
   for (const Table& table : schema.tables()) text += help_of(table, table.keys, untouched);
   return text;

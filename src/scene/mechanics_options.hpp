@@ -12,7 +12,7 @@ namespace lichtenberg {
 
 struct MechanicsOptions;
 
-/// Properties of a time integrator. Scenes, effects and commands test these properties and never the name. A kind must
+/// Properties of a time integrator. Scenes, effects and commands test these properties instead of the name. A kind must
 /// exist as long as the program runs.
 struct IntegratorKind {
   std::string_view name;  ///< value of mechanics.integrator

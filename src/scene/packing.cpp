@@ -74,7 +74,7 @@ void check_content(const Scene& scene) {
     refuse(scene.path, 0,
            fmt::format("the particles cannot fit: their total {0} is {1:.3g} times that of the domain, and at most 1 "
                        "is allowed; use fewer or smaller ones, or a larger domain.size",
-                       spheres ? "volumes" : "areas", filled));
+                       spheres ? "volume" : "area", filled));
 }
 
 /// Throws InputError for two centres at the same position, between which the force has no direction. Positions are
@@ -136,7 +136,7 @@ void check_packing_keys(const Draft& draft) {
       if (population.overlapping) refuse_it(population.line, "population.overlapping" + needs);
     return;
   }
-  const std::string why = " is not allowed with effects.soft_repulsion, which permits no other effect: leave one out";
+  const std::string why = " is not allowed with effects.soft_repulsion, in which nothing is charged: leave one out";
   check_ignored_keys(draft);
   const MinimizeMethod method = draft.scene.minimize.method;
   if (method != MinimizeMethod::gradient_descent)

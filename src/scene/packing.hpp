@@ -16,8 +16,8 @@ void check_packing_keys(const Draft& draft);
 /// of the same name and for a packing without walls.
 std::vector<Wall> build_walls(const Draft& draft);
 
-/// Throws InputError for particles of a packing that are beyond a wall, that have the same position or that cannot fit
-/// into the domain together.
+/// Throws InputError for particles of a packing that are on or beyond a wall or have the same position. Also throws if
+/// they cannot fit into the domain, alone or together.
 void check_packing(const Draft& draft, const Scene& scene);
 
 }  // namespace lichtenberg

@@ -17,7 +17,7 @@ class UniformRandom {
   explicit UniformRandom(std::uint64_t seed) : engine_(seed) {}
   /// Returns a number uniform in [0, 1): the upper 53 bits of the twister's next output, times 2^-53.
   double operator()() { return static_cast<double>(engine_() >> 11) * 0x1p-53; }
-  /// Returns a number uniform in [low, high).
+  /// Returns a number uniform between low and high.
   double between(double low, double high) { return low + (*this)() * (high - low); }
 
  private:
@@ -38,7 +38,7 @@ inline Sphere sphere_of(const Conductor& conductor) { return {conductor.position
 class SphereGrid {
  public:
   /// Makes an empty cell list. `reach`: the largest centre distance (m) at which two bodies can conflict. `count`:
-  /// expected number of bodies; the number of buckets (cells) is at most a few times as large.
+  /// expected number of bodies; the number of buckets (cells) is at most 64 + 2 * count.
   SphereGrid(double reach, std::size_t count, const Domain& domain);
 
   void insert(const Sphere& sphere);
@@ -52,7 +52,7 @@ class SphereGrid {
  private:
   static constexpr int none = -1;
   /// Returns the index of a coordinate's bucket along an axis. Coordinates outside the domain are in the last bucket on
-  /// their side, or in that of their image.
+  /// their side, or along a periodic axis in that of their image.
   int bucket_along(int axis, double coordinate) const;
   /// Returns the index of the bucket `steps` further along the axis; `none` beyond a side.
   int neighbour_bucket(int axis, int bucket, int steps) const;
@@ -79,15 +79,16 @@ void check_given_conductors(const Draft& draft, const std::vector<Electrode>& el
 
 /// Makes the conductors of a scene with the positions and radii of `bodies`, from a result. First come the
 /// [[conductor]]s, then the populations in the order of the file. Throws InputError for an invalid population, if the
-/// numbers differ, or if a body has a radius that the file does not give it.
+/// numbers of bodies differ, or if the file does not allow the radius of a body.
 std::vector<Conductor> conductors_at(const Draft& draft, const std::vector<Conductor>& bodies);
 
 /// Makes the conductors of a scene, those of populations at random positions (random sequential addition). First come
 /// the [[conductor]]s, then the populations in the order of the file. Each conductor of a population takes its first
-/// free random position. If overlaps are allowed, it only has to be free of electrodes and walls. The generator draws
-/// the radius, if it is an interval, then x, y (and z) of each try. Throws InputError for an invalid count, region or
-/// choice of radii. Throws InputError if a conductor finds no position because the population is too dense. Throws
-/// Stopped if `stop` returns true, which is called for each conductor and each millisecond.
+/// random position that is free of other bodies. If overlaps are allowed, the position only has to be free of
+/// electrodes and walls. The generator draws the radius, if it is an interval, then x, y (and z) of each try. Throws
+/// InputError for an invalid count, region or choice of radii. Throws InputError if no position is found for a
+/// conductor. Throws Stopped if `stop` returns true, which is called once for each conductor and about every
+/// millisecond of its search.
 std::vector<Conductor> place_conductors(const Draft& draft, const std::vector<Electrode>& electrodes,
                                         const std::vector<Wall>& walls, const StopRequest& stop);
 

@@ -16,9 +16,9 @@ class Radii {
   /// Checks the keys of the population's radii. Throws InputError if they contradict each other or one is missing.
   Radii(const Draft& draft, const PopulationDraft& population);
 
-  /// Draws the radius of the next conductor (m). It takes no random number if there is no choice, one for a uniform
-  /// distribution, and two for a normal or lognormal one (Box and Muller 1958). Normal and lognormal radii are redrawn
-  /// until they are in the interval. Throws InputError if the interval contains too small a part of the distribution.
+  /// Draws the radius of the next conductor (m). It takes no random number if there is no choice and one for a uniform
+  /// distribution. For a normal or lognormal distribution each try takes two (Box and Muller 1958), until the radius is
+  /// in the interval. Throws InputError if the interval contains too small a part of the distribution.
   double next(UniformRandom& random);
 
  private:

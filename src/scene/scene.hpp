@@ -66,9 +66,10 @@ struct Electrode {
 
 /// Properties of the fluid.
 struct Medium {
-  double permittivity = 0;  ///< F/m, absolute
-  double viscosity = 0;     ///< Pa s
-  double depth = 0;         ///< m: charge in C = depth * charge per metre of the two-dimensional field
+  /// F/m, absolute: dielectric constant of the fluid times the vacuum permittivity
+  double permittivity = 0;
+  double viscosity = 0;  ///< Pa s
+  double depth = 0;      ///< m: charge in C = depth * charge per metre of the two-dimensional field
   /// Temperature (K; 22 degrees Celsius, D 4.1), which relates dissipated power to entropy production
   double temperature = 295.15;
 };
@@ -81,8 +82,8 @@ struct Wall {
   Vec3 normal{};  ///< unit vector
 };
 
-/// A mobile body: a disk for the two-dimensional field, a sphere for mechanics. Two-dimensional scenes leave z at 0. In
-/// a scene of grains all values are in reduced units.
+/// A body that moves unless it is fixed: a disk for the two-dimensional field, a sphere for the three-dimensional field
+/// and for mechanics. Two-dimensional scenes leave z at 0. In a scene of grains all values are in reduced units.
 struct Conductor {
   Vec3 position{};                  ///< m
   Vec3 velocity{};                  ///< m/s
@@ -115,8 +116,9 @@ struct Material {
 /// chosen.
 using FieldTable = std::variant<FieldOptions, FieldRequest>;
 
-/// Units of a scene of grains (G table 5.3), in SI. All numbers of such a scene are in these units: lengths in d0,
-/// masses in m0, velocities in v0, charges in q0. Times are in t0 = d0 / v0, energies and temperatures in m0 v0^2.
+/// Reduced units of a scene of grains (G table 5.3) in SI: the factors of the unit conversion. Numbers of such a scene
+/// are in these units: lengths in d0, masses in m0, velocities in v0, charges in q0. Times are in t0 = d0 / v0,
+/// energies and temperatures in m0 v0^2. Only a material's young and viscosity are in SI.
 struct Reference {
   double length = 4.78e-3;  ///< d0, m: diameter of a grain
   double mass = 1.52e-4;    ///< m0, kg: mass of a grain
@@ -129,11 +131,11 @@ struct UnitNames {
   std::string length = "m", mass = "kg", time = "s";
 };
 
-/// A stage of equilibration of a run of grains, with modified settings. It starts at the end of the stage before it.
-/// After the last stage, the scene's own parameters apply.
+/// A stage of equilibration of a run of grains, with modified settings. The stages follow each other from the start of
+/// the run. After the last stage, the scene's own parameters apply.
 struct Stage {
   double duration = 0;   ///< t0
-  bool elastic = true;   ///< contacts dissipate no energy and move no charge, and no gas acts
+  bool elastic = true;   ///< contacts dissipate no energy and move no charge, and no Effect::drive acts
   double stiffness = 1;  ///< factor of contact stiffness; the restitution stays the same
   /// Temperature (m0 v0^2) at the end of the stage, set by scaling all velocities
   std::optional<double> temperature{};
@@ -179,8 +181,8 @@ template <>
 inline constexpr Named<NetworkModel> values_named<NetworkModel>[] = {{NetworkModel::particle, "particle"},
                                                                      {NetworkModel::contact, "contact"}};
 
-/// Options of [network] for `lichtenberg network`, which measures a packing's contacts as resistors; a run does not
-/// read them. solvers/network/resistor.hpp lists the parameters of each model.
+/// Options of [network] for `lichtenberg network`, which measures a packing's contacts as resistors; a run does not use
+/// them. network::resistor_models() lists the parameters of each model.
 struct NetworkOptions {
   std::optional<NetworkModel> model;  ///< empty: both, sequentially
   /// Name in network::resistor_models; empty: constant, of 1 Ohm by default
@@ -197,13 +199,14 @@ struct StopOptions {
   double force = 1e-3;
 };
 
-/// A checked and complete scene: every default is filled in, and populations are placed. Units are SI or those of
-/// `reference`.
+/// A checked and complete scene: defaults are filled in, and populations are placed. Field options may still have to be
+/// chosen for a requested accuracy (field_request). Units are SI or those of `reference`.
 struct Scene {
   std::string path;                   ///< the file it was read from
   std::string text;                   ///< text of that file, with the settings of the command line (provenance)
   std::vector<std::string> warnings;  ///< former names of keys and tables in the file
   std::string title;
+  /// random seed: selects the random positions, velocities, charges, charge transfers and gas velocities of a run
   std::uint64_t seed = 1;
   Domain domain;
   Medium medium;
@@ -260,8 +263,8 @@ struct Setting {
 };
 
 /// Reads and checks a scene file with effects of these kinds. `settings`: keys that are set as if they were in the
-/// file; `Scene::text` then contains them. Throws InputError with the file, line, key, value and allowed values.
-/// src/effects/read_scene.hpp reads scenes with the effects of this program.
+/// file; `Scene::text` then contains them. Throws InputError for an invalid scene; the message names the file and
+/// describes the fault. src/effects/read_scene.hpp reads scenes with the effects of this program.
 Scene read_scene(const std::string& path, const EffectKinds& kinds, const std::vector<Setting>& settings = {});
 
 /// Reads and checks a scene from text in memory; `path` is used in messages.

@@ -88,8 +88,8 @@ inline constexpr Range not_negative{.low = 0};
 inline constexpr Range accuracy{.low = 0, .high = 1, .low_itself = false, .high_itself = false};
 }  // namespace ranges
 
-/// Declaration of one key of the scene file. The reader, the checks, the help and the messages all follow from it. Its
-/// default is the value in an untouched Draft.
+/// Declaration of one key of the scene file. The reader, the check of its type and range, and the help follow from it.
+/// Its default is the value in an untouched Draft, or depends on other keys (`computed_default`).
 struct Key {
   std::string name;
   KeyTarget target;
@@ -106,8 +106,8 @@ struct Key {
   std::vector<std::string> choices() const;
   /// Describes the allowed values, as in "a number in m, greater than 0".
   std::string allowed() const;
-  /// Describes the default for the help, or returns "required". The default is read from an `untouched` draft
-  /// (Schema::blank_draft).
+  /// Describes the default for the help, or states that the key is required. The default is read from an `untouched`
+  /// draft (Schema::blank_draft).
   std::string fallback(Draft& untouched) const;
 };
 
@@ -145,7 +145,7 @@ class Schema {
   std::vector<Table> tables_;
 };
 
-/// Returns the tables of domain, fluid, bodies and electrodes.
+/// Returns the tables of domain, fluid, bodies and electrodes, after the top of the file.
 std::vector<Table> tables_of_the_world();
 /// Returns the tables that only scenes of grains have: units and equilibration.
 std::vector<Table> tables_of_grains();

@@ -32,7 +32,7 @@ Table minimize() {
            .target = [](Draft& d) { return &d.scene.minimize.force_tolerance; },
            .range = {.low = 1e-15, .high = 1, .high_itself = false},  // smaller values are below rounding
            .help = "force tolerance: the run ends when the net force on every particle is at most this value, in units "
-                   "of the contact stiffness over the mean diameter"},
+                   "of effects.soft_repulsion.stiffness (an energy, in J) over the mean diameter"},
           {.name = "max_iterations",
            .target = [](Draft& d) { return &d.scene.minimize.max_iterations; },
            .range = {.low = 0, .high = 1e12},
@@ -41,7 +41,7 @@ Table minimize() {
            .target = [](Draft& d) { return &d.scene.minimize.step; },
            .range = positive,
            .help = "for gradient-descent: ratio of the displacement of a step to the force, in units of the mean "
-                   "diameter squared over the contact stiffness"},
+                   "diameter squared over effects.soft_repulsion.stiffness (an energy, in J)"},
           {.name = "record_every",
            .target = [](Draft& d) { return &d.scene.minimize.record_every; },
            .range = not_negative,
@@ -176,7 +176,7 @@ std::vector<Key> integrators() {
                "extrapolated over them; monolithic: the field is solved in each evaluation of the forces"},
       {.name = "predictor",
        .target = [](Draft& d) { return &d.scene.mechanics.predictor; },
-       .help = "true: with coupling split, a coarser grid that resolves the conductors predicts the change of the "
+       .help = "true: with coupling split, a coarser grid, if one resolves the conductors, predicts the change of the "
                "field between two field solves"},
   };
 }
@@ -187,8 +187,9 @@ std::vector<Key> conductor_steps() {
        .target = [](Draft& d) { return &d.scene.mechanics.relative_tolerance; },
        .range = {.low = 1e-15, .high = 1, .high_itself = false},  // smaller values are below rounding
        .computed_default = "1e-6; 1e-13 of grains",
-       .help = "bound on the relative error of positions and momenta in a step of the integrator; for grains only of "
-               "cvode"},
+       .help =
+           "for the integrator cvode: bound on the error in a step, relative to the smallest radius for positions and "
+           "to itself for a momentum; for grains, relative to each component plus 1 in reduced units"},
       {.name = "position_tolerance",
        .target = [](Draft& d) { return &d.position_tolerance; },
        .unit = "m",
@@ -227,10 +228,12 @@ std::vector<Key> grain_steps() {
        .target = [](Draft& d) { return &d.scene.mechanics.step; },
        .unit = "t0",
        .range = positive,
-       .computed_default = "multirate: from effects.coulomb.accuracy, or 0.05; verlet: 0.005; gear: 0.0015",
-       .help = "longest step of the motion of grains, in reduced units (t0). multirate: the forces of charges are "
-               "constant over it, and it is shorter if the fastest grain would fly farther than .2 d0; verlet and "
-               "gear: it must resolve the shortest contact"},
+       .computed_default =
+           "multirate: from effects.coulomb.accuracy, or 0.05; cvode: 0.05; verlet: 0.005; gear: 0.0015",
+       .help =
+           "longest step of the motion of grains, in reduced units (t0). multirate: the forces of charges are "
+           "constant over it, and it is shorter if the fastest grain would fly farther than about .2 d0; verlet and "
+           "gear: it must resolve the shortest contact"},
       {.name = "contact_substeps",
        .target = [](Draft& d) { return &d.scene.mechanics.contact_steps; },
        .range = {.low = 4, .high = 1e4},
@@ -326,25 +329,26 @@ Table output() {
 }
 
 Table stop() {
-  return {.path = "stop",
-          .help = "Conditions at which a run ends: it ends when the first of them is met.",
-          .keys = {
-              {.name = "time",
-               .target = [](Draft& d) { return &d.scene.stop.time; },
-               .unit = "s",
-               .range = times,
-               .help = "simulated time at which the run ends, counted from its start and including stages of "
-                       "equilibration, in s"},
-              {.name = "stationary",
-               .target = [](Draft& d) { return &d.scene.stop.stationary; },
-               .help = "true: the run also ends when all conductors are connected to an electrode and forces and "
-                       "speeds are negligible (Stephenson 2018, eq. 7.1)"},
-              {.name = "force",
-               .target = [](Draft& d) { return &d.scene.stop.force; },
-               .range = accuracy,
-               .help = "fraction of the run's largest force, and of its largest speed, below which forces and speeds "
-                       "of conductors are negligible for stop.stationary"},
-          }};
+  return {
+      .path = "stop",
+      .help = "Conditions at which a run ends: it ends when the first of them is met.",
+      .keys = {
+          {.name = "time",
+           .target = [](Draft& d) { return &d.scene.stop.time; },
+           .unit = "s",
+           .range = times,
+           .help = "simulated time at which the run ends, counted from its start and including stages of "
+                   "equilibration, in s"},
+          {.name = "stationary",
+           .target = [](Draft& d) { return &d.scene.stop.stationary; },
+           .help = "true: the run also ends when all conductors are connected to a fixed potential (an electrode or "
+                   "a [[group]]) and forces and speeds of movable ones are negligible (Stephenson 2018, eq. 7.1)"},
+          {.name = "force",
+           .target = [](Draft& d) { return &d.scene.stop.force; },
+           .range = accuracy,
+           .help = "fraction of the run's largest force, and of its largest speed, below which forces and speeds "
+                   "of conductors are negligible for stop.stationary"},
+      }};
 }
 
 }  // namespace

@@ -36,8 +36,8 @@ Key side(const std::string& help) {
 
 Table domain() {
   const std::string help =
-      "side of the domain: insulating (no field through it), an electrode at a potential, or periodic with the "
-      "opposite side: bodies that leave there enter here";
+      "side of the domain: insulating (no field through it), an electrode at a potential, or periodic: bodies that "
+      "leave through it enter through the opposite side";
   const std::string in_space = help + "; in three dimensions";
   return {.path = "domain",
           .kind = required,
@@ -112,7 +112,8 @@ Table material() {
            .unit = "kg/m^3",
            .range = positive,
            .help =
-               "mass density of the conductors, in kg/m^3, whose masses are those of spheres; the default is steel"},
+               "mass density of the conductors, in kg/m^3, whose masses are those of spheres; the default is steel, "
+               "for grains mass 1 at diameter 1"},
       }};
 }
 
@@ -198,7 +199,8 @@ Table electrode() {
       .path = "electrode",
       .kind = repeated,
       .help =
-          "An electrode: a fixed conducting body at a given potential. It may reach beyond the domain, which cuts it.",
+          "An electrode: a fixed conducting body at a given potential, or connected to a voltage source by a series "
+          "resistance. In two dimensions it may reach beyond the domain, which cuts it.",
       .open = [](Draft& d, int line) { d.electrodes.push_back({.line = line}); },
       .keys = joined({electrode_source_keys(), electrode_shape()})};
 }
@@ -289,16 +291,16 @@ std::vector<Key> conductor_state() {
 }
 
 Table conductor() {
-  return {
-      .path = "conductor",
-      .kind = repeated,
-      .help =
-          "A movable conductor: a disk for a field in the plane, a sphere for a field in space and for the mechanics.",
-      .open = [](Draft& d, int line) { d.conductors.push_back({.line = line}); },
-      .keys = joined({conductor_sphere(), material_keys<&Draft::conductors>([](Draft& d) {
-                        return &d.conductors.back().conductor.relative_resistivity;
-                      }),
-                      conductor_state()})};
+  return {.path = "conductor",
+          .kind = repeated,
+          .help =
+              "A conductor that moves unless it is fixed: a disk for a field in the plane, a sphere for a field in "
+              "space and for the mechanics.",
+          .open = [](Draft& d, int line) { d.conductors.push_back({.line = line}); },
+          .keys = joined({conductor_sphere(), material_keys<&Draft::conductors>([](Draft& d) {
+                            return &d.conductors.back().conductor.relative_resistivity;
+                          }),
+                          conductor_state()})};
 }
 
 Table group() {
@@ -404,12 +406,13 @@ std::vector<Key> population_places() {
        .target = [](Draft& d) { return &d.populations.back().min_gap; },
        .unit = "m",
        .range = not_negative,
-       .help = "minimum initial gap to any other conductor, electrode or side of the domain, in m"},
+       .help = "minimum initial gap to electrodes, walls, sides of the domain that are not periodic and, unless "
+               "overlapping, to conductors placed before, in m"},
       {.name = "region",
        .target = [](Draft& d) { return &d.populations.back().region; },
        .unit = "m",
        .computed_default = "the whole domain",
-       .help = "lower and upper corner in m of the rectangle or cuboid that contains the initial positions; in three "
+       .help = "lower and upper corner in m of the rectangle or cuboid that contains the bodies at the start; in three "
                "dimensions a rectangle extends from front to back"},
   };
 }

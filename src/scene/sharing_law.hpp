@@ -44,9 +44,9 @@ struct SharingLaw {
   /// gap.
   double gap_scale = INFINITY;
 
-  /// Returns true if the contact joins its two bodies to one conductor.
+  /// Returns true if the contact always joins its two bodies to one conductor (constant, infinite conductance).
   bool joins() const { return !conductance_in_state && std::isinf(conductance); }
-  /// Returns true if no charge passes through the contact.
+  /// Returns true if no charge ever passes through the contact (constant conductance 0).
   bool isolates() const { return !conductance_in_state && conductance == 0; }
 };
 

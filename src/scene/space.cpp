@@ -65,12 +65,11 @@ void check_open(const Draft& draft, int dimension) {
 
 /// Throws InputError for keys that need a field, apart from effects, in a scene without one.
 void check_without_field(const Draft& draft, const std::string& where) {
-  const std::string effects = "effects.floating_conductors, which does not use it";
-  const std::string walls = "effects.wall_contact or effects.floating_conductors, which do not use it";
+  const std::string effects = "effects.floating_conductors, which the scene does not have";
   struct PlaneOnly {
     std::string key, header, used_by;
   };
-  for (const PlaneOnly& only : {PlaneOnly{"electrode", "[[electrode]]", walls},
+  for (const PlaneOnly& only : {PlaneOnly{"electrode", "[[electrode]]", effects},
                                 {"group", "[[group]]", effects},
                                 {"field", "[field]", effects},
                                 {"conductor.charge", "conductor.charge", effects},

@@ -42,8 +42,8 @@ inline const char* type_name(const std::int64_t&) { return "an integer"; }
 inline std::string show(const std::int64_t& value) { return std::to_string(value); }
 inline std::vector<double> numbers(const std::int64_t& value) { return {static_cast<double>(value)}; }
 
-/// Reads an integer from a TOML value. Integers too large for an int become the largest int, which the key's range
-/// refuses.
+/// Reads an integer from a TOML value. Integers beyond the range of int become the nearest int, which the key's range
+/// must refuse.
 inline bool read(const toml::node& node, int& value) {
   std::int64_t wide = 0;
   if (!read(node, wide)) return false;
@@ -64,7 +64,8 @@ inline const char* type_name(const bool&) { return "true or false"; }
 inline std::string show(const bool& value) { return value ? "true" : "false"; }
 inline std::vector<double> numbers(const bool&) { return {}; }
 
-/// Returns true if a text in UTF-8 has control characters, which could change the state of a terminal.
+/// Returns true if a text in UTF-8 has control characters other than newline and tab, which could change the state of a
+/// terminal.
 inline bool has_control_characters(const std::string& text) {
   for (std::size_t k = 0; k < text.size(); ++k) {
     const unsigned char c = text[k], next = k + 1 < text.size() ? text[k + 1] : 0;

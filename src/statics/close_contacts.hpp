@@ -13,8 +13,8 @@ namespace lichtenberg::statics {
 
 /// Computes energy and gradient of the soft repulsion of overlapping particles that move little between evaluations. A
 /// Verlet neighbour list with a wide skin is rebuilt rarely. Each evaluation uses only the pairs of the list within a
-/// narrow margin beyond contact. The margin adapts to the displacements of the particles. The results do not depend on
-/// when either list was made, nor on the number of threads.
+/// narrow margin beyond contact. The margin adapts to the displacements of the particles. The energy and the gradient
+/// do not depend on when the lists were made, nor on the number of threads.
 class CloseContacts {
  public:
   /// Prepares the evaluation for particles with the radii and the dimension of `bodies`. `team`: threads. All arguments

@@ -258,7 +258,7 @@ Frame Minimization::frame() {
 }
 
 std::string Minimization::progress() {
-  return fmt::format("iteration {}: energy {:.10g} J, largest force {:.2e} of {:.2g} k/R", iteration(), energy(),
+  return fmt::format("iteration {}: energy {:.10g} J, largest force {:.2e} of {:.2g} k/D", iteration(), energy(),
                      force_in_units(), implementation_->scene.minimize.force_tolerance);
 }
 

@@ -13,11 +13,12 @@
 
 namespace lichtenberg {
 
-/// Minimization of the potential energy of a scene's soft particles, by the method of its [minimize]: gradient descent,
-/// FIRE, L-BFGS or Newton-CG. Its "time" is the number of the iteration.
+/// Minimization of the potential energy of a scene's soft particles, by the method of the table [minimize]. Methods are
+/// gradient descent, FIRE, L-BFGS, Newton-CG, or the last two combined. Its "time" is the number of the iteration.
 class Minimization : public Motion {
  public:
-  /// Starts at the positions of the scene. Throws InputError if the energy there is infinite, Failure if a force is.
+  /// Starts at the positions of the scene. Throws InputError if the energy there is infinite, Failure if a force is not
+  /// finite.
   explicit Minimization(const Scene& scene);
   ~Minimization() override;
 
@@ -42,7 +43,7 @@ class Minimization : public Motion {
   double next_frame() const override;
   /// Returns infinity, because the number of iterations to rest is unknown.
   double end_time() const override { return INFINITY; }
-  /// Iterates up to this number of iterations, or until the minimization has finished or `pause` returns true.
+  /// Iterates until the number of the iteration is `iteration`, the minimization has finished or `pause` returns true.
   void advance_to(double iteration, const std::function<bool()>& pause) override;
   /// Returns true at rest, after minimize.max_iterations, or if the energy cannot decrease.
   bool finished() override;
@@ -50,14 +51,14 @@ class Minimization : public Motion {
 
   Frame frame() override;
   std::string progress() override;
-  /// Returns minus the logarithm of the largest force in force_unit(), which grows at a steady rate, and its value at
-  /// rest.
+  /// Returns minus the logarithm of the largest force in force_unit(), which grows at a roughly steady rate, and its
+  /// value for minimize.force_tolerance.
   ProgressMeasure progress_measure() override;
   Checkpoint checkpoint() override;
   void restore(const Checkpoint& checkpoint) override;
 
   /// Returns energy (J) and largest force (N) by iteration, recorded since the last call. Intervals between records
-  /// increase with the number of iterations; the last iteration is always recorded.
+  /// increase with the number of iterations. The last iteration of a finished minimization is recorded too.
   ColumnGroup take_history() override;
   /// Returns properties of the present packing: contacts, coordination, rattlers and pressure (analysis::Packing).
   std::vector<ColumnGroup> findings() override;

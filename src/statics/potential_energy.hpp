@@ -26,8 +26,8 @@ class PotentialEnergy : public minimize::SmoothObjective {
   void linearize(std::span<const double> x) override;
   /// Computes product = Hessian * v.
   void multiply(std::span<const double> v, std::span<double> product) const override;
-  /// Applies the block-Jacobi preconditioner: z = M^-1 r. Each block of M is the positive part of the diagonal block of
-  /// a particle in the Hessian, regularized.
+  /// Applies the block-Jacobi preconditioner: z = M^-1 r. Each block of M is a particle's diagonal block of the Hessian
+  /// without its negative terms, regularized.
   void precondition(std::span<const double> r, std::span<double> z) const override;
 
   const Model& model() const { return model_; }

@@ -13,22 +13,24 @@ namespace lichtenberg::theory {
 // The temperature T is the variance of each component of its velocity (G 2.12). The density n is the number of grains
 // per volume.
 
-/// Computes the pair correlation function at contact of hard spheres (Carnahan and Starling 1969): g = (1 - phi/2) / (1
-/// - phi)^3, with the volume fraction phi = pi density / 6.
+/// Computes the radial distribution function (pair correlation function) at contact of hard spheres (Carnahan and
+/// Starling 1969): g = (1 - phi/2) / (1 - phi)^3, with the volume fraction phi = pi density / 6.
 double contact_value(double density);
 
 /// Computes the collision frequency of a grain, omega = 4 n g sqrt(pi T), with density n, temperature T and g =
 /// contact_value(n).
 double collision_frequency(double density, double temperature);
 
-/// Computes the time tau of Haff's cooling law for a constant restitution coefficient eps and pair correlation g.
+/// Computes the time tau of Haff's cooling law for a constant restitution coefficient eps. n is the density, T_0 the
+/// initial temperature, and g = contact_value(n).
 ///
 ///   1/tau = (2/3) sqrt(pi) (1 - eps^2) n g sqrt(T_0) (1 + 3 a_2/16)
 ///
 /// a_2 (`sonine`) is the second Sonine coefficient of the velocities (van Noije and Ernst 1998).
 double haff_time(double density, double temperature, double restitution, double sonine = 0);
 
-/// Computes the temperature of a freely cooling gas by Haff's law, T_0 / (1 + t/tau)^2 (Haff 1983).
+/// Computes the temperature of a freely cooling gas of constant restitution by Haff's law, T_0 / (1 + t/tau)^2 (Haff
+/// 1983).
 double haff_temperature(double initial, double tau, double time);
 
 /// Computes the mean of f(v, x) over the impacts of a Maxwellian gas. v is the normal speed of impact: v^2 = 4 T x,
@@ -46,8 +48,8 @@ struct Impacts {
 };
 
 /// Table of means over the impacts of a Maxwellian gas as functions of temperature. They are interpolated by
-/// polynomials through Chebyshev points of ln T, within 1e-12. Each polynomial is made at its first use, and results do
-/// not depend on the order of calls.
+/// polynomials through Chebyshev points of ln T, to about 1e-12. Each polynomial is made at its first use, and results
+/// do not depend on the order of calls.
 class ImpactTable {
  public:
   explicit ImpactTable(Impacts impacts) : impacts_(std::move(impacts)) {}
@@ -76,9 +78,11 @@ struct CoolingState {
 ///
 ///   dT/dt = -(omega/3) T <(1 - eps(v)^2) x>,   d<q^2>/dt = omega <dq^2>,
 ///
-/// with the collision frequency omega, Maxwellian velocities (impact_mean) and no forces between charges.
+/// with the collision frequency omega, reduced by the duration of collisions (Impacts::duration). Velocities are
+/// Maxwellian (impact_mean), and there are no forces between charges.
 std::vector<CoolingState> cool(double density, const Impacts& impacts, double initial, std::span<const double> times);
-/// Integrates the same equations with tabulated means over impacts.
+/// Integrates temperature and mean square charge of a freely cooling gas like cool(density, impacts, initial, times),
+/// but with tabulated means over impacts.
 std::vector<CoolingState> cool(double density, const ImpactTable& table, double initial, std::span<const double> times);
 
 /// Computes the mean square charge <dq^2> that a collision transfers. The charge is +-strength (Psi_1 m_eff

@@ -57,7 +57,8 @@ struct Aggregates {
   double charge_square = 0;  ///< <q^2>
   double mass = 1, diameter = 1;
 
-  /// Returns the Bjerrum parameter B = K <q^2> / (T d), with `coupling` K.
+  /// Returns the Bjerrum parameter B = K <q^2> / (T d): the Bjerrum length K <q^2> / T over the diameter d.
+  /// `coupling`: K.
   double bjerrum(double coupling) const { return coupling * charge_square / (temperature * diameter); }  ///< B
 };
 
@@ -78,10 +79,10 @@ struct KineticRates {
 /// corrected). `coupling`: K, Coulomb's constant. `means`: means over impacts.
 KineticRates kinetic_rates(const Aggregates& gas, double coupling, const ImpactMeans& means);
 
-/// Computes the same rates with an impact speed that includes the acceleration by charges, v_n^2 = (4T/m) (x - s b) u.
-/// In units of T, x = m v^2/(4T) is the relative energy and b = K |q_i q_j|/(d T) the charge energy. s is the sign of
-/// q_i q_j. The impact parameter gives u, uniform in [0, 1]. Pairs that cannot separate after the contact coalesce: x <
-/// (1 - eps^2) (x + b) u with s < 0. Accurate to 1e-6. `coupling`: K.
+/// Computes KineticRates with an impact speed that includes the acceleration by charges, v_n^2 = (4T/m) (x - s b) u. In
+/// units of T, x = m v^2/(4T) is the relative energy and b = K |q_i q_j|/(d T) the charge energy. s is the sign of q_i
+/// q_j. The impact parameter gives u, uniform in [0, 1]. Pairs that cannot separate after the contact coalesce: x < (1
+/// - eps^2) (x + b) u with s < 0. Accurate to 1e-6. `coupling`: K.
 KineticRates contact_speed_rates(const Aggregates& gas, double coupling, const Impacts& impacts);
 
 /// Parameters of a charging and coalescing gas for kinetic_evolution(), in reduced units.
@@ -109,8 +110,9 @@ struct KineticState {
 ///
 ///   dn/dt = -N_m,  d(3nT/2)/dt = -L_r - L_m,  d(n <q^2>)/dt = S_r - S_m.
 ///
-/// The right-hand sides are KineticRates. All rates are multiplied by g / (1 + omega t_c) if impacts have a duration
-/// t_c, with the collision frequency omega. Throws Failure if the gas charges too fast to be integrated.
+/// N_m, L_r, L_m, S_r and S_m are those of KineticRates, multiplied by g (KineticGas::contact_value). If impacts have a
+/// duration t_c, they are also divided by 1 + omega t_c, with the collision frequency omega. Throws Failure if the gas
+/// charges too fast to be integrated.
 std::vector<KineticState> kinetic_evolution(const KineticGas& gas, std::span<const double> times);
 
 }  // namespace lichtenberg::theory

@@ -15,12 +15,12 @@ struct MonopolarGas {
   double barrier = 0;  ///< U
 };
 
-/// Computes ln h(x) for x > 0, where h(x) = e^x Dawson(sqrt(x)) is the integral of exp(u^2) from 0 to sqrt(x). h has a
-/// relative accuracy of 1e-14 for any x.
+/// Computes ln h(x) for x > 0, where h(x) = e^x Dawson(sqrt(x)) is the integral of exp(u^2) from 0 to sqrt(x). The
+/// relative accuracy of ln h is about 1e-14 where |ln h| > 1, and its error about 1e-14 otherwise.
 double log_h(double x);
 
 /// Computes the temperature T of the monopolar gas at this time, from h(U/T) - h(U/T_0) = (t/tau) sqrt(U/T_0), with h
-/// of log_h(). For U -> 0 this is Haff's law; for late times T -> U / ln(t/t_c).
+/// of log_h(). For U -> 0 this is Haff's law; at late times T decreases like U / ln t.
 double monopolar_temperature(const MonopolarGas& gas, double time);
 
 /// Computes the time at which the monopolar gas has this temperature, 0 < T <= T_0; infinite if it exceeds the range of

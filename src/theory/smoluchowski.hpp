@@ -29,8 +29,8 @@ double flight_exponent(double beta);
 /// flight_kernel(beta). It maps another theory of the coalescence rate to coagulation time.
 double flight_time(double beta, double size);
 
-/// Makes the size classes of a discretized distribution: 1, 2, ..., `single`, then sizes in a geometric sequence with
-/// `ratio`, up to `largest`.
+/// Makes the size classes of a discretized distribution: 1, 2, ..., `single`, then a geometric sequence with `ratio` up
+/// to `largest`. Neighbouring sizes differ by at least 1.
 std::vector<double> size_classes(int single, double ratio, double largest);
 
 /// Size distribution of aggregates at one time, by size class.
@@ -62,10 +62,10 @@ struct CoagulationSeries {
   double ratio = 0;            ///< ratio of neighbouring sizes in the finest classes used
 };
 
-/// Computes mean size S and number of aggregates at these times (ascending, >= 0), up to a million grains, from
-/// Smoluchowski's equation. The error of geometric classes is quadratic in their width, so values of two widths are
-/// extrapolated to zero width (Richardson). Widths are halved until two extrapolations differ by less than three times
-/// `tolerance`, or the ratio is 1.0075.
+/// Computes mean size S and number of aggregates at these times (ascending, >= 0) from Smoluchowski's equation, in size
+/// classes up to a million grains. The error of geometric classes is quadratic in their width, so values of two widths
+/// are extrapolated to zero width (Richardson). Widths are halved until two extrapolations of S differ by at most three
+/// times `tolerance` (relative), or the ratio is 1.0075.
 CoagulationSeries coagulation_series(const Kernel& kernel, std::span<const double> times, double tolerance = 1e-4);
 
 }  // namespace lichtenberg::theory

@@ -465,7 +465,7 @@ class RefusedTest(unittest.TestCase):
         result = runs.seedling()
         taken = exported(result, "xyz")
         before = taken.read_text()
-        self.refused("allow --overwrite", "export", result, "--to", "xyz", "--out", taken)
+        self.refused("give --overwrite", "export", result, "--to", "xyz", "--out", taken)
         self.assertEqual(taken.read_text(), before)
         self.refused("frames 0 to 3", "export", result, "--to", "csv", "--frames", "4")
         self.refused("frames 0 to 3", "export", result, "--to", "csv", "--frames", "0:9")

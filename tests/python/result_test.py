@@ -120,8 +120,8 @@ class ResultTest(unittest.TestCase):
 
 class PagesTest(unittest.TestCase):
     def run_lines(self, page):
-        """Runs the first Python block of a page and returns its names."""
-        lines = re.search(r"```python\n(.*?)```", (runs.HOME / page).read_text(), re.DOTALL).group(1)
+        """Runs the Python blocks of a page and returns their names."""
+        lines = "\n".join(re.findall(r"```python\n(.*?)```", (runs.HOME / page).read_text(), re.DOTALL))
         for name in ("dendrite.h5", "dendrite.html", "short.h5"):
             lines = lines.replace(name, str(runs.FOLDER / name))
         names = {}
@@ -131,7 +131,8 @@ class PagesTest(unittest.TestCase):
     def test_the_guide_to_solving_runs(self):
         names = self.run_lines("docs/how-to/solve-in-python.md")
         self.assertEqual(names["s"].potential.shape, (2,))
-        self.assertEqual(names["r"][-1]["charge"].shape, (36,))
+        self.assertEqual(names["frame"].charge.shape, (2,))
+        self.assertEqual(load(runs.FOLDER / "short.h5")[-1]["charge"].shape, (36,))
 
     def test_the_readme_runs(self):
         shutil.copy(runs.seedling(), runs.FOLDER / "dendrite.h5")

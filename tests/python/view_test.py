@@ -127,7 +127,7 @@ class ArraysTest(unittest.TestCase):
         page = page_of(runs.seedling())
         status, _, complaint = runs.program("view", runs.seedling(), "--out", page)
         self.assertEqual(status, 2)
-        self.assertIn("allow --overwrite", complaint)
+        self.assertIn("give --overwrite", complaint)
 
 
 if __name__ == "__main__":

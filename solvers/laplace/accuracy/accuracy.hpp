@@ -34,15 +34,16 @@ struct Choice {
   double estimate = 0;   ///< Estimated error
 };
 
-/// Predicts the method, grid and tolerance for a requested accuracy from the geometry alone, without a solve. The
-/// method is final; number of cells and error estimate are empirical predictions. Throws InputError if the accuracy is
-/// out of range or far from attainable, or if the requested method does not support the problem.
+/// Predicts the method, grid and tolerance for a requested accuracy from the geometry, without a solve. The method is
+/// final; for the cut-cell method, number of cells and error estimate are empirical predictions. Throws InputError if
+/// the accuracy is out of range or far from attainable, or if the requested method does not support the problem. Also
+/// throws InputError if no permitted grid of square cells fits the box.
 Choice predict_choice(const LaplaceProblem& problem, const AccuracyRequest& request);
 
 /// Computes an upper estimate of the relative error of a solution with the choice's method, cells and tolerance. For
 /// the cut-cell method it solves on the choice's grid and on five coarser grids with 1/4 to 1/2 of its cells
-/// (Richardson extrapolation). For the multipole method it uses that method's own estimate. Throws the exceptions of
-/// the solver.
+/// (Richardson extrapolation). For the multipole method it solves once, and the result is at least that method's own
+/// estimate. Throws the exceptions of the solver.
 double estimated_error(const LaplaceProblem& problem, const Choice& choice, const CutCellOptions& cut_cell);
 
 /// Solution of requested accuracy, with the method that was chosen.
@@ -53,8 +54,8 @@ struct AccurateSolution {
 };
 
 /// Solves a field problem to a requested accuracy: refines the grid or tightens the tolerance until the estimated error
-/// is small enough. Throws InputError if the accuracy cannot be met; the message states the possible accuracy. Throws
-/// the exceptions of predict_choice and of the solver.
+/// is small enough. Throws InputError if the accuracy cannot be met; the message estimates the possible accuracy.
+/// Throws the exceptions of predict_choice and of the solver.
 AccurateSolution solve_to_accuracy(const LaplaceProblem& problem, const AccuracyRequest& request);
 
 }  // namespace lichtenberg::laplace

@@ -10,8 +10,9 @@ struct NarrowGap {
   double radius = 0;  ///< Radius (m) of the disk, or of the smaller of two disks
 };
 
-/// Finds the gap of a problem that determines the cut-cell method's error: the one with the smallest radius * gap^3.
-/// Gaps without a disk do not count. Without any disk, gap and radius are the longer side of the box.
+/// Finds the gap that determines the cut-cell method's error: the gap with the smallest radius * gap^3 (radius of the
+/// smaller disk). Gaps without a disk, and gaps to sides with a varying potential, do not count. A disk without a gap
+/// below two radii counts with this gap. Without any disk, gap and radius are the longer side of the box.
 NarrowGap narrowest(const LaplaceProblem& problem);
 
 /// Computes an empirical measure of the cut-cell method's error, the difficulty. It is (h/R)^(1/2) (h/gap)^(3/2) with

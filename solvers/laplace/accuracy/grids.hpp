@@ -5,8 +5,8 @@
 namespace lichtenberg::laplace {
 
 /// Grids of a box for error estimates with the cut-cell method: the permitted numbers of square cells along the longer
-/// side. With n cells, a grid with n times 1/2, 7/16, 6/16, 5/16 or 1/4 cells is also possible. On all these grids the
-/// shorter side has a whole number of cells. Fine grids can be halved often enough for fast multigrid.
+/// side. If n cells are permitted, a grid with n times 1/2, 7/16, 6/16, 5/16 or 1/4 cells is also possible. On all
+/// these grids the shorter side has a whole number of cells. Fine grids can be halved often enough for fast multigrid.
 class Grids {
  public:
   /// Finds the grids of a box of the given size (m). Throws InputError if the ratio of its sides is no ratio of whole

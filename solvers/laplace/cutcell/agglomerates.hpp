@@ -8,27 +8,28 @@
 namespace lichtenberg::laplace {
 
 /// Upper bound of couplings (lumped conductances between groups, per permittivity) on the coarse grids of the
-/// preconditioner. Single precision does not distinguish larger ones. With this bound the elimination in double
+/// preconditioner. Single precision does not distinguish larger couplings. With this bound the elimination in double
 /// precision is accurate enough for a preconditioner. A group is a set of bodies with one potential.
 constexpr double largest_coarse_coupling = 1e9;
 
-/// Lower bound, in the preconditioner, of couplings (lumped capacitances) to given potentials if only such couplings
-/// ground the field. They may be arbitrarily weak, but a V-cycle in single precision needs a ground of sufficient
-/// strength.
+/// Lower bound, in the preconditioner, of couplings (lumped capacitances per permittivity) to given potentials if only
+/// such couplings ground the field. The couplings may be arbitrarily weak, but a V-cycle in single precision needs a
+/// ground of sufficient strength.
 constexpr double least_only_ground = 0.1;
-/// Returns the lower bound of couplings (lumped capacitances) to given potentials in the preconditioner: 0 if a
-/// conductor in the field has a given potential, otherwise `least_only_ground`.
+/// Returns the lower bound of couplings (lumped capacitances per permittivity) to given potentials in the
+/// preconditioner. It is 0 if a body or an electrode side has a given potential, otherwise `least_only_ground`.
 inline double least_in_cycle(const LaplaceProblem& problem) {
   return problem.has_fixed_conductor() ? 0.0 : least_only_ground;
 }
 
-/// Agglomerates: sets of groups that a coarse grid resolves together or treats as part of the medium together. A group
-/// is a set of bodies with one potential. Within a set, couplings (lumped capacitances) or gap conductances are
-/// stronger than the links of small disks to the surrounding field.
+/// Agglomerates: sets of groups for coarse grids. A coarse grid keeps the potentials of all groups of a set, or treats
+/// the set as part of an effective medium. A group is a set of bodies with one potential. Within a set, couplings
+/// (lumped capacitances) or gap conductances are stronger than the links of small disks to the surrounding field.
 struct Agglomerates {
   /// By group: the first group of its set, which names the set.
   std::vector<int> first_group;
-  /// By a set's first group: whether a group of the set has a given potential or is coupled to the field's only ground.
+  /// By a set's first group: whether a group of the set has a given potential. If only couplings ground the field: also
+  /// whether a group is coupled to a given potential.
   std::vector<char> is_grounded;
 };
 
@@ -38,9 +39,9 @@ struct Agglomerates {
 /// suffice (docs/measurements/negative-results.md). A direct link is the conductance of a gap between two conductors.
 constexpr double least_joining = 4;
 
-/// Computes the sets of groups connected by strong couplings (lumped capacitances), or by direct links of more than
-/// `least_joining` (gaps of conductors that nearly touch). `direct_links`: conductances between conductors on the
-/// finest grid. A group is a set of bodies with one potential.
+/// Computes the sets of groups that strong couplings (lumped capacitances) connect, or direct links of more than
+/// `least_joining`. Direct links are gap conductances of conductors that nearly touch. `direct_links`: conductances
+/// between conductors on the finest grid. A group is a set of bodies with one potential.
 Agglomerates find_agglomerates(const LaplaceProblem& problem, const std::vector<NetworkLink>& direct_links);
 
 }  // namespace lichtenberg::laplace

@@ -13,8 +13,8 @@
 namespace lichtenberg::laplace {
 
 /// Discretizes the problem on one grid by textbook cut cells with open fractions of faces (apertures). Sets cell
-/// owners, diagonals, face conductances and links of `level`. Only cells without any fluid are covered. Throws
-/// InputError for a body that is not round.
+/// owners, diagonals, face conductances and links of `level`. A cell is covered if none of its faces is open and its
+/// centre lies in a body. Throws InputError for a body that is not round.
 void build_by_apertures(const LaplaceProblem& problem, Level& level);
 
 }  // namespace lichtenberg::laplace

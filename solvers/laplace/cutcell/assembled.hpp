@@ -8,9 +8,9 @@
 namespace lichtenberg::laplace {
 
 /// The cut-cell system as a sparse PETSc matrix (type AIJ), for any PETSc preconditioner (option -field_pc_type;
-/// default GAMG). With several MPI processes, each has the whole geometry, a part of the matrix rows, and the whole
-/// solution. build() and solve() are collective over PETSC_COMM_WORLD. On a CUDA device the matrix type is aijcusparse.
-/// The options -field_mat_type and -field_vec_type set other types.
+/// default GAMG). With several MPI processes, each process has the whole geometry, a part of the matrix rows, and the
+/// whole solution. build() and solve() are collective over PETSC_COMM_WORLD. On a CUDA device the matrix type is
+/// aijcusparse. The options -field_mat_type and -field_vec_type set other types.
 class AssembledSystem : public LinearSystem {
  public:
   AssembledSystem(LinkFormula links, double tolerance, CutCellOptions::Device device = CutCellOptions::Device::cpu);
@@ -21,7 +21,8 @@ class AssembledSystem : public LinearSystem {
 
   /// Assembles the matrix of the discretized grid `level` and makes PETSc's vectors. Part of build().
   void assemble_matrix(const LaplaceProblem& problem, const Level& level);
-  /// Makes the Krylov method, sets up its preconditioner and, without any ground, the null space. Part of build().
+  /// Makes the Krylov method, sets up its preconditioner and, if no potential is given, the null space of equal
+  /// potentials. Part of build().
   void set_up_preconditioner(const LaplaceProblem& problem);
 
  private:

@@ -9,8 +9,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Number of sweeps over the cells next to conductors that smooth an initial guess. Four cost a third of a residual
-/// evaluation and reduce the guess's error in the energy norm to an eighth.
+/// Number of sweeps over the cells next to conductors that smooth an initial guess. Four sweeps cost about a third of a
+/// residual evaluation and reduce the guess's error in the energy norm to about an eighth.
 constexpr int edge_sweeps = 4;
 
 /// Implementation of CutCellSolver on the CPU or on a device: the sequence of steps of a solve, and the state that both
@@ -21,7 +21,8 @@ class CutCellBackend : public LaplaceSolver {
   /// Solves the problem: discretization, initial guess, iterations, results. If a step throws, the history of solutions
   /// is cleared and the exception passes.
   LaplaceSolution solve(const LaplaceProblem& problem) override;
-  /// Returns the potential of the last solve at the cell centres. Throws Failure before the first solve.
+  /// Returns the potential of the last solve at the cell centres. Throws Failure without a stored solution: before the
+  /// first solve, and after forget() or a failed solve.
   Field field() const override;
   void forget() override { clear_history(); }
   const CutCellOptions& options() const { return options_; }
@@ -31,7 +32,7 @@ class CutCellBackend : public LaplaceSolver {
   virtual void follow(const CutCellBackend& coarser) = 0;
 
  protected:
-  /// Makes the grids for a new box; `finest_` is the size of the finest. First step of a solve.
+  /// Makes the grids for a new box; `finest_` is the size of the finest. First step of a solve if the box has changed.
   virtual void make_grids(const LaplaceProblem& problem) = 0;
   /// Computes the links (conductances between cells and conductors), the operator and the preconditioner for the
   /// problem's geometry.
@@ -44,7 +45,7 @@ class CutCellBackend : public LaplaceSolver {
   /// arrays.
   virtual bool is_complete() const { return true; }
   /// Computes charges, forces and energy, and adds the potentials to the history. Sets `solution.unknowns` to the
-  /// number of fluid cells (cells whose centres lie outside all bodies).
+  /// number of fluid cells (cells that no body covers).
   virtual void finish(const LaplaceProblem& problem, LaplaceSolution& solution) = 0;
 
   virtual bool has_history() const = 0;

@@ -8,12 +8,13 @@
 
 namespace lichtenberg::laplace {
 
-/// Problem with its bodies sorted by the grid row of their centres (of a bar: of its first end). Loops over bodies then
-/// access cells that are close in memory. Each thread also works on approximately the same rows in loops over bodies
-/// and cells.
+/// Problem with its bodies sorted by the grid row of their centres (of a bar: of the first end of its longer axis).
+/// Loops over bodies then access cells that are close in memory. In loops over bodies and in loops over cells, a thread
+/// works on approximately the same rows.
 class BodyOrder {
  public:
-  /// Sorts the bodies by `rows` rows of equal height over the box. Within a row the bodies keep the problem's order.
+  /// Sorts the bodies by the row of their centres. `rows`: number of rows of equal height that divide the box. Within a
+  /// row the bodies keep the problem's order.
   void sort(const LaplaceProblem& problem, int rows);
   /// Returns the problem with sorted bodies.
   const LaplaceProblem& sorted() const { return sorted_; }

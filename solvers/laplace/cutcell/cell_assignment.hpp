@@ -14,7 +14,7 @@ struct Columns {
   int from = 0, to = -1;
 };
 
-/// Rows of the cells that a body may cover, at most 64 of them: unit of work when a grid is set up.
+/// At most 64 rows of the cells that a body may cover: unit of work when a grid is set up.
 struct BodyPiece {
   int body;
   CellRange range;
@@ -22,22 +22,22 @@ struct BodyPiece {
   int first_row;
 };
 
-/// Disk `body` that covers no cell centre and whose own centre lies in a cell that another body, `owner`, covers.
+/// Resolved disk `body` that owns no cell. The cell that contains the disk's centre belongs to another body, `owner`.
 struct SharedCell {
   int body, owner;
 };
 
-/// Assignment of a grid's cells to the bodies that cover their centres. Large bodies are divided into pieces (ranges of
-/// rows). Consecutive pieces form parts of approximately equal work, which are the tasks of parallel loops over bodies.
+/// Assignment of a grid's cells to the bodies that cover them, by the cells' centres. Large bodies are divided into
+/// pieces (ranges of rows). Consecutive pieces form parts, which are the tasks of parallel loops over bodies. A single
+/// thread has one part.
 class CellAssignment {
  public:
-  /// Computes the owner of each cell, `level.owner`. If several bodies cover a cell's centre, the first in the
-  /// problem's order gets the cell. A disk that covers no cell centre gets the cell that contains the disk's centre, if
-  /// that is fluid.
+  /// Computes the owner of each cell, `level.owner`. If several bodies that the grid resolves cover a cell's centre,
+  /// the first in the order of `bodies` gets the cell. A resolved disk without a cell then gets the cell that contains
+  /// its centre, if that cell is fluid.
   void assign(const GridBodies& bodies, Level& level, parallel::Team& team);
 
-  /// Returns the number of parts. A part is a task of parallel loops: consecutive pieces (ranges of rows of a body)
-  /// with a certain amount of work.
+  /// Returns the number of parts. A part is a task of parallel loops: consecutive pieces (ranges of rows of a body).
   int parts() const { return static_cast<int>(part_start_.size()) - 1; }
   /// Returns all pieces (ranges of rows of a body), in the order of the bodies. The pieces of a part are consecutive.
   std::span<const BodyPiece> pieces() const { return pieces_; }
@@ -45,12 +45,13 @@ class CellAssignment {
   std::span<const BodyPiece> pieces(int part) const {
     return pieces().subspan(part_start_[part], part_start_[part + 1] - part_start_[part]);
   }
-  /// Returns a range of columns in row j that contains all cells of the piece's body; empty for rows outside the piece.
+  /// Returns a range of columns that contains all cells of the piece's body in row j; empty for rows outside the piece.
+  /// Only for bodies that the grid resolves.
   Columns columns(const BodyPiece& piece, int j) const {
     if (j < piece.range.from_j || j > piece.range.to_j) return {};
     return columns_[piece.first_row + j - piece.range.from_j];
   }
-  /// Returns the disks that cover no cell centre and whose centre lies in a cell that another body covers.
+  /// Returns the resolved disks without a cell, whose centre lies in the cell of another body.
   std::span<const SharedCell> shared_cells() const { return shared_cells_; }
 
  private:

@@ -6,10 +6,10 @@
 
 namespace lichtenberg::laplace {
 
-/// Owner of a grid cell: the body (conductor) that covers the cell's centre, or the fluid between the bodies. One
-/// integer stores it: the index of a body, or -1 for fluid. The device solver also numbers its boundary cells, the
-/// fluid cells next to a conductor; -2 - k means boundary cell k. Memory filled with one bits means fluid. An atomic
-/// minimum over unsigned integers gives a cell to the first of several bodies (device/grid.hpp).
+/// Owner of a grid cell: the body (conductor) that covers the cell, or the fluid between the bodies. One integer stores
+/// it: the index of a body, or -1 for fluid. The device solver also numbers its boundary cells, the fluid cells next to
+/// a conductor: -2 - k means boundary cell k. Memory filled with one bits means fluid. An atomic minimum over unsigned
+/// integers gives a cell to the first of several bodies (device/grid.hpp).
 class CellOwner {
  public:
   /// Makes the owner of a fluid cell without a number.
@@ -25,7 +25,7 @@ class CellOwner {
   LICHTENBERG_HOST_DEVICE constexpr bool is(int body) const { return code_ == body; }
   /// Returns the index of the body that covers the cell. The cell must not be fluid.
   LICHTENBERG_HOST_DEVICE constexpr int body() const { return code_; }
-  /// Returns the index of a boundary cell (a fluid cell next to a conductor). The cell must be one.
+  /// Returns the index of a boundary cell (a fluid cell next to a conductor). The cell must be a boundary cell.
   LICHTENBERG_HOST_DEVICE constexpr int boundary_number() const { return -2 - code_; }
 
  private:

@@ -28,8 +28,8 @@ struct Shares {
 };
 
 /// Computes the linear combination of m basis vectors that is closest to the solution in the energy norm (Galerkin
-/// projection). It solves gram * shares = rhs by Cholesky elimination, scaled to unit diagonal, with the largest pivot
-/// first. Vectors that are linearly dependent within 1e-10 get the coefficient 0.
+/// projection). It solves gram * shares = rhs by symmetric elimination, scaled to unit diagonal, with the largest pivot
+/// first. Vectors whose remaining pivot is below 1e-10 (linearly dependent) get the coefficient 0.
 LICHTENBERG_HOST_DEVICE inline Shares closest_shares(const GuessProducts& products, int m) {
   constexpr double dependent = 1e-10;
   double a[history_length][history_length], b[history_length], unit[history_length];

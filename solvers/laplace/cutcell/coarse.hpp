@@ -11,7 +11,7 @@
 namespace lichtenberg::laplace {
 
 /// Sparse direct solver (Cholesky factorization, CHOLMOD) of the coarsest multigrid grid. The unknowns are the
-/// potentials of fluid cells and of floating groups (bodies with one unknown potential).
+/// potentials of fluid cells and of floating groups (bodies with one potential) that have an unknown on this grid.
 class CoarseSolver {
  public:
   CoarseSolver();
@@ -19,14 +19,15 @@ class CoarseSolver {
   CoarseSolver(const CoarseSolver&) = delete;
   CoarseSolver& operator=(const CoarseSolver&) = delete;
 
-  /// Factorizes a symmetric matrix, given by its upper triangle by columns. Throws Failure if it is not positive
-  /// definite within rounding. Without unknowns it does nothing.
+  /// Factorizes a symmetric matrix, given by its upper triangle by columns. Throws Failure if the factorization fails,
+  /// as for a matrix that is not positive definite. Without unknowns it only discards an earlier factorization.
   void factorize(SparseSystem system);
-  /// Assembles and factorizes the system of the coarsest grid `level`. Throws Failure if it is singular.
+  /// Assembles and factorizes the system of the coarsest grid `level`. Throws Failure if the factorization fails. If no
+  /// potential is given, the level of the potentials is fixed arbitrarily.
   void factorize(const LaplaceProblem& problem, const Level& level);
   /// Solves the system for the right-hand sides f (of cells, by slot) and `charge` (by group). Writes the potentials to
-  /// v (by slot, the memory index) and phi (by group). Entries of covered cells (inside conductors) and of groups of
-  /// given potential are not changed. A group is a set of bodies with one potential.
+  /// v (by slot, the memory index) and phi (by group). Other entries, such as those of covered cells (inside
+  /// conductors) and of groups of given potential, do not change. A group is a set of bodies with one potential.
   void solve(const float* f, const float* charge, float* v, float* phi);
 
  private:

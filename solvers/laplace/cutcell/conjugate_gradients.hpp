@@ -25,10 +25,10 @@ struct MatrixFreeContext {
   void precondition(const double* from, double* z) { multigrid->apply(from, z); }
 };
 
-/// Name of a PETSc KSP type: conjugate gradients that compute the same as KSPCG with the natural norm. Updates and
-/// products of vectors are computed row by row together with the operator and the V-cycle, on all threads of the
-/// operator's team. The type accesses x and b in place. Its preconditioner must be the multigrid, a PCSHELL with a
-/// MatrixFreeContext.
+/// Name of a PETSc KSP type: conjugate gradients with the iterates of KSPCG and the natural norm, except for rounding.
+/// They may end one V-cycle earlier, by a predicted norm. Updates and products of vectors are computed row by row
+/// together with the operator and the V-cycle, on the threads of the operator's team. The type accesses x and b in
+/// place. Its preconditioner must be the multigrid, a PCSHELL with a MatrixFreeContext.
 inline constexpr const char* fused_cg = "cutcell";
 
 /// Registers the conjugate gradients `fused_cg` with PETSc, which must be running. Throws Failure if PETSc reports an

@@ -8,8 +8,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Covered cells of one grid (cells whose centres lie in a conductor), by body. It transfers values between these cells
-/// and the groups (bodies with one potential).
+/// List of the covered cells of one grid (cells inside conductors), by body. The class transfers values between these
+/// cells and the groups (bodies with one potential).
 class CoveredCells {
  public:
   /// Copies the list of covered cells (inside conductors) of `level` and the group (bodies with one potential) of each

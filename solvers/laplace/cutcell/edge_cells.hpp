@@ -7,8 +7,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Fluid cells of the finest grid next to conductors, for local relaxation of the initial guess. They are the cells
-/// with links (conductances to conductors), also those with links to conductors of given potential only.
+/// Fluid cells of the finest grid next to conductors, for local relaxation of the initial guess. These are all cells
+/// with links (conductances to conductors), including cells with links to conductors of given potential only.
 class EdgeCells {
  public:
   /// Lists the fluid cells with links to conductors, by row and colour. `links`: the same grid's links to floating

@@ -12,18 +12,18 @@ namespace lichtenberg::laplace {
 struct GridBodies;
 struct Level;
 
-/// Near-surface cells that the V-cycle eliminates (Kron reduction): fluid cells dominated by links to conductors. They
-/// lie in gaps below a cell, or their centre is close to a surface. If such a cell and the groups were relaxed
-/// alternately, a sweep would leave c / d of their common error. Here c is the conductance to a group (bodies with one
-/// potential), d the sum of the cell's conductances. Elimination changes a group's conductance from c to c - c^2 / d,
-/// and adds c_a c_b / d between two groups.
+/// Near-surface cells that the V-cycle eliminates (Kron reduction): fluid cells with a large conductance to a
+/// conductor. They lie in narrow gaps, or their centre is close to a surface. If such a cell and the groups were
+/// relaxed alternately, a sweep would leave c / d of their common error. Here c is the conductance to a group (bodies
+/// with one potential), d the sum of the cell's conductances. Elimination changes a group's conductance from c to c -
+/// c^2 / d, and adds c_a c_b / d between two groups.
 struct EliminatedCells {
   /// Minimum conductance of a link (per permittivity) for the elimination of its cell. A face between two cells has 1
   /// (docs/numerics/multigrid.md).
   static constexpr double least_conductance = 8;
-  /// Computes the Schur complement's diagonal term of an eliminated cell (dominated by a conductor), c - c^2 / all. It
-  /// is the conductance of a group (bodies with one potential) to the rest after the elimination. `c`: conductance of
-  /// the group's link; `all`: sum of the cell's conductances.
+  /// Computes the Schur complement's diagonal term of an eliminated cell (with a large conductance to a conductor), c -
+  /// c^2 / all. The result is the conductance of a group (bodies with one potential) to the rest after the elimination.
+  /// `c`: conductance of the group's link; `all`: sum of the cell's conductances.
   LICHTENBERG_HOST_DEVICE static constexpr double schur_diagonal(double c, double all) { return c * (all - c) / all; }
   /// Computes the conductance a b / all that the elimination of a cell adds between two groups (Schur complement). `a`,
   /// `b`: conductances of their links to the cell; `all`: sum of the cell's conductances. A group is a set of bodies
@@ -53,11 +53,11 @@ struct EliminatedCells {
 
   /// Removes all cells.
   void clear();
-  /// Appends the cells of another list and their links (conductances to conductors).
+  /// Appends the cells of another list `more` and their links (conductances to conductors).
   void append(const EliminatedCells& more);
-  /// Calls effect(link_a, link_b, conductance) for each pair of groups (bodies with one potential) with links to the
-  /// same eliminated cell (dominated by a conductor). `conductance`: the value that the elimination adds between the
-  /// two groups.
+  /// Calls effect(link_a, link_b, conductance) for each pair of groups with links to the same eliminated cell. An
+  /// eliminated cell has a large conductance to a conductor; a group is a set of bodies with one potential.
+  /// `conductance`: the value that the elimination adds between the two groups.
   template <class Effect>
   void for_each_pair(const Effect& effect) const {
     for (std::size_t k = 0; k < cells.size(); ++k)

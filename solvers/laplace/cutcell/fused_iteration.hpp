@@ -9,8 +9,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Registers the function solve(KSP) with PETSc as a Krylov method `name` that computes the natural norm sqrt(r' M r).
-/// Throws Failure if PETSc reports an error.
+/// Registers the function solve(KSP) with PETSc as a Krylov method `name` that computes the natural norm sqrt(r' M r)
+/// of the residual r (M: preconditioner). Throws Failure if PETSc reports an error.
 template <PetscErrorCode (*solve)(KSP)>
 void register_natural_method(const char* name) {
   parallel::check_petsc(KSPRegister(name, [](KSP ksp) -> PetscErrorCode {
@@ -24,8 +24,8 @@ void register_natural_method(const char* name) {
   }));
 }
 
-/// Passes a residual norm to PETSc's monitors, the residual history and the stop criterion, which may set the KSP's
-/// reason. `squared`: square of the natural norm sqrt(r' M r).
+/// Passes a residual norm to PETSc's monitors, the residual history and the stop criterion, which may end the
+/// iterations. `squared`: square of the natural norm sqrt(r' M r) of the residual r (M: preconditioner).
 inline PetscErrorCode report_norm(KSP ksp, double squared) {
   ksp->rnorm = std::sqrt(std::abs(squared));
   PetscCall(KSPLogResidualHistory(ksp, ksp->rnorm));
@@ -35,8 +35,9 @@ inline PetscErrorCode report_norm(KSP ksp, double squared) {
 }
 
 /// Ends the iterations if the step just taken is predicted to meet the stop criterion, and reports the predicted norm.
-/// The prediction uses the reduction of the norm by earlier steps. For the first step it assumes steepest descent in
-/// the spectrum of M A, .38 to 1.45 (docs/numerics/multigrid.md). This reduces the norm to (1.45 - .38) / (1.45 + .38).
+/// The prediction uses the reduction of the norm by earlier steps. For the first step it assumes steepest descent with
+/// eigenvalues .38 to 1.45 of M A (M: preconditioner, A: matrix; docs/numerics/multigrid.md). This reduces the norm to
+/// (1.45 - .38) / (1.45 + .38).
 inline PetscErrorCode predict_end(KSP ksp, const CgScalars& scalars) {
   constexpr double first_step = 0.6;
   const double predicted = scalars.predicted_norm(ksp->its == 0 ? first_step : CgScalars::slow_step);

@@ -13,8 +13,8 @@
 namespace lichtenberg::laplace {
 
 /// One grid of the multigrid V-cycle in single precision: its linear system, its vectors and the passes of the cycle.
-/// Unknowns are the potentials of fluid cells and of floating groups (bodies with one unknown potential). Passes over
-/// cells run in bands of rows on a thread team (wavefront.hpp).
+/// Unknowns are the potentials of fluid cells and of floating groups (bodies with one potential), except groups in an
+/// effective medium. Passes over cells run in bands of rows on a thread team (wavefront.hpp).
 class Grid {
  public:
   /// Makes a grid of the V-cycle. `sweeps`: number of smoothing sweeps before the correction from the next coarser
@@ -25,8 +25,9 @@ class Grid {
   /// (bodies with one potential). The threads of `team` do the work; the team may differ from that of the passes.
   void build(const LaplaceProblem& problem, const Level& level, parallel::Team& team);
 
-  /// Smooths the potentials v and phi from zero for the right-hand sides f and `charge`, then computes the residual.
-  /// The order of relaxation is groups (bodies with one potential), red cells, black cells.
+  /// Applies the smoother (red-black Gauss-Seidel relaxation) to the potentials v and phi from zero, for the right-hand
+  /// sides f and `charge`. It then computes the residual. The order of relaxation is groups (bodies with one
+  /// potential), red cells, black cells.
   void smooth_from_zero();
   /// Restricts the residual to the right-hand sides `f` and `charge` of the next coarser grid (full weighting).
   void restrict_to(Grid& coarse);
@@ -34,20 +35,23 @@ class Grid {
   /// relaxation is black cells, red cells, groups (bodies with one potential). If r is not null, row_product[j] becomes
   /// the scalar product of r and v over row j.
   void correct_and_smooth(const Grid& coarse, const double* r = nullptr, double* row_product = nullptr);
-  /// Distributes the charges of absorbed groups to the right-hand side of the four cells around each. An absorbed group
-  /// has no unknown on this grid. A group is a set of bodies with one potential.
+  /// Distributes the right-hand sides `charge` of absorbed groups to f of the four cells around each group, and sets
+  /// these entries of `charge` to 0. An absorbed group has no unknown on this grid. A group is a set of bodies with one
+  /// potential.
   void absorb_charges(std::span<const AbsorbedGroup> groups);
   /// Prepares the potentials v for interpolation to the next finer grid (prolongation). Covered cells get their group's
-  /// entry of `potential`. Groups that this grid absorbs first get the interpolated potential in phi. Mirror images of
-  /// cells beyond a side are multiplied by mirrored[side]. A group is a set of bodies with one potential.
+  /// entry of `potential`. Groups that this grid absorbs, but not the next finer grid, get the interpolated potential
+  /// in phi. Mirror images of cells beyond a side are multiplied by mirrored[side]. A group is a set of bodies with one
+  /// potential.
   void spread(const std::vector<float>& potential, const std::array<float, 4>& mirrored);
-  /// Sets v to the bilinear interpolation from the next coarser grid, which must have called spread(), and phi to that
-  /// grid's group potentials. A group is a set of bodies with one potential.
+  /// Prolongation: sets v to the bilinear interpolation from the next coarser grid, which must have called spread(),
+  /// and phi to that grid's group potentials. A group is a set of bodies with one potential.
   void interpolate_from(const Grid& coarse);
-  /// Solves for the potentials phi of groups (bodies with one potential) joined by couplings (lumped capacitances), for
-  /// given `charge` and potentials v of the cells. Without couplings it does nothing.
+  /// If couplings (lumped capacitances) exist, solves for the potentials phi of the groups that couplings or strong gap
+  /// conductances join. `charge` and the cells' potentials v are given. A group is a set of bodies with one potential.
   void solve_coupled_groups();
-  /// Returns the potential of a group (bodies with one potential), in double precision for coupled groups.
+  /// Returns the potential of a group (bodies with one potential), in double precision for groups with couplings
+  /// (lumped capacitances).
   double potential_of(int group) const { return groups_.potential(group, phi); }
   /// Solves for coupled groups (bodies with one potential), then replaces the right-hand sides f and `charge` by the
   /// residuals of v and phi.

@@ -8,16 +8,16 @@
 namespace lichtenberg::laplace {
 
 /// Bodies (conductors) of a problem on one grid: their shapes in units of cells, and whether the grid resolves them. A
-/// coarse grid may not resolve a small disk. The disk is then part of an effective medium, or a subgrid conductor that
-/// exchanges flux with the four cells around it (medium.hpp). The medium absorbs whole groups (bodies with one
-/// potential).
+/// coarse grid may not resolve a small disk or bar. The body is then part of an effective medium, or a subgrid
+/// conductor that exchanges flux with the four cells around it (medium.hpp). The medium absorbs whole groups (bodies
+/// with one potential).
 struct GridBodies {
   /// Computes the outlines of all bodies for cells of size h (m) and marks all bodies as resolved.
   void assign(const LaplaceProblem& problem, double h);
 
   /// Returns true if the grid resolves the body with index `body`.
   bool resolves(int body) const { return is_resolved.empty() || is_resolved[body]; }
-  /// Returns the indices of a group's subgrid conductors: disks too small for the grid that still have an unknown or
+  /// Returns the indices of a group's subgrid conductors: bodies too small for the grid that still have an unknown or
   /// given potential on it. A group is a set of bodies with one potential.
   std::span<const int> subgrid_of_group(int group) const {
     if (is_resolved.empty()) return {};

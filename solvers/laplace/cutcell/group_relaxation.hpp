@@ -8,10 +8,10 @@
 namespace lichtenberg::laplace {
 
 /// Gauss-Seidel relaxation of the floating groups' equations on one grid. A floating group is a set of bodies with one
-/// unknown potential. Groups joined by couplings (lumped capacitances) or by strong direct links (gap conductances) are
-/// solved together as one block. Sequential relaxation would retain the common potential of a chain of such groups, and
-/// CG's natural norm would not show it. Vectors have one entry a group: potentials `phi`, right-hand sides `charge`,
-/// fluxes from cells `flux`.
+/// unknown potential. Groups with couplings (lumped capacitances) or strong direct links (gap conductances) are solved
+/// together as one block. Sequential relaxation would retain the common potential of a chain of such groups, and CG's
+/// natural norm would not show it. Vectors have one entry a group: potentials `phi`, right-hand sides `charge`, fluxes
+/// from cells `flux`.
 class GroupRelaxation {
  public:
   /// Chooses and factorizes the block of coupled groups, and lists the direct links (gap conductances). `diagonal`
@@ -20,15 +20,15 @@ class GroupRelaxation {
   void build(const LaplaceProblem& problem, const Level& level, const std::vector<float>& diagonal);
 
   /// Computes new potentials phi by one Gauss-Seidel sweep. It relaxes the single groups (bodies with one potential) in
-  /// their order, then the block; the order is reversed if not `forward`, so that the cycle is symmetric.
+  /// their order, then the block. If `forward` is false, the order is reversed, so that the cycle is symmetric.
   void relax(bool forward, const std::vector<float>& charge, const std::vector<float>& flux, std::vector<float>& phi);
   /// Solves for the potentials phi of the groups (bodies with one potential) in the block; the other groups' potentials
   /// stay.
   void relax_block(const std::vector<float>& charge, const std::vector<float>& flux, std::vector<float>& phi);
   /// Completes the groups' residuals in `residual`, which must contain charge + flux from cells. Adds the fluxes
-  /// through direct links (gap conductances) and subtracts diagonal * phi. If couplings exist, the block's residuals
-  /// are set to the change of their flux since their relaxation, because they were zero then. Only they use `flux`
-  /// [groups], the flux from cells. A group is a set of bodies with one potential.
+  /// through direct links (gap conductances) and subtracts diagonal * phi. If couplings exist, the residual of a group
+  /// of the block is the change of its flux since the block's relaxation, where it was zero. Only these groups use
+  /// `flux` [groups], the flux from cells. A group is a set of bodies with one potential.
   void complete_residuals(const std::vector<float>& phi, const std::vector<float>& flux,
                           std::vector<float>& residual) const;
 

@@ -20,8 +20,8 @@ class SolutionHistory {
   void clear() { solutions_.clear(); }
   /// Returns the number of bodies of the last solution. The history must not be empty.
   std::size_t bodies() const { return solutions_.front().body.size(); }
-  /// Returns the potentials of the last solution by cell (Layout slot), in the solver's potential unit. Covered cells
-  /// have the potential of their conductor.
+  /// Returns the potentials of the last solution in the solver's potential unit: by slot (memory index of a cell,
+  /// Layout), then by group. Covered cells (inside conductors) have the potential of their conductor.
   const std::vector<double>& newest() const { return solutions_.front().x; }
   /// Returns the potentials of the last solution by body, in the solver's potential unit.
   const std::vector<double>& newest_of_bodies() const { return solutions_.front().body; }
@@ -31,11 +31,11 @@ class SolutionHistory {
   double initial_guess(const LaplaceProblem& problem, const CutCellOperator& op, const std::vector<double>& b,
                        std::vector<double>& x);
   /// Sets x to the last solution on the unknowns of the new geometry. A floating group (bodies with one unknown
-  /// potential) gets the mean of its bodies.
+  /// potential) gets the mean potential of its bodies.
   void newest_as_guess(const LaplaceProblem& problem, const CutCellOperator& op, std::vector<double>& x);
-  /// Stores the solution x as the newest and drops the oldest if there are `history_length`. Covered cells in x must
-  /// hold their conductor's potential. `body_potential`: by body, in the units of x. The call leaves undefined values
-  /// in x.
+  /// Stores the solution x as the newest and drops the oldest if there are more than `history_length`. Covered cells in
+  /// x must hold their conductor's potential. `body_potential`: by body, in the units of x. The values of x are
+  /// undefined after the call.
   void store(std::vector<double>& x, std::vector<double> body_potential);
 
  private:

@@ -9,22 +9,23 @@
 
 namespace lichtenberg::laplace {
 
-/// Chooses the unknowns of a coarse grid: the bodies that it resolves, and the groups (bodies with one potential) that
-/// its medium absorbs (`level.absorbed`). The remaining small disks become subgrid conductors (disks too small for the
-/// grid). `agglomerates`: sets of groups treated together; `finer`: the grid of cells half as large, or null. `bodies`
-/// must have their outlines; it receives the choice.
+/// Chooses how a coarse grid of the preconditioner represents conductors. Small floating sets of bodies become part of
+/// an effective medium and have no unknown (`level.absorbed`). Other bodies that the grid does not resolve become
+/// subgrid conductors, represented by disks. `agglomerates`: sets of groups (bodies with one potential) treated
+/// together; `finer`: the grid of cells half as large, or null. `bodies` must contain the outlines and receives the
+/// choice.
 void choose_unknowns(const LaplaceProblem& problem, const Agglomerates& agglomerates, const Level* finer,
                      GridBodies& bodies, Level& level);
 
-/// Copies the finer grid's direct links (gap conductances) of subgrid conductors, disks too small for this grid, to
-/// `level.pairs`. Links that the elimination of near-surface cells (dominated by a conductor) has made are included.
-/// Conductors that nearly touch exchange flux through their gap, not through cells, and conductances do not depend on
-/// the cell size.
+/// Copies the finer grid's direct links (gap conductances) of subgrid conductors (bodies too small for this grid) to
+/// `level.pairs`. This includes links that the elimination of near-surface cells (with a large conductance to a
+/// conductor) has made. Links to conductors in the effective medium are left out. Conductors that nearly touch exchange
+/// flux through their gap, not through cells, and conductances do not depend on the cell size.
 void inherit_pairs(const LaplaceProblem& problem, const Level& finer, const GridBodies& bodies, Level& level);
 
-/// Gives the fluid the effective permittivity of the absorbed conductors (Maxwell Garnett). Multiplies the conductances
-/// of faces, links and electrode sides, and computes the diagonal again. `level.faces` stays empty if the grid resolves
-/// all bodies.
+/// Gives the fluid of a coarse grid the effective permittivity due to conductors that are part of the medium (Maxwell
+/// Garnett). Computes the conductances of faces, and multiplies those of links to resolved bodies and to electrode
+/// sides. Then computes the matrix diagonal again. If the grid resolves all bodies, it only clears `level.faces`.
 void homogenize_fluid(const LaplaceProblem& problem, const GridBodies& bodies, Level& level, parallel::Team& team);
 
 }  // namespace lichtenberg::laplace

@@ -15,40 +15,40 @@ namespace lichtenberg::laplace {
 /// set of bodies with one potential.
 class KronReduction {
  public:
-  /// Copies the list of cells and computes the shares of their flux. `group_diagonal` [groups] must contain the sums of
-  /// conductances without links to these cells. The function adds the diagonal of the Schur complement. A group is a
-  /// set of bodies with one potential.
+  /// Copies the list of eliminated cells, and computes for each of their links the share of the cell's flux that goes
+  /// to the link's group. On entry `group_diagonal` [groups] contains the sums of conductances without links to these
+  /// cells. On return it is the diagonal of the Schur complement. A group is a set of bodies with one potential.
   void build(const EliminatedCells& cells, const Layout& layout, std::vector<float>& group_diagonal);
 
-  /// Starts a V-cycle: stores the right-hand side f of the eliminated cells (by slot, the memory index), for zero
-  /// potentials.
+  /// Starts a V-cycle from zero potentials: copies the right-hand side of the eliminated cells, which is then also
+  /// their flux. `f`: right-hand side of all cells by slot (memory index).
   void start(const std::vector<float>& f);
-  /// Computes the flux into the eliminated cells (dominated by a conductor) of a colour in row j (right-hand side plus
-  /// neighbours). To be called after the relaxation of these cells. `flux_from_neighbours` maps a cell to the flux from
-  /// the four cells around it.
+  /// Computes the flux into the eliminated cells (with a large conductance to a conductor) of a colour in row j
+  /// (right-hand side plus neighbours). To be called after the relaxation of these cells. `flux_from_neighbours` maps a
+  /// cell to the flux from the four cells around it.
   template <class Flux>
   void update(int colour, int j, const Flux& flux_from_neighbours) {
     for (int k = row_start_[j]; k < row_start_[j + 1]; ++k)
       if (is_red(cells_.cells[k]) == (colour == 0)) flux_[k] = f_[k] + flux_from_neighbours(cells_.cells[k]);
   }
-  /// Sets the cells' fluxes such that relaxation with the group potentials phi would give the cell potentials v. A
-  /// group is a set of bodies with one potential.
+  /// Sets the stored fluxes of the eliminated cells, which have a large conductance to a conductor. Relaxation with the
+  /// group potentials phi would then give the cell potentials v. A group is a set of bodies with one potential.
   void set_relaxed(const std::vector<float>& v, const std::vector<float>& phi);
-  /// Computes the residuals of red eliminated cells (dominated by a conductor) in row j after a sweep over both
-  /// colours. They are differences of fluxes, which avoids the cancellation in a residual from f and v. `residual`: by
-  /// slot (memory index).
+  /// Computes the residuals of red eliminated cells (with a large conductance to a conductor) in row j after a sweep
+  /// over both colours. They are differences of fluxes, which avoids the cancellation in a residual from f and v.
+  /// `residual`: by slot (memory index).
   template <class Flux>
   void set_red_residuals(int j, const Flux& flux_from_neighbours, std::vector<float>& residual) const {
     for (int k = row_start_[j]; k < row_start_[j + 1]; ++k)
       if (const EliminatedCells::Cell& cell = cells_.cells[k]; is_red(cell))
         residual[cell.slot] = static_cast<float>(f_[k] + flux_from_neighbours(cell) - flux_[k]);
   }
-  /// Adds the flux that each group (bodies with one potential) receives from the eliminated cells (dominated by a
-  /// conductor) to `sum` [groups].
+  /// Adds the flux that each group (bodies with one potential) receives from the eliminated cells (with a large
+  /// conductance to a conductor) to `sum` [groups].
   void add_fluxes(std::vector<float>& sum) const;
-  /// Computes the potentials of the eliminated cells (dominated by a conductor) in v from the group potentials phi
-  /// (back substitution). Unless r is null, updates `row_product`, the scalar products of r and v by row. A group is a
-  /// set of bodies with one potential.
+  /// Computes the potentials of the eliminated cells (with a large conductance to a conductor) in v from the group
+  /// potentials phi (back substitution). Unless r is null, updates `row_product`, the scalar products of r and v by
+  /// row. A group is a set of bodies with one potential.
   void substitute(const std::vector<float>& phi, const double* r, double* row_product, std::vector<float>& v) const;
 
  private:

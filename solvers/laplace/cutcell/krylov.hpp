@@ -12,9 +12,9 @@
 namespace lichtenberg::laplace {
 
 /// Stop criterion of conjugate gradients. The natural norm sqrt(r' M r) of the residual r estimates the energy norm of
-/// the error (M: preconditioner). It must fall below `tolerance` times the energy norm of the solution. The plain
-/// residual norm gives no such bound: a short link, from a cell centre close to a conductor, makes it arbitrarily
-/// large.
+/// the error (M: preconditioner). It must fall to `tolerance` times the estimated energy norm of the solution, or to
+/// the level of rounding. The plain residual norm gives no such bound: a short link, from a cell centre close to a
+/// conductor, makes it very large.
 struct StopCriterion {
   double tolerance = 0;
   /// Energy norm of the initial guess.
@@ -27,9 +27,9 @@ struct StopCriterion {
   /// the energy is zero.
   double rounding = 0;
 
-  /// Sets the scale from the natural norm of the first residual, which adds to the energy of the guess.
+  /// Sets `scale` to sqrt(energy_norm^2 + norm^2). `norm`: natural norm of the first residual.
   LICHTENBERG_HOST_DEVICE void begin(double norm) { scale = std::hypot(energy_norm, norm); }
-  /// Stores the natural norm, divided by `scale`, in `last`.
+  /// Stores the natural norm, divided by `scale`, in `last` (0 if `scale` is 0).
   void record(double norm) { last = scale > 0 ? norm / scale : 0.0; }
   /// Returns true if the natural norm is at most `tolerance` * `scale`, or at most `rounding`.
   LICHTENBERG_HOST_DEVICE bool is_met_by(double norm) const {
@@ -38,7 +38,8 @@ struct StopCriterion {
   }
 };
 
-/// Scalars of the conjugate gradients, for the CPU and a device. z = M r is the preconditioned residual.
+/// Scalars of the conjugate gradient iteration, for the CPU and a device. r is the residual and z = M r the
+/// preconditioned residual (M: preconditioner).
 struct CgScalars {
   /// Scalar product r'z of the last residual.
   double product = 0;
@@ -47,7 +48,8 @@ struct CgScalars {
   /// Number of products so far.
   int residuals = 0;
 
-  /// Adds the next product r'z and updates beta.
+  /// Stores the next scalar product r'z of the residual r and the preconditioned residual z. Updates beta, its ratio to
+  /// the previous product, and the largest beta.
   LICHTENBERG_HOST_DEVICE void add(double next) {
     beta = residuals > 0 ? next / product : 0.0;
     largest = beta > largest ? beta : largest;
@@ -67,15 +69,16 @@ struct CgScalars {
 };
 
 /// Detection of stagnation: ten iterations in which no norm fell below 0.9 of the best. The multigrid works in single
-/// precision and is not exactly a linear map. Short recurrences that rely on linearity (MINRES, BiCGStab) stagnate with
-/// it. While a method converges, an iteration halves the norm or does better.
+/// precision and is not exactly a linear map. Short recurrences that rely on linearity (MINRES, BiCGStab) can stagnate
+/// with it. While a method converges, a typical iteration halves the norm.
 struct StallTest {
   double best = 0;
   int iterations = 0;  ///< iterations since `best`
 
-  /// Starts the test with a first norm.
+  /// Starts the stagnation test with the first residual norm.
   void start(double norm) { best = norm, iterations = 0; }
-  /// Adds the norm of an iteration and returns true if the method stagnates.
+  /// Adds the residual norm of an iteration. Returns true if the method stagnates: ten iterations without a norm below
+  /// 0.9 of the best.
   bool is_stalled(double norm) {
     constexpr double progress = 0.9;
     constexpr int most_slow_iterations = 10;
@@ -108,18 +111,18 @@ struct Krylov {
   Krylov(const Krylov&) = delete;
   Krylov& operator=(const Krylov&) = delete;
   ~Krylov() { release(); }
-  /// Destroys all PETSc objects.
+  /// Destroys the PETSc objects of this struct: method, matrix, vectors and null space.
   void release();
 
   /// Makes a matrix given by a function, a PETSc shell matrix for vectors of n entries.
   void make_shell_matrix(const Shell& shell, PetscInt n);
-  /// Makes a KSP of the type `cg` with a preconditioner given by a function. If options name another preconditioner of
-  /// PETSc, the type becomes plain CG. Throws InputError, and releases everything, if that preconditioner needs a
-  /// matrix.
+  /// Makes a KSP of the type `cg` with a preconditioner given by a function. If PETSc's options choose no
+  /// preconditioner (-field_pc_type none) and no other KSP type, the type becomes plain CG. Throws InputError, and
+  /// releases everything, if they name any other preconditioner, because the matrix is not stored.
   void make_shell_method(const Shell& shell, double tolerance, KSPType cg);
   /// Sets the KSP type `cg`, the relative `tolerance` and the stop criterion, then PETSc's options with prefix
-  /// "field_". Any method of PETSc keeps the criterion, with a norm and an initial guess that it supports. The option
-  /// -field_ksp_rtol overrules the tolerance of every criterion.
+  /// "field_". If they choose another method, the criterion remains, with a norm and an initial guess that the method
+  /// supports. The option -field_ksp_rtol overrules the tolerance of each solve.
   void set_options(double tolerance, KSPType cg = KSPCG);
   /// Computes sqrt(r' M r) of the current iterate's residual r while the method runs (M: preconditioner).
   double natural_norm_of_iterate() const;
@@ -138,11 +141,12 @@ struct Krylov {
     parallel::check_petsc(VecDestroy(&ones));
     set_null_space(space);
   }
-  /// Returns true if the method has this KSP type.
+  /// Returns true if the Krylov method is of this KSP type of PETSc.
   bool is(KSPType type) const;
   /// Solves the system from the guess in x until the criterion is met. Sets iterations and residual of `solution`. A
-  /// method that stagnates or breaks down restarts from the true residual of its iterate while the norm is halved
-  /// (iterative refinement). Throws Failure without convergence, or if numbers exceed double precision.
+  /// method without the natural norm may stagnate or stop early. It then restarts from the true residual of its
+  /// iterate, while each start halves the norm (iterative refinement). Throws Failure without convergence, or if
+  /// numbers exceed double precision.
   void solve(LaplaceSolution& solution);
 
  private:
@@ -152,7 +156,7 @@ struct Krylov {
 };
 
 /// Checks that all PETSc options for the field solver were used. Throws InputError for an unused option -field_..., and
-/// for -ksp_... or -pc_... without the prefix. To be called after a solve, which reads all its options.
+/// for an unused -ksp_... or -pc_... without the prefix. To be called after a solve, which reads all its options.
 void check_petsc_options();
 
 }  // namespace lichtenberg::laplace

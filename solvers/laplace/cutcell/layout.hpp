@@ -8,8 +8,8 @@ namespace lichtenberg::laplace {
 
 /// Memory layout of a grid of nx x ny cells in red-black (checkerboard) order: all cells of one colour, then those of
 /// the other. A sweep over one colour thus accesses contiguous rows. Cell (i, j) has colour (i + j) mod 2 (0: red, 1:
-/// black) and number i / 2 in its colour's row j. Padding of one row and some entries surrounds the grid and is always
-/// zero, so that stencils need no boundary cases. The index of a cell in memory is called its slot.
+/// black) and number i / 2 in its colour's row j. Padding of one row and some entries surrounds the grid. Vectors are
+/// zero there, so that stencils need no boundary cases. The index of a cell in memory is called its slot.
 struct Layout {
   int nx = 0, ny = 0;
   /// Number of slots (memory entries) of a row of one colour, padding included.

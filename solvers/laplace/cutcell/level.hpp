@@ -14,7 +14,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Link between a fluid cell and a conductor in a neighbouring cell: its conductance per depth and permittivity.
+/// Link between a fluid cell and a conductor next to it, usually in a neighbouring cell: its conductance per depth and
+/// permittivity.
 struct FluidLink {
   /// Slot (memory index) of the fluid cell.
   std::ptrdiff_t cell;
@@ -45,16 +46,16 @@ struct CrossGradient {
   Vec2 gradient;
 };
 
-/// Direct link between two conductors in neighbouring cells, without a fluid cell between them. The conductance is per
-/// depth and permittivity, its derivatives with respect to the positions of the bodies (per cell width).
+/// Direct link between two close conductors of different groups, without a fluid cell between them. The conductance is
+/// per depth and permittivity; its derivatives are with respect to the positions of the bodies (per cell width).
 struct PairLink {
   int body_a, body_b;
   double conductance;
   Vec2 gradient_a, gradient_b;
 };
 
-/// Link between an electrode side of the box and a fluid cell or a conductor. `body` is -1 for a fluid cell, `cell` is
-/// -1 for a body.
+/// Link between an electrode side of the box and a fluid cell or a conductor. For a fluid cell, `cell` is its slot
+/// (memory index) and `body` is -1. For a conductor, `cell` is -1.
 struct SideLink {
   std::ptrdiff_t cell;
   int body;
@@ -80,7 +81,8 @@ struct FixedCoupling {
 };
 
 /// Floating group (bodies with one potential) without an unknown on a coarse grid, because it is part of the effective
-/// medium. Its potential is the bilinear interpolation at its centre between four cells.
+/// medium. Its potential is the bilinear interpolation between four cells at the centre of its agglomerate (groups that
+/// coarse grids treat as one).
 struct AbsorbedGroup {
   int group;
   std::array<std::ptrdiff_t, 4> cell;
@@ -104,13 +106,14 @@ struct Level {
   Level(const LaplaceProblem& problem, int nx, int ny);
 
   /// Returns true if the potential of a floating group (bodies with one unknown potential) is an unknown of this grid.
-  /// A coarse grid treats small groups as part of an effective medium instead.
+  /// A coarse grid may treat a small group as part of an effective medium instead.
   bool has_unknown(int group) const { return is_absorbed.empty() || !is_absorbed[group]; }
-  /// Returns true if floating groups (bodies with one unknown potential) are coupled (by lumped capacitances) to each
-  /// other or to given potentials.
+  /// Returns true if any floating group (bodies with one unknown potential) is coupled (by a lumped capacitance) to
+  /// another one or to a given potential.
   bool is_coupled() const { return !couplings.empty() || !fixed_couplings.empty(); }
-  /// Returns the conductances between groups (bodies with one potential) without an unknown cell between them: pair
-  /// links, and links that the elimination of near-surface cells (dominated by a conductor) makes.
+  /// Returns the conductances between groups (bodies with one potential) without an unknown cell between them. They are
+  /// direct links across gaps, and links that the elimination of near-surface cells makes. (A near-surface cell has a
+  /// large conductance to a conductor.)
   std::vector<NetworkLink> direct_links(const LaplaceProblem& problem) const;
 
   Layout layout;

@@ -20,9 +20,10 @@ class LevelBuilder {
   /// the formula does not support a shape.
   void build(const LaplaceProblem& problem, LinkFormula formula, Level& level,
              parallel::Team& team = parallel::Team::single());
-  /// Discretizes the problem on a coarse grid of the preconditioner, with unknowns only for conductors that the grid
-  /// resolves. Smaller ones become part of an effective medium (homogenize.hpp). `agglomerates`: sets of groups (bodies
-  /// with one potential) treated together. `finer`: the grid of cells half as large, or null.
+  /// Discretizes the problem on a coarse grid of the preconditioner. Of the conductors that the grid does not resolve,
+  /// small floating sets become part of an effective medium and have no unknown. The others become subgrid conductors
+  /// (medium.hpp). `agglomerates`: sets of groups (bodies with one potential) treated together. `finer`: the grid of
+  /// cells half as large, or null.
   void build_coarse(const LaplaceProblem& problem, LinkFormula formula, const Agglomerates& agglomerates,
                     const Level* finer, Level& level, parallel::Team& team = parallel::Team::single());
 
@@ -43,7 +44,8 @@ class LevelBuilder {
 void sort_links_by_row(std::span<const int> link_row, Level& level, parallel::Team& team);
 
 /// Computes `level.couplings` and `level.fixed_couplings`, the problem's lumped capacitances divided by the
-/// permittivity. Conductances above `largest` are replaced by it.
+/// permittivity. Conductances above `largest` are replaced by it. Couplings of a group without an unknown on this grid
+/// are left out.
 void set_couplings(const LaplaceProblem& problem, double largest, Level& level);
 
 }  // namespace lichtenberg::laplace

@@ -13,8 +13,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Returns the larger of `value` and `least`. CUDA device code cannot use std::max with the constants below, because
-/// std::max takes references and they have no addresses there.
+/// Returns the larger of `value` and `least`. CUDA device code cannot use std::max with constants such as smallest_cut:
+/// std::max takes references, and the constants have no addresses there.
 LICHTENBERG_HOST_DEVICE constexpr double at_least(double value, double least) { return value < least ? least : value; }
 
 /// Conductance of a link (flux / potential difference, per depth and permittivity) and its derivative. The derivative
@@ -35,11 +35,11 @@ inline constexpr double smallest_cut = 1e-4;
 /// Computes the conductance of the link from a fluid cell centre p to a circular conductor, for a logarithmic profile
 /// of the potential. The cell's face towards the conductor runs from `corner_a` to `corner_b`; all lengths are in
 /// cells. The result is dtheta / ln(r/R): dtheta is the angle that the face subtends at the circle's centre, r the
-/// distance of p from it.
+/// distance of p from the centre, and R the radius. The logarithm has a lower bound (smallest_cut).
 /// The reason is that the potential near a round conductor of charge q varies as q ln(r/R) / 2 pi. The flux through the
 /// face is q dtheta / 2 pi. The link is exact for an isolated circle and tends to 1 / (cut length) as R -> infinity.
-/// `inside`: the fluid is within the circle, as in a ring. The returned derivative is with respect to the circle's
-/// position.
+/// `inside`: the fluid is within the circle, as in a ring; the logarithm is then ln(R/r). The returned derivative is
+/// with respect to the circle's position.
 LICHTENBERG_HOST_DEVICE inline Conductance log_fitted_link(Vec2 p, Vec2 corner_a, Vec2 corner_b, Vec2 centre,
                                                            double radius, bool inside = false) {
   Vec2 a = corner_a - centre, b = corner_b - centre;
@@ -123,11 +123,12 @@ struct PairConductance {
 };
 
 /// Computes the conductance of the gap between two circular conductors across a face of unit width. It is the integral
-/// of ds / gap(s) over the sideways offset s in [-1/2, 1/2]. The link starts at p inside conductor a and ends inside
-/// conductor b, at distance `length` in direction e (a unit vector). Lengths are in cells. One radius may be negative
-/// (SurfaceCircle). The returned derivatives are with respect to both positions.
+/// of ds / gap(s) over the sideways offset s in [-1/2, 1/2], where a gap is at least `smallest_gap`. The link starts at
+/// p inside conductor a and ends inside conductor b, at distance `length` in direction e (a unit vector). Lengths are
+/// in cells. One radius may be negative (SurfaceCircle). The returned derivatives are with respect to both positions.
 /// The result is 1 / gap for a wide gap. A narrow gap is approximately a parabola with its minimum at s0. The
-/// substitution s = s0 + w tan u makes the integrand nearly constant, so that eight Gauss points suffice for any gap.
+/// substitution s = s0 + w tan u makes the integrand nearly constant, so that eight Gauss points suffice also for a
+/// narrow gap.
 LICHTENBERG_HOST_DEVICE inline PairConductance gap_conductance(Vec2 p, Vec2 e, double length,
                                                                const SurfaceCircle& circle_a,
                                                                const SurfaceCircle& circle_b) {
@@ -165,9 +166,9 @@ LICHTENBERG_HOST_DEVICE inline PairConductance gap_conductance(Vec2 p, Vec2 e, d
   return result;
 }
 
-/// Computes the conductance between two circles in the open plane, for two disks in one cell (dissertation, D 6.37). It
-/// is 2 pi / arccosh u with u = (d^2 - r_a^2 - r_b^2) / (2 r_a r_b); d is the distance of the centres. Lengths are in
-/// cells. The derivatives are with respect to the centres.
+/// Computes the conductance between two circles in the open plane, for two disks in one cell (Stephenson 2018, D 6.37).
+/// It is 2 pi / arccosh u with u = (d^2 - r_a^2 - r_b^2) / (2 r_a r_b); d is the distance of the centres. At contact, u
+/// corresponds to a gap of about `smallest_gap`. Lengths are in cells. The derivatives are with respect to the centres.
 LICHTENBERG_HOST_DEVICE inline PairConductance circle_pair(Vec2 centre_a, double radius_a, Vec2 centre_b,
                                                            double radius_b) {
   const Vec2 d = centre_a - centre_b;

@@ -60,7 +60,7 @@ class LinkLists {
     return flux;
   }
 
-  /// Excludes links from the sums over groups (add_to_groups, add_conductances) by setting their conductances to zero.
+  /// Excludes links from the sums by group (add_to_groups, add_conductances) by setting their conductances to zero.
   /// `links`: indices in Level::links of links to floating groups (bodies with one unknown potential).
   void leave_out(const Level& level, const std::vector<int>& links) {
     for (const int m : links) by_body_[m - fixed_before_[level.links[m].body]].conductance = 0;
@@ -150,8 +150,8 @@ class LinkLists {
 };
 
 /// Computes the diagonal of each floating group's equation. It is the sum of the conductances of the group's links to
-/// cells, conductors and sides, without couplings (lumped capacitances between groups). Groups of given potential get
-/// 0. A group is a set of bodies with one potential.
+/// cells, conductors and sides. Couplings (lumped capacitances between groups) and links excluded by
+/// LinkLists::leave_out() do not count. Groups of given potential get 0. A group is a set of bodies with one potential.
 template <class Real>
 std::vector<Real> group_diagonals(const LaplaceProblem& problem, const Level& level, const LinkLists<Real>& links,
                                   parallel::Team& team) {

@@ -72,9 +72,9 @@ LICHTENBERG_HOST_DEVICE inline double share_in_box(Vec2 centre, double radius, c
   return share;
 }
 
-/// Computes the conductance between a subgrid conductor (a disk much smaller than a cell) and the bilinear mean of the
-/// four cells around it. Reservoir simulation treats wells in this way (Peaceman 1978). The result is 2 pi / ln(0.5 /
-/// radius), times the fraction of the disk's circumference in the box. `disk`: lengths in cells.
+/// Computes the conductance between a subgrid conductor (a disk too small for the coarse grid) and the bilinear mean of
+/// the four cells around it. Reservoir simulation treats wells in this way (Peaceman 1978). The result is 2 pi / ln(0.5
+/// / radius), times the fraction of the disk's circumference in the box. `disk`: lengths in cells.
 /// A source in one cell has the cell's potential at a distance of exp(-gamma) / sqrt 8 = 0.198 cells. This is
 /// Peaceman's equivalent radius; gamma is Euler's constant. A source divided among four cells with weights w has it at
 /// 0.198 exp(2 pi s). Here s is the sum of w_k w_l (G(0) - G(k - l)). The square lattice's G(0) - G is 1/4 for
@@ -94,7 +94,8 @@ struct Interpolation {
   float weight[4];
 };
 
-/// Column i and row j of the lower left one of the four cells around a point. Both start at -1, outside the box.
+/// Column i and row j of the lower left one of the four cells around a point. For a point in the box both are at least
+/// -1, which is outside the box.
 struct InterpolationBase {
   int i, j;
 };
@@ -109,9 +110,9 @@ struct MirroredCell {
   /// Factor of the image's potential: -1 beyond one electrode side (odd continuation), else +1.
   float sign = 1;
 
-  /// Computes the cell of an nx x ny box that mirrors cell (i, j), which may lie outside. Each electrode side between
-  /// the two changes the sign; an insulating side does not. `electrode` [4]: whether the left, right, bottom and top
-  /// side is an electrode.
+  /// Computes the cell of an nx x ny box that mirrors cell (i, j), which may lie outside by one row or column. Each
+  /// electrode side between the two changes the sign; an insulating side does not. `electrode` [4]: whether the left,
+  /// right, bottom and top side is an electrode.
   LICHTENBERG_HOST_DEVICE static MirroredCell of(int nx, int ny, int i, int j, const bool* electrode) {
     MirroredCell cell{i < 0 ? 0 : i < nx ? i : nx - 1, j < 0 ? 0 : j < ny ? j : ny - 1};
     if (i < 0 ? electrode[0] : i >= nx && electrode[1]) cell.sign = -cell.sign;

@@ -13,16 +13,16 @@ namespace lichtenberg::laplace {
 /// finer grid.
 class MirroredRows {
  public:
-  /// Reserves memory for the cells of `layout` and the border.
+  /// Reserves memory for the cells of the grid `layout` and a border of mirror images.
   explicit MirroredRows(const Layout& layout) : stride_(layout.nx + 2 * Layout::pad) {
     parallel::resize_in_huge_pages(value_, (layout.ny + 2) * stride_);
   }
 
-  /// Returns a pointer to row j, from -1 to ny; its columns are valid from -1 to nx.
+  /// Returns a pointer to the potentials of row j (-1 to ny), to be indexed by the column (-1 to nx).
   const float* row(int j) const { return &value_[(j + 1) * stride_ + Layout::pad]; }
 
-  /// Copies the potentials v, by slot (memory index), and computes the border. Images beyond a side are multiplied by
-  /// sign[side]: -1 for an odd continuation, +1 for an even one.
+  /// Copies the potentials v, by slot (memory index), and computes the border of mirror images. Images beyond a side
+  /// are multiplied by sign[side]: -1 for an odd continuation, +1 for an even one.
   void assign(const std::vector<float>& v, const std::array<float, 4>& sign, const Layout& layout,
               parallel::Team& team) {
     const auto write_row = [&](int j, int from, float row_sign) {

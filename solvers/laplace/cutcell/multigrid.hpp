@@ -11,28 +11,28 @@ namespace lichtenberg::laplace {
 class CoarseSolver;
 
 /// One symmetric V-cycle on the cut-cell system, the multigrid preconditioner of conjugate gradients. Every grid is
-/// discretized with the same link formulas, because conductances do not depend on the cell size. A conductor is
-/// resolved on fine grids and part of an effective medium on coarse ones (homogenize.hpp). The cycle uses single
-/// precision: a preconditioner needs no more digits than its convergence rate requires.
+/// discretized with the same link formulas, because conductances do not depend on the cell size. Conductors that a
+/// coarse grid does not resolve become part of an effective medium or subgrid conductors (homogenize.hpp). The grids'
+/// vectors are in single precision: a preconditioner needs no more digits than its convergence rate requires.
 class Multigrid {
  public:
-  /// Makes a preconditioner without grids. `coarse_sweeps`: number of smoothing sweeps before and after the correction
-  /// on all grids except the finest. A second sweep there costs 1/8 of a CG iteration and saves two of eleven
-  /// iterations.
+  /// Makes a preconditioner without grids. `coarse_sweeps`: number of smoothing sweeps before and after the coarse-grid
+  /// correction, on all grids except the finest. A second sweep on these grids costs about 1/8 of a CG iteration and
+  /// saves about two of eleven iterations.
   explicit Multigrid(LinkFormula formula, parallel::Team& team = parallel::Team::single(), int coarse_sweeps = 2);
   ~Multigrid();
 
   /// Makes the grids at the first call, for the layout of the finest grid. For each problem, call prepare(),
   /// build_coarse(), build_finest() and finish() in this order.
   void prepare(const LaplaceProblem& problem, const Layout& finest);
-  /// Discretizes the coarser grids. A worker thread factorizes the coarsest system. In a team of two the worker thread
-  /// does all of this, because otherwise the two threads would wait for each other in every loop. `finest`: the finest
-  /// grid's geometry.
+  /// Discretizes the coarser grids, if there are any. A worker thread factorizes the coarsest system. In a team of two
+  /// the worker thread does all of this, because otherwise the two threads would wait for each other in every loop.
+  /// `finest`: the finest grid's geometry.
   void build_coarse(const LaplaceProblem& problem, const Level& finest);
-  /// Copies the finest grid's system to the V-cycle.
+  /// Copies the finest grid's system to the V-cycle. If there is no coarser grid, factorizes this system.
   void build_finest(const LaplaceProblem& problem, const Level& finest);
-  /// Waits for the worker thread. Before this call only the build functions are allowed, and `problem` and `finest`
-  /// must not change.
+  /// Waits for the worker thread of build_coarse(). Before this call only the build functions are allowed, and
+  /// `problem` and `finest` must not change.
   void finish() { team_.finish(); }
 
   /// Applies the preconditioner: z = M r by one V-cycle. Vectors have the finest grid's layout, then one entry a group
@@ -53,12 +53,13 @@ class Multigrid {
   const double* groups() const { return group_potential_.data(); }
 
   /// Computes an initial guess x by nested iteration (full multigrid, Brandt 1977), in units of `scale` (V). It solves
-  /// the problem on the coarser grids, each with the next coarser solution as guess, and interpolates to the finest
-  /// grid. Without a coarser grid x is not changed.
+  /// the problem on the coarsest grid. On each finer grid except the finest, one V-cycle improves the interpolated
+  /// solution of the coarser grid. The result is interpolated to the finest grid. Without a coarser grid x is not
+  /// changed.
   void nested_guess(const LaplaceProblem& problem, double scale, double* x);
 
-  /// Returns the work since the last call, in units of one residual evaluation on the finest grid
-  /// (docs/numerics/multigrid.md), and resets it.
+  /// Returns the work of V-cycles and nested_guess() since the last call, and resets it. The unit is one residual
+  /// evaluation on the finest grid (docs/numerics/multigrid.md).
   double take_work();
 
   /// Returns the number of grids.

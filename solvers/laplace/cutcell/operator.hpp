@@ -23,31 +23,33 @@ class CutCellOperator {
   /// Returns the number of slots of the grid, the index of the first group (bodies with one potential) in a vector.
   std::size_t cells() const { return cells_; }
 
-  /// Computes y = A x.
+  /// Computes y = A x, the product of the system's matrix with x, for cells and groups (bodies with one potential).
   void apply(const double* x, double* y) const;
-  /// Computes y = A x for the cells of row j and returns this row's part of x'y.
+  /// Computes y = A x (A: the system's matrix) for the cells of row j, and returns this row's part of the scalar
+  /// product x'y.
   double apply_row(int j, const double* x, double* y) const;
-  /// Computes the groups' part of y = A x and returns its part of x'y. `x`: whole vector; `y_group` [groups]. A group
-  /// is a set of bodies with one potential.
+  /// Computes the groups' part of y = A x (A: the system's matrix), and returns its part of the scalar product x'y.
+  /// `x`: whole vector; `y_group` [groups]. A group is a set of bodies with one potential.
   double apply_groups(const double* x, double* y_group) const;
   /// Scales the initial guess x by the factor that minimizes its error as a solution of A x = b in the energy norm.
   /// Sets r = b - A x. A poor guess thus becomes small; unscaled, its energy norm would set the scale of CG's stop
   /// criterion. Returns the energy norm of x, without the energy of couplings (lumped capacitances).
   double stretch(const double* b, double* x, double* r) const;
-  /// Computes the right-hand side b, in units of `scale` (V): charges / permittivity, and fluxes from groups (bodies
-  /// with one potential) and sides of given potential.
+  /// Computes the right-hand side b, in units of `scale` (V): charge / permittivity of floating groups, plus
+  /// conductance * potential of links to given potentials. A group is a set of bodies with one potential; the given
+  /// potentials are those of groups and sides.
   void right_hand_side(const LaplaceProblem& problem, double* b, double scale = 1) const;
   /// Shifts all potentials x by one value such that the residuals r sum to zero, and updates r. Only for systems that
   /// are grounded by couplings (lumped capacitances) to given potentials alone.
   void fix_potential_level(double* x, double* r) const;
-  /// Corrects the charges: shifts the floating groups' potentials, and all potentials by a common value. Every group's
-  /// charge and the sum of all charges then are exact except for rounding. The shifts, of the order of CG's tolerance,
-  /// are a Galerkin correction and reduce the error in the energy norm. `scale`: potential unit (V) of b and x. A group
-  /// is a set of bodies with one potential.
+  /// Corrects the charges: shifts the floating groups' potentials, and all potentials by a common value. The charge of
+  /// each floating group and the sum of all charges then are exact except for rounding. The shifts, of the order of
+  /// CG's tolerance, are a Galerkin correction and reduce the error in the energy norm. `scale`: potential unit (V) of
+  /// b and x. A group is a set of bodies with one potential.
   void balance(const LaplaceProblem& problem, double scale, const double* b, double* x) const;
   /// Smooths x by Gauss-Seidel sweeps over the groups and the cells next to conductors, where a change of geometry
   /// causes the largest errors. Returns the work in evaluations of A. On grids with varying face conductances it does
-  /// nothing. A group is a set of bodies with one potential.
+  /// nothing and returns 0. A group is a set of bodies with one potential.
   double relax_edges(const double* b, double* x, int sweeps) const;
   /// Sets the entries of covered cells (inside conductors) and of groups of given potential to zero. A group is a set
   /// of bodies with one potential.
@@ -57,7 +59,7 @@ class CutCellOperator {
   const Level& level() const { return *level_; }
   /// Returns true if only couplings (lumped capacitances) link the system to given potentials.
   bool grounded_by_couplings() const { return grounded_by_couplings_; }
-  /// Returns the thread team of all loops.
+  /// Returns the team of threads that runs the loops of the operator.
   parallel::Team& team() const { return *team_; }
 
  private:

@@ -43,19 +43,20 @@ struct PartLinks {
   std::vector<PairLink> pairs;
 };
 
-/// Computation of the links of the bodies in one part (a task of the parallel set-up): links to fluid cells, and direct
-/// links (gap conductances) to conductors in neighbouring cells.
+/// Computation of the links (conductances) of the bodies in one part, a task of the parallel set-up. They are links to
+/// fluid cells, and direct links (gap conductances) to other conductors.
 class PartLinker {
  public:
-  /// Prepares the computation. `links` receives the results. All arguments must outlive this object.
+  /// Prepares the computation of links (conductances between cells and conductors). `links` receives the results. All
+  /// arguments must outlive this object.
   PartLinker(const LinkInputs& inputs, PartLinks& links);
-  /// Computes the covered cells (inside conductors) and the links (conductances) of all bodies in a part, a task of the
-  /// parallel set-up.
+  /// Computes the covered cells (inside conductors) and the links (conductances) of the bodies in part number `part`, a
+  /// task of the parallel set-up. Large bodies may be divided among parts.
   void link(int part);
 
  private:
-  /// Links of one body whose conductances are computed together once a batch is full. `link`: indices in
-  /// PartLinks::links.
+  /// Links of one body whose conductances are computed together once the batch is full or the body's links are
+  /// complete. `link`: indices in PartLinks::links.
   struct PendingLinks {
     LinkBatch batch;
     std::array<int, LinkBatch::width> link;

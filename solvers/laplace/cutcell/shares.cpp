@@ -18,6 +18,8 @@ void put(Message& message, const LaplaceProblem& problem) {
     message.put(side.potential);
   }
   message.put(problem.permittivity);
+  for (const Body& body : problem.bodies)
+    if (body.link_model) throw Failure("field solver: a link model stays within one process");
   message.put(problem.bodies);
   message.put(problem.groups);
   message.put(problem.couplings);

@@ -11,7 +11,7 @@ namespace lichtenberg::laplace {
 /// Write access to the entries of a PETSc vector, in host or device memory. The destructor returns the array to PETSc.
 class WriteAccess {
  public:
-  /// Requests the array from PETSc. Throws Failure if PETSc reports an error.
+  /// Requests the array of the vector's entries from PETSc. Throws Failure if PETSc reports an error.
   explicit WriteAccess(::Vec vector) : vector_(vector) {
     parallel::check_petsc(VecGetArrayAndMemType(vector_, &data_, nullptr));
   }

@@ -18,42 +18,46 @@ struct CutCellOptions {
   double tolerance = 1e-8;
   /// Formula of the conductances of links between fluid cells and conductors.
   LinkFormula links = LinkFormula::log_fitted;
-  /// Threads of the set-up and the solve; results are bitwise identical for any number. 0: the number of processors,
-  /// fewer on small grids.
+  /// Threads of the set-up and the solve with `multigrid`; results are bitwise identical for any number. 0: the number
+  /// of processors, fewer on small grids.
   int threads = 0;
   /// Linear solver. `multigrid`: matrix-free, geometric multigrid as preconditioner. `assembled`: the same system as a
   /// sparse matrix for any PETSc preconditioner (default GAMG; option -field_pc_type).
   enum class LinearSolver { multigrid, assembled } linear_solver = LinearSolver::multigrid;
-  /// Device of the solves. For `cuda` the solver's constructor throws InputError without CUDA in the build or without a
-  /// CUDA device.
+  /// Device of the solves. For `cuda` the solver's constructor throws InputError without CUDA in the build or, with
+  /// `multigrid`, without a CUDA device.
   enum class Device { cpu, cuda } device = Device::cpu;
 };
 
 /// Solver of Laplace's equation around conductors by a cut-cell finite-volume scheme (docs/numerics/cut-cells.md) with
-/// log-fitted boundary fluxes. Floating potentials are unknowns of the same symmetric positive definite system, which
-/// conjugate gradients solve. The scheme is second-order. Charges are conserved to rounding. Forces are the exact
-/// derivative of the discrete energy (virtual work).
-/// Where bodies overlap, a cell belongs to the body whose centre is in the lower row, and within one row to the first
-/// body. On a device it always belongs to the first body. Options of PETSc's KSP have the prefix "field_";
-/// -field_ksp_rtol overrules `tolerance`.
+/// log-fitted boundary fluxes. The cells' potentials and the floating potentials are unknowns of one symmetric system,
+/// which conjugate gradients solve by default. Charges are conserved to rounding. Forces are the derivative of the
+/// discrete energy in closed form (virtual work).
+/// Where bodies overlap, a cell belongs to the body whose centre (of a bar: first end) is in the lower row of cells.
+/// Within one row it belongs to the first body. On a device it always belongs to the first body. Options of PETSc's KSP
+/// have the prefix "field_"; -field_ksp_rtol overrules `tolerance`.
 class CutCellSolver : public LaplaceSolver {
  public:
-  /// Makes a solver. Throws InputError if `options` combine LinkFormula::aperture with multigrid. Throws InputError if
-  /// they choose cuda without CUDA in the build or without a CUDA device.
+  /// Makes a solver. Throws InputError if `options` combine LinkFormula::aperture with multigrid. For `cuda`, throws
+  /// InputError if the program (for `multigrid`) or PETSc (for `assembled`) was built without CUDA. With `multigrid`
+  /// also throws InputError if there is no CUDA device.
   explicit CutCellSolver(CutCellOptions options);
   ~CutCellSolver() override;
 
   /// Solves the problem: potentials of the groups (bodies with one potential), charges, forces and energy. Throws the
   /// exceptions of LaplaceSolver::solve. Throws InputError for a number of cells that does not fit the box, and for an
-  /// unused PETSc option of the solver. Throws InputError for a link model that the options or the grid do not support.
+  /// unused or unsupported PETSc option of the solver. Throws InputError for a link model that the options or the grid
+  /// do not support.
   LaplaceSolution solve(const LaplaceProblem& problem) override;
-  /// Returns the potential of the last solve at the cell centres. Throws Failure before the first solve.
+  /// Returns the potential of the last solve at the cell centres. Throws Failure before the first solve, and after
+  /// forget() or a failed solve.
   Field field() const override;
-  /// Discards earlier solutions, so that the next solve depends on its problem only.
+  /// Discards earlier solutions, so that the next initial guess depends on its problem only. On a device the
+  /// preconditioner still depends on links in earlier problems, and with it the result within the tolerance.
   void forget() override;
-  /// Improves later initial guesses by the solution of a solver on a coarser grid. They become the last solution plus
-  /// the change of the coarser solution since the last solve here. `coarser` must have solved the same problem just
-  /// before each solve here, and must outlive this solver.
+  /// Improves later initial guesses by the solution of a solver on a coarser grid. The guess becomes this solver's last
+  /// solution plus the change of the coarser solution since that solve, if both exist. `coarser` must solve each
+  /// problem just before this solver does, and must outlive this solver.
   void follow(const CutCellSolver& coarser);
   /// Sets the tolerance of later solves: error in the energy norm, relative to the solution's norm.
   void set_tolerance(double tolerance);

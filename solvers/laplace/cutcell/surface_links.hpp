@@ -30,8 +30,8 @@ enum class LinkFormula {
 struct Outline;
 
 /// Function that returns the conductance of the link between a fluid cell centre p and a body in a neighbouring cell.
-/// That cell lies in direction e (a unit vector). Lengths are in cells. The result contains the derivative with respect
-/// to the body's position.
+/// The neighbouring cell lies in direction e (a unit vector) from p. Lengths are in cells. The result contains the
+/// derivative with respect to the body's position.
 using LinkFunction = Conductance (*)(const Outline& body, Vec2 p, Vec2 e);
 
 /// User-defined formula for the conductance between fluid cells and a disk, in place of LinkFormula. It may use data of
@@ -46,7 +46,7 @@ class LinkModel {
   /// Returns two dimensionless numbers of the body for `formula` (Outline::data). They must be the same for cells of
   /// any size.
   virtual std::array<double, 2> data(const Body& body) const = 0;
-  /// Returns the function that computes the conductance of a link.
+  /// Returns the function that computes the conductance of a link between a fluid cell and the disk.
   virtual LinkFunction formula() const = 0;
 };
 
@@ -66,7 +66,7 @@ struct Outline {
   LICHTENBERG_HOST_DEVICE bool round() const { return kind != Kind::bar; }
 };
 
-/// Returns the bar with its axis along its longer sides; the rectangle is the same.
+/// Returns the same rectangle as a bar whose axis runs along its longer sides.
 inline Bar with_longer_axis(const Bar& bar) {
   const Vec2 axis = bar.to - bar.from;
   const double length = norm(axis);
@@ -138,8 +138,8 @@ LICHTENBERG_HOST_DEVICE inline CellRange cells_around(const Outline& body, int n
           cell_at(high.y + margin, ny)};
 }
 
-/// Returns true if the body covers the centre of cell (i, j). A bar thinner than a cell is widened so that it covers a
-/// connected chain of cells.
+/// Returns true if the body covers the centre of cell (i, j). A bar thinner than about a cell is widened so that it
+/// covers a connected chain of cells.
 LICHTENBERG_HOST_DEVICE inline bool covers(const Outline& body, int i, int j) {
   if (body.kind == Outline::Kind::disk) {
     const double dx = i + 0.5 - body.centre.x, dy = j + 0.5 - body.centre.y;
@@ -208,7 +208,8 @@ LICHTENBERG_HOST_DEVICE inline Hit hit(const Outline& body, Vec2 p, Vec2 e) {
 }
 
 /// Computes the conductance of the link between the fluid cell centre p and a body in the neighbouring cell in
-/// direction e. The body's own link model replaces `formula`. Lengths are in cells; e is a unit vector. The returned
+/// direction e. The body's own link model replaces `formula` (not in device code). For bars, and for
+/// LinkFormula::aperture, the formula is LinkFormula::plain. Lengths are in cells; e is a unit vector. The returned
 /// derivative is with respect to the body's position.
 LICHTENBERG_HOST_DEVICE inline Conductance fluid_link(const Outline& body, Vec2 p, Vec2 e, LinkFormula formula) {
 #ifndef __CUDA_ARCH__
@@ -257,8 +258,8 @@ LICHTENBERG_HOST_DEVICE inline SurfaceCircle surface_circle(const Outline& body,
 /// Computes the conductance of the direct link between two conductors in neighbouring cells, without a fluid cell
 /// between them. `body` covers the cell centre p; `other` covers the point at distance `length` (cells) in direction e.
 /// A null `other` means an electrode side of the box. If at least one of the two is a disk, the result is the integral
-/// over the gap (gap_conductance); otherwise it is 1 / gap. The returned derivatives are with respect to both
-/// positions.
+/// over the gap (gap_conductance); otherwise it is 1 / gap. A gap is at least `smallest_gap`. The returned derivatives
+/// are with respect to both positions.
 LICHTENBERG_HOST_DEVICE inline PairConductance conductor_link(const Outline& body, Vec2 p, Vec2 e, double length,
                                                               const Outline* other) {
   const Vec2 q = p + length * e;
@@ -275,7 +276,7 @@ LICHTENBERG_HOST_DEVICE inline PairConductance conductor_link(const Outline& bod
 
 /// Result of correct_for_opposed_surface, for a fluid cell in a narrow gap between two conductors.
 struct OpposedSurfaceCorrection {
-  /// True if the gap is at most a cell wide, so that the link was corrected.
+  /// True if the link was corrected: the gap is at most a cell wide, and one of the conductors is a disk.
   bool close = false;
   /// Derivative of the corrected conductance with respect to the position of the conductor on the other side of the
   /// gap.
@@ -303,9 +304,9 @@ LICHTENBERG_HOST_DEVICE inline OpposedSurfaceCorrection correct_for_opposed_surf
   return {true, partner_gradient};
 }
 
-/// Computes the conductance between a disk that covers no cell centre and the body that covers the disk's cell. Two
-/// disks have that of two circles in the plane (circle_pair). Any other body is approximated by a plane, without
-/// derivatives.
+/// Computes the conductance between a disk that covers no cell centre and the body that covers the disk's cell. For two
+/// disks it is the conductance between two circles in the plane (circle_pair). Any other body is approximated by a
+/// plane, without derivatives.
 LICHTENBERG_HOST_DEVICE inline PairConductance shared_cell_link(const Outline& disk, const Outline& owner) {
   if (owner.kind == Outline::Kind::disk) return circle_pair(disk.centre, disk.size, owner.centre, owner.size);
   // Another shape is approximated by a plane.

@@ -31,10 +31,10 @@ struct SparseSystem {
     int column;
     double value;
   };
-  /// Appends a matrix row. Sorts `row` by column and adds up entries of one column.
+  /// Appends a row to the sparse matrix. Sorts `row` by column and adds up entries of one column.
   void append(std::vector<Entry>& row);
-  /// Converts a right-hand side by unknown, in place, from the groups' charges to the equations of Difference unknowns.
-  /// A group is a set of bodies with one potential.
+  /// Converts a right-hand side by unknown, in place, from the groups' charges to the equations of the unknowns (some
+  /// are differences of two groups' potentials). A group is a set of bodies with one potential.
   void from_charges(double* b) const;
   /// Converts a vector by unknown, in place, from the groups' potentials to the unknowns (differences of coupled
   /// groups). A group is a set of bodies with one potential.
@@ -46,16 +46,17 @@ struct SparseSystem {
   int unknowns() const { return static_cast<int>(slot.size() + group.size()); }
 };
 
-/// Numbers the unknowns of the grid `level`: computes `slot`, `group` and `differences` of a system without rows.
+/// Numbers the unknowns (fluid cells, then floating groups) of the grid `level`: makes a sparse system with `slot`,
+/// `group` and `differences`, but without matrix rows.
 SparseSystem number_unknowns(const LaplaceProblem& problem, const Level& level);
 
 /// Assembles the matrix rows `begin` to `end` - 1 of a system that number_unknowns() has made.
 void assemble_rows(const LaplaceProblem& problem, const Level& level, int begin, int end, SparseSystem& system);
 
 /// Assembles the matrix of the preconditioner on the grid `level` (with FixedCoupling::conductance_in_cycle).
-/// `upper_only` leaves out one triangle. Without any ground the matrix is singular; `pin` then doubles the diagonal
-/// entry of the last unknown. This makes the matrix positive definite. For a consistent right-hand side it changes the
-/// solution by a constant only.
+/// `upper_only` leaves out one triangle. `pin` doubles one diagonal entry, for a system without any ground, whose
+/// matrix is singular. This makes the matrix positive definite. For a consistent right-hand side it changes the
+/// potentials by a constant only.
 SparseSystem assemble(const LaplaceProblem& problem, const Level& level, bool upper_only, bool pin);
 
 }  // namespace lichtenberg::laplace

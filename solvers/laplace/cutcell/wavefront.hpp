@@ -8,8 +8,9 @@
 
 namespace lichtenberg::laplace {
 
-/// Minimum number of a grid's cells per thread of a parallel loop. A pass takes about a nanosecond per cell. Waking the
-/// other threads takes one or two microseconds, at most a quarter of the time of a loop over this many cells.
+/// Minimum number of a grid's cells per band (range of rows, task of a parallel loop), unless the whole grid is one
+/// band. A pass takes about a nanosecond per cell. Waking the other threads takes one or two microseconds, at most a
+/// quarter of the time of a loop over this many cells.
 constexpr long cells_a_band = 8192;
 
 /// Returns the number of bands (ranges of rows) into which a parallel loop over a grid is divided.
@@ -52,9 +53,9 @@ void wavefront(parallel::Team& team, const Layout& layout, int stages, const Row
   });
 }
 
-/// Returns the scalar product of a and b, n entries each, with 16 partial sums in vector registers. They start as the
-/// first products and are added pairwise, because zeroing and sequential addition would dominate the cost of short
-/// rows.
+/// Returns the scalar product of a and b, n entries each, with 16 partial sums in vector registers if n is at least 16.
+/// The partial sums start as the first products and are added pairwise, because zeroing and sequential addition would
+/// dominate the cost of short rows.
 template <class Real>
 double row_dot(int n, const double* __restrict a, const Real* __restrict b) {
   constexpr int width = 16;

@@ -14,10 +14,10 @@ struct Truncation {
   bool results_only = false;  ///< True: error of charges, potentials and forces only; false: error of the field too
 };
 
-/// Close pair: two disks of different potential, or a disk and an electrode side, whose narrow gap would require very
-/// many multipoles. Two opposite point charges represent the field in the gap, one inside each circle at its limit
-/// point (bipolar coordinates). Their potential is constant on both circles. The remaining field has no potential
-/// difference across the gap and is smooth.
+/// Close pair: two disks that can have different potentials, or a disk and an electrode side, whose narrow gap would
+/// require very many multipoles. Two opposite point charges represent the field in the gap, one inside each circle at
+/// its limit point (bipolar coordinates). Their potential is constant on both circles. The remaining field has no
+/// potential difference across the gap and is smooth.
 struct ClosePair {
   int first = 0, second = -1;                ///< Indices of the disks; second = -1: the electrode `side`
   int first_charge = 0, second_charge = -1;  ///< Indices of the point charges among the sources
@@ -30,10 +30,11 @@ struct ClosePair {
 /// close pairs, sorted into cells.
 struct Arrangement {
   /// Makes the sources of a problem, and chooses the multipole order of each disk for the accuracy of `truncation`.
-  /// Throws InputError if a body is not a disk. Throws InputError if disks of different groups touch or overlap, or if
-  /// a disk touches an electrode side of another potential. At equal potential, and with insulating sides, an overlap
-  /// above 1 % of the radius is an error, unless the disk is centred on the side. A disk centred on an electrode side
-  /// of another potential, or in a corner of two electrodes, is an error too.
+  /// Throws InputError in these cases. A body is not a disk. Disks that are neither in one group nor fixed at one
+  /// potential touch or overlap. Other disks overlap by more than 1 % of the smaller radius. A disk that is not centred
+  /// on a side touches an electrode side and is not fixed at its potential. A disk crosses another side by more than
+  /// 0.5 % of its radius. A disk is centred on an electrode side and not fixed at its potential, or is centred in a
+  /// corner of two electrodes.
   Arrangement(const LaplaceProblem& problem, const Mirrors& mirrors, Truncation truncation);
 
   int disks = 0;                ///< Number of bodies
@@ -42,8 +43,8 @@ struct Arrangement {
   std::vector<int> copies;      ///< Per disk: number of coinciding mirror images, itself included
   std::vector<bool> anchored;   ///< Per disk: true if centred on an electrode, which determines its charge
   std::vector<ClosePair> close_pairs;
-  /// Factor up to 1 by which narrow gaps reduce the permitted errors of parts of the method, except the far field's. 1
-  /// if the truncation has the field as its target.
+  /// Factor up to 1 by which narrow gaps reduce the permitted errors of parts of the method, except the far field's. It
+  /// is 1 if the truncation has the field as its target.
   double narrowness = 1;
   Cells cells;
 

@@ -44,18 +44,19 @@ class Cells {
   int cell_of(Complex z) const;
   /// Returns true if z is inside the grid.
   bool contains(Complex z) const;
-  /// Returns the sources in a cell.
+  /// Returns the indices of the sources in a cell.
   const std::vector<int>& members(int cell) const { return members_[cell]; }
-  /// Returns true if two cells i columns and j rows apart are near.
+  /// Returns true if two cells i columns and j rows apart are near each other, so that their sources interact directly.
   bool is_near(int i, int j) const { return std::abs(i) <= window && std::abs(j) <= window; }
 
-  /// Calls visit(source, image, shift) for each source, or mirror image of a source, in the cells near the cell of z. A
-  /// source with centre c is at `image.centre(c) + shift`.
+  /// Calls visit(source, image, shift) for each source, or mirror image of a source, in the cells near the cell of z.
+  /// `source`: index of the source. The source or image is at `image.centre(c) + shift`, where c is the centre of the
+  /// source.
   template <class Visit>
   void for_each_near(Complex z, Visit visit) const;
 
  private:
-  /// Cell of the box whose image a cell outside is, along one axis, with the reflection that maps them.
+  /// Cell of the box that a cell outside mirrors, along one axis, and the reflection that maps the first to the second.
   struct ImageCell {
     int index = -1;  ///< Index of the cell of the box, -1 if there is none
     bool flipped = false;

@@ -6,16 +6,16 @@
 
 namespace lichtenberg::laplace::multipole {
 
-/// Far field of the multipole method: interaction of all cells that are not near, with all mirror images, as a
-/// convolution over the grid by FFT. Input are multipole expansions of the sources about the cells' centres, output are
-/// local (Taylor) expansions about these centres.
+/// Far field of the multipole method: interaction of all cells that are not near each other, with all mirror images. It
+/// is a convolution over the grid, computed by FFT. The input are multipole expansions of the sources about the cells'
+/// centres, the output local (Taylor) expansions about these centres.
 /// With u = z - centre, the potential of a cell's sources is Re [alpha_0 ln u + sum_k (-1)^(k-1) alpha_k (k-1)!
 /// (h/u)^k], and its local field Re sum_m beta_m (u/h)^m / m!. The translation (M2L) is beta_m = sum_k G_(m+k) alpha_k.
 /// Here G_n = h^n d^n Lambda / dz^n at the displacement of the two cells, with the lattice sum Lambda. The kernel
 /// depends on m + k only.
 class FarField {
  public:
-  /// Computes the kernel's spectra for expansions of order `order`.
+  /// Computes the Fourier coefficients of the kernel G_n for expansions of order `order`.
   FarField(const Mirrors& mirrors, const LatticeSum& lattice, const Cells& cells, int order);
 
   /// Returns true if a new object with these arguments would have the same kernel, so that this object can be used
@@ -23,13 +23,14 @@ class FarField {
   bool fits(const Mirrors& mirrors, const Cells& cells, int order) const;
   int order() const { return order_; }     ///< Order of the expansions
   double scale() const { return scale_; }  ///< Unit of length h (m)
-  /// Multipole coefficients alpha_0 ... alpha_order (V) of a cell, to be set before apply().
+  /// Returns the multipole coefficients alpha_0 ... alpha_order (V) of a cell, to be set before apply().
   Complex* source(int cell) { return &source_[static_cast<std::size_t>(cell) * (order_ + 1)]; }
-  /// Local coefficients beta_0 ... beta_order (V) of a cell, the result of apply().
+  /// Returns the local coefficients beta_0 ... beta_order (V) of a cell, the result of apply().
   const Complex* local(int cell) const { return &local_[static_cast<std::size_t>(cell) * (order_ + 1)]; }
   /// Sets the multipole coefficients of all cells to 0.
   void clear_sources();
-  /// Computes the local coefficients of all cells from the multipole coefficients.
+  /// Computes the local coefficients of all cells, the field of all far cells and images, from the multipole
+  /// coefficients.
   void apply();
 
  private:

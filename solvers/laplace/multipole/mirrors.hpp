@@ -20,9 +20,9 @@ inline Complex multiply(Complex a, Complex b) {
   return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
 }
 
-/// Mirror image of a source (image charge) in the axes x = 0, y = 0 or both. A source at c with the potential Re sum_k
-/// a_k / (z - c)^k has an image at c' = centre(c) with the potential Re sum_k a'_k / (z - c')^k; coefficient() computes
-/// a'_k. For x -> -x this follows from -conj(z) - c = -conj(z + conj(c)).
+/// Mirror image of a source (image charge) in the axes x = 0, y = 0 or both; without reflection, the source itself. A
+/// source at c with the potential Re sum_k a_k / (z - c)^k has an image at c' = centre(c) with the potential Re sum_k
+/// a'_k / (z - c')^k; coefficient() computes a'_k. For x -> -x this follows from -conj(z) - c = -conj(z + conj(c)).
 struct Image {
   bool across_x = false;  ///< True if reflected by x -> -x
   bool across_y = false;  ///< True if reflected by y -> -y
@@ -61,8 +61,8 @@ struct Mirrors {
   int period_sign_x() const { return side_sign[left] * side_sign[right]; }
   /// Returns the factor (1 or -1) of an image's charge after one period along y.
   int period_sign_y() const { return side_sign[bottom] * side_sign[top]; }
-  /// Returns true if a side is an electrode. Without electrodes no side absorbs flux, and a field exists only if the
-  /// total charge is zero.
+  /// Returns true if a side is an electrode. Without electrodes no side absorbs flux, and a bounded field exists only
+  /// if the total charge is zero.
   bool grounded() const { return side_sign != std::array<int, 4>{1, 1, 1, 1}; }
 };
 

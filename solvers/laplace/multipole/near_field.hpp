@@ -12,9 +12,9 @@ namespace lichtenberg::laplace::multipole {
 ///   b_0 = -lambda ln d + sum_k (R_c/d)^k a_k (Greengard & Rokhlin 1987, Lemma 2.4).
 class NearField {
  public:
-  /// Prepares the translations of all near pairs. Terms that change a field by less than `accuracy` of the source's
-  /// largest term are neglected. For a source whose potential is constant on the disk's circle, only the mean of the
-  /// logarithm is kept.
+  /// Prepares the translations of all near pairs. Terms that change a field by less than about `accuracy` of the
+  /// source's largest term are neglected. For a source whose potential is constant on the disk's circle, only the mean
+  /// of the logarithm is kept.
   NearField(const Arrangement& arrangement, double accuracy);
 
   /// Adds the fields of all near sources, with multipole `coefficients` (V), to the local coefficients b_m of the

@@ -24,8 +24,8 @@ struct PointPotential {
   int body = -1;     ///< Body that contains the point; -1: none
 };
 
-/// Computes the potential at the point z = x + i y (m) from a solution. Multipoles that contribute less than `accuracy`
-/// times their coefficient are neglected.
+/// Computes the potential at the point z = x + i y (m) from a solution. Inside a body it is the potential of the body's
+/// group. Multipoles that contribute less than `accuracy` times their coefficient are neglected.
 PointPotential potential_at(Complex z, const SolutionData& solved, double accuracy);
 
 }  // namespace lichtenberg::laplace::multipole

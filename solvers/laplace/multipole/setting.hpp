@@ -5,8 +5,8 @@
 
 namespace lichtenberg::laplace::multipole {
 
-/// Layout of the coefficients of all sources in one array. Those of a source are consecutive: the real coefficient of
-/// the logarithm lambda = charge / (2 pi eps), then the multipoles a_1 ... a_order (all in V).
+/// Layout of the coefficients of all sources of the multipole method in one array. The coefficients of a source are
+/// consecutive: lambda = charge / (2 pi eps), then the multipoles a_1 ... a_order (all in V).
 struct Layout {
   explicit Layout(const std::vector<Source>& sources) : start{0} {
     for (const Source& s : sources) start.push_back(start.back() + s.order + 1);

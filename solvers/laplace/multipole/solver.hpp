@@ -9,7 +9,7 @@ namespace lichtenberg::laplace {
 /// Options of MultipoleSolver.
 struct MultipoleOptions {
   double tolerance = 1e-10;  ///< Error of potentials, charges and forces, relative to the largest; 1e-13 to 0.1
-  /// True: the tolerance holds for potentials, charges and forces of bodies only, which halves the number of
+  /// True: the tolerance holds for potentials, charges and forces of bodies only, which about halves the number of
   /// multipoles. False: it holds for the field too.
   bool results_only = false;
   /// True: unbounded plane without the box, with the potential bounded at infinity; all sides must be insulating.
@@ -19,15 +19,16 @@ struct MultipoleOptions {
 
 /// Field solver for disks by multipole expansions (spectral accuracy). Each disk has a charge and Fourier multipoles;
 /// the sides of the box are mirrors that make image charges (docs/numerics/multipole-plane.md).
-/// Disks are inside the box or centred on a side. Disks at equal potential may touch each other or a side, and overlap
-/// by up to 1 % of the smaller radius, like elastic bodies in contact. Sides are insulating or electrodes of constant
-/// potential. If two electrodes of different potential meet in a corner, their charges and the energy are infinite and
-/// reported as such.
+/// Disks are inside the box or centred on a side. Disks at equal potential may touch each other, and overlap by up to 1
+/// % of the smaller radius, like elastic bodies in contact. Disks may also touch an insulating side or an electrode
+/// side of their fixed potential, and cross it by up to 0.5 % of the radius. Sides are insulating or electrodes of
+/// constant potential. If two electrodes of different potential meet in a corner, their charges and the energy are
+/// infinite and reported as such. A charge is NaN if it diverges with opposite signs at the two ends of its side.
 /// `LaplaceSolution::residual` estimates the relative error. It is the larger of two terms: ten times the relative
 /// residual of GMRES, and the neglected multipoles of the worst disk over the largest coefficient. The neglected
-/// multipoles are extrapolated from the last ones. The estimate exceeds `tolerance` if order 1000 does not suffice, as
-/// for a disk next to one at least 50 times smaller. With `results_only` the two terms are the effects of the neglected
-/// multipoles and of the residual of GMRES on the results.
+/// multipoles are extrapolated from the last ones. The estimate exceeds `tolerance` if order 1000 does not suffice. For
+/// example, tolerances below 1e-7 need more for a disk at a small gap from one 50 times smaller. With `results_only`
+/// the two terms are the effects of the neglected multipoles and of the residual of GMRES on the results.
 class MultipoleSolver : public LaplaceSolver {
  public:
   /// Makes a solver. Throws InputError unless the tolerance is between 1e-13 and 0.1 and there is at least one cell.
@@ -39,7 +40,7 @@ class MultipoleSolver : public LaplaceSolver {
   /// multipole::Arrangement for disks that the method does not support.
   LaplaceSolution solve(const LaplaceProblem& problem) override;
   /// Computes the potential (V) of the last solve at a point p (m) of the box, or of the unbounded plane. Throws
-  /// Failure if nothing has been solved.
+  /// Failure if no solution is stored.
   double potential(Vec2 p) const;
   Field field() const override;
   void forget() override;

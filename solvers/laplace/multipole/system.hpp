@@ -8,9 +8,9 @@
 namespace lichtenberg::laplace::multipole {
 
 /// Numbering of the unknowns (V) of the multipole method. Real and imaginary parts of the multipole coefficients a_k of
-/// all disks come first. The charges that the problem does not give follow, as lambda = Q / (2 pi eps), without point
-/// charges. The potentials of floating groups with several bodies are next, then the constant of the potential if no
-/// side fixes it. The point charges of close pairs are last.
+/// all disks come first. The unknown charges of disks follow, as lambda = Q / (2 pi eps), without the point charges
+/// inside the disks. The potentials of floating groups with several bodies are next. A constant of the potential
+/// follows if only groups have a given potential, no side. The point charges of close pairs are last.
 struct Unknowns {
   Unknowns(const LaplaceProblem& problem, const Mirrors& mirrors, const Arrangement& arrangement);
 
@@ -25,21 +25,23 @@ struct Unknowns {
 /// Linear system of the multipole method, given by its matrix-vector product. Its equations are boundary conditions.
 /// The potential is constant on each circle: a_k + conj(b_k) = 0 for k >= 1, with the disk's multipoles a_k and local
 /// coefficients b_k. Disks of unknown charge have the potential of their group. The charges of a floating group's
-/// bodies add up to the group's charge. All charges add up to zero if no side is an electrode. The potential difference
-/// across a close pair equals that of its point charges.
+/// bodies add up to the group's charge. All charges add up to zero if no side is an electrode. A close pair has two
+/// opposite point charges, one inside each circle (ClosePair), with one unknown. Their potential difference equals the
+/// one across the pair.
 class System {
  public:
-  /// Prepares the system. `far` must outlive it; `accuracy`: see NearField.
+  /// Prepares the linear system of the problem in `setting`. `setting` and `far` (far field) must outlive it;
+  /// `accuracy`: relative accuracy of near interactions (NearField).
   System(const Setting& setting, FarField& far, double accuracy);
 
   /// Returns the number of (real) unknowns.
   int size() const { return unknown_.multipoles + unknown_.others; }
   /// Computes the right-hand side from the given charges, potentials and sides.
   Eigen::VectorXd right_hand_side() const;
-  /// Computes the product of the matrix with x.
+  /// Computes the product of the system's matrix with x.
   Eigen::VectorXd operator*(const Eigen::VectorXd& x) const;
   /// Applies the preconditioner: the identity for multipoles. For the other unknowns it is the inverse of the matrix
-  /// that they would have if the disks had no multipoles.
+  /// that they would have if the disks had no multipoles, or the identity (has_preconditioner()).
   Eigen::VectorXd precondition(const Eigen::VectorXd& residual) const;
 
   /// Returns true if the preconditioner includes the unknowns other than multipoles. It does not if there are too many
@@ -59,8 +61,8 @@ class System {
     std::vector<double> group;  ///< Potential of each group (V)
     double level = 0;           ///< Constant (V) added to the potential of sources and walls
   };
-  /// Computes the potentials of all groups for the solution x with its coefficients. Also leaves the far field of the
-  /// coefficients in `far`.
+  /// Computes the potentials of all groups for the solution x with its multipole `coefficients`. Also leaves the far
+  /// field of the coefficients in the FarField object.
   Potentials potentials(const Eigen::VectorXd& x, const std::vector<Complex>& coefficients) const;
 
  private:

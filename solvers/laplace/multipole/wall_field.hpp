@@ -10,17 +10,18 @@ namespace lichtenberg::laplace::multipole {
 /// linear.
 class WallField {
  public:
-  /// Computes the field; `mirrors` and `lattice` must outlive this object.
+  /// Computes the field of the walls for the potentials of the electrodes in `sides`. `mirrors` and `lattice` must
+  /// outlive this object.
   WallField(const Mirrors& mirrors, const LatticeSum& lattice, const std::array<Side, 4>& sides);
 
   /// Computes the Taylor coefficients value[0] ... value[count - 1] (V) of the complex potential about z: V(z + radius
   /// t) = Re sum_n value[n] t^n.
   void local(Complex z, double radius, int count, Complex* value) const;
-  /// Computes the potential (V) at the point z = x + i y (m).
+  /// Computes the potential (V) of the walls' field at the point z = x + i y (m).
   double potential(Complex z) const;
-  /// Computes the charge on an electrode side over the permittivity (V). It is infinite, with the sign of the potential
-  /// difference, if the side meets an electrode of another potential in a corner. It is NaN if that happens in both
-  /// corners with opposite signs.
+  /// Computes the charge on an electrode side in the box without bodies, over the permittivity (V). It is infinite,
+  /// with the sign of the potential difference, if the side meets an electrode of another potential in a corner. It is
+  /// NaN if that happens in both corners with opposite signs.
   double side_flux(SideIndex side) const;
   /// Returns true if two electrodes of different potential meet: the energy is then infinite.
   bool singular() const { return !corners_.empty(); }

@@ -14,8 +14,9 @@ struct ContourPoint {
 
 /// Makes the integration contour around body number `index`: a closed curve at distance `offset` (m) from its surface
 /// (Stephenson 2018, D 6.11 for a disk). It has `points` points, or two per `spacing` (m) on long curves.
-/// Near another body the curve is halfway between the two surfaces, so that it encloses this body only. Where it would
-/// leave the box it follows the side. Normals are central differences along the curve (D 6.12, corrected); their sum
+/// Near another body the curve is about halfway between the two surfaces, so that it encloses this body only. Where it
+/// would leave the box it follows the side. Normals are central differences along the curve (D 6.12, corrected); their
+/// sum
 /// is zero for any curve.
 std::vector<ContourPoint> contour(const LaplaceProblem& problem, std::size_t index, double offset, int points,
                                   double spacing);

@@ -11,7 +11,7 @@ namespace lichtenberg::laplace {
 /// Square lattice of potentials with red-black relaxation of Laplace's equation (Stephenson 2018, D 6.3). Sites are
 /// at (i h, j h), i = 0 ... cells_x, j = 0 ... cells_y, with the spacing h.
 /// Sites are stored by colour, red or black like a chessboard (D 6.5). Rows of a colour are contiguous, so that the
-/// update of one colour is a loop over four streams. A frame of mirror sites around the box represents insulating
+/// update of one colour is a loop over contiguous arrays. A frame of mirror sites around the box represents insulating
 /// sides.
 class Lattice {
  public:
@@ -36,8 +36,8 @@ class Lattice {
   void relax(int sweeps, double omega);
 
   /// Computes the residual of Laplace's equation: the sum over relaxed sites of |4 V - sum of the neighbours| (V).
-  /// Times the permittivity it is the charge (C/m) that the unfinished relaxation leaves outside the conductors. It
-  /// bounds the charge that further relaxation can still move onto conductors.
+  /// Times the permittivity it is the sum of the magnitudes of the charges (C/m) that the unfinished relaxation leaves
+  /// outside the conductors. It bounds the charge that further relaxation can still move onto conductors.
   double leftover() const;
 
   /// Computes the potential's gradient (V/m) at p (m) by bilinear interpolation between the four sites around p

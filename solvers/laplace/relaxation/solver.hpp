@@ -8,7 +8,8 @@
 
 namespace lichtenberg::laplace {
 
-/// Electrostatic stress whose integral along a contour around a body is the force on the body.
+/// Maxwell stress, or the stress of the normal field alone. Its integral along a contour around a body is the force on
+/// the body.
 enum class Stress {
   maxwell,           ///< eps [(E.n) E - E^2 n / 2]: valid on any closed curve in the fluid
   normal_derivative  ///< eps/2 (dV/dn)^2 n (D 6.16): valid on the surface only, while the curve is off the surface
@@ -25,32 +26,32 @@ struct RelaxationOptions {
   Stress stress = Stress::maxwell;
 };
 
-/// Returns the optimal over-relaxation factor omega = 2 / (1 + pi / S) for S = `sites` lattice spacings (Stephenson
-/// 2018, D 6.8).
+/// Returns the optimal over-relaxation factor omega = 2 / (1 + pi / S) (Stephenson 2018, D 6.8). S = `sites` is the
+/// number of spacings along a side of a square lattice.
 double over_relaxation(int sites);
 /// Returns the number n10 of sweeps that reduce the relaxation's error tenfold, for S = `sites` lattice spacings
 /// (Stephenson 2018, D 6.9).
 double sweeps_per_decade(int sites);
 
 /// Field solver by relaxation on a square lattice, the scheme of the dissertation (Stephenson 2018, D 6.3-6.5). Lattice
-/// sites inside a body have the body's potential; red-black over-relaxation computes the potentials of all others.
-/// Charges and forces are integrals along contours around the bodies. Gradient descent on the potentials of floating
-/// groups makes these integrals equal to the given charges. In the solution, `body_charge` contains these integrals.
-/// Their sum over a floating group therefore equals the group's charge only within the tolerance. Without ground it
-/// also contains the small sum of all integrals' errors. `iterations` counts potential solves. `residual` is the larger
-/// of two fractions of the largest charge: the largest error of a group's charge, and the charge that the unfinished
-/// relaxation leaves outside the conductors.
+/// sites inside a body or on an electrode side have its potential; red-black over-relaxation computes the potentials of
+/// all others. Charges and forces are integrals along contours around the bodies. Gradient descent on the potentials of
+/// floating groups makes these integrals equal to the given charges. In the solution, `body_charge` contains these
+/// integrals. Their sum over a floating group therefore equals the group's charge only within the tolerance. Without
+/// ground this sum also contains a part of the errors of all integrals. `iterations` counts potential solves.
+/// `residual` is the larger of two fractions of the largest charge: the largest error of a group's charge, and the
+/// charge that the unfinished relaxation leaves outside the conductors.
 class RelaxationSolver : public LaplaceSolver {
  public:
   /// Makes a solver with these options. Throws InputError if an option is out of range.
   explicit RelaxationSolver(RelaxationOptions options = {});
 
-  /// Solves the problem. Throws InputError also for couplings, link models, a box whose sides are not whole numbers of
-  /// spacings, and a body that covers no lattice site. Throws Failure if the charges are not reached in
-  /// `largest_iterations` potential solves.
+  /// Solves the problem. Throws the exceptions of LaplaceProblem::check. Throws InputError for couplings, link models,
+  /// a box whose sides are not whole numbers of lattice spacings, and a body that covers no lattice site. Throws
+  /// Failure if the tolerance is not reached in `largest_iterations` potential solves.
   LaplaceSolution solve(const LaplaceProblem& problem) override;
-  /// Returns the potential of the last solve on a grid of the lattice's cells. Throws Failure before the first solve
-  /// and after `forget`.
+  /// Returns the potential of the last solve at the centres of the lattice's cells. Throws Failure before the first
+  /// solve and after `forget`.
   Field field() const override;
   void forget() override;
 

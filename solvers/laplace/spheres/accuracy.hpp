@@ -11,12 +11,12 @@ namespace lichtenberg::laplace {
 /// groups, electrodes and (in free space) infinity, the largest charge, and the largest force on a movable sphere.
 Scales scales_of(const SphereProblem& problem, const SphereSolution& solution);
 /// Computes the relative error of a solution compared with a reference. It is the largest difference of a group
-/// potential, a charge or a force on a movable sphere, each divided by its scale. Differences within rounding do not
-/// count.
+/// potential, a charge or a force on a movable sphere, each divided by its scale. Differences of charges and forces
+/// within rounding do not count. Returns 0 if everything has the same potential.
 double largest_error(const SphereProblem& problem, const SphereSolution& solution, const SphereSolution& reference,
                      const Scales& scales);
 
-/// Solution with an estimated error.
+/// Solution of a problem of spheres, with an estimate of its error.
 struct AccurateSpheres {
   double tolerance = 0;  ///< `SphereOptions::accuracy` of the solution
   double estimate = 0;   ///< Estimated error: difference from a solution at a finer tolerance

@@ -26,9 +26,9 @@ struct CellAxis {
   RowMatrix<std::complex<double>> complex_to, complex_from;  ///< Matrices for an axis without mirrors
 };
 
-/// Returns true if an axis has no mirrors, so that its Fourier coefficients are complex.
+/// Returns true if any axis has no mirrors, so that Fourier coefficients are complex.
 bool has_complex_waves(const Cells& cells);
-/// Makes the transforms of all three axes.
+/// Makes the matrices of the Fourier transforms between cells and waves for all three axes.
 std::array<CellAxis, 3> cell_axes(const Cells& cells);
 
 }  // namespace lichtenberg::laplace::spheres

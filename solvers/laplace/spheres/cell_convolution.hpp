@@ -13,7 +13,7 @@ namespace lichtenberg::laplace::spheres {
 /// transforms of the cells inside.
 class CellConvolution {
  public:
-  /// Chooses the degree of the expansions for a relative error `accuracy`, and computes the kernel.
+  /// Chooses the degree of the expansions (4 to 40) for a relative error `accuracy`, and computes the kernel.
   CellConvolution(const Mirrors& mirrors, const Cells& cells, double accuracy);
   /// Makes a convolution of a given degree and of matching accuracy, for a preconditioner.
   CellConvolution(const Mirrors& mirrors, const Cells& cells, int degree);

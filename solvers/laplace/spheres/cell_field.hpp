@@ -11,7 +11,8 @@ namespace lichtenberg::laplace::spheres {
 /// cells to the targets.
 class CellField {
  public:
-  /// Prepares the shifts of all sites to and from their cells.
+  /// Prepares the shifts of multipoles from sources to their cells, and of local coefficients from cells to targets.
+  /// `convolution`: far field between cells.
   CellField(std::shared_ptr<const CellConvolution> convolution, const Cells& cells, const std::vector<Site>& targets,
             const std::vector<Site>& sources);
   /// Adds the field of sources with `multipoles` (V) in far cells to the targets' `local` coefficients (V); both arrays

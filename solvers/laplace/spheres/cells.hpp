@@ -11,7 +11,8 @@ namespace lichtenberg::laplace::spheres {
 /// periods continue the grid: a cell (x, y, z) outside is the image of a cell inside. Two cells are near each other if
 /// the distance of their centres is below `range`; near spheres interact directly, far cells by multipoles.
 struct Cells {
-  /// Makes a grid with about one sphere per cell, and sorts the spheres into the cells.
+  /// Makes a grid with about one sphere per cell (more if spheres are large), and sorts the spheres (`sources`) into
+  /// the cells.
   Cells(const SphereProblem& problem, const std::vector<Site>& sources);
 
   std::array<int, 3> count{1, 1, 1};  ///< Number of cells along each axis
@@ -34,17 +35,18 @@ struct Cells {
   int number(std::array<int, 3> at) const { return (at[0] * count[1] + at[1]) * count[2] + at[2]; }
   /// Returns the displacement (m) between cells that are x, y and z cells apart along the axes.
   Vec3 displacement(int x, int y, int z) const { return {x * edge.x, y * edge.y, z * edge.z}; }
-  /// Returns true if cells with this difference of indices are near each other.
+  /// Returns true if cells that are x, y and z cells apart along the axes are near each other.
   bool is_near(int x, int y, int z) const { return norm2(displacement(x, y, z)) < range * range; }
 
   double low_sign(int axis) const { return side_sign_[2 * axis]; }  ///< Sign of images at the low side
 
-  /// Finds all pairs of a target and a source, or an image of a source, in near cells; sorted by target. `sources` must
-  /// be the spheres of the grid.
+  /// Finds all pairs of a target and a source, or an image of a source, in near cells, except a sphere with itself;
+  /// sorted by target. `sources` must be the spheres of the grid.
   std::vector<NearPair> near_pairs(const std::vector<Site>& targets, const std::vector<Site>& sources) const;
 
  private:
-  /// Cell inside whose image a cell is, along one axis, with the reflection and shift (m) that map it.
+  /// Cell inside the grid that a cell mirrors or repeats, along one axis, and the reflection and shift (m) between
+  /// them.
   struct ImageCell {
     int index = -1;  ///< Index of the cell inside, -1 if there is none
     bool reflected = false;

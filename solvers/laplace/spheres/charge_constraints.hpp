@@ -6,33 +6,36 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Linear constraints N x = q that keep the given charges of floating groups during the solve; x are the unknowns of
-/// System. There is a constraint, or node, for each floating group. If nothing absorbs the remaining charge, all fixed
-/// groups together are a further node. A sphere of radius R contributes sqrt(R) x_00 to its node.
-/// A coupling (lumped capacitance C between two groups) has an unknown z of its own. It carries the charge sqrt(C') z
-/// from one node to another, with C' = C / (4 pi eps). Its energy, charge^2 / 2 C, is 2 pi eps z^2, like that of a
-/// single sphere of radius C'.
+/// Linear constraints N x = q that keep the given charges of floating groups during the solve. x are the unknowns of
+/// System, and q the charges over 4 pi eps. There is a constraint, or node, for each floating group. If nothing absorbs
+/// the remaining charge, all fixed groups together are a further node. A sphere of radius R contributes sqrt(R) x_00 to
+/// its node.
+/// A coupling (lumped capacitance C between two groups) with a floating end has an unknown z of its own. It carries the
+/// charge 4 pi eps sqrt(C') z from one group to the other, with C' = C / (4 pi eps). Its energy, charge^2 / 2 C, is 2
+/// pi eps z^2, like that of a single sphere of radius C'.
 /// The matrix N N' is therefore that of a network, with the radii as links to ground and the C' as links between nodes.
 /// Its factors keep all digits for any coupling, and couplings do not worsen the condition of the operator.
 class ChargeConstraints {
  public:
-  /// Sets up the constraints. `start`: index of each sphere's first harmonic in x; `couplings`: index of the first
-  /// coupling's unknown in x.
+  /// Sets up the constraints of given charges. `start`: index of each sphere's first harmonic in x; `couplings`: index
+  /// of the first coupling's unknown in x.
   ChargeConstraints(const SphereProblem& problem, const std::vector<int>& start, int couplings);
 
   /// Returns the number of couplings with an unknown of their own.
   int coupling_count() const { return static_cast<int>(links_.size()); }
-  /// Projects x orthogonally onto the vectors with N x = 0: removes the part that changes given charges.
+  /// Projects x orthogonally onto the vectors with N x = 0 (N: matrix of the constraints): removes the part that
+  /// changes given charges.
   void project(double* x) const;
-  /// Adds to a projected x the shortest vector with the given charges, so that N x = q.
+  /// Adds to a projected x the shortest vector with the given charges q, so that N x = q (N: matrix of the
+  /// constraints).
   void add(double* x) const;
-  /// Moves x, which satisfies the constraints up to rounding, to the nearest x with N x = q. Without this correction,
-  /// rounding of the potentials could outweigh the charge that a strong coupling carries.
+  /// Moves x, which satisfies the charge constraints N x = q up to rounding, to the nearest x that satisfies them.
+  /// Without this correction, rounding of the potentials could outweigh the charge that a strong coupling carries.
   void enforce_charges(double* x) const;
   /// Adds the couplings' part of the right-hand side: the fixed potentials at their ends.
   void add_fixed_potentials(double* right_hand_side) const;
-  /// Computes the potential (V) of each group, the Lagrange multipliers, from the residual `missed` of the equations
-  /// without constraints. If only fixed groups determine the level, the potentials are relative to them.
+  /// Computes the potential (V) of each group from the residual `missed` of the equations without constraints.
+  /// Potentials of floating groups are Lagrange multipliers; fixed groups have their given potentials.
   std::vector<double> potentials(const double* missed) const;
 
   /// Computes the charge (C) that flows through each of the problem's couplings, from its group a to its group b.
@@ -41,8 +44,8 @@ class ChargeConstraints {
   std::vector<double> differences(const double* x) const;
   /// Sets the couplings' unknowns in x from the potential differences (V) across them.
   void set_differences(std::span<const double> difference, double* x) const;
-  /// Returns the constraints on the spheres alone: for each node its spheres, and the charge on them for given
-  /// potential differences (V) across the couplings.
+  /// Returns the constraints on the spheres alone, for each node that has spheres: its spheres and their total charge.
+  /// `difference`: given potential differences (V) across the couplings.
   std::vector<ChargeConstraint> on_spheres(std::span<const double> difference) const;
 
  private:

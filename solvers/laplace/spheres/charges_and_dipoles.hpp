@@ -8,34 +8,36 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Coarse-grid preconditioner for conducting spheres: the equations for charges and dipoles only (for more than 500
-/// spheres: charges only), as one inverted dense matrix that includes all images. Near pairs are exact; far cells
+/// Coarse-grid preconditioner for conducting spheres: the equations for charges and dipoles only, as one inverted dense
+/// matrix that includes all images. For more than 500 spheres it has charges only. Near pairs are exact; far cells
 /// interact by their charges and dipoles. Conjugate gradients converge slowly for these long-range parts, while higher
 /// harmonics act on near neighbours only.
 class ChargesAndDipoles {
  public:
-  /// Returns true if the number of spheres is small enough for the matrix to save time.
+  /// Returns true if the number of spheres is small enough (at most 2000) for the dense matrix to save time.
   static bool saves_time(std::size_t spheres);
-  /// Assembles and inverts the matrix. `pairs`: all near pairs of the sites.
+  /// Assembles the matrix of the coarse equations, and inverts it if it is positive definite. `pairs`: all near pairs
+  /// of the sites.
   ChargesAndDipoles(const Mirrors& mirrors, const Cells& cells, const std::vector<Site>& sites,
                     const std::vector<NearPair>& pairs, parallel::Team& team);
 
   /// Returns true if the matrix is positive definite. With a sum over images that is truncated at a degree it need not
   /// be; then it cannot be used.
   bool is_positive() const { return positive_; }
-  /// Returns true if the matrix can precondition a solve with these sites: no sphere has moved by more than its radius.
-  /// A preconditioner need not be exact. Displacements by some radii add an iteration or two, while a new matrix costs
-  /// as much as many iterations.
+  /// Returns true if the matrix can precondition a solve with these sites: they have the same radii, and no sphere has
+  /// moved by more than its radius. A preconditioner need not be exact. Small displacements add few iterations, while a
+  /// new matrix costs as much as many iterations.
   bool is_usable_for(const std::vector<Site>& sites) const;
 
   /// Returns the number of unknowns per sphere: 4 with dipoles, 1 without.
   int unknowns_per_sphere() const { return harmonics(degree_); }
-  /// Solves the coarse equations x + sqrt(R) b = values for x, in the scaling of System. R is the radius, b the field
-  /// of all other spheres. Both arrays are [sphere][harmonic].
+  /// Solves the coarse equations x + sqrt(R) b = values for x = sqrt(R) a. R is the radius, a are the multipoles and b
+  /// the local coefficients of the field of all other spheres and images. Both arrays are [sphere][harmonic].
   Eigen::VectorXf solve(const Eigen::VectorXf& values, parallel::Team& team) const;
   /// Solves the coarse equations for x [sphere][harmonic] if only the charges have nonzero `values` [sphere].
   Eigen::VectorXf solve_charges(const Eigen::VectorXf& values) const { return charge_response_ * values; }
-  /// Returns the charges in the solution x for a unit value on one sphere's charge: a column for each such sphere.
+  /// Returns the charges in the solution of the coarse equations for a unit value on one sphere's charge: a column for
+  /// each such sphere.
   const Eigen::MatrixXd& charges() const { return charges_; }
 
  private:
@@ -54,12 +56,12 @@ class ChargesAndDipoles {
 /// charges of floating groups. Right-hand sides that differ only by potentials of these groups give the same x.
 class ConstrainedCharges {
  public:
-  /// Factorizes the constraints for the coarse `equations`.
+  /// Factorizes the constraints of given charges for the coarse `equations` of charges and dipoles.
   ConstrainedCharges(std::shared_ptr<const ChargesAndDipoles> equations, const std::vector<Site>& sites,
                      const std::vector<ChargeConstraint>& constraints);
 
-  /// Applies the preconditioner to `values` [sphere][harmonic]: replaces charges and dipoles by the constrained
-  /// solution, and leaves higher harmonics unchanged. `start`: index of each sphere's first coefficient.
+  /// Applies the preconditioner to `values` [sphere][harmonic]: replaces charges (and dipoles, if included) by the
+  /// constrained solution, and leaves higher harmonics unchanged. `start`: index of each sphere's first coefficient.
   void apply(const std::vector<int>& start, double* values, parallel::Team& team) const;
 
  private:

@@ -46,12 +46,14 @@ struct PairCorrection {
 /// correction for each. The spheres' own harmonics end at the degree that a pair at equal potential needs. The
 /// potential difference excites higher harmonics, which share one unknown amplitude.
 struct ClosePair {
-  /// Potential of the corrections on another sphere nearby, for unit amplitude: harmonics up to that sphere's degree.
+  /// Potential that one correction of the pair (multipoles beyond its sphere's degree) makes on another sphere nearby.
+  /// It is for unit amplitude, in harmonics up to the other sphere's degree.
   struct OtherSphere {
     int sphere = 0;
     std::vector<double> potential;
   };
-  /// Interaction with the corrections of another close pair.
+  /// Contribution to the interaction with the corrections of close pair number `pair`; there may be several for one
+  /// pair.
   struct CorrectionInteraction {
     int pair = 0;
     double energy = 0;  ///< Energy over 2 pi eps, for unit amplitudes of both pairs
@@ -69,21 +71,24 @@ struct ClosePair {
 std::vector<ClosePair> close_pairs(const std::vector<Site>& sites, const std::vector<NearPair>& gaps, double accuracy,
                                    parallel::Team& team = parallel::Team::single());
 
-/// Computes the effects of corrections beyond their own gap, because the field of a correction extends all around its
-/// sphere. Sets `other_spheres` and `interactions` of each close pair. `pairs`: all near pairs, in both directions.
+/// Computes the effects of close-pair corrections beyond their own gap, because the field of a correction extends all
+/// around its sphere. Sets `other_spheres` and `interactions` of each close pair. `pairs`: all near pairs, in both
+/// directions.
 void add_correction_interactions(std::vector<ClosePair>& close, const std::vector<Site>& sites,
                                  const std::vector<NearPair>& pairs, double accuracy, parallel::Team& team);
 
-/// Computes the force over 4 pi eps on a sphere due to one of its corrections. It contains the force of the correction
-/// on itself, and the force between it and the sphere's own `multipoles`, which extend to `degree`.
+/// Computes the force over 4 pi eps on a sphere due to one of its corrections. It contains the force among the
+/// correction's multipoles, and the force between the correction and the sphere's own `multipoles`, which extend to
+/// `degree`.
 Vec3 correction_force(const PairCorrection& correction, double amplitude, int degree, const double* multipoles);
 
 /// Computes the force over 4 pi eps on a sphere due to the interaction of two of its corrections, for unit amplitudes.
 /// `degree`: degree of the sphere's own harmonics.
 Vec3 force_between(const PairCorrection& one, const PairCorrection& other, int degree);
 
-/// Adds the potential (V) and field (V/m) of a correction at a point (m) outside the spheres. If the correction faces
-/// an image, the correction of the image is included. `site`: the correction's sphere; `amplitude`: in V.
+/// Adds the potential (V) and field (V/m) of a close-pair correction at a point (m) outside the spheres. If the
+/// correction faces an image, the correction of the image is included. `site`: the correction's sphere; `amplitude`: in
+/// V.
 void add_correction(const PairCorrection& correction, const Site& site, double amplitude, Vec3 point, double& potential,
                     Vec3& field);
 

@@ -12,8 +12,8 @@ struct FarImages {
   EwaldSplit split;
 };
 
-/// Chooses the parameters of an Ewald sum over images beyond `range`, for a relative error `accuracy`. The range must
-/// be several times the largest radii of targets and sources (all in m).
+/// Chooses the degree (3 to 40) and the parameters of an Ewald sum over images beyond `range`, for a relative error
+/// `accuracy`. The range must be several times the largest radii of targets and sources (all in m).
 FarImages images_beyond(double range, double target_radius, double source_radius, double accuracy);
 /// Chooses the parameters of an Ewald sum over all images, for sources of the given degree at targets of one degree
 /// more. `accuracy`: relative error; `largest_radius`: of all spheres (m).

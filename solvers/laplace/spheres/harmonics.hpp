@@ -35,16 +35,17 @@ inline int mirror_sign(int l, int m, int mask) {
 /// the cosines (m >= 0) or the sines (m < 0).
 class QuarterTurn {
  public:
-  /// Computes the matrices for all degrees up to `degree`.
+  /// Computes the rotation matrices for all degrees up to `degree`.
   explicit QuarterTurn(int degree);
 
-  /// Nonzero entries of one row, for m = first_m, first_m + 2, ... up to l; if `sine` is true, those of -m.
+  /// Nonzero entries of one row of a rotation matrix, for the columns m = first_m, first_m + 2, ... up to l, or -m if
+  /// `sine` is true.
   struct Row {
     bool sine = false;
     int first_m = 0;
     const double* value = nullptr;
   };
-  /// Returns the row of the matrix of degree l that gives the new coefficient m.
+  /// Returns the row of the rotation matrix of degree l that gives coefficient m of the rotated harmonics.
   Row row(int l, int m) const {
     const Start& s = start_[at(l, m)];
     return {s.sine, s.first_m, value_.data() + s.begin};

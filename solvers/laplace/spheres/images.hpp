@@ -22,10 +22,10 @@ struct MirrorImage {
 
 /// Method of images for the sides of the box: an insulating side reflects a charge to an image of equal sign, an
 /// electrode at 0 V to an image of opposite sign. Repeated reflections between two sides of one kind, at a distance L,
-/// make images with a period of 2 L, between sides of different kinds with a period of 4 L. A periodic axis has its own
+/// make images with a period of 2 L. Between sides of different kinds the period is 4 L. A periodic axis has its own
 /// length as the period. Free space has no mirrors.
 struct Mirrors {
-  /// Finds the images for the box of a problem.
+  /// Finds the images for the box of a problem, or the charge itself only in free space.
   explicit Mirrors(const SphereProblem& problem);
 
   bool bounded = false;              ///< False in free space
@@ -39,11 +39,12 @@ struct Mirrors {
   /// Returns the number of images of one charge per volume (1/m^3).
   double density() const { return static_cast<double>(images.size()) / volume(); }
   /// Calls visit(displacement) for every periodic copy of the point `first` closer than `range` (m) to p, with the
-  /// displacement from the copy to p.
+  /// displacement from the copy to p. In free space the only copy is `first` itself, at any distance.
   template <class Visit>
   void for_each_copy(Vec3 p, Vec3 first, double range, Visit visit) const;
   /// Calls visit(image, displacement) for every image of a charge at c closer than `range` (m) to p, with the
-  /// displacement from the image to p. The charge itself is the first image.
+  /// displacement from the image to p. The charge itself counts as an image; in free space it is the only one, at any
+  /// distance.
   template <class Visit>
   void for_each_near(Vec3 p, Vec3 c, double range, Visit visit) const {
     for (const MirrorImage& image : images)

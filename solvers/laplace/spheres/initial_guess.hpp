@@ -22,7 +22,7 @@ using History = std::deque<PastSolution>;
 constexpr std::size_t longest_history = 4;
 
 /// Charge constraint: spheres whose total charge is given. They are the spheres of a floating group or, if nothing
-/// absorbs the remaining charge, those of all fixed groups.
+/// absorbs the remaining charge, the spheres of all fixed groups.
 struct ChargeConstraint {
   std::vector<int> spheres;
   double charge = 0;  ///< Q / (4 pi eps), the sum of R a_00
@@ -38,12 +38,12 @@ struct SolveTarget {
   std::vector<double> wall;   ///< Potential of the sides at each site's centre (V)
 };
 
-/// Computes an initial guess as a linear combination of past solutions; returns the coefficient of each. The solution x
-/// is linear in charges and potentials and smooth in positions. The coefficients are therefore a least-squares fit to
-/// the target's charges, potentials and positions, with small potential differences within groups.
+/// Computes the coefficients of an initial guess that is a linear combination of past solutions; returns one for each.
+/// The solution x is linear in charges and potentials and smooth in positions. The coefficients are therefore a
+/// least-squares fit to the target's charges, potentials and positions, with small potential differences within groups.
 /// The fit does not use times, so solutions of steps that were rolled back serve equally. `noise`: relative error of
-/// each past x, which limits combinations that would amplify it (regularization). All solutions must have as many sites
-/// as the target.
+/// each past x, which limits combinations that would amplify it (regularization). The history must not be empty, and
+/// all its solutions must have as many sites as the target.
 std::vector<double> history_coefficients(const History& history, const SolveTarget& target, double noise);
 
 }  // namespace lichtenberg::laplace::spheres

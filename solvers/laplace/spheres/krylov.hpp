@@ -12,7 +12,7 @@ struct KrylovResult {
 
 /// Solves the linear system by preconditioned conjugate gradients (PETSc, options with the prefix spheres_). On entry x
 /// is the initial guess with the given charges, on return the solution. `tolerance`: norm of the residual, relative to
-/// the right-hand side and the given charges. Throws Failure if the iteration does not converge.
+/// the right-hand side and the given charges; rounding limits it. Throws Failure if the iteration does not converge.
 KrylovResult solve_krylov(const System& system, double tolerance, std::vector<double>& x);
 
 /// Computes the capacitance matrix over 4 pi eps: the charges of the groups (rows) with one group (columns) at 1 V and

@@ -14,7 +14,7 @@ namespace lichtenberg::laplace::spheres {
 /// D_nm = C_nm / r^(n+1).
 class Coupling {
  public:
-  /// Makes the tables of factors for all l + t up to `degree`.
+  /// Makes the tables of translation factors for all source degrees l and target degrees t with l + t up to `degree`.
   explicit Coupling(int degree);
 
   /// Target site: its degree and radius (any unit of length, the same for source and derivatives).
@@ -29,9 +29,9 @@ class Coupling {
     int mask;
     double sign;
   };
-  /// Adds the field of a source to the local coefficients of a target, for all t up to target.degree. `derivatives`:
-  /// D_nm at the displacement of the two sites. Each term has the factors sign a_lm source.radius^(l+1)
-  /// target.radius^t. `T`: double, or Lanes for eight fields at once.
+  /// Adds the field of a source to the local coefficients of a target, up to target.degree. Terms with l + t above the
+  /// degree of the tables are left out. `derivatives`: D_nm at the displacement of the two sites. Each term has the
+  /// factors sign a_lm source.radius^(l+1) target.radius^t. `T`: double, or Lanes for eight fields at once.
   template <class T>
   void add(const double* derivatives, const Source& source, const T* multipoles, const Target& target, T* local) const;
 
@@ -61,7 +61,8 @@ struct Screened {
   double sign;
 };
 /// Adds the derivatives of the screened potential at r, as D_nm of Coupling, for all degrees up to `degree`: value
-/// [harmonics(degree)]. The formula is in LatticeSum. `term`: scratch memory of the same size.
+/// [harmonics(degree)]. The formula is in LatticeSum. At r = 0 the charge itself is excluded. `term`: scratch memory of
+/// the same size.
 void add_screened(Vec3 r, const Screened& screened, int degree, double* term, double* value);
 
 /// Ewald splitting: parameters that divide a lattice sum between a real-space sum over images and a sum over waves in
@@ -76,17 +77,17 @@ struct EwaldSplit {
 /// Chooses the Ewald splitting of a sum that excludes images nearer than `range`, for a relative error `accuracy`.
 /// With x = alpha range and erfc about exp(-x^2), images at the range contribute the accuracy; half a unit more of x
 /// compensates for their number. Derivatives of degree n decrease later, as Q(n + 1/2, x^2). But charges are within a
-/// third of the range from their centres, so derivatives enter with (2/3 range / r)^n at most. At the cut-off this
-/// leaves 0.02 to 0.14 of the accuracy for 1e-3 to 1e-13.
-/// Waves contribute at most (2/3 range k)^n / (2n - 1)!! exp(-k^2 / 4 alpha^2). The neglected waves begin at 0.002 of
-/// the accuracy for 1e-3, and at 1.5 of it for 1e-11.
+/// third of the range from their centres, so derivatives enter with (2/3 range / r)^n at most. At the cut-off of 1.3
+/// range this leaves less than the accuracy.
+/// Waves of wave number k and degree n have factors of at most (2/3 range k)^n / (2n - 1)!! exp(-k^2 / 4 alpha^2). The
+/// largest wave exceeds the k at which the exponential equals the accuracy by 3 alpha.
 EwaldSplit ewald_split(double range, double accuracy);
 
 /// Chooses the Ewald splitting of a sum over all images, for a given cut-off and a relative error `accuracy`. Charges
 /// must be within 1/8 of the cut-off from their centres.
-/// With x = alpha cutoff, erfc of images at the cut-off and exp(-(k / 2 alpha)^2) of the last wave equal the accuracy.
-/// Derivatives of degree n add factors (x^2 / 4)^n / Gamma(n + 1/2) and (x / 2)^n / (2n - 1)!!. Half a unit more of x
-/// compensates for them.
+/// The accuracy equals exp(-x^2) with x = alpha cutoff, which is about the erfc of images at the cut-off. It also
+/// equals exp(-(k / 2 alpha)^2) of the last wave. Derivatives of degree n add factors (x^2 / 4)^n / Gamma(n + 1/2) and
+/// (x / 2)^n / (2n - 1)!!. Half a unit more of x compensates for them.
 EwaldSplit ewald_split_of_all(double cutoff, double accuracy);
 
 /// Ewald sum for multipoles: the potential of all mirror images of a unit charge beyond a range, as derivatives D_nm
@@ -97,7 +98,8 @@ EwaldSplit ewald_split_of_all(double cutoff, double accuracy);
 /// 1/r - erfc(alpha r)/r; this function has P in place of Q and is subtracted.
 class LatticeSum {
  public:
-  /// Prepares the sum over images at distances of at least `range` (0: all images), for derivatives up to `degree`.
+  /// Prepares the Ewald sum over images at distances of at least `range` (0: all images), for derivatives up to
+  /// `degree`.
   LatticeSum(const Mirrors& mirrors, double range, int degree, const EwaldSplit& split);
   /// Returns true if this sum was made with these arguments, so that it can be used again.
   bool fits(const Mirrors& mirrors, double range, int degree, const EwaldSplit& split) const {
@@ -106,9 +108,9 @@ class LatticeSum {
   /// Returns the highest degree of derivatives.
   int degree() const { return degree_; }
 
-  /// Computes the derivatives D_nm of the potential of all images that are mirrored along the axes of `mask`. `from`:
-  /// positions of the charges, mirrored in this way but not shifted; `at`: target positions, one per charge. Returns
-  /// one column [harmonics(degree)] per pair of charge and target.
+  /// Computes the derivatives D_nm (Coupling) of the potential of those images beyond the range that are mirrored along
+  /// the axes of `mask`. `from`: positions of the charges, mirrored in this way but not shifted; `at`: target
+  /// positions, one per charge. Returns one column [harmonics(degree)] per pair of charge and target.
   Eigen::MatrixXd far_derivatives(int mask, const std::vector<Vec3>& from, const std::vector<Vec3>& at) const;
 
  private:

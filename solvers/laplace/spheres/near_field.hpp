@@ -38,16 +38,16 @@ struct NearPair {
 /// target of radius R the potential is sum b_lm (r/R)^l C_lm. C_lm are solid harmonics (harmonics.hpp).
 class NearField {
  public:
-  /// Sorts the pairs into batches of equal degrees for SIMD. `pairs` must be sorted by target. Terms below `accuracy`
-  /// times the largest coefficient are neglected.
+  /// Sorts the pairs into batches of equal degrees for SIMD. `pairs` must be sorted by target. Terms below about
+  /// `accuracy` times the largest coefficient are neglected.
   NearField(const std::vector<Site>& targets, const std::vector<Site>& sources, const std::vector<NearPair>& pairs,
             double accuracy, parallel::Team& team);
 
   /// Adds the fields of the sources with `multipoles` a_lm (V) to the targets' `local` coefficients b_lm (V); both
   /// arrays are [site][harmonic].
   void add(const double* multipoles, double* local, parallel::Team& team) const;
-  /// Adds fields as above for eight sets of multipoles at once; each element contains the eight values of a
-  /// coefficient.
+  /// Adds the fields of the sources to the targets' `local` coefficients (V) for eight sets of `multipoles` (V) at
+  /// once. Each array element contains the eight values of a coefficient.
   void add(const Lanes* multipoles, Lanes* local, parallel::Team& team) const;
 
  private:

@@ -21,21 +21,24 @@ struct Reflection {
   std::vector<double> factor;  ///< W, [m][t][t'], for Translation::in_pair_frame
 };
 
-/// Computes the matrix W of a reflection. `to_small`: the near pair with the small sphere as its target.
+/// Computes the matrix W of the reflection of a small sphere in a large one. `to_small`: the near pair with the small
+/// sphere as its target.
 Reflection reflection_of(const NearPair& to_small, const Site& small, const Site& large);
 
-/// Applies a reflection: subtracts W a from the small sphere's local coefficients. `multipoles` and `local` begin with
-/// the coefficients of the small sphere.
+/// Applies a reflection: subtracts W a from the small sphere's local coefficients. W is the reflection's matrix, a are
+/// the small sphere's multipoles. `multipoles` and `local` begin with the coefficients of the small sphere.
 void add_reflection(const Reflection& reflection, const double* multipoles, double* local);
-/// Applies a reflection, as above, to eight fields at once.
+/// Applies a reflection to eight fields at once: subtracts W a from the small sphere's local coefficients. W is the
+/// reflection's matrix, a are the small sphere's multipoles. `multipoles` and `local` begin with the coefficients of
+/// the small sphere.
 void add_reflection(const Reflection& reflection, const Lanes* multipoles, Lanes* local);
 
 /// Largest ratio of radii for a reflection; the sum over l has about twenty times as many terms.
 constexpr double largest_ratio = 1e4;
 
-/// Computes an upper bound of the interaction of two small spheres by harmonics beyond `degree` on their large
-/// neighbour, which reflections omit. It is relative to the reflections of either sphere. `one`, `other`: the near
-/// pairs with the small spheres as targets.
+/// Computes an approximate upper bound of the interaction of two small spheres by harmonics beyond `degree` on their
+/// large neighbour, which reflections omit. It is relative to the reflections of either sphere. `one`, `other`: the
+/// near pairs with the small spheres as targets.
 double omitted_interaction(const NearPair& one, const NearPair& other, const std::vector<Site>& sites, int degree);
 
 /// Computes the force (over 4 pi eps) of the small sphere on the eliminated multipoles of the large sphere. It is

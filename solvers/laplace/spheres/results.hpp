@@ -22,7 +22,8 @@ struct ResponseMultipoles {
 };
 
 /// Computes charges, dipoles, forces, side charges and energy from the `multipoles` (V, [site][harmonic]), and stores
-/// them in `solution`. Needs the group potentials in `solution`.
+/// them in `solution`. Forces of close-pair corrections and reflections are not included. Needs the group potentials in
+/// `solution`.
 void add_charges_and_forces(const SphereProblem& problem, const std::vector<Site>& sites,
                             const std::vector<double>& multipoles, const ResponseMultipoles& response,
                             const WallPotential& wall, SphereSolution& solution);

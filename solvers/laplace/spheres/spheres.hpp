@@ -53,8 +53,8 @@ struct SphereProblem {
   bool has_ground() const;
   /// Checks the problem; throws InputError unless all of this holds. Lengths, radii and the permittivity are positive,
   /// and an axis is periodic on both sides or on none. Spheres do not touch or cross electrode sides, and cross
-  /// insulating sides by at most deepest_contact. Each sphere has a group. A coupling joins two different groups and
-  /// has a finite capacitance of at least 0. A floating group has a sphere, or is coupled to a group with a sphere.
+  /// insulating sides by at most 1 % of their radius. Each sphere has a group. A coupling joins two different groups
+  /// and has a finite capacitance of at least 0. A floating group has a sphere, or is coupled to a group with a sphere.
   /// Conductors of different groups do not touch; other spheres overlap by at most 1 % of the smaller radius. A
   /// dielectric is alone in a floating group and has a relative permittivity above 1. Without ground the charges sum to
   /// zero.
@@ -74,7 +74,7 @@ struct SphereSolution {
   std::vector<double> group_potential;
   std::vector<double> sphere_charge;  ///< Charge (C) of each sphere
   std::vector<Vec3> sphere_dipole;    ///< Dipole moment (C m) of each sphere: integral of sigma (x - centre)
-  std::vector<Vec3> sphere_force;     ///< Force (N) on each sphere: eps/2 integral of E^2 n
+  std::vector<Vec3> sphere_force;     ///< Force (N) on each sphere; of a conductor: eps/2 integral of E^2 n
   /// Charge (C) of each electrode side; NaN if electrodes meet at an edge, because then only their sum is known.
   std::array<double, 6> side_charge{};
   double electrode_charge = 0;  ///< Charge (C) of all electrodes together
@@ -131,12 +131,12 @@ class SphereSolver {
   /// Computes the degrees and the number of unknowns of a solve, without its iteration. Throws the exceptions that
   /// solve() throws before it iterates.
   SphereForecast forecast(const SphereProblem& problem) const;
-  /// Computes potential and field of the last solve at the given points (m). Throws Failure if nothing has been solved.
+  /// Computes potential and field of the last solve at the given points (m). Throws Failure if no solution is stored.
   /// Also throws Failure if the solve used a Reflection (reflections.hpp), for a sphere next to a much larger one.
   std::vector<PointField> field(std::span<const Vec3> points) const;
   /// Computes the capacitance matrix C [groups x groups], row-major (F). C_ij is the charge on group i with group j at
-  /// 1 V, and all other groups and the electrodes at 0. Couplings are ignored. If nothing is grounded its rows sum to
-  /// zero. Throws the exceptions of solve().
+  /// 1 V, and all other groups and the electrodes at 0. Couplings are ignored. In a box without electrodes its rows sum
+  /// to zero. Throws the exceptions of solve(), and InputError for dielectric spheres.
   std::vector<double> capacitance_matrix(const SphereProblem& problem);
   /// Discards all kept data, so that the next solve depends on its problem only.
   void forget();

@@ -46,20 +46,20 @@ class Fields {
   /// Adds the field of the `multipoles` a_lm (V) of all spheres, except each sphere's own field, to the `local`
   /// coefficients b_lm (V). Both arrays are [site][harmonic].
   void add(const double* multipoles, double* local, parallel::Team& team) const;
-  /// Adds fields as above for eight sets of multipoles at once; each element contains the eight values of a
-  /// coefficient.
+  /// Adds the field of all spheres, except each sphere's own field, to the `local` coefficients (V) for eight sets of
+  /// `multipoles` (V) at once. Each array element contains the eight values of a coefficient.
   void add(const Lanes* multipoles, Lanes* local, parallel::Team& team) const;
   /// Computes the local coefficients (V) of the field, up to one degree above the sites' own, [site][harmonic].
   /// Reflections are not included.
   std::vector<double> one_degree_beyond(const double* multipoles, parallel::Team& team) const;
   /// Returns true if SphereOptions::degree is given, so that all spheres have this degree.
   bool has_fixed_degree() const { return fixed_degree_ > 0; }
-  /// Adds the field of the multipoles at points: 4 local coefficients (V) per point, the potential and unit times its
-  /// gradient. `unit`: any small length (m).
+  /// Adds the field of the multipoles at points: 4 local coefficients (V) per point, the potential and `unit` times its
+  /// gradient (y, z, x). Close-pair corrections and reflections are not included. `unit`: any small length (m).
   void add_at(std::span<const Vec3> points, double unit, const double* multipoles, double* local,
               parallel::Team& team) const;
-  /// Returns the coarse equations for the preconditioner, null if they do not save time. `past`: those of an earlier
-  /// solve, used again if possible.
+  /// Returns the coarse equations for the preconditioner, null if they do not save time or are not positive definite.
+  /// `past`: coarse equations of an earlier solve, used again if possible.
   std::shared_ptr<const ChargesAndDipoles> charges_and_dipoles(std::shared_ptr<const ChargesAndDipoles> past,
                                                                parallel::Team& team) const;
 
@@ -116,14 +116,17 @@ class System {
 
   /// Returns the number of unknowns: harmonics of all spheres, one amplitude per close pair, one unknown per coupling.
   int size() const { return first_coupling() + constraints_.coupling_count(); }
-  /// Applies the operator: computes y = x + sqrt(R beta) b. `T`: double, or Lanes for eight x at once.
+  /// Computes y, the product of the system's matrix with x. For harmonics y = x + sqrt(R beta) b: R is the sphere's
+  /// radius, beta a factor of its permittivity (1 for a conductor). b are the local coefficients of the field of all
+  /// other charges. `T`: double, or Lanes for eight x at once.
   template <class T>
   void apply(const T* x, T* y) const;
-  /// Removes from x the part that changes given charges.
+  /// Projects x orthogonally: removes the part that changes the given charges of groups.
   void project(double* x) const { constraints_.project(x); }
-  /// Applies the preconditioner: replaces x by an approximate solution of apply(solution) = x that keeps given charges.
+  /// Applies the preconditioner: replaces x by an approximate solution of apply(solution) = x that contributes nothing
+  /// to given charges.
   void precondition(double* x) const;
-  /// Corrects x to the given charges, without rounding errors.
+  /// Corrects rounding errors of the given charges in x.
   void enforce_charges(double* x) const { constraints_.enforce_charges(x); }
   /// Makes an initial guess with the given charges: a corrected linear combination of past solutions, if there are any.
   /// `noise`: relative error of past solutions.
@@ -147,7 +150,7 @@ class System {
   /// Computes the multipoles a_lm (V) from the unknowns x, [site][harmonic].
   template <class T>
   std::vector<T> multipoles(const T* x) const;
-  /// Returns the amplitude (V) of a close pair's corrections from the unknowns x.
+  /// Returns the amplitude (V) of the corrections of close pair number `pair` from the unknowns x.
   template <class T>
   T amplitude(const T* x, std::size_t pair) const {
     return x[harmonics_size() + pair] / std::sqrt(fields_->close_pairs()[pair].energy);
@@ -155,7 +158,7 @@ class System {
 
  private:
   int harmonics_size() const { return start_.back(); }
-  /// Returns the ratio a / x for a sphere's harmonics of degree l: sqrt(beta / R).
+  /// Returns the ratio of multipoles to unknowns for a sphere's harmonics of degree l: sqrt(beta / R).
   double scale(std::size_t sphere, int l) const;
   int first_coupling() const { return harmonics_size() + static_cast<int>(fields_->close_pairs().size()); }
   template <class T>

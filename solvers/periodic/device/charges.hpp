@@ -17,9 +17,9 @@ LICHTENBERG_HOST_DEVICE inline double charge_scale(double largest) {
   return largest > 0 ? std::ldexp(1.0, -std::ilogb(largest) - 1) : 1;
 }
 
-/// Periodic Coulomb sum of charges (and dipoles) in device memory: fields, potentials and energy by near part and mesh.
-/// The caller sorts the charges by cells and scales them to at most 1. Results have identical bits for any order of the
-/// charges.
+/// Periodic Coulomb sum of charges (and dipoles) in device memory: fields, potentials and energy by near part and mesh,
+/// and with dipoles also forces. The caller sorts the charges by cells and scales them to at most 1. Results have
+/// identical bits for any order of the charges.
 template <class Executor>
 class ChargeSums {
  public:
@@ -51,8 +51,8 @@ class ChargeSums {
     resize_results(n);
     mesh_.arrange(n, cells, moved);
   }
-  /// Computes the fields of charges and, if `potentials` is true, potentials and energy. `partners`: neighbour list;
-  /// partners beyond the cut-off do not change the result.
+  /// Computes the fields of charges and, if `potentials` is true, potentials and energy, which are incomplete
+  /// otherwise. `partners`: neighbour list; partners beyond the cut-off do not change the result.
   void evaluate(const PointCharge* charges, const TableView& partners, bool potentials) {
     // Spreading occupies the whole device; transforms do not, so the near part runs concurrently with them.
     mesh_.template spread<Kind::charges>(charges);
@@ -96,8 +96,9 @@ class ChargeSums {
   }
   /// Returns the fields and potentials at the sources, in device memory.
   FieldSample* field_at_source() const { return field_at_source_.data(); }
-  /// Returns the forces on charges with dipoles, in device memory. The component `potential` contains the share of the
-  /// source in the net force that the caller subtracts; the total of the shares is Totals::square.
+  /// Returns the forces on charges with dipoles, in device memory, after an evaluation with dipoles. The component
+  /// `potential` contains the share of the source in the net force that the caller subtracts; the total of the shares
+  /// is Totals::square.
   FieldSample* force() const { return force_.data(); }
   /// Returns the sums over all charges, in device memory.
   const Totals* totals() const { return totals_.data(); }
@@ -211,8 +212,9 @@ class DeviceMeshOn final : public DeviceMesh {
     return profile;
   }
 
-  /// Copies the sources to the device, sorts them by cells, and makes the neighbour list for the cut-off plus `skin`.
-  /// Public because nvcc requires this of functions that contain kernels.
+  /// Copies the sources to the device, sorts them by cells, and makes the neighbour list. Its range is the cut-off plus
+  /// `skin`, or half of the shortest edge of the box if that is shorter. Public because nvcc requires this of functions
+  /// that contain kernels.
   void arrange(const Sources& sources, double skin) {
     require_consistent(sources);
     const Vec3 lengths = sums_.lengths();

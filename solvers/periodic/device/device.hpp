@@ -17,7 +17,7 @@ struct Profile {
   double partners = 0;                     ///< Mean number of partners of a charge in the lists
 };
 
-/// Particle-mesh Ewald method on a device, in single precision. It finds its own pairs.
+/// Particle-mesh Ewald method on a device, in single precision. evaluate() finds the pairs itself.
 class DeviceMesh : public Sum {
  public:
   double cutoff() const override { return 0; }
@@ -26,7 +26,7 @@ class DeviceMesh : public Sum {
   virtual Profile profile(const Sources& sources, double skin, int repeats) = 0;
 };
 
-/// Makes a mesh sum on the first CUDA device. Throws InputError if there is no usable device or the program was built
+/// Makes a mesh sum on the current CUDA device. Throws InputError if there is no usable device or the program was built
 /// without CUDA, and the exceptions of make_tables().
 std::unique_ptr<DeviceMesh> make_cuda_mesh(const Mesh& mesh, const Cloud& cloud);
 /// Makes a mesh sum that runs the device's algorithms sequentially on the CPU, for tests. Throws the exceptions of

@@ -12,12 +12,12 @@
 
 namespace lichtenberg::periodic::device {
 
-/// Exact sum of numbers, each rounded to a multiple of 2^-60, by integers, so that the order does not matter. It is
-/// exact for up to 2^23 numbers with a total below 2^43.
+/// Exact sum of numbers, each rounded down to a multiple of 2^-60, by integers, so that the order does not matter. It
+/// is exact for up to 2^23 numbers with a total below 2^43.
 struct ExactSum {
   std::int64_t high = 0, low = 0;  ///< Parts in units of 2^-20 and 2^-60
 
-  /// Converts one number.
+  /// Returns the exact sum that consists of one number.
   static LICHTENBERG_HOST_DEVICE ExactSum of(double value) {
     const double scaled = value * 0x1p20, whole = std::floor(scaled);
     return {static_cast<std::int64_t>(whole), static_cast<std::int64_t>((scaled - whole) * 0x1p40)};
@@ -126,8 +126,9 @@ class InducedDipolesOn {
     solve_.resize(1);
   }
 
-  /// Loads the history of n grains: dipoles [3 n] of earlier steps, the last step first, which are also the present
-  /// dipoles. `applications`: number of applications of T in the run so far.
+  /// Loads the history of n grains: dipoles [3 n] of up to dipole_history earlier steps, the last step first. The
+  /// dipoles of the last step (0 without history) become the present dipoles. `applications`: number of applications of
+  /// T in the run so far.
   void load(int n, const std::vector<std::vector<double>>& history, std::int64_t applications) {
     n_ = n;
     const auto make = [&](auto&... arrays) { (arrays.resize(n), ...); };
@@ -169,7 +170,8 @@ class InducedDipolesOn {
     solve(charges, scale, partners, go);
     finish(scale, dipole_history, go);
   }
-  /// Computes the dipoles of the same step again, with fields and forces, for other charges.
+  /// Computes the dipoles of the last step again, with fields and forces, for other charges, from the present dipoles
+  /// as initial guess.
   void follow_charges(const PointCharge* charges, const double* scale, const TableView& partners) {
     solve(charges, scale, partners, nullptr);
     finish(scale, 1, nullptr);
@@ -191,7 +193,8 @@ class InducedDipolesOn {
     run_->for_each(n_, [=] LICHTENBERG_HOST_DEVICE(int s) { all.put(s, spare[s]); });
   }
 
-  /// Replaces the dipoles by the predictor's initial guess for the next step, and makes space for it in the history.
+  /// Replaces the dipoles by the predictor's initial guess for the next step, and makes space for it in the history,
+  /// unless *go is 0.
   void predict(const int* go) {
     const DipoleArrays all = arrays();
     DipoleSolve* solve = solve_.data();
@@ -206,7 +209,7 @@ class InducedDipolesOn {
       all.dipole[s] = sum;
     });
   }
-  /// Copies the dipoles to the solver's scaled arrays.
+  /// Copies the dipoles, times *scale, to the solver's arrays.
   void take(const double* scale) {
     const Vec3* dipole = dipole_.data();
     Vec3* scaled = scaled_.data();
@@ -220,10 +223,10 @@ class InducedDipolesOn {
   }
 
   /// Solves for the induced dipoles, and computes fields and forces. An evaluation with the initial guess suffices if
-  /// its residual is within the tolerance. Otherwise sweeps over near dipoles correct most of the residual, and the
-  /// evaluation is repeated while this reduces the residual considerably. If it does not, conjugate gradients follow,
-  /// with 1/A as the inverse preconditioner. The tolerance is relative to the field of charges and dipoles. If *go is 0
-  /// the initial guess is accepted.
+  /// its residual is within the tolerance. Otherwise sweeps over near dipoles correct most of the residual. Sweeps and
+  /// evaluation are repeated while they reduce the residual to less than a quarter. If it is then still too large,
+  /// conjugate gradients follow, with 1/A as the inverse preconditioner. The tolerance is relative to the field of
+  /// charges and dipoles. If *go is 0 the initial guess is accepted.
   void solve(const PointCharge* charges, const double* scale, const TableView& partners, const int* go) {
     take(scale);
     sums_->evaluate(charges, moments_.data(), partners);
@@ -243,8 +246,8 @@ class InducedDipolesOn {
     run_->when(&solve->changed, [&] { sums_->evaluate(charges, moments_.data(), partners); });
   }
   /// Performs one sweep of a fixed-point iteration for the correction d of the dipoles: d becomes A r + A T d, with T
-  /// for near dipoles only and the residual r. The change of d over A is the remaining residual of the near system. If
-  /// it does not decrease, the series diverges, and the present correction is accepted as an initial guess.
+  /// for near dipoles only and the residual r. The change of d over A is the remaining residual of the near system.
+  /// Sweeps end when this residual is small or does not decrease, or after 8 sweeps.
   void sweep(const PointCharge* charges, const TableView& partners) {
     constexpr int most = 8;
     sums_->near_dipole_field(charges, moments_.data(), partners, field_.data());
@@ -269,7 +272,7 @@ class InducedDipolesOn {
           solve->square = now;
         });
   }
-  /// Adds the correction to the dipoles.
+  /// Adds the correction d of the sweeps to the scaled dipoles.
   void correct() {
     Vec3* scaled = scaled_.data();
     const Vec3* direction = direction_.data();
@@ -305,7 +308,8 @@ class InducedDipolesOn {
           solve->iterations = solve->sweeps = 0;
         });
   }
-  /// Computes the step length of conjugate gradients along the direction p, given T p.
+  /// Computes the step length of conjugate gradients along the direction p, given T p. If the curvature along p is not
+  /// positive, sets the flag `unstable`, and the length to 0.
   void find_step() {
     const FieldSample* field = field_.data();
     const Vec3* direction = direction_.data();
@@ -322,7 +326,7 @@ class InducedDipolesOn {
           solve->step = curvature > 0 ? a * solve->square / curvature : 0;
         });
   }
-  /// Performs the step of conjugate gradients, and computes the next direction.
+  /// Performs the step of conjugate gradients, decides whether another one follows, and computes its direction.
   void go_on() {
     constexpr int most = 100;
     const FieldSample* field = field_.data();
@@ -350,9 +354,9 @@ class InducedDipolesOn {
       moments[s] = moment(solve->go ? direction[s] : scaled[s]);
     });
   }
-  /// Stores the dipoles without scaling, adds their own energy mu^2 / 2A to the totals, and makes them the last entry
-  /// of the history. `known`: maximum length of the history afterwards; 0 leaves the history unchanged. It grows by one
-  /// if `go` is null or *go is not 0.
+  /// Stores the dipoles without scaling, adds their own energy mu^2 / 2A to the totals, and writes them to the history
+  /// as the last step. `known`: maximum length of the history; 0 leaves the history unchanged. A shorter history grows
+  /// by one if `go` is null or *go is not 0.
   void finish(const double* scale, int known, const int* go) {
     const DipoleArrays all = arrays();
     const Vec3* scaled = scaled_.data();

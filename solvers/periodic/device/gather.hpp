@@ -96,7 +96,8 @@ struct Gather {
     if constexpr (forces) curvatures(window, at.from_middle, to.curvature[axis]);
     to.at[axis] = tiles.local(at.point, from[axis], axis);
   }
-  /// Computes the contribution of the a-th plane of a charge's points.
+  /// Computes the contribution of the a-th plane of a charge's points to the interpolated potential and its
+  /// derivatives.
   LICHTENBERG_HOST_DEVICE PotentialTerms plane(const Weights& of, int a, const float* local) const {
     const int from = tiles.wrapped(of.at[0] + a, 0) * tiles.size[1], j = of.at[1], l = of.at[2];
     float wz[order], sz[order], cz[order];
@@ -139,8 +140,8 @@ struct Gather {
 #endif
     return self_term<float>(cosine, -pi * sine, wave[0][axis], wave[1][axis], inverse_spacing[axis]);
   }
-  /// Adds -grad of the potential to the field of charge s, and -(q grad + mu.grad grad) of it to the force, without the
-  /// source's own part (ChargeMesh::own_part).
+  /// Adds -grad of the mesh potential to the field of charge s, and -(q grad + mu.grad grad) of this potential to the
+  /// force. The part of the source's own cloud is excluded (ChargeMesh::own_part).
   LICHTENBERG_HOST_DEVICE void add(int s, const PotentialTerms& d, Totals& sum) const {
     const float* h = inverse_spacing;
     const PointCharge of = charges[s];

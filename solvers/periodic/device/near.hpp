@@ -38,8 +38,7 @@ struct FieldSum {
   friend LICHTENBERG_HOST_DEVICE FieldSum operator+(FieldSum a, const FieldSum& b) { return a += b; }
 };
 
-/// Rounds a number to a multiple of 2^-31 (small values to a multiple of 2^-30), for exact sums. From 2^-8 on, every
-/// float is a multiple of 2^-31.
+/// Rounds a number for exact sums. The result is a multiple of 2^-31, and for magnitudes below 2^-8 of 2^-30.
 LICHTENBERG_HOST_DEVICE inline float on_grid(float value) {
   constexpr float shift = 0x1.8p-7f;
   return (value + shift) - shift;
@@ -74,7 +73,8 @@ struct NearPair {
   LICHTENBERG_HOST_DEVICE float along(const Moment& m) const { return m.x * x + m.y * y + m.z * z; }
 };
 
-/// Computes the near part of field and potential of the charge `from` at the charge `at`; 0 beyond the cut-off.
+/// Computes the near part of field and potential of the charge `from` at the charge `at`; 0 beyond the cut-off. The
+/// potential is 0 unless the template argument `potential` is true.
 template <int terms, bool potential>
 LICHTENBERG_HOST_DEVICE FieldSum near_charge_field(const NearTable& table, const PointCharge& at,
                                                    const PointCharge& from) {
@@ -158,7 +158,7 @@ struct NearArrays {
   FieldSample *field_at_source, *force;
 };
 
-/// Accumulator for a kind of sources.
+/// Accumulator of the near part for a kind of sources: with force for charges with dipoles, otherwise without.
 template <Kind kind>
 using NearSum = std::conditional_t<kind == Kind::multipoles, ForceSum, FieldSum>;
 
@@ -172,7 +172,7 @@ LICHTENBERG_HOST_DEVICE NearSum<kind> near_part(const NearTable& table, const Ne
   else
     return near_force<terms>(table, of.charges[s], of.moments[s], of.charges[j], of.moments[j]);
 }
-/// Stores the sums of source s.
+/// Stores the sums of source s, rounded to single precision, in the arrays of `to`.
 LICHTENBERG_HOST_DEVICE inline void store(const NearArrays& to, int s, const FieldSum& sum) {
   to.field_at_source[s] = rounded(sum);
 }
@@ -194,8 +194,8 @@ void sum_near(const Executor& run, const NearTable& table, const NearArrays& arr
 }
 
 /// Computes the near part (real-space sum) of charges, dipoles alone, or both, over neighbour lists; overwrites the
-/// results in `arrays`. Partners beyond the cut-off do not change the result. Without `potentials`, potentials of
-/// charges without dipoles are not computed.
+/// results in `arrays`. Partners beyond the cut-off do not change the result. Without `potentials`, the potentials of
+/// charges without dipoles are 0.
 template <Kind kind, class Executor>
 void compute_near(const Executor& run, const NearTable& table, const NearArrays& arrays, bool potentials = true) {
   with_terms(table.kernels.terms, [&]<int terms>() {

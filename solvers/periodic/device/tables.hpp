@@ -34,9 +34,9 @@ struct MeshTables {
   double background = 0;  ///< Potential of the neutralizing background per unit of total charge
 };
 
-/// Computes the parameters of a mesh sum on a device. Throws InputError for a window's order that is not from 4 to 7,
-/// for too few mesh points, and for a cut-off beyond half of the box. Throws InputError if the near part needs more
-/// than most_terms terms, because of an accuracy beyond single precision.
+/// Computes the parameters of a mesh sum on a device. Throws InputError unless the order of the window is from 4 to 7
+/// and each axis has at least twice as many points. Throws InputError for a cut-off beyond half of the shortest edge.
+/// Throws InputError if the near part needs more than most_terms terms, because of an accuracy beyond single precision.
 MeshTables make_tables(const Mesh& mesh, const Cloud& cloud);
 
 }  // namespace lichtenberg::periodic::device

@@ -15,8 +15,8 @@ inline int tiles_along(int points, int wanted) {
   return std::max(1, static_cast<int>(std::lround(static_cast<double>(points) / wanted)));
 }
 
-/// Chooses the edges of cells for neighbour lists with the cut-off plus `more` (length). The number of cells along an
-/// axis is a multiple of the number of tiles with 16 points, if possible.
+/// Chooses the edges of cells for neighbour lists with the cut-off plus `more` (length): about a half along x and y, a
+/// quarter along z. The number of cells along an axis is a multiple of the number of tiles with 16 points, if possible.
 inline Vec3 cell_edges(const MeshTables& tables, double more) {
   const double range = tables.cutoff + more;
   Vec3 edge{range / 2, range / 2, range / 4};

@@ -24,20 +24,20 @@ struct StepRule {
   ContactAttraction attraction;
   double skin = 0;  ///< skin of the neighbour lists (d0)
 
-  /// Returns the longest outer step. `speed`: largest speed; `impact`: largest impact speed; `acceleration`: largest by
-  /// slow forces; `stability_limit`: max_outer_step().
+  /// Returns the longest outer step (t0). `speed`: largest speed; `impact`: largest impact speed; `acceleration`:
+  /// largest acceleration by slow forces (all forces except contacts); `stability_limit`: max_outer_step().
   LICHTENBERG_HOST_DEVICE double longest_step(double speed, double impact, double acceleration,
                                               double stability_limit) const {
     return longest_step_within({longest, stability_limit, path, speed, acceleration},
                                [&](double gain) { return step_of_contacts(impact + gain); });
   }
-  /// Returns the contact substep for impact speeds up to `impact`.
+  /// Returns the length of contact substeps (t0) for impact speeds up to `impact` (v0).
   LICHTENBERG_HOST_DEVICE double step_of_contacts(double impact) const {
     return time_to_resolve(law, impact, grains) / contact_steps;
   }
-  /// Returns an upper bound on the acceleration of a grain by a contact at this impact speed. Without losses the
-  /// overlap is less than half of the straight path within the contact duration. The CPU computes a tighter bound
-  /// iteratively.
+  /// Returns an upper bound on the acceleration (reduced units) of a grain by a contact, for the impact speed `speed`
+  /// (v0). Without losses the overlap is less than half of the straight path within the contact duration. The CPU
+  /// computes a tighter bound iteratively.
   LICHTENBERG_HOST_DEVICE double max_contact_acceleration(double speed) const {
     if (!(speed > 0)) return 0;
     const double overlap = 0.5 * speed * law.shortest_contact(speed);
@@ -62,19 +62,20 @@ struct Progress {
   int steps = 0, exchanges = 0;  ///< numbers of steps, and of steps with charge exchange, in the series
   int unresolved = 0;            ///< 1: contacts are too short for the allowed number of substeps
 
-  /// Returns the state before a series of at most `most` steps from `time` to `target`; `whole`: make a single step.
+  /// Returns the state before a series of at most `most` steps from `time` to `target` (t0). `whole`: true for a single
+  /// step to `target`.
   static Progress towards(double target, double time, int most, bool whole) {
     Progress now;
     now.time = time, now.target = target, now.left = most, now.whole = whole;
     return now;
   }
-  /// Returns true if the series needs another step.
+  /// Returns true if the series continues: `target` is not reached, and a further step is allowed.
   LICHTENBERG_HOST_DEVICE bool wanted() const { return left > 0 && time < target; }
 };
 
 /// Chooses the length of the next outer step and its contact substeps from the results of the last step. Sets now.go to
 /// 1 if the neighbour lists are valid for the step, and otherwise to 0. No step is chosen at the end of the series, or
-/// if the last step failed.
+/// if the last step failed. If contacts are too short for the step, none is chosen either, and now.unresolved is 1.
 template <class Law>
 LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const StepResults& results, Progress& now,
                                     StepParameters& next) {
@@ -106,8 +107,8 @@ LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const StepResults
   now.go = !(std::sqrt(results.moved2) + now.travel > 0.5 * rule.skin);
 }
 
-/// Adds the completed outer step to the counters of a series, and sets the time to its end. `exchanges`: true if the
-/// scene has charge exchange.
+/// Adds the completed outer step to the counters of a series, and sets the time to its end. `made`: parameters of the
+/// step; `exchanges`: true if forces must be computed again after charge exchange.
 LICHTENBERG_HOST_DEVICE inline void count_step(const StepResults& results, const StepParameters& made, bool exchanges,
                                                Progress& now) {
   now.time = now.end;
@@ -117,8 +118,8 @@ LICHTENBERG_HOST_DEVICE inline void count_step(const StepResults& results, const
   now.exchanges += now.exchanged;
 }
 
-/// Returns the number of outer steps of the chosen length for which the neighbour lists remain valid at the current
-/// largest speed. The result is at least 1, and at most the number of steps to the end of the series.
+/// Estimates for how many outer steps of the chosen length the neighbour lists remain valid, at the current largest
+/// speed. The result is at least 1, and otherwise at most the number of steps to the end of the series.
 template <class Law>
 int steps_ahead(const StepRule<Law>& rule, const StepResults& results, const Progress& now,
                 const StepParameters& next) {
@@ -133,8 +134,8 @@ int steps_ahead(const StepRule<Law>& rule, const StepResults& results, const Pro
 struct NoAction {
   LICHTENBERG_HOST_DEVICE void operator()() const {}
 };
-/// Action after an outer step on a device: counts the step and chooses the next one. Does nothing if no step had been
-/// chosen.
+/// Action after an outer step on a device: counts the step and chooses the next one. If no step had been chosen, it
+/// only sets Progress::exchanged to 0.
 template <class Law>
 struct ChooseNext {
   StepRule<Law> by;

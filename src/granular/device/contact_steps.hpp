@@ -20,16 +20,16 @@
 
 namespace lichtenberg::granular::device {
 
-/// Quanta (values of 1) of fixed-point sums over pairs for forces, impulses, shifts (displacement times mass), energies
-/// and charges: powers of two, in reduced units.
+/// Quanta (values of the integer 1) of fixed-point sums over pairs for forces, impulses, shifts (displacement times
+/// mass), energies and charges: powers of two, in reduced units.
 struct FixedPointScale {
   double force = 1, impulse = 1, shift = 1, energy = 1, charge = 1;
 
   FixedPointScale inverse() const { return {1 / force, 1 / impulse, 1 / shift, 1 / energy, 1 / charge}; }
 };
 
-/// Returns the quantum (m0 v0^2) of fixed-point sums of dissipated energy. It grows with the number of grains, so that
-/// the sum over all grains fits into 52 bits.
+/// Returns the quantum (m0 v0^2) of fixed-point sums of dissipated energy. It is 2^-32 for up to 32768 grains and then
+/// grows with their number. A sum of 32 m0 v0^2 per grain thus fits into 52 bits.
 inline double energy_quantum(int grains) {
   return std::ldexp(1.0, -32 + std::max(0, static_cast<int>(std::ceil(std::log2(grains / 32768.0)))));
 }
@@ -69,7 +69,7 @@ struct GrainsView {
             dissipated[i],   charged[i],  field_at_source ? field_at_source[i] : FieldSample{},
             image[i],        number[i]};
   }
-  /// Writes the data of take() to the grain with the sorted index s.
+  /// Writes the data `g`, as returned by take(), to the grain with the sorted index s.
   LICHTENBERG_HOST_DEVICE void put(int s, const Grain& g, FieldSample* field_at_source) const {
     position[s] = g.position, momentum[s] = g.momentum, charge[s] = g.charge, inverse_mass[s] = g.inverse_mass;
     radius[s] = g.radius, collisions[s] = g.collisions, dissipated[s] = g.dissipated, charged[s] = g.charged;
@@ -128,7 +128,7 @@ struct StepResults {
   int pairs = 0, active = 0, ended = 0;  ///< numbers of candidate pairs, active pairs and ended isolated contacts
   int passed = 0;                        ///< 1 + number of a grain through which another has passed; 0: none
 
-  /// Resets the results that belong to a single step.
+  /// Resets the results that accumulate in a step: the counts and `impact2`.
   LICHTENBERG_HOST_DEVICE void begin_step() {
     begun = transfers = 0;
     impact2 = 0;
@@ -162,8 +162,8 @@ struct LawOfPair {
 };
 
 /// Contact substeps of an outer step on a device, as functions for single grains and pairs that kernels call. A substep
-/// runs activate_pair(), add_halfway_force(), integrate() and move() for all pairs or grains, in this order.
-/// Reduced units.
+/// runs activate_pair() for the due candidate pairs, then add_halfway_force() and integrate() for active pairs. move()
+/// moves each grain after the integration of its active pairs. Reduced units.
 template <class Law>
 struct ContactSteps {
   using Motion = PairMotion<3, LawOfPair<Law>>;
@@ -204,7 +204,7 @@ struct ContactSteps {
     return law.scale(grains.radius[p.lower], grains.radius[p.higher]);
   }
 
-  /// Returns true if the pair of entry e of the neighbour table may touch within the outer step.
+  /// Returns true if the pair of entry e of the neighbour table is in contact or may touch within the outer step.
   LICHTENBERG_HOST_DEVICE bool is_near(int e) const {
     return come_within(contacts.owner[e], contacts.table.partner[e], static_cast<float>(parameters->reach));
   }
@@ -217,11 +217,11 @@ struct ContactSteps {
 
   // The phases of a substep.
 
-  /// Returns true if candidate pair k may touch in a substep, or is in contact.
+  /// Returns true if candidate pair k is in contact, or must be examined in substep `step` because it may touch.
   LICHTENBERG_HOST_DEVICE bool is_due(int k, int step) const { return contacts.near[k].due <= step; }
   /// Begins a substep for candidate pair k. Ends its contact if the grains have separated. Makes the pair active if it
-  /// is in contact or may touch in this substep, and adds its contact force at the start to both grains. A pair with a
-  /// large gap is due again when it may touch.
+  /// is in contact or may touch in this substep. Adds the contact force at the start, if any, to both grains. A pair
+  /// with a large gap is due again when it may touch.
   LICHTENBERG_HOST_DEVICE void activate_pair(int k, int step) const {
     const NearPair p = contacts.near[k];
     const double dt = parameters->inner, slack = parameters->max_acceleration * dt * dt;
@@ -242,8 +242,8 @@ struct ContactSteps {
     if (touching) add(grains.force, p, inverse_units.force * force);
   }
 
-  /// Adds the contact force of active pair a in the middle of the substep to both grains. The positions there follow
-  /// from the forces at its start.
+  /// Adds the contact force of active pair a in the middle of the substep to both grains. The positions in the middle
+  /// follow from the forces at the start of the substep.
   LICHTENBERG_HOST_DEVICE void add_halfway_force(int a) const {
     const ActivePair p = contacts.active[a];
     const PairState<3> at = contacts.state[a];
@@ -293,7 +293,8 @@ struct ContactSteps {
   LICHTENBERG_HOST_DEVICE static void clear(FixedPointVec* one, FixedPointVec* other, int k) {
     (&one->x)[k] = (&other->x)[k] = 0;
   }
-  /// Moves grain s to the end of the substep under its slow force and its contacts. Exchanges charge in new contacts.
+  /// Moves grain s to the end of the substep under its slow force and its contacts. With `exchanges` it transfers
+  /// charge in those new contacts in which s is the lower grain.
   LICHTENBERG_HOST_DEVICE void move(int s) const {
     const double dt = parameters->inner, over = grains.inverse_mass[s];
     Vec3 position = grains.position[s], momentum = grains.momentum[s];
@@ -308,7 +309,7 @@ struct ContactSteps {
     grains.momentum[s] = momentum;
     locate(s, position);
   }
-  /// Updates the fixed-point position of grain s.
+  /// Sets the fixed-point position of grain s for neighbour searches; `position` in d0.
   LICHTENBERG_HOST_DEVICE void locate(int s, Vec3 position) const {
     grains.compact[s].at = fixed_point_position(position, units_per_box * nearest.inverse_length);
   }
@@ -323,8 +324,8 @@ struct ContactSteps {
     return 2 * inverse_mass(p) * law.force_terms(reach(p) - root_of(distance2), scale(p)).stored;
   }
 
-  /// Compares the k-th ended contact of the outer step with the restitution coefficient of the law, if there is such a
-  /// contact.
+  /// Adds the error of the restitution coefficient in the k-th ended contact of the outer step, if it exists, to the
+  /// statistics (RestitutionCheck).
   LICHTENBERG_HOST_DEVICE void count_end(int k) const {
     if (k >= results->ended) return;
     const EndedContact contact = restitution.ended[k];
@@ -333,8 +334,8 @@ struct ContactSteps {
   }
 
  private:
-  /// Returns true if the separate candidate pair k may come into contact in this substep. If not, sets the substep in
-  /// which it may touch.
+  /// Returns true if the separate candidate pair k may come into contact in substep `step`. If not, sets the first
+  /// substep in which it may touch.
   LICHTENBERG_HOST_DEVICE bool may_come_into_contact(int k, const NearPair& p, int step) const {
     const double dt = parameters->inner;
     const auto path = static_cast<float>(parameters->reach * dt / parameters->outer);
@@ -368,8 +369,8 @@ struct ContactSteps {
     return {{law, scale}, reach(p), inverse_mass(p), external};
   }
 
-  /// Adds `value`, rounded to integers, to the sum of the higher grain of a pair and subtracts it from the sum of the
-  /// lower grain.
+  /// Adds `value`, rounded to integers, to the sum `to` of the higher grain of a pair, and subtracts it from that of
+  /// the lower grain.
   LICHTENBERG_HOST_DEVICE static void add(FixedPointVec* to, const GrainPair& p, Vec3 value) {
     const std::int64_t x = rounded_to_integer(value.x), y = rounded_to_integer(value.y),
                        z = rounded_to_integer(value.z);

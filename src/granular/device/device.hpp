@@ -43,19 +43,19 @@ class DeviceGas {
 /// Executor that runs the kernels of a gas: the CPU (for tests) or a CUDA device.
 enum class Target { host, cuda };
 
-/// Throws InputError for a scene with features that a device does not compute: conductors, two dimensions, walls,
-/// another integrator than multirate, or unsupported effects. `target` cuda: laws without CUDA kernels are refused,
-/// too.
+/// Throws InputError for a scene with features that a device does not compute: conductors, two dimensions, sides that
+/// are not periodic, and unsupported integrators, effects or options of effects. `target` cuda: laws without CUDA
+/// kernels are refused, too.
 void check_scene(const Scene& scene, Target target = Target::cuda);
 /// Returns an estimate of the device memory (bytes) that the gas of a scene needs, for evenly distributed grains.
 /// Throws InputError for unsupported effects.
 double bytes_needed(const Scene& scene);
 
 /// Makes the gas of a scene on the first CUDA device. Throws the exceptions of check_scene(). Throws InputError if
-/// there is no usable device, and Failure if it lacks memory.
+/// there is no usable device or the program was built without CUDA, and Failure if the device lacks memory.
 std::unique_ptr<DeviceGas> make_cuda_gas(const Scene& scene);
 /// Makes a gas that runs the algorithms of a device sequentially on the CPU, for tests. Throws the exceptions of
-/// check_scene() for the CPU.
+/// check_scene() with Target::host.
 std::unique_ptr<DeviceGas> make_host_gas(const Scene& scene);
 
 }  // namespace lichtenberg::granular::device

@@ -129,7 +129,7 @@ class GasImpl final : public DeviceGas {
 
   bool is_driven() const { return !gas_.elastic && !drives_.empty(); }
   /// Makes one outer step until at most `time` (t0), with half a step of Effect::drive before and after it. The host
-  /// waits for both.
+  /// waits for the results of both half steps.
   template <class Law>
   void step_driven(const Law& law, double time) {
     Progress& now = progress_.host();
@@ -261,8 +261,9 @@ class GasImpl final : public DeviceGas {
     run_->for_each(gas_.n, [=] LICHTENBERG_HOST_DEVICE(int s) { g.slow_force[s] = force(s); });
   }
 
-  /// Records the kernels of an outer step, to be executed many times (a CUDA graph). The host starts several steps
-  /// ahead, so the kernels do nothing if no step has been chosen.
+  /// Records the kernels of an outer step (on a device as a CUDA graph), to be executed many times. The device chooses
+  /// the next step (ChooseNext), and the host starts several graphs ahead. Graphs without a chosen step compute the
+  /// forces again and leave the state of the gas unchanged.
   template <class Law>
   void record(const Law& law) {
     Progress* now = progress_.device();
@@ -287,8 +288,8 @@ class GasImpl final : public DeviceGas {
       sums_->evaluate(gas_.view().charged, lists_.partners(), gas_.options.exchanges);
     find_pair_forces();
   }
-  /// Computes the bound on impact speeds by elastic energy after the last contact substep, and compares the ended
-  /// contacts with the restitution coefficient of the law.
+  /// Computes the bound on impact speeds by elastic energy after the last contact substep. Compares the ended contacts
+  /// with the restitution coefficient of the law.
   template <class Law>
   void find_impacts(const Law& law) {
     const ContactSteps<Law> steps = contact_steps(law);
@@ -325,7 +326,8 @@ class GasImpl final : public DeviceGas {
           const Vec3 now = force(s), at = g.position[s];
           const Vec3 p = g.momentum[s] + (0.5 * parameters->outer) * (now - g.slow_force[s]);
           g.momentum[s] = p, g.slow_force[s] = now;
-          if (s == 0) budget->energy = force.energy();
+          // Ended contacts are counted. A graph without a chosen step must not count them again.
+          if (s == 0) budget->energy = force.energy(), results->ended = 0;
           std::int64_t& moved = g.moved_charge[s];
           if (moved != 0) g.charge[s] += quantum * static_cast<double>(moved), moved = 0;
           const FixedPointPosition from = g.sorted_at[s], to = fixed_point_position(at, units_per_length);
@@ -427,7 +429,8 @@ class GasImpl final : public DeviceGas {
   }
   const double* scale() const { return &gas_.field_energy.data()->scale; }
 
-  /// Throws Failure if a step failed: grains fly through each other, positions are not finite, or dipoles diverge.
+  /// Throws Failure if a step failed: grains fly through each other, positions are not finite, or induced dipoles
+  /// cannot be computed.
   void check_results() {
     if (dipoles_) check_dipoles(dipoles_->download(), gas_.options);
     if (const int passed = results_.host().passed; passed)

@@ -47,9 +47,9 @@ GasOptions gas_options(const Scene& scene);
 /// grains that would fit.
 void check_memory(const GasOptions& options, double free);
 
-/// Maxima over all grains after an outer step: squares of speed, acceleration and displacement since the last sorting,
-/// and the magnitude of the charge. `lost` is not 0 if a position or velocity is not finite. Operator + takes the
-/// maximum of each member, for reductions.
+/// Maxima over all grains after an outer step, of squares and of the magnitude of the charge. Squares are those of
+/// speed, acceleration by smooth forces, and displacement since the last sorting. `lost` is not 0 if a position or
+/// velocity is not finite. Operator + takes the maximum of each member, for reductions.
 struct StepMaxima {
   double speed2 = 0, acceleration2 = 0, moved2 = 0, charge = 0;
   int lost = 0, unused = 0;
@@ -86,7 +86,8 @@ struct Grain {
   int number = 0;
 };
 
-/// Potential energy of smooth forces and energy due to charge exchange (m0 v0^2), and the scale of charges on a device.
+/// Energies on a device (m0 v0^2): the potential energy of smooth forces and its changes by charge exchange. Also the
+/// factor that converts charges to PointCharge::charge, and the largest charge, from which the factor follows.
 struct FieldEnergyBudget {
   /// Potential energy of smooth forces, and the sum of its changes by charge exchange since the start.
   double energy = 0, exchanged = 0;
@@ -112,7 +113,7 @@ struct ForceView {
   LICHTENBERG_HOST_DEVICE Vec3 operator()(int s) const {
     return pair_force ? charge_force(s) + pair_force[s].times(units.force) : charge_force(s);
   }
-  /// Returns the Coulomb force on grain s (m0 v0^2/d0). Errors of the mesh leave a net force on all grains, which is
+  /// Returns the Coulomb force on grain s (m0 v0^2/d0). Errors of the mesh leave a net force on all grains. It is
   /// subtracted in proportion to the squared charges (with dipoles, to the squared source strengths).
   LICHTENBERG_HOST_DEVICE Vec3 charge_force(int s) const {
     if (!field_at_source || totals->square == 0) return {};

@@ -29,14 +29,16 @@ class ByNumber {
  public:
   ByNumber(Checkpoint& checkpoint, std::vector<int> number) : checkpoint_(&checkpoint), number_(std::move(number)) {}
 
-  /// Writes an array of numbers "effects.coulomb.NAME"; of(s): number of the grain with the sorted index s.
+  /// Writes the array "effects.coulomb.NAME" with one value for each grain; `name`: NAME; of(s): value of the grain
+  /// with the sorted index s.
   template <class Of>
   void reals(const std::string& name, const Of& of) {
     std::vector<double>& to = checkpoint_->reals["effects.coulomb." + name];
     to.resize(number_.size());
     for (std::size_t s = 0; s < number_.size(); ++s) to[number_[s]] = of(s);
   }
-  /// Writes an array of vectors "effects.coulomb.NAME"; of(s): vector of the grain with the sorted index s.
+  /// Writes the array "effects.coulomb.NAME" with one vector for each grain; `name`: NAME; of(s): vector of the grain
+  /// with the sorted index s.
   template <class Of>
   void vectors(const std::string& name, const Of& of) {
     std::vector<double>& to = checkpoint_->reals["effects.coulomb." + name];

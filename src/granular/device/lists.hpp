@@ -34,7 +34,8 @@ class GasLists {
  public:
   using Sums = std::optional<ChargeSums<Executor>>;
   using Dipoles = std::optional<periodic::device::InducedDipolesOn<Executor>>;
-  /// Pointers and sizes of the lists with which kernels were recorded. Kernels must be recorded again if they change.
+  /// Pointers and sizes of the lists with which kernels were recorded. Kernels must be recorded again if any of these
+  /// changes.
   struct Kernels {
     std::vector<const void*> arrays;
     std::size_t capacity = 0;
@@ -55,14 +56,17 @@ class GasLists {
     for (const DevicePartForm& part : state.options.parts) reach_ = std::max(reach_, part.reach);
   }
 
-  /// Returns the skin (d0) of the neighbour lists; 0 if there are no lists. Lists are valid while no grain has moved by
-  /// half of the skin.
+  /// Returns the skin (d0) of the neighbour lists; 0 if there are no lists. Lists are valid until a grain has moved by
+  /// more than half of the skin.
   double skin() const { return skin_; }
-  /// Returns the partners of each grain within the cutoff of near charges (Coulomb sum).
+  /// Returns the neighbour table of near charges (Coulomb sum). It has all partners of each grain within the cutoff,
+  /// and some beyond it.
   TableView partners() const { return partners_.view(); }
-  /// Returns the partners of each grain within the largest cutoff of the pair force laws.
+  /// Returns the neighbour table of the pair force laws. It has all partners of each grain within the largest cutoff of
+  /// the laws, and some beyond it.
   TableView in_reach() const { return in_reach_.view(); }
-  /// Returns the number of entries of the table of candidate pairs, also the capacity for candidate and active pairs.
+  /// Returns the number of entries of the table of candidate pairs. The arrays of candidate and of active pairs have
+  /// this length.
   long entries() const { return static_cast<long>(near_.size()); }
 
   /// Sorts the grains and rebuilds the neighbour lists. `travel`: bound on displacements in the next step (d0), from
@@ -82,7 +86,7 @@ class GasLists {
     take_open();
   }
 
-  /// Loads the open contacts from a checkpoint and discards the neighbour lists.
+  /// Loads the present contacts (begun and not ended) from a checkpoint, and discards the neighbour lists.
   void load(const Checkpoint& checkpoint) {
     const auto& pairs = integers(checkpoint, "contact_pairs");
     const auto& touches = lichtenberg::reals(checkpoint, "contact_touches", pairs.size() / 3 * 2);
@@ -94,7 +98,7 @@ class GasLists {
     loaded_ = false;
     skin_ = 0;
   }
-  /// Returns the open contacts in device memory, in any order.
+  /// Returns the present contacts (begun and not ended) in device memory, in any order.
   const Array<OpenContact>& contacts() const {
     if (loaded_) list_open();
     return open_;
@@ -136,7 +140,8 @@ class GasLists {
     partners_.build(gas.n, cells_.view(), gas.box.lengths, sums->cutoff() + skin_, position_of);
     sums->arrange(gas.n, cells_.view(), 0.5 * skin_);
   }
-  /// Allocates the arrays for the entries of the table of candidate pairs and for active pairs.
+  /// Allocates the arrays for the entries of the table of candidate pairs and for active pairs. Sets the owner of each
+  /// entry.
   void resize_contacts() {
     const std::size_t entries = table_.entries();
     ContactsView& c = contacts_.view;
@@ -150,7 +155,7 @@ class GasLists {
       for (int e = table.begin(s); e < table.end(s); ++e) owner[e] = s;
     });
   }
-  /// Copies the open contacts from the entries of the table to open_, in any order.
+  /// Copies the present contacts from the entries of the table to open_, in any order.
   void list_open() const {
     open_count_.resize(1);
     open_count_.zero();
@@ -171,7 +176,7 @@ class GasLists {
     run_->to_host(&all, count, sizeof(int));
     open_.resize(all);
   }
-  /// Copies the open contacts from open_ to the entries of the new table.
+  /// Copies the present contacts from open_ to the entries of the new table.
   void take_open() {
     int* sorted_index = sorted_index_.data();
     const int* number = state_->view().number;

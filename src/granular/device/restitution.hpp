@@ -18,7 +18,8 @@
 namespace lichtenberg::granular::device {
 
 /// Function that returns the restitution coefficient of a head-on collision of viscoelastic grains, interpolated in the
-/// table of theory::RestitutionCurve. The duration is not computed (0). Arguments are E, D, effective mass and speed.
+/// table of theory::RestitutionCurve; 0 beyond the table. The duration is not computed (0). Arguments are the elastic
+/// and the dissipative constant E and D, effective mass and impact speed, in reduced units.
 struct TabulatedCollision {
   const double *node = nullptr, *loss = nullptr;
   int nodes = 0;
@@ -37,7 +38,8 @@ struct RestitutionDecade {
   double worst = 0;                         ///< largest error
 };
 
-/// An ended contact of two grains that no third one has touched; `lower` and `higher` are their sorted indices.
+/// An ended contact of two grains that no third grain touched in the meantime. `lower` and `higher` are the sorted
+/// indices of the two grains.
 struct EndedContact : RestitutionCheck::IsolatedCollision {
   int lower = 0, higher = 0;
 };
@@ -53,7 +55,7 @@ struct RestitutionCount {
   int capacity = 0;
 
   /// Stores an ended contact for count(), which a later kernel calls, because kernels of pairs have no registers left.
-  /// *count: number of stored contacts, increased.
+  /// *count: number of ended contacts, increased; contacts beyond `capacity` are not stored.
   LICHTENBERG_HOST_DEVICE void note(int* count, const EndedContact& contact) const {
     const int index = parallel::take_index(count);
     if (index < capacity) ended[index] = contact;
@@ -85,8 +87,8 @@ class RestitutionOn {
     loss_.upload(curve.losses());
   }
 
-  /// Restores statistics that RestitutionCheck has saved. `stage_begin`: time since which the contact law applies (t0);
-  /// `grains`: number of grains.
+  /// Restores the statistics `saved` in the form of RestitutionCheck::save(). `stage_begin`: time since which the
+  /// contact law applies (t0); `grains`: number of grains.
   void load(const std::vector<double>& saved, double stage_begin, int grains) {
     std::vector<RestitutionDecade> before(RestitutionCheck::decades);
     for (std::size_t k = 0; k < before.size(); ++k)

@@ -18,7 +18,8 @@ struct ImageCount {
   int x = 0, y = 0, z = 0;
 };
 
-/// A contact that is open at the time of a checkpoint (GrainContact). i and j are indices of the grains in the scene.
+/// A contact of two grains that has begun and not ended at the time of a checkpoint (members as in GrainContact). i and
+/// j are indices of the grains in the scene.
 struct OpenContact {
   int i, j;
   double since, impact_speed;
@@ -55,8 +56,8 @@ struct Snapshot {
   std::function<void(Checkpoint&)> dipoles;               ///< writes the dipoles to a checkpoint; empty: no dipoles
 };
 
-/// Updates a checkpoint of the gas (Gas::save) to the state of a snapshot on a device. The function may run on any
-/// thread.
+/// Updates a checkpoint of a gas (Gas::save) to the state of a snapshot of this gas on a device. The function may run
+/// on any thread.
 void store(const Snapshot& snapshot, Checkpoint& checkpoint);
 
 }  // namespace lichtenberg::granular::device

@@ -113,7 +113,7 @@ struct GasState {
       to[g.number[s]] = {g.position[s], g.momentum[s], g.charge[s], g.collisions[s], g.image[s], 0};
     });
   }
-  /// Sorts all data of the grains again: grain order[s] becomes the grain with the sorted index s. `field_at_source`:
+  /// Sorts the data of the grains again: grain order[s] becomes the grain with the sorted index s. `field_at_source`:
   /// electric fields at the grains, sorted too, or null.
   void permute(const int* order, FieldSample* field_at_source) {
     Grain* to = spare.data();
@@ -182,9 +182,10 @@ struct GasState {
   void upload(T* to, const std::vector<T>& values) {
     run->to_device(to, values.data(), values.size() * sizeof(T));
   }
-  /// Chooses the quanta of fixed-point sums, powers of two. For forces the quantum is about 2^-58 of a bound on contact
-  /// forces, so that a sum may be 2^5 times the bound. For impulses it is about 2^-52 of the largest mass times v0, and
-  /// for shifts (displacement times mass) about 2^-54 of the largest mass times d0.
+  /// Chooses the quanta (powers of two) of fixed-point sums of forces, impulses and shifts. For forces the quantum is
+  /// about 2^-58 of a very large contact force, so that a sum may be 2^5 times this force. For impulses it is about
+  /// 2^-52 of the largest mass times v0, and for shifts (displacement times mass) about 2^-54 of the largest mass times
+  /// d0.
   void choose_units() {
     const double heaviest = *std::ranges::max_element(options.mass);
     const double force = std::visit(

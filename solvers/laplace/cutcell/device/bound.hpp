@@ -12,8 +12,8 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Links of a boundary cell (a fluid cell next to a conductor), by side, and whether the V-cycle eliminates the cell. A
-/// link is the conductance to the body behind a side.
+/// Links of a boundary cell (a fluid cell next to a conductor), by side. Also holds whether they are large enough for
+/// an elimination of the cell in the V-cycle. A link is the conductance to the body behind a side.
 struct LinksOfCell {
   /// Index of the link on each side in LinkArrays; -1: none.
   int link[4];
@@ -58,8 +58,8 @@ struct LinksOfCell {
   }
 };
 
-/// Returns true if subgrid conductors exchange flux with the cell at the memory index `slot`. They are disks too small
-/// for the grid, and the lists of boundary cells (fluid cells next to a conductor) do not contain them.
+/// Returns true if subgrid conductors (bodies too small for the grid) exchange flux with the cell at the memory index
+/// `slot`. LinksOfCell does not contain their links.
 LICHTENBERG_HOST_DEVICE inline bool has_subgrid_conductors(const GridView& grid, int slot) {
   if (!grid.has_medium || !grid.may_have(Items::subgrid_conductors)) return false;
   const CellIndex cell = cell_of(grid.layout, slot);
@@ -67,8 +67,9 @@ LICHTENBERG_HOST_DEVICE inline bool has_subgrid_conductors(const GridView& grid,
 }
 
 /// Finds the near-surface cells that the V-cycle eliminates, with the Schur-complement terms at their links. Such a
-/// cell has a link of large conductance to a conductor. `joined_before` [boundary cells + 1]: becomes the number of
-/// entries that list_joined() makes for earlier cells. A boundary cell is a fluid cell next to a conductor.
+/// cell has a large conductance to a conductor and no flux to subgrid conductors (bodies too small for the grid).
+/// `joined_before` [boundary cells + 1]: becomes the number of entries that list_joined() makes for earlier cells. A
+/// boundary cell is a fluid cell next to a conductor.
 template <class Executor>
 void find_bound_cells(const Executor& run, ProblemView problem, GridView grid, int* joined_before) {
   run.fill(grid.bound.share, 0, grid.capacity[Items::links] * sizeof(float));
@@ -99,9 +100,9 @@ void find_bound_cells(const Executor& run, ProblemView problem, GridView grid, i
   });
 }
 
-/// Lists the conductances between groups (bodies with one potential) that the elimination of near-surface cells
-/// (dominated by a conductor) makes (Schur complement). Each pair of groups of a cell gives two entries of `list`, one
-/// for a body of each group. `joined_before`: from find_bound_cells().
+/// Lists the conductances that the elimination of near-surface cells adds between groups (Schur complement). Such a
+/// cell has a large conductance to a conductor; a group is a set of bodies with one potential. Each pair of groups of a
+/// cell gives two entries of `list`, one for a body of each group. `joined_before`: from find_bound_cells().
 template <class Executor>
 void list_joined(const Executor& run, ProblemView problem, GridView grid, const int* joined_before, DirectLink* list) {
   for_each_item(run, grid, Items::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
@@ -119,8 +120,9 @@ void list_joined(const Executor& run, ProblemView problem, GridView grid, const 
   });
 }
 
-/// Computes the diagonals of the groups' equations in the V-cycle, and their inverses. They are sums of conductances,
-/// after elimination of near-surface cells (Schur complement). A group is a set of bodies with one potential.
+/// Computes the diagonals of the groups' equations in the V-cycle, and their inverses. A diagonal is a sum of
+/// conductances without couplings, after elimination of near-surface cells (Schur complement). A group is a set of
+/// bodies with one potential.
 template <class Executor>
 void make_cycle_diagonals(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(
@@ -137,9 +139,9 @@ void make_cycle_diagonals(const Executor& run, ProblemView problem, GridView gri
 }
 
 /// Computes the flux to each group (bodies with one potential) from the right-hand sides of eliminated near-surface
-/// cells, before the first relaxation of the groups. Stores it in `cycle.flux`, plus the charge if there are no
-/// clusters. Also computes the potentials phi or, with clusters (groups solved together), their right-hand side. An
-/// eliminated cell is a fluid cell dominated by its link to a conductor.
+/// cells, before the first relaxation of the groups. Stores the flux in `cycle.flux`, plus the charge if there are no
+/// clusters. Also computes the potentials phi and, with clusters (groups solved together), right-hand sides in double
+/// precision. An eliminated cell is a fluid cell with a large conductance to a conductor.
 template <class Executor>
 void sum_bound_cells(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(
@@ -157,8 +159,9 @@ void sum_bound_cells(const Executor& run, ProblemView problem, GridView grid) {
       });
 }
 
-/// Computes the potentials v of eliminated near-surface cells (dominated by a conductor) from the groups' potentials
-/// (back substitution). A group is a set of bodies with one potential.
+/// Completes the potentials v of eliminated near-surface cells by the flux from groups (back substitution). On entry v
+/// contains the part due to neighbouring cells. An eliminated cell is a fluid cell with a large conductance to a
+/// conductor. A group is a set of bodies with one potential.
 template <class V, class Executor>
 void update_bound_cells(const Executor& run, GridView grid, V* v) {
   for_each_item(run, grid, Items::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {

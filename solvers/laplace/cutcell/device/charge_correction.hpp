@@ -50,7 +50,8 @@ struct SolveGroups {
   static constexpr double enough = 1e-24;  // reduction of the residual's norm squared
   static constexpr std::size_t bytes = threads * (sizeof(double) + sizeof(int));
 
-  /// Lists the linked groups (bodies with one potential) and computes `shift` from `residual` and `held` from `hold`.
+  /// Lists the linked groups (bodies with one potential) and computes their `shift` from `residual` and `held` from
+  /// `hold`.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int) const {
     list_linked(block);
@@ -120,8 +121,8 @@ struct SolveGroups {
     }
     return sum;
   }
-  /// Solves the listed groups' equations for x by conjugate gradients with diagonal preconditioning. A group is a set
-  /// of bodies with one potential.
+  /// Solves the listed groups' equations for x by conjugate gradients with diagonal preconditioning, at most `most`
+  /// steps. A group is a set of bodies with one potential.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void solve(const Block& block, const double* rhs, double* x) const {
     double *r = correction.r, *p = correction.p, *q = correction.q;
@@ -150,8 +151,9 @@ struct SolveGroups {
   }
 };
 
-/// Computes the residuals of the groups' equations and their conductances to given potentials. Then solves for the
-/// shifts of potentials that remove either. A group is a set of bodies with one potential.
+/// Computes the residuals of the groups' equations and the groups' conductances to given potentials. Then solves the
+/// equations with either as right-hand side, for `shift` and `held` of `correction`. A group is a set of bodies with
+/// one potential.
 template <class Executor>
 void compute_group_equations(const Executor& run, ProblemView problem, GridView grid, SolveVectors v,
                              ChargeCorrection correction) {

@@ -19,9 +19,10 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Lists the direct links between groups (gap conductances), each once, then those made by eliminated cells (dominated
-/// by a conductor). Unused entries have a = -1. Also copies the diagonals of the groups' equations: those of the
-/// V-cycle and, on the finest grid, of the system. A group is a set of bodies with one potential.
+/// Lists the links between groups, each once: first direct links (gap conductances), then links that arise where the
+/// V-cycle eliminates a near-surface cell. (Such a cell has a large conductance to a conductor.) Unused entries have a
+/// = -1. Also copies the diagonals of the groups' equations in the V-cycle and, on the finest grid, their diagonals in
+/// the system. A group is a set of bodies with one potential.
 template <class Executor>
 void list_group_links(const Executor& run, ProblemView problem, GridView grid, NetworkLink* link, double* diagonal) {
   const int direct = grid.capacity[Items::direct_links], all = direct + grid.capacity[Items::joined_links];
@@ -41,7 +42,7 @@ void list_group_links(const Executor& run, ProblemView problem, GridView grid, N
   });
 }
 
-/// Row of a group (bodies with one potential) in the list of clusters (groups solved together); `group`: number of the
+/// Row of a group (bodies with one potential) in the list of clusters (groups solved together). `group`: number of the
 /// group, counted through all grids.
 struct RowOfGroup {
   long group;
@@ -53,16 +54,16 @@ struct RowOfGroup {
 template <class Executor>
 class DeviceClusters {
  public:
-  /// Reserves the views of `grids` grids, without clusters (groups solved together).
+  /// Reserves memory for the views of `grids` grids, without clusters (groups solved together).
   DeviceClusters(const Executor& run, int grids) : run_(&run), data_(run), row_(run), view_(run) {
     view_.resize(grids);
   }
   /// Returns a device pointer to the clusters (groups solved together) of a grid.
   const ClusterView* view(int grid) const { return view_.data() + grid; }
 
-  /// Uploads the clusters (groups solved together) of each grid with `groups` groups (bodies with one potential). The
-  /// device computes the row of each group from the list of rows, which is short. No kernel that reads earlier clusters
-  /// may be pending.
+  /// Uploads the clusters (groups solved together) of all grids. `groups`: number of groups (bodies with one potential)
+  /// on each grid. The device computes the row of each group from the list of rows, which is short. No kernel that
+  /// reads earlier clusters may be pending.
   void upload(const std::vector<Clusters>& grids, int groups) {
     host_.clear();
     std::vector<std::array<std::size_t, 5>> offset;
@@ -124,16 +125,16 @@ class Clustering {
   /// Returns a device pointer to the clusters (groups solved together) of the finest grid's system, which contain all
   /// couplings and direct links (gap conductances).
   const ClusterView* exact_clusters() const { return clusters_.view(grids_); }
-  /// Reserves memory for the agglomerates (sets) of `groups` groups (bodies with one potential). Returns device
-  /// pointers to it.
+  /// Reserves memory for the agglomerates of `groups` groups (bodies with one potential), and returns device pointers
+  /// to it. Agglomerates are sets of groups that coarse grids treat as one.
   SetsView reserve_sets(int groups) {
     const auto n = static_cast<std::size_t>(groups);
     std::tie(first_group_, start_, group_, is_alone_, held_) =
         sets_.template divide<int, int, int, int, int>({n, n + 1, n, n, n});
     return {first_group_.device, start_.device, group_.device, is_alone_.device, held_.device};
   }
-  /// Reserves memory for the conductances between groups (bodies with one potential): those of the finest grid, and
-  /// those of all others, which are fetched together.
+  /// Reserves memory for the conductances between groups (bodies with one potential). The conductances of all grids
+  /// except the finest are fetched together. `grids`: the views of all grids.
   void reserve_links(int groups, const std::vector<GridView>& grids) {
     grid_links_.clear();
     for (int part = 0; part < 2; ++part) {
@@ -173,7 +174,7 @@ class Clustering {
     sets_.send();
   }
   /// Computes and uploads the clusters (groups solved together) of all grids. With couplings (lumped capacitances),
-  /// also computes those of the finest grid's system, which are solved exactly.
+  /// also computes the clusters of the finest grid's system, which are solved exactly.
   void find_clusters(const LaplaceProblem& problem) {
     constexpr int most = 64;                    // groups in a cluster; longer chains are cut
     reports_[grid_links_.size() > 1]->fetch();  // the finest grid's is there, unless it is the only one

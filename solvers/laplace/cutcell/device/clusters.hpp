@@ -9,9 +9,9 @@
 namespace lichtenberg::laplace::device {
 
 /// Clusters of a grid: sets of groups whose potentials are relaxed together by an inverse matrix. The groups of a
-/// cluster (each a set of bodies with one potential) have large conductances between them. Rows are numbered cluster
-/// after cluster. Sequential relaxation would leave the common error of a cluster's groups, which CG's norm does not
-/// notice.
+/// cluster (each a set of bodies with one potential) mostly have large conductances between them. Rows are numbered
+/// cluster after cluster. Sequential relaxation would leave the common error of a cluster's groups, which CG's norm
+/// does not notice.
 struct Clusters {
   /// By group: its row, or -1 outside all clusters.
   std::vector<int> row;
@@ -49,14 +49,15 @@ struct LinkedGroups {
   static LinkedGroups of(std::span<const double> diagonal, std::vector<NetworkLink> links, std::vector<int>& index);
 };
 
-/// Adds the problem's couplings (lumped capacitances, divided by the permittivity) to the network, as set_couplings
-/// does. `largest`: upper bound of all conductances; `least`: lower bound of those to given potentials.
+/// Adds the problem's couplings (lumped capacitances, divided by the permittivity) to the network. Leaves out couplings
+/// of floating groups whose diagonal is 0. `largest`: upper bound of the couplings' conductances; `least`: lower bound
+/// of couplings to given potentials.
 void couple(const LaplaceProblem& problem, double largest, double least, GroupNetwork& network);
 
-/// Computes clusters (groups solved together) of at most `most` groups (bodies with one potential). The strongest gap
-/// conductances join them, if these outweigh the conductances to cells of either end. Couplings (lumped capacitances)
-/// join groups without bound. `all`: gap conductances of any strength join without bound, so that clusters do not
-/// interact.
+/// Computes clusters (groups solved together) and their inverse matrices. Couplings (lumped capacitances) join groups
+/// to clusters of any size. Gap conductances that are not small against the conductances to cells join groups to
+/// clusters of at most `most` groups, the strongest first. `all`: gap conductances of any strength join groups without
+/// this bound, so that clusters do not interact. A group is a set of bodies with one potential.
 Clusters clusters_of(GroupNetwork network, int most, bool all = false);
 
 /// Agglomerates as lists: sets of groups (bodies with one potential) that coarse grids treat as one
@@ -66,15 +67,15 @@ struct AgglomerateLists {
   std::vector<int> first_group;
   /// Groups sorted by set; `start` [groups + 1]: by a set's first group, the index of its groups in `group`.
   std::vector<int> start, group;
-  /// By group. `is_alone`: whether its set is one floating body; `held`: whether its set has a given potential
+  /// By group. `is_alone`: whether its set is one floating body; `held`: whether its set is grounded
   /// (Agglomerates::is_grounded).
   std::vector<int> is_alone, held;
 };
 
 /// Computes agglomerates (sets of groups that coarse grids treat as one) from couplings and the finest grid's direct
-/// links (gap conductances). Weaker links are left out until at most 300 groups of sets with several groups remain
-/// unknowns of the coarsest grid. `h`: cell size of the coarsest grid (m); `groups`: length of the lists. A group is a
-/// set of bodies with one potential.
+/// links (gap conductances). While sets with several groups have more than 300 groups that are unknowns of the coarsest
+/// grid, weaker links are left out. `h`: cell size of the coarsest grid (m); `groups`: length of the lists. A group is
+/// a set of bodies with one potential.
 AgglomerateLists list_agglomerates(const LaplaceProblem& problem, std::vector<NetworkLink> links, double h, int groups);
 
 }  // namespace lichtenberg::laplace::device

@@ -38,8 +38,8 @@ struct CoarsestView {
   LICHTENBERG_HOST_DEVICE double* chunk_of_row(int a, int c, int n) const { return chunk + (a * chunks + c) * n; }
 };
 
-/// Numbers the unknowns of the coarsest grid: fluid cells, then floating groups (bodies with one unknown potential). If
-/// there are more than the capacity, the number becomes zero and the required number is reported.
+/// Numbers the unknowns of the coarsest grid: fluid cells, then groups (bodies with one potential) that have an unknown
+/// on it. Reports the required number; if it exceeds the capacity, the number of unknowns becomes zero.
 template <class Executor>
 void number_coarsest(const Executor& run, ProblemView problem, GridView grid, CoarsestView coarsest) {
   const int slots = static_cast<int>(grid.layout.size()), all = slots + problem.groups;
@@ -71,9 +71,9 @@ struct RowShare {
   }
 };
 
-/// Adds the couplings (lumped conductances) of group g to row `a` of the coarsest grid's matrix, as set_couplings does.
-/// `slots`: number of cell entries in CoarsestView::index before those of the groups. A group is a set of bodies with
-/// one potential.
+/// Adds the couplings (lumped conductances) of group g to row `a` of the coarsest grid's matrix, within the bounds of
+/// agglomerates.hpp. `slots`: number of cell entries in CoarsestView::index before those of the groups. A group is a
+/// set of bodies with one potential.
 LICHTENBERG_HOST_DEVICE inline void couple_in_row(const ProblemView& problem, const CoarsestView& coarsest, int g,
                                                   int slots, int a, RowShare row) {
   const CouplingView& couplings = problem.couplings;
@@ -88,8 +88,8 @@ LICHTENBERG_HOST_DEVICE inline void couple_in_row(const ProblemView& problem, co
   }
 }
 
-/// Sums the conductances of one chunk of a group's links to cells, in the columns of thread `lane`. The group (bodies
-/// with one potential) is the unknown of row `a`.
+/// Sums the conductances of one chunk of a group's links to cells, in the columns of thread `lane` (RowShare). The
+/// group (bodies with one potential) is the unknown of row `a`; for a cell's row the function does nothing.
 LICHTENBERG_HOST_DEVICE inline void add_chunk_of_links(const ProblemView& problem, const GridView& grid,
                                                        const CoarsestView& coarsest, int a, int chunk, int lane) {
   const int n = grid.number[Items::coarse_unknowns];
@@ -104,8 +104,9 @@ LICHTENBERG_HOST_DEVICE inline void add_chunk_of_links(const ProblemView& proble
     sum.add(coarsest.index[grid.links.slot[link]], grid.links.conductance[link]);
 }
 
-/// Computes the dense matrix of the coarsest grid. One thread fills a cell's row, several threads a group's. Sums are
-/// always in the same order. A group is a set of bodies with one potential.
+/// Computes the dense matrix of the coarsest grid. One thread fills the part of a cell's row with columns of cells.
+/// Several threads fill a group's row and, by symmetry, the group's column. Sums are always in the same order. A group
+/// is a set of bodies with one potential.
 template <class Executor>
 void fill_coarsest(const Executor& run, ProblemView problem, GridView grid, CoarsestView coarsest) {
   const int slots = static_cast<int>(grid.layout.size());
@@ -185,7 +186,8 @@ struct InvertCoarsest {
   /// Returns the block memory (bytes) for a system with this number of unknowns.
   static constexpr std::size_t bytes(std::size_t unknowns) { return (unknowns + 2) * unknowns * sizeof(double); }
 
-  /// Computes `inverse`, symmetric to the last bit, or `precise_inverse`.
+  /// Computes the inverse matrix: in single precision, symmetric to the last bit, in `inverse`, or in double precision
+  /// in `precise_inverse`.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int) const {
     const int n = grid.number[Items::coarse_unknowns];
@@ -203,7 +205,8 @@ struct InvertCoarsest {
 };
 
 /// Inversion of a matrix too large for one block's memory, in place, by Gauss-Jordan elimination for panels of rows and
-/// columns. One thread block inverts the panel's diagonal square, and the whole device updates the rest of the matrix.
+/// columns. A panel begins at row `from`. One thread block inverts the panel's diagonal square, and the whole device
+/// updates the rest of the matrix.
 struct Panel {
   static constexpr int width = 32;
   GridView grid;
@@ -223,11 +226,11 @@ struct Panel {
   LICHTENBERG_HOST_DEVICE double* entry(int a, int b) const {
     return coarsest.precise_inverse + static_cast<std::ptrdiff_t>(a) * all() + b;
   }
-  /// Returns the inverse of the panel's diagonal square, by rows.
+  /// Returns a pointer to the inverse of the panel's diagonal square, by rows.
   LICHTENBERG_HOST_DEVICE double* square() const { return coarsest.scratch; }
-  /// Returns row p of the product of square() and the panel's rows.
+  /// Returns a pointer to row p of the product of square() and the panel's rows.
   LICHTENBERG_HOST_DEVICE double* row(int p) const { return square() + width * width + p * all(); }
-  /// Returns column p of the panel before the elimination.
+  /// Returns a pointer to column p of the panel before the elimination.
   LICHTENBERG_HOST_DEVICE double* column(int p) const { return row(width) + p * all(); }
 
   /// Inverts the panel's diagonal square in a block's memory.
@@ -284,8 +287,8 @@ void invert_in_panels(const Executor& run, GridView grid, CoarsestView coarsest,
 }
 
 /// Direct solver of the coarsest grid's system. A small matrix is inverted on the device, and small_grids.hpp
-/// multiplies with the inverse. The host factorizes a large one, of a grid with a large odd number of cells, and takes
-/// part in each V-cycle.
+/// multiplies with the inverse. The host factorizes a large matrix and takes part in each V-cycle, as for a grid with a
+/// large odd number of cells.
 template <class Executor>
 class Coarsest {
  public:
@@ -321,7 +324,8 @@ class Coarsest {
   }
   /// Returns true if the device inverts the matrix; otherwise the host factorizes it.
   bool on_device() const { return on_device_; }
-  /// Returns a device pointer to a value that is 1 if the matrix is singular.
+  /// Returns a device pointer to a value that is 1 if the inversion on the device met a pivot that is not positive,
+  /// else 0.
   const int* is_singular() const { return view().is_singular; }
 
   /// Numbers the unknowns; on the device, also computes the matrix and its inverse.
@@ -334,16 +338,16 @@ class Coarsest {
     else
       invert_in_panels(run_, grid, view(), grid.capacity[Items::coarse_unknowns], !problem.grounded);
   }
-  /// Factorizes the system on the host (sparse Cholesky factorization), if the device does not invert it. Throws
-  /// Failure if it is singular. `numbers`: numbers of the grid's items.
+  /// Factorizes the system on the host (sparse Cholesky factorization); for a matrix that the device does not invert.
+  /// Throws Failure if the factorization fails. `numbers`: numbers of the grid's items.
   void factorize(const LaplaceProblem& problem, const GridView& grid, const Numbers& numbers) {
     solver_.factorize(assemble(download(problem, grid, numbers), !problem.has_ground()));
     phi_.resize(problem.groups.size());
   }
 
   /// Solves the coarsest grid's system on the host. The right-hand sides are the grid's `cycle.f` (of cells) and
-  /// `cycle.charge` (of groups). Writes the potentials of fluid cells to `v` and those of groups to `cycle.phi`; others
-  /// are 0. A group is a set of bodies with one potential.
+  /// `cycle.charge` (of groups). Writes the potentials of fluid cells to `v` and those of groups to `cycle.phi`;
+  /// entries without an unknown become 0. A group is a set of bodies with one potential.
   void solve(const GridView& grid, float* v) {
     const std::size_t cells = grid.layout.size();
     get(f_, grid.cycle.f, cells);

@@ -21,7 +21,7 @@ struct CoarsestArrays {
     int own, other;
     double conductance;
   };
-  /// Conductances between two groups, each in both directions.
+  /// Conductances between two groups; assemble() uses the entries with own < other.
   std::vector<GroupPair> direct_links;
   /// By group: sum of its conductances; 0 without an unknown potential.
   std::vector<double> group_diagonal;

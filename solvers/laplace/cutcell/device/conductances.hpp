@@ -6,8 +6,8 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Computes the conductance of each link between a fluid cell and a conductor. On the finest grid also computes its
-/// derivatives with respect to the conductors' positions.
+/// Computes the conductance of each link between a fluid cell and a conductor. On the finest grid also computes the
+/// derivatives of the conductances with respect to the conductors' positions.
 template <class Executor>
 void make_links(const Executor& run, ProblemView problem, GridView grid) {
   for_each_item(run, grid, Items::links, [=] LICHTENBERG_HOST_DEVICE(int m) {
@@ -66,8 +66,8 @@ void make_faces(const Executor& run, GridView grid) {
   });
 }
 
-/// Computes the matrix diagonals on a grid with an effective medium: 1 / (sum of conductances) of each cell. Also
-/// computes the sums of boundary cells (fluid cells next to a conductor).
+/// Computes the face conductances and the matrix diagonals on a grid with an effective medium. The diagonals are stored
+/// as 1 / (sum of conductances) of each cell, those of boundary cells (fluid cells next to a conductor) also as sums.
 template <class Executor>
 void make_medium_diagonals(const Executor& run, ProblemView problem, GridView grid) {
   make_faces(run, grid);
@@ -106,8 +106,8 @@ LICHTENBERG_HOST_DEVICE inline int diagonal_without_links(const ProblemView& pro
   return sum;
 }
 
-/// Computes the matrix diagonals: 1 / (sum of conductances) of each cell, and the sums of boundary cells (fluid cells
-/// next to a conductor).
+/// Computes the matrix diagonals. They are stored as 1 / (sum of conductances) of each cell, those of boundary cells
+/// (fluid cells next to a conductor) also as sums.
 template <class Executor>
 void make_diagonals(const Executor& run, ProblemView problem, GridView grid) {
   if (grid.has_medium) {

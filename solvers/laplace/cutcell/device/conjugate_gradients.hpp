@@ -38,25 +38,25 @@ struct Iterations {
     factor = alpha = 0;
     done = reason = go_on = 0;
   }
-  /// Computes the factor that minimizes the error of the initial guess x, the energy norm and the rounding level that
-  /// follow. `product`: b'x; `energy`: x'A x; `largest`: maximum of |x|; n: number of unknowns. The rounding level is
-  /// that of CpuSolver::rounding_of_residual.
+  /// Computes the factor that minimizes the error of the initial guess x in the energy norm, and the scaled guess's
+  /// energy norm and rounding level. `product`: b'x; `energy`: x'A x; `largest`: maximum of |x|; n: number of entries
+  /// of x. The rounding level is that of CpuSolver::rounding_of_residual.
   LICHTENBERG_HOST_DEVICE void set_guess_scale(double product, double energy, double largest, double n) {
     factor = energy > 0 ? product / energy : 0.0;
     const double squared = factor * product;
     criterion.energy_norm = squared > 0 ? std::sqrt(squared) : 0.0;
     criterion.rounding = 0x1p-52 * std::sqrt(n) * largest * std::abs(factor);
   }
-  /// Sets the energy norm of the guess from its energy without couplings (lumped capacitances), the measure of the
-  /// field.
+  /// Sets the energy norm of the scaled guess from `energy`, the part of x'A x without couplings (lumped capacitances).
   LICHTENBERG_HOST_DEVICE void set_energy_of_field(double energy) {
     criterion.energy_norm = std::abs(factor) * (energy > 0 ? std::sqrt(energy) : 0.0);
   }
-  /// Adds the rounding error of a shift of all n potentials to the rounding level.
+  /// Adds the rounding error of a common shift of all n potentials to the rounding level. `shift`: its magnitude.
   LICHTENBERG_HOST_DEVICE void raise_rounding(double shift, double n) {
     criterion.rounding += 0x1p-52 * std::sqrt(n) * shift;
   }
-  /// Tests convergence after the scalar product r'z, and updates beta, the norms and `go_on`.
+  /// Tests convergence by the scalar product r'z, `product`. Updates beta, the norms, the number of iterations,
+  /// `reason` and `go_on`.
   LICHTENBERG_HOST_DEVICE void test_convergence(double product) {
     const bool first = cg.residuals == 0;
     cg.add(product);
@@ -76,8 +76,9 @@ struct Iterations {
       reason = KSP_DIVERGED_ITS;
     go_on = reason == 0;
   }
-  /// Computes the step length from the scalar product p'A p; it is 0 if the residual already meets the criterion.
-  /// Except for the first step, predicts whether the step is the last, as predict_end in ../fused_iteration.hpp.
+  /// Computes the step length from the scalar product p'A p; it is 0 if the iterations have ended or p'A p is not
+  /// positive. Except for the first step, predicts whether the step is the last, as predict_end in
+  /// ../fused_iteration.hpp.
   LICHTENBERG_HOST_DEVICE void set_step(double curvature) {
     alpha = 0;
     if (reason != 0) return;

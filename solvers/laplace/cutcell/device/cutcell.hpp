@@ -27,7 +27,7 @@
 namespace lichtenberg::laplace::device {
 
 /// Names of PETSc types for an executor (CUDA device, or CPU for comparison). `vector_type`: type of the vectors;
-/// `method`: name of the fused conjugate gradients. make() makes the executor on PETSc's device while PETSc runs. A
+/// `method`: name of the fused conjugate gradients. make() makes the executor on PETSc's device; PETSc must run. A
 /// solver's source file specializes it for its executor.
 template <class Executor>
 struct PetscSide;
@@ -40,6 +40,10 @@ class CutCell : public DeviceSolver {
   explicit CutCell(const CutCellOptions& options) : DeviceSolver(options) {}
   ~CutCell() override { release_vectors(); }
 
+  void forget() override {
+    clear_history();
+    if (multigrid_) multigrid_->forget();
+  }
   void follow(const CutCellBackend& coarser) override {
     followed_ = dynamic_cast<const CutCell*>(&coarser);  // null: another kind of device
     recordings_.clear();
@@ -72,7 +76,7 @@ class CutCell : public DeviceSolver {
     profile.copy.bytes = 16 * cells;
     profile.levels = multigrid_->levels();
     profile.coarse_unknowns = multigrid_->coarse_unknowns();
-    forget();
+    clear_history();
     return profile;
   }
 
@@ -82,7 +86,8 @@ class CutCell : public DeviceSolver {
   void precondition(const double* r, double* z) const { multigrid_->apply(r, z); }
 
   /// Runs the conjugate gradients as solve function of a PETSc KSP, then computes the results on the device. Reports
-  /// norms, iterations and the reason of the end to `ksp`. Returns PETSc's error code.
+  /// the norms of the first iterations, the number of iterations and the reason of the end to `ksp`. Returns PETSc's
+  /// error code.
   PetscErrorCode iterate_as_ksp(KSP ksp) {
     Iterations* iterations = report_->iterations.device;
     begin_iterations(*run_, krylov_.criterion.tolerance, static_cast<int>(ksp->max_it), iterations);
@@ -239,7 +244,7 @@ class CutCell : public DeviceSolver {
   }
   const DeviceGrid<Executor>& finest() const { return multigrid_->finest(); }
 
-  /// Estimates the memory for grids, conductances and vectors. Throws Failure if the device has less.
+  /// Estimates the memory for grids, conductances and vectors. Throws Failure if the device has less free memory.
   void check_memory(const LaplaceProblem& problem) const {
     // Double precision: x, b, four vectors of CG, the basis, its image and the history; then the grids' owners,
     // diagonals, v, f and media.
@@ -408,7 +413,7 @@ class CutCell : public DeviceSolver {
     parallel::check_petsc(KSPSetUp(krylov_.ksp));
   }
 
-  /// Sets the null space of equal potentials for PETSc's methods if nothing is grounded.
+  /// Sets the null space for PETSc's methods: equal potentials if no potential is given, otherwise none.
   void set_null_space(const LaplaceProblem& problem) {
     if (problem.has_ground()) return krylov_.set_null_space(nullptr);
     krylov_.set_constant_null_space(
@@ -431,7 +436,8 @@ class CutCell : public DeviceSolver {
     take_step(*run_, grid, v);
   }
 
-  /// Solves by a Krylov method of PETSc that options name.
+  /// Solves by a Krylov method of PETSc: the method of the option -field_ksp_type, or plain CG if -field_pc_type none
+  /// replaces the multigrid.
   void solve_by_petsc(LaplaceSolution& solution) {
     begin_iterations(*run_, 0, 0, report_->iterations.device);
     improve_guess();
@@ -442,7 +448,7 @@ class CutCell : public DeviceSolver {
     finish_on_device();
   }
 
-  /// Records the kernels of f as a graph and runs it. If the host takes part in each V-cycle, calls f instead.
+  /// Runs the kernels of f as a graph, which is recorded once. If the host takes part in each V-cycle, calls f instead.
   template <class F>
   void run_as_graph(typename Executor::Recording& recording, F f) {
     if (multigrid_->on_device())

@@ -59,9 +59,8 @@ struct DirectFluxes {
   }
 };
 
-/// Relaxes the groups' potentials by one Jacobi sweep: (flux + flux through direct links) / diagonal. Clusters
-/// (strongly linked groups) are relaxed together instead. A group is a set of bodies with one potential. A direct link
-/// is the conductance of a gap between two conductors.
+/// Relaxes the groups' potentials by one Jacobi sweep: (flux + flux from other groups) / diagonal. Clusters (strongly
+/// linked groups) are relaxed together instead. A group is a set of bodies with one potential.
 template <class Executor>
 void relax_direct_links(const Executor& run, ProblemView problem, GridView grid, GroupSweep sweep) {
   if (grid.groups.clusters) return relax_clusters(run, problem, grid, sweep);
@@ -81,7 +80,8 @@ void relax_direct_links(const Executor& run, ProblemView problem, GridView grid,
 
 /// Computes the groups' residuals after the first half of the V-cycle, as `charge` of the coarse grid. A group is a set
 /// of bodies with one potential. The function restrict_charges() adds the residuals of the cells that a group covers. A
-/// cluster (groups solved together) had a zero residual when it was relaxed, so that only later changes count.
+/// cluster (groups solved together) had a zero residual when it was relaxed, so that its residual consists of later
+/// changes only.
 template <class V, class Executor>
 void restrict_group_residuals(const Executor& run, ProblemView problem, GridView fine, GridView coarse,
                               const float* phi, const V* v) {
@@ -147,8 +147,8 @@ void interpolate_absorbed(const Executor& run, ProblemView problem, GridView gri
 }
 
 /// Computes the flux from cells to groups (bodies with one potential), with the groups' charges if there are no
-/// clusters (groups solved together). Without direct links (gap conductances) this gives the groups' new potentials.
-/// `z`: also receives them in double precision; null: unused.
+/// clusters (groups solved together). If no groups are linked to each other, also computes the groups' new potentials.
+/// `z`: also receives these, in double precision; null: unused.
 template <class V, class Executor>
 void relax_groups(const Executor& run, ProblemView problem, GridView grid, const V* v, double* z) {
   const bool are_linked = grid.may_link_groups();
@@ -176,16 +176,16 @@ inline const float* potentials_down(const GridView& grid) {
   return grid.may_link_groups() ? grid.cycle.phi_down : grid.cycle.phi;
 }
 
-/// Restricts charges of groups (bodies with one potential) before descend(), except on the finest grid, where
-/// StoreResidual sets the residual.
+/// Completes the right-hand sides of groups (bodies with one potential) on a coarse grid before descend(). On the
+/// finest grid StoreResidual sets them instead.
 template <class Executor>
 void collect(const Executor& run, const ProblemView& problem, const GridView& grid) {
   if (grid.may_have(Items::newly_absorbed)) restrict_absorbed(run, grid);
   if (grid.may_have(Items::unknown_groups)) restrict_charges(run, problem, grid);
 }
 
-/// Calls f with a Tiling for the grid, which divides it into rectangular tiles, one per thread block. Small grids get
-/// small tiles, others large ones.
+/// Calls f with a Tiling, which divides the grid into rectangular tiles, one per thread block. `coarse`: the next
+/// coarser grid, whose cells a tile counts. Small grids get small tiles, others large ones.
 template <class F>
 void with_tiles(const GridView& coarse, F f) {
   constexpr int small = 192;  // cells along a side of the coarse grid: fewer large tiles than processors
@@ -196,7 +196,7 @@ void with_tiles(const GridView& coarse, F f) {
 }
 
 /// Relaxes the groups (bodies with one potential) at the start of a V-cycle, from their charges and the fluxes of
-/// eliminated cells. An eliminated cell is a fluid cell dominated by its link to a conductor.
+/// eliminated cells. An eliminated cell is a fluid cell with a large conductance to a conductor.
 template <class Executor>
 void relax_groups_first(const Executor& run, const ProblemView& problem, const GridView& grid) {
   if (grid.binds) sum_bound_cells(run, problem, grid);
@@ -211,7 +211,8 @@ void relax_groups_first(const Executor& run, const ProblemView& problem, const G
 }
 
 /// Computes the first half of a V-cycle on a grid: relaxes groups (bodies with one potential), red cells and black
-/// cells, and restricts the residual to the next coarser grid. `v`: receives the cells' potentials.
+/// cells. Then restricts the residual to the next coarser grid. `v`: receives the potentials of those cells that the
+/// groups' residuals need.
 template <class V, class Executor>
 void descend(const Executor& run, const ProblemView& problem, const GridView& grid, const GridView& coarse, V* v) {
   const float* phi = potentials_down(grid);

@@ -13,9 +13,9 @@ LICHTENBERG_HOST_DEVICE inline bool has_potential(const ProblemView& problem, co
 }
 
 /// Calls f(other, kind, DirectLink::slot) for each direct link (a gap conductance) of the finest grid that this coarse
-/// grid inherits, once for both bodies. One of the two bodies must be a subgrid conductor (a disk too small for the
-/// grid). Flux between conductors that nearly touch passes no cells, or only eliminated near-surface cells (dominated
-/// by a conductor). The conductances do not depend on the cell size.
+/// grid inherits, once for both bodies. At least one of the two bodies must be a subgrid conductor (a body too small
+/// for the grid). Flux between conductors that nearly touch passes no cells, or only near-surface cells that the
+/// V-cycle eliminates. The conductances do not depend on the cell size.
 template <class F>
 LICHTENBERG_HOST_DEVICE void for_each_inherited(const ProblemView& problem, const GridView& grid, int body, F f) {
   if (!has_potential(problem, grid, body)) return;
@@ -34,8 +34,8 @@ LICHTENBERG_HOST_DEVICE void for_each_inherited(const ProblemView& problem, cons
 
 /// Calls f(owner, kind, corner) for each direct link (a gap conductance) of a body without cells to the owner of a cell
 /// of another group. The owner's cell contains the body's centre, or is one of the four around a subgrid conductor.
-/// `kind` and `corner` as in DirectLink. Includes inherited links, which pass DirectLink::slot as third argument. A
-/// group is a set of bodies with one potential.
+/// `kind` and `corner` as in DirectLink. Also includes links inherited from the finest grid, with DirectLink::slot as
+/// third argument. A group is a set of bodies with one potential.
 template <class F>
 LICHTENBERG_HOST_DEVICE void for_each_owner(const ProblemView& problem, const GridView& grid, int body, F f) {
   const int group = problem.group_of[body];
@@ -51,8 +51,8 @@ LICHTENBERG_HOST_DEVICE void for_each_owner(const ProblemView& problem, const Gr
   }
 }
 
-/// Counts the direct links (gap conductances) of each body without cells, and whether it is a subgrid conductor (a disk
-/// too small for the grid). `number` [bodies + 1].
+/// Counts the direct links (gap conductances) of each body without cells, and the subgrid conductors (bodies too small
+/// for the grid). `number` [bodies + 1].
 template <class Executor>
 void count_without_cells(const Executor& run, ProblemView problem, GridView grid, WithoutCells* number) {
   run.for_each(problem.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int body) {
@@ -66,8 +66,8 @@ void count_without_cells(const Executor& run, ProblemView problem, GridView grid
   });
 }
 
-/// Lists the direct links (gap conductances) of bodies without cells, each for both bodies. They follow those of bodies
-/// with cells. `before` [bodies + 1]: numbers before each body.
+/// Lists the direct links (gap conductances) of bodies without cells, each for both bodies. The entries follow the
+/// direct links of bodies with cells. `before` [bodies + 1]: numbers before each body.
 template <class Executor>
 void list_without_cells(const Executor& run, ProblemView problem, GridView grid, const WithoutCells* before) {
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
@@ -85,15 +85,15 @@ void list_without_cells(const Executor& run, ProblemView problem, GridView grid,
 
 /// Minimum conductance of a direct link (a gap conductance) on the finest grid for clustering of groups (bodies with
 /// one potential) on all grids. Two disks of radius 4 cells have it at a gap of 0.046 cells. Clusters (groups solved
-/// together) need the host, which costs more than it gains below.
+/// together) need the host, which is not worth its time for weaker links.
 constexpr double strong_link = 16;
 /// Number of successive solves without a strong direct link (gap conductance) after which the host takes no part in the
 /// set-up. It takes part again at the next strong link. Either change records all kernels again, which costs some ten
 /// solves. The host's part costs a quarter of a solve for predicted positions.
 constexpr int solves_to_forget_strong_links = 200;
 
-/// Computes the conductances of all direct links (gap conductances) and, on the finest grid, their derivatives with
-/// respect to the bodies' positions.
+/// Computes the conductances of all direct links (gap conductances) and, at least on the finest grid, their derivatives
+/// with respect to the bodies' positions.
 template <class Executor>
 void make_direct_links(const Executor& run, ProblemView problem, GridView grid) {
   for_each_item(run, grid, Items::direct_links, [=] LICHTENBERG_HOST_DEVICE(int m) {
@@ -148,7 +148,7 @@ void direct_link_keys(const Executor& run, ProblemView problem, GridView grid, I
   });
 }
 
-/// Copies the direct links (gap conductances) to `sorted` in the order of `index`.
+/// Copies a list of direct links (gap conductances) to `sorted` in the order of `index`.
 template <class Executor>
 void sort_direct_links(const Executor& run, GridView grid, Items::Kind kind, const DirectLink* link, const int* index,
                        DirectLink* sorted) {

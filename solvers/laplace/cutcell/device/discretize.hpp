@@ -16,7 +16,7 @@ LICHTENBERG_HOST_DEVICE inline int strips_of(const CellRange& range) {
   return (range.to_j - range.from_j + 1) * ((range.to_i - range.from_i) / strip_width + 1);
 }
 
-/// Returns true if a body is a subgrid conductor (../medium.hpp). It is a disk that the grid does not resolve and that
+/// Returns true if a body is a subgrid conductor (../medium.hpp). It is a body that the grid does not resolve and that
 /// is no part of the effective medium.
 LICHTENBERG_HOST_DEVICE inline bool is_subgrid_body(const ProblemView& problem, const GridView& grid, int body) {
   return !grid.bodies.resolved[body] && !grid.medium.absorbed[problem.group_of[body]];
@@ -57,8 +57,8 @@ void outline_bodies(const Executor& run, ProblemView problem, GridView grid) {
 }
 
 /// Counts the strips (parts of rows of cells) in each body's bounding box, by rank (order of bodies by group). Subgrid
-/// conductors (disks too small for the grid) of one group at one place have one strip, with the first body. A group is
-/// a set of bodies with one potential.
+/// conductors (bodies too small for the grid) of one group around the same four cells have one strip, with the first
+/// body. A group is a set of bodies with one potential.
 template <class Executor>
 void count_strips(const Executor& run, ProblemView problem, GridView grid) {
   run.for_each(problem.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int rank) {
@@ -113,8 +113,9 @@ void finalize_list_counts(const Executor& run, ProblemView problem, GridView gri
   });
 }
 
-/// Assigns cells to the bodies that cover their centres, where bodies overlap to the first. Then a disk without a cell
-/// gets the free cell that contains its centre.
+/// Assigns cells to the bodies that cover their centres; where bodies overlap, to the first. Then a resolved disk
+/// without a cell gets the cell that contains its centre, if that cell is fluid. If several such disks have their
+/// centres in it, the first gets it.
 template <class Executor>
 void cover_cells(const Executor& run, ProblemView problem, GridView grid) {
   for_each_item(run, grid, Items::strips, [=] LICHTENBERG_HOST_DEVICE(int index) {
@@ -151,7 +152,8 @@ void cover_cells(const Executor& run, ProblemView problem, GridView grid) {
 }
 
 /// Calls the visitor's functions for the items of a strip (part of a row of cells of a body), in a fixed order. Items
-/// are covered cells, links to fluid cells (conductances), and direct links to other conductors (gap conductances).
+/// are covered cells, links to fluid cells (conductances), and direct links (gap conductances) to other conductors and
+/// electrode sides.
 template <class Visitor>
 LICHTENBERG_HOST_DEVICE void visit(const ProblemView& problem, const GridView& grid, const Strip& strip,
                                    Visitor& visitor) {

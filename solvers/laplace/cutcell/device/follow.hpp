@@ -7,7 +7,7 @@
 namespace lichtenberg::laplace::device {
 
 /// Last solution of a solver on a coarser grid, by slot (memory index) of its finest grid and by body, in units of
-/// `scale` (V). Without bodies there is none.
+/// `scale` (V). If `bodies` is 0, there is no solution.
 struct CoarseSolution {
   Layout layout;
   int bodies = 0;
@@ -22,20 +22,21 @@ struct CoarseSolution {
   }
 };
 
-/// Change of the potentials on a coarser grid between two solves, by slot (memory index) of its layout and by body.
+/// Change of the potentials on a coarser grid between two solves, by slot (memory index) of its layout and by body. The
+/// unit is that of the call of Follower::compare().
 struct ChangeView {
   Layout layout;
   const double *cell, *body;
 };
 
 /// Stored solution of the solver on a coarser grid that this solver follows, and the change of that solver's
-/// potentials. The arrays move only with the number of bodies or the box.
+/// potentials. The arrays move only if the number of bodies or the coarser grid changes.
 template <class Executor>
 class Follower {
  public:
   explicit Follower(const Executor& run) : run_(run), then_(run), change_(run) {}
 
-  /// Stores the potentials of `now`, with which compare() compares later ones.
+  /// Stores the potentials of `now`; compare() compares later potentials with them.
   void keep(const CoarseSolution& now) {
     layout_ = now.layout;
     bodies_ = now.bodies;

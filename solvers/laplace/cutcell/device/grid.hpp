@@ -19,7 +19,7 @@ struct SetsView {
   const int* first_group;
   /// Groups sorted by set; `start`: by a set's first group, the index of its groups in `group`.
   const int *start, *group;
-  /// By group. `is_alone`: whether its set is one floating body; `held`: whether its set has a given potential
+  /// By group. `is_alone`: whether its set is one floating body; `held`: whether its set is grounded
   /// (Agglomerates::is_grounded).
   const int *is_alone, *held;
   bool operator==(const SetsView&) const = default;
@@ -40,7 +40,8 @@ struct CouplingView {
 };
 
 /// Bodies, groups (bodies with one potential) and sides of a problem as device pointers, common to all grids. Bodies
-/// are sorted by group; a body's place in this order is its rank. The items of a body or a group are thus contiguous.
+/// are sorted by group; a body's place in this order is its rank. Lists of links and of covered cells follow this
+/// order, so that the entries of a body or a group are contiguous.
 struct ProblemView {
   int bodies;
   /// Number of groups that the arrays have memory for. Groups after the problem's own have no bodies and a given
@@ -125,9 +126,9 @@ struct DirectLink {
   enum class Kind : std::uint8_t {
     /// Link across `side` of the own cell `slot`, behind which lies the other body's cell or an electrode side.
     face,
-    /// Link of a body that covers no cell's centre to the body whose cell contains it.
+    /// Link of a disk without a cell to the body that owns the cell of the disk's centre.
     shared_cell,
-    /// A subgrid conductor (a disk too small for the grid), and a body that has the `corner`-th of the four cells
+    /// A subgrid conductor (a body too small for the grid), and a body that has the `corner`-th of the four cells
     /// around it.
     subgrid_conductor,
     /// A link of a subgrid conductor, taken from the finest grid: direct link number `slot`, or joined link -1 -
@@ -159,24 +160,24 @@ struct DirectLink {
 };
 
 /// End of a link (conductance) from a fluid cell at a conductor: the body, and a number from 0 to 3. The number is the
-/// cell's side towards the body. For a subgrid conductor (a disk too small for the grid) it is the cell's place among
-/// the four cells around the disk. One integer stores both: 4 body + side, or -1 - (4 body + corner).
+/// cell's side towards the body. For a subgrid conductor (a body too small for the grid) it is the cell's place among
+/// the four cells around the body. One integer stores both: 4 body + side, or -1 - (4 body + corner).
 class LinkEnd {
  public:
   /// Makes the end of a link (conductance) from a fluid cell to a body across a side of the cell.
   LICHTENBERG_HOST_DEVICE static constexpr LinkEnd at_side(int body, int side) { return LinkEnd(4 * body + side); }
-  /// Makes the end of a link (conductance) from a fluid cell to a subgrid conductor, a disk too small for the grid.
-  /// `corner`: number of the cell among the four around the disk.
+  /// Makes the end of a link (conductance) from a fluid cell to a subgrid conductor, a body too small for the grid.
+  /// `corner`: number of the cell among the four around the body.
   LICHTENBERG_HOST_DEVICE static constexpr LinkEnd at_subgrid_conductor(int body, int corner) {
     return LinkEnd(-1 - (4 * body + corner));
   }
-  /// Returns true if the body is a subgrid conductor (a disk too small for the grid).
+  /// Returns true if the body is a subgrid conductor (a body too small for the grid).
   LICHTENBERG_HOST_DEVICE constexpr bool is_subgrid_conductor() const { return code_ < 0; }
   /// Returns the index of the body.
   LICHTENBERG_HOST_DEVICE constexpr int body() const { return (code_ < 0 ? -1 - code_ : code_) / 4; }
-  /// Returns the side of the fluid cell towards the body; not for a subgrid conductor (a disk too small for the grid).
+  /// Returns the side of the fluid cell towards the body; not for a subgrid conductor (a body too small for the grid).
   LICHTENBERG_HOST_DEVICE constexpr int side() const { return code_ % 4; }
-  /// Returns the number of the fluid cell among the four around a subgrid conductor (a disk too small for the grid).
+  /// Returns the number of the fluid cell among the four around a subgrid conductor (a body too small for the grid).
   LICHTENBERG_HOST_DEVICE constexpr int corner() const { return (-1 - code_) % 4; }
 
  private:
@@ -184,8 +185,8 @@ class LinkEnd {
   int code_;
 };
 
-/// Numbers of items of a body without cells: its direct links (gap conductances) to bodies with cells, 1 if it is a
-/// subgrid conductor, and 1 if that conductor floats. A subgrid conductor is a disk too small for the grid.
+/// Numbers of items of a body without cells: its direct links (gap conductances), 1 if it is a subgrid conductor, and 1
+/// if that conductor floats. A subgrid conductor is a body too small for the grid.
 struct WithoutCells {
   int direct_links = 0, subgrid_conductors = 0, floating_subgrid_conductors = 0;
   LICHTENBERG_HOST_DEVICE friend WithoutCells operator+(WithoutCells a, WithoutCells b) {
@@ -194,9 +195,9 @@ struct WithoutCells {
   }
 };
 
-/// Bodies of one group (with a common potential) at one place of a coarse grid that does not resolve them, treated as
-/// one point. `share`: parts of their area or conductance in the four surrounding cells, lower left and right, upper
-/// left and right.
+/// Bodies of one group (with a common potential) between the same four cells of a coarse grid that does not resolve
+/// them, treated as one point. `share`: parts of their area or conductance in the four cells, lower left and right,
+/// upper left and right. For a group that the grid's medium absorbs, the shares are interpolation weights.
 struct HomogenizedPoint {
   int group;
   float share[4];
@@ -207,8 +208,9 @@ struct HomogenizedPoint {
   }
 };
 
-/// Points in the plane, sorted by bin: the lower left one of the four cells between which they are interpolated. Sums
-/// over the points around a cell then always have the same order.
+/// Points in the plane, sorted by bin. A bin is a set of four neighbouring cells, between which its points are
+/// interpolated; the lower left cell gives its number. Sums over the points around a cell then always have the same
+/// order.
 struct Bins {
   /// Index of each bin's first point, with one more at the end.
   int* start;
@@ -223,7 +225,7 @@ LICHTENBERG_HOST_DEVICE inline int bins_of(const Layout& at) { return (at.nx + 1
 LICHTENBERG_HOST_DEVICE inline InterpolationBase base_of_bin(const Layout& at, int bin) {
   return {bin % (at.nx + 1) - 1, bin / (at.nx + 1) - 1};
 }
-/// Returns the bin of the point p (in cells): the number of the four cells around it.
+/// Returns the bin of the point p (in cells): the number of the set of four cells around it.
 LICHTENBERG_HOST_DEVICE inline int bin_of(const Layout& at, Vec2 p) {
   const InterpolationBase base = interpolation_base(p);
   const int i = base.i < -1 ? -1 : base.i < at.nx ? base.i : at.nx - 1;
@@ -247,15 +249,15 @@ struct BodyArrays {
   Outline* outline;
   /// 1 if the body covers a cell or needs none, because the grid does not resolve it.
   int* present;
-  /// For a disk that covers no cell centre, the body whose cell contains it; otherwise -1.
+  /// For a disk without a cell, the body that owns the cell of its centre; otherwise -1.
   int* cell_owner;
   /// 1 if the grid resolves the body.
   int* resolved;
 };
 
-/// Arrays of a coarse grid with an effective medium: bodies too small for the grid, as points sorted by bin (the four
-/// cells around). An absorbed group has no unknown potential on the grid. Bodies of one group in one bin are one point.
-/// A group is a set of bodies with one potential.
+/// Arrays of a coarse grid with an effective medium: bodies too small for the grid, as points sorted by bin (four
+/// neighbouring cells). An absorbed group has no unknown potential on the grid. Bodies of one group in one bin are one
+/// point. A group is a set of bodies with one potential.
 struct MediumArrays {
   /// By group: 1 if the medium absorbs it.
   int* absorbed;
@@ -266,7 +268,7 @@ struct MediumArrays {
   /// Bodies of absorbed groups. Its array `start` continues with that of the subgrid conductors.
   Bins absorbed_bodies;
   Bins subgrid_conductors;
-  /// Groups that the next finer grid does not absorb.
+  /// Absorbed groups that the next finer grid does not absorb.
   Bins absorbed_groups;
   /// By body: number of the point whose first body it is, or -1.
   int* point;
@@ -276,7 +278,7 @@ struct MediumArrays {
   float *east, *north;
 };
 
-/// Arrays by slot (memory index of a cell). A boundary cell is a fluid cell with a link to a conductor.
+/// Arrays by slot (memory index of a cell). A boundary cell is a fluid cell next to a conductor.
 struct CellArrays {
   CellOwner* owner;
   /// 1 / (sum of conductances); 0 in covered cells and padding.
@@ -291,8 +293,8 @@ struct StripArrays {
   Counts* counts;
 };
 
-/// Covered cells (cells whose centres lie in a body), sorted by body: their slots (memory indices) and groups (bodies
-/// with one potential).
+/// Covered cells (cells inside bodies), sorted by body: their slots (memory indices) and groups (bodies with one
+/// potential).
 struct CoveredArrays {
   int *slot, *group;
 };
@@ -323,7 +325,7 @@ struct BoundaryArrays {
   Coupling* coupling;
 };
 
-/// Near-surface cells of a grid on which the V-cycle eliminates them (Kron reduction).
+/// Arrays for the near-surface cells that the V-cycle eliminates on this grid (Kron reduction).
 struct BoundArrays {
   /// 1 if a boundary cell is eliminated.
   int* is_eliminated;
@@ -344,8 +346,8 @@ struct DirectArrays {
   int* start;
 };
 
-/// Links of the finest grid that a coarse grid keeps: direct links (gap conductances), and links (`joined`) that the
-/// elimination of near-surface cells (dominated by a conductor) has made. Null on grids that keep none.
+/// Links of the finest grid that a coarse grid may keep: direct links (gap conductances), and links (`joined`) made by
+/// the elimination of near-surface cells. Null pointers: the grid keeps none.
 struct InheritedArrays {
   const DirectLink *link, *joined;
   /// By rank (order of bodies by group): index of the body's first link.
@@ -353,7 +355,7 @@ struct InheritedArrays {
 };
 
 /// Pieces of each group's list of links (conductances) and of its list of covered cells (inside conductors). Sums run
-/// over pieces in parallel, so that a large group (bodies with one potential) is no long serial sum.
+/// over pieces in parallel, so that the sum of a large group (bodies with one potential) is not serial.
 struct PieceArrays {
   /// Number of pieces that the arrays have memory for.
   int capacity;
@@ -361,7 +363,7 @@ struct PieceArrays {
   int* start;
   /// By piece: its range in the list, and the number of its segment (a group's links or covered cells).
   int *begin, *end, *segment;
-  /// Counters of finished pieces for each of the 2 groups' lists.
+  /// [2 groups] counters of finished pieces, for each group's links, then for each group's covered cells.
   int* done;
   /// By piece: partial sums in double precision.
   double* partial;
@@ -430,17 +432,17 @@ struct GridView {
   GroupArrays groups;
   CycleArrays cycle;
 
-  /// Returns the numbers of items of all bodies before the given rank (order of bodies by group). A group is a set of
-  /// bodies with one potential.
+  /// Returns the numbers of items of all bodies before the given rank (place in the order of bodies by group). A group
+  /// is a set of bodies with one potential.
   LICHTENBERG_HOST_DEVICE const Counts& before(int rank) const {
     const int start = strips.start[rank], end = number[Items::strips];
     return strips.counts[start < end ? start : end];
   }
-  /// Returns the index of the first link (conductance to a fluid cell) of the body at this rank, the order of bodies by
-  /// group.
+  /// Returns the index of the first link (conductance to a fluid cell) of the body at this rank. The rank is the body's
+  /// index in the order of bodies by group.
   LICHTENBERG_HOST_DEVICE int link_start(int rank) const { return before(rank).links; }
-  /// Returns the index of the first covered cell (inside a conductor) of the body at this rank, the order of bodies by
-  /// group.
+  /// Returns the index of the first covered cell (inside a conductor) of the body at this rank. The rank is the body's
+  /// index in the order of bodies by group.
   LICHTENBERG_HOST_DEVICE int covered_start(int rank) const { return before(rank).covered; }
   /// Returns the index of the link (conductance to a conductor) of boundary cell k on a side, or -1. A boundary cell is
   /// a fluid cell next to a conductor.
@@ -456,8 +458,8 @@ struct GridView {
   LICHTENBERG_HOST_DEVICE int direct_links_of(const ProblemView& problem, int g) const {
     return first_direct_link(problem, g + 1) - first_direct_link(problem, g);
   }
-  /// Returns the number of a group's direct links (gap conductances) and links made by eliminated cells (dominated by a
-  /// conductor). The V-cycle treats both as equal. A group is a set of bodies with one potential.
+  /// Returns the number of a group's direct links (gap conductances) and of its links that the elimination of
+  /// near-surface cells makes. The V-cycle treats both kinds equally. A group is a set of bodies with one potential.
   LICHTENBERG_HOST_DEVICE int cycle_links_of(const ProblemView& problem, int g) const {
     return direct_links_of(problem, g) + joined_before(problem, g + 1) - joined_before(problem, g);
   }
@@ -468,7 +470,7 @@ struct GridView {
     return t < n ? direct.link[first_direct_link(problem, g) + t] : bound.joined[joined_before(problem, g) + t - n];
   }
   /// Returns the number of entries before group g (bodies with one potential) in the list of links that eliminated
-  /// cells make. An eliminated cell is a fluid cell dominated by its link to a conductor.
+  /// cells make. An eliminated cell is a fluid cell with a large conductance to a conductor.
   LICHTENBERG_HOST_DEVICE int joined_before(const ProblemView& problem, int g) const {
     return may_have(Items::joined_links) ? bound.joined_start[problem.first_rank[g]] : 0;
   }
@@ -478,7 +480,7 @@ struct GridView {
     const int size = static_cast<int>(layout.size());
     return k < size ? cells.inverse_diagonal[k] > 0 : groups.diagonal[k - size] > 0;
   }
-  /// Returns true if the grid has memory for items of this kind; it has none of other kinds.
+  /// Returns true if the grid has memory for items of this kind. If false, its lists contain no such items.
   LICHTENBERG_HOST_DEVICE bool may_have(Items::Kind kind) const { return capacity[kind] > 0; }
   /// Returns true if groups (bodies with one potential) may be linked to each other, directly or by couplings (lumped
   /// capacitances).
@@ -534,7 +536,7 @@ LICHTENBERG_HOST_DEVICE inline Neighbours neighbours(const Layout& at, int slot)
   return neighbours(at, colour, inner / stride, inner % stride);
 }
 
-/// Returns the index of the last entry of `start` (n + 1 ascending entries) that is at most `value`, by bisection.
+/// Returns the index of the last of the first n entries of `start` (ascending) that is at most `value`, by bisection.
 LICHTENBERG_HOST_DEVICE inline int segment_of(const int* start, int n, int value) {
   int low = 0, high = n;
   while (high - low > 1) {
@@ -544,7 +546,8 @@ LICHTENBERG_HOST_DEVICE inline int segment_of(const int* start, int n, int value
   return low;
 }
 
-/// Assigns a cell to a body atomically: the lowest index wins; fluid, -1, counts as the highest.
+/// Assigns a cell to a body unless a body of lower index has it; fluid counts as the highest index. On a CUDA device
+/// the operation is atomic.
 LICHTENBERG_HOST_DEVICE inline void claim(CellOwner* owner, int body) {
 #ifdef __CUDA_ARCH__
   atomicMin(reinterpret_cast<unsigned*>(owner), static_cast<unsigned>(body));

@@ -24,7 +24,7 @@ struct GridRole {
   int *number = nullptr, *required = nullptr;
   /// Clusters (groups solved together) of the V-cycle and of the finest grid's system; null: none.
   const ClusterView *clusters = nullptr, *exact_clusters = nullptr;
-  /// The finest grid, whose direct links this coarse one inherits; null: none.
+  /// The finest grid, whose direct links this coarse grid inherits; null: none.
   const GridView* finest = nullptr;
 };
 
@@ -78,15 +78,16 @@ class DeviceGrid {
     reserve_lists();
     reserve_groups(problem, role.is_small);
   }
-  /// Returns true if the arrays have memory for the required numbers of items.
+  /// Returns true if the arrays have memory for the numbers of items in `required`.
   bool fits(const Numbers& required) const {
     for (int kind = 0; kind < Items::kinds; ++kind)
       if (required[kind] > view().capacity[kind]) return false;
     return true;
   }
-  /// Raises the capacities for reserve() to the required numbers of items. Items that may soon exceed them in motion
-  /// get half as many more, because growing costs as much as ten solves. The coarsest grid's matrix must stay small and
-  /// changes with groups (bodies with one potential) only, so that it gets 16 more.
+  /// Raises the capacities (numbers of items that memory is reserved for) to the required numbers; call reserve()
+  /// afterwards. Items of which more may soon be needed in motion get about half as many more, because growing costs as
+  /// much as ten solves. The coarsest grid's matrix must stay small and changes with groups (bodies with one potential)
+  /// only, so that it gets 16 more.
   void enlarge(const ProblemView& problem, const Numbers& required) {
     Numbers& capacity = own().capacity;
     if (view().has_medium && required[Items::strips] > 0) {
@@ -104,8 +105,14 @@ class DeviceGrid {
     }
   }
 
-  /// Sets the capacity of strong links (large gap conductances) to 0, until enlarge() raises it; reserve() must follow.
+  /// Sets the memory for strong links (large gap conductances) to 0 entries; call reserve() afterwards. enlarge() can
+  /// raise it again.
   void forget_strong_links() { own().capacity[Items::strong_links] = 0; }
+  /// Sets the memory for all links between groups (bodies with one potential) to 0 entries; call reserve() afterwards.
+  void forget_links_of_groups() {
+    for (const Items::Kind kind : {Items::strong_links, Items::direct_links, Items::joined_links})
+      own().capacity[kind] = 0;
+  }
 
   /// Computes the bodies' outlines in cells and the groups (bodies with one potential) that become part of the grid's
   /// effective medium. `finer`: the next finer grid, with outlines; null for the finest.
@@ -226,8 +233,8 @@ class DeviceGrid {
     if (groups.clusters) arrays_.resize(problem.groups, cycle.group_rhs);
   }
 
-  /// Sorts the groups and bodies that are smaller than the grid resolves by bin (the four cells around), and computes
-  /// their shares in cells. A group is a set of bodies with one potential.
+  /// Sorts the groups and bodies that are smaller than the grid resolves by bin (the four cells around each), and
+  /// computes their shares in cells. A group is a set of bodies with one potential.
   void homogenize(const ProblemView& problem) {
     const GridView& grid = view();
     const int bins = bins_of(grid.layout);

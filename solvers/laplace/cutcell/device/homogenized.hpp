@@ -7,8 +7,8 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Bounding rectangle of a group's disks (cells), and the number of them that the grid resolves. A group is a set of
-/// bodies with one potential.
+/// Bounding rectangle of the bodies of a group or of a set of groups (cells), and the number of bodies that the grid
+/// resolves. A group is a set of bodies with one potential.
 struct Extent {
   double low_x = infinite, low_y = infinite, high_x = -infinite, high_y = -infinite;
   double resolved = 0;  // number of resolved disks
@@ -35,8 +35,8 @@ struct Absorb {
   GridView grid;
   const int* finer_absorbed;
   SortArrays sort;
-  /// Decides for group g; `extent`: bounding rectangle of its set. Also writes the group's sort key. A group is a set
-  /// of bodies with one potential.
+  /// Decides whether the grid's effective medium absorbs group g (bodies with one potential), and writes the group's
+  /// sort key. `extent`: bounding rectangle of the agglomerate of g (SetsView).
   LICHTENBERG_HOST_DEVICE void operator()(int g, const Extent& extent) const {
     const double width = extent.high_x - extent.low_x, height = extent.high_y - extent.low_y;
     const bool held = problem.sets.held ? problem.sets.held[g] : !problem.floating[g];
@@ -50,9 +50,9 @@ struct Absorb {
 };
 
 /// Finds the groups (bodies with one potential) that become part of the grid's effective medium, without an unknown
-/// potential. They are small sets of disks that the grid does not resolve. `finer_absorbed`: the decisions on the next
-/// finer grid; null: none absorbed. `sort`: receives the bin (the four cells around) of each group that this grid
-/// absorbs first.
+/// potential. They belong to small floating agglomerates (SetsView) of bodies that the grid does not resolve.
+/// `finer_absorbed`: the decisions on the next finer grid; null: none absorbed. `sort`: receives the bin (the four
+/// cells around) of each group that this grid absorbs but the next finer grid does not.
 template <class Executor>
 void absorb_groups(const Executor& run, ProblemView problem, GridView grid, const int* finer_absorbed,
                    SortArrays sort) {
@@ -86,9 +86,9 @@ void absorb_groups(const Executor& run, ProblemView problem, GridView grid, cons
   run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { absorb(g, set_extent[sets.first_group[g]]); });
 }
 
-/// Makes sort keys of bodies that the grid does not resolve, by bin (the four cells around). Bins of absorbed bodies
-/// are first, then bins of subgrid conductors, which have a potential of their own. Bodies of one group (with one
-/// potential) are contiguous in each bin.
+/// Makes sort keys of all bodies, for bodies that the grid does not resolve by bin (the four cells around). Bins of
+/// absorbed bodies are first, then bins of subgrid conductors, whose potential is an unknown or given. Resolved bodies
+/// are last. Bodies of one group (with one potential) are contiguous in each bin.
 template <class Executor>
 void homogenized_keys(const Executor& run, ProblemView problem, GridView grid, SortArrays sort) {
   run.for_each(problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int rank) {
@@ -156,7 +156,7 @@ LICHTENBERG_HOST_DEVICE inline HomogenizedPoint homogenized_point(const ProblemV
 }
 
 /// Computes the shares of small bodies and groups in the four cells around each. The share of a body in the effective
-/// medium is a part of its area. The share of a subgrid conductor (a disk too small for the grid) is a part of its
+/// medium is a part of its area. The share of a subgrid conductor (a body too small for the grid) is a part of its
 /// conductance. For a group in the medium it is the interpolation weight. A group is a set of bodies with one
 /// potential.
 template <class Executor>

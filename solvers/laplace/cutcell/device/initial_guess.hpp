@@ -46,7 +46,7 @@ void combine(const Executor& run, long n, BasisView basis, const Shares* shares,
   });
 }
 
-/// Smooths the initial guess by Gauss-Seidel sweeps over the groups and the cells next to conductors, where its largest
+/// Smooths the initial guess x by `sweeps` sweeps over the groups and the cells next to conductors, where its largest
 /// errors are (CutCellOperator::relax_edges). `next`: scratch memory, one value per group. A group is a set of bodies
 /// with one potential.
 template <class Executor>

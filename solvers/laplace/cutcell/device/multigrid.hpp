@@ -18,37 +18,42 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Radii of the smallest disks of a problem, which decide whether a grid resolves all disks.
-class SmallestDisks {
+/// Sizes of a problem's smallest bodies, from which follows whether a grid resolves all bodies.
+class SmallestBodies {
  public:
-  /// Finds the smallest disk that floats alone and the smallest of all other disks.
-  explicit SmallestDisks(const LaplaceProblem& problem) {
+  /// Finds the smallest disk that floats alone, the smallest of all other disks, and the shortest bar.
+  explicit SmallestBodies(const LaplaceProblem& problem) {
     std::vector<int> members(problem.groups.size(), 0);
     for (const Body& body : problem.bodies) ++members[body.group];
-    for (const Body& body : problem.bodies)
-      if (const Disk* disk = std::get_if<Disk>(&body.shape)) {
-        const bool alone = problem.groups[body.group].floating && members[body.group] == 1;
-        radius_[alone] = std::min(radius_[alone], disk->radius);
-      }
+    for (const Body& body : problem.bodies) {
+      const Outline outline = outline_in_cells(body.shape, 1);
+      const bool alone = problem.groups[body.group].floating && members[body.group] == 1;
+      if (outline.kind == Outline::Kind::disk && outline.size < disk_[alone].size) disk_[alone] = outline;
+      if (outline.kind == Outline::Kind::bar && length(outline) < length(bar_)) bar_ = outline;
+    }
   }
-  /// Returns true if a grid with cells of size h (m) does not resolve some disk.
+  /// Returns true if a grid with cells of size h (m) does not resolve some body.
   bool unresolved(double h) const {
     for (const bool alone : {false, true})
-      if (radius_[alone] < infinite &&
-          !is_resolved({.kind = Outline::Kind::disk, .centre = {}, .end = {}, .size = radius_[alone] / h}, alone))
-        return true;
-    return false;
+      if (!is_resolved(in_cells(disk_[alone], h), alone)) return true;
+    return !is_resolved(in_cells(bar_, h), false);
   }
 
  private:
   static constexpr double infinite = std::numeric_limits<double>::infinity();
-  double radius_[2] = {infinite, infinite};  // of disks in groups; of single ones
+  static double length(const Outline& bar) { return norm(bar.end - bar.centre); }
+  static Outline in_cells(const Outline& body, double h) {
+    return {body.kind, body.centre / h, body.end / h, body.size / h};
+  }
+
+  Outline disk_[2] = {{.size = infinite}, {.size = infinite}};  // of disks in groups; of single ones
+  Outline bar_{.kind = Outline::Kind::bar, .centre = {}, .end = {infinite, 0}};
 };
 
 /// Multigrid preconditioner on the device: all grids and the V-cycle on them (../multigrid.hpp). A large grid takes a
-/// few kernels, all small grids together one. Where conductors have direct links (gap conductances), two Jacobi sweeps
-/// replace each Gauss-Seidel sweep over groups (bodies with one potential). Where links are strong, the sweeps run over
-/// clusters of groups.
+/// few kernels, all small grids together one. If conductors have direct links (gap conductances), two Jacobi sweeps
+/// replace each Gauss-Seidel sweep over groups (bodies with one potential). If links are strong, the sweeps relax
+/// clusters of groups together.
 template <class Executor>
 class DeviceMultigrid {
  public:
@@ -64,8 +69,9 @@ class DeviceMultigrid {
     single_grid_v_.zero();
   }
 
-  /// Discretizes the problem on all grids and prepares the coarsest grid's solver. The device counts whether the arrays
-  /// were large enough; check_capacity() returns the answer. `view`: the same problem on the device.
+  /// Discretizes the problem on all grids and prepares the coarsest grid's solver. Whether the arrays were large enough
+  /// is known after check_capacity(). Throws Failure if a factorization of the coarsest grid on the host fails. `view`:
+  /// the same problem on the device.
   void build(const LaplaceProblem& problem, const ProblemView& view) {
     prepare(problem, view);
     if (fits_) {
@@ -87,7 +93,7 @@ class DeviceMultigrid {
   /// check_capacity().
   void begin_capacity_check() { numbers_.begin_fetch(); }
   /// Returns true if the arrays were large enough; if not, enlarges them, and build() must be repeated. Throws Failure
-  /// if the coarsest grid's system is singular.
+  /// if the device could not invert the coarsest grid's matrix.
   bool check_capacity() {
     if (lacks_capacity()) {
       enlarge();
@@ -99,14 +105,22 @@ class DeviceMultigrid {
     solves_without_strong_links_ = required(0)[Items::strong_links] > 0 ? 0 : solves_without_strong_links_ + 1;
     return true;
   }
+  /// Discards memory for links between groups (bodies with one potential), because the relaxation of groups depends on
+  /// it. The next set-up thus depends on its problem only.
+  void forget() {
+    for (DeviceGrid<Executor>& grid : grids_) grid.forget_links_of_groups();
+    medium_.clear();  // so that prepare() reserves the arrays again
+    solves_without_strong_links_ = 0;
+  }
   /// Returns a number that changes when arrays move.
   int generation() const { return generation_; }
   /// Returns true if the device solves the coarsest grid's system, so that the V-cycle needs no host.
   bool on_device() const { return coarsest_.on_device(); }
   /// Returns the number of fluid cells (outside all bodies) of the finest grid.
   long fluid_cells() const { return finest().fluid_cells(required(0)); }
-  /// Returns true if groups (bodies with one potential) are linked so strongly that the host takes part in the set-up.
-  /// It computes clusters, the groups that are relaxed together.
+  /// Returns true if the host takes part in the set-up. It then computes clusters, the groups (bodies with one
+  /// potential) that are relaxed together. This is so with couplings (lumped capacitances), and with memory for strong
+  /// direct links (gap conductances).
   bool clustered() const { return coupled() || finest().view().may_have(Items::strong_links); }
   /// Returns true if the problem has couplings (lumped capacitances between groups). A group is a set of bodies with
   /// one potential.
@@ -133,7 +147,7 @@ class DeviceMultigrid {
   }
 
   /// Computes z = M r from the stored residual (StoreResidual), by a recorded graph of kernels where possible. z must
-  /// be 0 outside the cells.
+  /// be 0 in the padding between rows of cells.
   void apply(double* z) {
     if (on_device())
       run_.run(recordings_[z], [&] { cycle(z); });
@@ -165,12 +179,12 @@ class DeviceMultigrid {
            solves_without_strong_links_ >= solves_to_forget_strong_links;
   }
 
-  /// Detects changes since the last build, and reserves memory for them.
+  /// Detects changes of the problem's arrays and features since the last build; if there are any, reserves memory.
   void prepare(const LaplaceProblem& problem, const ProblemView& view) {
-    const SmallestDisks disks(problem);
+    const SmallestBodies bodies(problem);
     std::vector<bool> medium;
     for (const DeviceGrid<Executor>& grid : grids_)
-      medium.push_back(!medium.empty() && disks.unresolved(grid.view().h));
+      medium.push_back(!medium.empty() && bodies.unresolved(grid.view().h));
     const bool forgets = may_forget_strong_links();
     if (generation_ > 0 && given_problem_ == view && medium_ == medium && !forgets) return;
     if (forgets) grids_[0].forget_strong_links();
@@ -264,7 +278,8 @@ class DeviceMultigrid {
     run_.copy(singular_.device, coarsest_.is_singular(), sizeof(int));
   }
 
-  /// Returns the finest of the grids that fit into one block's memory together with all coarser ones.
+  /// Returns the number of the finest grid that fits into one block's memory together with all coarser ones. Grid 0
+  /// counts only if it is the only grid.
   int first_small() const {
     int first = levels() - 1;
     while (first > 1 && levels() - first < SmallGrids::most &&
@@ -300,7 +315,7 @@ class DeviceMultigrid {
     ascend(run_, problem_, grids_[l].view(), coarse, v, z_of_groups);
   }
 
-  /// Solves on the small grids, or on the coarsest one by the host.
+  /// Computes the part of the V-cycle on the small grids by one kernel, or solves on the coarsest grid by the host.
   void solve_coarse() {
     const GridView& grid = grids_.back().view();
     float* v = levels() > 1 ? grid.cycle.v : single_grid_v_.data();

@@ -160,9 +160,9 @@ LICHTENBERG_HOST_DEVICE double to_given(const ProblemView& problem, int g, Value
   return sum;
 }
 
-/// Shifts all potentials x such that the residual r sums to zero, updates r and stores it for the V-cycle. For systems
-/// grounded by couplings (lumped capacitances) only (CutCellOperator::fix_potential_level). `level`: receives the
-/// shift.
+/// Shifts all potentials x such that the residual r sums to zero, updates r and stores it for the V-cycle. Only for
+/// systems that couplings (lumped capacitances) alone ground (CutCellOperator::fix_potential_level). `level`: receives
+/// the shift.
 template <class Executor>
 void fix_potential_level(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, double* level) {
   const int cells = static_cast<int>(grid.layout.size());
@@ -229,9 +229,10 @@ void test_convergence(const Executor& run, SolveVectors v) {
       [=] LICHTENBERG_HOST_DEVICE(double product) { v.iterations->test_convergence(product); });
 }
 
-/// Solves each floating group's equation for its potential in x, for given potentials of the cells. Groups joined by
-/// couplings (lumped capacitances) are solved together; those with direct links (gap conductances) only by a Jacobi
-/// step. `next`: scratch memory, one value per group. A group is a set of bodies with one potential.
+/// Solves each floating group's equation for its potential in x, for given potentials of the cells. In a problem with
+/// couplings (lumped capacitances), linked groups are solved together. Otherwise groups with direct links (gap
+/// conductances) are relaxed by a Jacobi step. `next`: scratch memory, one value per group. A group is a set of bodies
+/// with one potential.
 template <class Executor>
 void solve_group_potentials(const Executor& run, ProblemView problem, GridView grid, const double* b, double* x,
                             double* next) {
@@ -319,8 +320,8 @@ void subtract(const Executor& run, ProblemView problem, GridView grid, const dou
   });
 }
 
-/// Subtracts from z its mean over all unknowns, the null space of the system if nothing is grounded. `mean`: receives
-/// it.
+/// Subtracts from z its mean over all unknowns, its component in the null space if no potential is given. `mean`:
+/// receives the mean.
 template <class Executor>
 void remove_mean(const Executor& run, ProblemView problem, GridView grid, double* z, double* mean) {
   run.sum(
@@ -332,7 +333,8 @@ void remove_mean(const Executor& run, ProblemView problem, GridView grid, double
   subtract(run, problem, grid, mean, z);
 }
 
-/// Shifts the potentials x so that the mean potential of all bodies is zero. `mean`: receives the former mean.
+/// Shifts all unknown potentials x so that the mean potential of all bodies is zero. `mean`: receives the mean before
+/// the shift.
 template <class Executor>
 void fix_mean(const Executor& run, ProblemView problem, GridView grid, double* x, double* mean) {
   const int cells = static_cast<int>(grid.layout.size());
@@ -374,9 +376,9 @@ void average_bodies(const Executor& run, ProblemView problem, GridView grid, dou
       });
 }
 
-/// Computes a stored solution, minus an older one if its pointers are not null, on the unknowns of the present
+/// Computes a stored solution, or its difference from `older` if that has data, on the unknowns of the present
 /// geometry. A newly uncovered cell has its conductor's last potential, a new group (bodies with one potential) the
-/// mean of its bodies. `v`: receives it.
+/// mean of its bodies. `v`: receives the result, by slot (memory index), then by group.
 template <class Executor>
 void difference_on_unknowns(const Executor& run, ProblemView problem, GridView grid, SolutionView solution,
                             SolutionView older, double* v) {

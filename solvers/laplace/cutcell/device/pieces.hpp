@@ -60,8 +60,8 @@ struct DirectConductances {
   }
 };
 
-/// Computes the diagonal of each group's equation (sum of conductances without couplings), and which groups (bodies
-/// with one potential) have unknown potentials. A coupling is a lumped capacitance between groups.
+/// Computes the diagonal of each group's equation (sum of conductances without couplings), and finds the groups (bodies
+/// with one potential) with unknown potentials. A coupling is a lumped capacitance between groups.
 template <class Executor>
 void make_group_diagonals(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(

@@ -15,7 +15,7 @@
 namespace lichtenberg::laplace::device {
 
 /// Bodies, groups (bodies with one potential), sides and couplings (lumped capacitances) of a problem in device memory.
-/// Arrays move only when they grow.
+/// Arrays may move if the number of bodies changes or the reserved memory does not suffice.
 template <class Executor>
 class DeviceProblem {
  public:

@@ -6,12 +6,12 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Number of threads that share the sum over a group's direct links (gap conductances). A group is a set of bodies with
-/// one potential.
+/// Number of threads that share a sum over a group's links to other groups, such as direct links (gap conductances). A
+/// group is a set of bodies with one potential.
 constexpr int group_lanes = 8;
 
-/// Clusters of a grid as device pointers (Clusters). A cluster is a set of groups with large conductances between them,
-/// relaxed together by an inverse matrix. A group is a set of bodies with one potential.
+/// Clusters of a grid as device pointers (Clusters). A cluster is a set of groups, mostly with large conductances
+/// between them, relaxed together by an inverse matrix. A group is a set of bodies with one potential.
 struct ClusterView {
   const int *row, *group, *first, *size;
   const long* start;
@@ -59,8 +59,9 @@ struct CycleFluxes {
   }
 };
 
-/// Solves for the groups' potentials phi from the right-hand sides `rhs`: those of a cluster (groups solved together)
-/// by its inverse, others by their diagonal. `z`: also receives the potentials, in double precision; null: unused.
+/// Solves for the groups' potentials phi from the right-hand sides `rhs`. Uses the inverse matrix of each cluster
+/// (groups solved together), and the diagonal for other groups. `z`: also receives the potentials, in double precision;
+/// null: unused.
 template <class Executor, class Real>
 void solve_clusters(const Executor& run, ProblemView problem, GridView grid, const Real* rhs, float* phi,
                     double* z = nullptr) {
@@ -102,9 +103,9 @@ struct GroupSweep {
   double* z = nullptr;
 };
 
-/// Relaxes all groups (bodies with one potential) from their charges and the fluxes from cells and other clusters. A
-/// cluster is a set of groups solved together. It works in double precision, because the charges contain the rounding
-/// of couplings' fluxes, which cancels.
+/// Relaxes all groups (bodies with one potential) from their charges, the fluxes from cells and the fluxes from groups
+/// outside the own cluster. A cluster is a set of groups solved together. It works in double precision, because the
+/// charges contain the rounding of couplings' fluxes, which cancels.
 template <class Executor>
 void relax_clusters(const Executor& run, ProblemView problem, GridView grid, const GroupSweep& sweep) {
   const CycleFluxes outside{problem, grid, sweep.phi, sweep.correction};

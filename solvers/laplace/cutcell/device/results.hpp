@@ -47,7 +47,8 @@ struct SolvedView {
   /// Returns the potential (V) of a body.
   LICHTENBERG_HOST_DEVICE double body_potential(int body) const { return group_potential[problem.group_of[body]]; }
 
-  /// Returns the charge of a body and the force on it from link m, the conductance to a fluid cell (virtual work).
+  /// Returns the contributions of link m, the conductance of a body to a fluid cell, to the body's charge and force
+  /// (virtual work).
   LICHTENBERG_HOST_DEVICE BodyResult link_result(int m) const {
     const LinkArrays& links = grid.links;
     const double eps = problem.permittivity, stress = 0.5 * eps / grid.h, own = potential(links.slot[m]);
@@ -62,8 +63,8 @@ struct SolvedView {
     return result;
   }
 
-  /// Returns the charge and force on the link's own body from a direct link (a gap conductance) to another body or an
-  /// electrode side.
+  /// Returns the contributions of a direct link (a gap conductance) to the charge of its own body and the force on it.
+  /// The link leads to another body or an electrode side.
   LICHTENBERG_HOST_DEVICE BodyResult direct_link_result(const DirectLink& link) const {
     const double eps = problem.permittivity, stress = 0.5 * eps / grid.h;
     const double other = link.is_to_electrode() ? problem.side_potential[link.face()] : body_potential(link.other);
@@ -74,7 +75,7 @@ struct SolvedView {
     return result;
   }
 
-  /// Returns the charge and energy of one cell face of an electrode side.
+  /// Returns the charge of one cell face of an electrode side, and its contribution to the energy.
   LICHTENBERG_HOST_DEVICE SideResult face_result(int side, int face) const {
     const auto [i, j] = cell_at_face(grid.layout, side, face);
     const int slot = slot_of(grid.layout, i, j);
@@ -128,8 +129,8 @@ void sum_bodies(const Executor& run, SolvedView solved, BodyResult* result) {
 /// Number of parts into which the sum over a side is divided.
 constexpr int side_parts = 64;
 
-/// Computes the charge and energy of the faces of each electrode side. `result` has 4 side_parts entries, by side and
-/// part.
+/// Computes the charge of each electrode side, and its contribution to the energy. `result` has 4 side_parts entries,
+/// by side and part; 0 for insulating sides.
 template <class Executor>
 void sum_sides(const Executor& run, SolvedView solved, SideResult* result) {
   const Layout& at = solved.grid.layout;

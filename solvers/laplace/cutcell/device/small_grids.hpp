@@ -137,9 +137,9 @@ struct SmallGrids {
     return grid[l].groups.clusters || has(l, Items::direct_links);
   }
 
-  /// Restricts the finer grid's residuals in `charge`: those of groups (bodies with one potential) absorbed here to the
-  /// four cells around, and those of covered cells (inside conductors) to their group. Then relaxes the groups, before
-  /// the cells use their potentials.
+  /// Distributes the residuals (`charge`) of groups that become part of grid l's effective medium to the right-hand
+  /// sides f of the four cells around. Adds f of covered cells (inside conductors) to the `charge` of their group. Then
+  /// relaxes the groups, before the cells use their potentials. A group is a set of bodies with one potential.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void collect(const Block& block, int l) const {
     const GridView& here = grid[l];
@@ -173,8 +173,8 @@ struct SmallGrids {
     });
   }
 
-  /// Solves for the potentials phi of clusters (groups with strong links), as on large grids (relax_clusters.hpp). A
-  /// group is a set of bodies with one potential.
+  /// Solves for the groups' potentials phi, clusters (groups with strong links) together, as on large grids
+  /// (relax_clusters.hpp). A group is a set of bodies with one potential.
   template <class Block, class Real>
   LICHTENBERG_HOST_DEVICE void solve_clusters(const Block& block, const GridView& here, const Real* rhs,
                                               float* phi) const {
@@ -189,9 +189,8 @@ struct SmallGrids {
         });
   }
 
-  /// Relaxes the groups' potentials by one Jacobi sweep: next = (flux + flux through direct links) / diagonal. Clusters
-  /// (groups with strong links) are solved together instead. A group is a set of bodies with one potential. A direct
-  /// link is the conductance of a gap between two conductors.
+  /// Relaxes the groups' potentials by one Jacobi sweep: next = (flux + flux from other groups) / diagonal. Clusters
+  /// (groups with strong links) are solved together instead. A group is a set of bodies with one potential.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void relax_direct_links(const Block& block, const GridView& here, const float* flux,
                                                   const float* phi, float* next) const {
@@ -316,7 +315,8 @@ struct SmallGrids {
   }
 
   /// Prepares grid l as source of bilinear interpolation. Sets covered cells (inside conductors) to their group's
-  /// potential and interpolates the potentials of groups (bodies with one potential) absorbed here.
+  /// potential. Interpolates the potentials of groups that become part of the effective medium on grid l. A group is a
+  /// set of bodies with one potential.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void finish(const Block& block, int l) const {
     const GridView& here = grid[l];

@@ -38,7 +38,7 @@ LICHTENBERG_HOST_DEVICE inline GroupSums group_sums(const GridView& grid, int sl
 }
 
 /// Returns true if the V-cycle eliminates the fluid cell at the memory index `slot` (a near-surface cell). An
-/// eliminated cell is a fluid cell dominated by its link to a conductor.
+/// eliminated cell is a fluid cell with a large conductance to a conductor.
 LICHTENBERG_HOST_DEVICE inline bool is_eliminated(const GridView& grid, int slot) {
   const CellOwner owner = grid.cells.owner[slot];
   return owner.is_boundary_cell() && grid.bound.is_eliminated[owner.boundary_number()];
@@ -68,9 +68,9 @@ struct Tile {
     return east[at - 1] * value[at - 1] + east[at] * value[at + 1] + north[at - width] * value[at - width] +
            north[at] * value[at + width];
   }
-  /// Loads the data of cell (i, j), except its potential, into the tile's entry `at`; zeros beyond the box. `phi`:
-  /// potentials of the groups (bodies with one potential); `more_phi`: potentials to be added later, whose fluxes are
-  /// kept apart. Both may be null.
+  /// Loads the data of cell (i, j), except its potential, into the tile's entry `at`; beyond the box, loads zeros.
+  /// `phi`: potentials of the groups (bodies with one potential); `more_phi`: potentials to be added later, whose
+  /// fluxes are kept apart. Both may be null.
   LICHTENBERG_HOST_DEVICE void load(const GridView& grid, int at, int i, int j, const float* phi,
                                     const float* more_phi) const {
     const bool is_inside = inside(grid.layout, i, j);
@@ -128,8 +128,8 @@ LICHTENBERG_HOST_DEVICE float full_weighting(const ProblemView& problem, int nx,
 }
 
 /// Kernel for the first half of a V-cycle on a tile (rectangle of cells). It relaxes red, then black cells from zero
-/// with the potentials `phi` of groups (bodies with one potential). It stores the potentials of cells next to
-/// conductors, and the coarse right-hand side by full weighting.
+/// with the potentials `phi` of groups (bodies with one potential). It stores the coarse right-hand side by full
+/// weighting and, in v, the potentials of those cells that the groups' residuals need.
 template <class V, class Tiles>
 struct Descend {
   ProblemView problem;

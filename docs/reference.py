@@ -57,6 +57,7 @@ PYTHON_NAMES = {  # by directive of autodoc, in the order of the page
     "run": "autofunction",
     "solve": "autofunction",
     "conductors": "autofunction",
+    "compile_effect": "autofunction",
     "Scene": "autoclass",
     "Run": "autoclass",
     "Result": "autoclass",

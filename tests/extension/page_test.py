@@ -17,18 +17,27 @@ MODEL = "tests/extension/extend_pair_force.cpp"
 COMMANDS = Path(os.environ.get("LICHTENBERG", HOME / "build/lichtenberg")).parent / "compile_commands.json"
 
 HEADERS = ("src/effects/device_forces.hpp", "src/effects/device_pair.hpp", "src/model/drive_part.hpp",
-           "src/model/effect.hpp", "src/model/frame.hpp", "src/model/pair_law.hpp", "src/scene/effect_kind.hpp",
+           "src/model/effect.hpp", "src/model/frame.hpp", "src/model/pair_effect.hpp", "src/scene/effect_kind.hpp",
            "src/scene/sharing_law.hpp")
-DRIVE = "struct DriveLaw { LICHTENBERG_HOST_DEVICE void operator()(double, double, int, double, double*, int) const; };\n"
-# Code around each block of the page, in their order; @ is the block.
+DRIVE = """
+struct DriveLaw { LICHTENBERG_HOST_DEVICE void operator()(double, double, int, double, double*, int) const; };
+struct MyOptions { static DriveLaw law(const Scene&); };
+"""
+SOFT = """
+struct SoftOptions {
+  static const EffectKind& kind();
+  static SoftLaw law(const Scene&);
+};
+"""
+# Code around each block of the page, in their order; @ is the block. The first block ends its namespace.
 SURROUNDINGS = (
+    "@\nnamespace lichtenberg::effects {",
     "@",
-    "@",
-    'SoftLaw law_in(const Scene&);\nconst EffectKind soft{.name = "soft", @};',
-    "struct Drag : Wind {\n  struct { double coefficient; } options_;\n  @\n};",
-    DRIVE + 'namespace drives {\nDriveLaw law_in(const Scene&);\nconst EffectKind drive{.name = "drive", @};\n}',
+    SOFT + 'const EffectKind soft{.name = "soft", @};',
+    "struct Drag : Wind {\n  struct { double coefficient; } options;\n  @\n};",
+    DRIVE + 'const EffectKind drive{.name = "drive", @};',
     'const EffectKind sharing{.name = "sharing", @};',
-    "void add_columns(Frame& frame, std::vector<double> gap, double mean) {\n@\n}",
+    "struct Gaps : Wind {\n@\n};\n}",
 )
 
 
@@ -37,7 +46,8 @@ def source():
     blocks = re.findall(r"^```cpp\n(.*?)^```", PAGE.read_text(), re.DOTALL | re.MULTILINE)
     if len(blocks) != len(SURROUNDINGS):
         raise AssertionError(f"{PAGE} has {len(blocks)} C++ blocks, and this test has code around {len(SURROUNDINGS)}")
-    lines = [f'#include "{header}"' for header in HEADERS] + ["using namespace lichtenberg;"]
+    lines = ["#include <cmath>", *(f'#include "{header}"' for header in HEADERS)]
+    blocks[0] = blocks[0].replace("#pragma once\n", "")
     return "\n".join(lines + [text.replace("@", block) for text, block in zip(SURROUNDINGS, blocks)]) + "\n"
 
 
@@ -46,7 +56,7 @@ class Page(unittest.TestCase):
     def test_each_block_compiles(self):
         command, = [entry["command"] for entry in json.loads(COMMANDS.read_text()) if entry["file"].endswith(MODEL)]
         words = shlex.split(command)
-        kept = words[: words.index("-o")]
+        kept = [word for word in words[: words.index("-o")] if not word.startswith("-I")]
         for flag in ("-include", "-Winvalid-pch"):  # the source needs no precompiled header
             if flag in kept:
                 at = kept.index(flag)

@@ -24,6 +24,7 @@ SMALLER = {  # Replacements in a scene.
     "large-dendrite": {"count = 2500": "count = 12", "[15.36e-2, 15.36e-2]": "[1.28e-2, 1.28e-2]", "at = 7.68e-2": "at = 0.64e-2", "cells = 1536": "cells = 64", "time = 120.0": "time = 0.2"},
     "seedling": {"time = 120.0": "time = 0.02"},
     "two-disks": {},
+    "pair": {},
     "dendrite-3d": {"count = 324": "count = 8", "time = 120.0": "time = 0.1"},
     "packing": {"count = 400": "count = 40", "[20e-3, 20e-3]": "[6.4e-3, 6.4e-3]"},
     "packing-spheres": {"count = 750": "count = 40", "[10e-3, 10e-3, 10e-3]": "[3.8e-3, 3.8e-3, 3.8e-3]"},
@@ -108,24 +109,26 @@ class Pages(SmallScenes):
         for _, command in self.commands("cite"):
             self.assertRegex(self.call(command), r"^lichtenberg \d")
 
-    def run_block(self, name):
-        """Runs the Python block of a page. Returns its names."""
-        block, = re.findall(r"^```python\n(.*?)^```", (runs.HOME / f"docs/how-to/{name}.md").read_text(), re.DOTALL | re.MULTILINE)
+    def run_blocks(self, name):
+        """Runs the Python blocks of a page in their order. Returns their names."""
+        text = (runs.HOME / f"docs/how-to/{name}.md").read_text()
         names = {}
         with contextlib.redirect_stdout(io.StringIO()):
-            exec(compile(block, f"{name}.md", "exec"), names)  # noqa: S102
+            for block in re.findall(r"^```python\n(.*?)^```", text, re.DOTALL | re.MULTILINE):
+                exec(compile(block, f"{name}.md", "exec"), names)  # noqa: S102
         return names
 
     def test_read_charges_in_python(self):
         self.enter_folder("read-charges")
         self.call("run scenes/dendrite.toml --quiet --set stop.time=0.5")
-        charge = self.run_block("read-charges-in-python")["charge"]
+        charge = self.run_blocks("read-charges-in-python")["charge"]
         self.assertEqual((charge.unit, charge.shape), ("C", (6, 12)))
 
     @unittest.skipUnless(find_module(), "the module of the package is not built")
     def test_solve_in_python(self):
         self.enter_folder("solve-in-python")
-        self.assertEqual(self.run_block("solve-in-python")["r"].count, 36)
+        self.assertEqual(self.run_blocks("solve-in-python")["s"].potential.unit, "V")
+        self.assertEqual(load("short.h5").count, 36)
 
     def test_no_command_of_a_page_is_left_out(self):
         tested = {name.removeprefix("test_").replace("_", "-") for name in dir(self) if name.startswith("test_")}

@@ -134,6 +134,22 @@ def resolve_outside(_app, _environment, node, content):
     return nodes.literal(text=content.astext()) if outside else None
 
 
+def format_parameters(_app, _kind, _name, _object, _options, lines):
+    """Makes a list of the lines "NAME: meaning" of a docstring. An indented line continues the line before."""
+    formatted = []
+    for line in lines:
+        is_item = bool(re.match(r"\w+: ", line))
+        after = formatted[-1] if formatted else ""
+        if line.startswith(" ") and after:
+            formatted[-1] += f" {line.strip()}"
+            continue
+        if after and line and is_item != after.startswith("- "):
+            formatted.append("")
+        formatted.append(re.sub(r"(\w+): ", r"- `\1`: ", line, count=1) if is_item else line)
+    lines[:] = formatted
+
+
 def setup(app):
+    app.connect("autodoc-process-docstring", format_parameters)
     app.connect("source-read", add_contents)
     app.connect("missing-reference", resolve_outside)

@@ -49,7 +49,7 @@ def inline(text, folder):
 
 def table(lines, folder):
     """Returns a list-table of the lines of a Markdown table."""
-    rows = [[cell.strip().replace("\\|", "|") for cell in re.split(r"(?<!\\)\|", line.strip().strip("|"))] for line in lines]
+    rows = [[cell.strip().replace("\\|", "|") for cell in re.split(r"(?<!\\)\|", line.strip()[1:-1])] for line in lines]
     result = [".. list-table::", "   :header-rows: 1", ""]
     for row in rows[:1] + rows[2:]:
         for k, cell in enumerate(row):

@@ -214,11 +214,12 @@ class Tutorials(unittest.TestCase):
                     self.assertRegex(page.read_text(), r"(?m)^ *assert ")
 
     def test_prose_becomes_restructured_text(self):
-        text = "# Title\n\nSee `a|b`, $x_1$ and [the page](../concepts.md#units), in x_1.\n\n| a | b |\n|---|---|\n| 1 | `2` |\n"
+        text = "# Title\n\nSee `a|b`, $x_1$ and [the page](../concepts.md#units), in x_1.\n\n| a | b |\n|---|---|\n|1|`2`|\n|3||\n"
         self.assertEqual(tutorial_scripts.restructured(text, "tutorials"), [
             "Title", "==========", "",
             "See ``a|b``, :math:`x_1` and :doc:`the page </concepts>`, in x\\_1.", "",
-            ".. list-table::", "   :header-rows: 1", "", "   * - a", "     - b", "   * - 1", "     - ``2``", ""])
+            ".. list-table::", "   :header-rows: 1", "", "   * - a", "     - b", "   * - 1", "     - ``2``",
+            "   * - 3", "     -", ""])
 
 
 @unittest.skipUnless(PROGRAM.exists(), "the program is not built")

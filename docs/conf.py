@@ -1,5 +1,4 @@
-"""Configuration of the site that `ninja docs` builds from a copy of this folder (cmake/docs.cmake)."""
-import importlib.util
+"""Configuration of Sphinx for the site that build_site.py builds from a copy of this folder."""
 import os
 import posixpath
 import re
@@ -10,16 +9,17 @@ from docutils import nodes
 project = "lichtenberg"
 author = "The lichtenberg developers"
 version = release = os.environ.get("LICHTENBERG_VERSION", "")
-extensions = ["myst_parser", "sphinx.ext.mathjax"]
-source_suffix = {".md": "markdown"}
-exclude_patterns = ["conf.py"]
+extensions = ["myst_parser", "sphinx.ext.mathjax", "sphinx.ext.autodoc"]
+source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
+exclude_patterns = []
 html_theme = "furo"
 html_title = "lichtenberg"
 html_copy_source = False
+html_show_copyright = False
 myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_heading_anchors = 3
-suppress_warnings = ["myst.header", "misc.highlighting_failure"]
 highlight_language = "none"
+smartquotes = False
 
 # Formulas without a network: Debian's package libjs-mathjax (version 2).
 LOCAL_MATHJAX = Path("/usr/share/javascript/mathjax/MathJax.js")
@@ -29,14 +29,48 @@ if LOCAL_MATHJAX.exists():
     mathjax_options = {"async": "async"}
     mathjax2_config = {"tex2jax": {"inlineMath": [["\\(", "\\)"]], "displayMath": [["\\[", "\\]"]]}}
 
-# The C++ library, if Doxygen has written its XML and Breathe is installed.
+# The Python library, from its docstrings.
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"
+default_role = "code"
+
+# Tutorials, as scripts that sphinx-gallery executes (tutorial_scripts.py). Without them their Markdown is shown.
+TUTORIALS = os.environ.get("LICHTENBERG_TUTORIALS", "")
+if TUTORIALS:
+    import tutorial_scripts
+
+    extensions.append("sphinx_gallery.gen_gallery")
+    sphinx_gallery_conf = {
+        "examples_dirs": TUTORIALS,
+        "gallery_dirs": "tutorials",
+        "filename_pattern": "",
+        "within_subsection_order": tutorial_scripts.Order,
+        "image_scrapers": (tutorial_scripts.NewPictures(), "matplotlib"),
+        "abort_on_example_error": False,
+        "download_all_examples": False,
+        "show_signature": False,
+        "capture_repr": (),
+        "show_memory": False,
+    }
+
+# The C++ library, if Doxygen has written its XML.
 DOXYGEN_XML = os.environ.get("LICHTENBERG_DOXYGEN_XML", "")
-if DOXYGEN_XML and importlib.util.find_spec("breathe"):
+if DOXYGEN_XML:
     extensions.append("breathe")
     breathe_projects = {project: DOXYGEN_XML}
     breathe_default_project = project
+    cpp_id_attributes = ["LICHTENBERG_HOST_DEVICE"]
 else:
-    exclude_patterns.append("reference/cpp.md")
+    exclude_patterns.append("reference/cpp")
+
+
+# Pages of the reference that only the site has (reference.py), and their subjects.
+GENERATED = {
+    "reference/scene/index": "each table and key of a scene",
+    "reference/commands/index": "each command with its options and an example",
+    "reference/python": "the Python package, from its docstrings",
+    "reference/cpp/index": "the C++ library, from its docstrings",
+}
 
 
 def linked_pages(text, folder):
@@ -51,27 +85,45 @@ def toctree(names):
     return f"\n\n```{{toctree}}\n:hidden:\n\n{entries}\n```\n"
 
 
+def generated_pages(app):
+    """Returns the table of the pages that only the site has, in Markdown."""
+    pages = [(name, subject) for name, subject in GENERATED.items() if name in app.env.found_docs]
+    rows = "\n".join(f"| {subject} | [](/{name}.md) |" for name, subject in pages)
+    return f"\n\n## Generated reference\n\n| subject | page |\n|---|---|\n{rows}\n"
+
+
 def contents(app):
     """Returns the entries of the table of contents of each index page: the pages that it links to and no earlier index
     page has. The first index page also has all remaining pages."""
     source = Path(app.srcdir)
     found = sorted(app.env.found_docs)
-    indexes = sorted((name for name in found if posixpath.basename(name) == "index"), key=lambda name: (name.count("/"), name))
-    taken, entries = {"index"}, {}
+    indexes = [name for name in found if posixpath.basename(name) == "index" and (source / f"{name}.md").exists()]
+    indexes.sort(key=lambda name: (name.count("/"), name))
+    taken, entries = {"index", *(name for name in found if TUTORIALS and re.match("tutorials/(?!index)", name))}, {}
     for name in indexes[1:]:
         links = linked_pages((source / f"{name}.md").read_text(), posixpath.dirname(name))
         own = [link for link in links if link.startswith(posixpath.dirname(name) + "/") and link != name]
         entries[name] = [link for link in own if link in found and link not in taken]
         taken.update(entries[name])
-    first = [link for link in linked_pages((source / "index.md").read_text(), "") if link in found and link not in taken]
+    listed = [*linked_pages((source / "index.md").read_text(), ""), *GENERATED]
+    first = [link for link in listed if link in found and link not in taken]
     entries["index"] = first + [name for name in found if name not in taken and name not in first]
     return entries
 
 
+def tutorial_page(link):
+    """Returns the link to a page of sphinx-gallery instead of the Markdown of a tutorial."""
+    folder, _, name = link[1].rpartition("/")
+    return f"{folder}/{name.replace('-', '_')}.rst"
+
+
 def add_contents(app, name, source):
     """Appends the table of contents to an index page, so that the files stay plain Markdown."""
-    if posixpath.basename(name) == "index":
+    if TUTORIALS and (Path(app.srcdir) / f"{name}.md").exists():
+        source[0] = re.sub(r"(\]\([^)\s]*tutorials/[\w-]+)\.md", tutorial_page, source[0])
+    if posixpath.basename(name) == "index" and (Path(app.srcdir) / f"{name}.md").exists():
         names = contents(app).get(name, [])
+        source[0] += generated_pages(app) if name == "index" else ""
         source[0] += toctree(names) if names else ""
 
 
@@ -82,6 +134,22 @@ def resolve_outside(_app, _environment, node, content):
     return nodes.literal(text=content.astext()) if outside else None
 
 
+def format_parameters(_app, _kind, _name, _object, _options, lines):
+    """Makes a list of the lines "NAME: meaning" of a docstring. An indented line continues the line before."""
+    formatted = []
+    for line in lines:
+        is_item = bool(re.match(r"\w+: ", line))
+        after = formatted[-1] if formatted else ""
+        if line.startswith(" ") and after:
+            formatted[-1] += f" {line.strip()}"
+            continue
+        if after and line and is_item != after.startswith("- "):
+            formatted.append("")
+        formatted.append(re.sub(r"(\w+): ", r"- `\1`: ", line, count=1) if is_item else line)
+    lines[:] = formatted
+
+
 def setup(app):
+    app.connect("autodoc-process-docstring", format_parameters)
     app.connect("source-read", add_contents)
     app.connect("missing-reference", resolve_outside)

@@ -4,19 +4,22 @@
 Each JSON file holds one measurement or a list of them. A measurement is an object with these keys.
 
     `measures`  Quantity that the rows contain.
-    `unit`      Unit of all numbers, or an object of units by column; "units" is the same key. It is empty if the
-                keys of the rows contain units.
+    `unit`      Unit of the measured values whose keys name none; sizes, settings and counts are pure numbers. An
+                object has the unit of each such key. "1" is the unit of pure numbers, and "see rows" means that a
+                text of each row states its unit. It may be absent if each key of a number ends with a unit in
+                parentheses, and for texts.
     `command`   Command that repeats the measurement, or an object of several.
     `machine`   Processor, cores, compiler and other load.
     `date`      Text with the date of the run, YYYY-MM-DD.
     `rows`      List of objects that map a column to a value. Columns are in order of first appearance.
-    `commit`    Commit of the programs, if known; rows may have one of their own.
+    `commit`    Commit of the programs, or an object of several, if known; rows may have one of their own.
     `note`      Remark for the reader, optional.
     `page`      Page that shows the measurement (PAGES). Without it no page does.
 
-A value "not kept" states that the author did not record it. The pages name it "not recorded".
+Other keys are refused. A value "not kept" states that the author did not record it. The pages name it "not recorded".
 
-The script writes these pages, and docs/bibliography.md from docs/bibliography.bib. With --check it exits with 1 if a measurement lacks a key or a page differs from the data.
+The script writes these pages, and docs/bibliography.md from docs/bibliography.bib. With --check it exits with 1 if a
+measurement lacks a key, or if a page differs from the data.
 """
 
 import argparse
@@ -30,6 +33,8 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 DATA = HERE / "measurements"
 REQUIRED = {"measures": str, "command": (str, dict), "machine": (str, dict), "date": str, "rows": list}
+OPTIONAL = {"unit": (str, dict), "commit": (str, dict), "note": str, "page": str}
+IN_ROWS = "see rows"
 
 # Page -> (title, introduction).
 PAGES = {
@@ -74,20 +79,43 @@ def faults(measurement):
     for key, kind in REQUIRED.items():
         if not isinstance(measurement.get(key), kind):
             yield f"'{key}' is missing or of a wrong type"
+    for key, value in measurement.items():
+        if key not in REQUIRED | OPTIONAL:
+            yield f"'{key}' is unknown; allowed are {', '.join(REQUIRED | OPTIONAL)}"
+        elif not isinstance(value, (REQUIRED | OPTIONAL)[key]):
+            yield f"'{key}' is of a wrong type"
     if not re.search(r"\b\d{4}-\d{2}-\d{2}\b", str(measurement.get("date"))):
         yield "'date' contains no date YYYY-MM-DD"
     rows = measurement.get("rows")
     if not rows or not all(isinstance(row, dict) and row for row in rows):
         yield "'rows' is not a list of non-empty objects"
-    elif unit_of(measurement) is None and not any("(" in key for row in rows for key in row):
-        yield "'unit' is missing, and no key of 'rows' contains a unit in parentheses"
+    else:
+        yield from unit_faults(measurement.get("unit"), rows)
     if measurement.get("page", "validation") not in PAGES:
         yield f"'page' is none of {', '.join(PAGES)}"
 
 
-def unit_of(measurement):
-    """Returns the unit of a measurement, or None if it has none."""
-    return measurement.get("unit", measurement.get("units"))
+def has_number(value):
+    """Returns true for a number, and for a list or an object with one."""
+    if isinstance(value, (list, dict)):
+        return any(map(has_number, value.values() if isinstance(value, dict) else value))
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def unit_faults(unit, rows):
+    """Yields one message for each key of numbers without a unit, and for a unit that is empty or belongs to no key."""
+    bare = dict.fromkeys(key for row in rows for key, value in row.items() if has_number(value) and "(" not in key)
+    if unit is None and bare:
+        yield f"'unit' is missing, and these keys of 'rows' name none in parentheses: {', '.join(bare)}"
+    elif unit == IN_ROWS:
+        if not all(any(isinstance(value, str) for value in row.values()) for row in rows):
+            yield f"'unit' is \"{IN_ROWS}\", and a row has no text"
+    elif isinstance(unit, dict):
+        columns = {key for row in rows for key in row}
+        yield from (f"'unit' lacks {key}" for key in bare if not unit.get(key))
+        yield from (f"'unit' has {key}, which is no key of 'rows'" for key in unit if key not in columns)
+    elif unit is not None and not unit:
+        yield "'unit' is empty: the unit of pure numbers is \"1\""
 
 
 def text(value):
@@ -112,15 +140,13 @@ def is_kept(value):
     return bool(value) and "not kept" not in str(value)
 
 
-def commit_status(measurement):
-    """Returns a statement whether the commit of the programs was recorded. Pages outside of measurements/ have no hash."""
-    rows = measurement["rows"]
+def commit_of(measurement):
+    """Returns the commit of the programs as text, and the number of rows with a commit of their own."""
+    rows, commit = measurement["rows"], measurement.get("commit")
     own = sum(is_kept(row.get("commit")) for row in rows)
-    if own:
-        return f"commit in the data for {own} of {len(rows)} rows" if own < len(rows) else "commit in the data"
-    if is_kept(measurement.get("commit")) and not measurement["commit"].startswith("see rows"):
-        return "commit in the data"
-    return "commit not recorded"
+    parts = [text(commit).replace("not kept", "not recorded")] if is_kept(commit) and commit != IN_ROWS else []
+    parts += [f"in the rows, for {own} of {len(rows)}" if own < len(rows) else "in the rows"] if own else []
+    return "; ".join(parts) or "not recorded"
 
 
 def table_of(rows):
@@ -134,11 +160,18 @@ def table_of(rows):
                                 for key, row in zip(first, rows)]
 
 
+def titled(column, unit):
+    """Returns the title of a column: its key, with its unit from an object of units."""
+    own = unit.get(column, "1") if isinstance(unit, dict) else "1"
+    return column if own == "1" else f"{column} ({own})"
+
+
 def section(measurement, file=""):
     """Returns the lines of one measurement: heading, table and conditions."""
     columns, cells = table_of(measurement["rows"])
-    unit = unit_of(measurement)
-    unit = f" ({text(unit)})" if unit and not str(unit).startswith("see rows") else ""
+    unit = measurement.get("unit")
+    columns = [titled(column, unit) for column in columns]
+    unit = f" ({unit})" if isinstance(unit, str) and unit not in ("1", IN_ROWS) else ""
     yield from (f"## {measurement['measures'][0].upper()}{measurement['measures'][1:]}{unit}", "")
     yield "|" + "|".join(text(column) for column in columns) + "|"
     yield "|" + "-|" * len(columns)
@@ -153,7 +186,9 @@ def section(measurement, file=""):
         "not kept", "not recorded")) for name, part in named)
     yield f"- Machine: {text(measurement['machine']).replace('not kept', 'not recorded')}"
     yield f"- Date: {measurement['date'].replace('not kept', 'not recorded')}"
-    yield from (f"- Data: {file and f'`{file}`, '}{commit_status(measurement)}", "")
+    yield f"- Commit: {commit_of(measurement)}"
+    yield from ([f"- Data: `{file}`"] if file else [])
+    yield ""
 
 
 def page(name):
@@ -177,16 +212,16 @@ def plain(value):
 
 
 def source(fields):
-    """Returns one item of the bibliography: key, authors, place of publication. Articles have no title."""
+    """Returns one item of the bibliography: key, authors, where it was published. Articles have no title."""
     authors = [name.partition(",")[0] for name in fields.get("author", "").split(" and ") if name]
     names = ", ".join(authors) if len(authors) < 4 else f"{authors[0]} and others"
-    place = [f"*{fields['journal']}*" if "journal" in fields else f"*{fields['title']}*"]
-    place += [f"**{fields['volume']}**"] if "volume" in fields else []
-    place += [f"number {fields['number']}"] if "number" in fields and "volume" not in fields else []
-    place = [" ".join(place), *(fields[key] for key in ("pages", "booktitle", "publisher", "school", "howpublished")
-                                if key in fields)]
+    published = [f"*{fields['journal']}*" if "journal" in fields else f"*{fields['title']}*"]
+    published += [f"**{fields['volume']}**"] if "volume" in fields else []
+    published += [f"number {fields['number']}"] if "number" in fields and "volume" not in fields else []
+    others = [fields[key] for key in ("pages", "booktitle", "publisher", "school", "howpublished") if key in fields]
+    published = [" ".join(published), *others]
     key = fields.get("key") or f"{authors[0] if authors else ''} {fields.get('year', '')}"
-    return f"- **{key}**: {names and names + ', '}{', '.join(place)}."
+    return f"- **{key}**: {names and names + ', '}{', '.join(published)}."
 
 
 def bibliography():

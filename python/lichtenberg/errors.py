@@ -11,9 +11,9 @@ class InputError(Exception):
 
     def __init__(self, message=""):
         super().__init__(message)
-        place = self.PLACE.match(str(message))
-        self.file, self.key = place["file"], place["key"]
-        self.line = int(place["line"]) if place["line"] else None
+        found = self.PLACE.match(str(message))
+        self.file, self.key = found["file"], found["key"]
+        self.line = int(found["line"]) if found["line"] else None
 
 
 class Failure(Exception):

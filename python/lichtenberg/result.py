@@ -108,6 +108,7 @@ class Frame:
         return np.column_stack([connected, successor[connected]])
 
     def plot(self, **options):
+        """Returns the picture of this frame, as Result.plot does."""
         return self.result.plot(frame=self.index, **options)
 
     def _repr_png_(self):
@@ -138,6 +139,7 @@ class Result:
         return self._file
 
     def close(self):
+        """Closes the file."""
         self._file.close()
 
     def __enter__(self):
@@ -187,6 +189,7 @@ class Result:
         return self._read(value_of(self._column(name)))
 
     def read_column(self, name, index):
+        """Returns the values of a column in the frame of this index, [N] or [N, 3]."""
         column = self._column(name)
         return self._read(value_of(column), index if self.changes(name) else ())
 
@@ -219,6 +222,7 @@ class Result:
 
     @property
     def dimension(self):
+        """2 for a plane scene, 3 for one in space."""
         domain = self.file["scene/domain"]
         return 3 if "height" in domain else len(domain["size"])
 
@@ -242,6 +246,7 @@ class Result:
         return self.file["scene"].attrs.get("down")
 
     def read_contacts(self, index):
+        """Returns [E, 2] contacts of the frame of this index (Frame.contacts). Throws InputError if it has none."""
         if index not in self.frames_with_contacts:
             raise InputError(f"{self.path} has no contacts of frame {index}")
         network = self.file.get("network", {})
@@ -309,6 +314,7 @@ class Result:
 
     @property
     def title(self):
+        """Title of the scene."""
         return text_of(self.file["scene"].attrs["title"])
 
     @property

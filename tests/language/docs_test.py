@@ -2,7 +2,8 @@
 
 Tests that need the program are skipped if LICHTENBERG names none.
 
-`docs_test.py --update` writes the table of expected numbers in docs/gallery.md from tests/shipped_scenes.json.
+`docs_test.py --update` writes the sections of scenes in docs/gallery.md. Their data are the expected numbers in
+tests/shipped_scenes.json and the times in docs/measurements/gallery.json.
 """
 import json
 import os
@@ -11,11 +12,18 @@ import shlex
 import subprocess
 import sys
 import tempfile
+import textwrap
 import unittest
 from pathlib import Path
 
 HOME = Path(__file__).resolve().parents[2]
 DOCS = HOME / "docs"
+sys.path.insert(0, str(DOCS))
+
+import reference  # noqa: E402
+import render_measurements  # noqa: E402
+import tutorial_scripts  # noqa: E402
+
 PROGRAM = Path(os.environ.get("LICHTENBERG", HOME / "build/lichtenberg"))
 MAX_WORDS = 2500
 SKIPPED_FOLDERS = {".git", ".cache"}
@@ -26,7 +34,8 @@ COMMAND_NAMES |= {"help", "test", "--version", *re.findall(r'return \{\s*"([a-z-
     path.read_text() for path in (HOME / "src/commands").glob("*.cpp")))}
 COMMAND_NAMES |= set(re.findall(r'Command command\{"([a-z-]+)"', (HOME / "src/commands/network.cpp").read_text()))
 
-# Quantities of the table of expected numbers, in the order of its columns.
+# Expected numbers of the gallery, in their order. Counts are exact.
+COUNTS = {"connected", "contacts", "rattlers", "collisions"}
 QUANTITIES = ["energy", "connected", "contacts", "rattlers", "kinetic_energy", "dissipated_energy", "collisions"]
 LEFT_OUT = {"output.picture"}  # settings without an effect on the numbers
 
@@ -74,26 +83,37 @@ def shown(value):
     return f"{value:.4g}"
 
 
-def expected_numbers():
-    """Returns the table of expected numbers in Markdown."""
+def expected_number(name, row):
+    value = row["values"][name]
+    interval = "" if name in COUNTS else f" ± {100 * row['tolerance']:.2g} %"
+    return f"{name.replace('_', ' ')} {shown(value)}{interval}"
+
+
+def scene_sections():
+    """Returns the sections of the gallery about each scene: picture, command, time and expected numbers, in Markdown."""
     rows = json.loads((HOME / "tests/shipped_scenes.json").read_text())["rows"]
-    lines = ["| scene | command and settings | expected |", "|---|---|---|"]
+    drawn = json.loads((DOCS / "measurements/gallery.json").read_text())
+    times = {f"{row['scene']}.toml": row for row in drawn["rows"]}
+    lines = [wrapped(f"Machine of the times: {drawn['machine']}; {drawn['date']}."), ""]
     for row in sorted(rows, key=lambda each: each["scene"]):
-        settings = []
-        for key, value in row["settings"].items():
-            if key in LEFT_OUT:
-                continue
-            settings.append(f"`{key}={value}`")
-        numbers = [f"{name.replace('_', ' ')} {shown(row['values'][name])}" for name in QUANTITIES if name in row["values"]]
-        words = ", ".join([f"`{row['command']}`", *settings])
-        lines.append(f"| `{row['scene']}` | {words} | {', '.join(numbers)} |")
+        name, picture = row["scene"], times[row["scene"]]
+        settings = [f"`{key}={value}`" for key, value in row["settings"].items() if key not in LEFT_OUT]
+        calls = [f"`./{call}`" for call in picture["command"].split("; ")]
+        numbers = [expected_number(quantity, row) for quantity in QUANTITIES if quantity in row["values"]]
+        items = [f"- Picture: {', then '.join(calls)}.", f"- Time with the picture: {picture['time (s)']:.3g} s.",
+                 f"- Test: {', '.join([row['command'], *settings])}.", f"- Expected: {', '.join(numbers)}."]
+        lines += [f"### {name}", "", f"![{name}](pictures/{picture['scene']}.png)", "", *map(wrapped, items), ""]
     return "\n".join(lines)
+
+
+def wrapped(line):
+    return textwrap.fill(line, 100, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
 
 
 def update_gallery():
     page = DOCS / "gallery.md"
     before, rest = page.read_text().split(BEGIN)
-    page.write_text(f"{before}{BEGIN}\n{expected_numbers()}\n{END}{rest.split(END)[1]}")
+    page.write_text(f"{before}{BEGIN}\n{scene_sections()}{END}{rest.split(END)[1]}")
 
 
 def source_text():
@@ -144,11 +164,19 @@ class Commands(unittest.TestCase):
 
     def test_gallery_and_scenes_agree(self):
         text = (DOCS / "gallery.md").read_text()
-        listed = re.findall(r"^\| `([a-z0-9-]+\.toml)` \| [^`|]", text, re.MULTILINE)
+        listed = re.findall(r"^\| ?`([a-z0-9-]+\.toml)` ?\| ?[^`|]", text, re.MULTILINE)
         self.assertEqual(sorted(listed), sorted(path.name for path in (HOME / "scenes").glob("*.toml")))
 
+    def test_pictures_are_small_and_used(self):
+        used = {path.name for path in (DOCS / "pictures").glob("*.png")}
+        for path in (DOCS / "pictures").iterdir():
+            with self.subTest(path.name):
+                self.assertLess(path.stat().st_size, 120_000)
+        text = "".join(page.read_text() for page in [HOME / "README.md", *pages(DOCS)])
+        self.assertEqual(used, set(re.findall(r"pictures/([\w-]+\.png)[)\"]", text)))
+
     def test_expected_numbers_are_those_of_the_test(self):
-        self.assertIn(expected_numbers(), (DOCS / "gallery.md").read_text(), "run tests/language/docs_test.py --update")
+        self.assertIn(scene_sections(), (DOCS / "gallery.md").read_text(), "run tests/language/docs_test.py --update")
 
     @unittest.skipUnless(PROGRAM.exists(), "the program is not built")
     def test_each_scene_of_a_page_is_valid(self):
@@ -165,25 +193,56 @@ class Commands(unittest.TestCase):
                     self.assertNotIn("old name", ended.stderr)
 
 
+class Tutorials(unittest.TestCase):
+    def test_a_script_has_each_command_and_block_of_its_page(self):
+        for page in (DOCS / "tutorials").glob("*.md"):
+            if page.name == "index.md":
+                continue
+            text = page.read_text()
+            script = tutorial_scripts.script(text, "tutorials")
+            with self.subTest(page.name):
+                compile(script, page.name, "exec")
+                for command in re.findall(r"^    (\./lichtenberg .*)$", re.sub(r"\\\n\s*", "", text), re.MULTILINE):
+                    self.assertIn(f"shell({command!r}", script)
+                for block in re.findall(r"^```(?:toml|python)\n(.*?)^```", text, re.DOTALL | re.MULTILINE):
+                    self.assertIn(block, script)
+
+    def test_each_tutorial_checks_its_numbers(self):
+        for page in (DOCS / "tutorials").glob("*.md"):
+            if page.name != "index.md":
+                with self.subTest(page.name):
+                    self.assertRegex(page.read_text(), r"(?m)^ *assert ")
+
+    def test_prose_becomes_restructured_text(self):
+        text = "# Title\n\nSee `a|b`, $x_1$ and [the page](../concepts.md#units), in x_1.\n\n| a | b |\n|---|---|\n|1|`2`|\n|3||\n"
+        self.assertEqual(tutorial_scripts.restructured(text, "tutorials"), [
+            "Title", "==========", "",
+            "See ``a|b``, :math:`x_1` and :doc:`the page </concepts>`, in x\\_1.", "",
+            ".. list-table::", "   :header-rows: 1", "", "   * - a", "     - b", "   * - 1", "     - ``2``",
+            "   * - 3", "     -", ""])
+
+
 @unittest.skipUnless(PROGRAM.exists(), "the program is not built")
 class Reference(unittest.TestCase):
     def test_each_table_has_a_page_and_each_key_its_type(self):
         with tempfile.TemporaryDirectory(prefix="lichtenberg-docs-") as folder:
-            subprocess.run([sys.executable, "-B", DOCS / "reference.py", PROGRAM, folder], check=True)
+            reference.write_scene_reference(PROGRAM, Path(folder) / "scene")
             text = subprocess.run([PROGRAM, "help", "scene"], capture_output=True, text=True, check=True).stdout
             for header in re.findall(r"^(\[\[?[a-z_.]+\]\]?)$", text, re.MULTILINE):
                 page = (Path(folder) / "scene" / f"{header.strip('[]').replace('.', '-')}.md").read_text()
-                for row in re.findall(r"^\| `[a-z_]+` \|.*$", page, re.MULTILINE):
-                    with self.subTest(f"{header} {row}"):
-                        self.assertRegex(row, r"\| (?:[^|]|\\\|)+ \| (?:[^|]|\\\|)+ \|$")
-            commands_page = (Path(folder) / "commands/index.md").read_text()
-            self.assertIn("[solve](solve.md)", commands_page)
+                self.assertIn("Kinds of scene: ", page)
+                keys = re.split(r"^## ([a-z_]+)$", page, flags=re.MULTILINE)[1:]
+                for key, section in zip(keys[::2], keys[1::2]):
+                    with self.subTest(f"{header} {key}"):  # meaning, then type, unit, range, default
+                        self.assertRegex(section, r"^\n\n[^\n]+\n\n\|[^\n]*\n\|[-|]*\n(?:\| (?:[^|]|\\\|)+ ){4}\|\n")
+                listed = re.findall(r"^    (\S+)", text.split(f"\n{header}\n")[1].split("\n\n")[0], re.MULTILINE)
+                self.assertEqual(keys[::2], listed)
 
 
 class Messages(unittest.TestCase):
     def test_each_quoted_message_is_in_the_code(self):
         sources = source_text()
-        for message in re.findall(r"^\| `(.*?)` \|", (DOCS / "errors.md").read_text(), re.MULTILINE):
+        for message in re.findall(r"^\| ?`(.*?)` ?\|", (DOCS / "errors.md").read_text(), re.MULTILINE):
             for part in filter(None, (part.strip() for part in message.split("..."))):
                 with self.subTest(message):
                     self.assertIn(part, sources)
@@ -194,6 +253,12 @@ class Lengths(unittest.TestCase):
         for page in [HOME / "README.md", *pages(DOCS)]:
             with self.subTest(page.relative_to(HOME)):
                 self.assertLessEqual(len(without_fences(page.read_text()).split()), MAX_WORDS)
+
+    def test_all_pages_together_are_short(self):
+        """Generated pages and parts do not count."""
+        generated = {DOCS / f"{name}.md" for name in render_measurements.written_pages()}
+        texts = [page.read_text().split(BEGIN)[0] for page in pages(DOCS) if page not in generated]
+        self.assertLessEqual(sum(len(without_fences(text).split()) for text in texts), 35_000)
 
     def test_the_readme_is_short(self):
         self.assertLessEqual(len((HOME / "README.md").read_text().split()), 450)

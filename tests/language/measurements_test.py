@@ -26,7 +26,23 @@ class Measurements(unittest.TestCase):
     def test_unit_may_be_in_keys_of_rows(self):
         without = {k: v for k, v in WHOLE.items() if k != "unit"}
         self.assertEqual(list(render.faults(without | {"rows": [{"time (s)": 1}]})), [])
-        self.assertEqual(list(render.faults(without | {"units": {"n": "1"}})), [])
+        self.assertEqual(list(render.faults(without | {"rows": [{"claim": "a text with 1"}]})), [])
+        self.assertEqual(list(render.faults(WHOLE | {"unit": {"n": "1"}})), [])
+        self.assertEqual(list(render.faults(WHOLE | {"unit": "see rows", "rows": [{"time of a step (s)": "of 1", "n": 1}]})), [])
+
+    def test_number_without_unit_is_a_fault(self):
+        for change in ({"unit": ""}, {"unit": {}}, {"unit": {"n": ""}}, {"unit": {"n": "1", "m": "1"}}, {"unit": "see rows"}, {"unit": 1}):
+            with self.subTest(change):
+                self.assertTrue(list(render.faults(WHOLE | change)))
+        without = {k: v for k, v in WHOLE.items() if k != "unit"}
+        for rows in ([{"time (s)": 1, "n": 1}], [{"values": [1, 2]}], [{"values": {"low": 1}}]):
+            with self.subTest(rows):
+                self.assertTrue(list(render.faults(without | {"rows": rows})))
+
+    def test_unknown_key_is_a_fault(self):
+        for change in ({"units": "s"}, {"repeats": 1}, {"commit": 1}):
+            with self.subTest(change):
+                self.assertTrue(list(render.faults(WHOLE | change)))
 
     def test_wrong_date_empty_rows_and_unknown_page_are_faults(self):
         for change in ({"date": "January"}, {"rows": []}, {"rows": [1]}, {"page": "nowhere"}):
@@ -37,13 +53,20 @@ class Measurements(unittest.TestCase):
         lines = list(render.section(WHOLE | {"rows": [{"n": 1}, {"n": 2, "t": [3, 4]}]}))
         self.assertEqual(lines[2:6], ["|n|t|", "|-|-|", "|1||", "|2|3, 4|"])
 
-    def test_conditions_that_were_not_recorded_are_named(self):
-        text = "\n".join(render.section(WHOLE | {"command": "not kept"}))
+    def test_page_names_commit_machine_and_date(self):
+        text = "\n".join(render.section(WHOLE | {"commit": "v1"}))
+        for line in ("- Command: `build/x`", "- Commit: v1", "- Machine: one core", "- Date: 2026-01-31"):
+            self.assertIn(line, text)
+        text = "\n".join(render.section(WHOLE | {"command": "not kept", "commit": "not kept"}))
         self.assertIn("- Command: not recorded", text)
-        self.assertIn("commit not recorded", text)
-        self.assertNotIn("commit not recorded", "\n".join(render.section(WHOLE | {"commit": "v1"})))
+        self.assertIn("- Commit: not recorded", text)
         rows = [{"n": 1, "commit": "v1"}, {"n": 2}]
-        self.assertIn("commit in the data for 1 of 2 rows", "\n".join(render.section(WHOLE | {"rows": rows})))
+        self.assertIn("- Commit: in the rows, for 1 of 2", "\n".join(render.section(WHOLE | {"commit": "see rows", "rows": rows})))
+
+    def test_titles_have_units(self):
+        self.assertEqual(next(render.section(WHOLE)), "## Time (s)")
+        self.assertEqual(list(render.section(WHOLE | {"unit": {"n": "mm"}}))[0:3], ["## Time", "", "|n (mm)|"])
+        self.assertEqual(list(render.section(WHOLE | {"unit": "1"}))[0:3], ["## Time", "", "|n|"])
 
     def test_sparse_table_has_one_cell_of_values_for_each_row(self):
         rows = [{"case": n, f"key {n}": n} for n in range(render.LARGEST_TABLE + 1)]

@@ -1,4 +1,9 @@
-"""Runs every whole command of the table in docs/how-to/index.md, in its order, on small scenes of the same names."""
+"""Runs each whole command of the pages in docs/how-to, in its order, on small scenes of the same names.
+
+Commands on a CUDA device are left out. Those with mpirun run if it is installed.
+"""
+import contextlib
+import io
 import json
 import os
 import re
@@ -6,16 +11,20 @@ import shutil
 import subprocess
 import unittest
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 
 import runs
 from lichtenberg import load
+from lichtenberg.core import find_module
 
 SMALLER = {  # Replacements in a scene.
     "dendrite": {"count = 324": "count = 12", "cells = 512": "cells = 128", "time = 120.0": "time = 1.2"},
+    "large-dendrite": {"count = 2500": "count = 12", "[15.36e-2, 15.36e-2]": "[1.28e-2, 1.28e-2]", "at = 7.68e-2": "at = 0.64e-2", "cells = 1536": "cells = 64", "time = 120.0": "time = 0.2"},
     "seedling": {"time = 120.0": "time = 0.02"},
     "two-disks": {},
+    "pair": {},
     "dendrite-3d": {"count = 324": "count = 8", "time = 120.0": "time = 0.1"},
     "packing": {"count = 400": "count = 40", "[20e-3, 20e-3]": "[6.4e-3, 6.4e-3]"},
     "packing-spheres": {"count = 750": "count = 40", "[10e-3, 10e-3, 10e-3]": "[3.8e-3, 3.8e-3, 3.8e-3]"},
@@ -36,7 +45,101 @@ def coloured(path):
     return (np.ptp(pixels, axis=2) > 0.15).mean()
 
 
-class Table(unittest.TestCase):
+# Open MPI would otherwise refuse more processes than cores, and runs by root (in a container).
+ANY_MPIRUN = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_rmaps_base_oversubscribe": "1"}
+
+
+class SmallScenes(unittest.TestCase):
+    """A test in a new folder with small scenes."""
+
+    def enter_folder(self, name):
+        before = os.getcwd()
+        os.makedirs(runs.FOLDER / name)
+        os.chdir(runs.FOLDER / name)
+        self.addCleanup(os.chdir, before)
+        os.makedirs("scenes")
+        for scene, changes in SMALLER.items():
+            text = (runs.HOME / f"scenes/{scene}.toml").read_text()
+            for old, new in changes.items():
+                self.assertIn(old, text)
+                text = text.replace(old, new)
+            Path(f"scenes/{scene}.toml").write_text(text)
+        shutil.copy("scenes/two-disks.toml", "scenes/dendrite-snapshot.toml")
+
+    def call(self, command, before=""):
+        ended = subprocess.run(f"{before}'{runs.PROGRAM}' {command}", shell=True, capture_output=True, text=True, check=False)
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        return ended.stdout
+
+
+class Pages(SmallScenes):
+    """Commands and Python blocks of the pages about one question each."""
+
+    def commands(self, name):
+        text = re.sub(r"\\\n\s*", "", (runs.HOME / f"docs/how-to/{name}.md").read_text())
+        found = re.findall(r"^    (mpirun -n \d+ )?(?:\./|build/)lichtenberg (.*)$", text, re.MULTILINE)
+        self.assertGreater(len(found), 0)
+        return found
+
+    def test_restart(self):
+        self.enter_folder("restart")
+        self.call("run scenes/dendrite.toml --quiet --set stop.time=0.5")
+        for _, command in self.commands("restart"):
+            with self.subTest(command):
+                self.call(command.replace("stop.time=200", "stop.time=2"))
+        self.assertEqual(len(load("dendrite.h5")), 13)  # the last command began again
+
+    def test_several_processes(self):
+        self.enter_folder("several-processes")
+        here = shutil.which("mpirun")
+        self.enterContext(mock.patch.dict(os.environ, ANY_MPIRUN))
+        for start, command in self.commands("several-processes"):
+            with self.subTest(command):
+                self.call(command, start if here else "")
+
+    def test_ensemble_over_machines(self):
+        self.enter_folder("ensemble-over-machines")
+        for _, command in self.commands("ensemble-over-machines")[::-1]:  # first the share, then the rest
+            with self.subTest(command):
+                self.call(command)
+        table = json.loads(Path("seedling-ensemble/ensemble.json").read_text())
+        self.assertEqual([member["state"] for member in table["members"]], ["finished"] * 24)
+
+    def test_cite(self):
+        for _, command in self.commands("cite"):
+            self.assertRegex(self.call(command), r"^lichtenberg \d")
+
+    def run_blocks(self, name):
+        """Runs the Python blocks of a page in their order. Returns their names."""
+        text = (runs.HOME / f"docs/how-to/{name}.md").read_text()
+        names = {}
+        with contextlib.redirect_stdout(io.StringIO()):
+            for block in re.findall(r"^```python\n(.*?)^```", text, re.DOTALL | re.MULTILINE):
+                exec(compile(block, f"{name}.md", "exec"), names)  # noqa: S102
+        return names
+
+    def test_read_charges_in_python(self):
+        self.enter_folder("read-charges")
+        self.call("run scenes/dendrite.toml --quiet --set stop.time=0.5")
+        charge = self.run_blocks("read-charges-in-python")["charge"]
+        self.assertEqual((charge.unit, charge.shape), ("C", (6, 12)))
+
+    @unittest.skipUnless(find_module(), "the module of the package is not built")
+    def test_solve_in_python(self):
+        self.enter_folder("solve-in-python")
+        self.assertEqual(self.run_blocks("solve-in-python")["s"].potential.unit, "V")
+        self.assertEqual(load("short.h5").count, 36)
+
+    def test_no_command_of_a_page_is_left_out(self):
+        tested = {name.removeprefix("test_").replace("_", "-") for name in dir(self) if name.startswith("test_")}
+        for page in (runs.HOME / "docs/how-to").glob("*.md"):
+            blocks = re.findall(r"^    (?:mpirun -n \d+ )?(?:\./|build/)lichtenberg .*$|^```python$", page.read_text(), re.MULTILINE)
+            if blocks and page.stem != "index":
+                with self.subTest(page.name):
+                    self.assertIn(page.stem, tested)
+
+
+class Table(SmallScenes):
     """Files or output of each command; `said` is its output."""
 
     def run_first(self, said):
@@ -148,31 +251,12 @@ class Table(unittest.TestCase):
     # No scene setting makes this command shorter.
     SHORTER = {"work-precision scenes/dendrite-snapshot.toml": " --sizes 64,128"}
 
-    def make_scenes(self):
-        os.makedirs("scenes")
-        for name, changes in SMALLER.items():
-            text = (runs.HOME / f"scenes/{name}.toml").read_text()
-            for old, new in changes.items():
-                self.assertIn(old, text)
-                text = text.replace(old, new)
-            Path(f"scenes/{name}.toml").write_text(text)
-        shutil.copy("scenes/two-disks.toml", "scenes/dendrite-snapshot.toml")
-
-    def call(self, command):
-        ended = subprocess.run(f"'{runs.PROGRAM}' {command}", shell=True, capture_output=True, text=True, check=False)
-        self.assertEqual(ended.returncode, 0, ended.stderr)
-        return ended.stdout
-
     def test_each_command(self):
         page = (runs.HOME / "docs/how-to/index.md").read_text()
         table = page[page.index("## Commands by task") : page.index("## Questions")]
         commands = [command for command in re.findall(r"`\./lichtenberg ([^`]*)`", table) if "..." not in command]
         self.assertEqual(commands, list(self.CHECKS))
-        before = os.getcwd()
-        os.makedirs(runs.FOLDER / "how-to")
-        os.chdir(runs.FOLDER / "how-to")
-        self.addCleanup(os.chdir, before)
-        self.make_scenes()
+        self.enter_folder("how-to")
         self.call("run scenes/dendrite.toml --quiet --set stop.time=0.5")  # --resume continues this run.
         for command, check in self.CHECKS.items():
             with self.subTest(command):

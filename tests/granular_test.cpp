@@ -192,7 +192,7 @@ TEST_CASE("step too long for the contacts: refused; the suggested one is accepte
     Run run(scene);
     const std::string message = message_of([&] { run.to(1); });
     CHECK(message.find("mechanics.step = 0.03 is too long") != std::string::npos);
-    const double suggested_step = std::stod(message.substr(message.find("; ") + 2));
+    const double suggested_step = std::stod(message.substr(message.rfind("a step of ") + 10));
     scene.mechanics.step = suggested_step;
     CHECK_NOTHROW(Run(scene).to(1));
     scene.mechanics.step = 1.12 * suggested_step;  // 0.95 of the suitable value, to two digits.

@@ -104,7 +104,7 @@ TEST_CASE("with_settings: unknown or incomplete keys are refused with a message"
   CHECK(has(refusal({{"domain.left.potential", "5"}}), "{ potential = a number } in V"));
   CHECK(has(refusal({{"seed.x", "5"}}), "seed is a single value and is set as a whole: it must be an integer"));
   CHECK(has(refusal({{"electrode.radius", "1e-3"}}), "say which, from electrode[0] to electrode[1]"));
-  CHECK(has(refusal({{"electrode[2].radius", "1e-3"}}), "has 2 [[electrode]]"));
+  CHECK(has(refusal({{"electrode[2].radius", "1e-3"}}), "the scene has 2 tables [[electrode]]"));
   CHECK(has(refusal({{"electrode[x].radius", "1e-3"}}), "is no key of a scene"));
   CHECK(has(refusal({{"field[0].cells", "64"}}), "no index is allowed"));
   CHECK(has(refusal({{"conductor.radius", "1e-3"}}), "the scene has no table [[conductor]]"));

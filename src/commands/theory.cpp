@@ -2,6 +2,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <memory>
@@ -44,20 +45,41 @@ std::optional<GasParameters> gas_of(const TheoryArguments& request, const Theory
   return kind.usual_gas ? std::optional(kind.usual_gas()) : std::nullopt;
 }
 
+/// Throws Failure if a table has no columns, columns of different lengths, or a panel with a column that it lacks.
+void check_tables(const TheoryAnswer& answer, const TheoryKind& kind) {
+  const auto refuse = [&](const TheoryTable& table, const std::string& fault) {
+    throw Failure(fmt::format("theory {}: the table {} {}", kind.name, table.name, fault));
+  };
+  for (const TheoryTable& table : answer.tables) {
+    if (table.columns.empty()) refuse(table, "has no columns");
+    for (const TheoryColumn& column : table.columns)
+      if (column.values.size() != table.columns[0].values.size())
+        refuse(table, fmt::format("has {} values of {} and {} of {}", column.values.size(), column.name,
+                                  table.columns[0].values.size(), table.columns[0].name));
+    for (const TheoryTable::Panel& panel : table.panels)
+      for (const std::string& name : panel.columns)
+        if (std::ranges::find(table.columns, name, &TheoryColumn::name) == table.columns.end())
+          refuse(table, fmt::format("draws the column {}, which it lacks", name));
+  }
+}
+
 TheoryAnswer answer_to(const TheoryArguments& request, const TheoryKind& kind) {
   const std::optional<GasParameters> gas = gas_of(request, kind);
   std::optional<GasTimeSeries> time_series;
   if (!request.result.empty()) time_series.emplace(request.result, gas->warm_up);
-  return kind.answer({.gas = gas,
-                      .gas_is_given = !request.scene.empty() || !request.result.empty(),
-                      .run = time_series ? &*time_series : nullptr,
-                      .options = request.options});
+  TheoryAnswer answer = kind.answer({.gas = gas,
+                                     .gas_is_given = !request.scene.empty() || !request.result.empty(),
+                                     .run = time_series ? &*time_series : nullptr,
+                                     .options = request.options});
+  check_tables(answer, kind);
+  return answer;
 }
 
-std::string source_of(const TheoryArguments& request) {
+/// Returns the origin of the parameters; empty for a theory without a gas.
+std::string source_of(const TheoryArguments& request, const TheoryKind& kind) {
   if (!request.result.empty()) return request.result;
   if (!request.scene.empty()) return request.scene;
-  return "the source's own parameters (--scene for others)";
+  return kind.usual_gas ? "the source's own parameters (--scene for others)" : "";
 }
 
 std::string heading(const TheoryColumn& column) {
@@ -124,7 +146,7 @@ void print_table(const TheoryTable& table) {
 }
 
 void print_answer(const TheoryAnswer& answer, const std::string& source) {
-  fmt::print("{}\nof {}\n\n", answer.title, printable(source));
+  fmt::print("{}\n{}\n", answer.title, source.empty() ? "" : "of " + printable(source) + "\n");
   for (const TheoryFigure& figure : answer.figures)
     fmt::print("  {:<28}{:>14}{:<10}{}\n", figure.name, std::isinf(figure.value) ? "infinite" : cell(figure.value, 8),
                figure.unit == "1" ? "" : " " + figure.unit, figure.meaning);
@@ -195,6 +217,19 @@ std::string theory_picture(const TheoryArguments& request) {
   return fmt::format("{}-{}.png", stem, request.name);
 }
 
+/// Throws Failure for two theories of one name, and for an option that TheoryOptions lacks.
+void check_kinds(const std::vector<TheoryKind>& kinds) {
+  constexpr std::array options{"--restitution", "--charge-number", "--cells", "--seed",
+                               "--space",       "--separated",     "--field"};
+  for (const TheoryKind& kind : kinds) {
+    if (std::ranges::count(kinds, kind.name, &TheoryKind::name) > 1)
+      throw Failure(fmt::format("two theories have the name {}", kind.name));
+    for (const std::string& option : kind.options)
+      if (std::ranges::find(options, option) == options.end())
+        throw Failure(fmt::format("theory {}: {} is no option of theories", kind.name, option));
+  }
+}
+
 /// Throws InputError for the first given option that the theory does not have.
 void check_options(const TheoryOptions& given, const TheoryKind& kind, const std::vector<TheoryKind>& kinds) {
   const std::pair<const char*, bool> options[] = {{"--restitution", given.restitution.has_value()},
@@ -237,7 +272,7 @@ void print_theory(const TheoryArguments& request, const std::vector<TheoryKind>&
   check_theory(request);
   if (!request.result.empty()) read_in_child({request.result});
   const TheoryAnswer answer = answer_to(request, kind);
-  const std::string source = source_of(request);
+  const std::string source = source_of(request, kind);
   if (!request.json.printed()) print_answer(answer, source);
   if (!request.json.word.empty()) request.json.put(json_of(answer, source), 1);
   if (!request.csv.empty()) write_csv(request.csv, answer);
@@ -248,6 +283,7 @@ void print_theory(const TheoryArguments& request, const std::vector<TheoryKind>&
 }  // namespace
 
 Command theory_command(const std::vector<TheoryKind>& kinds) {
+  check_kinds(kinds);
   auto request = std::make_shared<TheoryArguments>();
   std::vector<std::string> names;
   for (const TheoryKind& kind : kinds) names.push_back(kind.name);

@@ -101,10 +101,34 @@ Model::Model(Bodies b, std::vector<std::unique_ptr<Effect>> e, const std::vector
   if (range && bodies.size() > 0) neighbours.emplace(*range, skin_for(bodies, *range));
 }
 
+namespace {
+
+/// Throws InputError if an effect has given two laws of drag for two velocities of a body.
+void check_independence(const Effect& effect, const DragLaw& law, const DragLaw& of_other_velocity) {
+  const auto force = [](const DragLaw& of) { return of.linear + (of.nonlinear ? of.nonlinear(1).force : 0); };
+  if (force(law) != force(of_other_velocity))
+    throw InputError(
+        fmt::format("effects.{}: Effect::drag depends on the velocity of the body, but it is read once: it must return "
+                    "the force as a function of the speed (DragLaw::nonlinear)",
+                    effect.name()));
+}
+
+}  // namespace
+
 void Model::add_drag_of(std::size_t e) {
   const Effect& effect = *effects[e];
+  Bodies moving = bodies;
+  for (double& p : moving.momentum) p = 2 * p + 1;
   bool drags = false;
-  for (int i = 0; i < bodies.size(); ++i) drags |= drag.add(i, effect.drag(bodies, i));
+  for (int i = 0; i < bodies.size(); ++i) {
+    const DragLaw law = effect.drag(bodies, i);
+    check_independence(effect, law, effect.drag(moving, i));
+    try {
+      drags |= drag.add(i, law);
+    } catch (const InputError& error) {
+      throw InputError(fmt::format("effects.{}: {}", effect.name(), error.what()));
+    }
+  }
   if (!drags) return;
   if (effect.kind().grains)
     throw InputError(

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -25,6 +26,26 @@ double largest_gap(const Law& law, std::span<const double> radius) {
   return std::max({0.0, gap(least, least), gap(least, most), gap(most, most)});
 }
 
+/// Throws InputError if a pair force law contradicts itself for two bodies of this radius (m) and of charge 1. The
+/// force must be minus the derivative of the energy within 1 %, and the energy must be 0 at the cutoff, within 1 % of
+/// that at half of the cutoff.
+template <class Law>
+void check_pair_law(const Law& law, double radius, const std::string& name) {
+  const double reach = law.reach(radius, radius);
+  const auto at = [&](double part) { return law(PairGeometry{part * reach, reach, radius, radius, 1, 1}); };
+  constexpr double step = 1e-4, allowed = 0.01;  // relative; the central difference has an error of about step^2
+  for (const double part : {0.5, 0.7, 0.9}) {
+    const double force = at(part).force * (Law::over_distance ? part * reach : 1);
+    const double change = law.energy_unit() * (at(part - step).energy - at(part + step).energy) / (2 * step * reach);
+    if (std::abs(force - change) > allowed * std::max(std::abs(force), std::abs(change)))
+      throw InputError("effects." + name + ": the force of its law is not minus the derivative of its energy (" +
+                       std::to_string(force) + " for " + std::to_string(change) + " at " + std::to_string(part) +
+                       " of the cutoff)");
+  }
+  if (std::abs(at(1 - 1e-9).energy) > allowed * std::abs(at(0.5).energy))
+    throw InputError("effects." + name + ": the energy of its law is not 0 at the cutoff");
+}
+
 /// Effect of a short-range pair force on conductors or grains. The pair force law (pair_law.hpp) gives the forces,
 /// their energy and their derivatives. Pairs come from the neighbour list.
 template <class Law>
@@ -34,9 +55,12 @@ class PairEffect : public Effect {
   /// in contact only.
   PairEffect(const EffectKind& kind, Law law, std::span<const double> radius)
       : kind_(&kind), law_(std::move(law)), gap_(largest_gap(law_, radius)) {}
-  /// Makes an effect from the law of its pair force, for the radii of the scene's conductors.
+  /// Makes an effect from the law of its pair force, for the radii of the scene's conductors. Throws InputError for a
+  /// law that contradicts itself (check_pair_law).
   PairEffect(const EffectKind& kind, Law law, const Scene& scene)
-      : PairEffect(kind, std::move(law), std::span<const double>(make_bodies(scene).radius)) {}
+      : PairEffect(kind, std::move(law), std::span<const double>(make_bodies(scene).radius)) {
+    if (!scene.conductors.empty()) check_pair_law(law_, scene.smallest_radius(), kind.name);
+  }
 
   const EffectKind& kind() const override { return *kind_; }
   Needs needs() const override { return {.charges = NeedsCharges<Law>, .neighbour_range = gap_}; }

@@ -191,7 +191,7 @@ TEST_CASE("broken wire: largest_displacement equals the maximum on a fine grid")
   CHECK(largest_displacement(wire, 3.0) == Approx(largest).epsilon(1e-7));
 }
 
-TEST_CASE("broken wire: critical_field solves force * sin(end angle) = tension") {
+TEST_CASE("broken wire: in critical_field, field force * sin(end angle) = tension") {
   const BrokenWire wire = wire_of_d();
   const double wire_tension = tension(wire, wire.mean_gap());
   for (const double slope : {printed_slope, slope_at_end(wire)}) {

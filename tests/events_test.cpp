@@ -109,7 +109,7 @@ TEST_CASE("step control: a force that reverses before contact causes no contact"
   CHECK(simulation.counters().contacts_made == 0);
 }
 
-TEST_CASE("event in the first half of a step: saves a field solve, a later one not") {
+TEST_CASE("event in the first half of a step: needs one field solve less than later") {
   // Without forces the first step has the maximum length. There is one solve at the start, one after the merge, one at
   // the end, and one to assess the step.
   const auto solves = [](double share) {

@@ -239,7 +239,7 @@ int count_rebuilds(const Box<d>& box, int steps) {
 
 }  // namespace
 
-TEST_CASE("ReachList: equals a new search; rebuilds rare, in each step if periodic") {
+TEST_CASE("ReachList: equals a new search; rebuilt rarely, in periodic boxes always") {
   // A random step of 0.01 per axis covers half a skin of 0.3 after about 0.15^2 / (0.01^2 2/3) = 340 steps. The two
   // fast particles and the three large cutoffs are too few for a rebuild.
   CHECK(count_rebuilds(Box<2>{}, 200) <= 3);

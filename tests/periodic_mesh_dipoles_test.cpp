@@ -136,11 +136,11 @@ TEST_CASE("mesh sum of charges and dipoles: error is 0.5 to 2 times the estimate
   }
 }
 
-TEST_CASE("induced_dipole2: 1.5 times the mean square dipole of touching charges") {
-  // A simple cubic lattice of touching charges with random signs. The mean square field is the sum of the squared
-  // fields of single charges: 12.60 by Ewald's sum over the other sites of 9^3 (16.5 for an infinite lattice). The
-  // prediction is 4 pi + 6 = 18.57. Interactions between dipoles subtract (8 pi / 3) 2 A, 1/30. Statistical error: 2/3
-  // per site and about 40 independent sites per lattice, sqrt(2 / 3 / 320) = 0.05 for eight lattices.
+TEST_CASE("induced_dipole2: 1.5 times the result for a lattice of random charges") {
+  // A simple cubic lattice of touching grains whose charges have random signs. The mean square field is the sum of the
+  // squared fields of single charges: 12.60 by Ewald's sum over the other sites of 9^3 (16.5 for an infinite lattice).
+  // The prediction is 4 pi + 6 = 18.57. Interactions between dipoles subtract (8 pi / 3) 2 A, 1/30. Statistical error:
+  // 2/3 per site and about 40 independent sites per lattice, sqrt(2 / 3 / 320) = 0.05 for eight lattices.
   constexpr int side = 9, lattices = 8;
   constexpr double polarizability = 0.002;
   std::mt19937 random(5);
@@ -226,7 +226,7 @@ TEST_CASE("mesh sum, one dipole in a cube: field is 4 pi / (3 L^3) times dipole"
   }
 }
 
-TEST_CASE("mesh sum with dipoles: forces are energy derivatives minus mean force") {
+TEST_CASE("mesh sum, dipoles: negative energy slopes less shares of the net force") {
   SourceSet sources = random_sources(20, {6, 7, 8}, 0.8, true, 4);
   // The mesh is so coarse that its error is visible.
   const Mesh mesh{sources.lengths, {12, 12, 12}, 5};
@@ -249,7 +249,7 @@ TEST_CASE("mesh sum with dipoles: forces are energy derivatives minus mean force
   for (const double s : strength) all += s;
   for (std::size_t k = 0; k < force.size(); ++k) missing[k % 3] += force[k] / all, net[k % 3] += at.force[k];
   for (std::size_t k = 0; k < force.size(); ++k) force[k] -= strength[k / 3] * missing[k % 3];
-  CHECK(largest(missing) > 1e-5);  // The mean force is not zero.
+  CHECK(largest(missing) > 1e-5);  // The net force of the slopes is not zero.
   CHECK(largest(net) < 1e-14 * sources.size() * largest(at.force));
   CHECK(largest_difference(force, at.force) < 1e-6 * largest(at.force));
 }
@@ -364,7 +364,7 @@ TEST_CASE("induced dipoles on a mesh: forces are -dE/dx but for DipoleSum::sourc
           energy_slope(sources.position[k], 1e-3, [&] { return with_induced(mesh, sources, variant, dipole).energy; });
       worst = std::max(worst, std::abs(slope + at.force[k]));
     }
-    // The subtracted mean force and the truncation at the cutoff are errors of the mesh.
+    // The subtracted net force and the truncation at the cutoff are errors of the mesh.
     if (variant == DipoleSum::source)
       CHECK(worst > 1e-3);
     else

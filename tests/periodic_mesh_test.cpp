@@ -142,7 +142,7 @@ TEST_CASE("mesh sum: Madelung's constants of rock salt and of a lone charge") {
     const SourceSet lone = lattice(1, {position}, {1});
     const Response response = by_mesh(lone, {lone.lengths, {24, 24, 24}, 7}, prolate_cloud(14, 0.5));
     CHECK(2 * response.energy == doctest::Approx(-2.8372974794806195).epsilon(1e-5));
-    CHECK(largest(response.force) < 1e-15);  // The only force is the mesh's mean force.
+    CHECK(largest(response.force) < 1e-15);  // The only force is the mesh's net force, which is subtracted.
   }
 }
 
@@ -204,7 +204,7 @@ TEST_CASE("mesh sum with net charge: equals Ewald's for four charge clouds") {
     }
 }
 
-TEST_CASE("mesh sum: forces are energy derivatives minus mean force, sum is zero") {
+TEST_CASE("mesh sum, forces: negative energy slopes less shares of the net force") {
   SourceSet sources = random_sources(40, {6, 7, 8}, 0.5, false, 4);
   // The mesh is so coarse that its error of 1e-2 is visible.
   ParticleMesh sum({sources.lengths, {12, 12, 12}, 5}, prolate_cloud(8, 2.9));
@@ -226,7 +226,7 @@ TEST_CASE("mesh sum: forces are energy derivatives minus mean force, sum is zero
     slope[k] = -(above - below) / (2 * step);
     missing[k % 3] += slope[k] / square;
   }
-  CHECK(largest(missing) > 1e-5);  // The mean force is not zero.
+  CHECK(largest(missing) > 1e-5);  // The net force of the slopes is not zero.
   for (std::size_t k = 0; k < slope.size(); ++k)
     // Third derivatives are 6 / r^4 per pair, 100 at the smallest distance: the error is step^2 / 6 of that, and
     // rounding of about 10 divided by the step.

@@ -91,7 +91,7 @@ TEST_CASE("ring of conductors: all have Strahler number 1, none has degree 1") {
   CHECK_EQ(t.relations.mean_degree_printed, doctest::Approx(0.5).epsilon(exact));  // (2 + 2 + 3 + 3) / 4 - 2
 }
 
-TEST_CASE("degree relations, M conductors: corrected hold, printed miss 1/M terms") {
+TEST_CASE("node degree relations, M conductors: corrected hold, printed lack 1/M") {
   // A stem of three conductors with three arms, and one isolated conductor.
   const std::vector<Vec2> one_foot{{10, 1.5}, {10, 4}, {10, 6.5}, {12.5, 6.5}, {7.5, 6.5}, {10, 9}, {50, 50}};
   const Topology tree = topology_of(one_foot);
@@ -112,7 +112,7 @@ TEST_CASE("degree relations, M conductors: corrected hold, printed miss 1/M term
   CHECK_EQ(none.relations.branches_printed, 0);
 }
 
-TEST_CASE("degree relations: hold for degrees above 4 as well") {
+TEST_CASE("node degree relations: hold for degrees above 4 as well") {
   // Nine conductors on a circle of radius 2.95 around one. The centres are 2.95 * 2 sin 20 = 2.018 apart: none overlap,
   // and all neighbours touch each other. The ground is below the lowest.
   std::vector<Vec2> flower{{20, 4.5}};

@@ -15,9 +15,10 @@ namespace lichtenberg::granular_flow {
 /// sides. WENO interpolation computes each value from five cells (Jiang and Shu 1996, weights of Borges and others
 /// 2008). It interpolates ln n, ln T, u and c/n, so that n and T are positive at faces too.
 /// The viscous stress tensor and the heat flux are centred differences of fourth order. The heat flux is limited in
-/// steep gradients, so that T stays positive. The scheme is of fourth order for waves of small amplitude, and of second
-/// order for products of large amplitudes. Sums of n, c and n u change by rounding only. T stays positive also in
-/// supersonic flow; in exchange, energy is conserved only to the order of the scheme.
+/// steep gradients, so that T stays positive. The scheme is of fourth order for waves of small amplitude. For large
+/// amplitudes it is of second order, because nonlinear functions are computed from cell means. Sums of n, c and n u
+/// change by rounding only. T stays positive also in supersonic flow; in exchange, energy is conserved only to the
+/// order of the scheme.
 class Rates {
  public:
   /// Prepares the rates on a grid; the threads of `team` share the loops over cells.

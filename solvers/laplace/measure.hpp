@@ -14,10 +14,10 @@ struct Scales {
   double charge_rounding = 0, force_rounding = 0;  ///< Differences up to these values do not count as errors
 
   /// Returns the relative error for the absolute difference of two charges (C; C/m in the plane): 0 within rounding,
-  /// otherwise the difference over the charge scale.
+  /// otherwise the difference over the charge scale (at least the rounding level).
   double error_of_charge(double difference) const;
   /// Returns the relative error for the absolute difference of two forces (N; N/m in the plane): 0 within rounding,
-  /// otherwise the difference over the force scale.
+  /// otherwise the difference over the force scale (at least the rounding level).
   double error_of_force(double difference) const;
 };
 
@@ -50,9 +50,9 @@ Scales scales_of(const LaplaceProblem& problem, const LaplaceSolution& solution)
 
 /// Computes the relative error of a solution compared with a reference. It is the largest difference of any group
 /// potential, body charge or force on a movable disk, each divided by its scale. Differences of charges and forces
-/// within rounding do not count. Returns 0 if everything has the same potential, to rounding.
-/// Forces on other bodies are excluded, because a bar's corners make its field singular. Charges of sides are excluded,
-/// because they are infinite where electrodes of different potential meet.
+/// within rounding do not count, and their scales are at least the rounding level. Returns 0 if everything has the same
+/// potential, to rounding. Forces on other bodies are excluded, because a bar's corners make its field singular.
+/// Charges of sides are excluded, because they are infinite where electrodes of different potential meet.
 double largest_error(const LaplaceProblem& problem, const LaplaceSolution& solution, const LaplaceSolution& reference,
                      const Scales& scales);
 

@@ -29,9 +29,9 @@ double reach_of(const Mesh& mesh);
 template <class Real>
 class ChargeMesh {
  public:
-  /// Sets up the mesh and its influence function. Throws InputError unless all of this holds. Single precision: windows
-  /// of orders 4 to 8, an even number of points along z. Double precision: splines of orders 4 to 7. Each axis has at
-  /// least twice the order in points.
+  /// Sets up the mesh and its influence function. Throws InputError unless all of this holds. The edges of the box are
+  /// positive and finite. Single precision: windows of orders 4 to 8, an even number of points along z. Double
+  /// precision: splines of orders 4 to 7. Each axis has at least twice the order in points.
   ChargeMesh(const Mesh& mesh, const Cloud& cloud);
 
   int order() const { return mesh_.order; }         ///< Order of the window

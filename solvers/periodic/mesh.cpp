@@ -76,15 +76,16 @@ void MeshSum<Real>::compute(const Sources& sources, Kind kind, bool potentials, 
   mesh_.add(columns_, kind, sums, team);
 }
 
-/// Force on a source: `factor` times a field, which is `on_unit` less `share` of the subtracted mean.
+/// Force on a source: `factor` times a field, which is `on_unit` less `share` times the field that is subtracted to
+/// make the net force 0.
 template <class Real>
 struct MeshSum<Real>::Acting {
   const Real* on_unit;
   double factor, share;
 };
 
-/// The mean force is subtracted in proportion to the squared charge. A dipole counts as two charges separated by the
-/// mesh's reach.
+/// The net force is subtracted in shares proportional to the squared charge. A dipole counts as two charges separated
+/// by the mesh's reach.
 template <class Real>
 typename MeshSum<Real>::Acting MeshSum<Real>::acting_on(const Sources& sources, int i) const {
   const std::size_t at = 4 * static_cast<std::size_t>(columns_.sorted()[i]);
@@ -111,7 +112,7 @@ template <class Real>
   return totals;
 }
 
-/// Subtracts the mean force with the least change of the field, in the sense of least squares.
+/// Subtracts the net force with the least change of the field, in the sense of least squares.
 template <class Real>
 void MeshSum<Real>::fill(const Sources& sources, parallel::Team& team, std::vector<double>& force, Response* rest) {
   constexpr int sources_a_task = 1024;

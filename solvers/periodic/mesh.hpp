@@ -11,10 +11,10 @@ namespace lichtenberg::periodic {
 /// Particle-mesh Ewald method (P3M) for periodic Coulomb sums: a near part, pair by pair, and a smooth part on a mesh
 /// by FFT (Hockney and Eastwood 1988). At constant density the work grows with N log N. evaluate() finds the pairs
 /// itself; choose_mesh() finds parameters for an accuracy.
-/// Potential, field and force are derivatives of one energy, but the mean force due to the mesh is subtracted,
-/// so that forces add up to 0. Single precision supports charges only, and adds a relative error of about
-/// error_of_single_precision to the forces. It rounds positions to 2^-32 of the box, and the last digits of its results
-/// depend on the processor's instructions.
+/// Potential, field and force are derivatives of one energy. The net force due to the mesh is subtracted from the
+/// forces, in shares proportional to the squared charges. Forces therefore add up to 0. Single precision supports
+/// charges only, and adds a relative error of about error_of_single_precision to the forces. It rounds positions to
+/// 2^-32 of the box, and the last digits of its results depend on the processor's instructions.
 template <class Real>
 class MeshSum : public Sum {
  public:

@@ -84,9 +84,10 @@ DegreeDistribution degree_distribution(const ContactGraph& graph, std::span<cons
 /// holds.
 ///
 /// Relations without the suffix `_printed` hold for every network. They have c = (2 loops - grounded) / M in place of
-/// -1 / N (D 7.7, N conductors), and include degrees above 4. Relations with the suffix are those of the dissertation
-/// D. D 7.7 holds for a tree of all N conductors with one contact to the ground. D 7.8 and 7.9 need c = 0, which such a
-/// tree approaches for large N. D 7.9 also requires that no degree exceeds 4.
+/// -1 / N (D 7.7), and include degrees above 4. M is the number of conductors with a path to the ground, N the number
+/// of all conductors. Relations with the suffix are those of the dissertation D. D 7.7 holds for a tree of all N
+/// conductors with one contact to the ground. D 7.8 and 7.9 need c = 0, which such a tree approaches for large N. D 7.9
+/// also requires that no degree exceeds 4.
 struct DegreeRelations {
   double normalization = 0;        ///< sum_j f_j - 1 (7.6)
   double branches = 0;             ///< sum_j (j - 2) f_j - c

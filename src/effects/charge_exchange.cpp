@@ -88,9 +88,11 @@ const EffectKind& ChargeExchangeOptions::kind() {
             .target = target<&ChargeExchangeOptions::rate>,
             .unit = "1/t0",
             .range = ranges::positive,
-            .help = "rate lambda of the models random-walk and contact-area, in reduced units (1/t0): the variance of "
-                    "the transferred charge grows by Q^2 lambda per unit of time, with contact-area times the contact "
-                    "area squared"},
+            .help =
+                "rate lambda of the models random-walk and contact-area, in reduced units (1/t0). Per unit of "
+                "time the variance of the transferred charge grows by Q^2 lambda in the model random-walk, with Q = "
+                "transfer_prefactor. In the model contact-area it grows by Q^2 lambda area^2, where area is the "
+                "contact area"},
            {.name = "each_step",
             .target = target<&ChargeExchangeOptions::each_step>,
             .help = "true: the model impact transfers charge in each step of a contact, as in Singh 2019, table 3.1, "

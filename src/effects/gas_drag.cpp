@@ -14,9 +14,9 @@ const EffectKind& GasDragOptions::kind() {
           "velocity v_gas is random for each grain and constant for a time h = correlation_time, which determines the "
           "temperature together with the speed. Without collisions grains of mass m0 have the temperature speed^2 "
           "tanh(S h / 2) when v_gas is redrawn, and smaller by a fraction of up to S h / 2 at other times. Collisions "
-          "deflect velocities from v_gas. Elastic collisions, each grain with a frequency omega of them, leave the "
-          "temperature T = speed^2 S / l (1 - (1 - exp(-l h)) / (l h)) on average over time, with l = S + 2 omega / "
-          "3. Inelastic collisions leave less.",
+          "deflect velocities from v_gas. If each grain has elastic collisions at a frequency omega, the temperature "
+          "averaged over time is T = speed^2 S / l (1 - (1 - exp(-l h)) / (l h)). Here l = S + 2 omega / d in d "
+          "dimensions. With inelastic collisions it is lower.",
       .options = GasDragOptions{},
       .keys = {{.name = "stokes",
                 .target = target<&GasDragOptions::stokes>,

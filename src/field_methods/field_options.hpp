@@ -54,7 +54,8 @@ struct FieldOptions {
   double tolerance = 1e-8;         ///< relative error of a single solve; default by method
   double moving_tolerance = 1e-5;  ///< relative error of a solve in a moving scene
   FieldDevice device = FieldDevice::cpu;
-  int threads = 0;  ///< threads of the cut-cell method; 0: all cores, fewer on small grids
+  /// Threads of the methods cut-cell and spheres; 0: all cores, fewer on small grids or with few spheres
+  int threads = 0;
   FieldLinks links = FieldLinks::log_fitted;
   FieldLinearSolver linear_solver = FieldLinearSolver::multigrid;
   double relaxation_eta = 0;                  ///< step of the gradient descent (D 6.30), V m/C; 0: chosen by the solver

@@ -26,12 +26,13 @@ struct StepperContext {
 class Stepper {
  public:
   virtual ~Stepper() = default;
-  /// Prepares the integrator at `time` (s): at the start, after each checkpoint and after a restore. The field at this
-  /// time, if the scene has one, is solved and accepted.
+  /// Prepares the integrator at `time` (s): at the start, after each checkpoint and after a restore. If the scene has a
+  /// field, the caller has already solved and accepted it at this time.
   virtual void begin(double time) = 0;
   /// Advances bodies, charges and contacts from `time` to `end` (s). At both ends contacts are up to date and the field
-  /// is solved. Positions may differ from those of the solve by a correction of force errors. This is at most two
-  /// position tolerances, but more for a body without neighbours after a jump much larger than those before.
+  /// is solved. Positions may differ from those of the solve by a correction of force errors, of at most two position
+  /// tolerances. A merge of equipotential groups may change a force more than earlier merges did. The correction is
+  /// then larger for a body that cannot touch another on its path.
   virtual void advance(double time, double end) = 0;
   /// Saves the integrator's own state, such as its next step, which is not in the bodies and the electrical state.
   virtual void save(Checkpoint&) const {}

@@ -70,8 +70,9 @@ class Recorder {
   bool in_one_file() const { return frames_.in_one_file(); }
 
   /// Keeps a frame for the next save. Throws InputError that names a column with a wrong length, a wrong unit or a
-  /// duplicate name. Also throws for a column that earlier frames lack, except in a resumed run, which omits it. Throws
-  /// Failure if frames beyond the tail cannot be written to a segment.
+  /// duplicate name. Also throws if a column of earlier frames is missing or the unit of time differs from theirs.
+  /// Throws for a column that earlier frames lack, except in a resumed run, which omits it. Frames beyond the tail (the
+  /// last frames, which stay in memory) are written to a segment. Throws Failure if this fails.
   void add(Frame frame);
 
   /// Adds all frames since the last save to the result, and merges all frames into one file if there is a summary.

@@ -23,7 +23,8 @@ void put_vtkhdf(const hdf5::Handle& file, const laplace::Field& field,
 /// group with another grid is replaced.
 void put_vtkhdf_grid(const hdf5::Handle& file, const laplace::Field& field);
 
-/// Values at the points of a regular lattice: the centres of cubic cells, from the origin on.
+/// Values at the centres of cubic cells. The first cell has a corner at the origin, so the first centre is half a
+/// spacing from it along each axis.
 struct Lattice {
   std::array<int, 3> points{1, 1, 1};  ///< numbers of points along x, y and z
   double spacing = 0;                  ///< in the unit of length of the caller

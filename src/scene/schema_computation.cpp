@@ -133,8 +133,8 @@ std::vector<Key> field_solvers() {
       {.name = "threads",
        .target = [](Draft& d) { return &d.field.options.threads; },
        .range = {.low = 0, .high = 1024},
-       .help = "number of threads of the field methods cut-cell and spheres, without effect on the result; 0: one per "
-               "core, fewer on small grids"},
+       .help = "number of threads of the field methods cut-cell and spheres, without effect on the result. 0: one per "
+               "core, but fewer on small grids of cut-cell, and one for fewer than 48 spheres"},
       {.name = "boundary_stencil",
        .target = [](Draft& d) { return &d.field.options.links; },
        .help = "formula for the conductance between a grid cell and the surface of a disk. log-fitted: exact for a "
@@ -177,8 +177,9 @@ std::vector<Key> integrators() {
                "extrapolated over them; monolithic: the field is solved in each evaluation of the forces"},
       {.name = "predictor",
        .target = [](Draft& d) { return &d.scene.mechanics.predictor; },
-       .help = "true: with coupling split, a coarser grid, if one resolves the conductors, predicts the change of the "
-               "field between two field solves"},
+       .help = "true: with coupling split, a coarser grid predicts the change of the field between two field "
+               "solves. This needs a scene in two dimensions without a circuit (sources of different potentials, "
+               "leakage or resistors). The grid must resolve the conductors and be at least four times coarser"},
   };
 }
 

@@ -12,7 +12,7 @@ namespace lichtenberg::laplace {
 /// integers gives a cell to the first of several bodies (device/grid.hpp).
 class CellOwner {
  public:
-  /// Makes the owner of a fluid cell without a number.
+  /// Makes the owner of a fluid cell that has no number because it is not a boundary cell.
   CellOwner() = default;
   /// Returns the owner of a cell that the body with index `body` covers.
   LICHTENBERG_HOST_DEVICE static constexpr CellOwner by(int body) { return CellOwner(body); }

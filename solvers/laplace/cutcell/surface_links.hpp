@@ -43,8 +43,8 @@ class LinkModel {
   virtual ~LinkModel() = default;
   /// Returns the name of the model for error messages.
   virtual std::string name() const = 0;
-  /// Returns two dimensionless numbers of the body for `formula` (Outline::data). They must be the same for cells of
-  /// any size.
+  /// Returns two dimensionless parameters of the body, such as a coating's thickness over the radius. The function that
+  /// formula() returns reads them in Outline::data. They must be the same for cells of any size.
   virtual std::array<double, 2> data(const Body& body) const = 0;
   /// Returns the function that computes the conductance of a link between a fluid cell and the disk.
   virtual LinkFunction formula() const = 0;

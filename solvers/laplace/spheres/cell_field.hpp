@@ -25,7 +25,7 @@ class CellField {
     int site = 0, cell = 0, degree = 0;
     Vec3 displacement;  ///< Displacement from the cell's centre to the site's centre (m)
   };
-  /// Up to eight sites of equal degree, which are shifted together.
+  /// Up to eight sites (expansion centres: spheres or points) of equal degree, whose expansions are shifted together.
   struct Batch {
     int degree = 0;
     PairDirections directions;

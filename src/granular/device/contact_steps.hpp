@@ -370,8 +370,8 @@ struct ContactSteps {
     return {{law, scale}, reach(p), inverse_mass(p), external};
   }
 
-  /// Adds `value`, rounded to integers, to the sum `to` of the higher grain of a pair, and subtracts it from that of
-  /// the lower grain.
+  /// Adds `value`, rounded to integers, to the entry in `to` of the grain of the pair with the higher index. Subtracts
+  /// it from the entry of the other grain.
   LICHTENBERG_HOST_DEVICE static void add(FixedPointVec* to, const GrainPair& p, Vec3 value) {
     const std::int64_t x = rounded_to_integer(value.x), y = rounded_to_integer(value.y),
                        z = rounded_to_integer(value.z);

@@ -67,10 +67,10 @@ LICHTENBERG_HOST_DEVICE inline bool has_subgrid_conductors(const GridView& grid,
 }
 
 /// Finds the near-surface cells that the V-cycle eliminates, with the Schur-complement terms at their links. Such a
-/// cell has a large conductance to a conductor and no flux to subgrid conductors (bodies too small for the grid).
-/// `joined_before` [boundary cells + 1]: becomes, for each cell, the number of list entries of all cells before it. An
-/// entry is one end of a conductance that the elimination of a cell adds between two groups (list_joined()). A boundary
-/// cell is a fluid cell next to a conductor; a group is a set of bodies with one potential.
+/// cell has a large conductance to a conductor, a link to a floating group, and no flux to subgrid conductors (bodies
+/// too small for the grid). `joined_before` [boundary cells + 1]: becomes, for each cell, the number of list entries of
+/// all cells before it. An entry is one end of a conductance that the elimination of a cell adds between two groups
+/// (list_joined()). A boundary cell is a fluid cell next to a conductor; a group is a set of bodies with one potential.
 template <class Executor>
 void find_bound_cells(const Executor& run, ProblemView problem, GridView grid, int* joined_before) {
   run.fill(grid.bound.share, 0, grid.capacity[Items::links] * sizeof(float));
@@ -141,8 +141,9 @@ void make_cycle_diagonals(const Executor& run, ProblemView problem, GridView gri
 
 /// Computes the flux to each group (bodies with one potential) from the right-hand sides of eliminated near-surface
 /// cells, before the first relaxation of the groups. Stores the flux in `cycle.flux`, plus the charge if there are no
-/// clusters. Also computes the potentials phi and, with clusters (groups solved together), right-hand sides in double
-/// precision. An eliminated cell is a fluid cell with a large conductance to a conductor.
+/// clusters. Also sets the groups' first potentials `cycle.phi`, (charge + flux) / diagonal. With clusters (groups
+/// solved together), sets the groups' right-hand sides `cycle.group_rhs` (charge + flux) in double precision. An
+/// eliminated cell is a fluid cell with a large conductance to a conductor.
 template <class Executor>
 void sum_bound_cells(const Executor& run, ProblemView problem, GridView grid) {
   run.sum_pieces(

@@ -173,8 +173,9 @@ class Clustering {
     copy(lists.held, held_.host);
     sets_.send();
   }
-  /// Computes and uploads the clusters (groups solved together) of all grids. With couplings (lumped capacitances),
-  /// also computes the clusters of the finest grid's system, which are solved exactly.
+  /// Computes and uploads the clusters (groups solved together) that the V-cycle relaxes, for all grids. With couplings
+  /// (lumped capacitances), also computes those of exact_clusters(). They contain all couplings and gap conductances,
+  /// and are solved exactly.
   void find_clusters(const LaplaceProblem& problem) {
     constexpr int most = 64;                    // groups in a cluster; longer chains are cut
     reports_[grid_links_.size() > 1]->fetch();  // the finest grid's is there, unless it is the only one

@@ -49,9 +49,10 @@ struct LinkedGroups {
   static LinkedGroups of(std::span<const double> diagonal, std::vector<NetworkLink> links, std::vector<int>& index);
 };
 
-/// Adds the problem's couplings (lumped capacitances, divided by the permittivity) to the network. Leaves out couplings
-/// of floating groups whose diagonal is 0. `largest`: upper bound of the couplings' conductances; `least`: lower bound
-/// of couplings to given potentials.
+/// Adds the problem's couplings (lumped capacitances, divided by the permittivity) between groups to the network. A
+/// group is a set of bodies with one potential. Leaves out couplings of a floating group that has no other conductances
+/// (network.diagonal is 0). `largest`: upper bound of the conductance of a coupling. `least`: lower bound of the
+/// conductance of a coupling to a group of given potential.
 void couple(const LaplaceProblem& problem, double largest, double least, GroupNetwork& network);
 
 /// Computes clusters (groups solved together) and their inverse matrices. Couplings (lumped capacitances) join groups

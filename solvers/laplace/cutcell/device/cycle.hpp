@@ -185,7 +185,7 @@ void collect(const Executor& run, const ProblemView& problem, const GridView& gr
 }
 
 /// Calls f with a Tiling, which divides the grid into rectangular tiles, one per thread block. `coarse`: the next
-/// coarser grid, whose cells a tile counts. Small grids get small tiles, others large ones.
+/// coarser grid; the size of a tile is given in its cells. Small grids get small tiles, others large ones.
 template <class F>
 void with_tiles(const GridView& coarse, F f) {
   constexpr int small = 192;  // cells along a side of the coarse grid: fewer large tiles than processors

@@ -51,8 +51,9 @@ LICHTENBERG_HOST_DEVICE void for_each_owner(const ProblemView& problem, const Gr
   }
 }
 
-/// Counts the direct links (gap conductances) of each body without cells, and the subgrid conductors (bodies too small
-/// for the grid). `number` [bodies + 1].
+/// Sets number[body] to the counts of a body. `direct_links`: number of the direct links (gap conductances) that
+/// for_each_owner() finds for it. The other two counts are 1 for a subgrid conductor (a body too small for the grid)
+/// and for a floating one, otherwise 0. `number` has bodies + 1 entries; the last one is 0.
 template <class Executor>
 void count_without_cells(const Executor& run, ProblemView problem, GridView grid, WithoutCells* number) {
   run.for_each(problem.bodies + 1, [=] LICHTENBERG_HOST_DEVICE(int body) {

@@ -271,7 +271,8 @@ class DeviceGrid {
     finalize_list_counts(run_, problem, grid, without_cells);
   }
 
-  /// Returns the view with the unsorted list of direct links (gap conductances), if they are to be sorted.
+  /// Returns the view for the kernels that fill the list of direct links (gap conductances). It points to the unsorted
+  /// list if the links are sorted afterwards, otherwise to the final list.
   GridView filled() const {
     GridView grid = view();
     if (grid.may_have(Items::without_cells)) grid.direct.link = arrays_.view.scratch.unsorted_direct;

@@ -129,8 +129,8 @@ void sum_bodies(const Executor& run, SolvedView solved, BodyResult* result) {
 /// Number of parts into which the sum over a side is divided.
 constexpr int side_parts = 64;
 
-/// Computes the charge of each electrode side, and its contribution to the energy. `result` has 4 side_parts entries,
-/// by side and part; 0 for insulating sides.
+/// Computes the charge of each electrode side, and its contribution to the energy. `result` [4 * side_parts]: partial
+/// sums by side and by part of the side; 0 for insulating sides.
 template <class Executor>
 void sum_sides(const Executor& run, SolvedView solved, SideResult* result) {
   const Layout& at = solved.grid.layout;

@@ -1,7 +1,7 @@
 #pragma once
 
-/// List of the instruction sets of processors that a compiler may use: X(name for __builtin_cpu_supports, macro of the
-/// compiler that is 1 for programs that use the set, name in messages).
+/// List of the instruction sets of processors that a compiler may use. The arguments of X are the name for
+/// __builtin_cpu_supports, the compiler's macro that is 1 for programs that use the set, and the name in messages.
 #define LICHTENBERG_INSTRUCTION_SETS(X)                          \
   X("sse4.2", __SSE4_2__, "SSE 4.2")                             \
   X("popcnt", __POPCNT__, "POPCNT")                              \

@@ -306,7 +306,7 @@ TEST_CASE("gas commands: impossible requests are refused with an error message")
     CHECK_MESSAGE(contains(ended.err, sentence), ended.err);
   };
   refused("plot gas.h5 --frame 5", "frame 5 is not in gas.h5: it has frames 0 to 4");
-  refused("analyse gas.h5 --frame -1", "--frame -1 is not in gas.h5: it has frames 0 to 4");
+  refused("analyse gas.h5 --frame -1", "--frame -1 is not in the result file gas.h5: it has frames 0 to 4");
   refused("network gas.h5", "has a periodic side");
   std::filesystem::create_directory(folder / "results");
   for (const char* command : {"analyse results", "theory haff results", "network results"})

@@ -352,7 +352,7 @@ TEST_CASE("induced dipoles on a mesh: each DipoleSum agrees with that by Ewald")
   }
 }
 
-TEST_CASE("induced dipoles on a mesh: forces are -dE/dx but for DipoleSum::source") {
+TEST_CASE("dipoles on a mesh: forces are -dE/dx except for DipoleSum::source") {
   SourceSet sources = grains();
   ParticleMesh mesh = mesh_for_grains();
   for (const DipoleSum variant : variants) {

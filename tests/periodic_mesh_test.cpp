@@ -128,7 +128,7 @@ TEST_CASE("mesh sum of twenty charges: forces and energy accurate to 1e-6") {
   }
 }
 
-TEST_CASE("mesh sum: Madelung's constants of rock salt and of a lone charge") {
+TEST_CASE("mesh sum: Madelung's constants of rock salt and of a single charge") {
   // Two unit cells per side, because half a box is too short a cutoff for an accuracy of 1e-6.
   SourceSet salt{.lengths = {4, 4, 4}};
   for (int n = 0; n < 64; ++n) {

@@ -41,7 +41,7 @@ TEST_CASE("Ewald sum of twenty charges: accurate to the digits of a double") {
   CHECK(std::abs(response.energy - energy) < 1e-14);
 }
 
-TEST_CASE("Ewald sum: Madelung's constants of two salts and of a lone charge") {
+TEST_CASE("Ewald sum: Madelung's constants of two salts and of a single charge") {
   constexpr double rounding = 2e-15;
   CHECK(std::abs(by_ewald(rock_salt()).energy / 4 + 1.7475645946331822) < rounding);
   const SourceSet caesium_chloride = lattice(1, {{0, 0, 0}, {0.5, 0.5, 0.5}}, {1, -1});

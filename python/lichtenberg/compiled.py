@@ -1,5 +1,5 @@
-"""Effects in C++ that are compiled while Python runs. Such an effect has the speed of a built-in one, since the same
-templates generate its loops; a Python function is called for all bodies at once, but not within these loops."""
+"""Effects in C++ that are compiled while Python runs. Such an effect has the speed of a built-in one, because the same
+templates generate its loops. A Python function is slower: it is called for all bodies at once, outside of these loops."""
 import hashlib
 import os
 import shlex
@@ -31,9 +31,10 @@ def cache_folder():
 def compile_effect(source, compiler=None):
     """Compiles an effect and returns it, for Scene(..., effects=[effect]).
 
-    source: C++ code, or the path of a file with it, that defines an effect as docs/developers/extending.md describes and ends
+    source: C++ code that defines an effect (docs/developers/extending.md), or the path of a file with such code. The code ends
         with LICHTENBERG_EFFECT(OPTIONS).
-    compiler: the C++ compiler; default: CXX of the environment, else c++.
+
+    compiler: the C++ compiler. Default: CXX of the environment, else c++.
 
     A library is compiled once and kept in the user's cache folder. Throws InputError for code that does not compile or exports
     no effect, Failure without a compiler."""

@@ -1,4 +1,4 @@
-"""The compiled module lichtenberg._core: beside this package if it is installed, else in the build folder of the source."""
+"""The compiled module lichtenberg._core: next to this package if it is installed, else in the build folder of the source."""
 import importlib.util
 import os
 import sys

@@ -59,9 +59,11 @@ def settings_of(settings):
 class Scene:
     """A checked scene.
 
-    source: path of a scene file, or a dictionary with the keys of a scene file (numpy arrays allowed); without it, the
-        keyword arguments are the tables, as in Scene(domain={...}, field={...}).
-    settings: keys that replace those of the source, as {"mechanics.position_tolerance": 1e-6}.
+    source: path of a scene file, or a dictionary with the keys of a scene file. Arrays are allowed. Without a source the
+        keyword arguments are the tables.
+
+    Settings are keys that replace those of the source, as {"mechanics.position_tolerance": 1e-6}.
+
     effects: effects of compile_effect(), whose tables the scene may have.
 
     Throws InputError that names file, line and key. Warns about former names of keys."""

@@ -30,9 +30,12 @@ def cell(value):
 def solve(scene, settings=None, *, capacitance=False, potential_field=False, device="", set=None):
     """Solves the field of a scene once, in this process.
 
-    scene: a Scene, a path, or a dictionary with the keys of a scene file (arrays allowed).
-    settings: keys that replace those of the scene; `set` is another name of this argument.
+    scene: a Scene, a path, or a dictionary with the keys of a scene file. Arrays are allowed.
+
+    settings: keys that replace those of the scene. `set` is another name of this argument.
+
     capacitance: also compute the capacitance matrix. potential_field: also return the potential on the grid.
+
     device: "cpu" or "cuda", in place of the scene's.
 
     Returns an Answer with the arrays potential, charge, radius, group [N], force, position [N, 2] or [N, 3], in SI units. It

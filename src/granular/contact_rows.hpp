@@ -300,8 +300,8 @@ void ContactRows<d, Law>::follow(parallel::Team& team) {
 }
 
 /// Integrates a SIMD vector of pairs over the step, each pair on its own, and stores the results in the columns.
-/// go(motion, begun) completes the step from `begun`, the motion up to the onset of the contact (PartialStep). The
-/// relative acceleration by all other forces is linear in time. Returns the result of `go`.
+/// The function go(motion, begun) completes the step from `begun`, the motion up to the onset of the contact
+/// (PartialStep). The relative acceleration by all other forces is linear in time. Returns the result of `go`.
 template <int d, class Law>
 template <class Indices, class Go>
 [[gnu::flatten]] auto ContactRows<d, Law>::follow_pairs(const Indices& of, const Go& go) {

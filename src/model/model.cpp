@@ -104,9 +104,9 @@ Model::Model(Bodies b, std::vector<std::unique_ptr<Effect>> e, const std::vector
 namespace {
 
 /// Throws InputError if an effect has given two laws of drag for two velocities of a body.
-void check_independence(const Effect& effect, const DragLaw& law, const DragLaw& of_other_velocity) {
+void check_independence(const Effect& effect, const DragLaw& law, const DragLaw& other) {
   const auto force = [](const DragLaw& of) { return of.linear + (of.nonlinear ? of.nonlinear(1).force : 0); };
-  if (force(law) != force(of_other_velocity))
+  if (force(law) != force(other))
     throw InputError(
         fmt::format("effects.{}: Effect::drag depends on the velocity of the body, but it is read once: it must return "
                     "the force as a function of the speed (DragLaw::nonlinear)",

@@ -307,7 +307,7 @@ class Runs(unittest.TestCase):
         self.assertEqual(child.communicate(timeout=60)[0], "interrupted\n")
 
 
-PUSH = """
+DRIFT = """
 #include <cmath>
 #include <memory>
 
@@ -317,15 +317,15 @@ PUSH = """
 
 namespace lichtenberg {
 
-struct PushOptions {
+struct DriftOptions {
   double force = 0;  ///< N along x
   static const EffectKind& kind();
 };
 
-class Push : public Effect {
+class Drift : public Effect {
  public:
-  explicit Push(double force) : force_(force) {}
-  const EffectKind& kind() const override { return PushOptions::kind(); }
+  explicit Drift(double force) : force_(force) {}
+  const EffectKind& kind() const override { return DriftOptions::kind(); }
   void add_forces(const State& state, std::span<double> force) const override {
     for_each_requested(state, [&](int i) { force[i * state.bodies.dimension] += force_; });
   }
@@ -339,20 +339,20 @@ class Push : public Effect {
   double force_;
 };
 
-const EffectKind& PushOptions::kind() {
+const EffectKind& DriftOptions::kind() {
   static const EffectKind kind = {
-      .name = "push",
+      .name = "drift",
       .description = "constant force along x",
-      .options = PushOptions{},
-      .keys = {{.name = "force", .target = target<&PushOptions::force>, .unit = "N", .help = "force along x"}},
+      .options = DriftOptions{},
+      .keys = {{.name = "force", .target = target<&DriftOptions::force>, .unit = "N", .help = "force along x"}},
       .dimensions = {2, 3},
-      .make = [](const Scene& scene) { return std::make_unique<Push>(scene.effects.find<PushOptions>()->force); }};
+      .make = [](const Scene& scene) { return std::make_unique<Drift>(scene.effects.find<DriftOptions>()->force); }};
   return kind;
 }
 
 }  // namespace lichtenberg
 
-LICHTENBERG_EFFECT(lichtenberg::PushOptions)
+LICHTENBERG_EFFECT(lichtenberg::DriftOptions)
 """
 
 
@@ -360,22 +360,22 @@ class CompiledEffects(unittest.TestCase):
     def test_a_compiled_effect_equals_the_same_force_in_python(self):
         with tempfile.TemporaryDirectory() as folder:
             os.environ["XDG_CACHE_HOME"] = folder
-            push = li.compile_effect(PUSH)
-            self.assertEqual(push.name, "push")
-            scene = li.Scene({**FALL, "effects": {"stokes_drag": {}, "push": {"force": 1e-9}}}, effects=[push])
+            drift = li.compile_effect(DRIFT)
+            self.assertEqual(drift.name, "drift")
+            scene = li.Scene({**FALL, "effects": {"stokes_drag": {}, "drift": {"force": 1e-9}}}, effects=[drift])
             compiled = [frame.position.tolist() for frame in li.Run(scene, record=False).frames()]
             run = li.Run(FALL, record=False)
             run.add_force(lambda state: np.tile([1e-9, 0.0], (len(state.mass), 1)))
             self.assertEqual(compiled, [frame.position.tolist() for frame in run.frames()])
             with self.assertRaises(li.InputError) as caught:
-                li.Scene({**FALL, "effects": {"push": {"force": "strong"}}}, effects=[push])
-            self.assertEqual(caught.exception.key, "effects.push.force")
-            for faulty in (PUSH.replace("force_;\n};", "force_\n};"), PUSH.replace("LICHTENBERG_EFFECT(", "static_assert(sizeof "),
-                           PUSH.replace('"push"', '"stokes_drag"')):
+                li.Scene({**FALL, "effects": {"drift": {"force": "strong"}}}, effects=[drift])
+            self.assertEqual(caught.exception.key, "effects.drift.force")
+            for faulty in (DRIFT.replace("force_;\n};", "force_\n};"), DRIFT.replace("LICHTENBERG_EFFECT(", "static_assert(sizeof "),
+                           DRIFT.replace('"drift"', '"stokes_drag"')):
                 with self.assertRaises(li.InputError):
                     li.compile_effect(faulty)
             with self.assertRaises(li.Failure):
-                li.compile_effect(PUSH, compiler="no-such-compiler")
+                li.compile_effect(DRIFT, compiler="no-such-compiler")
 
 
 class Import(unittest.TestCase):

@@ -43,7 +43,7 @@ def import_time():
     def run(code):
         words = [sys.executable, "-c", code]
         return float(subprocess.run(words, env=environment, check=True, capture_output=True, text=True).stdout)
-    return [{"quantity": "import lichtenberg", "value": np.median([run(start) for _ in range(7)]), "unit": "s", "asked": 0.15},
+    return [{"quantity": "import lichtenberg", "value": np.median([run(start) for _ in range(7)]), "unit": "s", "required": 0.15},
             {"quantity": "import with the module and numpy", "value": np.median([run(first) for _ in range(7)]), "unit": "s"}]
 
 
@@ -61,8 +61,8 @@ def solve_overhead():
         answer = li.solve(scene)
         own.append(sum(answer.seconds.values()))
     wall = seconds_of(solve, 50)
-    return [{"quantity": "solve of 64 cells in a warm process", "value": 1e3 * wall, "unit": "ms", "asked": 3},
-            {"quantity": "of it beyond the solver", "value": 1e3 * (wall - np.median(own)), "unit": "ms", "asked": 1}]
+    return [{"quantity": "solve of 64 cells in a warm process", "value": 1e3 * wall, "unit": "ms", "required": 3},
+            {"quantity": "of it beyond the solver", "value": 1e3 * (wall - np.median(own)), "unit": "ms", "required": 1}]
 
 
 def resident():
@@ -94,7 +94,7 @@ def frame_overhead(grains):
         frame = RunFrame(0.0, "t0", columns)
         return frame.position, frame.velocity
     return [{"quantity": f"columns of a frame of {len(scene)} bodies, made by the motion", "value": 1e6 * whole, "unit": "us"},
-            {"quantity": "of it for Python objects", "value": 1e6 * seconds_of(wrap, 200), "unit": "us", "asked": 100}]
+            {"quantity": "of it for Python objects", "value": 1e6 * seconds_of(wrap, 200), "unit": "us", "required": 100}]
 
 
 def copied_effect():
@@ -133,7 +133,7 @@ def compiled_effect():
         sys.exit("the compiled effect moves the bodies differently")
     return [{"quantity": "compilation of Hertz's contact, once", "value": compiled, "unit": "s"},
             {"quantity": f"run of {n**3} spheres with the compiled effect over the built-in one", "value": own / built_in,
-             "unit": "1", "asked": 1.2}]
+             "unit": "1", "required": 1.2}]
 
 
 def main():
@@ -145,7 +145,7 @@ def main():
     rows = import_time() + solve_overhead() + memory_growth(options.solves) + frame_overhead(options.grains) + compiled_effect()
     for row in rows:
         row["value"] = float(f"{row['value']:.3g}")
-        print(f"{row['quantity']:70} {row['value']:10.3g} {row['unit']:4} {row.get('asked', '')}")
+        print(f"{row['quantity']:70} {row['value']:10.3g} {row['unit']:4} {row.get('required', '')}")
     if options.record:
         commit = subprocess.run(["git", "-C", HOME, "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=True).stdout.strip()
         processor = next(line.split(": ")[1] for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("model name"))

@@ -34,10 +34,10 @@ SURROUNDINGS = (
     "@\nnamespace lichtenberg::effects {",
     "@",
     SOFT + 'const EffectKind soft{.name = "soft", @};',
-    "struct Drag : Wind {\n  struct { double coefficient; } options;\n  @\n};",
+    "struct Drag : Updraft {\n  struct { double coefficient; } options;\n  @\n};",
     DRIVE + 'const EffectKind drive{.name = "drive", @};',
     'const EffectKind sharing{.name = "sharing", @};',
-    "struct Gaps : Wind {\n@\n};\n}",
+    "struct Gaps : Updraft {\n@\n};\n}",
 )
 
 

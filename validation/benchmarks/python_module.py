@@ -122,13 +122,14 @@ def compiled_effect():
         body["velocity"] = random.uniform(-0.05, 0.05, 3)
 
     def run(name, effects):
+        """Returns the processor time of a run and its last positions."""
         scene = li.Scene({**tables, "effects": {name: {"young": 1e6}, "stokes_drag": {}}}, effects=effects)
-        frames = []
-
-        def go():
-            frames[:] = [frame.position for frame in li.Run(scene, record=False).frames()]
-        return seconds_of(go, 5), frames[-1]
-    (built_in, expected), (own, found) = run("hertz_contact", []), run("copied_contact", [effect])
+        start = time.process_time()
+        *_, last = li.Run(scene, record=False).frames()
+        return time.process_time() - start, last.position
+    rounds = [(run("hertz_contact", []), run("copied_contact", [effect])) for _ in range(7)]  # alternately
+    built_in, own = (min(pair[k][0] for pair in rounds) for k in (0, 1))
+    expected, found = (rounds[0][k][1] for k in (0, 1))
     if not (found == expected).all():
         sys.exit("the compiled effect moves the bodies differently")
     return [{"quantity": "compilation of Hertz's contact, once", "value": compiled, "unit": "s"},

@@ -49,7 +49,7 @@ void HertzContact::refuse(const Bodies& bodies, Pair pair) const {
   throw Failure(
       fmt::format("conductors {} and {} overlap by {:.3g} m, more than a radius: their Young's modulus "
                   "(effects.hertz_contact.young, or their own) is too soft for the speed at which they met, or "
-                  "mechanics.euler_step too long for how hard it is",
+                  "the integrator's step too long for how hard it is",
                   pair.i, pair.j, depth));
 }
 

@@ -86,7 +86,7 @@ void WallContact::add_forces(const State& state, std::span<double> force) const 
       throw Failure(
           fmt::format("conductor {} is pressed into a side of the domain or an electrode by {:.3g} m, more than its "
                       "radius: Young's modulus (effects.wall_contact.young, or its own) is too "
-                      "soft for its speed, or mechanics.euler_step too long "
+                      "soft for its speed, or the integrator's step too long "
                       "for how hard it is",
                       i, state.bodies.radius[i] - seen.distance));
     const int d = state.bodies.dimension;

@@ -178,30 +178,6 @@ TEST_CASE("assembled matrix: solution equals that of the matrix-free multigrid")
     CHECK(a.group_potential[g] == doctest::Approx(b.group_potential[g]).epsilon(1e-8));
 }
 
-TEST_CASE("floating bars smaller than coarse cells: multigrid equals assembled") {
-  // Finest cells of 0.5 m; the coarsest are 8 m or larger. The bars are long, square, and wider than they are long.
-  for (const auto& [length, width] : {std::array{4.0, 0.3}, {1.1, 1.0}, {0.7, 5.0}, {5.0, 0.7}, {12.0, 0.1}})
-    for (const double angle : {0.0, 0.4, pi / 4}) {
-      CAPTURE(length);
-      CAPTURE(width);
-      CAPTURE(angle);
-      LaplaceProblem problem{.permittivity = 1};
-      problem.size = {64, 64};
-      problem.sides[left] = {Side::Kind::electrode, 0.0, {}};
-      problem.sides[right] = {Side::Kind::electrode, 5.0, {}};
-      const Vec2 axis{std::cos(angle), std::sin(angle)}, first{14.7, 38.0}, second{40.3, 20.1};
-      problem.bodies = {{Bar{first, first + length * axis, width}, 0}, {Bar{second, second + length * axis, width}, 1}};
-      problem.groups = {{true, 0, 0}, {true, 1, 0}};
-      CutCellOptions o = options(128);
-      CutCellSolver matrix_free(o);
-      o.linear_solver = CutCellOptions::LinearSolver::assembled;
-      CutCellSolver assembled(o);
-      const LaplaceSolution a = matrix_free.solve(problem), b = assembled.solve(problem);
-      for (const int g : {0, 1}) CHECK(a.group_potential[g] == doctest::Approx(b.group_potential[g]).epsilon(1e-8));
-      CHECK(a.iterations <= 16);  // Regression value with a margin of 3.
-    }
-}
-
 TEST_CASE("force: equals the negative energy derivative for shifts of 1e-4 cells") {
   // With constant charges F = -dW/dx. A step of 1e-4 cells gives a truncation error of 1e-8. The relative solver error
   // of W is 1e-20 (square of the energy norm).

@@ -99,6 +99,8 @@ TEST_CASE("user-defined field method: keys that it does not support are refused"
   const std::string field = "field.method = \"images\"\n";
   CHECK(contains(refusal(scene_text(field + "field.cells = 64\n")),
                  "field.cells is not allowed with field.method = \"images\""));
+  CHECK(contains(refusal(scene_text(field + "field.boundary_stencil = \"plain\"\n")),
+                 "field.boundary_stencil is not allowed with field.method = \"images\""));
   CHECK(contains(refusal(scene_text(field + "field.accuracy = 1e-3\n")), "its error is not estimated"));
   CHECK(contains(refusal(scene_text(field + "field.tolerance = 1e-16\n")), "it must be at least 1e-15"));
 }

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "solvers/error.hpp"
 #include "src/commands/command_line.hpp"
 #include "src/commands/theory_kind.hpp"
 #include "tests/folder.hpp"
@@ -59,4 +60,27 @@ TEST_CASE("user-defined theory: the command theory runs it and checks options") 
   };
   CHECK(figure("contact_value") / time.back() == doctest::Approx(figure("collision_frequency")).epsilon(1e-12));
   CHECK(run_theory(folder, {"--cells", "16", "--overwrite"}) == 2);  // The theory does not take this option.
+}
+
+TEST_CASE("user-defined theory: faulty tables, names and options are refused") {
+  const auto status_of = [](const TheoryKind& kind) {
+    return run_command_line({"theory", kind.name}, {theory_command({kind})});
+  };
+  static TheoryTable table;
+  const TheoryKind kind{.name = "faulty", .answer = [](const TheoryRequest&) {
+                          return TheoryAnswer{"faulty", "Faulty", {}, {table}};
+                        }};
+  table = {.name = "course", .title = "course", .columns = {{"x", "1", "x", {1, 2}}, {"y", "1", "y", {3, 4}}}};
+  CHECK(status_of(kind) == 0);
+  table.panels = {{"y", true, {"z"}}};
+  CHECK(status_of(kind) == 1);
+  table.panels.clear();
+  table.columns[1].values.pop_back();
+  CHECK(status_of(kind) == 1);
+  table.columns.clear();
+  CHECK(status_of(kind) == 1);
+  TheoryKind unknown = kind;
+  unknown.options = {"--cell"};
+  CHECK_THROWS_AS(theory_command({unknown}), Failure);
+  CHECK_THROWS_AS(theory_command({kind, kind}), Failure);
 }

@@ -12,8 +12,7 @@
 namespace lichtenberg {
 namespace {
 
-/// Number of random positions after which placement of one conductor fails. A hundred times as many tries fit 1 to 3 %
-/// more disks into a box of about 324 (five seeds).
+/// Number of random positions after which placement of one conductor fails.
 constexpr int tries_per_conductor = 100000;
 
 /// Number of tries after which placement of a whole population fails. Without this bound, populations near the limit

@@ -3,7 +3,7 @@
 #   cmake/petsc-cuda.sh PREFIX [--arch 90] [--cuda /usr/local/cuda] [--source petsc_*.orig.tar.*] [--jobs N]
 # apt downloads the source (PETSc 3.22 of Debian 13) from this machine's mirror without changes to its list of sources;
 # --source uses a local file. --arch is the device's compute capability without the dot: 80 for an A100, 90 for an H100
-# or H200. The build has one process and double precision, and takes ten minutes on two cores.
+# or H200. The build has one process and double precision.
 set -euo pipefail
 
 here=$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")

@@ -9,10 +9,10 @@ Each JSON file holds one measurement or a list of them. A measurement is an obje
                 text of each row states its unit. It may be absent if each key of a number ends with a unit in
                 parentheses, and for texts.
     `command`   Command that repeats the measurement, or an object of several.
+    `commit`    Commit of the programs, or an object of several; rows may have one of their own.
     `machine`   Processor, cores, compiler and other load.
     `date`      Text with the date of the run, YYYY-MM-DD.
     `rows`      List of objects that map a column to a value. Columns are in order of first appearance.
-    `commit`    Commit of the programs, or an object of several, if known; rows may have one of their own.
     `note`      Remark for the reader, optional.
     `page`      Page that shows the measurement (PAGES). Without it no page does.
 
@@ -32,8 +32,9 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 DATA = HERE / "measurements"
-REQUIRED = {"measures": str, "command": (str, dict), "machine": (str, dict), "date": str, "rows": list}
-OPTIONAL = {"unit": (str, dict), "commit": (str, dict), "note": str, "page": str}
+REQUIRED = {"measures": str, "command": (str, dict), "commit": (str, dict), "machine": (str, dict), "date": str,
+            "rows": list}
+OPTIONAL = {"unit": (str, dict), "note": str, "page": str}
 IN_ROWS = "see rows"
 
 # Page -> (title, introduction).
@@ -142,7 +143,7 @@ def is_kept(value):
 
 def commit_of(measurement):
     """Returns the commit of the programs as text, and the number of rows with a commit of their own."""
-    rows, commit = measurement["rows"], measurement.get("commit")
+    rows, commit = measurement["rows"], measurement["commit"]
     own = sum(is_kept(row.get("commit")) for row in rows)
     parts = [text(commit).replace("not kept", "not recorded")] if is_kept(commit) and commit != IN_ROWS else []
     parts += [f"in the rows, for {own} of {len(rows)}" if own < len(rows) else "in the rows"] if own else []

@@ -82,7 +82,7 @@ double difference(const LaplaceSolution& device, const LaplaceSolution& cpu) {
 }  // namespace
 
 TEST_CASE("device algorithms, chain with gaps of 1e-6: iterations near the CPU's") {
-  // Separate Jacobi relaxation of the twelve disks would not change their common mode: at least 43 iterations.
+  // Separate Jacobi relaxation of the twelve disks would not change their common mode.
   CutCellOptions options;
   options.cells = 256;
   options.tolerance = 1e-8;
@@ -100,8 +100,7 @@ TEST_CASE("device algorithms, chain with gaps of 1e-6: iterations near the CPU's
 
 TEST_CASE("device algorithms, unresolved rows of disks: iterations near the CPU's") {
   // The row of disks of cutcell_grids_test, which coarse grids do not resolve, each alone or in one of six groups.
-  // Without clusters the device takes 77 to 165 iterations, with clusters alone 38. 200 disks form more than one
-  // cluster.
+  // 200 disks form more than one cluster.
   CutCellOptions options;
   options.tolerance = 1e-8;
   struct Row {

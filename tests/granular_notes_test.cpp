@@ -90,8 +90,8 @@ TEST_CASE("RestitutionCheck: isolated central collisions are counted by speed") 
   RestitutionCheck heavy_check;
   heavy_check.count(std::vector{collision(0.2, 0.2 * heavy)}, bodies, law, 0);
   CHECK(heavy_check.all().worst < 1e-12);  // Rounding.
-  // The restitution of a linear contact does not depend on the speed: G 3.6 with A = 278.6, B = 10 (table of GRANULAR,
-  // 10 digits).
+  // The restitution of a linear contact does not depend on the speed: G 3.6 with A = 278.6, B = 10
+  // (docs/theory/grains.md), 10 digits.
   CHECK(expected_collision(LinearSpringLaw{278.6, 10}, 0.5, 1, 3).restitution ==
         Approx(0.3464297011).epsilon(2e-10).scale(0));
 }

@@ -90,10 +90,10 @@ TEST_CASE("contact search: contact of a grain faster than predicted is found onc
 
 namespace {
 
-/// Bounds on restitution errors up to speeds of 1 v0 and 5 v0. They are the worst errors at dt = 0.005 in the table of
-/// GRANULAR, increased by 10 % for other phases, scaled to the step. Multirate takes 30 steps per shortest contact at
-/// twice the largest speed: 0.0086 at v = 1, where the table has 2.5e-5 for 0.01. CVODE has an error of 1e-13 in each
-/// of some hundred steps.
+/// Bounds on restitution errors up to speeds of 1 v0 and 5 v0. They are the worst errors at dt = 0.005 in
+/// docs/measurements/granular.json, increased by up to 10 % for other phases. Multirate takes 30 steps per shortest
+/// contact at twice the largest speed, 0.0086 at v = 1; its bounds are above the errors at 0.01. CVODE has an error of
+/// 1e-13 in each of some hundred steps.
 struct RestitutionError {
   Integrator integrator;
   double at_1, at_5;
@@ -244,7 +244,7 @@ TEST_CASE("multiple contacts: second order, energy does not grow, momentum const
     for (std::size_t k = 0; k < found.size(); ++k) worst = std::max(worst, std::abs(found[k] - reference[k]));
     errors.push_back(worst);
   }
-  // Regression value: 1.1e-5; constant forces of other contacts over a step would give 2.2e-4.
+  // Regression value: 1.1e-5; constant forces of other contacts over a step would give more.
   CHECK(errors[0] < 5e-5);
   CHECK(errors[3] < errors[0] / 64);  // The step is an eighth.
 }

@@ -188,8 +188,8 @@ TEST_CASE("multipole method: reference cases are reproduced to 1e-12") {
 }
 
 TEST_CASE("multipole method and cut-cell solver: agree within the grid's error") {
-  // S = 128, R = 9 cells, gaps of at least 4 cells. The capacitance has an error of 0.07 % at a gap of R/2 (table of
-  // FIELD-SOLVER for R = 8, d/2R = 1.25), and the walls' different potentials contribute as much.
+  // S = 128, R = 9 cells, gaps of at least 4 cells. The capacitance has an error of 0.07 % at a gap of R/2
+  // (docs/measurements/validation.json, R = 8, d/2R = 1.25), and the walls' different potentials contribute as much.
   LaplaceProblem problem = random_disks(8, {1, 1}, 0.07, 0.04);
   problem.groups[2] = {false, 0, 0.5};
   problem.bodies[4].group = problem.bodies[3].group;  // A floating group with two members, and one group without.

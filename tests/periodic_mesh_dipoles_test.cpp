@@ -21,7 +21,7 @@ namespace {
 
 parallel::Team& alone = parallel::Team::single();
 
-/// 300 charges and dipoles at the density of the gas of GRANULAR.
+/// 300 charges and dipoles at the density of scenes/granular-gas.toml.
 SourceSet gas(unsigned seed) { return random_sources(300, {12.8, 12.8, 12.8}, 1, true, seed); }
 
 SourceSet without_charges(SourceSet sources) {

@@ -88,7 +88,7 @@ class CudaExecutor {
   using Grid = CudaGrid;
   template <class F>
   void run_cooperative(F f) const {
-    constexpr int threads = 512;  // 128 registers each; half as many threads with 256 are not faster
+    constexpr int threads = 512;  // 128 registers each
     int blocks = 0;
     check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, grid_kernel<threads, F>, threads, 0));
     void* arguments[] = {&f};

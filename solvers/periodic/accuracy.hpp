@@ -73,8 +73,8 @@ constexpr double finest_single = 6e-7;
 /// one may be chosen.
 std::string why_not_single(const MeshRequest& request);
 
-/// Relative error of forces due to single precision alone: rms error over rms force, measured for 1000 to 50016 charges
-/// at random positions.
+/// Relative error of forces due to single precision alone: rms error over rms force for charges at random positions
+/// (tests/periodic_single_test.cpp).
 constexpr double error_of_single_precision = 4e-7;
 
 /// Chooses the parameters of a ParticleMesh (double precision) with the least estimated work for a relative error
@@ -92,7 +92,8 @@ MeshChoice choose_mesh(double accuracy, int charges, Vec3 lengths, double contac
 MeshChoice choose_quick_mesh(const MeshRequest& request);
 /// Chooses the parameters of a mesh sum, as choose_quick_mesh() does, with the error measured at the positions of
 /// `sources`. The aim is a measured error between a third of the requested error and all of it. Relative errors of
-/// clusters can differ from those at random positions by a factor of about two, either way.
+/// clusters can differ from those at random positions by a factor of about two, either way
+/// (docs/measurements/periodic.json).
 /// The reference forces are those of a finer mesh, or of Ewald's sum for all or some of the charges. The first trial is
 /// made for half of the requested error, so that clusters that form later do not exceed it. If the request cannot be
 /// met, `error` of the result is the error reached. Charges that are all 0 are replaced by alternating +1 and -1;

@@ -325,8 +325,7 @@ void ChargeMesh<Real>::add_to(const FieldSums<Real>& sums, const Columns<Real>& 
 
 /// Returns the correction of field and force for a source's own cloud. With g the potential of a unit charge's cloud at
 /// its position, the energy of a charge and its dipole is 1/2 q^2 g + 1/2 q mu.grad g, so the field is half the slope
-/// of g. The energy of the dipole with itself is taken as independent of position: its variation on the mesh is 1 % of
-/// the error in a gas.
+/// of g. The energy of the dipole with itself is taken as independent of position.
 template <class Real>
 template <Kind kind>
 [[gnu::always_inline]] inline auto ChargeMesh<Real>::own_part(const Columns<Real>& columns, int s,

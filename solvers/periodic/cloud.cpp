@@ -120,7 +120,7 @@ Cloud prolate_cloud(double band_limit, double cutoff) {
                  (middle * middle);
   // Near the cut-off the cloud is steeper than waves below its band limit c allow: c^2 / 2 in place of c. The
   // derivatives of the neglected force therefore exceed it by more than the factor of the wave number. The factors fit
-  // a quadrature of psi and its derivatives, to 10 % for band limits from 4 to 18.
+  // a quadrature of psi and its derivatives for band limits from 4 to 18.
   const double wave2 = of.band_limit * of.band_limit;
   of.neglected_slope = of.neglected * wave2 * (0.92 * band_limit - 0.4);
   of.neglected_curvature = of.neglected * wave2 * wave2 * (0.072 * std::pow(band_limit, 3) + 3);

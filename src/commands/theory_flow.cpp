@@ -42,9 +42,7 @@ constexpr int rows = 60;                             // of the time series
 constexpr double first_map_time = 3.48e2;            // t_0, time of G A5.3 (a)
 constexpr int max_noise_waves = 3;                   // largest wave number of the initial noise, in waves per box edge
 constexpr std::array<int, 2> most_cells{1024, 128};  // per edge, in a plane and in space
-// Tolerance of a time step. Relative to 1e-5, it changes results by at most 1 % (32 cells per edge, separated charges)
-// up to flow at twice the thermal speed.
-constexpr double tolerance = 1e-4;
+constexpr double tolerance = 1e-4;                   // of a time step
 
 void check_flow(const FlowRequest& r) {
   if (!(r.restitution > 0 && r.restitution < 1))

@@ -62,9 +62,7 @@ const FieldMethodKind& cut_cell_method() {
       .on_grid = true,
       .moving_by_positions = true,
       .on_processes = FieldLinearSolver::assembled,
-      // Measured with field.moving_tolerance of 1e-4, 1e-5, 1e-6 and 1e-7 and stop.time = 1e-9: 21, 4.5, 7.5 and 1.6 in
-      // shuttle.toml, and 1.8, .08, .06 and .5 in broken-wire.toml.
-      .energy_noise = 30};
+      .energy_noise = 30};  // above the values in docs/measurements/mechanics.json
   return kind;
 }
 

@@ -88,8 +88,9 @@ void Split::rollback(const Start& start) {
 /// Takes steps with the predictor's field to `target`, or up to a limit of steps at whose end the field is known.
 /// Returns the time reached.
 double Split::predict(double since, double target) {
-  // A field solve costs about 15 predictions, 4 on a device. A check after 64 predictions thus adds 25 % of their cost,
-  // or 6 % on a device. Longer intervals are rejected too often (docs/measurements/benchmarks-field.json).
+  // A field solve costs 9 to 15 predictions (docs/measurements/benchmarks-field.json), and about 3 on a device
+  // (docs/measurements/device-field.json). A check after 64 predictions thus adds at most 25 % of their cost, or 5 % on
+  // a device. Longer intervals are rejected too often (docs/measurements/benchmarks-field.json).
   constexpr int most = 64;
   double time = since;
   for (int done = 0; time < target; ++done) {

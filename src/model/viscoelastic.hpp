@@ -44,8 +44,8 @@ struct ViscoelasticLaw {
   }
   /// Returns the time scale in which the dissipative force slows two grains of mass 1 down, proportional to (m_eff /
   /// D)^(2/3) speed^(-1/3); infinite without damping. Time steps must resolve it like an elastic contact of this
-  /// duration. The factor is fitted: 16 steps in this time give the dissipated energy with a relative error of about
-  /// 1e-3.
+  /// duration. The factor is fitted: 16 steps in this time give the dissipated energy with a relative error of at most
+  /// 1e-3 (tests/granular_contact_steps_test.cpp).
   LICHTENBERG_HOST_DEVICE double damping_time(double speed) const {
     constexpr double effective_mass = 0.5, factor = 3.83;
     if (!(dissipative > 0 && speed > 0)) return INFINITY;

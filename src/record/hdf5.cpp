@@ -293,7 +293,7 @@ template <class Number>
 void put_compressed(hid_t parent, const std::string& name, std::span<const Number> numbers, const Shape& shape,
                     const Compression& stored, const std::string& unit) {
   const auto& [chunk, type] = stored;
-  constexpr unsigned fastest = 1;  // deflate level; higher levels save only a few per cent of a potential
+  constexpr unsigned fastest = 1;  // deflate level
   if (exists(parent, name)) check(H5Ldelete(parent, name.c_str(), H5P_DEFAULT));
   const Handle creation(H5Pcreate(H5P_DATASET_CREATE)), space = dataspace(shape);
   check(H5Pset_chunk(creation, static_cast<int>(chunk.size()), chunk.data()));

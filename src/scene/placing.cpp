@@ -12,8 +12,7 @@
 namespace lichtenberg {
 namespace {
 
-/// Number of random positions after which placement of one conductor fails. A hundred times as many tries fit 1 to 3 %
-/// more disks into a box of about 324 (five seeds).
+/// Number of random positions after which placement of one conductor fails.
 constexpr int tries_per_conductor = 100000;
 
 /// Number of tries after which placement of a whole population fails. Without this bound, populations near the limit
@@ -150,10 +149,9 @@ void check_population(const Draft& draft, const PopulationDraft& population) {
                          at(Vec3{}, axes), at(size, axes), draft.scene.units().length));
 }
 
-/// Filling fraction that random sequential addition of one radius reaches in a large box before most_tries(): .528 of
-/// an area, .341 of a volume (40000 in a periodic box). The limits for unlimited tries are .547 and .384 (Feder, J.
-/// Theor. Biol. 87, 237 (1980), Cooper, Phys. Rev. A 38, 522 (1988)). The constants include a margin for fluctuations,
-/// which are about 0.1 % for many bodies.
+/// Largest filling fractions, of an area and of a volume, that random sequential addition of one radius is assumed to
+/// reach in a large box before most_tries(). The limits for unlimited tries are .547 and .384 (Feder, J. Theor. Biol.
+/// 87, 237 (1980), Cooper, Phys. Rev. A 38, 522 (1988)).
 constexpr double densest_area = 0.535, densest_volume = 0.35;
 
 /// Returns the number of spheres for which random positions can be found, with the smallest radius of the population

@@ -8,7 +8,8 @@ SPEC = importlib.util.spec_from_file_location("render_measurements", TOOL)
 render = importlib.util.module_from_spec(SPEC)
 SPEC.loader.exec_module(render)
 
-WHOLE = {"measures": "time", "unit": "s", "command": "build/x", "machine": "one core", "date": "2026-01-31", "rows": [{"n": 1}]}
+WHOLE = {"measures": "time", "unit": "s", "command": "build/x", "commit": "not kept", "machine": "one core", "date": "2026-01-31",
+         "rows": [{"n": 1}]}
 
 
 class Measurements(unittest.TestCase):

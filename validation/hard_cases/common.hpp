@@ -22,8 +22,8 @@ struct Quality {
 
 /// Returns the expected error of the cut-cell method for a disk radius and a narrowest gap, both in cells. For gap / R
 /// >= 0.1 it follows from the bounds of the validation program `two_disks` at R = 8, scaled as h^2. In narrower gaps,
-/// of a cell or less, the single conductance across the gap determines the error. It is 7.9 % of the capacitance and
-/// 9.9 % of the force, the worst values of a prototype for a gap of 0.01 cell.
+/// of a cell or less, the single conductance across the gap determines the error. The bounds are 7.9 % of the
+/// capacitance and 9.9 % of the force.
 inline Quality expected(double radius, double gap) {
   const double h2 = (8 / radius) * (8 / radius);
   if (gap >= 2 * radius) return {0.02 * h2, 0.1 * h2};

@@ -15,9 +15,9 @@
 namespace lichtenberg::laplace {
 namespace {
 
-// Factors without a derivation are empirical, from 400 random scenes (docs/measurements/accuracy.json).
+// Factors without a derivation are empirical (docs/measurements/accuracy.json).
 
-/// CG's error in the energy norm, in units of the accuracy. Errors in potentials and forces can be 100 times as large.
+/// CG's error in the energy norm, in units of the accuracy. Errors in potentials and forces can be much larger.
 constexpr double linear_share = 1e-4;
 constexpr double finest_tolerance = 1e-13, coarsest_accuracy = 0.1;
 
@@ -177,8 +177,8 @@ Choice predict_multipole(const LaplaceProblem& problem, const AccuracyRequest& r
   return {Method::multipole, cells, std::max(request.accuracy, finest_tolerance), request.accuracy};
 }
 
-/// Throws InputError if the accuracy is out of reach. The prediction may be wrong by a factor of five, so the possible
-/// accuracy is stated with that factor.
+/// Throws InputError if the accuracy is out of reach. The prediction is empirical, so the possible accuracy is stated
+/// with a factor of five.
 void check_attainable(const Choice& predicted, const AccuracyRequest& request) {
   constexpr double unattainable_factor = 30, uncertainty = 5;
   if (predicted.estimate > unattainable_factor * request.accuracy)

@@ -19,7 +19,7 @@ NarrowGap narrowest(const LaplaceProblem& problem);
 /// the cell edge h (`cell`, m) and the radius R, or (h/R)^(1/2) if the gap is narrower than a cell
 /// (docs/numerics/cut-cells.md).
 double difficulty(const NarrowGap& narrow_gap, double cell);
-/// Typical relative error of the cut-cell method divided by the difficulty, correct within a factor of five.
+/// Assumed relative error of the cut-cell method divided by the difficulty (empirical).
 constexpr double likely_error = 0.04;
 /// Computes the cell edge (m) at which a gap has the given difficulty: the inverse of difficulty().
 double cell_for(const NarrowGap& narrow_gap, double difficulty);

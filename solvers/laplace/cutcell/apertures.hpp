@@ -4,9 +4,9 @@
 // balance. Faces conduct in proportion to their open length. The surface in a cell contributes its length times the
 // normal derivative. The latter is approximated by (potential of the cell - potential of the body) / d, with d the
 // distance of the cell's centre to the surface. This is first-order, because the cell's potential is taken at its
-// centre, wherever its fluid is. Error of the capacitance of two disks at d/2R = 2: 3.4, 1.6, 0.76 % at R = 4, 8, 16
-// cells. The derivatives of these conductances are meaningless, so that the force is the sum of the pressure eps/2
-// (dV/dn)^2 over the surface. Its error is 5 to 10 % on any grid, because dV/dn has a relative error in every cell.
+// centre, wherever its fluid is. The derivatives of these conductances are meaningless, so that the force is the sum of
+// the pressure eps/2 (dV/dn)^2 over the surface. Its error does not decrease with the grid, because dV/dn has a
+// relative error in every cell. Both errors are in docs/measurements/cutcell.json.
 
 #include "solvers/laplace/cutcell/level.hpp"
 

@@ -35,9 +35,9 @@ inline PetscErrorCode report_norm(KSP ksp, double squared) {
 }
 
 /// Ends the iterations if the step just taken is predicted to meet the stop criterion, and reports the predicted norm.
-/// The prediction uses the reduction of the norm by earlier steps. For the first step it assumes steepest descent with
-/// eigenvalues .38 to 1.45 of M A (M: preconditioner, A: matrix; docs/numerics/multigrid.md). This reduces the norm to
-/// (1.45 - .38) / (1.45 + .38).
+/// The prediction uses the reduction of the norm by earlier steps. For the first step it assumes a reduction
+/// to 0.6: that of steepest descent, (k - 1) / (k + 1), for the condition number k = 4 of M A (M: preconditioner, A:
+/// matrix; docs/numerics/multigrid.md).
 inline PetscErrorCode predict_end(KSP ksp, const CgScalars& scalars) {
   constexpr double first_step = 0.6;
   const double predicted = scalars.predicted_norm(ksp->its == 0 ? first_step : CgScalars::slow_step);

@@ -63,14 +63,13 @@ struct CgScalars {
     const double slowest = std::sqrt(largest);
     return (slowest > slow ? slowest : slow) * std::sqrt(std::abs(product));
   }
-  /// Assumed reduction of the norm by a slow step. It is the slowest of 1000 steps for moving bodies; most reduced the
-  /// norm to a quarter.
+  /// Assumed reduction of the norm by a slow step.
   static constexpr double slow_step = 0.5;
 };
 
 /// Detection of stagnation: ten iterations in which no norm fell below 0.9 of the best. The multigrid works in single
 /// precision and is not exactly a linear map. Short recurrences that rely on linearity (MINRES, BiCGStab) can stagnate
-/// with it. While a method converges, a typical iteration halves the norm.
+/// with it.
 struct StallTest {
   double best = 0;
   int iterations = 0;  ///< iterations since `best`

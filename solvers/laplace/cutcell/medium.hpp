@@ -3,12 +3,12 @@
 // Conductors that a coarse grid of the preconditioner does not resolve. One source for the CPU (homogenize.hpp) and
 // CUDA devices.
 //
-// Conductors far smaller than a grid's cells, if kept as conductors, slow CG down (50 iterations instead of 13). Their
-// effect on the field at the scale of the cells is known. Floating disks that fill a fraction f of the area are a
-// medium of permittivity (1 + f) / (1 - f), which carries their charge (Maxwell Garnett 1904, in two dimensions). A
-// conductor with a given potential, or with the potential of distant ones, is a subgrid conductor. It exchanges flux
-// with the four cells around it, like a well in reservoir simulation (Peaceman 1978). The conductance depends on the
-// logarithm of its radius.
+// Conductors far smaller than a grid's cells, if kept as conductors, slow CG down
+// (docs/measurements/negative-results.json). Their effect on the field at the scale of the cells is known. Floating
+// disks that fill a fraction f of the area are a medium of permittivity (1 + f) / (1 - f), which carries their charge
+// (Maxwell Garnett 1904, in two dimensions). A conductor with a given potential, or with the potential of distant ones,
+// is a subgrid conductor. It exchanges flux with the four cells around it, like a well in reservoir simulation
+// (Peaceman 1978). The conductance depends on the logarithm of its radius.
 
 #include <cmath>
 #include <numbers>
@@ -20,7 +20,7 @@ namespace lichtenberg::laplace {
 
 /// Minimum radius (cells) of disks that a coarse grid resolves. `least_lone_radius`: disks that float alone (each with
 /// its own unknown potential). `least_radius`: disks that share a potential with others or have a given one. The values
-/// are empirical: 324 to 15000 disks that filled 5 to 50 % of the area. A factor of two costs a few CG iterations.
+/// are empirical (docs/measurements/negative-results.json).
 inline constexpr double least_lone_radius = 0.7, least_radius = 0.5;
 
 /// Maximum width and height (cells) of a set of disks that becomes part of an effective medium. The disks are too small

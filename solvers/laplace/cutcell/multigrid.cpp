@@ -33,8 +33,8 @@ void Multigrid::prepare(const LaplaceProblem& problem, const Layout& finest) {
 void Multigrid::build_coarse(const LaplaceProblem& problem, const Level& finest) {
   if (coarse_levels_.empty()) return;
   const auto factorize = [&] { coarse_solver_->factorize(problem, *coarse_levels_.back()); };
-  // The coarse grids take 2/3 of the set-up time of the finest: enough work for one of two threads, but too much for
-  // one of three.
+  // The set-up of the coarse grids takes less time than that of the finest: enough work for one of two threads, but too
+  // much for one of three.
   if (team_.size() == 2)
     return team_.start([this, &problem, &finest, factorize] {
       discretize_coarse(problem, finest, parallel::Team::single());

@@ -17,8 +17,7 @@ class CoarseSolver;
 class Multigrid {
  public:
   /// Makes a preconditioner without grids. `coarse_sweeps`: number of smoothing sweeps before and after the coarse-grid
-  /// correction, on all grids except the finest. A second sweep on these grids costs about 1/8 of a CG iteration and
-  /// saves about two of eleven iterations.
+  /// correction, on all grids except the finest.
   explicit Multigrid(LinkFormula formula, parallel::Team& team = parallel::Team::single(), int coarse_sweeps = 2);
   ~Multigrid();
 

@@ -9,8 +9,7 @@
 namespace lichtenberg::laplace {
 
 /// Minimum number of a grid's cells per band (range of rows, task of a parallel loop), unless the whole grid is one
-/// band. A pass takes about a nanosecond per cell. Waking the other threads takes one or two microseconds, at most a
-/// quarter of the time of a loop over this many cells.
+/// band. Waking the other threads takes less time than a loop over this many cells.
 constexpr long cells_a_band = 8192;
 
 /// Returns the number of bands (ranges of rows) into which a parallel loop over a grid is divided.

@@ -90,8 +90,8 @@ KrylovResult solve_krylov(const System& system, const Eigen::VectorXd& right_han
   }
   const double first = x.isZero(0) ? scale : system.precondition(right_hand_side - system * x).norm();
   if (first <= tolerance * scale) return {0, first / scale, scale};
-  // Number of directions kept: at most 512 MiB of them. With preconditioned charges 80 suffice, as few solves need more
-  // than 70 iterations. More would cost time, since Eigen initializes memory for all of them at the start.
+  // Number of directions kept: at most 512 MiB of them. With preconditioned charges, which need fewer iterations, it is
+  // smaller, since Eigen initializes memory for all of them at the start.
   const int restart = std::clamp((1 << 26) / system.size(), 20, system.has_preconditioner() ? 80 : 200);
   Eigen::GMRES<SystemMatrix, SystemPreconditioner> gmres;
   const SystemMatrix matrix(system);

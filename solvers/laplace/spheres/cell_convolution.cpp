@@ -11,7 +11,7 @@ namespace {
 
 /// Ratio at which terms decrease with l + t. Two charges at the rims of their cells have 2 reach / range, but most are
 /// nearer to the centre. The root mean square distance for spheres that are spread evenly in square cells of one layer
-/// is 0.59 of the reach, 1.2 for two of them. The rest is a margin. A ratio of 1.6 does not reduce the errors.
+/// is 0.59 of the reach, 1.2 for two of them. The rest is a margin.
 double decay_ratio(const Cells& cells) { return 1.3 * cells.reach / cells.range; }
 
 /// Bounds of the degree. Below 4 the savings are negligible compared to the near pairs. 1e-12 needs degree 33 if cells

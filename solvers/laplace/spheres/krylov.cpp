@@ -265,7 +265,7 @@ EightColumns solve_eight(const System& system, int first, double tolerance) {
 }
 
 /// Returns the tolerance of the iteration of unit_charges, whose errors are squares of residuals over the smallest
-/// eigenvalue (about 0.01).
+/// eigenvalue, which is taken as 0.01.
 double second_order_tolerance(double tolerance) { return std::max(tolerance, 0.1 * std::sqrt(tolerance)); }
 
 }  // namespace

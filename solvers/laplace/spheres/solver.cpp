@@ -27,8 +27,7 @@ namespace {
 /// Returns the tolerance for the norm of the residual of x = sqrt(R) a. A charge q on the smallest sphere (R) has x = q
 /// / sqrt(R). An error in the dipole of the largest sphere (R') causes a field error there larger by sqrt(R' / R).
 /// Narrow gaps tighten the tolerance further. It is bounded below by about fifty roundings or the requested value. The
-/// factor 0.2 is empirical: with 0.1 the truncation of the harmonics limits the forces, with 0.3 their error doubles
-/// (docs/numerics/spheres.md).
+/// factor 0.2 is empirical: with 0.3 the error of the forces doubles (docs/measurements/negative-results.json).
 double tolerance_for(const System& system, double accuracy) {
   const double requested_tolerance = 0.2 * accuracy;
   if (system.sites().empty()) return requested_tolerance;

@@ -198,7 +198,7 @@ class GasLists {
 
   /// Returns the skin (d0) of least cost for a bound `travel` (d0) on displacements in a step. Lists that take a time L
   /// to build are valid for about skin / travel steps, because `travel` is twice the path of the fastest grain. A skin
-  /// adds a * skin to the time of a step. The total time is least at sqrt(L travel / a), with L / a of about 8 d0.
+  /// adds a * skin to the time of a step. The total time is least at sqrt(L travel / a); L / a is taken as 8 d0.
   /// Lists are valid for at least about two steps.
   static double skin_for(double travel) { return std::max(2.8 * std::sqrt(travel), 3 * travel); }
 

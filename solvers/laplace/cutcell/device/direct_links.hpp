@@ -89,8 +89,8 @@ void list_without_cells(const Executor& run, ProblemView problem, GridView grid,
 /// together) need the host, which is not worth its time for weaker links.
 constexpr double strong_link = 16;
 /// Number of successive solves without a strong direct link (gap conductance) after which the host takes no part in the
-/// set-up. It takes part again at the next strong link. Either change records all kernels again, which costs some ten
-/// solves. The host's part costs a quarter of a solve for predicted positions.
+/// set-up. It takes part again at the next strong link. Either change records all kernels again, which costs the time
+/// of several solves.
 constexpr int solves_to_forget_strong_links = 200;
 
 /// Computes the conductances of all direct links (gap conductances) and, at least on the finest grid, their derivatives

@@ -43,10 +43,12 @@ std::string refusal_of_drag(double linear, bool reads_velocity) {
   });
 }
 
-/// Linear spring between pairs: E = (reach - r)^2 / 2, with faults.
+/// Linear spring between two bodies of radius 1 m from contact to the cutoff of 3 m, with faults.
 struct Spring {
   static constexpr bool over_distance = false;
-  double factor = 1, jump = 0, kink = 2;
+  double factor = 1;  ///< of the force
+  double jump = 0;    ///< J, energy at the cutoff
+  double kink = 0;    ///< m, distance below which the spring is a hundred times as stiff
   double reach(double, double) const { return 3; }
   double energy_unit() const { return 1; }
   PairForce operator()(const PairGeometry& pair) const {
@@ -82,19 +84,19 @@ TEST_CASE("Effect::drag that depends on the velocity: refused with the effect") 
 TEST_CASE("check_pair_law: refuses a wrong force and an energy jump at the cutoff") {
   CHECK(refusal_of_pair(Spring{}).empty());
   CHECK(refusal_of_pair(SpringOverDistance{}).empty());
-  // The derivative of the force jumps at 0.7 of the cutoff. The central difference is off there by a quarter of the
-  // jump times the step, far below 1 % of the force.
-  CHECK(refusal_of_pair(Spring{.kink = 2.1}).empty());
-  const std::string wrong = "effects.spring: the force of its law is not minus the derivative of its energy";
+  CHECK(refusal_of_pair(Spring{.kink = 2.5}).empty());
+  CHECK(refusal_of_pair(Spring{.kink = 2.05137}).empty());  // exactly at a point of the check
+  const std::string wrong = "effects.spring: the law of the pair force contradicts itself";
   CHECK(contains(refusal_of_pair(Spring{.factor = -1}), wrong));
-  CHECK(contains(refusal_of_pair(Spring{.factor = 1.02}), wrong));
-  CHECK(refusal_of_pair(Spring{.factor = 1.005}).empty());
+  CHECK(contains(refusal_of_pair(Spring{.factor = 1.0002}), wrong));
+  CHECK(refusal_of_pair(Spring{.factor = 1.00005}).empty());
+  CHECK(contains(refusal_of_pair(Spring{.factor = NAN}), wrong));
   SpringOverDistance undivided;
   undivided.is_divided = false;
   CHECK(contains(refusal_of_pair(undivided), wrong));
-  // The energy at half of the cutoff is 1.125 J, without the part below 2 m.
-  CHECK(contains(refusal_of_pair(Spring{.jump = 0.02, .kink = 0}), "the energy of its law is not 0 at the cutoff"));
-  CHECK(refusal_of_pair(Spring{.jump = 0.01, .kink = 0}).empty());
+  // The largest energy at the points of the check is 0.45 J.
+  CHECK(contains(refusal_of_pair(Spring{.jump = 1e-6}), "the energy of the pair force is 1e-06 at its cutoff 3"));
+  CHECK(refusal_of_pair(Spring{.jump = 1e-7}).empty());
 }
 
 }  // namespace model_laws_test

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cmath>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,6 +8,7 @@
 #include "solvers/error.hpp"
 #include "src/model/effect.hpp"
 #include "src/model/neighbours.hpp"
+#include "src/model/pair_law_check.hpp"
 #include "src/model/pair_loop.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/scene/scene.hpp"
@@ -26,25 +26,21 @@ double largest_gap(const Law& law, std::span<const double> radius) {
   return std::max({0.0, gap(least, least), gap(least, most), gap(most, most)});
 }
 
-/// Throws InputError if a pair force law contradicts itself for two bodies of this radius (m) and of charge 1. At two of
-/// three distances the force must be minus the derivative of the energy within 1 %; at the third it may have a kink. The
-/// energy must be 0 at the cutoff, within 1 % of the energy at half of the cutoff. `name`: name of the effect.
+/// Throws InputError if a pair force law contradicts itself for two bodies of this radius (m) and of charge 1
+/// (pair_law_check.hpp). A law that acts beyond contact is checked there. `name`: name of the effect.
 template <class Law>
 void check_pair_law(const Law& law, double radius, const std::string& name) {
-  const double reach = law.reach(radius, radius);
-  const auto at = [&](double part) { return law(PairGeometry{part * reach, reach, radius, radius, 1, 1}); };
-  constexpr double step = 1e-4, allowed = 0.01;  // relative; the central difference has an error of about step^2
-  int wrong = 0;
-  for (const double part : {0.5, 0.7, 0.9}) {
-    const double force = at(part).force * (Law::over_distance ? part * reach : 1);
-    const double change = law.energy_unit() * (at(part - step).energy - at(part + step).energy) / (2 * step * reach);
-    if (std::abs(force - change) > allowed * std::max(std::abs(force), std::abs(change)) && ++wrong > 1)
-      throw InputError("effects." + name + ": the force of its law is not minus the derivative of its energy (" +
-                       std::to_string(force) + " for " + std::to_string(change) + " at " + std::to_string(part) +
-                       " of the cutoff)");
-  }
-  if (std::abs(at(1 - 1e-9).energy) > allowed * std::abs(at(0.5).energy))
-    throw InputError("effects." + name + ": the energy of its law is not 0 at the cutoff");
+  const double reach = law.reach(radius, radius), contact = 2 * radius;
+  const auto at = [&](double distance) {
+    const PairGeometry pair{distance, reach, radius, radius, 1, 1};
+    if constexpr (CanRefuse<Law>)
+      if (law.refuses(pair)) return PairForce{};
+    PairForce found = law(pair);
+    found.energy *= law.energy_unit();
+    if (Law::over_distance) found.force *= distance;
+    return found;
+  };
+  check_pair_law(at, reach > contact ? contact : 0, reach, name);
 }
 
 /// Effect of a short-range pair force on conductors or grains. The pair force law (pair_law.hpp) gives the forces,

@@ -88,7 +88,10 @@ def read_headers(folder):
 
 
 def build(program, folder, fast=False):
-    """Writes the site into folder/html and returns the exit status of Sphinx."""
+    """Writes the site into folder/html and returns the exit status of Sphinx. Throws ValueError for a folder of the
+    source, because older files in `folder` are removed."""
+    if folder.resolve().is_relative_to(DOCS.resolve()) or HOME.resolve().is_relative_to(folder.resolve()):
+        raise ValueError(f"{folder} is part of the source: name another folder for the site")
     source = folder / "source"
     for old in (source, folder / "html", folder / "tutorials"):
         shutil.rmtree(old, ignore_errors=True)

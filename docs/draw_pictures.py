@@ -50,11 +50,8 @@ def processor():
 
 
 def record(times):
-    """Adds processor times (s) by scene to the measurement of the gallery. `times` has the command and the time."""
-    old = json.loads(TIMES.read_text()) if TIMES.exists() else {"rows": []}
-    rows = {row["scene"]: row for row in old["rows"]}
-    for name, (command, seconds) in times.items():
-        rows[name] = {"scene": name, "command": command, "time (s)": round(seconds, 1)}
+    """Writes processor times (s) of all scenes as the measurement of the gallery. `times` has the command and the time."""
+    rows = {name: {"scene": name, "command": command, "time (s)": round(seconds, 1)} for name, (command, seconds) in times.items()}
     version = subprocess.run([gallery.PROGRAM, "--version"], capture_output=True, text=True, check=True).stdout
     measurement = {
         "measures": "processor time of a run of each shipped scene with its picture",
@@ -114,7 +111,9 @@ def draw_contact():
 def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("names", nargs="*", metavar="NAME", help="scene, or contact")
-    names = parser.parse_args().names or ["contact", *(name for name, _ in gallery.rows())]
+    chosen = parser.parse_args().names
+    names = chosen or ["contact", *(name for name, _ in gallery.rows())]
+    times = {}
     os.environ["LICHTENBERG_THREADS"] = "1"
     PICTURES.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="lichtenberg-pictures-") as folder:
@@ -123,7 +122,9 @@ def main():
             if name == "contact":
                 draw_contact()
             else:
-                record({name: draw_scene(name, Path(folder))})
+                times[name] = draw_scene(name, Path(folder))
+    if not chosen:  # the measurement has one date, commit and machine
+        record(times)
     return 0
 
 

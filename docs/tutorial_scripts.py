@@ -98,7 +98,7 @@ def shell_calls(lines, status):
 def file_call(lines):
     """Returns the code that writes a TOML block to its file."""
     name = lines[0].removeprefix("# ").strip()
-    return [f'Path("{name}").write_text("""\\', *lines, '""")']
+    return [f'Path("{name}").write_text(r"""', *lines, '""")']
 
 
 def restructured(text, folder):

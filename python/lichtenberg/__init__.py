@@ -6,9 +6,8 @@ _homes = {
     "compiled": ["compile_effect"],
     "errors": ["Failure", "InputError"],
     "array": ["Array"],
-    "program": ["run"],
     "result": ["Frame", "Result", "load"],
-    "running": ["Run"],
+    "running": ["Run", "run"],
     "scene": ["Scene", "conductors"],
     "solving": ["solve"],
 }

@@ -22,5 +22,8 @@ class Array(np.ndarray):
             options["out"] = plain(out)
         return getattr(function, method)(*plain(inputs), **options)
 
+    def __reduce__(self):
+        return Array, (np.asarray(self), self.unit)
+
     def __repr__(self):
         return f"{self.view(np.ndarray)!r} {self.unit}"

@@ -2,36 +2,39 @@
 import importlib.util
 import os
 import sys
+import threading
+from importlib.machinery import PathFinder
 from pathlib import Path
 
 from .errors import Failure
 
+NAME = "lichtenberg._core"
+LOADING = threading.Lock()
 
-def find_module():
-    """Returns the path of the module; None if there is none."""
+
+def find():
+    """Returns the import specification of the module for this Python; None if there is none."""
     here = Path(__file__).resolve().parent
     folders = [here, here / "../../build"]
     if program := os.environ.get("LICHTENBERG"):
         folders.insert(0, Path(program).resolve().parent)
-    for folder in folders:
-        for path in sorted(folder.glob("_core.*.so")):
-            return path
-    return None
+    found = PathFinder.find_spec("_core", [str(folder) for folder in folders])
+    return found and importlib.util.spec_from_file_location(NAME, found.origin)
 
 
 def load():
-    name = "lichtenberg._core"
-    if name in sys.modules:
-        return sys.modules[name]
-    path = find_module()
-    if path is None:
-        raise Failure("the module lichtenberg._core was not found: install the package, or build it with "
-                      "`ninja -C build python_module` (Debian package pybind11-dev)")
-    spec = importlib.util.spec_from_file_location(name, path)
-    try:
-        module = importlib.util.module_from_spec(spec)
-    except ImportError as error:
-        raise Failure(f"{path} cannot be loaded by this Python ({error})") from None
-    spec.loader.exec_module(module)
-    sys.modules[name] = module
-    return module
+    """Returns the module. Throws Failure if there is none for this Python."""
+    with LOADING:
+        if NAME in sys.modules:
+            return sys.modules[NAME]
+        found = find()
+        if found is None:
+            raise Failure("the module lichtenberg._core was not found for this Python: build it with "
+                          "`ninja -C build python_module` (Debian packages pybind11-dev and python3-dev)")
+        try:
+            module = importlib.util.module_from_spec(found)
+            found.loader.exec_module(module)
+        except ImportError as error:
+            raise Failure(f"{found.origin} cannot be loaded by this Python ({error})") from None
+        sys.modules[NAME] = module
+        return module

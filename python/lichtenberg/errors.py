@@ -6,14 +6,15 @@ class InputError(Exception):
     """Invalid input. The text is one error message. `file`, `line` and `key` name the place in a scene, where the message
     does; otherwise they are None."""
 
-    PLACE = re.compile(r"(?:(?P<file>[^\n]*?\.toml|scene)(?::(?P<line>\d+))?: )?"
-                       r"(?:key )?(?P<key>[a-z_]+(?:\[\d+\])?(?:\.[a-z_0-9]+)+\b(?!:))?")
+    KEY = r"(?P<key>[a-z_]+(?:\[\d+\])?(?:\.[a-z_0-9]+)*)"
+    PLACE = re.compile(rf"(?P<file>[^\n]*?\.toml|scene)(?::(?P<line>\d+)(?::\d+)?)?: (?:{KEY} (?:=|is missing))?")
+    SETTING = re.compile(rf"key {KEY}:")
 
     def __init__(self, message=""):
         super().__init__(message)
-        found = self.PLACE.match(str(message))
-        self.file, self.key = found["file"], found["key"]
-        self.line = int(found["line"]) if found["line"] else None
+        place = (self.PLACE.match(str(message)) or self.SETTING.match(str(message)) or re.match("", "")).groupdict()
+        self.file, self.key = place.get("file"), place.get("key")
+        self.line = int(place["line"]) if place.get("line") else None
 
 
 class Failure(Exception):

@@ -5,8 +5,6 @@ from pathlib import Path
 
 from .errors import Failure, InputError
 from .installation import find_program
-from .result import load
-from .scene import text_of, toml
 
 
 def call(*arguments):
@@ -19,50 +17,17 @@ def call(*arguments):
 
 
 def options_of(settings):
-    """Formats options: accuracy=1e-3 as --accuracy=1e-3, capacitance=True as --capacitance, range=(-1, 1) as
-    --range=-1,1, and set={"field.cells": 64, ...} or set=["field.cells=64", ...] as --set=field.cells=64 and so on."""
+    """Formats options: colour="charge" as --colour=charge, overwrite=True as --overwrite, range=(-1, 1) as --range=-1,1."""
     words = []
     for name, value in settings.items():
         option = "--" + name.replace("_", "-")
         if value is True:
             words.append(option)
-        elif isinstance(value, dict):
-            words += [f"{option}={key}={toml(entry)}" for key, entry in value.items()]
         elif isinstance(value, tuple):
             words.append(f"{option}={','.join(map(str, value))}")
-        elif isinstance(value, list):
-            words += [f"{option}={entry}" for entry in value]
         elif value is not None and value is not False:
             words.append(f"{option}={value}")
     return words
-
-
-class SceneFile:
-    """Path of a scene, for use with `with`. The scene is a path, or a dictionary with the keys of a scene file. A dictionary is
-    written to a temporary file."""
-
-    def __init__(self, scene):
-        self.scene, self.folder = scene, None
-
-    def __enter__(self):
-        if not isinstance(self.scene, dict):
-            return str(self.scene)
-        self.folder = tempfile.TemporaryDirectory(prefix="lichtenberg-")
-        path = Path(self.folder.name) / "scene.toml"
-        path.write_text(text_of(self.scene), encoding="utf-8")
-        return str(path)
-
-    def __exit__(self, *_):
-        if self.folder:
-            self.folder.cleanup()
-
-
-def run(scene, out, **options):
-    """Runs a scene, a path or a dictionary with the keys of a scene file, as `lichtenberg run --out` does, in a process of
-    its own. Returns its Result."""
-    with SceneFile(scene) as path:
-        call("run", path, "--out", str(out), "--quiet", *options_of(options))
-    return load(out)
 
 
 class Picture:
@@ -79,6 +44,9 @@ class Picture:
 
 
 def plot(path, frame, options):
+    """Returns the picture that `lichtenberg plot` draws. Throws InputError for the option out: save the picture instead."""
+    if "out" in options:
+        raise InputError("plot() returns a picture: call its save() in place of the option out")
     with tempfile.TemporaryDirectory(prefix="lichtenberg-") as folder:
         picture = Path(folder) / "picture.png"
         words = options_of({"frame": frame, "out": picture, **options})

@@ -123,6 +123,8 @@ class Result:
     """Result file, open until `close()` or the end of its `with`. Data are read on access and no lock is taken, so that
     its run may continue. The frames are those present when the file was opened."""
 
+    run = None  # the Run whose temporary file this is, so that the file exists as long as this object
+
     def __init__(self, path):
         self.path = str(path)
         self._identity = identity(self.path)
@@ -347,13 +349,19 @@ class Result:
         from .files import default_output
         from .view import write_page
 
+        self._check_out(out)
         return write_page(self, out or default_output(self.path, ".html"), frames, overwrite)
 
     def export(self, to, out=None, frames=None, overwrite=False):
         """Writes the formats "vtk", "xyz" or "csv" (export.py). Returns the path of the file or folder."""
         from .export import export
 
+        self._check_out(out)
         return export(self, to, out, frames, overwrite)
+
+    def _check_out(self, out):
+        if out is None and self.run is not None and self.run.path_is_temporary:
+            raise InputError("the result is in a temporary file: name the output by out=PATH")
 
 
 def load(path):

@@ -1,4 +1,5 @@
 """Runs of scenes in this process, frame by frame."""
+import os
 import shutil
 import tempfile
 import warnings
@@ -8,7 +9,7 @@ from pathlib import Path
 from . import core
 from .array import Array
 from .errors import InputError
-from .scene import scene_of
+from .scene import check_device, scene_of
 
 
 class RunFrame:
@@ -41,21 +42,38 @@ class RunFrame:
 class Run:
     """A run of a scene in this process. It gives the same results, bit by bit, as `lichtenberg run`.
 
-    scene, settings: as for Scene. record: keep the frames, for save(), plot() and view(). They are written to a temporary
-    file meanwhile. device: "cpu" or "cuda", in place of the scene's. A run is used by one thread at a time."""
+    scene, settings: as for Scene.
 
-    def __init__(self, scene, settings=None, *, record=True, device=""):
+    out: result file that is written while the run goes on, as by the command, which can resume it. Without it the frames are
+        in a temporary file, which is deleted with this object; save() copies it.
+
+    record: False writes no file. Then save(), plot() and view() are refused.
+
+    device: "cpu" or "cuda", in place of the scene's.
+
+    A run is used by one thread at a time. Runs and solves of several threads take turns."""
+
+    def __init__(self, scene, settings=None, *, out=None, record=True, overwrite=False, device=""):
+        check_device(device)
+        if out is not None and not record:
+            raise InputError("record=False writes no file, so that out has no meaning")
+        if overwrite and out is None:
+            raise InputError("overwrite=True belongs to out")
         self.scene = scene_of(scene, settings)
-        self._record, self._device, self._functions = record, device, []
-        self._run = self._folder = self._every = None
-        self._saved = False
-        self.path = None
+        self._device, self._overwrite, self._functions = device, overwrite, []
+        self._run = self._every = self._process = None
+        self._ended = False
+        self._path = os.path.abspath(out) if out is not None else temporary_file(self) if record else None
+        self.path_is_temporary = out is None
 
     def add_force(self, function):
         """Adds a force on the bodies. function(state) is called with time, position [N, d], momentum [N, d], mass [N],
-        radius [N] and charge [N] (None without charges), in the scene's units. It returns forces [N, d], or a pair of the
-        forces and their potential energy, which enters the energy balance. It may be called several times in a step.
-        Returns the function. Throws InputError after the run has begun."""
+        radius [N] and charge [N] (None without charges), in the scene's units. The arrays are copies. It returns forces
+        [N, d], or a pair of the forces and their potential energy, which enters the energy balance. It is called several
+        times in a step.
+
+        Returns the function. Throws InputError after the first frame. A packing takes no further force: its run throws
+        InputError. `lichtenberg run --resume` refuses a result of a run with Python forces."""
         if not callable(function):
             raise InputError(f"a force is a function, and {function!r} is none")
         if self._run:
@@ -64,61 +82,68 @@ class Run:
         return function
 
     def frames(self, every=None):
-        """Yields the frame of the start, and one after each interval `every` (in the scene's unit of time; default:
-        output.every), until the run ends. The scene's output.every becomes `every`. A further call continues the run."""
-        if self._saved:
-            raise InputError("the run has ended: make another Run from its scene")
+        """Returns an iterator over the frame of the start, and one after each interval `every` (in the scene's unit of time;
+        default: output.every), until the run ends. The scene's output.every becomes `every`. A further call continues the
+        run. Throws InputError after the end, and in the iteration if the run was ended by save(), plot() or view()."""
+        self._check_not_ended()
+        if self._run and every is not None and every != self._every:
+            raise InputError("the run has begun with another interval: give `every` at the first call of frames()")
+        return self._frames(every)
+
+    def _frames(self, every):
         if self._run is None:
             self._begin(every)
             yield self._frame()
-        elif every is not None and every != self._every:
-            raise InputError("the run has begun with another interval: give `every` at the first call of frames()")
-        while not self._saved and self._run.next():
+        while not self._run.finished:
+            self._check_not_ended()
+            if not self._run.next():
+                break
             yield self._frame()
-        self._finish()
+        self._end()
 
     def finish(self, progress=False):
-        """Runs to the end. progress: show a bar, if tqdm is installed. Returns the run."""
+        """Runs to the end, without frames for Python. progress: show a bar, which needs the package tqdm. Returns the
+        run."""
+        self._check_not_ended()
         bar = progress_bar() if progress else None
-        for frame in self.frames():
+        if self._run is None:
+            self._begin(None)
+        while self._run.next():
             if bar is not None:
                 bar.total = self._run.end_time
-                bar.update(frame.time - bar.n)
+                bar.update(self._run.time - bar.n)
         if bar is not None:
             bar.close()
+        self._end()
         return self
 
     def save(self, path, overwrite=False):
-        """Writes the result file and ends the run. `lichtenberg run --resume` can continue a run that had not reached its
-        end. Returns the path. Throws InputError if the file exists, or if the run was made with record=False."""
-        if not self._record:
-            raise InputError("the run was made with record=False, so it has no frames to save")
-        path = Path(path)
-        if path.exists() and not overwrite:
-            raise InputError(f"{path} exists: give another name, or give overwrite=True")
-        if self._run is None:
-            self._begin(None)
-        self._finish()
+        """Copies the result to a file and ends the run. `lichtenberg run --resume` can continue a run without Python forces
+        that had not reached its end. Returns the path. Throws InputError if the file exists or cannot be written, before
+        the first frame, and for a run with record=False."""
+        path = os.path.abspath(path)
+        if os.path.lexists(path) and not overwrite:
+            raise InputError(f"{path} exists: give another name, or allow overwrite=True")
+        recorded = self._recorded()
+        if not self._run.is_in_one_file:
+            raise InputError("the frames of this long run are in several files until its end: make the run with out=PATH")
+        part = f"{path}.part"
         try:
-            shutil.copyfile(self._file(), path)
+            shutil.copyfile(recorded, part)
+            os.replace(part, path)
         except OSError as error:
+            Path(part).unlink(missing_ok=True)
             raise InputError(f"{path} cannot be written ({error.strerror})") from None
-        self.path = str(path)
-        return self.path
+        return path
 
     @property
     def result(self):
         """The Result of the run so far, which ends the run."""
         from .result import load
 
-        if self.path:
-            return load(self.path)
-        if not self._record:
-            raise InputError("the run was made with record=False, so it has no result")
-        if self._run is None:
-            self._begin(None)
-        self._finish()
-        return load(self._file())
+        result = load(self._recorded())
+        result.run = self  # keeps the temporary file
+        return result
 
     def plot(self, **options):
         """Returns the picture of the last frame, as `lichtenberg plot`, whose options these are. Ends the run."""
@@ -130,7 +155,7 @@ class Run:
 
     @property
     def time(self):
-        """Time of the present instant; for a packing, the number of the iteration."""
+        """Time of the last frame; for a packing, the number of the iteration."""
         return self._run.time if self._run else 0.0
 
     @property
@@ -149,40 +174,67 @@ class Run:
         return self._run.warnings if self._run else []
 
     def _begin(self, every):
-        self._every = every
+        self._every, self._process = every, os.getpid()
         scene = self.scene if every is None else self.scene.changed({"output.every": every})
         prepared = scene._core
         for function in self._functions:
             prepared = prepared.with_force(function)
         if self._device:
             prepared = prepared.on_device(self._device)
-        if self._record:
-            self._folder = tempfile.mkdtemp(prefix="lichtenberg-")
-            weakref.finalize(self, shutil.rmtree, self._folder, ignore_errors=True)
-        self._run = core.load().Run(prepared, self._file() if self._record else "", False, warn)
-        self._run.begin()
+        self._run = core.load().Run(prepared, self._path or "", self._overwrite, warn)
 
-    def _file(self):
-        return str(Path(self._folder) / "run.h5")
+    def _recorded(self):
+        """Ends the run and returns its file."""
+        if self._path is None:
+            raise InputError("the run was made with record=False, so it has no file")
+        if self._run is None:
+            raise InputError("the run has not begun: call frames() or finish()")
+        self._end()
+        return self._path
 
     def _frame(self):
         return RunFrame(self._run.time, self._run.time_unit, self._run.frame())
 
-    def _finish(self):
-        if self._saved:
+    def _check_not_ended(self):
+        if self._ended:
+            raise InputError("the run has ended at its end, or by save(), plot(), view() or result: make another Run")
+        if self._run and self._process != os.getpid():
+            raise InputError("the run belongs to another process: make another Run in this one")
+
+    def _end(self):
+        if self._ended:
             return
-        self._saved = True
-        if self._run.finished:
+        self._check_not_ended()
+        if self._path is not None:
             self._run.end()
-        elif self._record:
-            self._run.stop()
+        self._ended = True
 
     def __repr__(self):
         state = "not begun" if self._run is None else f"at t = {self.time:.6g} {self._run.time_unit}"
         return f"<run of {self.scene!r}, {state}>"
 
     def _repr_png_(self):
-        return self.plot()._repr_png_() if self._record and self._saved else None
+        return self.plot()._repr_png_() if self._path and self._ended else None
+
+
+def run(scene, out, settings=None, *, overwrite=False, device=""):
+    """Runs a scene as `lichtenberg run --out` does. Returns its Result."""
+    from .result import load
+
+    Run(scene, settings, out=out, overwrite=overwrite, device=device).finish()
+    return load(out)
+
+
+def temporary_file(owner):
+    """Returns the path of a file in a new folder, which is deleted with its owner, but not by a forked process."""
+    folder = tempfile.mkdtemp(prefix="lichtenberg-")
+    weakref.finalize(owner, remove_in_process, folder, os.getpid())
+    return str(Path(folder) / "run.h5")
+
+
+def remove_in_process(folder, process):
+    if os.getpid() == process:
+        shutil.rmtree(folder, ignore_errors=True)
 
 
 def warn(text):
@@ -193,5 +245,6 @@ def progress_bar():
     try:
         from tqdm.auto import tqdm
     except ImportError:
+        warnings.warn("there is no progress bar without the package tqdm", stacklevel=3)
         return None
     return tqdm(bar_format="{percentage:3.0f}% {bar} t = {n:.3g} of {total:.3g}")

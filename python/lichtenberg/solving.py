@@ -4,7 +4,8 @@ from types import SimpleNamespace
 
 from . import core
 from .array import Array
-from .scene import scene_of
+from .errors import InputError
+from .scene import check_device, scene_of
 
 
 class Answer(SimpleNamespace):
@@ -27,12 +28,12 @@ def cell(value):
     return ", ".join(f"{number:.6g}" for number in value) if value.ndim else f"{value:.6g}"
 
 
-def solve(scene, settings=None, *, capacitance=False, potential_field=False, device="", set=None):
+def solve(scene, settings=None, *, capacitance=False, potential_field=False, device=""):
     """Solves the field of a scene once, in this process.
 
     scene: a Scene, a path, or a dictionary with the keys of a scene file. Arrays are allowed.
 
-    settings: keys that replace those of the scene. `set` is another name of this argument.
+    settings: keys that replace those of the scene.
 
     capacitance: also compute the capacitance matrix. potential_field: also return the potential on the grid.
 
@@ -44,10 +45,11 @@ def solve(scene, settings=None, *, capacitance=False, potential_field=False, dev
     the edge of a cell (m). Charged grains have no group, and dipole [N, 3] if they are polarized; their units are the
     scene's reduced ones. Units are the attribute `unit` of arrays, and units[name].
     Throws InputError and Failure."""
-    given = scene_of(scene, settings if set is None else set)
-    core_scene = given._core
-    if device:
-        core_scene = core_scene.on_device(device)
+    check_device(device)
+    given = scene_of(scene, settings)
+    if device == "cuda" and given.is_granular:
+        raise InputError("the charges of grains are solved on the CPU: leave device = \"cuda\" out")
+    core_scene = given._core.on_device(device) if device else given._core
     entries = core.load().solve(core_scene, capacitance, potential_field)
     units = {**entries["units"], "potential_field": "V", "group": "1"}
     for name in ("position", "radius", "group", "potential", "charge", "force", "dipole", "potential_field"):

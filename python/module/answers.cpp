@@ -1,8 +1,8 @@
 #include "python/module/answers.hpp"
 
-#include <pybind11/stl.h>
+#include <nlohmann/json.hpp>
 
-#include <span>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -10,10 +10,8 @@
 #include "solvers/error.hpp"
 #include "src/commands/field_answer.hpp"
 #include "src/commands/solve_grains.hpp"
-#include "src/field_methods/field_method.hpp"
 
 namespace py = pybind11;
-using namespace py::literals;
 
 namespace lichtenberg::python {
 namespace {
@@ -39,46 +37,21 @@ py::array vectors(int count, int dimension, const Vector& vector) {
   return array_of(std::move(values), {count, dimension});
 }
 
-py::list electrodes(const FieldAnswer& answer) {
-  py::list rows;
-  for (const auto& [name, potential, charge, group] : terminals(answer))
-    rows.append(py::dict("name"_a = name, "potential"_a = potential, "charge"_a = charge, "group"_a = group));
-  return rows;
-}
-
-py::dict seconds_of(const FieldAnswer& answer) {
-  const auto& seconds = answer.solution.seconds;
-  return py::dict("setup"_a = seconds.setup, "solve"_a = seconds.solve, "forces"_a = seconds.forces);
+/// Converts JSON to Python objects by Python's own reader.
+py::dict dictionary_of(const nlohmann::ordered_json& json) {
+  return py::module_::import("json").attr("loads")(json.dump()).cast<py::dict>();
 }
 
 py::dict dictionary_of(FieldAnswer answer) {
   const int n = answer.size(), d = answer.scene.dimension();
   const std::vector<Conductor>& conductors = answer.scene.conductors;
-  const FieldOptions& field = answer.scene.field();
-  const laplace::LaplaceSolution& solution = answer.solution;
-  py::dict result("position"_a = vectors(n, d, [&](int i) { return conductors[i].position; }),
-                  "radius"_a = for_each_conductor(n, [&](int i) { return conductors[i].radius; }),
-                  "group"_a = for_each_conductor(n, [&](int i) { return std::int64_t{answer.field.group_of_body[i]}; }),
-                  "potential"_a = for_each_conductor(n, [&](int i) { return answer.potential(i); }),
-                  "charge"_a = for_each_conductor(n, [&](int i) { return answer.charge(i); }),
-                  "force"_a = vectors(n, d, [&](int i) { return answer.force[i]; }),
-                  "electrodes"_a = electrodes(answer), "energy"_a = answer.energy(), "method"_a = field.method->name,
-                  "unknowns"_a = solution.unknowns, "iterations"_a = solution.iterations,
-                  "residual"_a = solution.residual, "seconds"_a = seconds_of(answer),
-                  "warnings"_a = warnings_of(answer));
-  result["units"] = py::dict("position"_a = "m", "radius"_a = "m", "potential"_a = "V", "charge"_a = "C",
-                             "force"_a = "N", "energy"_a = "J", "depth"_a = "m", "capacitance"_a = "F");
-  if (!answer.in_space()) result["depth"] = answer.depth();
-  if (field.chosen_for) {
-    py::dict accuracy("asked"_a = field.chosen_for->requested, "estimated_error"_a = field.chosen_for->estimate);
-    if (!answer.in_space()) accuracy["cells"] = field.cells;
-    accuracy["tolerance"] = field.tolerance;
-    result["accuracy"] = accuracy;
-  }
-  if (solution.work > 0) result["work"] = solution.work;
-  if (const int groups = static_cast<int>(answer.capacitance.names.size()))
-    result["capacitance"] = py::dict("groups"_a = answer.capacitance.names,
-                                     "matrix"_a = array_of(std::move(answer.capacitance.matrix), {groups, groups}));
+  py::dict result = dictionary_of(summary_json(answer));
+  result["position"] = vectors(n, d, [&](int i) { return conductors[i].position; });
+  result["radius"] = for_each_conductor(n, [&](int i) { return conductors[i].radius; });
+  result["group"] = for_each_conductor(n, [&](int i) { return std::int64_t{answer.field.group_of_body[i]}; });
+  result["potential"] = for_each_conductor(n, [&](int i) { return answer.potential(i); });
+  result["charge"] = for_each_conductor(n, [&](int i) { return answer.charge(i); });
+  result["force"] = vectors(n, d, [&](int i) { return answer.force[i]; });
   if (answer.potential_field) {
     laplace::Field& potential = *answer.potential_field;
     result["potential_field"] = array_of(std::move(potential.value), {potential.ny, potential.nx});
@@ -89,25 +62,14 @@ py::dict dictionary_of(FieldAnswer answer) {
 
 py::dict dictionary_of(const GrainAnswer& answer) {
   const int n = answer.bodies.size();
-  py::dict result("position"_a = vectors(n, 3, [&](int i) { return position_in_space(answer.bodies, i); }),
-                  "radius"_a = array_of(std::vector(answer.bodies.radius), {n}),
-                  "charge"_a = array_of(std::vector(answer.bodies.charge), {n}),
-                  "potential"_a = array_of(std::vector(answer.potential), {n}),
-                  "force"_a = vectors(n, 3, [&](int i) { return answer.force[i]; }), "energy"_a = answer.energy,
-                  "method"_a = answer.method, "warnings"_a = answer.warnings,
-                  "seconds"_a = py::dict("solve"_a = answer.seconds));
+  py::dict result = dictionary_of(summary_json(answer));
+  result["position"] = vectors(n, 3, [&](int i) { return position_in_space(answer.bodies, i); });
+  result["radius"] = array_of(std::vector(answer.bodies.radius), {n});
+  result["charge"] = array_of(std::vector(answer.bodies.charge), {n});
+  result["potential"] = array_of(std::vector(answer.potential), {n});
+  result["force"] = vectors(n, 3, [&](int i) { return answer.force[i]; });
   if (!answer.dipole.empty()) result["dipole"] = vectors(n, 3, [&](int i) { return answer.dipole[i]; });
-  if (answer.accuracy) result["accuracy"] = py::dict("asked"_a = *answer.accuracy);
-  result["units"] = py::dict("position"_a = "d0", "radius"_a = "d0", "charge"_a = "q0", "potential"_a = "q0/d0",
-                             "force"_a = "m0 v0^2/d0", "dipole"_a = "q0 d0", "energy"_a = "m0 v0^2");
   return result;
-}
-
-/// Calls work() without the interpreter lock.
-template <class Work>
-auto unlocked(const Work& work) {
-  const py::gil_scoped_release released;
-  return work();
 }
 
 }  // namespace
@@ -115,10 +77,10 @@ auto unlocked(const Work& work) {
 py::dict solve(const Scene& scene, bool capacitance, bool potential_field) {
   if (!scene.reference)
     return dictionary_of(
-        unlocked([&] { return solve_field(scene, {.capacitance = capacitance, .potential_field = potential_field}); }));
+        compute([&] { return solve_field(scene, {.capacitance = capacitance, .potential_field = potential_field}); }));
   if (capacitance || potential_field)
     throw InputError("capacitance and potential_field are for scenes of conductors: leave them out for charged grains");
-  return dictionary_of(unlocked([&] { return solve_grain_field(scene); }));
+  return dictionary_of(compute([&] { return solve_grain_field(scene); }));
 }
 
 }  // namespace lichtenberg::python

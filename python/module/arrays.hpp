@@ -3,11 +3,9 @@
 #include <pybind11/numpy.h>
 
 #include <memory>
-#include <string>
+#include <mutex>
 #include <utility>
 #include <vector>
-
-#include "src/model/frame.hpp"
 
 namespace lichtenberg::python {
 
@@ -21,16 +19,17 @@ pybind11::array array_of(std::vector<Number> numbers, std::vector<pybind11::ssiz
   return pybind11::array_t<Number>(std::move(shape), data, std::move(capsule));
 }
 
-/// Returns a read-only numpy array of numbers that `owner` keeps alive, without a copy.
-inline pybind11::array view_of(const std::vector<double>& numbers, std::vector<pybind11::ssize_t> shape,
-                               pybind11::handle owner) {
-  pybind11::array_t<double> view(std::move(shape), numbers.data(), owner);
-  view.attr("flags").attr("writeable") = false;
-  return view;
-}
+/// Mutex of all solves and runs, which share the state of PETSc and the planner of FFTW. It is recursive, because a
+/// force function of a run may solve a field. Lock it without the interpreter lock only; otherwise two threads may wait
+/// for each other.
+std::recursive_mutex& solver_mutex();
 
-/// Returns the columns by name: for each, the pair of its array ([rows] or [rows, width]; a number for a system column)
-/// and its unit.
-pybind11::dict columns_of(Frame frame);
+/// Calls work() without the interpreter lock, and alone among all solves and runs of the process.
+template <class Work>
+auto compute(const Work& work) {
+  const pybind11::gil_scoped_release unlocked;
+  const std::lock_guard lock(solver_mutex());
+  return work();
+}
 
 }  // namespace lichtenberg::python

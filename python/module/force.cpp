@@ -34,48 +34,60 @@ struct SeenState {
   py::object charge;
 };
 
-SeenState seen(const State& state) {
+/// Returns a copy of the state, which the function may keep.
+SeenState state_for_python(const State& state) {
   const Bodies& bodies = state.bodies;
   const py::ssize_t n = bodies.size(), d = bodies.dimension;
-  const py::none owner;  // the arrays are valid during the call only, and writing to them is refused
   SeenState result{state.time,
-                   view_of(bodies.position, {n, d}, owner),
-                   view_of(bodies.momentum, {n, d}, owner),
-                   view_of(bodies.mass, {n}, owner),
-                   view_of(bodies.radius, {n}, owner),
+                   array_of(std::vector(bodies.position), {n, d}),
+                   array_of(std::vector(bodies.momentum), {n, d}),
+                   array_of(std::vector(bodies.mass), {n}),
+                   array_of(std::vector(bodies.radius), {n}),
                    py::none()};
-  if (!bodies.charge.empty()) result.charge = view_of(bodies.charge, {n}, owner);
+  if (!bodies.charge.empty()) result.charge = array_of(std::vector(bodies.charge), {n});
   return result;
 }
 
+using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
+
 /// Forces and energy that a function returned.
 struct Answer {
-  py::array_t<double, py::array::c_style | py::array::forcecast> force;
+  Numbers force;
   double energy = 0;
 };
 
-Answer ask(const py::function& function, const State& state) {
-  py::object returned = function(seen(state));
+/// Returns the number of a Python scalar. Throws InputError if the object is none.
+double energy_of(const py::object& object) {
+  try {
+    const double energy = object.cast<double>();
+    if (std::isfinite(energy)) return energy;
+  } catch (const py::cast_error&) {
+  }
+  throw InputError("add_force: the function returned an energy that is no finite number");
+}
+
+/// Calls the function and checks its answer: forces, or a pair of forces and a number.
+Answer call(const py::function& function, const State& state) {
+  py::object returned = function(state_for_python(state));
   double energy = 0;
-  if (py::isinstance<py::tuple>(returned) && py::len(returned) == 2) {
-    energy = returned[py::int_(1)].cast<double>();
+  if (py::isinstance<py::tuple>(returned) && py::len(returned) == 2 &&
+      !py::isinstance<py::sequence>(returned[py::int_(1)])) {
+    energy = energy_of(returned[py::int_(1)]);
     returned = returned[py::int_(0)];
   }
-  const auto force = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(returned);
+  const Numbers force = Numbers::ensure(returned);
   const py::ssize_t n = state.bodies.size(), d = state.bodies.dimension;
   if (!force || force.ndim() != 2 || force.shape(0) != n || force.shape(1) != d) {
     PyErr_Clear();
     throw InputError(
-        fmt::format("add_force: the function must return an array of shape [{}, {}], or a pair of it and "
-                    "an energy",
+        fmt::format("add_force: the function must return forces of shape [{}, {}], or a pair of forces and their "
+                    "potential energy",
                     n, d));
   }
-  const double* values = force.data();
   for (py::ssize_t k = 0; k < n * d; ++k)
-    if (!std::isfinite(values[k]))
+    if (!std::isfinite(force.data()[k]))
       throw InputError(fmt::format(
           "add_force: the function returned a force that is not finite, on body {} at time {:g}", k / d, state.time));
-  if (!std::isfinite(energy)) throw InputError("add_force: the function returned an energy that is not finite");
   return {force, energy};
 }
 
@@ -94,7 +106,7 @@ class Force : public Effect {
     const py::gil_scoped_acquire lock;
     const int d = state.bodies.dimension;
     for (const py::function& function : functions_->all) {
-      const Answer answer = ask(function, state);
+      const Answer answer = call(function, state);
       const double* values = answer.force.data();
       for_each_requested(state, [&](int i) {
         for (int k = 0; k < d; ++k) force[i * d + k] += values[i * d + k];
@@ -105,7 +117,7 @@ class Force : public Effect {
   double stored_energy(const State& state) const override {
     const py::gil_scoped_acquire lock;
     double energy = 0;
-    for (const py::function& function : functions_->all) energy += ask(function, state).energy;
+    for (const py::function& function : functions_->all) energy += call(function, state).energy;
     return energy;
   }
 
@@ -124,10 +136,12 @@ EffectKind make_kind(bool grains) {
           .dimensions = {2, 3},
           .periodic = true,
           .grains = grains,
-          .make = [](const Scene& scene) {
-            return std::make_unique<Force>(scene.reference ? kind_for_grains() : kind_for_conductors(),
-                                           scene.effects.find<ForceOptions>()->functions);
-          }};
+          .make =
+              [](const Scene& scene) {
+                return std::make_unique<Force>(scene.reference ? kind_for_grains() : kind_for_conductors(),
+                                               scene.effects.find<ForceOptions>()->functions);
+              },
+          .energy_advice = "return the potential energy of Python forces, too"};
 }
 
 const EffectKind& kind_for_conductors() {
@@ -143,6 +157,9 @@ const EffectKind& kind_for_grains() {
 }  // namespace
 
 void add_force(Scene& scene, py::function function) {
+  for (const Effects::Entry& entry : scene.effects)
+    if (!entry.kind->alone.empty())
+      throw InputError(fmt::format("add_force: a scene with effects.{} has no other forces", entry.kind->name));
   auto functions = std::make_shared<Functions>();
   if (const auto* present = scene.effects.find<ForceOptions>()) functions->all = present->functions->all;
   functions->all.push_back(std::move(function));

@@ -3,19 +3,23 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "python/module/answers.hpp"
+#include "python/module/arrays.hpp"
 #include "python/module/compiled.hpp"
 #include "python/module/force.hpp"
 #include "python/module/run.hpp"
 #include "solvers/error.hpp"
 #include "solvers/parallel/petsc.hpp"
 #include "src/commands/device.hpp"
-#include "src/effects/read_scene.hpp"
+#include "src/effects/effects.hpp"
 #include "src/scene/scene.hpp"
+#include "src/scene/stopping.hpp"
+#include "src/scene/vary.hpp"
 #include "src/version.hpp"
 
 namespace py = pybind11;
@@ -38,15 +42,26 @@ EffectKinds kinds_with(const std::vector<CompiledEffect>& compiled) {
   return kinds;
 }
 
-Scene scene_from_file(const std::string& path, const Settings& settings, const std::vector<CompiledEffect>& compiled) {
-  const py::gil_scoped_release unlocked;
-  return read_scene(path, kinds_with(compiled), settings_from(settings));
-}
-
+/// Reads a scene from its text; `name`: for messages. A signal of the keyboard ends the placement of bodies.
 Scene scene_from_text(const std::string& text, const std::string& name, const Settings& settings,
                       const std::vector<CompiledEffect>& compiled) {
-  const py::gil_scoped_release unlocked;
-  return parse_scene(text, name, kinds_with(compiled), settings_from(settings));
+  std::optional<py::error_already_set> interruption;
+  const auto stop = [&] {
+    const py::gil_scoped_acquire lock;
+    if (PyErr_CheckSignals() != 0) interruption.emplace();
+    return interruption.has_value();
+  };
+  try {
+    const py::gil_scoped_release unlocked;
+    return parse_scene(text, name, kinds_with(compiled), settings_from(settings), stop);
+  } catch (const Stopped&) {
+    throw std::move(*interruption);
+  }
+}
+
+std::pair<std::string, std::string> split_setting(const std::string& written) {
+  const Setting setting = setting_of(written);
+  return {setting.key, setting.value};
 }
 
 Scene with_force(const Scene& scene, py::function function) {
@@ -81,6 +96,12 @@ void register_errors() {
 }
 
 }  // namespace
+
+std::recursive_mutex& solver_mutex() {
+  static std::recursive_mutex mutex;
+  return mutex;
+}
+
 }  // namespace lichtenberg::python
 
 PYBIND11_MODULE(_core, module) {
@@ -89,7 +110,6 @@ PYBIND11_MODULE(_core, module) {
   register_errors();
   register_state(module);
   py::class_<Scene>(module, "Scene")
-      .def_static("from_file", &scene_from_file, py::arg("path"), py::arg("settings"), py::arg("effects"))
       .def_static("from_text", &scene_from_text, py::arg("text"), py::arg("name"), py::arg("settings"),
                   py::arg("effects"))
       .def("with_force", &with_force)
@@ -99,7 +119,13 @@ PYBIND11_MODULE(_core, module) {
       .def_readonly("warnings", &Scene::warnings)
       .def_property_readonly("dimension", &Scene::dimension)
       .def_property_readonly("grains", [](const Scene& scene) { return scene.reference.has_value(); })
-      .def_property_readonly("bodies", [](const Scene& scene) { return scene.conductors.size(); });
+      .def_property_readonly("body_count", [](const Scene& scene) { return scene.conductors.size(); })
+      .def_property_readonly("effects", [](const Scene& scene) {
+        std::vector<std::string> names;
+        for (const Effects::Entry& entry : scene.effects) names.push_back(entry.kind->name);
+        return names;
+      });
+  module.def("setting_of", &split_setting, py::arg("text"));
   py::class_<CompiledEffect>(module, "CompiledEffect")
       .def_property_readonly("name", [](const CompiledEffect& effect) { return effect.kind->name; })
       .def_property_readonly("description", [](const CompiledEffect& effect) { return effect.kind->description; });

@@ -4,8 +4,6 @@
 
 #include <atomic>
 #include <chrono>
-#include <filesystem>
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -16,6 +14,7 @@
 #include "solvers/error.hpp"
 #include "src/commands/recorded_run.hpp"
 #include "src/model/bodies.hpp"
+#include "src/model/frame.hpp"
 #include "src/record/recorder.hpp"
 
 namespace py = pybind11;
@@ -23,6 +22,10 @@ using namespace py::literals;
 
 namespace lichtenberg::python {
 
+namespace {
+
+/// Returns the columns by name: for each, the pair of its array ([rows] or [rows, width]; a number for a system column)
+/// and its unit.
 py::dict columns_of(Frame frame) {
   py::dict columns;
   for (Column& column : frame.columns) {
@@ -37,144 +40,136 @@ py::dict columns_of(Frame frame) {
   return columns;
 }
 
-namespace {
-
-/// Run of a scene that Python drives. One thread at a time may use it; without the interpreter lock while it computes.
+/// Run of a scene that Python drives, one thread at a time.
 class Run {
   using Clock = std::chrono::steady_clock;
   static constexpr std::chrono::milliseconds check_interval{50};
 
-  /// Calls work() without the interpreter lock. Throws Failure if another thread uses the run, or after a failed step.
-  template <class Work>
-  auto use(const Work& work) {
-    if (failed_) throw Failure("this run has failed or was interrupted: make it again from its scene");
-    if (in_use_.exchange(true)) throw Failure("this run is in use by another thread");
+  /// Calls work() as compute() does. Throws Failure if the run is in use. After a failed step it throws Failure unless
+  /// `works_after_failure`.
+  template <bool works_after_failure = false, class Work>
+  auto exclusively(const Work& work) {
+    if (has_failed_ && !works_after_failure)
+      throw Failure("this run has failed or was interrupted: save what it has recorded, or make it again");
+    if (in_use_.exchange(true))
+      throw Failure("this run is computing: another thread uses it, or a force function of its own asks for it");
     struct Guard {
       std::atomic<bool>& in_use;
       ~Guard() { in_use = false; }
     } guard{in_use_};
-    const py::gil_scoped_release unlocked;
-    try {
-      return work();
-    } catch (...) {
-      failed_ = true;
-      throw;
-    }
+    return compute([&] {
+      try {
+        return work();
+      } catch (...) {
+        has_failed_ = true;
+        throw;
+      }
+    });
   }
 
  public:
   /// `file`: result file that is written as by `lichtenberg run --out`; empty: nothing is recorded. `on_warning`
   /// receives texts of warnings.
-  Run(const Scene& scene, const std::string& file, bool overwrite, py::function on_warning)
-      : warn_(std::move(on_warning)) {
-    const py::gil_scoped_release unlocked;
-    Scene prepared = prepare_run(scene);
-    std::optional<Recorder> recorder;
-    if (!file.empty()) {
-      prepared.output.file = file;
-      recorder = Recorder::start(file, prepared, make_bodies(prepared).mass, overwrite);
-    }
-    run_ =
-        std::make_unique<RecordedRun>(prepared, std::move(recorder), [this](const std::string& text) { warn(text); });
+  Run(Scene scene, const std::string& file, bool overwrite, py::function on_warning) : warn_(std::move(on_warning)) {
+    compute([&] {
+      scene = prepare_run(std::move(scene));
+      std::optional<Recorder> recorder;
+      if (!file.empty()) {
+        scene.output.file = file;
+        recorder = Recorder::start(file, scene, make_bodies(scene).mass, overwrite);
+      }
+      run_.emplace(std::move(scene), std::move(recorder), [this](const std::string& text) { warn(text); });
+      run_->begin();
+    });
   }
 
-  void begin() {
-    use([&] { run_->begin(); });
-  }
-
-  /// Advances to the next frame. Returns false if the run has ended before. A signal of the keyboard ends the step.
+  /// Advances to the next frame. Returns false if the run has ended before. A signal of the keyboard ends the step; the
+  /// run may continue if its motion has an exact checkpoint there.
   bool next() {
-    return use([&] {
+    std::optional<py::error_already_set> interruption;
+    const bool advanced = exclusively([&] {
       if (run_->finished()) return false;
-      bool interrupted = false;
       Clock::time_point last = Clock::now();
       const auto pause = [&] {
         if (Clock::now() - last < check_interval) return false;
         last = Clock::now();
         const py::gil_scoped_acquire lock;
-        return interrupted = PyErr_CheckSignals() != 0;
+        if (PyErr_CheckSignals() != 0) interruption.emplace();  // takes the exception
+        return interruption.has_value();
       };
       try {
         run_->to_next_frame(pause);
       } catch (const Paused&) {
-        throw_interruption(interrupted);
+        has_failed_ = true;
       }
-      if (interrupted) throw_interruption(true);
       return true;
     });
+    if (interruption) throw std::move(*interruption);
+    return advanced;
   }
 
-  /// Completes the file of a finished run.
+  /// Completes the file of a finished run; otherwise saves a checkpoint if possible. Unlocks the file.
   void end() {
-    use([&] { run_->end(); });
-  }
-
-  /// Saves the run so far, from which `--resume` continues, and unlocks the file.
-  void stop() {
-    use([&] {
-      if (!run_->saved()) run_->save();
+    exclusively<true>([&] {
+      if (run_->finished() && !has_failed_) return run_->end();
+      if (!has_failed_ && !run_->saved()) run_->save();
       run_->stop();
     });
   }
 
   py::dict frame() {
-    Frame now = use([&] { return run_->motion().frame(); });
-    return columns_of(std::move(now));
+    return columns_of(exclusively([&] { return run_->motion().frame(); }));
   }
-
   double time() {
-    return use([&] { return run_->motion().time(); });
+    return exclusively<true>([&] { return run_->motion().time(); });
   }
   std::string time_unit() {
-    return use([&] { return run_->motion().time_unit(); });
-  }
-  bool finished() {
-    return use([&] { return run_->finished(); });
+    return exclusively<true>([&] { return run_->motion().time_unit(); });
   }
   double end_time() {
-    return use([&] { return run_->motion().end_time(); });
+    return exclusively([&] { return run_->motion().end_time(); });
   }
-
+  bool finished() {
+    return exclusively<true>([&] { return run_->finished() && !has_failed_; });
+  }
+  bool is_in_one_file() {
+    return exclusively<true>([&] { return run_->is_in_one_file(); });
+  }
+  std::vector<std::string> warnings() {
+    return exclusively<true>([&] { return run_->summary().warnings; });
+  }
   py::dict summary() {
+    const Summary summary = exclusively<true>([&] { return run_->summary(); });
     py::dict quantities;
-    for (const Quantity& quantity : run_->summary().quantities)
+    for (const Quantity& quantity : summary.quantities)
       quantities[py::str(quantity.name)] = py::make_tuple(quantity.value, quantity.unit);
     return quantities;
   }
-  std::vector<std::string> warnings() { return run_->summary().warnings; }
 
  private:
-  [[noreturn]] static void throw_interruption(bool by_signal) {
-    const py::gil_scoped_acquire lock;
-    if (by_signal) throw py::error_already_set();
-    throw Failure("the run was paused at an instant without an exact checkpoint");
-  }
-
   void warn(const std::string& text) {
     const py::gil_scoped_acquire lock;
     warn_(text);
   }
 
   py::function warn_;
-  std::unique_ptr<RecordedRun> run_;
-  std::atomic<bool> in_use_ = false, failed_ = false;
+  std::optional<RecordedRun> run_;
+  std::atomic<bool> in_use_ = false, has_failed_ = false;
 };
 
 }  // namespace
 
 void register_run(py::module_& module) {
   py::class_<Run>(module, "Run")
-      .def(py::init<const Scene&, const std::string&, bool, py::function>(), "scene"_a, "file"_a, "overwrite"_a,
-           "warn"_a)
-      .def("begin", &Run::begin)
+      .def(py::init<Scene, const std::string&, bool, py::function>(), "scene"_a, "file"_a, "overwrite"_a, "warn"_a)
       .def("next", &Run::next)
       .def("end", &Run::end)
-      .def("stop", &Run::stop)
       .def("frame", &Run::frame)
       .def_property_readonly("time", &Run::time)
       .def_property_readonly("time_unit", &Run::time_unit)
       .def_property_readonly("end_time", &Run::end_time)
       .def_property_readonly("finished", &Run::finished)
+      .def_property_readonly("is_in_one_file", &Run::is_in_one_file)
       .def_property_readonly("summary", &Run::summary)
       .def_property_readonly("warnings", &Run::warnings);
 }

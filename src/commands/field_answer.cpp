@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "solvers/error.hpp"
@@ -159,6 +160,9 @@ void check_finite(const FieldAnswer& answer) {
 }
 
 void solve_in_space(FieldAnswer& answer, RequestedParts requested) {
+  if (requested.potential_field)
+    throw InputError(answer.scene.path +
+                     ": the field of spheres in space is not on a grid, so it has no potential_field");
   laplace::SphereSolution found;
   laplace::SphereSolver solver = solve_spheres(answer, found);
   answer.force = std::move(found.sphere_force);
@@ -182,6 +186,14 @@ void solve_in_plane(FieldAnswer& answer, RequestedParts requested) {
   std::ranges::copy(answer.solution.side_charge, answer.side_charge.begin());
   if (requested.potential_field) answer.potential_field = solver->field();
   if (requested.capacitance) answer.capacitance = capacitances(*solver, answer);
+}
+
+nlohmann::ordered_json capacitance_json(const FieldAnswer& answer) {
+  const auto& [names, matrix] = answer.capacitance;
+  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  for (auto row = matrix.begin(); row != matrix.end(); row += names.size())
+    rows.push_back(std::vector<double>(row, row + names.size()));
+  return {{"groups", names}, {"matrix", rows}};
 }
 
 }  // namespace
@@ -226,6 +238,34 @@ std::vector<TerminalAnswer> terminals(const FieldAnswer& answer) {
 std::vector<std::string> warnings_of(const FieldAnswer& answer) {
   const std::string unresolved = effects::unresolved_bodies(answer.scene);
   return unresolved.empty() ? std::vector<std::string>{} : std::vector{unresolved};
+}
+
+nlohmann::ordered_json summary_json(const FieldAnswer& answer) {
+  const laplace::LaplaceSolution& solution = answer.solution;
+  const FieldOptions& field = answer.scene.field();
+  nlohmann::ordered_json json;
+  json["electrodes"] = nlohmann::ordered_json::array();
+  for (const auto& [name, potential, charge, group] : terminals(answer))
+    json["electrodes"].push_back({{"name", name}, {"potential", potential}, {"charge", charge}, {"group", group}});
+  json["energy"] = answer.energy();
+  if (!answer.in_space()) json["depth"] = answer.depth();
+  json["units"] = {{"position", "m"}, {"radius", "m"}, {"potential", "V"}, {"charge", "C"},
+                   {"force", "N"},    {"energy", "J"}, {"depth", "m"},     {"capacitance", "F"}};
+  json["method"] = field.method->name;
+  if (field.chosen_for) {
+    json["accuracy"] = {{"asked", field.chosen_for->requested}, {"estimated_error", field.chosen_for->estimate}};
+    if (!answer.in_space()) json["accuracy"]["cells"] = field.cells;
+    json["accuracy"]["tolerance"] = field.tolerance;
+  }
+  json["unknowns"] = solution.unknowns;
+  json["iterations"] = solution.iterations;
+  if (solution.work > 0) json["work"] = solution.work;
+  json["residual"] = solution.residual;
+  json["seconds"] = {
+      {"setup", solution.seconds.setup}, {"solve", solution.seconds.solve}, {"forces", solution.seconds.forces}};
+  if (!answer.capacitance.names.empty()) json["capacitance"] = capacitance_json(answer);
+  json["warnings"] = warnings_of(answer);
+  return json;
 }
 
 }  // namespace lichtenberg

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -67,5 +68,8 @@ std::vector<TerminalAnswer> terminals(const FieldAnswer& answer);
 
 /// Returns reasons why the solution may be unreliable (Summary::warnings).
 std::vector<std::string> warnings_of(const FieldAnswer& answer);
+
+/// Returns the entries of `lichtenberg solve --json` except those of single conductors.
+nlohmann::ordered_json summary_json(const FieldAnswer& answer);
 
 }  // namespace lichtenberg

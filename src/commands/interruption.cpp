@@ -11,6 +11,8 @@ namespace lichtenberg {
 namespace {
 
 volatile sig_atomic_t received_signal = 0, running = 0, writing = 0;
+/// 1 while an Interruption object exists. Without one, timers and signals belong to the program that uses the library.
+volatile sig_atomic_t handling = 0;
 
 /// Seconds after a signal within which the program must call requested(). Later it is ended, because its step may never
 /// end.
@@ -56,6 +58,7 @@ void set_handler(void (*handler)(int)) {
 }  // namespace
 
 Interruption::Interruption(Work work) {
+  handling = 1;
   running = work == Work::run;
   struct sigaction action {};
   action.sa_handler = end_at_once;
@@ -63,6 +66,7 @@ Interruption::Interruption(Work work) {
   set_handler(on_signal);
 }
 Interruption::~Interruption() {
+  handling = 0;
   alarm(0);
   signal(SIGALRM, SIG_DFL);
   set_handler(SIG_DFL);
@@ -76,6 +80,7 @@ bool Interruption::requested() {
 }
 bool Interruption::urgent() { return requested() && received_signal != SIGINT; }
 void Interruption::suspend_time_limit() {
+  if (handling == 0) return;
   writing = 1;  // set before the alarm is cleared, so that a signal between the two does not start it again
   alarm(0);
 }

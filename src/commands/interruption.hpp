@@ -24,7 +24,7 @@ class Interruption {
   /// not wait long. Also restarts the period of 20 s, as requested() does.
   static bool urgent();
   /// Disables the limit of 20 s after a signal while a file is written. Until the next requested(), only a repeated
-  /// signal ends the program.
+  /// signal ends the program. Without an Interruption object it has no effect.
   static void suspend_time_limit();
   /// Ends the program by the recorded signal, so that the parent process sees it.
   [[noreturn]] static void end_by_signal();

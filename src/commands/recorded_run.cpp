@@ -15,6 +15,7 @@
 #include "src/effects/floating_conductors.hpp"
 #include "src/granular/device/device.hpp"
 #include "src/granular/granular_motion.hpp"
+#include "src/granular/summary.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/statics/minimization.hpp"
@@ -26,6 +27,9 @@ Scene prepare_run(Scene scene) {
     throw InputError(scene.path + " has no conductors, so there is no motion: `lichtenberg solve` solves its field");
   effects::check_processes(scene.effects.has(&EffectKind::field) ? &scene.field_table : nullptr);
   effects::check_device(scene);
+  if (is_for_cuda(scene) && !scene.reference && !scene.effects.has(&EffectKind::field))
+    throw InputError(scene.path +
+                     ": the device cuda is for grains and for fields of conductors; this scene has neither");
   if (scene.reference && is_for_cuda(scene)) granular::device::check_scene(scene);
   return effects::with_field_chosen(std::move(scene));
 }
@@ -53,9 +57,8 @@ void check_finite(const Frame& frame) {
 
 }  // namespace
 
-RecordedRun::RecordedRun(const Scene& scene, std::optional<Recorder> recorder,
-                         std::function<void(const std::string&)> warn)
-    : scene_(scene),
+RecordedRun::RecordedRun(Scene scene, std::optional<Recorder> recorder, std::function<void(const std::string&)> warn)
+    : scene_(std::move(scene)),
       recorder_(std::move(recorder)),
       warn_(std::move(warn)),
       frames_(recorder_ ? recorder_->frames() : 0),
@@ -67,6 +70,9 @@ RecordedRun::RecordedRun(const Scene& scene, std::optional<Recorder> recorder,
 }
 
 void RecordedRun::begin() {
+  for (const std::string& warning :
+       {effects::unresolved_bodies(scene_), scene_.reference ? granular::stages_warning(scene_) : std::string()})
+    if (!warning.empty()) warn_(warning);
   update_frame();
   if (frames_ == 0) record();
 }
@@ -76,14 +82,18 @@ void RecordedRun::to_next_frame(const std::function<bool()>& pause) {
   saved_ = false;
   try {
     motion_->advance_to(due, [&] { return pause() || (motion_->exact_anywhere() && write_queue_.has_failed()); });
+  } catch (const Paused&) {
+    throw;
   } catch (const Failure& failure) {
-    // the failure may be of this process only, and saving needs all processes
-    if (!recorder_ || parallel::process_count() > 1) throw;
-    save_last_state(failure);
-    throw Failure(
-        fmt::format("{}; {} holds the run up to {}, and --resume continues from there; to change the scene, use "
-                    "--from {} --out ANOTHER",
-                    failure.what(), scene_.output.file, instant(*recorder_->saved_time()), scene_.output.file));
+    try {
+      save_last_state();
+    } catch (const Failure& disk_failure) {
+      throw Failure(fmt::format("{}; and {}", failure.what(), disk_failure.what()));
+    }
+    throw;
+  } catch (...) {  // of a force function, for example
+    save_last_state();
+    throw;
   }
   if (write_queue_.has_failed()) write_queue_.finish();
   update_frame();
@@ -93,12 +103,14 @@ void RecordedRun::to_next_frame(const std::function<bool()>& pause) {
 
 void RecordedRun::end() {
   if (!end_saved_) save_end();
+  if (recorder_) is_in_one_file_ = recorder_->in_one_file();
   recorder_.reset();
 }
 
 std::pair<std::string, std::string> RecordedRun::stop() {
   write_queue_.finish();
   recorder_->save_frames_alone();
+  is_in_one_file_ = recorder_->in_one_file();
   std::pair instants{instant(recorder_->last_time()), instant(*recorder_->saved_time())};
   recorder_.reset();
   return instants;
@@ -179,14 +191,11 @@ std::optional<laplace::Field> RecordedRun::field() {
   return scene_.output.field == StoredField::none ? std::nullopt : motion_->field();
 }
 
-/// Saves the state of the last frame. If that fails too, the message reports both failures.
-void RecordedRun::save_last_state(const Failure& failure) {
-  try {
-    write_queue_.finish();
-    if (last_state_) recorder_->save({.checkpoint = *last_state_, .seconds = seconds()});
-  } catch (const Failure& disk_failure) {
-    throw Failure(fmt::format("{}; and {}", failure.what(), disk_failure.what()));
-  }
+/// Saves the state of the last frame, unless the step has failed in this process only: saving needs all processes.
+void RecordedRun::save_last_state() {
+  if (!recorder_ || parallel::process_count() > 1) return;
+  write_queue_.finish();
+  if (last_state_) recorder_->save({.checkpoint = *last_state_, .seconds = seconds()});
 }
 
 /// Completes the file of a run that was over when it was resumed. The last instant may have been saved but not as the

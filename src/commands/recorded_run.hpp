@@ -35,12 +35,12 @@ class RecordedRun {
  public:
   /// Makes the motion of a prepared scene and restores the recorder's checkpoint, if it has one. `recorder`: no value
   /// if nothing is recorded; the results are the same. `warn` receives warnings for the user.
-  RecordedRun(const Scene& scene, std::optional<Recorder> recorder, std::function<void(const std::string&)> warn);
+  RecordedRun(Scene scene, std::optional<Recorder> recorder, std::function<void(const std::string&)> warn);
 
   /// Records the frame at the start of a new run. Call it once, before all other steps.
   void begin();
   /// Advances to the next frame, or to the end if that is earlier, and records it. `pause`: as for
-  /// Motion::advance_to(), with its exceptions. The message of a Failure names the instant that was saved.
+  /// Motion::advance_to(), with its exceptions. After an exception the file holds the run up to saved_instant().
   void to_next_frame(const std::function<bool()>& pause);
   /// Returns true if the motion has ended.
   bool finished() const { return finished_; }
@@ -54,6 +54,14 @@ class RecordedRun {
   /// last instant and that of the checkpoint in words. Requires a recorder.
   std::pair<std::string, std::string> stop();
 
+  /// Returns the instant of the checkpoint in the file; empty if there is none.
+  std::string saved_instant() const {
+    return recorder_ && recorder_->saved_time() ? instant(*recorder_->saved_time()) : "";
+  }
+  /// Returns true if the file of a run that has ended or stopped contains all frames. Frames of long runs are in
+  /// further files until the end.
+  bool is_in_one_file() const { return is_in_one_file_; }
+
   const Scene& scene() const { return scene_; }
   Motion& motion() { return *motion_; }
   /// Returns the number of frames of the run so far.
@@ -66,7 +74,7 @@ class RecordedRun {
  private:
   void update_frame();
   void record();
-  void save_last_state(const Failure& failure);
+  void save_last_state();
   void save_in_background();
   void save_end();
   std::optional<laplace::Field> field();
@@ -87,6 +95,7 @@ class RecordedRun {
   /// State of the last frame if it is not saved.
   std::optional<Checkpoint> last_state_;
   double recording_seconds_ = 0;
+  bool is_in_one_file_ = true;
   /// The frame and its checkpoint.
   static constexpr std::size_t tasks_per_frame = 2;
   /// Tasks that write the file; destroyed first because they use the other members.

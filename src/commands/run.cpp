@@ -101,7 +101,6 @@ class Run {
   void run_to_end() {
     const Scene& scene = run_.scene();
     if (scene.field_accuracy() && !request_.quiet) fmt::print("field          {}\n", choice_in_words(scene.field()));
-    warn_of_scene();
     Motion& motion = run_.motion();
     const auto pause = [&] {
       if (!motion.exact_anywhere()) return Interruption::urgent();
@@ -114,9 +113,13 @@ class Run {
         run_.to_next_frame(pause);
       } catch (const Paused&) {
         stop_at_checkpoint();
-      } catch (const Failure&) {
+      } catch (const Failure& failure) {
         progress_->end_line();
-        throw;
+        if (parallel::process_count() > 1 || run_.saved_instant().empty()) throw;
+        throw Failure(
+            fmt::format("{}; {} holds the run up to {}, and --resume continues from there; to change the scene, "
+                        "use --from {} --out ANOTHER",
+                        failure.what(), scene.output.file, run_.saved_instant(), scene.output.file));
       }
       if (!run_.finished() && progress_->due()) progress_->show(motion.progress(), motion.progress_measure().done);
       if (Interruption::requested() && (run_.saved() || motion.exact_anywhere())) save_and_stop();
@@ -131,14 +134,6 @@ class Run {
   }
 
  private:
-  /// Prints warnings that follow from the scene alone, before the work. The result stores them too.
-  void warn_of_scene() const {
-    const Scene& scene = run_.scene();
-    for (const std::string& warning :
-         {effects::unresolved_bodies(scene), scene.reference ? granular::stages_warning(scene) : std::string()})
-      if (!warning.empty()) fmt::print(stderr, "lichtenberg: {}\n", printable(warning));
-  }
-
   void warn(const std::string& warning) {
     if (progress_) progress_->end_line();
     fmt::print(stderr, "lichtenberg: {}\n", printable(warning));

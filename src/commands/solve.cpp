@@ -96,41 +96,10 @@ nlohmann::ordered_json conductor_json(const FieldAnswer& answer, int i) {
           {"force", components(answer.force[i], answer.scene.dimension())}};
 }
 
-nlohmann::ordered_json capacitance_json(const FieldAnswer& answer) {
-  const auto& [names, matrix] = answer.capacitance;
-  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
-  for (auto row = matrix.begin(); row != matrix.end(); row += names.size())
-    rows.push_back(std::vector<double>(row, row + names.size()));
-  return {{"groups", names}, {"matrix", rows}};
-}
-
 nlohmann::ordered_json json_of(const FieldAnswer& answer) {
-  const laplace::LaplaceSolution& solution = answer.solution;
-  const FieldOptions& field = answer.scene.field();
-  nlohmann::ordered_json json;
-  json["conductors"] = nlohmann::ordered_json::array();
+  nlohmann::ordered_json json{{"conductors", nlohmann::ordered_json::array()}};
   for (int i = 0; i < answer.size(); ++i) json["conductors"].push_back(conductor_json(answer, i));
-  json["electrodes"] = nlohmann::ordered_json::array();
-  for (const auto& [name, potential, charge, group] : terminals(answer))
-    json["electrodes"].push_back({{"name", name}, {"potential", potential}, {"charge", charge}, {"group", group}});
-  json["energy"] = answer.energy();
-  if (!answer.in_space()) json["depth"] = answer.depth();
-  json["units"] = {{"position", "m"}, {"radius", "m"}, {"potential", "V"}, {"charge", "C"},
-                   {"force", "N"},    {"energy", "J"}, {"depth", "m"},     {"capacitance", "F"}};
-  json["method"] = field.method->name;
-  if (field.chosen_for) {
-    json["accuracy"] = {{"asked", field.chosen_for->requested}, {"estimated_error", field.chosen_for->estimate}};
-    if (!answer.in_space()) json["accuracy"]["cells"] = field.cells;
-    json["accuracy"]["tolerance"] = field.tolerance;
-  }
-  json["unknowns"] = solution.unknowns;
-  json["iterations"] = solution.iterations;
-  if (solution.work > 0) json["work"] = solution.work;
-  json["residual"] = solution.residual;
-  json["seconds"] = {
-      {"setup", solution.seconds.setup}, {"solve", solution.seconds.solve}, {"forces", solution.seconds.forces}};
-  if (!answer.capacitance.names.empty()) json["capacitance"] = capacitance_json(answer);
-  json["warnings"] = warnings_of(answer);
+  json.update(summary_json(answer));
   return json;
 }
 
@@ -230,7 +199,7 @@ Command solve_command() {
         }
         if (scene.dimension() == 3 && !request->field.empty())
           throw InputError("--field is for scenes in two dimensions: the field of spheres in space is not on a grid");
-        const bool needs_potential = !request->field.empty() || !request->picture.empty();
+        const bool needs_potential = scene.dimension() == 2 && (!request->field.empty() || !request->picture.empty());
         const FieldAnswer answer =
             solve_field(std::move(scene), {.capacitance = request->capacitance, .potential_field = needs_potential});
         if (!request->field.empty()) write_field_vtkhdf(request->field, *answer.potential_field, request->overwrite);

@@ -60,6 +60,18 @@ GrainAnswer solve_grain_field(const Scene& scene) {
   return answer;
 }
 
+nlohmann::ordered_json summary_json(const GrainAnswer& answer) {
+  nlohmann::ordered_json json;
+  json["energy"] = answer.energy;
+  json["units"] = {{"position", "d0"},      {"radius", "d0"},    {"charge", "q0"},     {"potential", "q0/d0"},
+                   {"force", "m0 v0^2/d0"}, {"dipole", "q0 d0"}, {"energy", "m0 v0^2"}};
+  json["method"] = answer.method;
+  if (answer.accuracy) json["accuracy"] = {{"asked", *answer.accuracy}};
+  json["warnings"] = answer.warnings;
+  json["seconds"] = {{"solve", answer.seconds}};
+  return json;
+}
+
 namespace {
 
 nlohmann::ordered_json json_of(const GrainAnswer& answer) {
@@ -74,13 +86,7 @@ nlohmann::ordered_json json_of(const GrainAnswer& answer) {
     if (!answer.dipole.empty()) grain["dipole"] = components(answer.dipole[i]);
     json["conductors"].push_back(std::move(grain));
   }
-  json["energy"] = answer.energy;
-  json["units"] = {{"position", "d0"},      {"radius", "d0"},    {"charge", "q0"},     {"potential", "q0/d0"},
-                   {"force", "m0 v0^2/d0"}, {"dipole", "q0 d0"}, {"energy", "m0 v0^2"}};
-  json["method"] = answer.method;
-  if (answer.accuracy) json["accuracy"] = {{"asked", *answer.accuracy}};
-  json["warnings"] = answer.warnings;
-  json["seconds"] = {{"solve", answer.seconds}};
+  json.update(summary_json(answer));
   return json;
 }
 

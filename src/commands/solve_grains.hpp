@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -26,6 +27,9 @@ struct GrainAnswer {
 /// Computes the forces, potentials and energy of the charges of a scene's grains at the start, induced dipoles
 /// included. Throws InputError for a scene without [effects.coulomb] or without grains.
 GrainAnswer solve_grain_field(const Scene& scene);
+
+/// Returns the entries of `lichtenberg solve --json` except those of single grains.
+nlohmann::ordered_json summary_json(const GrainAnswer& answer);
 
 /// Calls solve_grain_field(), and prints the result as a table or writes it as JSON to its target. Throws the
 /// exceptions of solve_grain_field() and JsonTarget::put().

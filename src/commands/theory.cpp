@@ -217,32 +217,35 @@ std::string theory_picture(const TheoryArguments& request) {
   return fmt::format("{}-{}.png", stem, request.name);
 }
 
+/// Returns the options that only some theories have, and whether each is given.
+std::array<std::pair<std::string, bool>, 7> special_options(const TheoryOptions& given) {
+  return {{{"--restitution", given.restitution.has_value()},
+           {"--charge-number", given.charge_number.has_value()},
+           {"--cells", given.cells.has_value()},
+           {"--seed", given.seed.has_value()},
+           {"--space", given.space},
+           {"--separated", given.separated},
+           {"--field", !given.field.empty()}}};
+}
+
 /// Throws Failure for two theories of one name, and for an option that TheoryOptions lacks.
 void check_kinds(const std::vector<TheoryKind>& kinds) {
-  constexpr std::array options{"--restitution", "--charge-number", "--cells", "--seed",
-                               "--space",       "--separated",     "--field"};
+  const auto options = special_options({});
   for (const TheoryKind& kind : kinds) {
     if (std::ranges::count(kinds, kind.name, &TheoryKind::name) > 1)
       throw Failure(fmt::format("two theories have the name {}", kind.name));
     for (const std::string& option : kind.options)
-      if (std::ranges::find(options, option) == options.end())
+      if (std::ranges::find(options, option, &std::pair<std::string, bool>::first) == options.end())
         throw Failure(fmt::format("theory {}: {} is no option of theories", kind.name, option));
   }
 }
 
 /// Throws InputError for the first given option that the theory does not have.
 void check_options(const TheoryOptions& given, const TheoryKind& kind, const std::vector<TheoryKind>& kinds) {
-  const std::pair<const char*, bool> options[] = {{"--restitution", given.restitution.has_value()},
-                                                  {"--charge-number", given.charge_number.has_value()},
-                                                  {"--cells", given.cells.has_value()},
-                                                  {"--seed", given.seed.has_value()},
-                                                  {"--space", given.space},
-                                                  {"--separated", given.separated},
-                                                  {"--field", !given.field.empty()}};
   const auto takes = [](const TheoryKind& k, const std::string& option) {
     return std::ranges::find(k.options, option) != k.options.end();
   };
-  for (const auto& [option, is_given] : options) {
+  for (const auto& [option, is_given] : special_options(given)) {
     if (!is_given || takes(kind, option)) continue;
     std::vector<std::string> others;
     for (const TheoryKind& other : kinds)

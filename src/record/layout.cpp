@@ -1,10 +1,14 @@
 #include "src/record/layout.hpp"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <array>
 #include <set>
 #include <variant>
 
+#include "src/effects/effects.hpp"
 #include "src/effects/gravity.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/version.hpp"
@@ -149,11 +153,21 @@ void put_header(const hdf5::Handle& file, const Scene& scene, const Provenance& 
   hdf5::put_attribute(units, "system", scene.reference ? "reduced" : "SI");
 }
 
+std::string added_effects(const Scene& scene) {
+  std::vector<std::string> names;
+  for (const Effects::Entry& entry : scene.effects)
+    if (std::ranges::find(effects::all_kinds(), entry.kind) == effects::all_kinds().end())
+      names.push_back(entry.kind->name);
+  return fmt::format("{}", fmt::join(names, ", "));
+}
+
 void put_scene(const hdf5::Handle& file, const Scene& scene) {
   const hdf5::Handle group = hdf5::open_group(file, "scene");
   hdf5::put_attribute(group, "title", scene.title);
   hdf5::put_attribute(group, "path", scene.path);
   hdf5::put_text(group, "text", scene.text);
+  if (const std::string added = added_effects(scene); !added.empty())
+    hdf5::put_attribute(group, "added_effects", added);
   if (!scene.started_from.empty()) hdf5::put_attribute(group, "started_from", scene.started_from);
   hdf5::put(group, "seed", scene.seed, "1");
   put_domain(group, scene);

@@ -23,6 +23,9 @@ void put_header(const hdf5::Handle& file, const Scene& scene, const Provenance& 
 /// also writes /reference, the units in SI.
 void put_scene(const hdf5::Handle& file, const Scene& scene);
 
+/// Returns the names of the scene's effects that are not built in, which other programs add; empty if there are none.
+std::string added_effects(const Scene& scene);
+
 /// Returns the edges of the periodic box as three vectors (nine numbers), in the scene's unit of length. Empty unless
 /// an axis is periodic. The third edge of a plane box is the depth of the medium.
 std::vector<double> box_edges(const Scene& scene);

@@ -43,6 +43,17 @@ void check_scene(const hdf5::Handle& file, const std::string& path, const Scene&
                     scene.path, change, path));
 }
 
+/// Throws InputError unless the run had the same effects that are not built in.
+void check_added_effects(const hdf5::Handle& file, const std::string& path, const Scene& scene) {
+  const std::string before = hdf5::text(hdf5::open_group(file, "scene"), "added_effects"), now = added_effects(scene);
+  if (before == now) return;
+  const auto words = [](const std::string& names) { return names.empty() ? "no added effects" : names; };
+  throw InputError(
+      fmt::format("the run of the result file {} had {}, and the scene has {}: only a program that adds the same "
+                  "effects can resume it",
+                  path, words(before), words(now)));
+}
+
 /// Throws InputError unless the run started from the same state as the scene: injected charge is counted apart from
 /// initial charge.
 void check_start(const hdf5::Handle& file, const std::string& path, const Scene& scene) {
@@ -141,6 +152,7 @@ Recorder Recorder::resume(const std::string& path, const Scene& scene, std::uint
                       "be read, but not resumed",
                       path));
     check_scene(result.file(), path, scene);
+    check_added_effects(result.file(), path, scene);
     check_start(result.file(), path, scene);
     recorder.warning_ = warning_of_another_build(result.file(), path);
     recorder.resume_from(result);

@@ -174,7 +174,7 @@ bool is_driven(const Scene& scene);
 /// NEEDED: add it, or leave the effect out".
 [[noreturn]] void refuse_effect(const Draft& draft, const std::string& name, const std::string& needed);
 
-/// Throws InputError if two kinds of effects have the same name.
+/// Throws InputError if two kinds of effects have the same name, or options of types with the same name.
 void check_names(const EffectKinds& kinds);
 
 template <class Options, class Value>

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "solvers/error.hpp"
@@ -85,6 +86,13 @@ void check_names(const EffectKinds& kinds) {
   std::set<std::string> names;
   for (const EffectKind* kind : kinds)
     if (!names.insert(kind->name).second) refuse_namesakes(kind->name);
+  // Effects::find distinguishes options by their type, whose name is the same in libraries that are loaded later.
+  std::map<std::string, std::string> owner;
+  for (const EffectKind* kind : kinds)
+    if (const auto [other, is_new] = owner.emplace(kind->options.type().name(), kind->name);
+        kind->options.has_value() && !is_new)
+      throw InputError(fmt::format("effects.{} and effects.{} have options of types with one name: rename one of them",
+                                   other->second, kind->name));
 }
 
 }  // namespace lichtenberg

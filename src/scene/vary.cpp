@@ -153,8 +153,10 @@ void apply(const std::vector<Setting>& settings, const Schema& schema, toml::tab
   std::map<std::string, std::string> written_as;
   for (const auto& [written, value] : settings) {
     const std::string key = without_old_names(written, schema);
-    if (const auto [other, is_new] = written_as.emplace(key, written); !is_new && other->second != written)
-      throw InputError(fmt::format("{} and {} are names of one key: give one of them", other->second, written));
+    if (const auto [other, is_new] = written_as.emplace(key, written); !is_new)
+      throw InputError(other->second == written
+                           ? fmt::format("the key {} is set twice: set it once", written)
+                           : fmt::format("{} and {} are names of one key: give one of them", other->second, written));
     const KeyLocation location = locate_key(schema, key);
     const toml::table parsed = parse_document("value = " + value, key);
     table_of(document, location, key).insert_or_assign(location.name, *parsed.get("value"));

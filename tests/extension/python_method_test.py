@@ -42,7 +42,7 @@ class Solve(Method):
 
     def prepare(self, sweep, settings):
         def run():
-            found = lichtenberg.solve(sweep.request.scene, set={"field.cells": settings["S"], "field.tolerance": 1e-8})
+            found = lichtenberg.solve(sweep.request.scene, {"field.cells": settings["S"], "field.tolerance": 1e-8})
             return {name: getattr(found, name).tolist() for name in ("potential", "charge", "force")}, None
 
         return run

@@ -166,8 +166,8 @@ class SolveTest(unittest.TestCase):
 
     def test_a_list_repeats_an_option(self):
         settings = ["medium.depth=3.0", "field.cells=64"]
-        found = lichtenberg.solve(self.scene, set=settings)
-        expected = lichtenberg.solve({**self.scene, "medium": {**self.scene["medium"], "depth": 3.0}}, set="field.cells=64")
+        found = lichtenberg.solve(self.scene, settings)
+        expected = lichtenberg.solve({**self.scene, "medium": {**self.scene["medium"], "depth": 3.0}}, "field.cells=64")
         np.testing.assert_array_equal(found.potential, expected.potential)
         self.assertNotEqual(found.potential.tolist(), lichtenberg.solve(self.scene).potential.tolist())
 
@@ -181,7 +181,7 @@ class SolveTest(unittest.TestCase):
         np.testing.assert_array_equal(lichtenberg.solve(path).potential, lichtenberg.solve(self.scene).potential)
 
     def test_keys_of_a_scene_can_be_set(self):
-        deep = lichtenberg.solve(self.scene, set={"medium.depth": 4e-3, "conductor[0].charge": 2e-10})
+        deep = lichtenberg.solve(self.scene, {"medium.depth": 4e-3, "conductor[0].charge": 2e-10})
         # Twice the charge and twice the depth (of 2 mm, the largest diameter): equal potentials and twice the energy.
         plain = lichtenberg.solve(self.scene)
         np.testing.assert_allclose(deep.potential, plain.potential, rtol=1e-7)  # Solver tolerance, 1e-8 or better.

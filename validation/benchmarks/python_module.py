@@ -37,7 +37,7 @@ def seconds_of(function, repeats):
 
 def import_time():
     start = "import time; t = time.perf_counter(); import lichtenberg; print(time.perf_counter() - t)"
-    first = "import time; t = time.perf_counter(); import lichtenberg; lichtenberg.Scene; print(time.perf_counter() - t)"
+    first = "import time; t = time.perf_counter(); import lichtenberg.core; lichtenberg.core.load(); import numpy; print(time.perf_counter() - t)"
     environment = {**os.environ, "PYTHONPATH": str(HOME / "python")}
 
     def run(code):
@@ -123,7 +123,7 @@ def compiled_effect():
 
     def run(name, effects):
         """Returns the processor time of a run and its last positions."""
-        scene = li.Scene({**tables, "effects": {name: {"young": 1e6}, "stokes_drag": {}}}, effects=effects)
+        scene = li.Scene({**tables, "effects": {name: {"young": 1e6}, "stokes_drag": {}}}, compiled=effects)
         start = time.process_time()
         *_, last = li.Run(scene, record=False).frames()
         return time.process_time() - start, last.position
@@ -150,7 +150,7 @@ def main():
     if options.record:
         commit = subprocess.run(["git", "-C", HOME, "rev-parse", "--short", "HEAD"], capture_output=True, text=True, check=True).stdout.strip()
         processor = next(line.split(": ")[1] for line in Path("/proc/cpuinfo").read_text().splitlines() if line.startswith("model name"))
-        record = {"page": "performance-parameters", "measures": "the Python module in process", "unit": "see the column unit",
+        record = {"page": "performance-parameters", "measures": "the Python module in process", "unit": "see rows",
                   "command": "validation/benchmarks/python_module.py --record", "commit": commit, "machine": processor,
                   "date": time.strftime("%Y-%m-%d"), "rows": rows}
         (HOME / "docs/measurements/python-module.json").write_text(json.dumps(record, indent=1) + "\n")

@@ -19,7 +19,7 @@ void put(Message& message, const LaplaceProblem& problem) {
   }
   message.put(problem.permittivity);
   for (const Body& body : problem.bodies)
-    if (body.link_model) throw Failure("field solver: a link model stays within one process");
+    if (body.link_model) throw InputError("a body with a link model (LinkModel) cannot be solved by several processes: use one process");
   message.put(problem.bodies);
   message.put(problem.groups);
   message.put(problem.couplings);

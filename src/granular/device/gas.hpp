@@ -326,7 +326,7 @@ class GasImpl final : public DeviceGas {
           const Vec3 now = force(s), at = g.position[s];
           const Vec3 p = g.momentum[s] + (0.5 * parameters->outer) * (now - g.slow_force[s]);
           g.momentum[s] = p, g.slow_force[s] = now;
-          // Ended contacts are counted. A graph without a chosen step must not count them again.
+          // The ended contacts are in the statistics now. Reset, so that a graph without a step does not count them again.
           if (s == 0) budget->energy = force.energy(), results->ended = 0;
           std::int64_t& moved = g.moved_charge[s];
           if (moved != 0) g.charge[s] += quantum * static_cast<double>(moved), moved = 0;

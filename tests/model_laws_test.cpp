@@ -57,7 +57,7 @@ struct Spring {
   }
 };
 
-/// The same spring, with the force over the distance.
+/// A Spring that divides its force by the distance.
 struct SpringOverDistance : Spring {
   static constexpr bool over_distance = true;
   bool is_divided = true;

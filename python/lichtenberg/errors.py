@@ -7,14 +7,14 @@ class InputError(Exception):
     does; otherwise they are None."""
 
     KEY = r"(?P<key>[a-z_]+(?:\[\d+\])?(?:\.[a-z_0-9]+)*)"
-    PLACE = re.compile(rf"(?P<file>[^\n]*?\.toml|scene)(?::(?P<line>\d+)(?::\d+)?)?: (?:{KEY} (?:=|is missing))?")
+    POSITION = re.compile(rf"(?P<file>[^\n]*?\.toml|scene)(?::(?P<line>\d+)(?::\d+)?)?: (?:{KEY} (?:=|is missing))?")
     SETTING = re.compile(rf"key {KEY}:")
 
     def __init__(self, message=""):
         super().__init__(message)
-        place = (self.PLACE.match(str(message)) or self.SETTING.match(str(message)) or re.match("", "")).groupdict()
-        self.file, self.key = place.get("file"), place.get("key")
-        self.line = int(place["line"]) if place.get("line") else None
+        match = (self.POSITION.match(str(message)) or self.SETTING.match(str(message)) or re.match("", "")).groupdict()
+        self.file, self.key = match.get("file"), match.get("key")
+        self.line = int(match["line"]) if match.get("line") else None
 
 
 class Failure(Exception):

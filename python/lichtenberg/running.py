@@ -40,9 +40,9 @@ class RunFrame:
 
 
 class Run:
-    """A run of a scene in this process. It gives the same results, bit by bit, as `lichtenberg run`.
+    """A run of a scene in this process. It gives the same results as `lichtenberg run`, bit by bit.
 
-    scene, settings: as for Scene.
+    The first two arguments are those of Scene.
 
     out: result file that is written while the run goes on, as by the command, which can resume it. Without it the frames are
         in a temporary file, which is deleted with this object; save() copies it.
@@ -51,7 +51,7 @@ class Run:
 
     device: "cpu" or "cuda", in place of the scene's.
 
-    A run is used by one thread at a time. Runs and solves of several threads take turns."""
+    A run is used by one thread at a time. Runs and solves of several threads compute one after another."""
 
     def __init__(self, scene, settings=None, *, out=None, record=True, overwrite=False, device=""):
         check_device(device)

@@ -33,9 +33,9 @@ def solve(scene, settings=None, *, capacitance=False, potential_field=False, dev
 
     scene: a Scene, a path, or a dictionary with the keys of a scene file. Arrays are allowed.
 
-    settings: keys that replace those of the scene.
+    The settings replace keys of the scene.
 
-    capacitance: also compute the capacitance matrix. potential_field: also return the potential on the grid.
+    With capacitance, compute the capacitance matrix also. With potential_field, return the potential on the grid also.
 
     device: "cpu" or "cuda", in place of the scene's.
 

@@ -50,9 +50,9 @@ class Run {
   template <bool works_after_failure = false, class Work>
   auto exclusively(const Work& work) {
     if (has_failed_ && !works_after_failure)
-      throw Failure("this run has failed or was interrupted: save what it has recorded, or make it again");
+      throw Failure("this run has failed or was interrupted: save its recorded frames, or create it again");
     if (in_use_.exchange(true))
-      throw Failure("this run is computing: another thread uses it, or a force function of its own asks for it");
+      throw Failure("this run is computing: another thread or a force function of the run uses it");
     struct Guard {
       std::atomic<bool>& in_use;
       ~Guard() { in_use = false; }

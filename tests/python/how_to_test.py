@@ -17,7 +17,7 @@ import numpy as np
 
 import runs
 from lichtenberg import load
-from lichtenberg.core import find_module
+from lichtenberg import core
 
 SMALLER = {  # Replacements in a scene.
     "dendrite": {"count = 324": "count = 12", "cells = 512": "cells = 128", "time = 120.0": "time = 1.2"},
@@ -124,7 +124,7 @@ class Pages(SmallScenes):
         charge = self.run_blocks("read-charges-in-python")["charge"]
         self.assertEqual((charge.unit, charge.shape), ("C", (6, 12)))
 
-    @unittest.skipUnless(find_module(), "the module of the package is not built")
+    @unittest.skipUnless(core.find(), "the module of the package is not built")
     def test_solve_in_python(self):
         self.enter_folder("solve-in-python")
         self.assertEqual(self.run_blocks("solve-in-python")["s"].potential.unit, "V")

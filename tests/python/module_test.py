@@ -213,8 +213,8 @@ class Runs(unittest.TestCase):
         rate = drag / (4 / 3 * np.pi * 1e-9 * 1000.0)
         t = frames[-1].time
         moved = force / drag * (t - (1 - np.exp(-rate * t)) / rate)
-        # The position error of a step is at most position_tolerance, 1e-3 of the radius by default, and the steps' errors
-        # have one sign: they decay with the velocity within a few steps.
+        # The position error of a step is at most position_tolerance, 1e-3 of the radius by default. The errors of the
+        # steps have one sign and decay with the velocity within a few steps.
         self.assertLess(abs(frames[-1].position[0, 0] - 5e-3 - moved), 5 * 1e-3 * 1e-3)
         self.assertEqual(frames[-1].position[0, 1], 5e-3)
 
@@ -377,14 +377,14 @@ class Runs(unittest.TestCase):
             self.assertEqual(a.position.tolist(), b.position.tolist())
 
     def test_a_run_that_computes_refuses_other_uses(self):
-        run, inside, asked, found = li.Run(FALL, record=False), threading.Event(), threading.Event(), []
+        run, inside, refused, found = li.Run(FALL, record=False), threading.Event(), threading.Event(), []
 
         def force(state):
             if not found:
                 with self.assertRaisesRegex(li.Failure, "this run is computing"):
                     run._run.time
                 inside.set()
-                asked.wait(20)
+                refused.wait(20)
             return np.zeros((1, 2))
 
         def use():
@@ -393,7 +393,7 @@ class Runs(unittest.TestCase):
                 run._run.next()
             except li.Failure as error:
                 found.append(error)
-            asked.set()
+            refused.set()
         run.add_force(force)
         other = threading.Thread(target=use)
         run.add_force(lambda state: np.zeros((1, 2)))

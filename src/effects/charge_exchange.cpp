@@ -13,7 +13,7 @@
 namespace lichtenberg::effects {
 namespace {
 
-void check(const Draft& draft) {
+void check_charge_exchange(const Draft& draft) {
   const auto& options = *draft.scene.effects.find<ChargeExchangeOptions>();
   const bool impact = options.model == ExchangeModel::impact, none = options.model == ExchangeModel::none;
   const auto only_with = [&](const std::string& key, bool allowed, const std::string& models) {
@@ -42,7 +42,7 @@ void check_capacity(const Draft& draft, Scene& scene) {
                          *options.capacity, grain.charge));
 }
 
-void device(const Scene& scene, DeviceForces& forces) {
+void charge_exchange_on_device(const Scene& scene, DeviceForces& forces) {
   const auto& options = *scene.effects.find<ChargeExchangeOptions>();
   forces.charged = true;
   if (options.model == ExchangeModel::none) return;
@@ -112,7 +112,7 @@ const EffectKind& ChargeExchangeOptions::kind() {
       .dimensions = {2, 3},
       .periodic = true,
       .grains = true,
-      .check = check,
+      .check = check_charge_exchange,
       .complete = check_capacity,
       .make =
           [](const Scene& scene) {
@@ -122,7 +122,7 @@ const EffectKind& ChargeExchangeOptions::kind() {
                    [](const Scene& scene) {
                      return scene.effects.find<ChargeExchangeOptions>()->model == ExchangeModel::none ? 1.0 : 2.0;
                    }},
-      .device = device};
+      .device = charge_exchange_on_device};
   return kind;
 }
 

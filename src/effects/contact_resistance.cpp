@@ -5,7 +5,7 @@
 namespace lichtenberg::effects {
 namespace {
 
-void check(const Draft& draft) {
+void check_contact_resistance(const Draft& draft) {
   const ContactResistanceOptions& options = *draft.scene.effects.find<ContactResistanceOptions>();
   const std::string name = options.kind().name;
   if (options.resistivity > 0 && options.contact_radius == 0)
@@ -47,7 +47,7 @@ const EffectKind& ContactResistanceOptions::kind() {
       .needs = {{"contact_discharge", "which defines contacts"}},
       .dimensions = {2, 3},
       .periodic = true,
-      .check = check,
+      .check = check_contact_resistance,
       .make = [](const Scene&) { return std::make_unique<ContactResistance>(); },
       .explain = [](const Scene& scene) -> std::vector<ExplanationLine> {
         return {{"a contact", fmt::format("{:.4g} ohm", scene.effects.find<ContactResistanceOptions>()->ohms())}};

@@ -48,7 +48,7 @@ void check_lists_on_device(const Scene& scene, double cutoff) {
                                       grains, others, cutoff, scene.effects.find<CoulombOptions>()->accuracy));
 }
 
-void device(const Scene& scene, DeviceForces& forces) {
+void coulomb_on_device(const Scene& scene, DeviceForces& forces) {
   const auto& options = *scene.effects.find<CoulombOptions>();
   if (options.sum != CoulombSum::mesh)
     refuse_on_device(scene, fmt::format("effects.coulomb.sum = \"{}\"", name_of(options.sum)));
@@ -150,7 +150,7 @@ void check_cutoff(const Draft& draft, Scene& scene) {
                      *options.cutoff, most));
 }
 
-void check(const Draft& draft) {
+void check_coulomb(const Draft& draft) {
   const auto& options = *draft.scene.effects.find<CoulombOptions>();
   const auto only_with = [&](const std::string& key, bool allowed, const std::string& sums) {
     if (!allowed)
@@ -244,7 +244,7 @@ const EffectKind& CoulombOptions::kind() {
       .dimensions = {3},
       .periodic = true,
       .grains = true,
-      .check = check,
+      .check = check_coulomb,
       .complete = check_cutoff,
       .make = [](const Scene& scene) { return std::make_unique<Coulomb>(scene); },
       .explain = explain,
@@ -258,7 +258,7 @@ const EffectKind& CoulombOptions::kind() {
                      return dipoles && dipoles->degree > 1 ? 0 : 1.6e-7;  // the sphere solver replaces this sum
                    },
                .bytes = 850},  // at an accuracy of 1e-4
-      .device = device};
+      .device = coulomb_on_device};
   return kind;
 }
 

@@ -140,7 +140,7 @@ Electrostatics difference(Electrostatics a, const Electrostatics& b) {
   return a;
 }
 
-void check(const Draft& draft) {
+void check_floating_conductors(const Draft& draft) {
   if (!draft.permittivity && !draft.relative_permittivity)
     refuse_effect(draft, "floating_conductors", "medium.relative_permittivity, or medium.permittivity in F/m");
   check_resistors(draft);
@@ -153,7 +153,7 @@ void check(const Draft& draft) {
   if (dimension == 3) check_spheres(draft);
 }
 
-void complete(const Draft& draft, Scene& scene) {
+void complete_floating_conductors(const Draft& draft, Scene& scene) {
   const auto* source = scene.effects.find<CurrentInjectionOptions>();
   check_ground(draft, scene, source && source->current != 0 ? "effects.current_injection" : "");
   if (!scene.effects.has<ContactDischargeOptions>()) check_touching(draft, scene);
@@ -285,8 +285,8 @@ const EffectKind& FloatingConductorsOptions::kind() {
       .dimensions = {2, 3},
       .periodic = true,
       .field = true,
-      .check = check,
-      .complete = complete,
+      .check = check_floating_conductors,
+      .complete = complete_floating_conductors,
       .check_run = [](const Scene& scene) { check_device(scene), check_can_move(scene); },
       .make = [](const Scene& scene) { return make_floating_conductors(scene); }};
   return kind;

@@ -11,7 +11,7 @@
 namespace lichtenberg::effects {
 namespace {
 
-void check(const Draft& draft) {
+void check_gravity(const Draft& draft) {
   const auto& direction = draft.scene.effects.find<GravityOptions>()->direction;
   if (!direction) return;
   const auto refuse_it = [&](const std::string& sentence) {
@@ -68,7 +68,7 @@ const EffectKind& GravityOptions::kind() {
                     "density of the fluid, in kg/m^3, from which the buoyancy of the spheres follows; 0: no buoyancy"}},
       .dimensions = {2, 3},
       .periodic = true,
-      .check = check,
+      .check = check_gravity,
       .make = [](const Scene& scene) { return std::make_unique<Gravity>(scene); }};
   return kind;
 }

@@ -8,7 +8,7 @@
 namespace lichtenberg::effects {
 namespace {
 
-void complete(const Draft& draft, Scene& scene) {
+void complete_hertz_contact(const Draft& draft, Scene& scene) {
   auto& options = *scene.effects.find<HertzContactOptions>();
   options.bodies = materials_of_bodies(draft, {options.young, options.poisson});
 }
@@ -29,7 +29,7 @@ const EffectKind& HertzContactOptions::kind() {
       .keys = elastic_constants<HertzContactOptions>(),
       .dimensions = {2, 3},
       .periodic = true,
-      .complete = complete,
+      .complete = complete_hertz_contact,
       .make = [](const Scene& scene) {
         return std::make_unique<HertzContact>(*scene.effects.find<HertzContactOptions>());
       }};

@@ -18,7 +18,7 @@ class InducedDipoles : public Effect {
   const EffectKind& kind() const override { return InducedDipolesOptions::kind(); }
 };
 
-void check(const Draft& draft) {
+void check_induced_dipoles(const Draft& draft) {
   // The mutual polarization of two touching grains diverges at r^3 = 2 A.
   const auto& options = *draft.scene.effects.find<InducedDipolesOptions>();
   constexpr double most = 0.5;
@@ -41,7 +41,7 @@ void check(const Draft& draft) {
                        options.tolerance));
 }
 
-void complete(const Draft& draft, Scene& scene) {
+void complete_induced_dipoles(const Draft& draft, Scene& scene) {
   const auto& options = *scene.effects.find<InducedDipolesOptions>();
   if (options.degree == 1) return;
   const double least = scene.smallest_radius(), most = std::pow(least, 3);
@@ -53,7 +53,7 @@ void complete(const Draft& draft, Scene& scene) {
                most));
 }
 
-void device(const Scene& scene, DeviceForces& forces) {
+void induced_dipoles_on_device(const Scene& scene, DeviceForces& forces) {
   const auto& options = *scene.effects.find<InducedDipolesOptions>();
   if (options.sum != periodic::DipoleSum::ewald)
     refuse_on_device(scene, fmt::format("effects.induced_dipoles.sum = \"{}\"", name_of(options.sum)));
@@ -119,8 +119,8 @@ const EffectKind& InducedDipolesOptions::kind() {
       .dimensions = {3},
       .periodic = true,
       .grains = true,
-      .check = check,
-      .complete = complete,
+      .check = check_induced_dipoles,
+      .complete = complete_induced_dipoles,
       .make = [](const Scene&) { return std::make_unique<InducedDipoles>(); },
       // Two dipoles A e along the line between them satisfy e = 2 A e / r^3 at the divergence.
       .closest_approach =
@@ -129,7 +129,7 @@ const EffectKind& InducedDipolesOptions::kind() {
             return options.degree == 1 ? std::cbrt(2 * options.polarizability) : 0.0;
           },
       .cost = {.seconds = seconds_a_grain},
-      .device = device};
+      .device = induced_dipoles_on_device};
   return kind;
 }
 

@@ -11,7 +11,7 @@ namespace {
 
 /// Throws InputError unless either the reduced constants (stiffness, damping) or all of the SI parameters (young,
 /// poisson, viscosity) are given, or none.
-void check(const Draft& draft) {
+void check_viscoelastic_contact(const Draft& draft) {
   const auto& options = *draft.scene.effects.find<ViscoelasticContactOptions>();
   const auto path = [](const std::string& key) { return "effects.viscoelastic_contact." + key; };
   const bool some = options.young || options.poisson || options.viscosity;
@@ -85,7 +85,7 @@ const EffectKind& ViscoelasticContactOptions::kind() {
       .dimensions = {2, 3},
       .periodic = true,
       .grains = true,
-      .check = check,
+      .check = check_viscoelastic_contact,
       .complete = set_reduced_constants,
       .make =
           [](const Scene& scene) {

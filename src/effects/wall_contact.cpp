@@ -21,7 +21,7 @@ Elasticity common_material(const Scene& scene) {
   return {walls.young, walls.poisson};
 }
 
-void complete(const Draft& draft, Scene& scene) {
+void complete_wall_contact(const Draft& draft, Scene& scene) {
   scene.effects.find<WallContactOptions>()->bodies = materials_of_bodies(draft, common_material(scene));
 }
 
@@ -51,7 +51,7 @@ const EffectKind& WallContactOptions::kind() {
       .keys = elastic_constants<WallContactOptions>(),
       .dimensions = {2, 3},
       .periodic = true,
-      .complete = complete,
+      .complete = complete_wall_contact,
       .make = [](const Scene& scene) { return std::make_unique<WallContact>(scene); }};
   return kind;
 }

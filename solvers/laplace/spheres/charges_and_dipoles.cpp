@@ -11,7 +11,7 @@ constexpr std::array<int, 3> axis_at{at(1, 1), at(1, -1), at(1, 0)};
 
 /// Numbers of spheres up to which dipoles, or charges alone, are included. The factorization takes (4 N)^3 / 3 products
 /// with dipoles and N^3 / 3 without.
-constexpr std::size_t few_spheres = 500, many_spheres = 2000;
+constexpr std::size_t few_spheres = 500, most_spheres = 2000;
 
 /// Returns the matrix that shifts a sphere's charge and dipole to its cell's centre; by reciprocity its transpose
 /// shifts local coefficients to the sphere. The factor R of both is omitted.
@@ -27,7 +27,7 @@ Eigen::MatrixXd to_cell(const Site& site, Vec3 centre, int degree, double unit) 
 
 }  // namespace
 
-bool ChargesAndDipoles::saves_time(std::size_t spheres) { return spheres <= many_spheres; }
+bool ChargesAndDipoles::saves_time(std::size_t spheres) { return spheres <= most_spheres; }
 
 ChargesAndDipoles::ChargesAndDipoles(const Mirrors& mirrors, const Cells& cells, const std::vector<Site>& sites,
                                      const std::vector<NearPair>& pairs, parallel::Team& team)

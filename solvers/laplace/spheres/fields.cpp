@@ -145,10 +145,10 @@ double choose_range(const Mirrors& mirrors, const std::vector<Site>& sites) {
   return std::max(range, 7 * largest);
 }
 
-/// Number of spheres above which cells cost less than direct interactions of all pairs.
-constexpr std::size_t many_spheres = 48;
+/// Number of spheres up to which direct interactions of all pairs cost less than cells.
+constexpr std::size_t direct_limit = 48;
 
-constexpr int least_degree = 2;
+constexpr int least_site_degree = 2;
 
 /// Fixed degree up to which one sum over all images of a pair costs less than direct near images.
 constexpr int low_degree = 8;
@@ -184,7 +184,7 @@ void Fields::choose_degrees(const SphereProblem& problem, const std::vector<Near
     for (Site& site : sites_) site.degree = fixed_degree_;
     return;
   }
-  std::vector<RequiredDegree> required(sites_.size(), {least_degree, 0});
+  std::vector<RequiredDegree> required(sites_.size(), {least_site_degree, 0});
   const std::vector<NearPair> lopsided = lopsided_pairs(problem, sites_, pairs, accuracy_);
   choose_reflecting(problem, lopsided, required);
   std::vector<NearPair> gaps = narrow_gaps(problem, pairs, lopsided, required);
@@ -217,7 +217,7 @@ std::vector<NearPair> Fields::narrow_gaps(const SphereProblem& problem, const st
                                           const std::vector<NearPair>& lopsided,
                                           std::vector<RequiredDegree>& required) {
   // The least degree suffices for nearly all pairs; this bound detects them without a logarithm.
-  const double least = std::cosh(-std::log(accuracy_) / least_degree) - 1;
+  const double least = std::cosh(-std::log(accuracy_) / least_site_degree) - 1;
   std::vector<NearPair> gaps;
   for (const NearPair& pair : pairs) {
     const Site &site = sites_[pair.target], &other = sites_[pair.source];
@@ -269,7 +269,7 @@ Fields::Fields(const SphereProblem& problem, const Mirrors& mirrors, const Spher
     : mirrors_(mirrors), accuracy_(options.accuracy), fixed_degree_(options.degree) {
   const double accuracy = accuracy_;
   for (const Sphere& sphere : problem.spheres) sites_.push_back({sphere.centre, sphere.radius, 0});
-  if (sites_.size() > many_spheres)
+  if (sites_.size() > direct_limit)
     cells_ = std::make_unique<Cells>(problem, sites_);
   else if (mirrors.bounded && !(has_fixed_degree() && fixed_degree_ <= low_degree))
     range_ = choose_range(mirrors, sites_);

@@ -6,7 +6,7 @@
 namespace lichtenberg::laplace::spheres {
 namespace {
 
-double length(const std::vector<double>& x) {
+double norm(const std::vector<double>& x) {
   return Eigen::Map<const Eigen::VectorXd>(x.data(), static_cast<Eigen::Index>(x.size())).norm();
 }
 
@@ -57,7 +57,7 @@ class Conditions {
     for (std::size_t i = 0; i < sites.size(); ++i) {
       const double radius = sites[i].radius;
       const auto first = latest_.x.begin() + latest_start_[i];
-      const double own = length({first, latest_.x.begin() + latest_start_[i + 1]});
+      const double own = norm({first, latest_.x.begin() + latest_start_[i + 1]});
       const Vec3 displacement = (sites[i].centre - latest_.sites[i].centre) * (1 / radius);
       for (int k = 0; k < 3; ++k) all.push_back(norm2(displacement) < 1 ? displacement[k] * own : 0);
       all.push_back(std::sqrt(radius) * potential[i]);
@@ -81,7 +81,7 @@ std::vector<double> history_coefficients(const History& history, const SolveTarg
   Eigen::VectorXd error(count);
   for (Eigen::Index k = 0; k < count; ++k) {
     past.col(k) = conditions.values_of(history[k]);
-    error[k] = noise * length(history[k].x);
+    error[k] = noise * norm(history[k].x);
   }
   Eigen::MatrixXd squares = past.transpose() * past;
   squares.diagonal() += error.cwiseAbs2();

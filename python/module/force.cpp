@@ -70,10 +70,12 @@ double energy_of(const py::object& object) {
 Answer call(const py::function& function, const State& state) {
   py::object returned = function(state_for_python(state));
   double energy = 0;
-  if (py::isinstance<py::tuple>(returned) && py::len(returned) == 2 &&
-      !py::isinstance<py::sequence>(returned[py::int_(1)])) {
-    energy = energy_of(returned[py::int_(1)]);
-    returned = returned[py::int_(0)];
+  if (py::isinstance<py::tuple>(returned) && py::len(returned) == 2) {
+    const py::object second = returned[py::int_(1)];  // a force, or the energy
+    if (!py::isinstance<py::sequence>(second) || py::isinstance<py::str>(second)) {
+      energy = energy_of(second);
+      returned = returned[py::int_(0)];
+    }
   }
   const Numbers force = Numbers::ensure(returned);
   const py::ssize_t n = state.bodies.size(), d = state.bodies.dimension;

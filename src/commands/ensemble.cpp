@@ -26,7 +26,7 @@ using ensemble::Member;
 using ensemble::Variation;
 using Json = nlohmann::ordered_json;
 
-struct Arguments {
+struct EnsembleArguments {
   std::string scene, folder, conductors;
   std::vector<std::string> vary, settings;
   int seeds = 1;
@@ -63,7 +63,7 @@ std::string without_first_index(std::string key) {
   return key;
 }
 
-std::vector<Variation> variations_of(const Arguments& request, const Scene& scene) {
+std::vector<Variation> variations_of(const EnsembleArguments& request, const Scene& scene) {
   const Schema schema(effects::all_kinds());
   std::vector<Variation> variations;
   if (!request.conductors.empty()) variations.push_back({"population.count", listed_values(request.conductors)});
@@ -112,7 +112,7 @@ Json answer(const Json& question, const std::vector<Member>& members, const std:
 }
 
 /// Writes a line with the ensemble's properties and one line per member, then answers one request per line.
-void serve(const Arguments& request) {
+void serve_ensemble(const EnsembleArguments& request) {
   const Scene scene = read_scene_for(request.scene, "", request.settings);
   const std::vector<Member> members = ensemble::make_members(scene, variations_of(request, scene), request.folder);
   const Version version = lichtenberg_version();
@@ -127,7 +127,7 @@ void serve(const Arguments& request) {
 }  // namespace
 
 Command ensemble_members_command() {
-  auto request = std::make_shared<Arguments>();
+  auto request = std::make_shared<EnsembleArguments>();
   return {"ensemble-members",
           "Makes the members of an ensemble, inspects their results and takes means (commands/ensemble.py)",
           {{"SCENE", &request->scene, "scene file (.toml)", {.required = true}},
@@ -136,7 +136,7 @@ Command ensemble_members_command() {
            {"--vary", &request->vary, "as of ensemble", {.repeated = true}},
            set_argument(request->settings),
            {"--out", &request->folder, "as of ensemble", {.required = true}}},
-          [request] { serve(*request); }};
+          [request] { serve_ensemble(*request); }};
 }
 
 }  // namespace lichtenberg

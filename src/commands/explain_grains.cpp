@@ -27,7 +27,7 @@ namespace lichtenberg {
 namespace {
 
 /// Returns the volume (area) fraction of the grains.
-double filling(const Scene& scene) {
+double grain_filling(const Scene& scene) {
   double sum = 0;
   for (const Conductor& grain : scene.conductors)
     sum += scene.dimension() == 3 ? 4.0 / 3 * std::pow(grain.radius, 3) : std::pow(grain.radius, 2);
@@ -330,7 +330,7 @@ void explain_grains(const Scene& scene) {
   fmt::print("\nmotion\n");
   fmt::print("  units                d0 = {:g} m, m0 = {:g} kg, v0 = {:g} m/s, q0 = {:g} C, t0 = {:g} s\n", length,
              mass, velocity, charge, length / velocity);
-  fmt::print("  filling              {:.4f} of the box\n", filling(scene));
+  fmt::print("  filling              {:.4f} of the box\n", grain_filling(scene));
   explain_sums(scene);
   explain_stages(scene);
   explain_integrator(gas);

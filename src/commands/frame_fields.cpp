@@ -27,7 +27,7 @@
 namespace lichtenberg {
 namespace {
 
-constexpr int fewest_cells = 256, most_cells = 1024;
+constexpr int fewest_image_cells = 256, most_image_cells = 1024;
 constexpr double cells_in_a_radius = 3;
 constexpr double picture_tolerance = 1e-4;  // sufficient because a colour map has 256 levels
 
@@ -36,7 +36,7 @@ int cells_for(const Scene& scene) {
   const Vec2 size = plane(scene.domain.size);
   const double radius = scene.smallest_radius();
   const double wanted = cells_in_a_radius * std::max(size.x, size.y) / radius;
-  return laplace::Grids(size).at_least(static_cast<int>(std::clamp<double>(wanted, fewest_cells, most_cells)));
+  return laplace::Grids(size).at_least(static_cast<int>(std::clamp<double>(wanted, fewest_image_cells, most_image_cells)));
 }
 
 /// Returns the electrical groups with the frame's potentials. Conductors fixed by electrodes form one group per
@@ -80,7 +80,7 @@ void write_all(std::span<const std::byte> bytes) {
 }
 
 /// Returns the values of the solved field. If the solve fails, prints a message and returns NaN.
-std::vector<float> values_of(laplace::LaplaceSolver& solver, const laplace::LaplaceProblem& problem, int index,
+std::vector<float> potential_values(laplace::LaplaceSolver& solver, const laplace::LaplaceProblem& problem, int index,
                              std::size_t count) {
   try {
     solver.solve(problem);
@@ -139,7 +139,7 @@ void write_fields(const FieldsRequest& request) {
   for (int k = 0; k < count; ++k) {
     const laplace::LaplaceProblem problem = problem_of(scene, bodies, result.conductor_frame(frames[k]));
     const std::vector<float> values =
-        values_of(solver, problem, frames[k], static_cast<std::size_t>(shape[0]) * shape[1]);
+        potential_values(solver, problem, frames[k], static_cast<std::size_t>(shape[0]) * shape[1]);
     write_all(std::as_bytes(std::span(values)));
     if (progress.due()) progress.show(fmt::format("field of frame {} of {} solved", k + 1, count), k + 1);
   }

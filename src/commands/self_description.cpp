@@ -26,7 +26,7 @@ constexpr std::array<std::pair<const char*, const char*>, 7> other_names{
 bool is_option(const Argument& argument) { return argument.name.starts_with("-"); }
 bool is_flag(const Argument& argument) { return std::holds_alternative<bool*>(argument.target); }
 
-std::vector<std::string> values_of(const Argument& argument) {
+std::vector<std::string> allowed_values(const Argument& argument) {
   std::vector<std::string> values = argument.rule.allowed;
   values.insert(values.end(), argument.rule.offered.begin(), argument.rule.offered.end());
   return values;
@@ -36,7 +36,7 @@ std::vector<std::string> values_of(const Argument& argument) {
 std::string words_of(const Command& command) {
   std::vector<std::string> words;
   for (const Argument& argument : command.arguments) {
-    const std::vector<std::string> more = is_option(argument) ? names_of(argument, command) : values_of(argument);
+    const std::vector<std::string> more = is_option(argument) ? names_of(argument, command) : allowed_values(argument);
     words.insert(words.end(), more.begin(), more.end());
   }
   return fmt::format("{}", fmt::join(words, " "));
@@ -46,10 +46,10 @@ std::string words_of(const Command& command) {
 std::string cases_of_values(const Command& command) {
   std::string cases;
   for (const Argument& argument : command.arguments)
-    if (is_option(argument) && !values_of(argument).empty())
+    if (is_option(argument) && !allowed_values(argument).empty())
       for (const std::string& name : names_of(argument, command))
         cases +=
-            fmt::format("    \"{} {}\") words=\"{}\" ;;\n", command.name, name, fmt::join(values_of(argument), " "));
+            fmt::format("    \"{} {}\") words=\"{}\" ;;\n", command.name, name, fmt::join(allowed_values(argument), " "));
   return cases;
 }
 

@@ -41,7 +41,7 @@ struct FlowRequest {
 constexpr int rows = 60;                             // of the time series
 constexpr double first_map_time = 3.48e2;            // t_0, time of G A5.3 (a)
 constexpr int max_noise_waves = 3;                   // largest wave number of the initial noise, in waves per box edge
-constexpr std::array<int, 2> most_cells{1024, 128};  // per edge, in a plane and in space
+constexpr std::array<int, 2> most_flow_cells{1024, 128};  // per edge, in a plane and in space
 constexpr double tolerance = 1e-4;                   // of a time step
 
 void check_flow(const FlowRequest& r) {
@@ -57,7 +57,7 @@ void check_flow(const FlowRequest& r) {
         fmt::format("theory hydrodynamics is for boxes of 10 l_0 and more, not of {:.3g} l_0 (l_0 = .12467 / (n d^2) "
                     "for the number density n and the diameter d, about half a mean free path)",
                     r.length));
-  const int most = most_cells[r.dimension - 2];
+  const int most = most_flow_cells[r.dimension - 2];
   if (r.cells < 8 || r.cells > most)
     throw InputError(fmt::format("--cells is for 8 to {} cells along an edge, not for {}", most, r.cells));
 }

@@ -23,7 +23,7 @@ namespace {
 using namespace work_precision;
 using Json = nlohmann::ordered_json;
 
-struct Arguments {
+struct SweepArguments {
   std::string scene;
   std::vector<std::string> settings;
   bool time = false;
@@ -120,7 +120,7 @@ Json errors_of(const Diagram& diagram, const Json& answer) {
 }
 
 /// Reports the start of the reference computation, then the subject and its methods, then measures as requested.
-void serve(Arguments arguments) {
+void serve_sweep(SweepArguments arguments) {
   const Scene scene = read_scene_for(arguments.scene, "", arguments.settings);
   const double load = load_average();
   const Kind kind = kind_of(scene, arguments.time);
@@ -144,7 +144,7 @@ void serve(Arguments arguments) {
 }  // namespace
 
 Command work_precision_methods_command() {
-  auto arguments = std::make_shared<Arguments>();
+  auto arguments = std::make_shared<SweepArguments>();
   Request& request = arguments->request;
   return {"work-precision-methods",
           "Lists and measures methods that can solve a scene (commands/work_precision.py)",
@@ -154,7 +154,7 @@ Command work_precision_methods_command() {
            {"--methods", &request.methods, "as of work-precision", {.repeated = true}},
            {"--others", &request.others, "KIND/NAME of methods that the package has", {.repeated = true}},
            {"--sizes", &request.sizes, "as of work-precision", {.repeated = true}}},
-          [arguments] { serve(*arguments); }};
+          [arguments] { serve_sweep(*arguments); }};
 }
 
 }  // namespace lichtenberg

@@ -5,7 +5,7 @@
 namespace lichtenberg::granular {
 namespace {
 
-constexpr double steps_a_contact = 30;  ///< with fewer it may be unstable
+constexpr double gear_steps_a_contact = 30;  ///< with fewer it may be unstable
 
 /// Coefficients c_k of Gear's corrector (Gear 1971; Singh 2019, eq. 3.41, lacks the factor k! of the last four). The
 /// corrector adds c_k D / dt^k to the k-th derivative of the position, k = 0 ... 5. D is the difference between the
@@ -22,7 +22,7 @@ class Gear final : public GasIntegrator {
   explicit Gear(const Corrector& corrector) : corrector_(corrector) {}
 
   double longest_step(Gas& gas, Instant& now) const override {
-    return step_that_resolves_contacts(gas, now, steps_a_contact);
+    return step_that_resolves_contacts(gas, now, gear_steps_a_contact);
   }
 
   Instant step(Gas& gas, Instant now, double end, Want) override {

@@ -3,7 +3,7 @@
 namespace lichtenberg::granular {
 namespace {
 
-constexpr double steps_a_contact = 10;  ///< with fewer, errors of the restitution exceed .02
+constexpr double verlet_steps_a_contact = 10;  ///< with fewer, errors of the restitution exceed .02
 
 /// Velocity Verlet integrator. Contact forces at the end of a step depend on the velocities there, which depend on
 /// these forces. With velocities in the middle of the step (Singh 2019, eq. 3.44) the method has first order. This
@@ -11,7 +11,7 @@ constexpr double steps_a_contact = 10;  ///< with fewer, errors of the restituti
 class Verlet final : public GasIntegrator {
  public:
   double longest_step(Gas& gas, Instant& now) const override {
-    return step_that_resolves_contacts(gas, now, steps_a_contact);
+    return step_that_resolves_contacts(gas, now, verlet_steps_a_contact);
   }
 
   Instant step(Gas& gas, Instant now, double end, Want want) override {

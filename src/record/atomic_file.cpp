@@ -56,7 +56,7 @@ int create(const std::string& path) {
   return ::open(path.c_str(), flags, 0666);
 }
 
-FileIdentity identity_of(const struct stat& status) {
+FileIdentity to_identity(const struct stat& status) {
   return {status.st_dev, status.st_ino, status.st_mtim.tv_sec, status.st_mtim.tv_nsec};
 }
 
@@ -106,7 +106,7 @@ void write_atomically(const std::string& path, std::span<const std::byte> bytes)
 FileIdentity identity_of(const std::string& path) {
   struct stat status {};
   if (stat(path.c_str(), &status) != 0) return {};
-  return identity_of(status);
+  return to_identity(status);
 }
 
 OpenFile::OpenFile(const std::string& path) : descriptor_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
@@ -117,7 +117,7 @@ OpenFile::OpenFile(const std::string& path) : descriptor_(::open(path.c_str(), O
     throw std::system_error(error, std::generic_category());
   }
   size_ = static_cast<std::uint64_t>(status.st_size);
-  identity_ = identity_of(status);
+  identity_ = to_identity(status);
 }
 
 OpenFile::OpenFile(OpenFile&& other) noexcept

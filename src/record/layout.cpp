@@ -16,7 +16,7 @@
 namespace lichtenberg {
 namespace {
 
-constexpr const char* conductors = "/particles/conductors";
+constexpr const char* conductor_group = "/particles/conductors";
 // Vectors in files have three components, with z = 0 in plane scenes, because MDAnalysis requires it
 constexpr hsize_t dimension = 3;
 
@@ -192,7 +192,7 @@ std::vector<double> box_edges(const Scene& scene) {
 }
 
 void put_conductors(const hdf5::Handle& file, const Scene& scene, std::span<const double> mass) {
-  const hdf5::Handle group = hdf5::open_group(file, conductors);
+  const hdf5::Handle group = hdf5::open_group(file, conductor_group);
   put_box(group, scene);
   const std::vector<double> radii = distinct_radii(scene);
   std::vector<double> radius;

@@ -54,7 +54,8 @@ endif()
 file(WRITE ${stage}/solve.py "import glob, site
 site.addsitedir(glob.glob('${stage}/prefix/lib/python3*/dist-packages')[0])
 import lichtenberg
-print(lichtenberg.program.find_program(), lichtenberg.solve('${SOURCE}/scenes/two-disks.toml').potential)
+from lichtenberg.installation import find_program
+print(find_program(), lichtenberg.solve('${SOURCE}/scenes/two-disks.toml').potential)
 ")
 run(/usr/bin/python3 -B ${stage}/solve.py)
 expect("${stage}/prefix/bin/lichtenberg [")

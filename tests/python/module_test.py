@@ -136,7 +136,7 @@ class Solves(unittest.TestCase):
         self.assertEqual(li.solve(PAIR_3D).force.shape, (2, 3))
 
     def test_scenes_without_a_field_are_refused(self):
-        for words, arguments in (("has no field", [FALL, {}]), ("it must be \"cpu\" or \"cuda\"", [TWO_DISKS, {"device": "tpu"}]),
+        for words, arguments in (("has no table \\[effects.floating_conductors\\]", [FALL, {}]), ("it must be \"cpu\" or \"cuda\"", [TWO_DISKS, {"device": "tpu"}]),
                                  ("solved on the CPU", [TWO_GRAINS, {"device": "cuda"}]),
                                  ("leave them out for charged grains", [TWO_GRAINS, {"capacitance": True}]),
                                  ("is not on a grid", [PAIR_3D, {"potential_field": True}])):
@@ -245,7 +245,7 @@ class Runs(unittest.TestCase):
             state.position[0, 0] = 0  # changes a copy
             return np.zeros((1, 2))
         positions = [frame.position.tolist() for frame in run.frames()]
-        self.assertEqual(positions[-1], [[5e-3, 5e-3]])
+        self.assertEqual(positions[-1], [[5e-3, 5e-3, 0]])
         self.assertTrue(all(position.tolist() == [[0, 5e-3]] for _, position in kept))
 
     def test_energy_of_a_force_enters_the_balance(self):
@@ -453,8 +453,9 @@ assert len(found) == 4, found"""
                         print("begun", flush=True)
             except KeyboardInterrupt:
                 found = run.result
-                print("interrupted", len(found) == seen, flush=True)
+                print("interrupted", 0 <= len(found) - seen <= 1, flush=True)
             """)
+        # The interrupt may come between the recording of a frame and its count.
         child = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
         self.assertEqual(child.stdout.readline(), "begun\n")
         child.send_signal(signal.SIGINT)
@@ -525,7 +526,7 @@ class CompiledEffects(unittest.TestCase):
                 li.Scene({**FALL, "effects": {"drift": {"force": "strong"}}}, compiled=[drift])
             self.assertEqual(caught.exception.key, "effects.drift.force")
             faults = {"does not compile": DRIFT.replace("force_;\n};", "force_\n};"),
-                      "exports no effect": DRIFT.replace("LICHTENBERG_EFFECT(", "static_assert(sizeof "),
+                      "exports no effect": DRIFT.replace("LICHTENBERG_EFFECT(lichtenberg::DriftOptions)", ""),
                       "is built in": DRIFT.replace('"drift"', '"stokes_drag"')}
             for words, faulty in faults.items():
                 with self.assertRaisesRegex(li.InputError, words):

@@ -9,8 +9,7 @@ namespace lichtenberg::laplace::multipole {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
-constexpr Complex i_unit{0, 1};
+using std::numbers::pi;
 
 /// Approximate radius of the circle on which the Taylor series is computed, and radius within which lattice vectors are
 /// excluded from it, in units of half the period's diagonal. Their ratio 0.4 makes 40 terms sufficient to rounding

@@ -11,6 +11,8 @@ namespace lichtenberg::laplace::multipole {
 /// Complex number: a point x + i y of the plane (m), a multipole coefficient or a field.
 using Complex = std::complex<double>;
 
+inline constexpr Complex i_unit{0, 1};
+
 /// Converts a point to x + i y.
 inline Complex to_complex(Vec2 p) { return {p.x, p.y}; }
 

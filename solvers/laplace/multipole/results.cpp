@@ -9,7 +9,7 @@ namespace lichtenberg::laplace::multipole {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 struct Arc {
   double from = 0, to = 2 * pi;

@@ -8,8 +8,7 @@ namespace lichtenberg::laplace::multipole {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
-constexpr Complex i_unit{0, 1};
+using std::numbers::pi;
 
 }  // namespace
 

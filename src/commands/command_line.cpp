@@ -24,7 +24,6 @@
 #include "src/commands/python.hpp"
 #include "src/commands/self_description.hpp"
 #include "src/commands/streams.hpp"
-#include "src/commands/theory_kind.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/scene/nearest.hpp"
@@ -224,7 +223,7 @@ void add_unlisted(std::vector<Command>& commands, const std::vector<std::string>
   if (arguments.size() <= word_index ||
       std::ranges::find(commands, arguments[word_index], &Command::name) != commands.end())
     return;
-  for (const Command& inner : {frame_fields_command(), ensemble_members_command(), work_precision_methods_command()}) {
+  for (const Command& inner : unlisted_commands()) {
     if (inner.name != arguments[word_index]) continue;
     prctl(PR_SET_PDEATHSIG, SIGTERM);  // the parent process alone reads the output
     return commands.push_back(inner);
@@ -325,13 +324,6 @@ int status_of(const std::function<int()>& work, const std::vector<std::string>& 
 }
 
 }  // namespace
-
-std::vector<Command> all_commands() {
-  std::vector<Command> commands = python_commands();
-  commands.insert(commands.begin(), {run_command(), solve_command(), explain_command()});
-  commands.insert(commands.end(), {analyse_command(), network_command(), theory_command(theory_kinds())});
-  return commands;
-}
 
 int run_command_line(std::vector<std::string> arguments, const std::vector<Command>& commands) {
   const std::vector<std::string> words = arguments;

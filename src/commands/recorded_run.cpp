@@ -11,35 +11,40 @@
 #include "solvers/stopwatch.hpp"
 #include "src/commands/device.hpp"
 #include "src/commands/interruption.hpp"
+#include "src/commands/motion_kind.hpp"
 #include "src/effects/field_choice.hpp"
 #include "src/effects/floating_conductors.hpp"
-#include "src/granular/device/device.hpp"
-#include "src/granular/granular_motion.hpp"
-#include "src/granular/summary.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "src/scene/effect_kind.hpp"
-#include "src/statics/minimization.hpp"
 
 namespace lichtenberg {
+namespace {
+
+const MotionKind& motion_of(const Scene& scene) {
+  return *std::ranges::find_if(motion_kinds(), [&](const MotionKind& kind) { return kind.takes(scene); });
+}
+
+}  // namespace
+
+void check_field_device(const Scene& scene) {
+  if (is_for_cuda(scene) && !scene.effects.has(&EffectKind::field))
+    throw InputError(scene.path +
+                     ": the device cuda is for grains and for fields of conductors; this scene has neither");
+}
+
+MotionKind conductor_motion() {
+  return {.takes = [](const Scene&) { return true; },
+          .make = [](const Scene& scene) -> std::unique_ptr<Motion> { return std::make_unique<Simulation>(scene); },
+          .check_device = check_field_device};
+}
 
 Scene prepare_run(Scene scene) {
   if (scene.conductors.empty())
     throw InputError(scene.path + " has no conductors, so there is no motion: `lichtenberg solve` solves its field");
   effects::check_processes(scene.effects.has(&EffectKind::field) ? &scene.field_table : nullptr);
   effects::check_device(scene);
-  if (is_for_cuda(scene) && !scene.reference && !scene.effects.has(&EffectKind::field))
-    throw InputError(scene.path +
-                     ": the device cuda is for grains and for fields of conductors; this scene has neither");
-  if (scene.reference && is_for_cuda(scene)) granular::device::check_scene(scene);
+  if (const MotionKind& kind = motion_of(scene); kind.check_device) kind.check_device(scene);
   return effects::with_field_chosen(std::move(scene));
-}
-
-std::unique_ptr<Motion> make_motion(const Scene& scene) {
-  if (scene.effects.has(&EffectKind::packing)) return std::make_unique<Minimization>(scene);
-  if (scene.reference)
-    return std::make_unique<GranularMotion>(scene,
-                                            is_for_cuda(scene) ? granular::device::make_cuda_gas(scene) : nullptr);
-  return std::make_unique<Simulation>(scene);
 }
 
 namespace {
@@ -62,7 +67,7 @@ RecordedRun::RecordedRun(Scene scene, std::optional<Recorder> recorder, std::fun
       recorder_(std::move(recorder)),
       warn_(std::move(warn)),
       frames_(recorder_ ? recorder_->frames() : 0),
-      motion_(make_motion(scene_)),
+      motion_(motion_of(scene_).make(scene_)),
       write_queue_(motion_->leaves_a_core() ? tasks_per_frame : 0) {
   if (!recorder_) return;
   if (!recorder_->warning().empty()) warn_(recorder_->warning());
@@ -70,8 +75,9 @@ RecordedRun::RecordedRun(Scene scene, std::optional<Recorder> recorder, std::fun
 }
 
 void RecordedRun::begin() {
+  const MotionKind& kind = motion_of(scene_);
   for (const std::string& warning :
-       {effects::unresolved_bodies(scene_), scene_.reference ? granular::stages_warning(scene_) : std::string()})
+       {effects::unresolved_bodies(scene_), kind.warning ? kind.warning(scene_) : std::string()})
     if (!warning.empty()) warn_(warning);
   update_frame();
   if (frames_ == 0) record();

@@ -19,9 +19,6 @@ namespace lichtenberg {
 /// scene with the chosen options. Throws InputError if the scene cannot be run, and the exceptions of the field solver.
 Scene prepare_run(Scene scene);
 
-/// Makes the motion of a prepared scene: of conductors or grains, or the minimization of a packing.
-std::unique_ptr<Motion> make_motion(const Scene& scene);
-
 /// Run of a scene, frame by frame, from its start or last checkpoint to its end, with an optional result file.
 ///
 /// A checkpoint may discard state of the motion that it cannot store, which changes the last digits of the following

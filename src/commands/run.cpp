@@ -23,7 +23,6 @@
 #include "src/commands/streams.hpp"
 #include "src/effects/field_choice.hpp"
 #include "src/effects/floating_conductors.hpp"
-#include "src/granular/summary.hpp"
 #include "src/record/atomic_file.hpp"
 #include "src/record/recorder.hpp"
 #include "src/scene/effect_kind.hpp"

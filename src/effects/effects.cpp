@@ -6,30 +6,22 @@
 #include <iterator>
 
 #include "solvers/error.hpp"
-#include "src/effects/charge_exchange.hpp"
 #include "src/effects/circuit.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/contact_resistance.hpp"
-#include "src/effects/coulomb.hpp"
 #include "src/effects/current_injection.hpp"
 #include "src/effects/floating_conductors.hpp"
-#include "src/effects/gas_drag.hpp"
 #include "src/effects/gravity.hpp"
 #include "src/effects/hertz_contact.hpp"
-#include "src/effects/induced_dipoles.hpp"
 #include "src/effects/leakage.hpp"
-#include "src/effects/linear_contact.hpp"
-#include "src/effects/soft_repulsion.hpp"
 #include "src/effects/stokes_drag.hpp"
-#include "src/effects/uniform_force.hpp"
-#include "src/effects/viscoelastic_contact.hpp"
 #include "src/effects/wall_contact.hpp"
 #include "src/model/neighbours.hpp"
 
 namespace lichtenberg::effects {
 
-const EffectKinds& all_kinds() {
-  static const EffectKinds kinds = {
+EffectKinds conductor_kinds() {
+  return {
       &FloatingConductorsOptions::kind(),
       &CurrentInjectionOptions::kind(),
       &StokesDragOptions::kind(),
@@ -39,16 +31,7 @@ const EffectKinds& all_kinds() {
       &ContactDischargeOptions::kind(),
       &LeakageOptions::kind(),
       &ContactResistanceOptions::kind(),
-      &SoftRepulsionOptions::kind(),
-      &ViscoelasticContactOptions::kind(),
-      &LinearContactOptions::kind(),
-      &CoulombOptions::kind(),
-      &InducedDipolesOptions::kind(),
-      &ChargeExchangeOptions::kind(),
-      &GasDragOptions::kind(),
-      &UniformForceOptions::kind(),
   };
-  return kinds;
 }
 
 namespace {

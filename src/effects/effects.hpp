@@ -10,8 +10,13 @@
 
 namespace lichtenberg::effects {
 
-/// Returns the descriptions of all built-in effects, in the order in which their contributions are added.
+/// Returns the descriptions of all built-in effects, in the order in which their contributions are added: those of
+/// conductor_kinds() first.
 const EffectKinds& all_kinds();
+
+/// Returns the descriptions of the effects of conductors that a program without grains and packings has
+/// (src/conductors.cpp).
+EffectKinds conductor_kinds();
 
 using EffectList = std::vector<std::unique_ptr<Effect>>;
 

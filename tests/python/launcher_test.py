@@ -1,5 +1,6 @@
 """Tests of the script `lichtenberg` of the checkout, with a program of three files instead of ours."""
 import os
+import re
 import shutil
 import subprocess
 import tempfile
@@ -11,6 +12,8 @@ LAUNCHER = Path(__file__).resolve().parents[2] / "lichtenberg"
 PROJECT = """cmake_minimum_required(VERSION 3.25)
 project(small C)
 add_executable(lichtenberg main.c one.c two.c)
+add_executable(conductors_program EXCLUDE_FROM_ALL conductors.c)
+set_target_properties(conductors_program PROPERTIES OUTPUT_NAME lichtenberg_conductors)
 """
 PRESETS = """{
   "version": 6,
@@ -31,6 +34,7 @@ def make_checkout(folder, word):
     (folder / "CMakeLists.txt").write_text(PROJECT)
     (folder / "CMakePresets.json").write_text(PRESETS)
     write_word(folder, word)
+    (folder / "conductors.c").write_text('#include <stdio.h>\nint main(void) { return puts("conductors") < 0; }\n')
     for name in ("one", "two"):
         (folder / f"{name}.c").write_text(f"int {name}(void) {{ return 0; }}\n")
 
@@ -48,17 +52,42 @@ class LauncherTest(unittest.TestCase):
         self.first = self.root / "first"
         make_checkout(self.first, "first")
 
-    def start(self, folder):
+    def start(self, folder, *words):
         """Output and errors of the launcher in a folder."""
-        ended = subprocess.run([folder / "lichtenberg"], capture_output=True, text=True, cwd=self.root, check=False)
+        ended = subprocess.run([folder / "lichtenberg", *words], capture_output=True, text=True, cwd=self.root, check=False)
         self.assertEqual(ended.returncode, 0, ended.stderr)
         return ended.stdout, ended.stderr
 
     def test_a_build_is_announced_and_a_start_without_one_is_not(self):
         output, said = self.start(self.first)
         self.assertEqual(output, "first\n")
-        self.assertEqual(said, f"lichtenberg: building (minutes the first time; log in {self.first}/build/build.log)\n")
+        self.assertEqual(said, f"lichtenberg: building (about 4 minutes on two cores; log in {self.first}/build/build.log)\n")
         self.assertEqual(self.start(self.first), ("first\n", ""))
+
+    def test_the_first_runs_of_conductors_build_their_part_alone(self):
+        scenes = LAUNCHER.parent / "scenes"
+        for name in ("dendrite", "dendrite-3d", "two-disks"):
+            output, said = self.start(self.first, "run", scenes / f"{name}.toml", "--set", "effects.gravity.g=1")
+            self.assertEqual(output, "conductors\n")
+        self.assertFalse((self.first / "build/lichtenberg").exists())
+        (self.root / "other.toml").write_text("[effects.gravity]\n# units effects.coulomb\n[effects.gas_drag]\n")
+        shutil.copytree(self.first, self.root / "second", symlinks=True)
+        for folder, words in ((self.first, ("run", "other.toml")), (self.root / "second", ("solve", scenes / "two-disks.toml"))):
+            self.assertEqual(self.start(folder, *words)[0], "first\n")
+        self.assertEqual(self.start(self.first, "run", scenes / "dendrite.toml")[0], "first\n")
+
+    def test_scenes_of_grains_and_packings_need_the_whole_program(self):
+        for name, words in (("granular-gas", ()), ("packing", ()), ("dendrite", ("--set", "effects.coulomb.accuracy=1e-3"))):
+            folder = self.root / name
+            make_checkout(folder, name)
+            self.assertEqual(self.start(folder, "run", LAUNCHER.parent / f"scenes/{name}.toml", *words)[0], f"{name}\n")
+
+    def test_the_launcher_names_the_effects_of_the_part_for_conductors(self):
+        source = (LAUNCHER.parent / "src/effects/effects.cpp").read_text()
+        kinds = re.findall(r"&(\w+)Options::kind\(\)", source[source.index("conductor_kinds()"):source.index("namespace {")])
+        names = [re.sub(r"(?<!^)(?=[A-Z])", "_", kind).lower() for kind in kinds]
+        self.assertIn("floating_conductors", names)
+        self.assertIn(f"conductor_effects='{'|'.join(names)}'", LAUNCHER.read_text())
 
     def test_a_changed_source_is_built_and_announced(self):
         self.start(self.first)

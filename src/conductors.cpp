@@ -1,0 +1,31 @@
+// The program lichtenberg_conductors: `run` for scenes of conductors. It is the program lichtenberg without its other
+// commands and the effects of grains and packings, so that it takes less time to build. The script `lichtenberg` uses it
+// for the first runs in a new clone. The functions below replace those of the libraries that it leaves out.
+#include "solvers/parallel/petsc.hpp"
+#include "src/commands/command_line.hpp"
+#include "src/commands/motion_kind.hpp"
+#include "src/effects/effects.hpp"
+
+namespace lichtenberg {
+
+const EffectKinds& effects::all_kinds() {
+  static const EffectKinds kinds = conductor_kinds();
+  return kinds;
+}
+
+const std::vector<MotionKind>& motion_kinds() {
+  static const std::vector<MotionKind> kinds = {conductor_motion()};
+  return kinds;
+}
+
+std::vector<Command> all_commands() { return {run_command()}; }
+
+std::vector<Command> unlisted_commands() { return {frame_fields_command()}; }
+
+}  // namespace lichtenberg
+
+int main(int argc, char** argv) {
+  const int status = lichtenberg::run_command_line({argv + 1, argv + argc});
+  lichtenberg::parallel::finish_petsc();
+  return status;
+}

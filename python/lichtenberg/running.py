@@ -13,11 +13,22 @@ from .scene import check_device, scene_of
 
 
 class RunFrame:
-    """State of a run at one instant: frame.position, frame["charge"] and so on are arrays with units."""
+    """State of a run at one instant: frame.position, frame["charge"] and so on are arrays with units. They are made when the
+    first of them is read. A frame that is not read before the run continues has no arrays: to keep frames, read them, or
+    use the run's result."""
 
-    def __init__(self, time, time_unit, columns):
-        self.time, self.time_unit = time, time_unit
-        self._columns = columns
+    def __init__(self, run):
+        self._run, self._number, self._arrays = run, run.count, None
+        self.time, self.time_unit = run.time, run.time_unit
+
+    @property
+    def _columns(self):
+        if self._arrays is None:
+            if self._run.count != self._number:
+                raise InputError(f"the run has left the frame at t = {self.time:.6g} {self.time_unit}: read its arrays before "
+                                 "the next frame")
+            self._arrays = self._run.frame()
+        return self._arrays
 
     @property
     def columns(self):
@@ -32,11 +43,11 @@ class RunFrame:
 
     def __getattr__(self, name):
         if name.startswith("_") or name not in self._columns:
-            raise AttributeError(f"the frame has no {name!r}; it has {', '.join(self.__dict__.get('_columns', {}))}")
+            raise AttributeError(f"the frame has no {name!r}; it has {', '.join(() if name.startswith('_') else self._columns)}")
         return self[name]
 
     def __repr__(self):
-        return f"<frame at t = {self.time:.6g} {self.time_unit}: {', '.join(self._columns)}>"
+        return f"<frame at t = {self.time:.6g} {self.time_unit}>"
 
 
 class Run:
@@ -193,7 +204,7 @@ class Run:
         return self._path
 
     def _frame(self):
-        return RunFrame(self._run.time, self._run.time_unit, self._run.frame())
+        return RunFrame(self._run)
 
     def _check_not_ended(self):
         if self._ended:

@@ -120,6 +120,10 @@ class Run {
   py::dict frame() {
     return columns_of(exclusively([&] { return run_->motion().frame(); }));
   }
+  /// Returns the number of frames so far.
+  std::int64_t count() {
+    return exclusively<true>([&] { return run_->frames(); });
+  }
   double time() {
     return exclusively<true>([&] { return run_->motion().time(); });
   }
@@ -165,6 +169,7 @@ void register_run(py::module_& module) {
       .def("next", &Run::next)
       .def("end", &Run::end)
       .def("frame", &Run::frame)
+      .def_property_readonly("count", &Run::count)
       .def_property_readonly("time", &Run::time)
       .def_property_readonly("time_unit", &Run::time_unit)
       .def_property_readonly("end_time", &Run::end_time)

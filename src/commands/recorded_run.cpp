@@ -130,7 +130,7 @@ std::map<std::string, double> RecordedRun::seconds() const {
 }
 
 void RecordedRun::update_frame() {
-  make_frame_ = motion_->frame_later();
+  if (recorder_) make_frame_ = motion_->frame_later();
   finished_ = motion_->finished();
 }
 

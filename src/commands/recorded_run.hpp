@@ -83,7 +83,7 @@ class RecordedRun {
   /// All frames of the run so far, including those still to be written.
   std::int64_t frames_;
   std::unique_ptr<Motion> motion_;
-  std::function<Frame()> make_frame_;
+  std::function<Frame()> make_frame_;  ///< Null if nothing is recorded
   bool finished_ = false;
   bool saved_ = true;
   /// Whether the file holds the end of the run.

@@ -269,6 +269,18 @@ class Runs(unittest.TestCase):
         with self.assertRaisesRegex(li.InputError, "effects.soft_repulsion has no other forces"):
             run.finish()
 
+    def test_a_frame_has_arrays_until_the_run_continues(self):
+        frames = li.Run(FALL, record=False).frames()
+        first = next(frames)
+        start = first.position.tolist()
+        second = next(frames)
+        third = next(frames)
+        self.assertEqual(first.position.tolist(), start)
+        with self.assertRaisesRegex(li.InputError, "the run has left the frame at t = 0.05 s"):
+            second.position
+        with self.assertRaises(AttributeError):
+            third.nothing
+
     def test_use_after_the_end_is_refused(self):
         run = li.Run(FALL)
         with self.assertRaisesRegex(li.InputError, "has not begun"):

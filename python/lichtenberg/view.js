@@ -205,6 +205,14 @@ const LINES = [`#version 300 es
   uniform vec4 ink; out vec4 pixel;
   void main() { pixel = ink; }`];
 
+const AREAS = [`#version 300 es
+  in vec2 corner; in vec3 a, b, c, d;
+  uniform mat4 view, projection;
+  void main() {
+    vec2 share = (corner + 1.0) / 2.0;
+    gl_Position = projection * view * vec4(mix(mix(a, b, share.x), mix(c, d, share.x), share.y), 1);
+  }`, LINES[1]];
+
 function compiled(gl, [vertex, fragment]) {
   const program = gl.createProgram();
   for (const [kind, source] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
@@ -270,11 +278,13 @@ class Lines extends Copies {
   }
 }
 
-function circle([x, y], radius) {
-  const ends = [];
-  const point = (k) => [x + radius * Math.cos(k * Math.PI / 90), y + radius * Math.sin(k * Math.PI / 90), 0];
-  for (let k = 0; k < 180; k++) ends.push(...point(k), ...point(k + 1));
-  return ends;
+class Areas extends Copies {
+  /** Twelve numbers a quadrangle, its corners. */
+  constructor(gl, numbers) {
+    super(gl, AREAS);
+    this.count = numbers.length / 12;
+    ["a", "b", "c", "d"].forEach((name, k) => this.set(name, numbers, 3, gl.FLOAT, 1, 48, 12 * k));
+  }
 }
 
 /** Of a rectangle or a box between two corners. */
@@ -286,20 +296,23 @@ function edgesBetween(low, high) {
 
 const isRound = ({ shape }) => shape === "sphere" || shape === "disk";
 
-/** Ends of the lines of an electrode's outline; spheres and disks are drawn like particles. */
-function outline(electrode) {
-  if (isRound(electrode)) return [];
-  if (electrode.shape === "face") return edgesBetween(electrode.low, electrode.high);
-  if (electrode.shape === "side") {
-    const [a, b, c, d] = electrode.ends;
-    return [a, b, 0, c, d, 0];
+/** Ends of the lines of electrodes: sides in the plane. */
+const sideLines = ({ shape, ends }) => shape === "side" ? [...ends.slice(0, 2), 0, ...ends.slice(2), 0] : [];
+
+/** Corners of the quadrangles of an electrode's area: a face in space, a bar, or what is outside of a ring. */
+function areas({ shape, low, high, from, to, width, centre, radius }) {
+  if (shape === "face") {
+    const [p, q] = [0, 1, 2].filter((k) => high[k] > low[k]);
+    return [[], [p], [q], [p, q]].flatMap((far) => low.map((start, k) => far.includes(k) ? high[k] : start));
   }
-  if (electrode.shape !== "bar") return circle(electrode.centre, electrode.radius);
-  const [[a, b], [c, d]] = [electrode.from, electrode.to];
-  const half = electrode.width / 2 / Math.hypot(c - a, d - b);
-  const [x, y] = [-(d - b) * half, (c - a) * half];
-  const corners = [[a + x, b + y], [c + x, d + y], [c - x, d - y], [a - x, b - y]];
-  return corners.flatMap(([p, q], k) => [p, q, 0, ...corners[(k + 1) % 4], 0]);
+  if (shape === "bar") {
+    const [[a, b], [c, d]] = [from, to];
+    const half = width / 2 / Math.hypot(c - a, d - b);
+    const [x, y] = [-(d - b) * half, (c - a) * half];
+    return [a + x, b + y, 0, c + x, d + y, 0, a - x, b - y, 0, c - x, d - y, 0];
+  }
+  const point = (k, far) => [centre[0] + far * radius * Math.cos(k * Math.PI / 90), centre[1] + far * radius * Math.sin(k * Math.PI / 90), 0];
+  return shape !== "ring" ? [] : Array.from({ length: 180 }, (_, k) => [...point(k, 1), ...point(k + 1, 1), ...point(k, 9), ...point(k + 1, 9)]).flat();
 }
 
 // ---- The run ----
@@ -554,7 +567,8 @@ class Page {
     const grey = channels(this.electrodeColour);
     this.held.set("colour", Uint8Array.from(spheres.flatMap(() => [...grey, 255])), 4, this.gl.UNSIGNED_BYTE);
     this.lines.outlines.ends(new Float32Array(edgesBetween(...about.camera.box ?? [[0, 0, 0], this.run.size])));
-    this.lines.electrodes.ends(new Float32Array(about.electrodes.flatMap(outline)));
+    this.lines.electrodes.ends(new Float32Array(about.electrodes.flatMap(sideLines)));
+    this.areas = new Areas(this.gl, new Float32Array(about.electrodes.flatMap(areas)));
   }
 
   fillControls() {
@@ -774,7 +788,7 @@ class Page {
     const pixels = [canvas.width / 2, canvas.height / 2];
     const line = (name, ink, width) => this.lines[name].draw({ view, projection, pixels, ink, width: width * devicePixelRatio });
     line("outlines", [0.3, 0.3, 0.3, 1], 0.5);
-    line("electrodes", [0.55, 0.55, 0.55, 1], 2);
+    const grey = channels(this.electrodeColour).map((part) => part / 255);
     const seen = { view, projection, haze: this.haze(view), light: about.camera.light ?? [0, 0, 1], extent: run.extent, flat_: !camera.spatial };
     const shifts = [0, 1].map((k) => about.images && about.periodic[k] ? [0, run.size[k], -run.size[k]] : [0]);
     if (!camera.spatial) this.clip(view, projection);
@@ -782,12 +796,16 @@ class Page {
       for (const y of shifts[1])
         this.particles.draw({ ...seen, low: [about.low[0] + x, about.low[1] + y, about.low[2]], factor: this.radiusFactor() });
     this.held.draw({ ...seen, low: about.low, factor: 1 });
-    gl.disable(gl.SCISSOR_TEST);
     const thick = Math.max(0.6, Math.min(2, 0.12 * (run.radius[0] ?? 0) / this.pixel(projection)));
     line("forces", [...channels(run.about.packing?.colour ?? "#000000").map((part) => part / 255), 1], Math.min(1.3, 0.075 * (run.radius[0] ?? 0) / this.pixel(projection)));
     line("contacts", [0.85, 0.37, 0.01, 1], thick);
+    gl.depthMask(false);  // faces of a box are transparent
+    this.areas.draw({ view, projection, ink: [...grey, camera.spatial ? 0.22 : 1] });
+    gl.depthMask(true);
     gl.disable(gl.DEPTH_TEST);  // paths are in front of the particles
     line("tree", [0.1, 0.1, 0.1, 1], thick);
+    gl.disable(gl.SCISSOR_TEST);
+    line("electrodes", [...grey, 1], 2.5);
     this.drawScale(projection);
     this.placeLabels(times(projection, view));
   }

@@ -1,7 +1,9 @@
 """Tests that the arrays in the page of a run are the run's, and scales, camera and curves those of pictures. browser_check.py
 opens the page."""
 import base64
+import contextlib
 import html
+import io
 import json
 import os
 import re
@@ -13,7 +15,8 @@ import h5py
 import numpy as np
 
 import runs
-from lichtenberg import load
+from lichtenberg import commands, load
+from lichtenberg.commands import plot
 from lichtenberg.ground import nearest_ground
 from lichtenberg.pictures import frames, series, space
 
@@ -54,8 +57,8 @@ NORMAL = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "\N{MINUS SIGN}01234567
 def svg_of(path, *options):
     """Texts in the picture that `plot` draws."""
     out = runs.FOLDER / "picture.svg"
-    status, _, complaint = runs.program("plot", path, "--out", out, "--overwrite", *options)
-    assert status == 0, complaint
+    with contextlib.redirect_stdout(io.StringIO()):  # in this process, which saves its start
+        plot.act(commands.parse("plot", [path, "--out", str(out), "--overwrite", *options]))
     spans = re.sub(r"<tspan[^>]*>\s*|\s*</tspan>\s*", "", out.read_text())  # Powers are in several spans.
     return {html.unescape(text).strip() for text in re.findall(r"<text[^>]*>([^<]*)</text>", spans)}
 

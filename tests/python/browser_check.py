@@ -95,7 +95,7 @@ class BrowserTest(unittest.TestCase):
                 shown.choose("colour", column["name"])
                 texts = shown.value("[...document.querySelectorAll('#scale-bar .tick')].map((tick) => tick.textContent)")
                 self.assertEqual(texts, [text for _, text in column.get("bar", {"ticks": []})["ticks"]])
-            shown.value("window.texts = []; CanvasRenderingContext2D.prototype.fillText = (text) => { window.texts.push(text); }")
+            shown.value("window.texts = []; CanvasRenderingContext2D.prototype.fillText = (text) => { texts[texts.length] = text; }")
             for logarithmic in (False, True):
                 shown.value("window.texts.length = 0")
                 shown.choose("log", logarithmic)
@@ -126,8 +126,8 @@ class BrowserTest(unittest.TestCase):
             page = image[int(height / 2 - seen[i, 1] * unit), int(width / 2 + seen[i, 0] * unit)]
             at = np.int64((camera.project(position[i]) - camera.low) * fine)
             picture = 255 * rendered[at[1], at[0], :3]
-            # Each pixel is up to half a diagonal off the centre, so the light changes by up to 0.62 |LIGHT in the picture|
-            # times that distance in radii; one step for the rounding of each.
+            # Each pixel is up to half a diagonal off the centre. The light changes by up to 0.62 |LIGHT in the picture| times
+            # that distance in radii. Each colour is rounded by up to one step.
             radius = run.radius[i] * camera.scale(position[i])
             allowed = 255 * 0.62 * np.hypot(*space.LIGHT[:2]) * np.sqrt(0.5) * (1 / unit + 1 / fine) / radius + 2
             self.assertLessEqual(np.abs(page - picture).max(), allowed, (i, page, picture))

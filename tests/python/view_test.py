@@ -64,7 +64,7 @@ def svg_of(path, *options):
 
 
 class PictureTest(unittest.TestCase):
-    """The page states what the pictures of `plot` state."""
+    """Scales, camera, captions and curves of the page are those of `plot`."""
 
     def test_scales_have_range_label_and_ticks_of_plot(self):
         for path in (runs.seedling(), runs.gas(), runs.electrodes_in_space(), runs.packing()):

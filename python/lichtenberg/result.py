@@ -345,12 +345,14 @@ class Result:
         return self.plot()._repr_png_()
 
     def view(self, out=None, frames=None, overwrite=False):
-        """Writes an HTML page that shows the run (view.py). Returns its path."""
+        """Writes an HTML page that shows the run (`lichtenberg view`). Returns its path."""
         from .files import default_output
-        from .view import write_page
+        from .program import call, options_of
 
         self._check_out(out)
-        return write_page(self, out or default_output(self.path, ".html"), frames, overwrite)
+        out = out or default_output(self.path, ".html")
+        call("view", *options_of({"out": out, "frames": frames, "overwrite": overwrite}), "--", self.path)
+        return out
 
     def export(self, to, out=None, frames=None, overwrite=False):
         """Writes the formats "vtk", "xyz" or "csv" (export.py). Returns the path of the file or folder."""

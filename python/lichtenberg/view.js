@@ -34,35 +34,49 @@ const integers = (values) => new Int32Array(values.buffer);
 
 // ---- Colours ----
 
-const MAPS = {  // equally far apart; of one sign, of two
-  one: ["#440154", "#472d7b", "#3b528b", "#2c728e", "#21918c", "#28ae80", "#5ec962", "#addc30", "#fde725"],
-  two: ["#053061", "#2166ac", "#4393c3", "#92c5de", "#f7f7f7", "#f4a582", "#d6604d", "#b2182b", "#67001f"],
-};
-const UNKNOWN = [200, 200, 200];  // of what is no number
+const NORMS = { linear: (x) => x, log: Math.log, asinh: Math.asinh };
 
-const channels = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
+const channels = (hex) => [0, 2, 4].map((at) => parseInt(hex.replace("#", "").slice(at, at + 2), 16));
 
-/** 256 colours, 3 bytes each, between those of a map. */
-function table(map) {
-  const stops = MAPS[map].map(channels);
-  return Uint8Array.from({ length: 768 }, (_, i) => {
-    const at = Math.floor(i / 3) / 255 * (stops.length - 1);
-    const k = Math.min(Math.floor(at), stops.length - 2);
-    return Math.round(stops[k][i % 3] + (at - k) * (stops[k + 1][i % 3] - stops[k][i % 3]));
-  });
-}
-
-/** 4 bytes a value; what lies beyond low or high has the colour of the end. */
-function shades(values, low, high, colours) {
-  const result = new Uint8Array(4 * values.length).fill(255);
-  const steps = high > low ? 255 / (high - low) : 0;
-  for (let i = 0; i < values.length; i++) {
-    const value = values[i];
-    const at = 3 * Math.max(0, Math.min(255, Math.round((value - low) * steps)));
-    for (let k = 0; k < 3; k++) result[4 * i + k] = value === value ? colours[at + k] : UNKNOWN[k];
+/** Colour scale of a column, as Scale of pictures/colours.py. `range`: low and high of the user, or null for the run's. */
+class Scale {
+  constructor(column, range, pale) {
+    Object.assign(this, column);
+    this.paleColour = channels(pale);
+    if (column.kind === "category") return;
+    if (range) this.setRange(range);
+    const steps = this.kind === "order" ? Math.round(this.ends[1] - this.ends[0]) : 0;
+    const norm = (value) => NORMS[this.norm](value / this.width);
+    const [from, to] = this.ends.map(norm);
+    /** From 0 to 1 between the ends of the map. */
+    this.share = (value) => (norm(value) - from) / (to - from);
+    [this.barLow, this.barHigh] = (this.kind === "order" ? this.ends : [this.low, this.high]).map(this.share);
+    const step = (share) => Math.min(Math.floor(share * steps), steps - 1);
+    const index = (share) => Math.floor(!steps ? share * 256 : steps > 1 ? step(share) * 255 / (steps - 1) : 127);
+    const colours = Array.from({ length: 256 }, (_, i) => channels(this.table.slice(6 * i, 6 * i + 6)));
+    this.colourAt = (share) => colours[Math.max(0, Math.min(255, index(share)))];
   }
-  return result;
+
+  setRange([low, high]) {
+    const reach = Math.max(-low, high);
+    const ends = { signed: [-reach, reach], order: [Math.floor(low) - 0.5, Math.floor(high) + 0.5] }[this.kind] ?? [low, high];
+    const ticks = [low, high].map((value) => [value * this.factor, short(value * this.factor)]);
+    const norm = this.norm === "log" ? "log" : "linear";
+    Object.assign(this, { low, high, ends, norm, width: 1, beyond: "neither", bar: { ...this.bar, ticks } });
+  }
+
+  hasColour(value) {
+    return this.kind === "category" ? value !== NO_SET : Number.isFinite(value) && (value > 0 || this.kind !== "decades");
+  }
+
+  colour(value) {
+    if (!this.hasColour(value)) return this.paleColour;
+    if (this.kind === "category") return setColour(value);
+    return this.colourAt(this.share(Math.max(this.low, Math.min(this.high, value))));
+  }
 }
+
+const NO_SET = -(2 ** 31);  // of a particle in no set
 
 /** Of a set by its number, as set_colours of ranges.py. */
 function setColour(n) {
@@ -72,28 +86,6 @@ function setColour(n) {
     const at = (k + 12 * hue) % 12;
     return Math.round(255 * (light - swing * Math.max(-1, Math.min(at - 3, 9 - at, 1))));
   });
-}
-
-/** 4 bytes a particle by the set that it is in, pale grey for sets of one. */
-function setShades(values) {
-  const size = new Map();
-  for (const value of values) size.set(value, (size.get(value) || 0) + 1);
-  const result = new Uint8Array(4 * values.length).fill(255);
-  values.forEach((value, i) => {
-    const colour = size.get(value) === 1 ? [220, 220, 220] : setColour(value);
-    result.set(colour, 4 * i);
-  });
-  return result;
-}
-
-/** Least and largest. */
-function spanOf(values) {
-  let [low, high] = [Infinity, -Infinity];
-  for (const value of values) {
-    if (value < low) low = value;
-    if (value > high) high = value;
-  }
-  return [low, high];
 }
 
 // ---- Space ----
@@ -111,68 +103,56 @@ function apply(matrix, [x, y, z]) {
   return [0, 1, 2, 3].map((i) => matrix[i] * x + matrix[4 + i] * y + matrix[8 + i] * z + matrix[12 + i]);
 }
 
-/** The axes of the box, with their signs, that point to the right, up and towards the eye. `down`: the direction of the
- * fall, of which the axis that is nearest to it counts; null: y points up. */
-function frameOf(down) {
-  if (!down) return [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
-  const axis = down.reduce((most, part, k) => Math.abs(part) > Math.abs(down[most]) ? k : most, 0);
-  const [right, up] = [[0, 0, 0], [0, 0, 0]];
-  up[axis] = -Math.sign(down[axis]);
-  right[axis === 0 ? 1 : 0] = 1;
-  return [right, up, [0, 1, 2].map((k) => right[(k + 1) % 3] * up[(k + 2) % 3] - right[(k + 2) % 3] * up[(k + 1) % 3])];
-}
-
-/** The eye looks at a point `centre`: from above in the plane, else turned about the axis that points up (frameOf). */
+/** The camera of the pictures (camera_of of view.py), which can be moved. In the plane it looks along z. */
 class Camera {
-  constructor(size, dimension, down) {
-    this.spatial = dimension === 3;
-    this.frame = frameOf(this.spatial ? down : null);
-    this.size = size;
+  constructor(start) {
+    this.start = start;
+    this.spatial = "frame" in start;
+    this.frame = start.frame ?? [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
     this.reset();
   }
 
   reset() {
-    this.centre = this.size.map((length) => length / 2);
-    this.turn = 0.5;
-    this.rise = 0.3;
-    this.span = this.spatial ? 1.1 * Math.hypot(...this.size) : 1.04 * Math.max(this.size[0], this.size[1]);  // height of what is seen
+    Object.assign(this, { turn: 0, rise: 0, zoomed: 1, ...this.start });
+    this.centre = [...this.start.centre];
   }
+
+  /** Half the height of what is seen at the centre, without zoom: the window fits into a picture of that aspect. */
+  half(aspect) { return Math.max(this.high[1] - this.low[1], (this.high[0] - this.low[0]) / aspect) / 2; }
 
   /** [view, projection] for a picture of that aspect. */
   matrices(aspect) {
     const [x, y, z] = this.centre;
     const away = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -x, -y, -z, 1];
+    const half = this.half(aspect);
     if (!this.spatial) {
-      const height = this.span / Math.min(1, aspect);
-      const scale = [2 / (height * aspect), 2 / height, -1 / (4 * height)];
-      return [away, [scale[0], 0, 0, 0, 0, scale[1], 0, 0, 0, 0, scale[2], 0, 0, 0, 0, 1]];
+      const scale = 1 / (half * this.zoomed);
+      return [away, [scale / aspect, 0, 0, 0, 0, scale, 0, 0, 0, 0, -scale / 8, 0, 0, 0, 0, 1]];
     }
-    const distance = this.distance();
+    const distance = this.distance * this.zoomed, f = this.distance / half;
     const [c, s, cr, sr] = [Math.cos(this.turn), Math.sin(this.turn), Math.cos(this.rise), Math.sin(this.rise)];
-    const turned = [c, sr * s, cr * s, 0, 0, cr, -sr, 0, -s, sr * c, cr * c, 0, 0, 0, -distance, 1];
-    const [near, far, f] = [distance / 50, 6 * distance + 3 * Math.hypot(...this.size), 2];
+    const turned = [c, -sr * s, cr * s, 0, 0, cr, sr, 0, -s, -sr * c, cr * c, 0, 0, 0, -distance, 1];
+    const [near, far] = [distance / 50, 6 * distance + 3 * this.distance];
     const depth = [(far + near) / (near - far), 2 * far * near / (near - far)];
-    const squeeze = Math.min(1, aspect);
+    const [right, up] = [0, 1].map((k) => (this.low[k] + this.high[k]) / 2 / half);  // middle of the window
     const upright = [...[0, 1, 2].flatMap((k) => [...this.frame.map((axis) => axis[k]), 0]), 0, 0, 0, 1];
-    return [times(turned, times(upright, away)), [f * squeeze / aspect, 0, 0, 0, 0, f * squeeze, 0, 0, 0, 0, depth[0], -1, 0, 0, depth[1], 0]];
+    return [times(turned, times(upright, away)), [f / aspect, 0, 0, 0, 0, f, 0, 0, right / aspect, up, depth[0], -1, 0, 0, depth[1], 0]];
   }
 
-  distance() { return this.span; }  // for f = 2 what is seen there is as high as it is far
-
-  /** By pixels, in a picture `height` pixels high. */
-  drag(dx, dy, height, sideways) {
+  /** By pixels, in a picture of that width and height. */
+  drag(dx, dy, width, height, sideways) {
     if (this.spatial && !sideways) {
-      this.turn += dx * 0.008;
+      this.turn -= dx * 0.008;
       this.rise = Math.max(-1.55, Math.min(1.55, this.rise + dy * 0.008));
       return;
     }
-    const unit = this.span / height;
-    const [c, s] = this.spatial ? [Math.cos(this.turn), Math.sin(this.turn)] : [1, 0];
+    const unit = 2 * this.half(width / height) * this.zoomed / height;
+    const [c, s] = [Math.cos(this.turn), Math.sin(this.turn)];
     const moved = [-dx * unit * c, dy * unit, dx * unit * s];  // to the right, up, towards the eye
     this.centre = this.centre.map((place, k) => this.frame.reduce((sum, axis, n) => sum + moved[n] * axis[k], place));
   }
 
-  zoom(factor) { this.span *= factor; }
+  zoom(factor) { this.zoomed *= factor; }
 }
 
 // ---- Drawing ----
@@ -190,26 +170,28 @@ const PARTICLES = [`#version 300 es
   }`, `#version 300 es
   precision highp float;
   in vec2 at; in vec4 shade; in vec3 middle; in float size;
-  uniform mat4 projection; uniform bool flat_; uniform vec2 fog;
+  uniform mat4 projection; uniform bool flat_; uniform vec3 haze, light;
   out vec4 pixel;
   void main() {
     float r = length(at), soft = fwidth(r);
     if (r > 1.0 + (flat_ ? soft : 0.0)) discard;
     if (flat_) {
-      float rim = smoothstep(0.88 - soft, 0.88 + soft, r) * (1.0 - smoothstep(0.1, 0.4, soft));
-      pixel = vec4(mix(shade.rgb, vec3(0.1), rim), clamp((1.0 - r) / max(soft, 1e-6) + 0.5, 0.0, 1.0));
+      float edge = 1.0 - min(0.1, 1.2 * soft);
+      float rim = smoothstep(edge - soft, edge + soft, r) * (1.0 - smoothstep(0.1, 0.4, soft));
+      pixel = vec4(mix(shade.rgb, vec3(0.1), rim), mix(shade.a, 1.0, rim) * clamp((1.0 - r) / max(soft, 1e-6) + 0.5, 0.0, 1.0));
       gl_FragDepth = gl_FragCoord.z;
     } else {
       float up = sqrt(1.0 - min(r * r, 1.0));
       vec4 surface = projection * vec4(middle + vec3(at, up) * size, 1);
       gl_FragDepth = 0.5 * surface.z / surface.w + 0.5;
-      float light = 0.35 + 0.65 * clamp(dot(vec3(at, up), vec3(-0.35, 0.5, 0.79)), 0.0, 1.0);
-      pixel = vec4(mix(shade.rgb * light, vec3(1), 0.3 * clamp((-middle.z - fog.x) / fog.y, 0.0, 1.0)), 1);
+      float lit = clamp(dot(vec3(at, up), light), 0.0, 1.0);  // as shaded() of pictures/space.py, without its hollows
+      vec3 own = shade.rgb * (0.42 + 0.62 * lit) * (0.55 + 0.45 * min(up / 0.4, 1.0)) + 0.25 * pow(lit, 24.0);
+      pixel = vec4(mix(min(own, 1.0), vec3(1), haze.z * clamp((-middle.z - haze.x) / haze.y, 0.0, 1.0)), 1);
     }
   }`];
 
 const LINES = [`#version 300 es
-  in vec2 corner; in vec3 from, to;
+  in vec2 corner; in vec3 from, to; in float share;
   uniform mat4 view, projection; uniform vec2 pixels; uniform float width;
   void main() {
     vec4 a = projection * view * vec4(from, 1), b = projection * view * vec4(to, 1);
@@ -217,11 +199,19 @@ const LINES = [`#version 300 es
     along = dot(along, along) > 0.0 ? normalize(along) : vec2(1, 0);
     vec4 end = corner.x < 0.0 ? a : b;
     vec2 aside = vec2(-along.y, along.x) * corner.y + along * corner.x;  // square caps
-    gl_Position = end + vec4(aside * width / pixels * end.w, 0, 0);
+    gl_Position = end + vec4(aside * share * width / pixels * end.w, 0, 0);
   }`, `#version 300 es
   precision highp float;
   uniform vec4 ink; out vec4 pixel;
   void main() { pixel = ink; }`];
+
+const AREAS = [`#version 300 es
+  in vec2 corner; in vec3 a, b, c, d;
+  uniform mat4 view, projection;
+  void main() {
+    vec2 share = (corner + 1.0) / 2.0;
+    gl_Position = projection * view * vec4(mix(mix(a, b, share.x), mix(c, d, share.x), share.y), 1);
+  }`, LINES[1]];
 
 function compiled(gl, [vertex, fragment]) {
   const program = gl.createProgram();
@@ -279,19 +269,22 @@ class Copies {
 class Lines extends Copies {
   constructor(gl) { super(gl, LINES); }
 
-  /** Six numbers a line, its ends. */
-  ends(numbers) {
+  /** Six numbers a line, its ends. `shares`: width of each, relative to that of drawing. */
+  ends(numbers, shares) {
     this.count = numbers.length / 6;
+    this.set("share", Float32Array.from({ length: this.count }, (_, k) => shares ? shares[k] : 1), 1, this.gl.FLOAT);
     this.set("from", numbers, 3, this.gl.FLOAT, 1, 24, 0);
     this.set("to", numbers, 3, this.gl.FLOAT, 1, 24, 12);
   }
 }
 
-function circle([x, y], radius) {
-  const ends = [];
-  const point = (k) => [x + radius * Math.cos(k * Math.PI / 90), y + radius * Math.sin(k * Math.PI / 90), 0];
-  for (let k = 0; k < 180; k++) ends.push(...point(k), ...point(k + 1));
-  return ends;
+class Areas extends Copies {
+  /** Twelve numbers a quadrangle, its corners. */
+  constructor(gl, numbers) {
+    super(gl, AREAS);
+    this.count = numbers.length / 12;
+    ["a", "b", "c", "d"].forEach((name, k) => this.set(name, numbers, 3, gl.FLOAT, 1, 48, 12 * k));
+  }
 }
 
 /** Of a rectangle or a box between two corners. */
@@ -301,20 +294,25 @@ function edgesBetween(low, high) {
   return corners.flatMap((corner, i) => axes.map((_, bit) => 1 << bit).filter((bit) => !(i & bit)).flatMap((bit) => [...corner, ...corners[i | bit]]));
 }
 
-/** Ends of the lines of an electrode's outline; spheres are drawn like particles. */
-function outline(electrode) {
-  if (electrode.shape === "sphere") return [];
-  if (electrode.shape === "face") return edgesBetween(electrode.low, electrode.high);
-  if (electrode.shape === "side") {
-    const [a, b, c, d] = electrode.ends;
-    return [a, b, 0, c, d, 0];
+const isRound = ({ shape }) => shape === "sphere" || shape === "disk";
+
+/** Ends of the lines of electrodes: sides in the plane. */
+const sideLines = ({ shape, ends }) => shape === "side" ? [...ends.slice(0, 2), 0, ...ends.slice(2), 0] : [];
+
+/** Corners of the quadrangles of an electrode's area: a face in space, a bar, or what is outside of a ring. */
+function areas({ shape, low, high, from, to, width, centre, radius }) {
+  if (shape === "face") {
+    const [p, q] = [0, 1, 2].filter((k) => high[k] > low[k]);
+    return [[], [p], [q], [p, q]].flatMap((far) => low.map((start, k) => far.includes(k) ? high[k] : start));
   }
-  if (electrode.shape !== "bar") return circle(electrode.centre, electrode.radius);
-  const [[a, b], [c, d]] = [electrode.from, electrode.to];
-  const half = electrode.width / 2 / Math.hypot(c - a, d - b);
-  const [x, y] = [-(d - b) * half, (c - a) * half];
-  const corners = [[a + x, b + y], [c + x, d + y], [c - x, d - y], [a - x, b - y]];
-  return corners.flatMap(([p, q], k) => [p, q, 0, ...corners[(k + 1) % 4], 0]);
+  if (shape === "bar") {
+    const [[a, b], [c, d]] = [from, to];
+    const half = width / 2 / Math.hypot(c - a, d - b);
+    const [x, y] = [-(d - b) * half, (c - a) * half];
+    return [a + x, b + y, 0, c + x, d + y, 0, a - x, b - y, 0, c - x, d - y, 0];
+  }
+  const point = (k, far) => [centre[0] + far * radius * Math.cos(k * Math.PI / 90), centre[1] + far * radius * Math.sin(k * Math.PI / 90), 0];
+  return shape !== "ring" ? [] : Array.from({ length: 180 }, (_, k) => [...point(k, 1), ...point(k + 1, 1), ...point(k, 9), ...point(k + 1, 9)]).flat();
 }
 
 // ---- The run ----
@@ -333,7 +331,7 @@ class Run {
     this.columns = {};
     for (const column of this.about.columns) {
       const values = await unpacked(arrays[`column ${column.name}`], 4, count);
-      this.columns[column.name] = { ...column, values: column.sets ? integers(values) : floats(values) };
+      this.columns[column.name] = { ...column, values: column.kind === "category" ? integers(values) : floats(values) };
     }
     for (const kind of ["contacts", "tree"]) {
       if (!(kind in this.about)) continue;
@@ -415,7 +413,6 @@ function short(value) {
 }
 
 const withUnit = (text, unit) => unit && unit !== "1" ? `${text} ${unit}` : text;
-const titleOf = ({ name, unit }) => unit && unit !== "1" ? `${name} (${unit})` : name;
 
 /** A round length of about that. */
 function roundLength(aim) {
@@ -432,76 +429,96 @@ function nearestIndex(times, time) {
 
 // ---- The page ----
 
-class Curve {
+const FRAME = { left: 52, right: 10, top: 14, bottom: 30 };  // margins of a panel's axes (pixels)
+
+/** A panel of curves on the axes of the pictures (curves_of of view.py). */
+class Panel {
   constructor(data, page) {
     this.data = data;
-    const heading = document.createElement("h4");
-    heading.append(titleOf(data), document.createElement("span"));
-    this.now = heading.lastChild;
+    this.page = page;
+    this.heading = document.createElement("h4");
     this.canvas = document.createElement("canvas");
     this.cursor = document.createElement("i");
     const plot = document.createElement("div");
     plot.append(this.canvas, this.cursor);
-    this.page = page;
-    page.element("curves").append(heading, plot);
+    this.keys = data.curves.map(({ label, colour, dashed }) => {
+      const key = document.createElement("p"), mark = document.createElement("b");
+      mark.textContent = dashed ? "– –" : "——";
+      mark.style.color = colour;
+      key.append(...(label ? [mark, `${label}: `] : []), document.createElement("span"));
+      return key;
+    });
+    this.heading.append(data.axes[1].label, ...(data.curves.some(({ label }) => label) ? [] : this.keys));
+    page.element("curves").append(this.heading, ...(this.keys[0]?.parentNode ? [] : this.keys), plot);
     this.canvas.onpointerdown = this.canvas.onpointermove = (event) => { if (event.buttons) this.goTo(event); };
   }
 
-  shown() {
-    const { time, values } = this.data;
-    const log = this.page.element("log").checked;
-    const good = (x) => x !== null && (!log || x > 0);
-    return time.map((t, i) => [t, values[i]]).filter(([t, v]) => good(t) && good(v)).map((p) => log ? p.map(Math.log10) : p);
-  }
-
   draw() {
-    const { canvas } = this;
-    const ratio = devicePixelRatio;
-    [canvas.width, canvas.height] = [canvas.clientWidth * ratio, canvas.clientHeight * ratio];
-    const points = this.shown();
-    const context = canvas.getContext("2d");
-    context.scale(ratio, ratio);
+    const { canvas, data } = this;
     const [width, height] = [canvas.clientWidth, canvas.clientHeight];
-    const span = (k) => {
-      const [low, high] = points.reduce(([a, b], p) => [Math.min(a, p[k]), Math.max(b, p[k])], [Infinity, -Infinity]);
-      return high > low ? [low, high] : [low - 0.5, high + 0.5];
+    [canvas.width, canvas.height] = [width * devicePixelRatio, height * devicePixelRatio];
+    const context = canvas.getContext("2d");
+    context.scale(devicePixelRatio, devicePixelRatio);
+    const [across, up] = this.page.element("log").checked && data.logarithmic || data.axes;
+    const place = ({ log, low, high }, from, to) => {
+      const norm = NORMS[log ? "log" : "linear"];
+      return (value) => from + (norm(value) - norm(low)) / (norm(high) - norm(low)) * (to - from);
     };
-    const [[t0, t1], [v0, v1]] = points.length ? [span(0), span(1)] : [[0, 1], [0, 1]];
-    this.x = (t) => 4 + (t - t0) / (t1 - t0) * (width - 8);
-    this.t = (x) => t0 + (x - 4) / (width - 8) * (t1 - t0);
-    const y = (v) => height - 6 - (v - v0) / (v1 - v0) * (height - 12);
-    context.strokeStyle = "#ddd";
-    context.strokeRect(0.5, 0.5, width - 1, height - 1);
-    context.strokeStyle = "#08519c";
-    context.beginPath();
-    points.forEach(([t, v], i) => i ? context.lineTo(this.x(t), y(v)) : context.moveTo(this.x(t), y(v)));
-    context.stroke();
-    if (points.length) this.drawEnds(context, v0, v1, height);
+    const [left, right, top, bottom] = [FRAME.left, width - FRAME.right, FRAME.top, height - FRAME.bottom];
+    this.x = place(across, left, right);
+    const y = place(up, bottom, top);
+    this.drawAxes(context, { left, right, top, bottom }, across, up, y);
+    context.rect(left, top, right - left, bottom - top);
+    context.clip();
+    for (const curve of data.curves) {
+      const points = curve.x.map((x, i) => [x, curve.y[i]]).filter((point) => point.every((v) => v !== null))
+        .map(([x, v]) => [this.x(x), y(v)]).filter((point) => point.every(Number.isFinite));
+      context.strokeStyle = context.fillStyle = curve.colour;
+      context.setLineDash(curve.dashed ? [5, 3] : []);
+      context.beginPath();
+      points.forEach(([a, b], i) => i ? context.lineTo(a, b) : context.moveTo(a, b));
+      context.stroke();
+      if (points.length <= 40) points.forEach(([a, b]) => context.fillRect(a - 1.5, b - 1.5, 3, 3));
+    }
     this.mark();
   }
 
-  drawEnds(context, v0, v1, height) {
-    const text = (v) => short(this.page.element("log").checked ? 10 ** v : v);
-    context.fillStyle = "#666";
+  drawAxes(context, { left, right, top, bottom }, across, up, y) {
+    context.strokeStyle = context.fillStyle = "#1a1a1a";
+    context.lineWidth = 0.8;
     context.font = "10px system-ui, sans-serif";
-    context.fillText(text(v1), 5, 12);
-    context.fillText(text(v0), 5, height - 5);
+    context.strokeRect(left, top, right - left, bottom - top);
+    context.beginPath();
+    context.textAlign = "center";
+    for (const [value, text] of across.ticks) {
+      context.moveTo(this.x(value), bottom), context.lineTo(this.x(value), bottom + 3);
+      context.fillText(text, this.x(value), bottom + 13);
+    }
+    context.fillText(across.label, (left + right) / 2, bottom + 26);
+    context.textAlign = "left";
+    context.fillText(up.offset, left, top - 3);
+    context.textAlign = "right";
+    context.fillText(across.offset, right, bottom + 26);
+    for (const [value, text] of up.ticks) {
+      context.moveTo(left, y(value)), context.lineTo(left - 3, y(value));
+      context.fillText(text, left - 5, y(value) + 3.5);
+    }
+    context.stroke();
   }
 
-  /** The cursor at the frame's time, and the value there. */
+  /** The cursor at the frame's time, and the values there. */
   mark() {
-    const { time, values } = this.data;
-    const now = this.page.run.about.time[this.page.frame];
-    const log = this.page.element("log").checked;
-    const x = this.x(log ? Math.log10(now) : now);
-    this.cursor.style.display = Number.isFinite(x) ? "block" : "none";
+    const now = this.page.run.about.time[this.page.frame] - this.data.start;
+    const x = this.x(now);
+    this.cursor.style.display = x >= FRAME.left && x <= this.canvas.clientWidth - FRAME.right ? "block" : "none";
     this.cursor.style.left = `${x}px`;
-    this.now.textContent = short(values[nearestIndex(time, now)]);
+    this.data.curves.forEach(({ x, y }, k) => { this.keys[k].lastChild.textContent = short(y[nearestIndex(x, now)] ?? null); });
   }
 
   goTo(event) {
-    const t = this.t(event.offsetX);
-    this.page.show(nearestIndex(this.page.run.about.time, this.page.element("log").checked ? 10 ** t : t));
+    const { time } = this.page.run.about;
+    const distance = (t) => Math.abs(this.x(t - this.data.start) - event.offsetX);
+    this.page.show(time.reduce((best, t, k) => distance(t) < distance(time[best]) ? k : best, 0));
   }
 }
 
@@ -510,18 +527,19 @@ class Page {
     this.run = run;
     this.frame = run.about.time.length - 1;
     this.canvas = this.element("scene");
-    this.gl = this.canvas.getContext("webgl2", { antialias: true, preserveDrawingBuffer: true });
+    this.gl = this.canvas.getContext("webgl2", { alpha: false, antialias: true, preserveDrawingBuffer: true });
     if (!this.gl) throw new Error("this browser has no WebGL2");
-    this.camera = new Camera(run.size, run.about.dimension, run.about.down);
+    this.camera = new Camera(run.about.camera);
     this.particles = new Copies(this.gl, PARTICLES);
     this.held = new Copies(this.gl, PARTICLES);  // electrodes that are spheres
-    this.lines = Object.fromEntries(["outlines", "electrodes", "contacts", "tree"].map((name) => [name, new Lines(this.gl)]));
+    this.lines = Object.fromEntries(["outlines", "electrodes", "contacts", "forces", "tree"].map((name) => [name, new Lines(this.gl)]));
     this.particles.set("radius", run.radius, 1, this.gl.FLOAT);
     this.particles.count = run.about.count;
+    this.electrodeColour = run.about.camera.box ? "#4d4d4d" : "#8c8c8c";
     this.describe();
     this.fillControls();
     this.listen();
-    this.curves = run.about.curves.filter(({ values }) => new Set(values).size > 1).map((data) => new Curve(data, this));
+    this.curves = run.about.curves.map((data) => new Panel(data, this));
     this.chooseColour();
     this.resize();
   }
@@ -530,7 +548,7 @@ class Page {
 
   describe() {
     const { about } = this.run;
-    const steps = about.high.map((high, k) => short((high - about.low[k]) / 65535)).slice(0, about.dimension).join(" x ");
+    const steps = about.high.map((high, k) => short((high - about.low[k]) / 65535 * about.lengthFactor)).slice(0, about.dimension).join(" x ");
     this.element("title").innerHTML = "<b></b> <span></span>";
     this.element("title").firstChild.textContent = about.title;
     this.element("warnings").textContent = about.warnings.map((warning) => `WARNING: ${warning}`).join("\n");
@@ -539,22 +557,25 @@ class Page {
     const stored = `${about.file}\nHere places are rounded to steps of ${withUnit(steps, about.lengthUnit)}, other numbers to four digits.`;
     const sessions = about.provenance.map((session) => Object.entries(session).map(([key, value]) => `${key}: ${value}`).join("\n"));
     this.element("provenance").textContent = [stored, ...sessions].join("\n\n");
-    const spheres = about.electrodes.filter(({ shape }) => shape === "sphere");
-    const named = (mark, electrodes) => electrodes.length === 0 ? [] : [`${mark}: ${electrodes.map(({ name, potential }) => `${name} ${withUnit(short(potential), "V")}`).join(", ")}`];
-    const others = about.electrodes.filter((electrode) => !spheres.includes(electrode));
-    this.element("electrodes").textContent = [...named("thick grey", others), ...named("dark spheres", spheres)].join("; ");
+    const spheres = about.electrodes.filter(isRound);
+    this.element("path").textContent = about.path;
+    this.labels = (about.camera.labels ?? []).map(({ text }) => Object.assign(document.createElement("span"), { textContent: text }));
+    this.element("picture").append(...this.labels);
     this.held.count = spheres.length;
-    this.held.set("place", Float32Array.from(spheres.flatMap(({ centre }) => centre.map((x, k) => (x - about.low[k]) / this.run.extent[k]))), 3, this.gl.FLOAT);
+    this.held.set("place", Float32Array.from(spheres.flatMap(({ centre }) => [...centre, 0].slice(0, 3).map((x, k) => (x - about.low[k]) / (this.run.extent[k] || 1)))), 3, this.gl.FLOAT);
     this.held.set("radius", Float32Array.from(spheres, ({ radius }) => radius), 1, this.gl.FLOAT);
-    this.held.set("colour", new Uint8Array(4 * spheres.length).fill(90), 4, this.gl.UNSIGNED_BYTE);
-    this.lines.outlines.ends(new Float32Array(edgesBetween([0, 0, 0], this.run.size)));
-    this.lines.electrodes.ends(new Float32Array(about.electrodes.flatMap(outline)));
+    const grey = channels(this.electrodeColour);
+    this.held.set("colour", Uint8Array.from(spheres.flatMap(() => [...grey, 255])), 4, this.gl.UNSIGNED_BYTE);
+    this.lines.outlines.ends(new Float32Array(edgesBetween(...about.camera.box ?? [[0, 0, 0], this.run.size])));
+    this.lines.electrodes.ends(new Float32Array(about.electrodes.flatMap(sideLines)));
+    this.areas = new Areas(this.gl, new Float32Array(about.electrodes.flatMap(areas)));
   }
 
   fillControls() {
     const { about, columns } = this.run;
-    for (const name of Object.keys(columns)) this.element("colour").append(new Option(titleOf(columns[name]), name));
-    this.element("colour").value = this.bestColour();
+    for (const { name, label } of Object.values(columns)) this.element("colour").append(new Option(label, name));
+    this.element("colour").append(new Option("no quantity", ""));
+    this.element("colour").value = about.colour ?? "";
     for (const kind of ["contacts", "tree"]) {
       const has = kind in about && this.run[kind].length > 0;
       this.element(kind).disabled = !has;
@@ -563,23 +584,12 @@ class Page {
     this.element("frame").max = about.time.length - 1;
   }
 
-  /** What differs between the particles of the frame, of those first that say most: at a stationary tree not the potential. */
-  bestColour() {
-    const { columns } = this.run;
-    const differs = (name) => {
-      const [low, high] = spanOf(this.run.values(name, this.frame));
-      return high - low > 1e-6 * Math.max(...spanOf(columns[name].values).map(Math.abs));
-    };
-    const wanted = ["potential", "charge", "cluster", "first joined the tree at", ...Object.keys(columns)].filter((name) => name in columns);
-    return wanted.find(differs) ?? wanted[0];
-  }
-
   listen() {
     const on = (id, event, action) => this.element(id).addEventListener(event, action);
     on("frame", "input", () => this.show(Number(this.element("frame").value)));
     on("play", "click", () => this.play());
     on("colour", "change", () => this.chooseColour());
-    for (const id of ["low", "high"]) on(id, "change", () => this.show(this.frame));
+    for (const id of ["low", "high"]) on(id, "change", () => this.chooseRange());
     for (const id of ["contacts", "tree"]) on(id, "change", () => this.show(this.frame));
     on("radius", "input", () => this.draw());
     on("log", "change", () => this.curves.forEach((curve) => curve.draw()));
@@ -605,7 +615,7 @@ class Page {
 
   point(event) {
     if (event.buttons) {
-      this.camera.drag(event.movementX, event.movementY, this.canvas.clientHeight, event.buttons > 1 || event.shiftKey);
+      this.camera.drag(event.movementX, event.movementY, this.canvas.clientWidth, this.canvas.clientHeight, event.buttons > 1 || event.shiftKey);
       this.draw();
     } else {
       this.tell(event);
@@ -618,8 +628,10 @@ class Page {
     const i = this.particleAt(event.offsetX, event.offsetY);
     tip.style.display = i === null ? "none" : "block";
     if (i === null) return;
-    const values = Object.values(this.run.columns).map(({ name, unit }) => `${name} ${withUnit(short(this.run.values(name, this.frame)[i]), unit)}`);
-    const place = this.run.place(this.frame, i).slice(0, this.run.about.dimension).map(short).join(", ");
+    const text = ({ kind, factor }, value) => kind === "category" ? value === NO_SET ? "–" : value : short(value * factor);
+    const values = Object.values(this.run.columns).map((column) => `${column.label}: ${text(column, this.run.values(column.name, this.frame)[i])}`);
+    const { dimension, lengthFactor } = this.run.about;
+    const place = this.run.place(this.frame, i).slice(0, dimension).map((x) => short(x * lengthFactor)).join(", ");
     tip.textContent = [`particle ${i}`, `at ${withUnit(place, this.run.about.lengthUnit)}`, ...values].join("\n");
     tip.style.left = `${Math.min(event.offsetX + 14, this.canvas.clientWidth - tip.offsetWidth)}px`;
     tip.style.top = `${Math.min(event.offsetY + 14, this.canvas.clientHeight - tip.offsetHeight)}px`;
@@ -649,11 +661,30 @@ class Page {
   }
 
   chooseColour() {
-    const column = this.run.columns[this.element("colour").value];
-    const { low, high } = column;  // ranges.py
-    this.map = low < 0 && high > 0 ? "two" : "one";
-    [this.element("low").value, this.element("high").value] = [short(low), short(high)];
-    this.element("low").disabled = this.element("high").disabled = column.sets;
+    this.column = this.run.columns[this.element("colour").value];
+    this.setScale(null);
+  }
+
+  chooseRange() {
+    const { name, kind, factor } = this.column;
+    const [low, high] = ["low", "high"].map((id) => this.element(id).value === "" ? NaN : this.element(id).value / factor);
+    const refused = !(low < high) ? "The range needs two numbers, of which the first is less than the second."
+      : kind === "decades" && low <= 0 ? `The range must begin above 0: ${name} is drawn by decades.` : "";
+    this.element("refusal").textContent = refused;
+    if (!refused) this.setScale([low, high]);
+  }
+
+  /** Of the column; `range`: as for Scale. */
+  setScale(range) {
+    const { column } = this;
+    this.scale = column && new Scale(column, range, this.run.about.paleColour);
+    const ordered = column && column.kind !== "category";
+    for (const id of ["low", "high"]) {
+      this.element(id).disabled = !ordered;
+      if (!range) this.element(id).value = ordered ? short(column[id] * column.factor) : "";
+    }
+    if (!range) this.element("refusal").textContent = "";
+    this.drawBar();
     this.show(this.frame);
   }
 
@@ -666,29 +697,71 @@ class Page {
     for (const kind of ["contacts", "tree"])
       this.lines[kind].ends(this.element(kind).checked ? this.run.edges(kind, this.frame) : new Float32Array());
     this.element("frame").value = this.frame;
-    const time = withUnit(short(about.time[this.frame]), about.timeUnit);
-    this.element("now").textContent = `${time}, frame ${about.frames[this.frame]}`;
-    this.element("title").lastChild.textContent = `t = ${time}, N = ${about.count}`;
+    const caption = about.captions[this.frame];
+    this.element("now").textContent = `${caption.split(",")[0]}, frame ${about.frames[this.frame]}`;
+    this.element("title").lastChild.textContent = caption;
     this.curves?.forEach((curve) => curve.x && curve.mark());
     this.draw();
   }
 
+  /** 4 bytes a particle. */
   colours() {
-    const column = this.run.columns[this.element("colour").value];
-    const values = this.run.values(column.name, this.frame);
-    const [low, high] = ["low", "high"].map((id) => Number(this.element(id).value));
-    this.drawLegend(column, low, high);
-    return column.sets ? setShades(values) : shades(values, low, high, table(this.map));
+    const { about } = this.run;
+    const values = this.column ? this.run.values(this.column.name, this.frame) : [];
+    const packing = about.packing?.frame === about.frames[this.frame] ? about.packing : null;
+    const lines = !this.column && packing ? packing.lines : [];
+    this.lines.forces.ends(Float32Array.from(lines), packing?.widths);
+    const result = new Uint8Array(4 * about.count);
+    const opaque = lines.length ? 191 : 255;  // both outlines of overlapping particles are visible
+    const plain = channels(about.plainColour);
+    for (let i = 0; i < about.count; i++) result.set([...this.column ? this.scale.colour(values[i]) : plain, opaque], 4 * i);
+    for (const i of packing?.rattlers ?? []) result.set(channels(packing.rattlerColour), 4 * i);
+    this.drawMarks(values, packing?.rattlers ?? [], lines.length > 0);
+    return result;
   }
 
-  drawLegend(column, low, high) {
-    const canvas = document.querySelector("#legend canvas");
+  /** The legend: what has no colour of the scale. */
+  drawMarks(values, rattlers, forces) {
+    const { about } = this.run;
+    const mark = (colour, label, kind = "") => {
+      const entry = document.createElement("span"), sign = document.createElement("i");
+      [sign.className, sign.style.background] = [kind, colour];
+      entry.append(sign, label);
+      return entry;
+    };
+    const others = new Set(rattlers);
+    const pale = this.column && values.some((value, i) => !this.scale.hasColour(value) && !others.has(i));
+    this.element("marks").replaceChildren(
+      ...(pale ? [mark(about.paleColour, this.column.pale)] : []),
+      ...(forces ? [mark(about.packing.colour, about.packing.label, "line")] : []),
+      ...(rattlers.length ? [mark(about.packing.rattlerColour, "rattler")] : []),
+      ...(about.electrodes.length ? [mark(this.electrodeColour, about.electrodes.map(({ label }) => label).join(", "), "area")] : []));
+  }
+
+  drawBar() {
+    const bar = this.element("scale-bar"), { scale } = this;
+    bar.style.display = scale?.bar ? "block" : "none";
+    this.element("what").textContent = scale ? (scale.bar ? `${scale.bar.label} ${scale.bar.offset}`.trim() : `colour: ${scale.label}`) : "";
+    bar.replaceChildren();
+    if (!scale?.bar) return;
+    const canvas = Object.assign(document.createElement("canvas"), { width: 1, height: 420 });
     const context = canvas.getContext("2d");
-    const steps = Float32Array.from({ length: 220 }, (_, i) => i / 219);
-    context.putImageData(new ImageData(new Uint8ClampedArray(shades(steps, 0, 1, table(this.map))), 220, 1), 0, 0);
-    canvas.style.display = column.sets ? "none" : "block";
-    this.element("what").textContent = titleOf(column) + (column.sets ? ": one colour a set, grey alone" : "");
-    [this.element("least").textContent, this.element("largest").textContent] = column.sets ? ["", ""] : [short(low), short(high)];
+    const { barLow, barHigh } = scale;
+    for (let row = 0; row < 420; row++) {
+      context.fillStyle = `rgb(${scale.colourAt(barHigh + (row + 0.5) / 420 * (barLow - barHigh))})`;
+      context.fillRect(0, row, 1, 1);
+    }
+    bar.append(canvas);
+    const put = (kind, share, text) => {
+      const entry = Object.assign(document.createElement("span"), { className: kind, textContent: text });
+      entry.style.bottom = `${100 * share}%`;
+      bar.append(entry);
+      return entry;
+    };
+    for (const [value, text] of scale.bar.ticks) put("tick", (scale.share(value / scale.factor) - barLow) / (barHigh - barLow), text);
+    // Triangles as at a colour bar of matplotlib: some values are outside.
+    for (const [end, share, sign] of [["min", -0.02, "▼"], ["max", 1.02, "▲"]])
+      if ([end, "both"].includes(scale.beyond)) put("end", share, sign).style.color = `rgb(${scale.colourAt(end === "min" ? barLow : barHigh)})`;
   }
 
   resize() {
@@ -697,14 +770,14 @@ class Page {
     this.draw();
   }
 
-  /** In space lines between centres would be hidden inside of the particles. */
+  /** In space contacts would be hidden inside of the particles. */
   radiusFactor() {
-    const hidden = this.camera.spatial && ["contacts", "tree"].some((kind) => this.element(kind).checked);
-    return this.element("radius").value * (hidden ? 0.4 : 1);
+    return this.element("radius").value * (this.camera.spatial && this.element("contacts").checked ? 0.4 : 1);
   }
 
   draw() {
     const { gl, canvas, camera, run } = this;
+    const { about } = run;
     const [view, projection] = camera.matrices(canvas.width / canvas.height);
     gl.viewport(0, 0, canvas.width, canvas.height);
     gl.clearColor(1, 1, 1, 1);
@@ -712,27 +785,71 @@ class Page {
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
     camera.spatial ? gl.enable(gl.DEPTH_TEST) : gl.disable(gl.DEPTH_TEST);
-    const reach = Math.hypot(...run.size);
-    const fog = [camera.distance() - reach / 2, reach];
     const pixels = [canvas.width / 2, canvas.height / 2];
     const line = (name, ink, width) => this.lines[name].draw({ view, projection, pixels, ink, width: width * devicePixelRatio });
-    line("outlines", [0.4, 0.4, 0.4, 1], 0.5);
-    line("electrodes", [0.45, 0.45, 0.45, 1], 2);
-    const seen = { view, projection, fog, low: run.about.low, extent: run.extent, flat_: !camera.spatial };
-    this.particles.draw({ ...seen, factor: this.radiusFactor() });
-    this.held.draw({ ...seen, factor: 1 });
-    const thick = Math.max(0.6, Math.min(2, 0.12 * run.radius[0] * projection[5] / (camera.spatial ? camera.distance() : 1) * canvas.clientHeight / 2));
+    line("outlines", [0.3, 0.3, 0.3, 1], 0.5);
+    const grey = channels(this.electrodeColour).map((part) => part / 255);
+    const seen = { view, projection, haze: this.haze(view), light: about.camera.light ?? [0, 0, 1], extent: run.extent, flat_: !camera.spatial };
+    const shifts = [0, 1].map((k) => about.images && about.periodic[k] ? [0, run.size[k], -run.size[k]] : [0]);
+    if (!camera.spatial) this.clip(view, projection);
+    for (const x of shifts[0])
+      for (const y of shifts[1])
+        this.particles.draw({ ...seen, low: [about.low[0] + x, about.low[1] + y, about.low[2]], factor: this.radiusFactor() });
+    this.held.draw({ ...seen, low: about.low, factor: 1 });
+    const thick = Math.max(0.6, Math.min(2, 0.12 * (run.radius[0] ?? 0) / this.pixel(projection)));
+    line("forces", [...channels(run.about.packing?.colour ?? "#000000").map((part) => part / 255), 1], Math.min(1.3, 0.075 * (run.radius[0] ?? 0) / this.pixel(projection)));
     line("contacts", [0.85, 0.37, 0.01, 1], thick);
+    gl.depthMask(false);  // faces of a box are transparent
+    this.areas.draw({ view, projection, ink: [...grey, camera.spatial ? 0.22 : 1] });
+    gl.depthMask(true);
+    gl.disable(gl.DEPTH_TEST);  // paths are in front of the particles
     line("tree", [0.1, 0.1, 0.1, 1], thick);
+    gl.disable(gl.SCISSOR_TEST);
+    line("electrodes", [...grey, 1], 2.5);
     this.drawScale(projection);
+    this.placeLabels(times(projection, view));
   }
+
+  /** Depths of the box where the haze begins and ends, and its strength. */
+  haze(view) {
+    const { box, fog } = this.run.about.camera;
+    if (!box) return [0, 1, 0];
+    const depths = Array.from({ length: 8 }, (_, i) => -apply(view, [0, 1, 2].map((k) => box[i >> k & 1][k]))[2]);
+    return [Math.min(...depths), Math.max(...depths) - Math.min(...depths), fog];
+  }
+
+  /** In the plane particles and electrodes are cut at the domain. */
+  clip(view, projection) {
+    const corner = (point) => apply(times(projection, view), point).slice(0, 2).map((x, k) => Math.round((x + 1) / 2 * [this.canvas.width, this.canvas.height][k]));
+    const [low, high] = [corner([0, 0, 0]), corner(this.run.size)];
+    this.gl.enable(this.gl.SCISSOR_TEST);
+    this.gl.scissor(low[0], low[1], high[0] - low[0], high[1] - low[1]);
+  }
+
+  placeLabels(whole) {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    const place = (point) => {
+      const [x, y, , w] = apply(whole, point);
+      return [(x / w + 1) / 2 * width, (1 - y / w) / 2 * height];
+    };
+    (this.run.about.camera.labels ?? []).forEach(({ at, shift }, k) => {
+      const { style, offsetWidth, offsetHeight } = this.labels[k];
+      const [x, y] = place(at);
+      const away = shift[0] && Math.sign(x - place(this.run.about.camera.centre)[0]);
+      [style.left, style.top] = [`${x + 7 * away + (away - 1) * offsetWidth / 2}px`, `${shift[1] ? y + 5 : y - offsetHeight / 2}px`];
+    });
+  }
+
+  /** Length of a pixel in the middle. */
+  pixel(projection) { return 2 * (this.camera.spatial ? this.camera.distance * this.camera.zoomed : 1) / (projection[0] * this.canvas.clientWidth); }
 
   /** Of what is in the middle. */
   drawScale(projection) {
-    const pixels = projection[0] * this.canvas.clientWidth / 2 / (this.camera.spatial ? this.camera.distance() : 1);
-    const length = roundLength(120 / pixels);
-    this.element("scale").firstElementChild.textContent = withUnit(short(length), this.run.about.lengthUnit);
-    this.element("scale").lastElementChild.style.width = `${length * pixels}px`;
+    const { lengthFactor, lengthUnit } = this.run.about;
+    const unit = this.pixel(projection) * lengthFactor;
+    const length = roundLength(120 * unit);
+    this.element("scale").firstElementChild.textContent = `${short(length)} ${lengthUnit}`;
+    this.element("scale").lastElementChild.style.width = `${length / unit}px`;
   }
 }
 

@@ -1,7 +1,8 @@
 """One HTML page that shows a run: view.html and view.js with the run's arrays in them, so that it needs no network.
 
-Positions are stored in 65535 steps for each axis, other numbers with 13 binary digits. A frame is stored as the bytewise
-difference from the frame before, deflated, in base64. view.js decodes it.
+Quantities, colour scales, ticks, labels, camera and curves are those of pictures/, as data. Positions are stored in 65535 steps
+for each axis, other numbers with 13 binary digits. A frame is stored as the bytewise difference from the frame before, deflated,
+in base64. view.js decodes it.
 """
 import base64
 import html
@@ -11,16 +12,20 @@ import zlib
 from pathlib import Path
 
 import numpy as np
+from matplotlib.colors import AsinhNorm, LogNorm, to_hex
+from matplotlib.figure import Figure
 
-from .ground import electrodes_of, nearest_ground
-from .ranges import colour_range
 from .errors import InputError
 from .files import check_output, write_whole
-from .result import TO_GROUND, UNCONNECTED, chosen_frames
+from .ground import electrodes_of, nearest_ground
+from .pictures import colours, drawing, packing, series, space
+from .pictures.conductors import name_and_potential
+from .pictures.frames import open_run
+from .result import TO_GROUND, chosen_frames
 
 STEPS = 65535
 MANTISSA = 12  # stored binary digits of a value's 23, without the leading one: a relative precision of 1e-4
-INTEGERS = {"group", "cluster", "species"}  # numbers that name sets; they are not amounts
+NO_SET = np.iinfo(np.int32).min  # of a particle in no set
 
 
 def packed(rows):
@@ -50,75 +55,61 @@ class Page:
 
     def __init__(self, result, frames):
         self.result, self.frames = result, list(frames)
+        self.run = open_run(result.file, result.path)
         self.arrays = {}
+        factor, prefix = drawing.prefixed(max(result.size)) if result.size.unit == "m" else (1.0, "")
         self.about = {
             "title": result.title or Path(result.path).name,
             "file": Path(result.path).name,
             "frames": self.frames,
+            "captions": [self.run.caption(self.run.read(result.file, k, None)) for k in self.frames],
             "count": result.count,
             "dimension": result.dimension,
             "time": numbers(result.time[self.frames]),
-            "timeUnit": "iterations" if "packing" in result.tables else result.time.unit,
-            "lengthUnit": result.size.unit,
+            "lengthFactor": factor,
+            "lengthUnit": prefix + drawing.in_symbols(result.size.unit),
             "size": numbers(result.size),
             "periodic": result.periodic,
-            "down": None if result.down is None else numbers(result.down),
             "scene": result.scene,
             "provenance": result.provenance,
             "warnings": result.warnings,
             "summary": {name: value if np.isfinite(value) else None for name, value in result.summary.items()},
+            "camera": camera_of(self.run),
+            "images": hasattr(self.run, "with_images") and result.dimension == 2,
+            "paleColour": colours.PALE,
+            "plainColour": drawing.STEEL,
+            "path": f"path to {getattr(self.run, 'all_supplies', 'the ground')}",
+            "packing": packing_data(result),
         }
         self.add_positions()
-        self.about["columns"] = list(self.columns())
+        self.about["columns"] = [self.column(name) for name in self.run.quantities]
+        self.about["colour"] = self.run.default_colour(result.file, self.frames[-1])
         self.add_edges()
-        self.about["electrodes"] = electrodes_of(result)
+        self.about["electrodes"] = [{**shape, "label": name_and_potential(shape)} for shape in electrodes_of(result)]
         self.about["curves"] = list(curves_of(result))
 
     def add_positions(self):
         positions = np.asarray(self.result["position"][self.frames])
         if not np.isfinite(positions).all():
             raise InputError(f"{self.result.path} has positions that are no numbers")
-        self.box = np.zeros(3)
-        self.box[: self.result.dimension] = self.result.size
-        self.low = np.minimum(0, positions.min(axis=(0, 1), initial=0))
-        self.high = np.maximum(self.box, positions.max(axis=(0, 1), initial=0))
-        self.about["low"], self.about["high"] = numbers(self.low), numbers(self.high)
-        self.arrays["places"] = packed(quantized(positions, self.low, self.high))
+        box = np.zeros(3)
+        box[: self.result.dimension] = self.result.size
+        low = np.minimum(0, positions.min(axis=(0, 1), initial=0))
+        high = np.maximum(box, positions.max(axis=(0, 1), initial=0))
+        self.about["low"], self.about["high"] = numbers(low), numbers(high)
+        self.arrays["places"] = packed(quantized(positions, low, high))
         self.arrays["radius"] = packed(rounded(self.result["radius"])[None])
 
-    def columns(self):
-        """Yields the quantities that colour particles: name, unit, whether it names sets, and whether it changes."""
-        for name in self.result.columns:
-            if name in ("position", "image", "successor", "species"):
-                continue
-            values = self.result[name]
-            changes = self.result.changes(name)
-            unit, values = values.unit, np.asarray(values if changes else values[None])
-            if values.ndim == 3:  # vectors
-                name, values = "speed" if name == "velocity" else f"|{name}|", np.linalg.norm(values, axis=2)
-            yield self.column(name, unit, values)
-        yield from self.columns_of_tree()
-        stored = self.result.tables.get("analysis", {})
-        for name, values in stored.items():
-            if values.shape == (len(self.result), self.result.count):
-                yield self.column(name, values.unit, np.asarray(values))
-
-    def columns_of_tree(self):
-        if "successor" not in self.result.columns:
-            return
-        connected = np.asarray(self.result["successor"]) != UNCONNECTED
-        yield self.column("connected", "1", connected.astype(np.int32), sets=True)
-        joined = np.where(connected.any(axis=0), self.result.time[connected.argmax(axis=0)], np.nan)
-        yield self.column("first joined the tree at", self.about["timeUnit"], joined[None])
-
-    def column(self, name, unit, values, sets=None):
-        """Adds the values of all frames, or one row if they are constant. Returns the description of the column."""
-        sets = name in INTEGERS if sets is None else sets
-        low, high = (0, 0) if sets else colour_range(name, values)
-        changes = len(values) == len(self.result)
-        values = values[self.frames] if changes else values
-        self.arrays[f"column {name}"] = packed(values.astype(np.int32) if sets else rounded(values))
-        return {"name": name, "unit": unit, "sets": sets, "changes": changes, "low": float(low), "high": float(high)}
+    def column(self, name):
+        """Adds the values of a quantity in all frames, or one row if they are constant. Returns its colour scale as data."""
+        file = self.result.file
+        scale = colours.scale_of(self.run.quantities[name], None, self.run.range(file, name))
+        values = np.array([self.run.values(file, name, k) for k in self.frames], float)
+        changes = not np.array_equal(values[1:], values[:-1], equal_nan=True)
+        values = values if changes else values[:1]
+        sets = scale.norm is None
+        self.arrays[f"column {name}"] = packed(np.nan_to_num(values, nan=NO_SET).astype(np.int32) if sets else rounded(values))
+        return {"changes": changes, **scale_data(scale)}
 
     def add_edges(self):
         """Adds contacts and the tree's edges as pairs of particles, and for the edges also points on the ground."""
@@ -166,20 +157,90 @@ def numbers(values):
     return [float(f"{value:.6g}") if np.isfinite(value) else None for value in np.asarray(values, float)]
 
 
+def camera_of(run):
+    """Returns the camera of the run's pictures: centre, and the ends of the window around it. In space also axes to the right,
+    up and towards the eye, angles and distance of the eye, and the box with its labels."""
+    if not run.spatial:
+        size = np.array(getattr(run, "box", run.size / drawing.MM))
+        return {"centre": [*numbers(size / 2), 0], "low": numbers(-0.52 * size), "high": numbers(0.52 * size)}
+    corner, size = run.window
+    camera = space.Camera(size, run.down)
+    edges = space.edge_labels(camera, run.unit)
+    labels = [{"at": numbers(corner + middle), "shift": shift, "text": text} for middle, shift, text in edges]
+    return {
+        "frame": camera.frame.tolist(),
+        "turn": space.TURN,
+        "rise": space.RISE,
+        "distance": camera.distance,
+        "centre": numbers(corner + camera.middle),
+        "low": numbers(camera.low),
+        "high": numbers(camera.high),
+        "box": [numbers(corner), numbers(corner + size)],
+        "labels": labels,
+        "light": space.LIGHT.tolist(),
+        "fog": space.FOG,
+    }
+
+
+def scale_data(scale):
+    """Returns a colour scale as data, in the file's units; `bar` is the axis of its colour bar."""
+    factor, label = scale.factor_and_label
+    quantity = scale.quantity
+    data = {"name": quantity.name, "label": label, "kind": quantity.kind, "pale": quantity.pale, "factor": factor}
+    if scale.norm is None:
+        return data
+    norm = scale.norm
+    return data | {
+        "low": float(scale.low),
+        "high": float(scale.high),
+        "ends": [float(norm.vmin), float(norm.vmax)],
+        "norm": "asinh" if isinstance(norm, AsinhNorm) else "log" if isinstance(norm, LogNorm) else "linear",
+        "width": float(getattr(norm, "linear_width", 1)),
+        "beyond": scale.beyond,
+        "table": "".join(to_hex(colour)[1:] for colour in scale.cmap(np.arange(256))),
+        "bar": drawing.axis_data(colours.draw_bar(Figure(figsize=(1, 4)), [0.4, 0.06, 0.2, 0.88], scale)),
+    }
+
+
+def packing_data(result):
+    """Returns the rattlers of a packing at rest and, in the plane, its forces as lines, as in pictures of its last frame."""
+    if "packing" not in result.file:
+        return None
+    shown = packing.DrawnPacking(result.file, None)
+    data = {"frame": len(result) - 1, "rattlers": np.flatnonzero(shown.rattler).tolist(), "rattlerColour": packing.RATTLER, "lines": []}
+    if len(shown.contacts) == 0 or shown.spatial:
+        return data
+    lines = np.pad(shown.force_lines() / drawing.MM, [(0, 0), (0, 0), (0, 1)])
+    mean = {"widths": numbers(shown.force / shown.force.mean()), "colour": packing.FORCE, "label": packing.force_label(shown)}
+    return data | mean | {"lines": numbers(lines.ravel())}
+
+
 def curves_of(result):
-    """Returns the curves: name, unit, time and values of each."""
-    time = numbers(result.time)
-    for name, values in result.observables.items():
-        columns = values.reshape(len(values), -1).T if values.ndim > 1 else values[None]
-        labels = result.terminals.get(name, [])
-        for k, column in enumerate(columns):
-            label = f", {labels[k]}" if k < len(labels) else f"[{k}]" if len(columns) > 1 else ""
-            yield {"name": name + label, "unit": values.unit, "time": time, "values": numbers(column)}
-    for table, axis in [("gas", "time"), ("relaxation", "iteration")]:
-        series = result.tables.get(table, {})
-        for name, values in series.items():
-            if name != axis and values.ndim == 1:
-                yield {"name": f"{table}: {name}", "unit": values.unit, "time": numbers(series[axis]), "values": numbers(values)}
+    """Returns the panels of `plot --series`, then one for each other time series that varies: curves and axes, also with both
+    axes logarithmic."""
+    run = series.series_in(result.file, result.path)
+    panels = [panel for panel in run.panels if all(name in run.columns for name, _ in panel.columns)]
+    shown = {name for panel in panels for name, _ in [*panel.columns, panel.theory]}
+    others = [name for name in sorted(run.columns) if name not in shown and series.varies(run, name)]
+    drawing.set_style()
+    for panel in panels + [series.plain_panel(name, run) for name in others]:
+        axes = Figure(figsize=(3.6, 1.5)).add_axes([0.15, 0.2, 0.8, 0.75])
+        series.draw_panel(axes, panel, [run], [0])
+        data = {"start": run.start, "curves": [curve_data(line) for line in axes.lines], "axes": axes_data(axes)}
+        if any(((line.get_xdata() > 0) & (line.get_ydata() > 0)).any() for line in axes.lines):
+            axes.set(xscale="log", yscale="log")
+            data["logarithmic"] = axes_data(axes)
+        yield data
+
+
+def axes_data(axes):
+    return [drawing.axis_data(axes.xaxis), drawing.axis_data(axes.yaxis)]
+
+
+def curve_data(line):
+    label = "" if line.get_label().startswith("_") else line.get_label()
+    style = {"label": label, "colour": to_hex(line.get_color()), "dashed": line.get_linestyle() != "-"}
+    return style | {"x": numbers(line.get_xdata()), "y": numbers(line.get_ydata())}
 
 
 def write_page(result, out, frames=None, overwrite=False):

@@ -1,16 +1,24 @@
-"""Tests that the arrays in the page of a run are the run's. browser_check.py opens the page."""
+"""Tests that the arrays in the page of a run are the run's, and scales, camera and curves those of pictures. browser_check.py
+opens the page."""
 import base64
+import contextlib
+import html
+import io
 import json
 import os
 import re
+import shutil
 import unittest
 import zlib
 
+import h5py
 import numpy as np
 
 import runs
-from lichtenberg import load
+from lichtenberg import commands, load
+from lichtenberg.commands import plot
 from lichtenberg.ground import nearest_ground
+from lichtenberg.pictures import frames, series, space
 
 
 def page_of(path, *options):
@@ -43,6 +51,112 @@ class ResultViewTest(unittest.TestCase):
         self.assertGreater(os.path.getsize(page), 0)
 
 
+NORMAL = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "\N{MINUS SIGN}0123456789")
+
+
+def svg_of(path, *options):
+    """Texts in the picture that `plot` draws."""
+    out = runs.FOLDER / "picture.svg"
+    with contextlib.redirect_stdout(io.StringIO()):  # in this process, which saves its start
+        plot.act(commands.parse("plot", [path, "--out", str(out), "--overwrite", *options]))
+    spans = re.sub(r"<tspan[^>]*>\s*|\s*</tspan>\s*", "", out.read_text())  # Powers are in several spans.
+    return {html.unescape(text).strip() for text in re.findall(r"<text[^>]*>([^<]*)</text>", spans)}
+
+
+class PictureTest(unittest.TestCase):
+    """Scales, camera, captions and curves of the page are those of `plot`."""
+
+    def test_scales_have_range_label_and_ticks_of_plot(self):
+        for path in (runs.seedling(), runs.gas(), runs.electrodes_in_space(), runs.packing()):
+            about, _ = stored(page_of(path))
+            run = frames.read_run(path)
+            self.assertEqual([column["name"] for column in about["columns"]], list(run.quantities))
+            for column in about["columns"][: None if path == runs.seedling() else 4]:
+                words = svg_of(path, "--colour", column["name"])
+                if column["kind"] == "category":
+                    self.assertIn(f"colour: {column['label']}", words)
+                    continue
+                scale = frames.common_scale([run], column["name"])
+                self.assertEqual((column["low"], column["high"]), (scale.low, scale.high))
+                self.assertEqual(column["label"], column["bar"]["label"])
+                self.assertIn(column["label"], words)
+                ticks = {text.translate(NORMAL) for _, text in column["bar"]["ticks"]}
+                self.assertLessEqual(ticks, words)
+
+    def test_range_is_that_of_the_run_for_any_frames(self):
+        for path in (runs.seedling(), runs.gas()):
+            whole, part = (stored(page_of(path, *options))[0]["columns"] for options in ([], ["--frames", "0"]))
+            for one, other in zip(whole, part):
+                self.assertEqual({**one, "changes": False}, {**other, "changes": False})
+
+    def test_camera_is_that_of_plot(self):
+        for path in (runs.gas(), runs.electrodes_in_space()):
+            camera = stored(page_of(path))[0]["camera"]
+            run = frames.read_run(path)
+            expected = space.Camera(run.window[1], run.down)
+            turn, rise, size = camera["turn"], camera["rise"], np.subtract(*camera["box"][::-1])
+            right = np.array([np.cos(turn), 0, -np.sin(turn)])
+            up = np.array([-np.sin(rise) * np.sin(turn), np.cos(rise), -np.sin(rise) * np.cos(turn)])
+            np.testing.assert_allclose([right @ camera["frame"], up @ camera["frame"]], expected.axes[:2], atol=1e-15)
+            np.testing.assert_allclose(size, run.window[1], rtol=1e-5)
+            self.assertEqual(camera["distance"], expected.distance)
+            np.testing.assert_allclose([camera["low"], camera["high"]], [expected.low, expected.high], rtol=5e-6)  # Six digits.
+            self.assertLessEqual({label["text"] for label in camera["labels"]}, svg_of(path))
+
+    def test_captions_and_default_colour_are_those_of_plot(self):
+        for path in (runs.seedling(), runs.gas(), runs.packing()):
+            about, _ = stored(page_of(path))
+            self.assertIn(about["captions"][-1], svg_of(path))
+            status, answer, _ = runs.program("plot", path, "--out", "last.png", "--overwrite")
+            self.assertEqual(status, 0)
+            self.assertEqual(answer.split(" by ")[1:], [f"{about['colour']}\n"] if about["colour"] else [])
+
+    def test_curves_have_axes_and_legends_of_plot(self):
+        for path in (runs.seedling(), runs.gas(), runs.packing()):
+            curves = stored(page_of(path))[0]["curves"]
+            words = svg_of(path, "--series")
+            count = len(series.panels_of([series.read(path)], None))
+            for panel in curves[:count]:
+                self.assertLessEqual({axis["label"] for axis in panel["axes"]}, words)
+                self.assertLessEqual({curve["label"] for curve in panel["curves"]} - {""}, words)
+            for panel in curves:
+                self.assertTrue(all(axis["label"] and axis["ticks"] for axis in panel["axes"]))
+                self.assertTrue(len(panel["curves"]) == 1 or all(curve["label"] for curve in panel["curves"]))
+
+    def test_values_that_are_equal_or_no_numbers_have_a_scale(self):
+        for value, (low, high) in {2e-12: (0, 2e-12), 0: (0, 1), np.nan: (0, 1), -3e-12: (-3e-12, 0)}.items():
+            path = altered(runs.seedling(), f"all-{value}", lambda charge: np.full_like(charge, value))
+            column = next(c for c in stored(page_of(path))[0]["columns"] if c["name"] == "charge")
+            self.assertEqual((column["low"], column["high"]), (low, high))
+            self.assertIn(column["label"], svg_of(path, "--colour", "charge"))
+
+    def test_a_frame_without_bodies_is_shown(self):
+        path = altered(runs.seedling(), "none", None)
+        about, _ = stored(page_of(path))
+        self.assertEqual(about["captions"][-1], "t = 0.3 s, N = 0")
+        self.assertIn(about["captions"][-1], svg_of(path, "--colour", "charge"))
+
+
+def altered(path, name, change):
+    """Copy of a result with the charges that `change` returns; without bodies if it is None."""
+    copy = str(runs.FOLDER / f"{name}.h5")
+    shutil.copy(path, copy)
+    with h5py.File(copy, "r+") as file:
+        particles = file["particles/conductors"]
+        count = len(particles["radius"])
+        names = []
+        particles.visititems(lambda name, data: names.append(name) if isinstance(data, h5py.Dataset) else None)
+        for name in ["charge/value"] if change else names:
+            values, attributes = particles[name][()], dict(particles[name].attrs)
+            axis = next((k for k in (0, 1) if values.ndim > k and values.shape[k] == count), None)
+            if axis is None:
+                continue
+            del particles[name]
+            particles[name] = change(values) if change else values.take([], axis)
+            particles[name].attrs.update(attributes)
+    return copy
+
+
 class ArraysTest(unittest.TestCase):
     def test_places_are_within_half_a_step(self):
         for path in (runs.seedling(), runs.gas()):
@@ -60,12 +174,13 @@ class ArraysTest(unittest.TestCase):
         with load(runs.seedling()) as result:
             bits = unpacked(arrays["column charge"], 4, 36)
             np.testing.assert_allclose(bits.view(np.float32), result["charge"], rtol=2**-13 + 2**-24)
-            groups = unpacked(arrays["column group"], 4, 36).view(np.int32)
-            np.testing.assert_array_equal(groups, result["group"])
-            charge = next(column for column in about["columns"] if column["name"] == "charge")
-            self.assertEqual((charge["low"], charge["high"]), result.colour_range("charge"))
+            clusters = unpacked(arrays["column cluster"], 4, 36).view(np.int32)
+            for numbers, group in zip(clusters, np.asarray(result["group"])):
+                _, inverse, size = np.unique(group, return_inverse=True, return_counts=True)
+                np.testing.assert_array_equal(numbers[size[inverse] > 1], group[size[inverse] > 1] + 1)
+                self.assertEqual(set(numbers[size[inverse] == 1]), {-(2**31)})
         names = [column["name"] for column in about["columns"]]
-        for name in ("potential", "charge", "speed", "|force|", "group", "connected", "first joined the tree at", "radius"):
+        for name in ("potential", "charge", "force", "cluster", "strahler", "connection_time", "speed", "radius"):
             self.assertIn(name, names)
 
     def test_edges_are_contacts_and_tree(self):

@@ -1,5 +1,5 @@
 """Colours of pictures: quantities, their ranges in a whole run, and colour bars."""
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from matplotlib import colormaps
@@ -8,8 +8,9 @@ from matplotlib.colors import AsinhNorm, BoundaryNorm, LogNorm, Normalize, to_rg
 from matplotlib.lines import Line2D
 from matplotlib.ticker import LogLocator, MaxNLocator
 
-from ..ranges import range_ends, set_colours
-from .drawing import INK, InputError, prefixed
+from ..ranges import colour_range, range_ends, set_colours
+from ..result import unit_of, value_of
+from .drawing import INK, InputError, prefixed, with_unit
 
 PALE = "#ededed"  # particles without a value: unconnected conductors, isolated grains
 
@@ -23,34 +24,40 @@ class Quantity:
     label: str  # with "{}" in place of the prefix of an SI unit
     kind: str
     column: str  # name of the column in the result file
-    pale: str = ""  # name of particles without a value
+    pale: str = "without a value"  # name of particles that have none, or one that is no number
 
 
 NOT_DRAWN = {"position", "image", "successor", "species", "box"}  # columns of particles that are not coloured
 
 
-def quantities_in(particles, known):
-    """Returns the quantities by name: those of `known` whose column the result has, then all its other columns."""
+def quantities_in(file, known):
+    """Returns the quantities by name: those of `known` whose column the result has, then all its other columns and those of
+    its analysis."""
+    particles, analysis = file["particles/conductors"], file.get("analysis", {})
+    shape = particles["position/value"].shape[:2]
     found = {quantity.name: quantity for quantity in known if quantity.column in particles}
     drawn = NOT_DRAWN | {quantity.column for quantity in known}
-    for name, group in particles.items():
-        if name not in drawn and hasattr(group, "keys") and "value" in group:
-            found[name] = plain_quantity(name, group["value"])
+    for name, data in [*particles.items(), *analysis.items()]:
+        values = value_of(data) if name not in drawn and (not hasattr(data, "keys") or "value" in data) else None
+        if values is not None and (values.shape[:2] == shape or values.shape == shape[1:]) and name not in found:
+            found[name] = plain_quantity(name, values)
     return found
 
 
 def plain_quantity(name, values):
     """Describes a column that has no description: integers are categories, other numbers amounts; of vectors the
     magnitude."""
-    unit = values.attrs.get("unit", "1")
-    unit = unit.decode() if isinstance(unit, bytes) else unit
-    label = name.replace("_", " ") + ("" if unit == "1" else f" ({unit})")
+    unit = unit_of(values)
+    label = with_unit(name.replace("_", " "), "{}" + unit if unit in ("A", "C", "J", "N", "V", "W", "m", "s") else unit)
     return Quantity(name, label, "category" if values.dtype.kind in "iu" else "amount", name)
 
 
 def read_column(file, quantity, index):
-    """[..., N] values of a quantity's column in these frames; of vectors the magnitudes."""
-    values = file[f"particles/conductors/{quantity.column}/value"]
+    """[..., N] values of a quantity's column in these frames; of vectors the magnitudes; of a constant column [N]."""
+    particles = file["particles/conductors"]
+    values = value_of(particles[quantity.column] if quantity.column in particles else file["analysis"][quantity.column])
+    if values.ndim == 1:
+        return values[()]
     return np.linalg.norm(values[index], axis=-1) if values.ndim == 3 else values[index]
 
 
@@ -67,7 +74,14 @@ class Scale:
 
     def has_colour(self, values):
         """[N] True where a value has a colour: a logarithmic scale has none for 0."""
-        return values > 0 if self.quantity.kind == "decades" else np.isfinite(values)
+        return np.isfinite(values) & ((values > 0) | (self.quantity.kind != "decades"))
+
+    @property
+    def factor_and_label(self):
+        """Returns the factor from the file's unit to the unit of the colour bar, and the label with that unit."""
+        label = self.quantity.label
+        factor, prefix = prefixed(max(abs(self.low), abs(self.high))) if "{}" in label else (1.0, "")
+        return factor, label.replace("{}", prefix)
 
     def colours(self, values):
         """[N, 4] colours; pale where there is no value."""
@@ -80,7 +94,7 @@ class Scale:
 
     def legend(self, values):
         """Returns the legend's marks of particles without a value, if there are any."""
-        if self.has_colour(values).all() or not self.quantity.pale:
+        if self.has_colour(values).all():
             return []
         return [disk_mark(PALE, self.quantity.pale)]
 
@@ -136,10 +150,12 @@ def run_range(quantity, values, always=()):
         return Range(low, high, 0, positive.min(), positive.max())
     low_reach, high_reach = range_ends(values)
     low, high = min(-low_reach, always.min(initial=0)), max(high_reach, always.max(initial=0))
+    if quantity.kind == "amount" and not low < 0 < high:
+        low, high = colour_range(quantity.name, values)
     magnitude = np.abs(values[np.abs(values) > 1e-3 * max(high, -low)])
     typical = np.median(magnitude) if len(magnitude) else 0
     least, largest = values.min(initial=np.inf), values.max(initial=-np.inf)
-    return Range(low, high, typical, least, largest) if high > low else Range(0, 1)
+    return Range(low, high, typical, least, largest)
 
 
 def scale_of(quantity, own_range, found, cmap=None):
@@ -148,7 +164,11 @@ def scale_of(quantity, own_range, found, cmap=None):
         if own_range or cmap:
             raise InputError(f"--range and --cmap do not apply to the colour {quantity.name}, which has no order")
         return Scale(quantity, 0, 1, None, None)
+    if quantity.kind == "amount" and found.low < 0 < found.high:
+        quantity = replace(quantity, kind="signed")
     low, high = own_range or (found.low, found.high)
+    if low == high:  # all values are equal: the range begins or ends at 0
+        low, high = min(low, 0.0), max(high, float(low == 0))
     if quantity.kind == "decades" and low <= 0:
         raise InputError(f"--range from {low:g} is not allowed: {quantity.name} is drawn by decades, from above 0")
     slack = 1e-9 * (high - low)
@@ -181,15 +201,15 @@ def map_of(quantity, cmap):
 
 
 def draw_bar(figure, rectangle, scale):
-    """Draws the colour bar at `place`, [left, bottom, width, height] in the figure; for categories, a text that
-    explains them."""
+    """Draws the colour bar at `rectangle`, [left, bottom, width, height] in the figure, and returns its axis; for
+    categories, draws a text that explains them."""
     quantity = scale.quantity
     axes = figure.add_axes(rectangle)
     if scale.norm is None:
         axes.axis("off")
         axes.text(0.5, 0.5, f"colour: {quantity.label}", rotation=90, ha="center", va="center", transform=axes.transAxes)
-        return
-    factor, prefix = prefixed(max(abs(scale.low), abs(scale.high))) if "{}" in quantity.label else (1.0, "")
+        return None
+    factor, label = scale.factor_and_label
     bar = figure.colorbar(ScalarMappable(bar_norm(scale, factor), scale.cmap), cax=axes, extend=scale.beyond)
     if quantity.kind == "order":
         bar.set_ticks(np.arange(int(scale.low), int(scale.high) + 1))
@@ -205,9 +225,10 @@ def draw_bar(figure, rectangle, scale):
         else:
             bar.locator = MaxNLocator(7)
             bar.update_ticks()
-    bar.set_label(quantity.label.format(prefix), color=INK)
+    bar.set_label(label, color=INK)
     bar.ax.tick_params(labelsize=8)
     bar.outline.set_linewidth(0.6)
+    return bar.ax.yaxis
 
 
 def set_decades(bar, scale):

@@ -3,6 +3,7 @@ import tomllib
 
 import numpy as np
 from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgba
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
@@ -28,6 +29,8 @@ ALL_ZERO = 1e-3  # of the run's largest potential: colours look white below it
 class Conductors:
     """A run of conductors. Lengths of drawings in mm."""
 
+    spatial = False
+
     def __init__(self, file, path):
         scene, particles = file["scene"], file["particles/conductors"]
         self.path = path
@@ -37,7 +40,7 @@ class Conductors:
         self.radius = particles["radius"][()] * MM
         self.scene = tomllib.loads(text_of(scene["text"][()]))
         self.terminals = terminal_potentials(file)
-        self.quantities = quantities_in(particles, QUANTITIES)
+        self.quantities = quantities_in(file, QUANTITIES)
         self.highest_supply = np.abs(self.terminals).max(initial=0)
         self.reach = self.highest_supply  # V, largest magnitude in the run
         if "potential" in particles:
@@ -45,6 +48,7 @@ class Conductors:
         effects = self.scene.get("effects", {})
         source = effects.get("current_injection") or effects.get("current_source", {})  # its name in earlier versions
         self.fed = source.get("current", 0)
+        self.since = None  # connection_times, once they are needed
         if not self.fed:
             self.quantities.pop("current", None)
 
@@ -67,16 +71,17 @@ class Conductors:
         if name == "strahler":
             return strahler_numbers(column)
         if name == "connection_time":
-            return self.connection_time(self.column(file, name, slice(0, index + 1)), index)
+            return self.connection_times(file)[index]
         return column
 
-    def connection_time(self, successor, index):
-        """Returns the times (s) since which the conductors have had an uninterrupted path to the ground, [N]; nan without
-        a path."""
-        connected = successor != UNCONNECTED
-        broken = np.where(~connected, np.arange(len(connected))[:, None], -1).max(axis=0)
-        first = np.minimum(broken + 1, index)
-        return np.where(connected[index], self.times[first], np.nan)
+    def connection_times(self, file):
+        """Returns the times (s) since which the conductors have had an uninterrupted path to the ground, [T, N]; nan
+        without a path."""
+        if self.since is None:
+            connected = self.column(file, "connection_time") != UNCONNECTED
+            broken = np.maximum.accumulate(np.where(connected, -1, np.arange(len(connected))[:, None]))
+            self.since = np.where(connected, np.append(self.times, np.nan)[broken + 1], np.nan)
+        return self.since
 
     def range(self, file, name):
         """Returns the range of a quantity in the whole run."""
@@ -110,6 +115,8 @@ class Conductors:
     def caption(self, shown):
         snapshot = shown[0]
         words = f"t = {snapshot.time:.4g} s, N = {len(snapshot.radius)}"
+        if len(snapshot.radius) == 0:
+            return words
         if snapshot.successor is not None and (len(self.terminals) > 0 or snapshot.connected.any()):
             words += f", {100 * snapshot.connected.mean():.3g} % connected to {self.all_supplies}"
         if self.is_dark(snapshot.potential):
@@ -128,7 +135,7 @@ class Conductors:
             # A separate norm per image: removed images leave their callbacks in a shared norm.
             style = {"cmap": scale.cmap, "norm": bar_norm(scale, 1), "interpolation": "bilinear", "aspect": "auto"}
             axes.imshow(field, origin="lower", extent=extent, **style)
-        faces = scale.colours(values) if scale else np.tile([0.91, 0.91, 0.91, 1], (len(snapshot.radius), 1))
+        faces = scale.colours(values) if scale else np.tile(to_rgba(drawing.STEEL), (len(snapshot.radius), 1))
         drawing.draw_disks(axes, snapshot, slice(None), facecolor=faces)
         drawing.draw_electrodes(axes, snapshot)
         edges = drawing.tree_edges(snapshot)
@@ -143,13 +150,14 @@ class Conductors:
 class ConductorsInSpace(Conductors):
     """Pictures of spheres in perspective, in metres: without the field; electrodes are dark."""
 
-    unit = "m"
+    unit, spatial = "m", True
     ELECTRODE = (0.3, 0.3, 0.3, 1)
 
     def __init__(self, file, path):
         super().__init__(file, path)
         self.box = file["scene/domain/size"][()]
         self.down = space.down_of(file)
+        self.window = np.zeros(3), self.box
         self.size = space.Camera(self.box, self.down).size
         self.radius = file["particles/conductors/radius"][()]
         self.electrodes = ground.electrodes_in(file["scene"])
@@ -168,12 +176,12 @@ class ConductorsInSpace(Conductors):
 
     def draw(self, axes, shown, scale):
         snapshot, values, position = shown
-        faces = scale.colours(values) if scale else np.tile([0.91, 0.91, 0.91, 1], (len(position), 1))
+        faces = scale.colours(values) if scale else np.tile(to_rgba(drawing.STEEL), (len(position), 1))
         all_positions = np.concatenate([position, self.fixed_position])
         radius = np.concatenate([self.radius, self.fixed_radius])
         faces = np.concatenate([faces, np.tile(self.ELECTRODE, (len(self.fixed_position), 1))])
         sides = [np.array([shape["low"], shape["high"]]) for shape in self.electrodes if shape["shape"] == "face"]
-        space.draw(axes, all_positions, radius, faces, (np.zeros(3), self.box), self.unit, self.cut, sides, self.down)
+        space.draw(axes, all_positions, radius, faces, self.window, self.unit, self.cut, sides, self.down)
         marks = scale.legend(values) if scale else []
         if self.electrodes:
             marks.append(Patch(color=self.ELECTRODE, label=", ".join(map(name_and_potential, self.electrodes))))

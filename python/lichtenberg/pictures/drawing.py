@@ -1,6 +1,7 @@
 """Functions for all pictures: reading a result, disks and lines, electrodes, a scale bar, saving."""
 import json
 import os
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -251,6 +252,34 @@ def prefixed(largest):
         return 1.0, ""
     power = int(np.clip(np.floor(np.log10(largest * (1 + 1e-9)) / 3), -10, 10))
     return 10.0 ** (-3 * power), prefixes[power + 10].strip()
+
+
+SUPERSCRIPTS = str.maketrans("-\N{MINUS SIGN}0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def in_symbols(unit):
+    """Formats units such as m0 v0^2 and m s-1 with subscripts and superscripts."""
+    indexed = re.sub("([a-z])_?0", r"\1₀", unit)
+    return re.sub(r"(?<=[a-zA-Z₀])\^?(-?\d+)", lambda power: power[1].translate(SUPERSCRIPTS), indexed)
+
+
+def with_unit(label, unit):
+    return label if unit == "1" else f"{label} ({in_symbols(unit)})"
+
+
+def axis_data(axis):
+    """Returns label, ends, ticks and kind of an axis of matplotlib as plain data, for view.js."""
+
+    def plain(text):
+        words = re.sub(r"\$|\\mathdefault", "", text).replace(r"\times", "×")
+        return re.sub(r"\^\{(.*?)\}", lambda power: power[1].translate(SUPERSCRIPTS), words).strip("{}")
+
+    low, high = sorted(axis.get_view_interval())
+    values = [float(value) for value in axis.get_majorticklocs() if low <= value <= high]
+    formatter = axis.get_major_formatter()
+    ticks = [[value, plain(text)] for value, text in zip(values, formatter.format_ticks(values))]
+    words = {"label": axis.get_label_text(), "offset": plain(formatter.get_offset())}
+    return {**words, "low": float(low), "high": float(high), "ticks": ticks, "log": axis.get_scale() == "log"}
 
 
 def set_frame(axes, snapshot):

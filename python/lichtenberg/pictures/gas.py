@@ -1,6 +1,7 @@
 """Pictures of spheres in space, and of a gas of grains in the plane: coloured by charge, cluster, force or speed."""
 import numpy as np
 from matplotlib.collections import EllipseCollection
+from matplotlib.colors import to_rgba
 
 from . import drawing, space
 from .colours import Quantity, Range, draw_legend, quantities_in, read_column, run_range
@@ -24,7 +25,7 @@ class Grains:
         self.spatial = "height" in domain
         self.box = np.append(domain["size"][:2], domain["height"][()] if self.spatial else [])
         self.periodic = np.resize(particles["box"].attrs.get("boundary", b"none"), len(self.box)) == b"periodic"
-        self.quantities = quantities_in(particles, self.all_quantities())
+        self.quantities = quantities_in(file, self.all_quantities())
         self.cut = None
         self.down = space.down_of(file)
         self.window = np.zeros(len(self.box)), self.box  # lower corner and size of the shown part
@@ -40,7 +41,7 @@ class Grains:
         return (low + high - edge) / 2, np.full(3, edge)
 
     def all_quantities(self):
-        charge, force, speed = ("$q_0$", "$m_0 v_0^2/d_0$", "$v_0$") if self.unit == "d0" else ("{}C", "{}N", "{}m/s")
+        charge, force, speed = ("q₀", "m₀ v₀²/d₀", "v₀") if self.unit == "d0" else ("{}C", "{}N", "{}m/s")
         return [
             Quantity("charge", f"charge ({charge})", "signed", "charge"),
             Quantity("cluster", "grains in contact", "category", "cluster", "in contact with none"),
@@ -87,7 +88,7 @@ class Grains:
 
     def caption(self, shown):
         time, _, _, cluster = shown
-        words = f"t = {time:.4g} {'$t_0$' if self.unit == 'd0' else 's'}, N = {len(self.radius)}"
+        words = f"t = {time:.4g} {'t₀' if self.unit == 'd0' else 's'}, N = {len(self.radius)}"
         if cluster is not None:
             _, size = np.unique(cluster, return_counts=True)
             words += f", {len(size)} cluster{'s' * (len(size) != 1)}, the largest of {size.max()}"
@@ -99,7 +100,7 @@ class Grains:
         return f", cut at {'xyz'[self.cut[0]]} = {self.cut[1]:g} {self.unit.replace('0', '₀')}" if self.cut else ""
 
     def faces(self, shown, scale):
-        return scale.colours(shown[2]) if scale else np.tile([0.8, 0.8, 0.8, 1], (len(self.radius), 1))
+        return scale.colours(shown[2]) if scale else np.tile(to_rgba(drawing.STEEL), (len(self.radius), 1))
 
     def draw(self, axes, shown, scale):
         position = shown[1]
@@ -120,7 +121,7 @@ class Grains:
         offsets = {"units": "xy", "offsets": centre, "offset_transform": axes.transData}
         style = {"facecolor": faces[grain], "edgecolor": EDGE, "linewidths": width, "zorder": 2}
         axes.add_collection(EllipseCollection(diameter, diameter, np.zeros_like(diameter), **offsets, **style))
-        drawing.draw_length(axes, self.box[0], lambda length: f"{length:g} ${self.unit[0]}_0$")
+        drawing.draw_length(axes, self.box[0], lambda length: f"{length:g} d₀")
 
     def with_images(self, centre):
         """Returns indices and positions of grains. Grains that a periodic side cuts appear again as images."""

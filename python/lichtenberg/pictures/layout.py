@@ -50,7 +50,7 @@ class PanelLayout:
                 color=WARNING if words is warning else INK,
                 ha="center",
                 va="bottom",
-                parse_math=words is caption,  # a $ in the title of a scene is not mathematics
+                parse_math=False,  # a $ in the title of a scene is not mathematics
             )
             for words, size, above in lines
         ]

@@ -5,7 +5,7 @@ from matplotlib.colors import to_rgba
 from matplotlib.lines import Line2D
 
 from . import drawing, space
-from .colours import Quantity, disk_mark, draw_legend, run_range
+from .colours import Quantity, disk_mark, draw_legend, quantities_in, read_column, run_range
 
 FORCE, RATTLER = "#0c7bdc", drawing.ISOLATED
 
@@ -64,18 +64,23 @@ class Packing:
         self.times = particles["position/time"][()]
         self.spatial = "height" in domain
         self.box = np.append(domain["size"][:2], domain["height"][()] if self.spatial else [])
-        self.unit = "m"
-        self.quantities = {}
+        self.unit, self.down = "m", None
+        self.window = np.zeros(len(self.box)), self.box
+        self.quantities = quantities_in(file, [])
         if "packing" in file:
-            self.quantities["force"] = Quantity("force", "sum of contact forces ({}N)", "decades", "")
+            self.quantities["force"] = Quantity("force", "sum of contact forces ({}N)", "decades", "", "without a force")
         self.cut = None
 
     @property
     def size(self):
         return space.Camera(self.box).size if self.spatial else self.box
 
+    def values(self, file, name, index):
+        return read_column(file, self.quantities[name], index) if name != "force" else DrawnPacking(file, index).pressing()
+
     def range(self, file, name):
-        return run_range(self.quantities[name], DrawnPacking(file, None).pressing())
+        last = self.values(file, name, None if name == "force" else slice(None))
+        return run_range(self.quantities[name], last.ravel())
 
     def default_colour(self, file, index):
         """In the plane the forces are shown as lines, in space as colours."""
@@ -83,11 +88,11 @@ class Packing:
         return "force" if self.spatial and last and "force" in self.quantities else None
 
     def read(self, file, index, name, field=None):
-        if name and index != len(self.times) - 1:
+        if name == "force" and index != len(self.times) - 1:
             last = len(self.times) - 1
             raise drawing.InputError(f"{self.path} has contact forces of its last frame only, {last}, not of {index}")
         packing = DrawnPacking(file, index)
-        return packing, packing.pressing() if name else None
+        return packing, self.values(file, name, index) if name else None
 
     def caption(self, shown):
         packing = shown[0]
@@ -99,12 +104,12 @@ class Packing:
         faces = scale.colours(values) if scale else np.tile(to_rgba(drawing.STEEL), (len(packing.radius), 1))
         faces[packing.rattler] = to_rgba(RATTLER)
         if packing.spatial:
-            window = np.zeros(3), self.box
-            space.draw(axes, packing.position_3d, packing.radius / drawing.MM, faces, window, "m", self.cut)
+            space.draw(axes, packing.position_3d, packing.radius / drawing.MM, faces, self.window, "m", self.cut)
         else:
             draw_panel(axes, packing, faces, lines=scale is None)
             drawing.draw_scale(axes, packing)
         handles = [force_mark(axes, packing)] if self.has_lines(packing, scale) else []
+        handles += scale.legend(values[~packing.rattler]) if scale else []
         if packing.rattler.any():
             handles.append(disk_mark(RATTLER, "rattler"))
         draw_legend(axes, handles)
@@ -127,11 +132,14 @@ def mean_width(axes, packing):
     return drawing.line_width(axes, packing, 0.15, 2)
 
 
+def force_label(packing):
+    factor, prefix = drawing.prefixed(packing.force.mean())
+    return f"force, this wide: {factor * packing.force.mean():.2g} {prefix}N"
+
+
 def force_mark(axes, packing):
     """Returns the line of the legend for a mean force."""
-    factor, prefix = drawing.prefixed(packing.force.mean())
-    label = f"force, this wide: {factor * packing.force.mean():.2g} {prefix}N"
-    return Line2D([], [], color=FORCE, linewidth=mean_width(axes, packing), label=label)
+    return Line2D([], [], color=FORCE, linewidth=mean_width(axes, packing), label=force_label(packing))
 
 
 def draw_forces(axes, packing):

@@ -3,7 +3,6 @@
 Curves of several runs share axes; each run has a colour. Members of an ensemble have a colour for each variant, and the mean
 over its seeds is a thick line.
 """
-import re
 import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,7 +13,7 @@ from matplotlib.ticker import LogLocator, MaxNLocator
 
 from ..result import text_of, unit_of, warnings_of
 from . import drawing
-from .drawing import InputError
+from .drawing import InputError, with_unit
 
 # Distinguishable by colour-blind people (Okabe & Ito).
 COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#8c8c8c"]
@@ -108,7 +107,7 @@ def add_gas(file, run):
     run.panels.append(Panel("temperature", columns, line, True))
     if np.ptp(file["gas/mean_square_charge"]) > 0:
         line = ("expected_square_charge", "homogeneous, two at a time")
-        run.panels.append(Panel(r"$\langle q^2 \rangle$", [("mean_square_charge", "grains")], line, True))
+        run.panels.append(Panel("⟨q²⟩", [("mean_square_charge", "grains")], line, True))
     clusters = [("mean_aggregate", "grains in contact: mean of two and more"), ("density_cluster_size", "dense cells: S")]
     run.panels.append(Panel("size of clusters", clusters, logarithmic=True))
 
@@ -142,16 +141,6 @@ def varies(run, name):
     values = run.columns.get(name, (0, np.zeros(1), ""))[1]
     values = values[np.isfinite(values)]
     return len(values) > 1 and np.ptp(values) > 0
-
-
-def in_symbols(unit):
-    """Formats units such as m0 v0^2 and m s-1 as mathematics."""
-    text = re.sub(r"([a-z])_?0", r"\1_0", unit).replace(" ", r"\,")
-    return r"$\mathrm{" + re.sub(r"(?<=[a-zA-Z])(-?\d+)", r"^{\1}", text) + "}$"
-
-
-def with_unit(label, unit):
-    return label if unit == "1" else f"{label} ({in_symbols(unit)})"
 
 
 def points_of(run, name, logarithmic):
@@ -193,13 +182,17 @@ def new_figure(count, title):
     return figure, list(grid.flat[:count])
 
 
+def plain_panel(name, run):
+    return Panel(name.replace("_", " "), [(name, "")], logarithmic=run.logarithmic)
+
+
 def panels_of(runs, names):
     """Returns the panels of these names, or those that the first run suggests and all runs have."""
     if names:
         for run in runs:
             for name in names:
                 run.column(name)
-        return [Panel(name.replace("_", " "), [(name, "")], logarithmic=runs[0].logarithmic) for name in names]
+        return [plain_panel(name, runs[0]) for name in names]
     panels = [p for p in runs[0].panels if all(name in run.columns for run in runs for name, _ in p.columns)]
     if not panels:
         names = " and ".join(run.name for run in runs)

@@ -197,6 +197,18 @@ def rendered(camera, position, radius, faces, pixels=PIXELS):
     return halved(shaded(image, centre, shown, depth, radius, faces, camera.haze(depth)))
 
 
+def edge_labels(camera, unit):
+    """Returns for three edges of the box the middle [3], the direction in which its label is beside it and the label:
+    axis and length."""
+    for along, (start, shift) in enumerate([((0, 0, 1), (0, -1)), ((0, 0, 1), (-1, 0)), ((1, 0, 0), (1, -1))]):
+        k = np.argmax(np.abs(camera.frame[along]))
+        signs = np.array(start) @ camera.frame + (np.ones(3) - start) @ -camera.frame  # sign along each axis: 1 for its far end, -1 for 0
+        middle = np.where(signs > 0, camera.box, 0)
+        middle[k] = camera.box[k] / 2
+        length = in_metres(camera.box[k]) if unit == "m" else f"{camera.box[k]:.4g} d₀"
+        yield middle, shift, f"{'xyz'[k]}  {length}"
+
+
 def draw_box(axes, camera, unit):
     """Draws the edges of the box, three with their length: those that end at the farthest corner behind the spheres,
     the others in front of them."""
@@ -207,17 +219,12 @@ def draw_box(axes, camera, unit):
     for chosen, order in [(behind, 1), (~behind, 3)]:
         axes.add_collection(LineCollection(camera.project(edges[chosen]), colors=EDGE, linewidths=0.6, zorder=order))
     middle = camera.project(camera.middle[None])[0]
-    for along, (start, shift) in enumerate([((0, 0, 1), (0, -1)), ((0, 0, 1), (-1, 0)), ((1, 0, 0), (1, -1))]):
-        k = np.argmax(np.abs(camera.frame[along]))
-        signs = np.array(start) @ camera.frame + (np.ones(3) - start) @ -camera.frame  # sign along each axis: 1 for its far end, -1 for 0
-        label_point = np.where(signs > 0, camera.box, 0)
-        label_point[k] = camera.box[k] / 2
-        x, y = camera.project(label_point[None])[0]
-        length = in_metres(camera.box[k]) if unit == "m" else f"{camera.box[k]:.4g} ${unit[0]}_0$"
+    for point, shift, label in edge_labels(camera, unit):
+        x, y = camera.project(point[None])[0]
         away = np.sign(x - middle[0]) if shift[0] else 0
         aside = {"textcoords": "offset points", "xytext": (7 * away, 7 * shift[1])}
         aside |= {"ha": {1: "left", -1: "right", 0: "center"}[int(away)], "va": "top" if shift[1] else "center"}
-        axes.annotate(f"${'xyz'[k]}$  {length}", (x, y), fontsize=8, color=INK, **aside)
+        axes.annotate(label, (x, y), fontsize=8, color=INK, **aside)
 
 
 def draw_sides(axes, camera, sides):

@@ -1,11 +1,9 @@
 """Draws the JSON of `lichtenberg theory`: a panel for each quantity, lines for theory and points for a run, and fields."""
-import re
-
 import numpy as np
 from matplotlib.colors import LogNorm
 from matplotlib.ticker import NullFormatter
 
-from .drawing import plt, read_json, save, set_style
+from .drawing import plt, read_json, save, set_style, with_unit
 
 # Distinguishable by colour-blind people (Okabe & Ito).
 COLOURS = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8c8c8c"]
@@ -15,15 +13,6 @@ FOUND = ["#08519c", "#9ecae1"]
 
 def numbers(values):
     return np.array([np.nan if value is None else value for value in values], float)
-
-
-def in_symbols(unit):
-    """Formats a unit such as m0 v0^2 as mathematics."""
-    return "$" + re.sub(r"([a-z])_?0", r"\1_0", unit).replace(" ", r"\,") + "$"
-
-
-def with_unit(label, unit):
-    return label if unit == "1" else f"{label} ({in_symbols(unit)})"
 
 
 def colour_of(labels):

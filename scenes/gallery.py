@@ -57,8 +57,8 @@ def make(name, folder):
     """Draws the scene into the folder. Returns the command."""
     scene, picture, result = HERE / f"{name}.toml", folder / f"{name}.png", folder / f"{name}.h5"
     if name in SOLVED:
-        call("solve", scene, "--picture", picture, "--overwrite")
-        return f"lichtenberg solve scenes/{name}.toml --picture {name}.png"
+        call("solve", scene, "--out", picture, "--overwrite")
+        return f"lichtenberg solve scenes/{name}.toml --out {name}.png"
     settings = [f"--set={setting}" for setting in SHORTER.get(name, [])]
     if not result.exists():
         call("run", scene, "--out", result, "--quiet", "--set=output.picture=false", *settings)

@@ -172,7 +172,7 @@ TEST_CASE("solve: options for conductors are refused for scenes of charged grain
   folder.write("salt.toml", rock_salt("[effects.coulomb]\n"));
   check_refused(run(folder, "solve salt.toml --capacitance"), "--capacitance is for scenes of conductors");
   check_refused(run(folder, "solve salt.toml --field f.hdf"), "--field is for scenes of conductors");
-  check_refused(run(folder, "solve salt.toml --picture p.png"), "--picture is for scenes of conductors");
+  check_refused(run(folder, "solve salt.toml --out p.png"), "--out is for scenes of conductors");
   check_refused(run(folder, "solve salt.toml --device cuda"), "--device cuda is for scenes of conductors");
   CHECK(contains(run(folder, "solve salt.toml --petsc -ksp_type gmres").err,
                  "the option -ksp_type after --petsc was not used"));
@@ -347,7 +347,7 @@ TEST_CASE("solve --overwrite: replaces neither the scene file nor a result") {
   const std::string scene = text_of(folder / "small.toml"), result = text_of(folder / "run.h5");
   check_refused(run(folder, "solve small.toml --field small.toml --overwrite"), "is an input file");
   check_refused(run(folder, "solve small.toml --field run.h5 --overwrite"), "run.h5 is a result");
-  check_refused(run(folder, "solve small.toml --picture a.png --field a.png"), "cannot be written twice");
+  check_refused(run(folder, "solve small.toml --out a.png --field a.png"), "cannot be written twice");
   CHECK(text_of(folder / "small.toml") == scene);
   CHECK(text_of(folder / "run.h5") == result);
 }
@@ -366,10 +366,10 @@ TEST_CASE("solve with electrodes only: charge and capacitance of a plate capacit
   const json& matrix = answer["capacitance"]["matrix"];
   CHECK(matrix[0][0].get<double>() == near(capacitance, 1e-6));
   CHECK(matrix[0][1].get<double>() == near(-capacitance, 1e-6));
-  const std::string table = run(folder, "solve plates.toml --picture plates.png").out;
+  const std::string table = run(folder, "solve plates.toml --out plates.png").out;
   CHECK(text_of(folder / "plates.png").starts_with("\x89PNG"));
-  check_refused(run(folder, "solve plates.toml --picture plates.png"), "give --overwrite");
-  check_refused(run(folder, "solve plates.toml --picture plates.gif"), "must end in .png, .pdf or .svg");
+  check_refused(run(folder, "solve plates.toml --out plates.png"), "give --overwrite");
+  check_refused(run(folder, "solve plates.toml --out plates.gif"), "must end in .png, .pdf or .svg");
   check_refused(run(folder, "solve plates.toml --field ''"), "--field: the value is empty");
   CHECK(contains(table, "the top side of the domain"));
   CHECK(contains(table, "depth       0.002 m"));

@@ -67,6 +67,20 @@ TEST_CASE("alternative option names: in help, completion and manual page") {
   CHECK(contains(page, ".SS help"));
 }
 
+TEST_CASE("former option name: accepted with a warning, refused with the new one") {
+  const Folder folder;
+  folder.write("small.toml", small_scene);
+  const Ended former = run(folder, "solve small.toml --picture=a.png");
+  CHECK(former.status == 0);
+  CHECK(former.err == "lichtenberg: --picture is an old name: it is called --out now\n");
+  CHECK(text_of(folder / "a.png").starts_with("\x89PNG"));
+  check_refused(run(folder, "solve small.toml --picture b.png --out c.png"),
+                "--picture is an old name of --out: give only --out");
+  check_refused(run("network x.h5 --contact-radius 1 --spot 2"), "give only --contact-radius");
+  check_refused(run("run small.toml --picture a.png"), "run has no option --picture");
+  CHECK_FALSE(contains(run("help network").out + run("help completion").out + run("help man").out, "spot"));
+}
+
 TEST_CASE("misspelt command or option: only similar words are suggested") {
   check_refused(run("analyze x.h5"), "there is no command `analyze`; did you mean `analyse`?");
   check_refused(run("help plt"), "there is no help on `plt`; did you mean `plot`?");
@@ -82,9 +96,9 @@ TEST_CASE("misspelt command or option: only similar words are suggested") {
     CHECK_FALSE(contains(ended.err, "did you mean"));
     CHECK(contains(ended.err, "there is no command `" + far + "`; `lichtenberg help` lists them all"));
   }
-  const Ended option = run("run x.toml --json");
+  const Ended option = run("film x.h5 --json");
   CHECK(option.status == 2);
-  CHECK(contains(option.err, "run has no option --json; see `lichtenberg help run` for the allowed arguments"));
+  CHECK(contains(option.err, "film has no option --json; see `lichtenberg help film` for the allowed arguments"));
 }
 
 TEST_CASE("--json: prints JSON instead of the table; --json=FILE writes it as well") {
@@ -111,7 +125,8 @@ TEST_CASE("--json: prints JSON instead of the table; --json=FILE writes it as we
   const Ended stability = run(folder, "theory stability --json");
   CHECK(json::parse(stability.out)["theory"] == "stability");
   CHECK(json::parse(run(folder, "theory stability --json --plot").out)["theory"] == "stability");
-  const Ended words = run(folder, "theory stability --json any-name");
+  CHECK(json::parse(run(folder, "theory --json stability").out)["theory"] == "stability");
+  const Ended words = run(folder, "theory stability --json=any-name");
   CHECK(words.status == 0);
   CHECK_FALSE(words.out.starts_with("{"));
   CHECK(json::parse(text_of(folder / "any-name"))["theory"] == "stability");
@@ -121,7 +136,7 @@ TEST_CASE("option with an empty value: refused, the next word is not its value")
   const Folder folder;
   folder.write("small.toml", small_scene);
   for (const std::string option :
-       {"network x.h5 --between= --no-save", "run small.toml --out= --quiet", "solve small.toml --field= --json"})
+       {"network x.h5 --terminals= --no-save", "run small.toml --out= --quiet", "solve small.toml --field= --json"})
     check_refused(run(folder, option), "=: the value is empty");
   CHECK_FALSE(std::filesystem::exists(folder / "--quiet"));
 }
@@ -354,6 +369,56 @@ TEST_CASE("--set KEY=VALUE: changes any key of a scene; wrong keys are refused")
   check_refused(run(folder, "solve small.toml --set field.cells"), "it must be KEY=VALUE");
 }
 
+TEST_CASE("solve --from: solves the field at a frame of a run") {
+  const Folder folder;
+  folder.write("small.toml", small_scene + R"(
+  [effects.stokes_drag]
+  [output]
+  every = 0.01
+  picture = false
+  [stop]
+  time = 0.02
+)");
+  const std::string drag = " --set medium.viscosity=0.7";
+  REQUIRE(run(folder, "run small.toml --quiet" + drag).status == 0);
+  const auto position = hdf5::get<double>(hdf5::load(folder / "small.h5"), "particles/conductors/position/value");
+  const json last = json::parse(run(folder, "solve small.toml --json --from small.h5" + drag).out);
+  const json first = json::parse(run(folder, "solve small.toml --json --from small.h5 --frame 0" + drag).out);
+  CHECK(first["energy"] == json::parse(run(folder, "solve small.toml --json" + drag).out)["energy"]);
+  CHECK(last["energy"] != first["energy"]);
+  for (const int axis : {0, 1}) CHECK(last["conductors"][1]["position"][axis] == position[position.size() - 3 + axis]);
+  check_refused(run(folder, "solve small.toml --frame 0"), "--frame needs --from");
+  check_refused(run(folder, "solve small.toml --from small.h5 --overwrite --json=small.h5" + drag), "is an input file");
+}
+
+TEST_CASE("run --json, explain --json: print JSON alone, replace no FILE") {
+  const Folder folder;
+  folder.write("small.toml", small_scene + "[effects.stokes_drag]\n[output]\nevery = 0.01\n[stop]\ntime = 0.01\n");
+  const std::string scene = "small.toml --set medium.viscosity=0.7";
+  const json explained = json::parse(run(folder, "explain --json " + scene).out);
+  CHECK(explained["effects"] == json({"floating_conductors", "stokes_drag"}));
+  CHECK(explained["quantities"]["particles"]["value"] == 2);
+  CHECK(explained["quantities"]["cells"]["value"] == 64 * 64);
+  CHECK(explained["quantities"]["memory"]["unit"] == "B");
+  const Ended written = run(folder, "explain --json=explained.json " + scene);
+  CHECK(contains(written.out, "effects in the run"));
+  CHECK(json::parse(text_of(folder / "explained.json"))["effects"] == explained["effects"]);
+  check_refused(run(folder, "explain --json=explained.json " + scene), "explained.json exists");
+  check_refused(run(folder, "explain --overwrite " + scene), "--overwrite is not allowed where no file is written");
+  check_refused(run(folder, "run --json=explained.json " + scene), "explained.json exists");
+  check_refused(run(folder, "run --json=none/a.json " + scene), "there is no folder");
+  check_refused(run(folder, "run --json=a.h5 --out a.h5 " + scene), "a.h5 cannot be written twice");
+  CHECK_FALSE(std::filesystem::exists(folder / "small.h5"));
+  const json ran = json::parse(run(folder, "run --json " + scene).out);
+  CHECK(ran["file"] == "small.h5");
+  CHECK(ran["quantities"]["time"] == json({{"value", 0.01}, {"unit", "s"}}));
+  CHECK(ran["seconds"].contains("picture"));
+  CHECK(run(folder, "run --json --overwrite " + scene + " >/dev/full").status == 1);
+  const Ended both = run(folder, "run --json=ran.json --overwrite " + scene);
+  CHECK(contains(both.out, "small.h5 holds the run"));
+  CHECK(json::parse(text_of(folder / "ran.json"))["quantities"] == ran["quantities"]);
+}
+
 TEST_CASE("run --from: starts at a frame of another run; conflicts are refused") {
   const Folder folder;
   folder.write("small.toml", small_scene + R"(
@@ -450,7 +515,24 @@ TEST_CASE("bash completion: completes commands, options and files; help man work
         .out;
   };
   CHECK(completed("lichtenberg ana") == "analyse\n");
+  CHECK(completed("lichtenberg --v") == "--version\n");
   CHECK(completed("lichtenberg run --res") == "--resume\n");
+  CHECK(completed("lichtenberg solve --he") == "--help\n");
+  for (const char* name : {"a.toml", "a.h5", "a.txt", "b file.toml"}) folder.write(name, "");
+  std::filesystem::create_directory(folder / "a");
+  CHECK(completed("lichtenberg run a") == "a a.toml\n");
+  CHECK(completed("lichtenberg run b") == "b file.toml\n");
+  CHECK(completed("lichtenberg run --overwrite a") == "a a.toml\n");
+  CHECK(completed("lichtenberg run --from a") == "a a.h5\n");
+  CHECK(completed("lichtenberg run --from = a") == "a a.h5\n");
+  CHECK(completed("lichtenberg plot --series a") == "a a.h5\n");
+  CHECK(completed("lichtenberg theory haff --scene a") == "a a.toml\n");
+  CHECK(completed("lichtenberg solve --json = a.t") == "a.toml a.txt\n");
+  CHECK(completed("lichtenberg solve --json a") == "a a.toml\n");
+  CHECK(completed("lichtenberg plot --frame a") == "\n");
+  CHECK(completed("lichtenberg run --device = c") == "cpu cuda\n");
+  CHECK(completed("lichtenberg theory haff h") == "\n");
+  CHECK(completed("lichtenberg help scene visco") == "viscoelastic_contact\n");
   CHECK(completed("lichtenberg run compl") == "completion.sh\n");
   CHECK(completed("lichtenberg plot --col") == "--colour --color\n");
   CHECK(completed("lichtenberg run --device \"\"") == "cpu cuda\n");
@@ -462,6 +544,10 @@ TEST_CASE("bash completion: completes commands, options and files; help man work
   CHECK(page.starts_with(".TH LICHTENBERG 1"));
   CHECK(contains(page, ".SS run SCENE [OPTIONS]"));
   CHECK(contains(page, "\\-\\-resume"));
+  for (const std::string& text : {page, run("help").out, run("help run").out}) {
+    CHECK(contains(text, "Exit status: 0 for success, 1 for work that failed, 2 for input that cannot be used"));
+    CHECK(contains(text, "130 for Ctrl"));
+  }
 }
 
 #if defined(__x86_64__)

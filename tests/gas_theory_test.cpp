@@ -253,7 +253,7 @@ TEST_CASE("theory and analyse: inputs, results and links are not overwritten") {
   folder.write("theory-stability.png", "mine");
   for (const auto& [command, sentence] : std::vector<std::pair<std::string, std::string>>{
            {"theory haff gas.h5 --csv gas.h5", "is an input file"},
-           {"theory haff gas.h5 --json ./gas.h5", "is an input file"},
+           {"theory haff gas.h5 --json=./gas.h5", "is an input file"},
            {"theory haff --scene gas.toml --csv gas.toml", "is an input file"},
            {"analyse gas.h5 --csv gas.h5", "is an input file"},
            {"theory haff --csv gas.h5", "is an HDF5 file, as results are"},
@@ -262,8 +262,8 @@ TEST_CASE("theory and analyse: inputs, results and links are not overwritten") {
            {"theory haff --csv mine.csv", "mine.csv exists: name another file, or give --overwrite"},
            {"analyse gas.h5 --csv mine.csv", "mine.csv exists"},
            {"theory stability --plot", "theory-stability.png exists"},
-           {"theory haff --csv x --json x", "cannot be written twice"},
-           {"theory haff --out x.png", "--plot"}}) {
+           {"theory haff --csv x --json=x", "cannot be written twice"},
+           {"theory haff --out mine.csv", "must end in .png"}}) {
     const Ended ended = run_program(folder, command);
     CHECK_MESSAGE(ended.status == 2, command);
     CHECK_MESSAGE(contains(ended.err, sentence), command << ": " << ended.err);

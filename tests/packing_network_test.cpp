@@ -153,16 +153,16 @@ TEST_CASE("network, touching electrodes: gives only the particle-centred network
   const Folder folder;
   triangle(folder / "triangle.h5");
   // Two contacts of 1 Ohm in series, in parallel to a third.
-  const Ended words = run(folder, "network triangle.h5 --between 0,1 --no-picture");
+  const Ended words = run(folder, "network triangle.h5 --terminals 0,1 --no-picture");
   CHECK_EQ(words.status, 0);
   CHECK(contains(words.out, "effective resistance  0.666666666667 Ohm"));
   CHECK(contains(words.out, "contact-centred network: none, since the electrodes, particles 0 and 1, touch"));
-  const Ended json = run(folder, "network triangle.h5 --between 0,1 --no-save --json");
+  const Ended json = run(folder, "network triangle.h5 --terminals 0,1 --no-save --json");
   const auto found = nlohmann::json::parse(json.out);
   REQUIRE_EQ(found["networks"].size(), 1);
   CHECK(found["networks"][0]["resistance"].get<double>() == Approx(2.0 / 3).epsilon(1e-14));
   CHECK(contains(found["no_contact_network"].get<std::string>(), "touch"));
-  check_refused(run(folder, "network triangle.h5 --between 0,1 --model contact"), "particles 0 and 1, touch");
+  check_refused(run(folder, "network triangle.h5 --terminals 0,1 --model contact"), "particles 0 and 1, touch");
 }
 
 TEST_CASE("network, touching electrodes: removes a stored contact-centred network") {
@@ -172,12 +172,13 @@ TEST_CASE("network, touching electrodes: removes a stored contact-centred networ
   };
   CHECK(run_command_line({"network", file.path(), "--no-picture"}) == 0);
   CHECK(has("contact"));
-  CHECK(run_command_line({"network", file.path(), "--no-picture", "--between", "0,1"}) == 0);
+  CHECK(run_command_line({"network", file.path(), "--no-picture", "--terminals", "0,1"}) == 0);
   CHECK(has("particle"));
   CHECK_FALSE(has("contact"));
   // A particle and the wall that it touches.
-  CHECK(run_command_line({"network", file.path(), "--no-picture", "--between", "bottom,0"}) == 0);
-  CHECK(run_command_line({"network", file.path(), "--no-picture", "--between", "bottom,0", "--model", "contact"}) == 2);
+  CHECK(run_command_line({"network", file.path(), "--no-picture", "--terminals", "bottom,0"}) == 0);
+  CHECK(run_command_line({"network", file.path(), "--no-picture", "--terminals", "bottom,0", "--model", "contact"}) ==
+        2);
 }
 
 TEST_CASE("resistances_to_all: equal the resistances of individual pairs") {
@@ -201,26 +202,26 @@ TEST_CASE("resistances_to_all: equal the resistances of individual pairs") {
     }
 }
 
-TEST_CASE("network --between 0,all: a triangle of 1 Ohm contacts gives 2/3 Ohm") {
+TEST_CASE("network --terminals 0,all: a triangle of 1 Ohm contacts gives 2/3 Ohm") {
   const Folder folder;
   triangle(folder / "triangle.h5");
   const std::string before = text_of(folder / "triangle.h5");
   for (const std::string between : {"0,all", "\"0, all\""}) {
-    const auto found = nlohmann::json::parse(run(folder, "network triangle.h5 --json --between " + between).out);
+    const auto found = nlohmann::json::parse(run(folder, "network triangle.h5 --json --terminals " + between).out);
     const auto resistance = found["networks"][0]["resistance"].get<std::vector<double>>();
     CHECK(resistance[0] == 0);
     for (const int i : {1, 2}) CHECK(resistance[i] == Approx(2.0 / 3).epsilon(1e-14));
     CHECK_EQ(found["networks"][1]["touching"], nlohmann::json({1, 2}));
   }
-  CHECK(contains(run(folder, "network triangle.h5 --between 0,all").out, "Ohm from particle 0 to each particle"));
+  CHECK(contains(run(folder, "network triangle.h5 --terminals 0,all").out, "Ohm from particle 0 to each particle"));
   CHECK(text_of(folder / "triangle.h5") == before);
   for (const std::string option : {"--voltage 2", "--out a.png", "--overwrite"})
-    check_refused(run(folder, "network triangle.h5 --between 0,all " + option), "is not allowed with --terminals");
-  check_refused(run(folder, "network triangle.h5 --between 0,1 --no-picture --overwrite"),
+    check_refused(run(folder, "network triangle.h5 --terminals 0,all " + option), "is not allowed with --terminals");
+  check_refused(run(folder, "network triangle.h5 --terminals 0,1 --no-picture --overwrite"),
                 "--overwrite is not allowed where no file is written: it is for use with a picture or --json=FILE");
   check_refused(run(folder, "analyse triangle.h5 --overwrite"), "--overwrite is not allowed where no file is written");
-  check_refused(run(folder, "network triangle.h5 --between 3,all"), "there is no particle 3; allowed are 0 to 2");
-  check_refused(run(folder, "network triangle.h5 --between lid,all"), "there is no wall \"lid\"");
+  check_refused(run(folder, "network triangle.h5 --terminals 3,all"), "there is no particle 3; allowed are 0 to 2");
+  check_refused(run(folder, "network triangle.h5 --terminals lid,all"), "there is no wall \"lid\"");
 }
 
 TEST_CASE("resistances_to_all: more than 20000 eliminations are refused") {
@@ -237,7 +238,7 @@ TEST_CASE("resistances_to_all: more than 20000 eliminations are refused") {
 TEST_CASE("network output: states an assumed resistor and where each model applies") {
   const Folder folder;
   triangle(folder / "triangle.h5");
-  const std::string command = "network triangle.h5 --between bottom,top --no-save ";
+  const std::string command = "network triangle.h5 --terminals bottom,top --no-save ";
   const std::string assumed = "resistance = 1 Ohm: assumed, since neither --resistor nor [network] names a model";
   CHECK(contains(run(folder, command).out, assumed));
   for (const std::string option : {"--resistance 1", "--resistor constant --resistance 1"}) {

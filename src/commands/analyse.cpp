@@ -195,10 +195,11 @@ Command analyse_command() {
   return {"analyse",
           "Computes and stores the topology of a run, or temperature, charges and clusters of a gas, frame by frame",
           {{"RESULT", &request->file, "result file of a run (.h5); gets the group /analysis", {.required = true}},
-           {"--frame", &request->frame, "analyse only the frame of this index, from 0, and store nothing"},
+           {"--frame", &request->frame,
+            "index of the frame, from 0: only it is analysed, and nothing is stored (default: all frames)"},
            json_argument(request->json, "SI units; for grains those of their scene"),
-           {"--csv", &request->csv, "additional CSV file with one line per frame"},
-           {"--overwrite", &request->overwrite, "replace the files of --csv and --json if they exist"}},
+           {"--csv", &request->csv, "CSV file to write, with one line per frame"},
+           overwrite_argument(request->overwrite)},
           [request] { analyse(*request); }};
 }
 

@@ -61,11 +61,39 @@ void check_empty_values(const std::vector<std::string>& arguments) {
       throw InputError(fmt::format("option {}: the value is empty", word));
 }
 
+/// Former names of options by command.
+struct FormerName {
+  const char *command, *former, *name;
+};
+constexpr std::array<FormerName, 5> former_names{{{"network", "--between", "--terminals"},
+                                                  {"network", "--spot", "--contact-radius"},
+                                                  {"network", "--resistance_per_length", "--resistance-per-length"},
+                                                  {"network", "--sheet_resistance", "--sheet-resistance"},
+                                                  {"solve", "--picture", "--out"}}};
+
+bool is_option(const std::string& word, const std::string& name) {
+  return word == name || word.starts_with(name + "=");
+}
+
+/// Replaces former names of options and prints a warning. Throws InputError if both names of an option are given.
+void replace_former_names(std::vector<std::string>& arguments) {
+  for (const auto& [command, former, name] : former_names) {
+    if (arguments.front() != command) continue;
+    for (std::string& word : arguments) {
+      if (!is_option(word, former)) continue;
+      if (std::ranges::any_of(arguments, [&](const std::string& other) { return is_option(other, name); }))
+        throw InputError(fmt::format("option {} is an old name of {}: give only {}", former, name, name));
+      fmt::print(stderr, "lichtenberg: {} is an old name: it is called {} now\n", former, name);
+      word.replace(0, std::string(former).size(), name);
+    }
+  }
+}
+
 /// Throws InputError for a repeated `--json`, which CLI11 treats as a flag. `name`: an option with an optional value.
 void check_optional_value(const std::vector<std::string>& arguments, const std::string& name) {
   int count = 0;
   for (const std::string& word : arguments)
-    if (word == name || word.starts_with(name + "=")) ++count;
+    if (is_option(word, name)) ++count;
   if (count > 1) throw InputError(fmt::format("option {} is given {} times, but only once is allowed", name, count));
 }
 
@@ -161,6 +189,18 @@ std::string help_text(const CLI::App& program, const std::string& topic, const s
   refuse_topic(topic, topics);
 }
 
+/// Returns the names of the tables of a scene and of the effects.
+std::vector<std::string> scene_tables() {
+  std::vector<std::string> names;
+  std::istringstream lines(scene_help());
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with('[')) continue;
+    const std::string name = line.substr(line.rfind('[') + 1, line.find(']') - line.rfind('[') - 1);
+    names.push_back(name.starts_with("effects.") ? name.substr(8) : name);
+  }
+  return names;
+}
+
 /// Returns the command `help`. `program`: the parser whose help it prints; null if the command is only described.
 Command help_command(const CLI::App* program, const std::vector<Command>& commands) {
   auto words = std::make_shared<std::array<std::string, 2>>();
@@ -173,7 +213,10 @@ Command help_command(const CLI::App* program, const std::vector<Command>& comman
             &topic,
             "a command, scene, completion (a script for bash) or man (a manual page)",
             {.offered = topics}},
-           {"PART", &part, "of a scene: a table, an effect or a key, as in `help scene field`"}},
+           {"PART",
+            &part,
+            "of a scene: a table, an effect or a key, as in `help scene field`",
+            {.offered = program ? std::vector<std::string>() : scene_tables()}}},
           [program, words] { fmt::print("{}", help_text(*program, (*words)[0], (*words)[1])); }};
 }
 
@@ -191,7 +234,8 @@ void declare(CLI::App& program, const std::vector<Command>& commands) {
   program.footer(
       "To begin: write a scene with the keys of `lichtenberg help scene`, or copy one from scenes/ of the "
       "source\n(share/lichtenberg/scenes where it is installed); then explain, run or solve it.\nEverything after "
-      "--petsc goes to PETSc, as in --petsc -field_ksp_view.");
+      "--petsc goes to PETSc, as in --petsc -field_ksp_view.\n" +
+      std::string(exit_status_help));
   for (const Command& command : commands) declare(program, command);
   declare(program, help_command(&program, commands));
 }
@@ -243,6 +287,7 @@ void dispatch(std::vector<std::string> arguments, std::vector<Command> commands)
     help += " " + arguments.front();
   }
   check_empty_values(arguments);
+  replace_former_names(arguments);
   join_optional_values(arguments, commands);
   try {
     std::reverse(arguments.begin(), arguments.end());  // CLI11 reads the arguments from the back

@@ -41,6 +41,23 @@ struct Command {
   std::function<void()> act;  ///< called after the arguments are read; owns their targets
 };
 
+// Arguments that several commands have. Their help texts are the same in all commands (tests/commands_style_test.cpp).
+
+/// Makes the argument `--frame`, for commands that read one frame of a result.
+inline Argument frame_argument(std::optional<int>& frame) {
+  return {"--frame", &frame, "index of the frame, from 0 (default: the last)"};
+}
+
+/// Makes the argument `--overwrite`, for commands that write files. `excluded`: see ArgumentRule.
+inline Argument overwrite_argument(bool& overwrite, const std::string& excluded = "") {
+  return {"--overwrite", &overwrite, "replace files that exist", {.excluded = excluded}};
+}
+
+/// Makes the argument `--quiet`. `more`: text for the help about other output that is omitted.
+inline Argument quiet_argument(bool& quiet, const std::string& more = "") {
+  return {"--quiet", &quiet, "show no progress" + more};
+}
+
 // One function makes each subcommand. Command::act throws InputError or Failure.
 
 Command run_command();

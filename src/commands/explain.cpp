@@ -15,7 +15,9 @@
 #include "src/commands/cost.hpp"
 #include "src/commands/device.hpp"
 #include "src/commands/explain_grains.hpp"
+#include "src/commands/explanation.hpp"
 #include "src/commands/field_problem.hpp"
+#include "src/commands/json_output.hpp"
 #include "src/commands/progress.hpp"
 #include "src/commands/start_from.hpp"
 #include "src/commands/streams.hpp"
@@ -30,40 +32,44 @@ namespace {
 
 using Summaries = std::vector<effects::EffectSummary>;
 
-void explain_scene(const Scene& scene) {
-  fmt::print("{}{}{}\n", printable(scene.path), scene.title.empty() ? "" : ": ", printable(scene.title));
+void explain_scene(Explanation& out, const Scene& scene) {
+  out.json = {{"scene", scene.path}, {"title", scene.title}, {"effects", nlohmann::ordered_json::array()}};
+  out.add("particles", static_cast<double>(scene.conductors.size()), "1");
+  out.print("{}{}{}\n", printable(scene.path), scene.title.empty() ? "" : ": ", printable(scene.title));
   const std::string unit = scene.units().length;
-  fmt::print("  domain               {:g} {} x {:g} {}{}\n", scene.domain.size.x, unit, scene.domain.size.y, unit,
-             (scene.dimension() == 3 ? fmt::format(" x {:g} {}", scene.domain.size.z, unit) : "") +
-                 (scene.domain.open ? " of free space" : ""));
-  if (scene.reference) return fmt::print("  grains               {}\n", scene.conductors.size());
-  fmt::print("  conductors           {}\n", scene.conductors.size());
+  out.print("  domain               {:g} {} x {:g} {}{}\n", scene.domain.size.x, unit, scene.domain.size.y, unit,
+            (scene.dimension() == 3 ? fmt::format(" x {:g} {}", scene.domain.size.z, unit) : "") +
+                (scene.domain.open ? " of free space" : ""));
+  if (scene.reference) return out.print("  grains               {}\n", scene.conductors.size());
+  out.print("  conductors           {}\n", scene.conductors.size());
   std::vector<std::string> electrodes;
   for (const effects::Terminal& terminal : effects::terminals_of(scene))
     electrodes.push_back(terminal.series_resistance > 0
                              ? fmt::format("{} behind {:g} ohm from {:g} V", terminal.name, terminal.series_resistance,
                                            terminal.potential)
                              : fmt::format("{} at {:g} V", terminal.name, terminal.potential));
-  fmt::print("  electrodes           {}\n", electrodes.empty() ? "none" : fmt::to_string(fmt::join(electrodes, ", ")));
+  out.print("  electrodes           {}\n", electrodes.empty() ? "none" : fmt::to_string(fmt::join(electrodes, ", ")));
 }
 
-void explain_effect(const effects::EffectSummary& effect) {
-  fmt::print("  {:<20} {}\n", effect.name, effect.description);
-  for (const ExplanationLine& line : effect.explanation) fmt::print("    {:<18} {}\n", line.label, line.text);
+void explain_effect(Explanation& out, const effects::EffectSummary& effect) {
+  out.print("  {:<20} {}\n", effect.name, effect.description);
+  for (const ExplanationLine& line : effect.explanation) out.print("    {:<18} {}\n", line.label, line.text);
 }
 
-void explain_effects(const Summaries& effects) {
+void explain_effects(Explanation& out, const Summaries& effects) {
+  for (const effects::EffectSummary& effect : effects)
+    if (effect.in_scene) out.json["effects"].push_back(effect.name);
   for (const bool in_scene : {true, false}) {
-    fmt::print("\n{}\n",
-               in_scene ? "effects in the run" : "effects not computed, because the scene has no table for them");
+    out.print("\n{}\n",
+              in_scene ? "effects in the run" : "effects not computed, because the scene has no table for them");
     for (const effects::EffectSummary& effect : effects)
-      if (effect.in_scene == in_scene) explain_effect(effect);
+      if (effect.in_scene == in_scene) explain_effect(out, effect);
     if (std::none_of(effects.begin(), effects.end(), [&](const auto& effect) { return effect.in_scene == in_scene; }))
-      fmt::print("  none\n");
+      out.print("  none\n");
   }
 }
 
-void explain_needs(const Summaries& effects) {
+void explain_needs(Explanation& out, const Summaries& effects) {
   std::vector<std::string> present, absent;
   const auto sort_in = [&](const std::string& what, auto needed) {
     (std::any_of(effects.begin(), effects.end(), needed) ? present : absent).push_back(what);
@@ -74,20 +80,20 @@ void explain_needs(const Summaries& effects) {
   const auto list = [](const auto& words) {
     return words.empty() ? "nothing" : fmt::to_string(fmt::join(words, ", "));
   };
-  fmt::print("\nquantities for these effects\n");
-  fmt::print("  computed             {}\n", list(present));
-  fmt::print("  not needed           {}\n", list(absent));
+  out.print("\nquantities for these effects\n");
+  out.print("  computed             {}\n", list(present));
+  out.print("  not needed           {}\n", list(absent));
 }
 
 /// Prints how terminals with resistors are treated and which circuit quantities are recorded.
-void explain_circuit(const Scene& scene) {
+void explain_circuit(Explanation& out, const Scene& scene) {
   if (!effects::has_circuit(scene)) return;
-  fmt::print("\ncircuit\n");
+  out.print("\ncircuit\n");
   for (const effects::Terminal& terminal : effects::terminals_of(scene))
     if (terminal.node >= 0)
-      fmt::print("  {:<20} charged through its resistor, coupled to the field; the error limits the steps\n",
-                 terminal.name);
-  fmt::print("  recorded             current and potential by terminal, structure resistance, power and entropy\n");
+      out.print("  {:<20} charged through its resistor, coupled to the field; the error limits the steps\n",
+                terminal.name);
+  out.print("  recorded             current and potential by terminal, structure resistance, power and entropy\n");
 }
 
 struct ExplainedGrid {
@@ -112,15 +118,16 @@ ExplainedGrid make_grid(const Scene& scene, const laplace::LaplaceProblem& probl
   return grid;
 }
 
-void explain_cells(const ExplainedGrid& grid, std::int64_t floating) {
+void explain_cells(Explanation& out, const ExplainedGrid& grid, std::int64_t floating) {
+  if (grid.fluid_cells) out.add("unknowns", static_cast<double>(*grid.fluid_cells + floating), "1");
   if (grid.fluid_cells)
-    fmt::print(
+    out.print(
         "  unknowns             {}: the potentials of {} cells in the fluid and of {} floating group(s) of "
         "conductors\n",
         *grid.fluid_cells + floating, *grid.fluid_cells, floating);
   else
-    fmt::print("  unknowns             at most {:.0f}, one per cell, and the potentials of {} floating group(s)\n",
-               grid.cells(), floating);
+    out.print("  unknowns             at most {:.0f}, one per cell, and the potentials of {} floating group(s)\n",
+              grid.cells(), floating);
 }
 
 std::string resolution_in_words(const Scene& scene, double h) {
@@ -131,42 +138,44 @@ std::string resolution_in_words(const Scene& scene, double h) {
 }
 
 /// Prints the grid of a method. Returns its number of cells.
-double explain_grid(const Scene& scene, const laplace::LaplaceProblem& problem) {
+double explain_grid(Explanation& out, const Scene& scene, const laplace::LaplaceProblem& problem) {
   const ExplainedGrid grid = make_grid(scene, problem);
-  fmt::print("  grid                 {} x {} cells of {:.4g} m{}\n", grid.nx, grid.ny, grid.h,
-             resolution_in_words(scene, grid.h));
-  explain_cells(grid, std::ranges::count(problem.groups, true, &laplace::Group::floating));
+  out.print("  grid                 {} x {} cells of {:.4g} m{}\n", grid.nx, grid.ny, grid.h,
+            resolution_in_words(scene, grid.h));
+  out.add("cells", grid.cells(), "1");
+  explain_cells(out, grid, std::ranges::count(problem.groups, true, &laplace::Group::floating));
   return grid.cells();
 }
 
 /// Prints the unknowns of a method without a grid. Returns their number.
-double explain_unknowns(const Scene& scene, const laplace::LaplaceProblem& problem) {
+double explain_unknowns(Explanation& out, const Scene& scene, const laplace::LaplaceProblem& problem) {
   const FieldOptions& field = scene.field();
   const long bodies = static_cast<long>(problem.bodies.size());
   const long unknowns = field.method->unknowns ? field.method->unknowns(problem, field) : bodies;
-  fmt::print("  grid                 none\n");
-  fmt::print("  unknowns             {}: about {} per disk, more in narrow gaps\n", unknowns,
-             unknowns / std::max(bodies, 1L));
+  out.add("unknowns", static_cast<double>(unknowns), "1");
+  out.print("  grid                 none\n");
+  out.print("  unknowns             {}: about {} per disk, more in narrow gaps\n", unknowns,
+            unknowns / std::max(bodies, 1L));
   return static_cast<double>(unknowns);
 }
 
 /// Prints the expected choice for an accuracy, without a solve.
-void explain_accuracy(const Scene& scene) {
+void explain_accuracy(Explanation& out, const Scene& scene) {
   if (!scene.field_accuracy()) return;
-  fmt::print(
+  out.print(
       "  accuracy             {:g}: {} should suffice; `solve` and `run` measure the error and refine if necessary\n",
       scene.field_accuracy()->requested,
       scene.field().method->on_grid ? fmt::format("some {} cells", scene.field().cells) : "this tolerance");
 }
 
 /// Prints the field method. Returns the size that determines the cost: cells or unknowns.
-double explain_field(const Scene& scene, const laplace::LaplaceProblem& problem) {
-  fmt::print("\nfield\n");
-  fmt::print("  method               {}\n", method_in_words(scene.field()));
-  explain_accuracy(scene);
-  fmt::print("  tolerance            {:g} of a single solve, {:g} in a moving scene\n", scene.field().tolerance,
-             scene.field().moving_tolerance);
-  return scene.field().method->on_grid ? explain_grid(scene, problem) : explain_unknowns(scene, problem);
+double explain_field(Explanation& out, const Scene& scene, const laplace::LaplaceProblem& problem) {
+  out.print("\nfield\n");
+  out.print("  method               {}\n", method_in_words(scene.field()));
+  explain_accuracy(out, scene);
+  out.print("  tolerance            {:g} of a single solve, {:g} in a moving scene\n", scene.field().tolerance,
+            scene.field().moving_tolerance);
+  return scene.field().method->on_grid ? explain_grid(out, scene, problem) : explain_unknowns(out, scene, problem);
 }
 
 /// Returns why the scene's own method cannot be used in a run; empty if it can, or if a run would choose a method.
@@ -181,7 +190,8 @@ std::string refusal_of_run(const Scene& scene) {
 }
 
 /// Prints the number of field solves and their time. `size`: number of cells of the field's grid.
-void explain_solves(const Scene& scene, double size, const FieldCost& cost, const FieldSolves& solves) {
+void explain_solves(Explanation& out, const Scene& scene, double size, const FieldCost& cost,
+                    const FieldSolves& solves) {
   const double around =
       field_method_cost(scene.field()).seconds_a_conductor * static_cast<double>(scene.conductors.size());
   double seconds = solves.whole * cost.moving_seconds + (solves.whole + solves.predictions) * around;
@@ -192,8 +202,10 @@ void explain_solves(const Scene& scene, double size, const FieldCost& cost, cons
     seconds += solves.predictions * estimate_field_cost(scene.field(), size / (coarsening * coarsening)).moving_seconds;
     predictions = fmt::format(", and {:.2g} predictions on {} cells between them", solves.predictions, cells);
   }
-  fmt::print("  a run                {}, without recording and pictures: about {:.2g} field solves{}\n",
-             duration(seconds), solves.whole, predictions);
+  out.add("field_solves", solves.whole, "1");
+  out.add("run_time", seconds, "s");
+  out.print("  a run                {}, without recording and pictures: about {:.2g} field solves{}\n",
+            duration(seconds), solves.whole, predictions);
 }
 
 bool is_for_a_run(const Scene& scene) {
@@ -202,19 +214,20 @@ bool is_for_a_run(const Scene& scene) {
 
 /// Prints the cost of a run from a trial of two seconds. There is no trial with PETSc options, because it would start
 /// PETSc with the options meant for the run.
-void explain_trial(const Scene& scene) {
+void explain_trial(Explanation& out, const Scene& scene) {
   if (!parallel::unused_petsc_options().empty())
-    return fmt::print(
+    return out.print(
         "  a run                no estimate: options after --petsc apply to the run only, so that no trial is made\n");
   const std::optional<TrialRun> trial = run_trial(scene);
   if (!trial)
-    return fmt::print(
+    return out.print(
         "  a run                no estimate: a trial of two seconds reaches less than 0.5 % of it, or fails\n");
+  out.add("run_time", trial->seconds, "s");
   if (trial->over)
-    return fmt::print(
+    return out.print(
         "  a run                {}, without recording and pictures: measured here up to its end at {:.3g} s\n",
         duration(trial->seconds), trial->reached);
-  fmt::print(
+  out.print(
       "  a run                {}{}, without recording and pictures: extrapolated from the first {:.3g} of {:.3g} s, "
       "measured here\n",
       scene.stop.stationary ? "at most " : "", duration(trial->seconds), trial->reached, scene.stop.time);
@@ -222,66 +235,74 @@ void explain_trial(const Scene& scene) {
 
 /// The number of solves is known only for conductors that are charged, dragged and discharged. Other scenes are tried
 /// if a single solve takes a small part of the trial's time.
-void explain_unknown_solves(const Scene& scene, const FieldCost& cost) {
+void explain_unknown_solves(Explanation& out, const Scene& scene, const FieldCost& cost) {
   constexpr double longest_solve = 0.1;  // s
   if (cost.single_seconds <= longest_solve && !runs_on_device(scene.field()) &&
       scene.field().linear_solver != FieldLinearSolver::assembled)  // PETSc has not been started
-    return explain_trial(scene);
-  fmt::print(
+    return explain_trial(out, scene);
+  out.print(
       "  a run                no estimate: the number of field solves is known only for conductors with a current "
       "source, drag and contact discharge\n");
 }
 
 /// Prints the cost of conductors that move without a field.
-void explain_motion_cost(const Scene& scene, const std::string& refusal) {
+void explain_motion_cost(Explanation& out, const Scene& scene, const std::string& refusal) {
   if (scene.conductors.empty()) return;
-  fmt::print("\ncost: an estimate, from a trial on this machine\n");
-  if (!refusal.empty()) return fmt::print("  a run                refused: {}\n", refusal);
-  explain_trial(scene);
+  out.print("\ncost: an estimate, from a trial on this machine\n");
+  if (!refusal.empty()) return out.print("  a run                refused: {}\n", refusal);
+  explain_trial(out, scene);
 }
 
-void explain_run(const Scene& scene, double size, const FieldCost& cost, const std::string& refusal) {
+void explain_run(Explanation& out, const Scene& scene, double size, const FieldCost& cost, const std::string& refusal) {
   if (scene.conductors.empty())
-    fmt::print("  a run                none: without conductors nothing moves\n");
+    out.print("  a run                none: without conductors nothing moves\n");
   else if (!refusal.empty())
-    fmt::print("  a run                refused: {}\n", refusal);
+    out.print("  a run                refused: {}\n", refusal);
   else if (const std::optional<FieldSolves> solves = estimate_field_solves(scene))
-    explain_solves(scene, size, cost, *solves);
+    explain_solves(out, scene, size, cost, *solves);
   else
-    explain_unknown_solves(scene, cost);
+    explain_unknown_solves(out, scene, cost);
 }
 
-void explain_cost(const Scene& scene, double size, const FieldCost& cost, const std::string& refusal_of_run) {
-  fmt::print("\ncost: an estimate, from figures measured on {}\n",
-             runs_on_device(scene.field()) ? "an H200" : "one core");
-  fmt::print("  memory               {:.0f} MiB\n", cost.bytes / (1 << 20));
-  fmt::print("  a field solve        {} on its own, {} in a moving scene\n", duration(cost.single_seconds),
-             duration(cost.moving_seconds));
-  explain_run(scene, size, cost, refusal_of_run);
+void explain_cost(Explanation& out, const Scene& scene, double size, const FieldCost& cost,
+                  const std::string& refusal_of_run) {
+  out.print("\ncost: an estimate, from figures measured on {}\n",
+            runs_on_device(scene.field()) ? "an H200" : "one core");
+  out.add("memory", cost.bytes, "B");
+  out.add("solve_time", cost.single_seconds, "s");
+  out.add("moving_solve_time", cost.moving_seconds, "s");
+  out.print("  memory               {:.0f} MiB\n", cost.bytes / (1 << 20));
+  out.print("  a field solve        {} on its own, {} in a moving scene\n", duration(cost.single_seconds),
+            duration(cost.moving_seconds));
+  explain_run(out, scene, size, cost, refusal_of_run);
 }
 
-void explain_packing_cost(const Scene& scene) {
-  fmt::print("\ncost: an estimate, from figures measured on one core\n");
+void explain_packing_cost(Explanation& out, const Scene& scene) {
+  out.print("\ncost: an estimate, from figures measured on one core\n");
   const std::optional<PackingCost> cost = estimate_packing_cost(scene);
   if (!cost)
-    return fmt::print(
+    return out.print(
         "  a run                no estimate: gradient descent takes about a thousand times as long as the default\n");
-  fmt::print("  filling              {:.4g} of the domain, overlaps counted twice\n", cost->filling);
-  fmt::print(
+  out.add("filling", cost->filling, "1");
+  out.add("iterations", cost->iterations, "1");
+  out.add("run_time", cost->seconds, "s");
+  out.print("  filling              {:.4g} of the domain, overlaps counted twice\n", cost->filling);
+  out.print(
       "  a run                {}, without recording and pictures: about {:.2g} iterations, within a factor of three\n",
       duration(cost->seconds), cost->iterations);
 }
 
 /// Prints the time for the picture at the end of a run (docs/measurements/explain.json).
-void explain_pictures(const Scene& scene) {
+void explain_pictures(Explanation& out, const Scene& scene) {
   if (!scene.output.picture || scene.conductors.empty()) return;
   const double series = scene.reference ? 1 : 0;
   const double seconds = 1 + series + 1e-5 * static_cast<double>(scene.conductors.size());
-  fmt::print("  its picture{}         {} more\n", scene.reference ? "s" : " ", duration(seconds));
+  out.add("picture_time", seconds, "s");
+  out.print("  its picture{}         {} more\n", scene.reference ? "s" : " ", duration(seconds));
 }
 
-void explain_plane_cost(const Scene& scene, double size, const std::string& refusal_of_run) {
-  explain_cost(scene, size, estimate_field_cost(scene.field(), size), refusal_of_run);
+void explain_plane_cost(Explanation& out, const Scene& scene, double size, const std::string& refusal_of_run) {
+  explain_cost(out, scene, size, estimate_field_cost(scene.field(), size), refusal_of_run);
 }
 
 /// Returns the expected degrees and unknowns of spheres at this tolerance.
@@ -298,23 +319,25 @@ std::string in_words(const laplace::SphereForecast& forecast) {
       forecast.largest_degree, forecast.unknowns);
 }
 
-void explain_spheres(const Scene& scene, const laplace::SphereProblem& problem, const std::string& refusal_of_run) {
+void explain_spheres(Explanation& out, const Scene& scene, const laplace::SphereProblem& problem,
+                     const std::string& refusal_of_run) {
   const FieldOptions& field = scene.field();
   const auto single = forecast(scene, problem, field.tolerance),
              moving = forecast(scene, problem, field.moving_tolerance);
-  fmt::print("\nfield\n");
-  fmt::print("  method               {}\n", method_in_words(field));
-  explain_accuracy(scene);
-  fmt::print("  tolerance            {:g} of a single solve, {:g} in a moving scene{}\n", field.tolerance,
-             field.moving_tolerance,
-             scene.field_accuracy() ? "" : "; relative to the largest value, without an error estimate");
-  fmt::print("  spheres              {}, with {} floating group(s)\n", problem.spheres.size(),
-             std::ranges::count(problem.groups, true, &laplace::Group::floating));
-  fmt::print("  harmonics            {} of a single solve\n", in_words(single));
-  fmt::print("                       {} in a moving scene, as it starts\n", in_words(moving));
+  out.print("\nfield\n");
+  out.print("  method               {}\n", method_in_words(field));
+  explain_accuracy(out, scene);
+  out.print("  tolerance            {:g} of a single solve, {:g} in a moving scene{}\n", field.tolerance,
+            field.moving_tolerance,
+            scene.field_accuracy() ? "" : "; relative to the largest value, without an error estimate");
+  out.print("  spheres              {}, with {} floating group(s)\n", problem.spheres.size(),
+            std::ranges::count(problem.groups, true, &laplace::Group::floating));
+  out.add("unknowns", static_cast<double>(single.unknowns), "1");
+  out.print("  harmonics            {} of a single solve\n", in_words(single));
+  out.print("                       {} in a moving scene, as it starts\n", in_words(moving));
   const FieldCost cost =
       estimate_sphere_cost(field, static_cast<double>(single.unknowns), static_cast<double>(moving.unknowns));
-  explain_cost(scene, static_cast<double>(moving.unknowns), cost, refusal_of_run);
+  explain_cost(out, scene, static_cast<double>(moving.unknowns), cost, refusal_of_run);
 }
 
 /// Returns the expected choice of method: for a run if the scene contains more than a field, otherwise for `solve`.
@@ -323,7 +346,7 @@ FieldOptions predicted_field_options(const Scene& scene, const laplace::LaplaceP
                                laplace::predict_choice(problem, effects::accuracy_request(scene, is_for_a_run(scene))));
 }
 
-void explain(Scene scene) {
+void explain(Explanation& out, Scene scene) {
   // Errors come first: charge without a neutralizing electrode, an unattainable accuracy, a missing device.
   std::optional<FieldProblem> field;
   const std::string refusal = refusal_of_run(scene);  // before the choice of a method, which may suit `solve` only
@@ -334,16 +357,17 @@ void explain(Scene scene) {
     if (scene.dimension() == 2) effects::make_field_solver(scene.field());
   }
   const Summaries effects = effects::summarize_effects(scene);
-  explain_scene(scene);
-  explain_effects(effects);
-  explain_needs(effects);
-  explain_circuit(scene);
-  if (scene.reference) explain_grains(scene);
-  if (field && scene.dimension() == 3) explain_spheres(scene, field->spheres, refusal);
-  if (field && scene.dimension() == 2) explain_plane_cost(scene, explain_field(scene, field->problem), refusal);
-  if (scene.effects.has(&EffectKind::packing)) explain_packing_cost(scene);
-  if (!field && !scene.reference && !scene.effects.has(&EffectKind::packing)) explain_motion_cost(scene, refusal);
-  if (refusal.empty()) explain_pictures(scene);
+  explain_scene(out, scene);
+  explain_effects(out, effects);
+  explain_needs(out, effects);
+  explain_circuit(out, scene);
+  if (scene.reference) explain_grains(out, scene);
+  if (field && scene.dimension() == 3) explain_spheres(out, scene, field->spheres, refusal);
+  if (field && scene.dimension() == 2)
+    explain_plane_cost(out, scene, explain_field(out, scene, field->problem), refusal);
+  if (scene.effects.has(&EffectKind::packing)) explain_packing_cost(out, scene);
+  if (!field && !scene.reference && !scene.effects.has(&EffectKind::packing)) explain_motion_cost(out, scene, refusal);
+  if (refusal.empty()) explain_pictures(out, scene);
 }
 
 }  // namespace
@@ -353,6 +377,8 @@ Command explain_command() {
     std::string scene, device, from;
     std::optional<int> frame;
     std::vector<std::string> settings;
+    JsonTarget json;
+    bool overwrite = false;
   };
   auto request = std::make_shared<Arguments>();
   const std::vector<Argument> from = from_arguments(request->from, request->frame);
@@ -362,11 +388,19 @@ Command explain_command() {
            device_argument(request->device),
            set_argument(request->settings),
            from[0],
-           from[1]},
+           from[1],
+           json_argument(request->json, "sizes, and estimates of memory and time"),
+           overwrite_argument(request->overwrite)},
           [request] {
-            explain(read_started(request->from, request->frame, [&](const std::vector<Conductor>& bodies) {
-              return read_scene_for(request->scene, request->device, request->settings, {}, bodies);
-            }));
+            const std::string file = request->json.file();
+            check_overwrite(request->overwrite, {file}, "--json=FILE");
+            check_outputs({file}, {request->scene, request->from}, request->overwrite);
+            Explanation out;
+            explain(out, read_started(request->from, request->frame, [&](const std::vector<Conductor>& bodies) {
+                      return read_scene_for(request->scene, request->device, request->settings, {}, bodies);
+                    }));
+            if (!request->json.printed()) fmt::print("{}", out.text);
+            request->json.put(out.json, 1);
           }};
 }
 

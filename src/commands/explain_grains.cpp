@@ -34,7 +34,7 @@ double grain_filling(const Scene& scene) {
   return std::numbers::pi * sum * grain_density(scene) / static_cast<double>(scene.conductors.size());
 }
 
-void explain_sums(const Scene& scene) {
+void explain_sums(Explanation& out, const Scene& scene) {
   Vec3 momentum{};
   double charge = 0, squares = 0, largest = 0;
   for (const Conductor& grain : scene.conductors) {
@@ -42,10 +42,10 @@ void explain_sums(const Scene& scene) {
     charge += grain.charge, squares += grain.charge * grain.charge;
     largest = std::max(largest, std::abs(grain.charge));
   }
-  fmt::print("  momentum             {:.1e} m0 v0 in total\n", norm(momentum));
+  out.print("  momentum             {:.1e} m0 v0 in total\n", norm(momentum));
   if (largest > 0)
-    fmt::print("  charges              {:.4g} q0 in total, rms {:.4g}, at most {:.4g}\n", charge,
-               std::sqrt(squares / static_cast<double>(scene.conductors.size())), largest);
+    out.print("  charges              {:.4g} q0 in total, rms {:.4g}, at most {:.4g}\n", charge,
+              std::sqrt(squares / static_cast<double>(scene.conductors.size())), largest);
 }
 
 double smallest_mass(const Scene& scene) {
@@ -78,21 +78,21 @@ std::string reason_of_steps(const Scene& scene) {
   return error + (accuracy ? fmt::format(", for forces to {:g}", *accuracy) : "");
 }
 
-void explain_contacts(const Scene& scene, const GrainContactLaw& law, double temperature) {
+void explain_contacts(Explanation& out, const Scene& scene, const GrainContactLaw& law, double temperature) {
   const double speed = 2 * fastest_speed(scene, temperature),
                shortest = granular::time_to_resolve(elastic(law, 1), speed, grain_properties(scene));
   const double resolved = granular::time_to_resolve(law, speed, grain_properties(scene));
   const std::string more =
       resolved < shortest ? fmt::format(" in each {:.3g} t0, for its strong damping", resolved) : "";
-  fmt::print("  contacts             the shortest lasts {:.3g} t0 at the start: {} steps{}{}\n", shortest,
-             scene.mechanics.contact_steps, more,
-             scene.mechanics.integrator->reads("contact_substeps") ? ", " + reason_of_steps(scene) : "");
-  fmt::print("  restitution          {:.4f}, {:.4f}, {:.4f} at the speeds .01, 1 and {:.3g}\n", restitution(law, 0.01),
-             restitution(law, 1), restitution(law, 2 * std::sqrt(temperature)), 2 * std::sqrt(temperature));
+  out.print("  contacts             the shortest lasts {:.3g} t0 at the start: {} steps{}{}\n", shortest,
+            scene.mechanics.contact_steps, more,
+            scene.mechanics.integrator->reads("contact_substeps") ? ", " + reason_of_steps(scene) : "");
+  out.print("  restitution          {:.4f}, {:.4f}, {:.4f} at the speeds .01, 1 and {:.3g}\n", restitution(law, 0.01),
+            restitution(law, 1), restitution(law, 2 * std::sqrt(temperature)), 2 * std::sqrt(temperature));
   if (scene.dimension() == 2) return;
   const double part = crowding(scene, law, temperature);
-  fmt::print("  contact time         a contact lasts {:.2g} times the time between collisions{}\n", part,
-             part > 0.05 ? ": collisions of three grains are frequent, which theory neglects; grains charge more" : "");
+  out.print("  contact time         a contact lasts {:.2g} times the time between collisions{}\n", part,
+            part > 0.05 ? ": collisions of three grains are frequent, which theory neglects; grains charge more" : "");
 }
 
 /// Returns the impact speed at which two elastic grains of mass 1 reach this overlap. The stored energy is then m_eff
@@ -103,13 +103,13 @@ double speed_of_overlap(const GrainContactLaw& law, double overlap) {
 }
 
 /// Prints the temperature up to which impacts stay above the closest permitted distance of polarizable grains.
-void explain_polarization(const Scene& scene, const GrainContactLaw& law) {
+void explain_polarization(Explanation& out, const Scene& scene, const GrainContactLaw& law) {
   const std::optional<double> closest = number_in(scene, &EffectKind::closest_approach);
   if (!closest) return;
   const double speed = speed_of_overlap(law, 1 - *closest);
   // The fastest of N impacts has about v_n^2 = 4 T ln N.
   const double limit = speed * speed / (4 * std::log(std::max<double>(2, scene.conductors.size())));
-  fmt::print(
+  out.print(
       "  polarization         mutual polarization of two grains diverges closer than {:.2g} d0, which impacts at "
       "{:.3g} v0\n                       may reach: safe below T = {:.2g}; above, use a [[equilibration]] of stiffer "
       "contacts\n",
@@ -221,7 +221,7 @@ std::string step_criterion(const granular::Gas& gas, double step) {
 }
 
 /// Prints the integrator's choices at the start of a run. Throws InputError for a step that a run refuses.
-void explain_integrator(granular::Gas& gas) {
+void explain_integrator(Explanation& out, granular::Gas& gas) {
   const Scene& scene = gas.scene();
   const double requested_step = scene.mechanics.step;
   granular::Instant now = gas.instant();
@@ -236,32 +236,33 @@ void explain_integrator(granular::Gas& gas) {
   const double step = std::isinf(requested_step)
                           ? by_accuracy()
                           : granular::make_integrator(scene.mechanics.integrator)->longest_step(gas, now);
-  fmt::print("  integrator           {}, steps {}\n", name_of(scene.mechanics.integrator),
-             std::isinf(requested_step) ? std::string("chosen by the accuracy of forces")
-                                        : fmt::format("of at most {:g} t0", requested_step));
+  out.print("  integrator           {}, steps {}\n", name_of(scene.mechanics.integrator),
+            std::isinf(requested_step) ? std::string("chosen by the accuracy of forces")
+                                       : fmt::format("of at most {:g} t0", requested_step));
   if (!scene.mechanics.integrator->reads("contact_substeps") || !gas.has_smooth_forces()) return;
   if (std::isinf(step)) return;  // no motion
-  fmt::print("  constant forces      for {:.0f} contact substeps at the start, {:.2g} t0: {}\n",
-             std::max(1.0, std::ceil(step / contact)), step, step_criterion(gas, step));
+  out.print("  constant forces      for {:.0f} contact substeps at the start, {:.2g} t0: {}\n",
+            std::max(1.0, std::ceil(step / contact)), step, step_criterion(gas, step));
 }
 
-void explain_stages(const Scene& scene) {
+void explain_stages(Explanation& out, const Scene& scene) {
   for (const Stage& stage : scene.stages)
-    fmt::print("  stage                {:g} t0{}{}\n", stage.duration,
-               fmt::format("{}, contacts {:g} times as stiff", stage.elastic ? ", elastic" : "", stage.stiffness),
-               stage.temperature ? fmt::format(", then scaled to T = {:g}", *stage.temperature) : "");
+    out.print("  stage                {:g} t0{}{}\n", stage.duration,
+              fmt::format("{}, contacts {:g} times as stiff", stage.elastic ? ", elastic" : "", stage.stiffness),
+              stage.temperature ? fmt::format(", then scaled to T = {:g}", *stage.temperature) : "");
   if (const std::string warning = granular::stages_warning(scene); !warning.empty())
-    fmt::print("  WARNING              {}\n", warning);
+    out.print("  WARNING              {}\n", warning);
 }
 
 /// Prints the memory, from the largest resident size of runs of 3e5 to 1e7 grains on one core. Their charges had an
 /// accuracy of 1e-4 (docs/measurements/benchmarks-gas.json).
-void explain_memory(const Scene& scene) {
+void explain_memory(Explanation& out, const Scene& scene) {
   constexpr double at_start = 60e6, grain = 660;  // bytes
   double each = grain;
   for (const Effects::Entry& effect : scene.effects) each += effect.kind->cost.bytes;
-  fmt::print("  memory               some {:.0f} MiB\n",
-             (at_start + each * static_cast<double>(scene.conductors.size())) / (1 << 20));
+  const double bytes = at_start + each * static_cast<double>(scene.conductors.size());
+  out.add("memory", bytes, "B");
+  out.print("  memory               some {:.0f} MiB\n", bytes / (1 << 20));
 }
 
 /// Times of contacts and forces on the processors that this program is compiled for, relative to the reference core
@@ -298,7 +299,7 @@ double seconds_of_forces(granular::Gas& gas, const Slowdown& slowdown) {
 
 /// Prints the cost from measurements on one otherwise idle core of an AMD EPYC with AVX-512
 /// (docs/measurements/benchmarks-gas.json).
-void explain_cost(granular::Gas& gas, const Work& work) {
+void explain_cost(Explanation& out, granular::Gas& gas, const Work& work) {
   const Scene& scene = gas.scene();
   // Times in s per grain: a contact substep; changes of pairs and neighbour lists, per d0 of the fastest grain's path;
   // passes over all grains, per step.
@@ -310,40 +311,44 @@ void explain_cost(granular::Gas& gas, const Work& work) {
   const Slowdown slowdown = slowdown_of(scene);
   const double contacts = slowdown.contacts * n * (work.contact_steps * contact_step + work.path * path_cost);
   const double forces = slowdown.forces * n * work.evaluations * in_run_factor * seconds_of_forces(gas, slowdown);
-  fmt::print("\ncost: an estimate for one core, of a gas that stays homogeneous\n");
-  fmt::print("  steps                {:.2g}, {:.2g} of contacts\n", work.steps, work.contact_steps);
-  fmt::print("  a run                {:.2g} s: {:.2g} s of contacts",
-             contacts + forces + slowdown.contacts * n * work.steps * step, contacts);
-  if (forces > 0) fmt::print(", {:.2g} s of smooth forces, {:.2g} times", forces, work.evaluations);
-  fmt::print("\n");
+  const double seconds = contacts + forces + slowdown.contacts * n * work.steps * step;
+  out.add("steps", work.steps, "1");
+  out.add("contact_steps", work.contact_steps, "1");
+  out.add("run_time", seconds, "s");
+  out.print("\ncost: an estimate for one core, of a gas that stays homogeneous\n");
+  out.print("  steps                {:.2g}, {:.2g} of contacts\n", work.steps, work.contact_steps);
+  out.print("  a run                {:.2g} s: {:.2g} s of contacts", seconds, contacts);
+  if (forces > 0) out.print(", {:.2g} s of smooth forces, {:.2g} times", forces, work.evaluations);
+  out.print("\n");
 }
 
 }  // namespace
 
-void explain_grains(const Scene& scene) {
+void explain_grains(Explanation& out, const Scene& scene) {
   if (is_for_cuda(scene)) granular::device::check_scene(scene);
   granular::Gas gas(scene);
   const GrainContactLaw law = granular::contact_law(scene, std::as_const(gas).model());
   const TheoryPrediction prediction = predict_gas(scene, law);
   const double initial = initial_temperature(scene);
   const auto [length, mass, velocity, charge] = *scene.reference;
-  fmt::print("\nmotion\n");
-  fmt::print("  units                d0 = {:g} m, m0 = {:g} kg, v0 = {:g} m/s, q0 = {:g} C, t0 = {:g} s\n", length,
-             mass, velocity, charge, length / velocity);
-  fmt::print("  filling              {:.4f} of the box\n", grain_filling(scene));
-  explain_sums(scene);
-  explain_stages(scene);
-  explain_integrator(gas);
-  explain_memory(scene);
+  out.print("\nmotion\n");
+  out.print("  units                d0 = {:g} m, m0 = {:g} kg, v0 = {:g} m/s, q0 = {:g} C, t0 = {:g} s\n", length, mass,
+            velocity, charge, length / velocity);
+  out.add("filling", grain_filling(scene), "1");
+  out.print("  filling              {:.4f} of the box\n", grain_filling(scene));
+  explain_sums(out, scene);
+  explain_stages(out, scene);
+  explain_integrator(out, gas);
+  explain_memory(out, scene);
   if (is_for_cuda(scene))
-    fmt::print("  device               cuda: some {:.0f} MiB of its memory\n",
-               granular::device::bytes_needed(scene) / (1 << 20));
-  if (initial > 0) explain_contacts(scene, law, initial);
-  explain_polarization(scene, law);
+    out.print("  device               cuda: some {:.0f} MiB of its memory\n",
+              granular::device::bytes_needed(scene) / (1 << 20));
+  if (initial > 0) explain_contacts(out, scene, law, initial);
+  explain_polarization(out, scene, law);
   if (prediction.collisions > 0)
-    fmt::print("  theory               T = {:.3g} at the end, {:.3g} collisions a grain, if it stays homogeneous\n",
-               prediction.temperature.back(), prediction.collisions);
-  if (scene.mechanics.integrator->reads("contact_substeps")) explain_cost(gas, count_work(scene, law, prediction));
+    out.print("  theory               T = {:.3g} at the end, {:.3g} collisions a grain, if it stays homogeneous\n",
+              prediction.temperature.back(), prediction.collisions);
+  if (scene.mechanics.integrator->reads("contact_substeps")) explain_cost(out, gas, count_work(scene, law, prediction));
 }
 
 }  // namespace lichtenberg

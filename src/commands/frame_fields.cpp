@@ -149,12 +149,12 @@ void write_fields(const FieldsRequest& request) {
 
 Command frame_fields_command() {
   auto request = std::make_shared<FieldsRequest>();
-  return {"frame-fields",
-          "Solves the potential again in the frames that standard input lists, and writes it to standard output "
-          "(pictures/fields.py)",
-          {{"FILE", &request->file, "result file of a run (.h5)", {.required = true}},
-           {"--quiet", &request->quiet, "show no progress"}},
-          [request] { write_fields(*request); }};
+  return {
+      "frame-fields",
+      "Solves the potential again in the frames that standard input lists, and writes it to standard output "
+      "(pictures/fields.py)",
+      {{"RESULT", &request->file, "result file of a run (.h5)", {.required = true}}, quiet_argument(request->quiet)},
+      [request] { write_fields(*request); }};
 }
 
 }  // namespace lichtenberg

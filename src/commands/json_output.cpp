@@ -78,11 +78,11 @@ void JsonTarget::put(const nlohmann::ordered_json& json, int indent) const {
   if (!word.empty()) write_json(word, json);
 }
 
-Argument json_argument(JsonTarget& target, const std::string& what, bool file_follows) {
+Argument json_argument(JsonTarget& target, const std::string& what) {
   return {"--json",
           &target.word,
           fmt::format("print JSON instead of the table, or write it to a FILE in addition to the table: {}", what),
-          {.value_optional = true, .value_follows = file_follows}};
+          {.value_optional = true}};
 }
 
 void write_json(const std::string& path, const nlohmann::ordered_json& json) {

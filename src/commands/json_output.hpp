@@ -38,9 +38,8 @@ struct JsonTarget {
   void put(const nlohmann::ordered_json& json, int indent) const;
 };
 
-/// Makes the argument `--json`. `what`: contents of the JSON, for the help. `file_follows`: the next word is the FILE
-/// even if it does not end in .json (an older syntax), unless it begins with a dash.
-Argument json_argument(JsonTarget& target, const std::string& what, bool file_follows = false);
+/// Makes the argument `--json`. `what`: contents of the JSON, for the help.
+Argument json_argument(JsonTarget& target, const std::string& what);
 
 /// Writes JSON to the file at `path`, completely or not at all. Throws Failure if the write fails.
 void write_json(const std::string& path, const nlohmann::ordered_json& json);

@@ -31,7 +31,7 @@ struct NetworkArguments {
   std::optional<std::string> between;
   std::optional<double> voltage;
   JsonTarget json;
-  bool no_picture = false, no_save = false, overwrite = false;
+  bool no_picture = false, no_save = false, overwrite = false, quiet = false;
 };
 
 /// Merges options: those of the command line override the scene's, key by key. The scene's parameters belong to its own
@@ -230,10 +230,11 @@ void check_one_to_all(const NetworkArguments& request) {
 }
 
 /// Computes the resistances and shows progress if that takes more than two seconds.
-std::vector<ResistancesToAll> resistances_with_progress(const PackingFrame& frame, const NetworkOptions& options) {
+std::vector<ResistancesToAll> resistances_with_progress(const PackingFrame& frame, const NetworkOptions& options,
+                                                        bool quiet) {
   constexpr double moment = 2;  // s
   const auto began = std::chrono::steady_clock::now();
-  Progress progress(0, frame.packing.size(), false);
+  Progress progress(0, frame.packing.size(), quiet);
   const auto show = [&](int done) {
     if (std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count() > moment && progress.due())
       progress.show(fmt::format("{} of {} particles", done, frame.packing.size()), done);
@@ -250,7 +251,7 @@ void measure_to_all(const NetworkArguments& request, const std::string& electrod
   warn_if_changed(*frame.file);
   NetworkOptions options = options_for(request, frame.scene);
   options.between = electrode;
-  const std::vector<ResistancesToAll> found = resistances_with_progress(frame, options);
+  const std::vector<ResistancesToAll> found = resistances_with_progress(frame, options, request.quiet);
   if (!request.json.printed()) print_table(found);
   request.json.put(json_of(request, frame, found), 2);
   print_warnings(frame.warnings);
@@ -320,7 +321,7 @@ Command network_command() {
   std::vector<std::string> resistors;
   for (const network::ResistorModel& model : network::resistor_models()) resistors.push_back(model.name);
   command.arguments = {
-      {"FILE", &request->file, "result file of a run (.h5); the networks are stored in it", {.required = true}},
+      {"RESULT", &request->file, "result file of a run (.h5); the networks are stored in it", {.required = true}},
       {"--model",
        &request->model,
        "nodes of the network: `particle` if contacts resist, `contact` if the particles themselves do (default: "
@@ -342,10 +343,11 @@ Command network_command() {
   command.arguments.insert(
       command.arguments.end(),
       {{"--voltage", &request->voltage, "voltage of the second electrode, in V (default: 1)"},
-       {"--frame", &request->frame, "index of the frame, from 0 (default: the last)"},
+       frame_argument(request->frame),
        {"--out", &request->picture,
-        "picture to write, .png, .pdf or .svg (default: FILE-network.png, with the given options in its name)"},
-       {"--overwrite", &request->overwrite, "replace the picture and the file of --json if they exist"},
+        "picture to write, .png, .pdf or .svg (default: RESULT-network.png, with the given options in its name)"},
+       overwrite_argument(request->overwrite),
+       quiet_argument(request->quiet),
        {"--no-picture", &request->no_picture, "draw nothing"},
        {"--no-save", &request->no_save, "do not change the result file; draws nothing"},
        json_argument(request->json, "SI units, every node and resistor")});

@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
@@ -35,6 +36,7 @@ struct RunArguments {
   std::string scene, file, device, from;
   std::vector<std::string> settings;
   std::optional<int> frame;
+  JsonTarget json;
   bool resume = false, overwrite = false, quiet = false;
 };
 
@@ -77,6 +79,8 @@ void check_pictures(const RunArguments& request, const Scene& scene) {
 
 Recorder open_recorder(const RunArguments& request, const Scene& scene) {
   check_writable(scene.output.file);  // also reports names that no file can have
+  check_different({scene.output.file, request.json.file()});
+  check_outputs({request.json.file()}, {request.scene, request.from}, request.overwrite);
   if (request.resume) {
     try_reading(scene.output.file, [&] { Recorder::resume(scene.output.file, scene); });
     return Recorder::resume(scene.output.file, scene);
@@ -99,7 +103,7 @@ class Run {
   /// Advances to the end of the run, then writes and unlocks the file.
   void run_to_end() {
     const Scene& scene = run_.scene();
-    if (scene.field_accuracy() && !request_.quiet) fmt::print("field          {}\n", choice_in_words(scene.field()));
+    if (scene.field_accuracy() && prints_text()) fmt::print("field          {}\n", choice_in_words(scene.field()));
     Motion& motion = run_.motion();
     const auto pause = [&] {
       if (!motion.exact_anywhere()) return Interruption::urgent();
@@ -128,11 +132,14 @@ class Run {
 
   void report() {
     if (run_.scene().output.picture) draw_picture(run_.scene().output.file, picture_seconds_);
-    if (!request_.quiet) print_summary();
+    if (prints_text()) print_summary();
+    request_.json.put(summary_json(), 1);
     print_warnings(run_.summary().warnings);
   }
 
  private:
+  bool prints_text() const { return !request_.quiet && !request_.json.printed(); }
+
   void warn(const std::string& warning) {
     if (progress_) progress_->end_line();
     fmt::print(stderr, "lichtenberg: {}\n", printable(warning));
@@ -155,12 +162,28 @@ class Run {
     Interruption::end_by_signal();
   }
 
+  /// Returns the wall time (s) by activity.
+  std::map<std::string, double> seconds() const {
+    std::map<std::string, double> activities = run_.seconds();
+    activities["picture"] = picture_seconds_;
+    return activities;
+  }
+
+  nlohmann::ordered_json summary_json() const {
+    const Summary& summary = run_.summary();
+    nlohmann::ordered_json json{{"file", run_.scene().output.file}, {"title", run_.scene().title}};
+    for (const Quantity& quantity : summary.quantities)
+      json["quantities"][quantity.name] = {{"value", quantity.value}, {"unit", quantity.unit}};
+    json["seconds"] = seconds();
+    json["warnings"] = summary.warnings;
+    return json;
+  }
+
   void print_summary() const {
     const Summary& summary = run_.summary();
     fmt::print("{} {}\n", printable(run_.scene().output.file), summary.title);
     for (const auto& [label, text] : summary.lines) fmt::print("{:<15}{}\n", label, printable(text));
-    std::map<std::string, double> activities = run_.seconds();
-    activities["picture"] = picture_seconds_;
+    const std::map<std::string, double> activities = seconds();
     double total = 0;
     for (const auto& [activity, value] : activities) total += value;
     std::string parts;
@@ -176,7 +199,7 @@ class Run {
 };
 
 void run(const RunArguments& request) {
-  output_is_optional();
+  if (!request.json.printed()) output_is_optional();
   std::optional<Run> run;
   {
     Interruption interruption(Interruption::Work::preparing);
@@ -203,11 +226,9 @@ Command run_command() {
            from[0],
            from[1],
            {"--resume", &request->resume, "continue from the checkpoint in the result file"},
-           {"--overwrite",
-            &request->overwrite,
-            "replace the result file and its pictures if they exist",
-            {.excluded = "--resume"}},
-           {"--quiet", &request->quiet, "print only warnings and errors"}},
+           overwrite_argument(request->overwrite, "--resume"),
+           json_argument(request->json, "the quantities at the end of the run and the wall time"),
+           quiet_argument(request->quiet, "; print only warnings and errors")},
           [request] { run(*request); }};
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <type_traits>
 #include <utility>
 #include <variant>
 
@@ -13,18 +14,25 @@
 namespace lichtenberg {
 namespace {
 
-/// Alternative spellings and deprecated names.
-constexpr std::array<std::pair<const char*, const char*>, 7> other_names{
-    {{"--out", "--output"},
-     {"--colour", "--color"},
-     {"--frames", "--frame"},
-     {"--contact-radius", "--spot"},
-     {"--terminals", "--between"},
-     {"--resistance-per-length", "--resistance_per_length"},
-     {"--sheet-resistance", "--sheet_resistance"}}};
+/// Alternative names.
+constexpr std::array<std::pair<const char*, const char*>, 3> other_names{
+    {{"--out", "--output"}, {"--colour", "--color"}, {"--frames", "--frame"}}};
+
+/// Patterns of the files that complete an argument; other texts are completed by any file.
+constexpr std::array<std::pair<const char*, const char*>, 4> file_patterns{
+    {{"SCENE", "*.toml"}, {"--scene", "*.toml"}, {"RESULT", "*.h5"}, {"--from", "*.h5"}}};
 
 bool is_option(const Argument& argument) { return argument.name.starts_with("-"); }
 bool is_flag(const Argument& argument) { return std::holds_alternative<bool*>(argument.target); }
+
+bool takes_text(const Argument& argument) {
+  return std::visit(
+      []<class Target>(Target*) {
+        return std::is_same_v<Target, std::string> || std::is_same_v<Target, std::optional<std::string>> ||
+               std::is_same_v<Target, std::vector<std::string>>;
+      },
+      argument.target);
+}
 
 std::vector<std::string> allowed_values(const Argument& argument) {
   std::vector<std::string> values = argument.rule.allowed;
@@ -32,24 +40,42 @@ std::vector<std::string> allowed_values(const Argument& argument) {
   return values;
 }
 
-/// Returns the names of options and the allowed values of positional arguments.
-std::string words_of(const Command& command) {
-  std::vector<std::string> words;
-  for (const Argument& argument : command.arguments) {
-    const std::vector<std::string> more = is_option(argument) ? names_of(argument, command) : allowed_values(argument);
-    words.insert(words.end(), more.begin(), more.end());
-  }
-  return fmt::format("{}", fmt::join(words, " "));
+/// Returns the pattern of the files that complete an argument; empty if none do.
+std::string files_of(const Argument& argument) {
+  if (!allowed_values(argument).empty() || !takes_text(argument)) return "";
+  const auto known = std::ranges::find(file_patterns, argument.name, &std::pair<const char*, const char*>::first);
+  return known == file_patterns.end() ? "*" : known->second;
 }
 
-/// Returns shell cases by command and preceding option.
+/// Returns a shell case: names of the options, values and files of positional arguments.
+std::string case_of(const Command& command) {
+  std::vector<std::string> options{"--help"}, values;
+  std::string files;
+  for (const Argument& argument : command.arguments) {
+    if (argument.name == "PART") continue;
+    const std::vector<std::string> more = is_option(argument) ? names_of(argument, command) : allowed_values(argument);
+    std::vector<std::string>& words = is_option(argument) ? options : values;
+    words.insert(words.end(), more.begin(), more.end());
+    if (!is_option(argument) && !files_of(argument).empty()) files = files_of(argument);
+  }
+  return fmt::format("    {}) options=\"{}\" words=\"{}\" files=\"{}\" ;;\n", command.name, fmt::join(options, " "),
+                     fmt::join(values, " "), files);
+}
+
+/// Returns shell cases by command and the preceding option, of the options that have a value.
 std::string cases_of_values(const Command& command) {
   std::string cases;
-  for (const Argument& argument : command.arguments)
-    if (is_option(argument) && !allowed_values(argument).empty())
-      for (const std::string& name : names_of(argument, command))
-        cases +=
-            fmt::format("    \"{} {}\") words=\"{}\" ;;\n", command.name, name, fmt::join(allowed_values(argument), " "));
+  for (const Argument& argument : command.arguments) {
+    if (argument.name == "PART")  // follows `help scene` only
+      cases += fmt::format("    \"{} scene\") words=\"{}\" ;;\n", command.name, fmt::join(allowed_values(argument), " "));
+    if (!is_option(argument) || is_flag(argument)) continue;
+    for (const std::string& name : names_of(argument, command)) {
+      const std::string before = fmt::format("\"{} {}", command.name, name);
+      cases += fmt::format("    {}{}=\") words=\"{}\" files=\"{}\" ;;\n",
+                           argument.rule.value_optional ? "" : before + "\" | ", before,
+                           fmt::join(allowed_values(argument), " "), files_of(argument));
+    }
+  }
   return cases;
 }
 
@@ -98,24 +124,35 @@ std::string bash_completion(const std::vector<Command>& commands) {
   std::string names, cases, values;
   for (const Command& command : commands) {
     names += (names.empty() ? "" : " ") + command.name;
-    cases += fmt::format("    {}) words=\"{}\" ;;\n", command.name, words_of(command));
+    cases += case_of(command);
     values += cases_of_values(command);
   }
   return fmt::format(R"(# Completion of lichtenberg for bash: source this file.
 _lichtenberg() {{
-  local current=${{COMP_WORDS[COMP_CWORD]}} before=${{COMP_WORDS[COMP_CWORD - 1]}} words="{}" command=
+  local current=${{COMP_WORDS[COMP_CWORD]}} before=${{COMP_WORDS[COMP_CWORD - 1]}} command= word=
+  local words="{}" options="--help --version" files=
+  # bash makes --device=cpu three words
+  [[ $current == = ]] && before=$before= current=
+  [[ $before == = ]] && before=${{COMP_WORDS[COMP_CWORD - 2]}}=
   if [[ $COMP_CWORD -gt 1 ]]; then
-    words="" command=${{COMP_WORDS[1]}}
+    words= options= command=${{COMP_WORDS[1]}}
     case $command in
 {}    esac
+    # the theory or topic is given once
+    for word in "${{COMP_WORDS[@]:2:COMP_CWORD-2}}"; do
+      [[ " $words " == *" $word "* ]] && words=
+    done
   fi
-  local options=$words
   case "$command $before" in
 {}  esac
-  COMPREPLY=($(compgen -W "$words" -- "$current"))
-  if [[ $words == "$options" && $command && $command != help && $current != -* ]]; then
-    COMPREPLY+=($(compgen -f -- "$current"))
-  fi
+  [[ $current == -* && $before != *= ]] && words=$options files=
+  mapfile -t COMPREPLY < <(
+    compgen -W "$words" -- "$current"
+    [[ $files ]] && compgen -d -- "$current"
+    [[ $files ]] && compgen -f -X "!$files" -- "$current")
+  # a file may have another ending
+  [[ $files && ${{#COMPREPLY[@]}} == 0 ]] && mapfile -t COMPREPLY < <(compgen -f -- "$current")
+  return 0
 }}
 complete -o filenames -F _lichtenberg lichtenberg ./lichtenberg
 )",
@@ -127,11 +164,10 @@ std::string manual_page(const std::vector<Command>& commands) {
       ".TH LICHTENBERG 1 \"\" \"lichtenberg {}\"\n.SH NAME\nlichtenberg \\- charged conductors and grains: how they "
       "move, touch, exchange charge and form structures\n.SH SYNOPSIS\n.B lichtenberg\nCOMMAND [ARGUMENTS] "
       "[\\-\\-petsc OPTIONS]\n.SH DESCRIPTION\nRuns scenes (TOML files) and analyses their results (HDF5 files). "
-      "`lichtenberg help scene` lists all that a scene may hold. Exit status: 0 done, 2 for input that cannot be used, "
-      "1 for work that could not be done.\n.SH COMMANDS\n",
+      "`lichtenberg help scene` lists all that a scene may hold.\n.SH COMMANDS\n",
       lichtenberg_version().number);
   for (const Command& command : commands) text += section_of(command);
-  return text;
+  return text + ".SH EXIT STATUS\n" + roff(std::string(exit_status_help)) + "\n";
 }
 
 }  // namespace lichtenberg

@@ -16,6 +16,7 @@
 #include "src/commands/python.hpp"
 #include "src/commands/scratch_folder.hpp"
 #include "src/commands/solve_grains.hpp"
+#include "src/commands/start_from.hpp"
 #include "src/effects/conductor_frame.hpp"
 #include "src/field_methods/field_method.hpp"
 #include "src/model/bodies.hpp"
@@ -27,8 +28,9 @@ namespace lichtenberg {
 namespace {
 
 struct SolveArguments {
-  std::string scene, field, picture, device;
+  std::string scene, field, picture, device, from;
   std::vector<std::string> settings;
+  std::optional<int> frame;
   bool capacitance = false, overwrite = false;
   JsonTarget json;
 };
@@ -143,7 +145,7 @@ void check_for_grains(const SolveArguments& request) {
   };
   if (request.capacitance) refuse_it("--capacitance");
   if (!request.field.empty()) refuse_it("--field");
-  if (!request.picture.empty()) refuse_it("--picture");
+  if (!request.picture.empty()) refuse_it("--out");
   if (request.device == name_of(FieldDevice::cuda)) refuse_it("--device cuda");
 }
 
@@ -159,11 +161,11 @@ bool is_result(const std::string& path) {
 /// Throws InputError if output files cannot be written or would replace an input or a result. Call it before the work.
 void check_files(const SolveArguments& request) {
   if (!request.picture.empty()) {
-    check_picture("--picture", request.picture);
-    check_output("--picture", request.picture, request.overwrite);
+    check_picture("--out", request.picture);
+    check_output("--out", request.picture, request.overwrite);
   }
   if (request.field.empty()) return;
-  check_not_read(request.field, {request.scene});
+  check_not_read(request.field, {request.scene, request.from});
   check_output("--field", request.field, request.overwrite);
   if (is_result(request.field))
     throw InputError(request.field + " is a result and is not overwritten: give --field another name");
@@ -173,26 +175,30 @@ void check_files(const SolveArguments& request) {
 
 Command solve_command() {
   auto request = std::make_shared<SolveArguments>();
+  const std::vector<Argument> from = from_arguments(request->from, request->frame);
   return {
       "solve",
       "Solves the field of a scene's initial state once, for conductors or for charged grains",
       {{"SCENE", &request->scene, "scene file (.toml)", {.required = true}},
        device_argument(request->device),
        set_argument(request->settings),
+       from[0],
+       from[1],
        {"--capacitance", &request->capacitance, "also compute the capacitance matrix: one more solve per group"},
        json_argument(request->json, "SI units; reduced units for grains"),
        {"--field", &request->field,
-        "write potential and bodies to this file (VTKHDF; ParaView opens it if its name ends in .hdf)"},
-       {"--picture", &request->picture, "draw potential and conductors into this file: .png, .pdf or .svg"},
-       {"--overwrite", &request->overwrite, "replace the files of --field, --picture and --json if they exist"}},
+        "VTKHDF file to write, with potential and bodies; ParaView opens it if its name ends in .hdf"},
+       {"--out", &request->picture, "picture to write, of potential and conductors: .png, .pdf or .svg"},
+       overwrite_argument(request->overwrite)},
       [request] {
         const std::string json = request->json.file();
-        check_overwrite(request->overwrite, {json, request->picture, request->field},
-                        "--field, --picture or --json=FILE");
+        check_overwrite(request->overwrite, {json, request->picture, request->field}, "--field, --out or --json=FILE");
         check_different({json, request->picture, request->field});
         check_files(*request);
-        check_outputs({json, request->picture}, {request->scene}, request->overwrite);
-        Scene scene = read_scene_for(request->scene, request->device, request->settings);
+        check_outputs({json, request->picture}, {request->scene, request->from}, request->overwrite);
+        Scene scene = read_started(request->from, request->frame, [&](const std::vector<Conductor>& bodies) {
+          return read_scene_for(request->scene, request->device, request->settings, {}, bodies);
+        });
         if (scene.reference) {
           check_for_grains(*request);
           return solve_grains(scene, request->json);

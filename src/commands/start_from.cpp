@@ -114,8 +114,8 @@ Scene read_started(const std::string& result, std::optional<int> frame,
 }
 
 std::vector<Argument> from_arguments(std::string& result, std::optional<int>& frame) {
-  return {{"--from", &result, "start from the positions, velocities and charges of the particles in this result (.h5)"},
-          {"--frame", &frame, "index of the frame in that result, from 0 (default: the last)"}};
+  return {{"--from", &result, "result (.h5) from whose positions, velocities and charges the scene starts"},
+          frame_argument(frame)};
 }
 
 }  // namespace lichtenberg

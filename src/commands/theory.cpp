@@ -210,6 +210,8 @@ void write_csv(const std::string& path, const TheoryAnswer& answer) {
   write_atomically(path, std::as_bytes(std::span(text)));
 }
 
+bool draws(const TheoryArguments& request) { return request.plot || !request.picture.empty(); }
+
 std::string theory_picture(const TheoryArguments& request) {
   if (!request.picture.empty()) return request.picture;
   const std::string& source_file = request.result.empty() ? request.scene : request.result;
@@ -260,12 +262,10 @@ void check_options(const TheoryOptions& given, const TheoryKind& kind, const std
 void check_theory(const TheoryArguments& request) {
   if (!request.settings.empty() && request.scene.empty())
     throw InputError("--set changes a key of the scene that --scene names: it needs --scene");
-  if (!request.picture.empty() && !request.plot)
-    throw InputError("--out is for the picture that --plot draws: it needs --plot");
-  if (request.plot) check_picture("--out", theory_picture(request));
+  if (draws(request)) check_picture("--out", theory_picture(request));
   const std::vector<std::string> written{request.json.file(), request.csv, request.options.field,
-                                         request.plot ? theory_picture(request) : ""};
-  check_overwrite(request.overwrite, written, "--plot, --csv, --field or --json=FILE");
+                                         draws(request) ? theory_picture(request) : ""};
+  check_overwrite(request.overwrite, written, "--plot, --out, --csv, --field or --json=FILE");
   check_outputs(written, {request.result, request.scene}, request.overwrite);
 }
 
@@ -279,7 +279,7 @@ void print_theory(const TheoryArguments& request, const std::vector<TheoryKind>&
   if (!request.json.printed()) print_answer(answer, source);
   if (!request.json.word.empty()) request.json.put(json_of(answer, source), 1);
   if (!request.csv.empty()) write_csv(request.csv, answer);
-  if (request.plot)
+  if (draws(request))
     draw_json("theory.draw_file", json_of(answer, source), theory_picture(request), request.json.printed());
 }
 
@@ -301,9 +301,10 @@ Command theory_command(const std::vector<TheoryKind>& kinds) {
             "scene file (.toml) with the gas (default: the source's gas)",
             {.excluded = "RESULT"}},
            set_argument(request->settings),
-           {"--plot", &request->plot, "also draw the tables"},
-           {"--out", &request->picture, "picture to write (default: SCENE, RESULT or theory, with -NAME.png)"},
-           json_argument(request->json, "all rows", true),
+           {"--plot", &request->plot, "draw the tables into a picture with the default name of --out"},
+           {"--out", &request->picture,
+            "picture to write: .png, .pdf or .svg (default with --plot: SCENE, RESULT or theory, with -NAME.png)"},
+           json_argument(request->json, "all rows"),
            {"--csv", &request->csv, "CSV file to write, with all rows"},
            {"--restitution", &request->options.restitution,
             "restitution for stability and hydrodynamics instead of the gas's (default without a gas: .7)"},
@@ -315,8 +316,8 @@ Command theory_command(const std::vector<TheoryKind>& kinds) {
             "hydrodynamics of initially separated charges of either sign (G A5.3)"},
            {"--seed", &request->options.seed, "seed of the initial noise of hydrodynamics (default: 1)"},
            {"--field", &request->options.field,
-            "write the last fields of hydrodynamics to this file (VTKHDF, for ParaView)"},
-           {"--overwrite", &request->overwrite, "replace files that exist"}},
+            "VTKHDF file to write, with the last fields of hydrodynamics, for ParaView"},
+           overwrite_argument(request->overwrite)},
           [request, kinds] { print_theory(*request, kinds); }};
 }
 

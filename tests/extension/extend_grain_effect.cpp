@@ -98,7 +98,8 @@ TEST_CASE("user-defined grain effect: CUDA refuses it by name without device for
   CHECK_THROWS_WITH_AS(granular::device::check_scene(scene), refusal, InputError);
   CHECK_THROWS_WITH_AS(granular::device::make_host_gas(scene), refusal, InputError);
   scene.field_table = FieldOptions{.device = FieldDevice::cuda};
-  CHECK_THROWS_WITH_AS(explain_grains(scene), refusal, InputError);
+  Explanation out;
+  CHECK_THROWS_WITH_AS(explain_grains(out, scene), refusal, InputError);
 }
 
 TEST_CASE("user-defined grain effect: unsupported functions are refused by name") {

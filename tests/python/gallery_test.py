@@ -28,7 +28,7 @@ class GalleryTest(unittest.TestCase):
         for name in ("two-disks", "two-grains"):
             self.assertIn(f'src="{name}.png"', page)
             self.assertTrue((folder / f"{name}.png").read_bytes().startswith(b"\x89PNG"))
-        self.assertIn("<code>lichtenberg solve scenes/two-disks.toml --picture two-disks.png</code>", page)
+        self.assertIn("<code>lichtenberg solve scenes/two-disks.toml --out two-disks.png</code>", page)
 
 
 if __name__ == "__main__":

@@ -222,7 +222,7 @@ class Table(SmallScenes):
         self.assertIn("effects.contact_discharge", said)
 
     def manual(self, said):
-        self.assertIn(".SS film FILE", Path("lichtenberg.1").read_text())
+        self.assertIn(".SS film RESULT", Path("lichtenberg.1").read_text())
 
     CHECKS = {
         "run --resume scenes/dendrite.toml": run_first,

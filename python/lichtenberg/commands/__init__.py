@@ -71,6 +71,10 @@ def check_rule(name, kind, rule, value):
         raise InputError(f"argument {name}: the rule {rule} is for options only")
 
 
+def overwrite_argument(more=""):
+    return argument("--overwrite", f"replace files that exist{more}", "flag")
+
+
 def frames_argument(otherwise):
     words = "frames and ranges FIRST:LAST:STEP, with LAST among them, as in 0,5,10:20,30:90:10 or ::10"
     return argument("--frames", f"{words} (default: {otherwise})")

@@ -1,6 +1,6 @@
 """`lichtenberg export`."""
 from .. import messages
-from . import argument, frames_argument
+from . import argument, frames_argument, overwrite_argument
 
 HELP = "Writes particles, field, observables and tables for ParaView, ASE or a spreadsheet"
 FORMATS = (
@@ -14,7 +14,7 @@ ARGUMENTS = [
     argument("--to", FORMATS, required=True, offered=["vtk", "xyz", "csv"]),
     argument("--out", "file or folder to write (default: RESULT with .xyz, -vtk or -csv)"),
     frames_argument("all"),
-    argument("--overwrite", "replace existing output, including all files of an earlier export", "flag"),
+    overwrite_argument(", including all files of an earlier export"),
 ]
 
 

@@ -8,10 +8,10 @@ from .plot import FRAME_ARGUMENTS, replace_old_colour
 
 HELP = "Makes an mp4 of a run, on all cores, in one colour scale and layout; needs ffmpeg"
 ARGUMENTS = [
-    argument("FILE", "result file of a run (.h5)", required=True, result="drawn"),
+    argument("RESULT", "result file of a run (.h5)", required=True, result="drawn"),
     frames_argument("all"),
     argument("--rate", "frames per second", "float", positive=True, default=15),
-    argument("--out", "film to write (default: FILE.mp4, with a --colour FILE-COLOUR.mp4)"),
+    argument("--out", "film to write (default: RESULT.mp4, with a --colour RESULT-COLOUR.mp4)"),
     argument("--quiet", "show no progress", "flag"),
     *FRAME_ARGUMENTS,
 ]
@@ -23,7 +23,7 @@ def act(request):
 
     replace_old_colour(request)
     if request.out is None:
-        request.out = os.path.splitext(request.file)[0] + (f"-{request.colour}" if request.colour else "") + ".mp4"
+        request.out = os.path.splitext(request.result)[0] + (f"-{request.colour}" if request.colour else "") + ".mp4"
     if not LEAST <= request.rate <= MOST:
         raise InputError(f"--rate {request.rate:g} is not allowed: it must be from {LEAST:g} to {MOST:g} frames a second")
     if not request.out.endswith(".mp4"):

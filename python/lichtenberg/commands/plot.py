@@ -3,7 +3,7 @@ import os
 
 from ..errors import InputError
 from ..messages import write_error
-from . import argument, frames_argument
+from . import argument, frames_argument, overwrite_argument
 
 # Arguments that plot and film share for pictures of frames.
 FRAME_ARGUMENTS = [
@@ -22,7 +22,7 @@ FRAME_ARGUMENTS = [
     ),
     argument("--cmap", "colour map by matplotlib's name, as viridis"),
     argument("--cut", "AXIS=POSITION: in space, show only the part behind this plane, as in --cut z=0.005"),
-    argument("--overwrite", "replace files that exist", "flag"),
+    overwrite_argument(),
 ]
 HELP = (
     "Draws frames of results as PNG, PDF or SVG, or with --series time series of runs. The default name of a picture states "
@@ -30,7 +30,7 @@ HELP = (
 )
 ARGUMENTS = [
     argument(
-        "FILE",
+        "RESULT",
         "result file of a run (.h5); several are drawn side by side in the same colours; with --series in the same "
         "axes, and the folder of an ensemble (or a table in it, as ensemble-2.json), whose means are drawn without "
         "--series",
@@ -43,7 +43,7 @@ ARGUMENTS = [
     argument(
         "--out",
         "picture to write, its format by its ending: .png, .pdf or .svg; of several frames each name gets its index "
-        "(default: FILE-frame-N-COLOUR.png, FILE-series.png)",
+        "(default: RESULT-frame-N-COLOUR.png, RESULT-series.png)",
     ),
     argument("--series", "draw time series of the runs instead of a frame", "flag"),
     argument("--observables", "names of time series, as in energy,connected; an unknown name prints the list of those present"),
@@ -74,13 +74,13 @@ def check(request, ensembles):
     draws_frames = request.frame is not None or any(getattr(request, name) for name in ("frames", "colour", "range", "cmap", "cut"))
     if draws_frames and (request.series or ensembles):
         raise InputError("--frame, --frames, --colour, --range, --cmap and --cut are for pictures of frames, not for curves")
-    if ensembles and len(request.file) > 1:
+    if ensembles and len(request.result) > 1:
         raise InputError(f"the ensemble {ensembles[0]} is drawn alone: draw the other files by a command of their own")
 
 
 def act(request):
     replace_old_colour(request)
-    ensembles = [path for path in request.file if is_ensemble(path)]
+    ensembles = [path for path in request.result if is_ensemble(path)]
     check(request, ensembles)
     if request.series or ensembles:
         from ..pictures import series

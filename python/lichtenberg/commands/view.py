@@ -2,14 +2,14 @@
 import os
 
 from .. import messages
-from . import argument, frames_argument
+from . import argument, frames_argument, overwrite_argument
 
 HELP = "Writes one HTML page that shows a run in a browser without a network: particles over time, curves"
 ARGUMENTS = [
     argument("RESULT", "result file of a run (.h5)", required=True, result="shown"),
     argument("--out", "page to write (default: RESULT with .html)"),
     frames_argument("all"),
-    argument("--overwrite", "replace the page if it exists", "flag"),
+    overwrite_argument(),
 ]
 
 

@@ -126,7 +126,7 @@ def undisturbed_pool(jobs):
 def make(request):
     """Makes the film of a request of `lichtenberg film`. Throws InputError and Failure."""
     global context
-    run = frames.read_run(request.file)
+    run = frames.read_run(request.result)
     chosen = listed_frames(request.frames or ":", run.path, len(run.times))
     frames.set_cut([run], request.cut)
     colour = request.colour or frames.default_colour([run], [chosen[len(chosen) // 2]])

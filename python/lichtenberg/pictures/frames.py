@@ -149,7 +149,7 @@ def frames_of(request, runs):
 
 def plot_frames(request):
     """Draws the frames of a request of `lichtenberg plot`. Throws InputError and Failure."""
-    runs = [read_run(path) for path in request.file]
+    runs = [read_run(path) for path in request.result]
     frames = frames_of(request, runs)
     set_cut(runs, request.cut)
     colour = request.colour or default_colour(runs, frames[len(frames) // 2])

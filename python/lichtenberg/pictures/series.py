@@ -372,7 +372,7 @@ def within_shares(name, values, half_widths):
 
 
 def picture_name(request):
-    stems = [Path(path).with_suffix("") if not Path(path).is_dir() else Path(path) for path in request.file]
+    stems = [Path(path).with_suffix("") if not Path(path).is_dir() else Path(path) for path in request.result]
     what = "series" if request.series else "means"
     chosen = f"-{request.observables.replace(',', '-').replace(':', '-')}" if request.observables else ""
     beside = "".join(f"-beside-{stem.name}" for stem in stems[1:])
@@ -385,8 +385,8 @@ def draw(request, is_ensemble):
     names = request.observables.split(",") if request.observables else None
     drawing.check_picture(picture_name(request), request.overwrite)
     if is_ensemble:
-        figure = (draw_ensemble if request.series else draw_table)(request.file[0], names)
+        figure = (draw_ensemble if request.series else draw_table)(request.result[0], names)
     else:
-        figure = draw_runs([read(path) for path in request.file], names)
+        figure = draw_runs([read(path) for path in request.result], names)
     drawing.save(figure, picture_name(request))
     drawing.messages.say(f"{picture_name(request)} shows {'curves over time' if request.series else 'means'}")

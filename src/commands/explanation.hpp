@@ -1,0 +1,28 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <iterator>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+
+namespace lichtenberg {
+
+/// Text of the command `explain`, and the same numbers as JSON.
+struct Explanation {
+  std::string text;
+  nlohmann::ordered_json json;
+
+  /// Appends to the text.
+  template <class... Values>
+  void print(fmt::format_string<Values...> format, Values&&... values) {
+    fmt::format_to(std::back_inserter(text), format, std::forward<Values>(values)...);
+  }
+  /// Adds a number to the JSON. `unit`: "1" for a number without unit.
+  void add(const std::string& name, double value, const std::string& unit) {
+    json["quantities"][name] = {{"value", value}, {"unit", unit}};
+  }
+};
+
+}  // namespace lichtenberg

@@ -75,7 +75,7 @@ TEST_CASE("help texts: present, without a full stop at the end") {
 }
 
 TEST_CASE("argument of several commands: one kind of value, one beginning of its help") {
-  const std::set<std::string> of_own_kind = {
+  const std::set<std::string> has_own_kind = {
       "--out",  // begins with the kind of file that the command writes
   };
   std::map<std::string, std::pair<std::string, const Argument*>> first;
@@ -88,7 +88,7 @@ TEST_CASE("argument of several commands: one kind of value, one beginning of its
       CHECK(kind_of(argument) == kind_of(other));
       CHECK(argument.rule.allowed == other.rule.allowed);
       CHECK(argument.rule.value_optional == other.rule.value_optional);
-      if (!of_own_kind.contains(argument.name)) CHECK(beginning(argument.help) == beginning(other.help));
+      if (!has_own_kind.contains(argument.name)) CHECK(beginning(argument.help) == beginning(other.help));
     }
 }
 

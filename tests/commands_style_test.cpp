@@ -40,7 +40,7 @@ bool is_list(const Argument& argument) {
 }
 
 /// Returns the help text up to the first mark. Details of a command may follow the mark.
-std::string beginning(const std::string& help) {
+std::string start_of(const std::string& help) {
   return help.substr(0, std::min({help.find(" ("), help.find(':'), help.find(';'), help.find(',')}));
 }
 
@@ -74,7 +74,7 @@ TEST_CASE("help texts: present, without a full stop at the end") {
   }
 }
 
-TEST_CASE("argument of several commands: one kind of value, one beginning of its help") {
+TEST_CASE("argument of several commands: one kind of value, one start of its help") {
   const std::set<std::string> has_own_kind = {
       "--out",  // begins with the kind of file that the command writes
   };
@@ -88,7 +88,7 @@ TEST_CASE("argument of several commands: one kind of value, one beginning of its
       CHECK(kind_of(argument) == kind_of(other));
       CHECK(argument.rule.allowed == other.rule.allowed);
       CHECK(argument.rule.value_optional == other.rule.value_optional);
-      if (!has_own_kind.contains(argument.name)) CHECK(beginning(argument.help) == beginning(other.help));
+      if (!has_own_kind.contains(argument.name)) CHECK(start_of(argument.help) == start_of(other.help));
     }
 }
 

@@ -44,7 +44,9 @@ run(${stage}/build/reader)
 expect("2 conductors in 0.02 m x 0.01 m")
 
 run(${stage}/prefix/bin/lichtenberg --version)
-expect("lichtenberg 0.1.0")
+file(STRINGS ${SOURCE}/CMakeLists.txt project REGEX "^project\\(")
+string(REGEX MATCH "[0-9]+[.][0-9]+[.][0-9]+" version ${project})
+expect("lichtenberg ${version} ")
 run(${stage}/prefix/bin/lichtenberg plot --help)
 expect("FILE")
 if(NOT EXISTS ${stage}/prefix/share/lichtenberg/python/lichtenberg/commands/plot.py)
@@ -53,8 +55,8 @@ endif()
 
 file(WRITE ${stage}/solve.py "import glob, site
 site.addsitedir(glob.glob('${stage}/prefix/lib/python3*/dist-packages')[0])
-import lichtenberg
-print(lichtenberg.program.find_program(), lichtenberg.solve('${SOURCE}/scenes/two-disks.toml').potential)
+import lichtenberg, lichtenberg.installation
+print(lichtenberg.installation.find_program(), lichtenberg.solve('${SOURCE}/scenes/two-disks.toml').potential)
 ")
 run(/usr/bin/python3 -B ${stage}/solve.py)
 expect("${stage}/prefix/bin/lichtenberg [")

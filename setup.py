@@ -54,7 +54,8 @@ class Build(build_ext):
         if not folder:
             folder = HERE / ("build" if self.editable_mode else f"build-wheel/cmake-{sys.implementation.cache_tag}")
             configure(folder)
-            cmake("--build", folder, "--parallel", os.cpu_count(), "--target", "lichtenberg", "python_module")
+            jobs = os.environ.get("CMAKE_BUILD_PARALLEL_LEVEL") or os.cpu_count()
+            cmake("--build", folder, "--parallel", jobs, "--target", "lichtenberg", "python_module")
         if self.editable_mode:
             return
         package = Path(self.build_lib) / "lichtenberg"

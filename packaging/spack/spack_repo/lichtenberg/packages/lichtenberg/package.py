@@ -1,4 +1,4 @@
-# Recipe for Spack 1.0 and newer. Untested: style and dependencies were checked, nothing was built.
+# Recipe for Spack 1.0 and newer. Untested: it was neither concretized nor built.
 import os
 
 from spack_repo.builtin.build_systems.cmake import CMakePackage, generator

@@ -23,7 +23,12 @@ find_package(ZLIB REQUIRED)
 # HDF5 without MPI, because a single process writes. The parallel HDF5 includes an mpi.h that differs from that of a
 # PETSc without MPI. Debian names the serial library hdf5-serial; its symbols have versions of their own.
 pkg_search_module(SERIAL_HDF5 REQUIRED QUIET IMPORTED_TARGET hdf5-serial hdf5)
-pkg_check_modules(TOMLPLUSPLUS REQUIRED QUIET IMPORTED_TARGET tomlplusplus)
+# An installation of toml++ has files for pkg-config if Meson made it, and for CMake if CMake made it.
+pkg_check_modules(TOMLPLUSPLUS QUIET IMPORTED_TARGET tomlplusplus)
+if(NOT TARGET PkgConfig::TOMLPLUSPLUS)
+  find_package(tomlplusplus REQUIRED)
+  add_library(PkgConfig::TOMLPLUSPLUS ALIAS tomlplusplus::tomlplusplus)
+endif()
 # Header-only library without CMake files.
 find_path(RANDOM123_INCLUDE_DIR Random123/philox.h REQUIRED)
 mark_as_advanced(RANDOM123_INCLUDE_DIR)

@@ -10,6 +10,7 @@
 #include "src/effects/read_scene.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/scene/scene.hpp"
+#include "src/version.hpp"
 #include "tests/commands.hpp"
 #include "tests/source_folder.hpp"
 
@@ -184,7 +185,7 @@ TEST_CASE("explain --from: a dense population needs no random positions") {
 TEST_CASE("--version: prints the program's version and commit") {
   const Ended result = run("--version");
   CHECK(result.status == 0);
-  CHECK(result.out.starts_with("lichtenberg 0.1.0 ("));
+  CHECK(result.out.starts_with(fmt::format("lichtenberg {} (", lichtenberg_version().number)));
 }
 
 TEST_CASE("solve, explain and help: a full standard output gives status 1") {

@@ -18,6 +18,7 @@
 #include "src/record/scene_change.hpp"
 #include "src/record/seal.hpp"
 #include "src/record/vtkhdf.hpp"
+#include "src/version.hpp"
 #include "tests/recorded_pair.hpp"
 
 namespace record_resume_test {
@@ -90,7 +91,9 @@ TEST_CASE("Recorder::resume: another build of the program gives one warning") {
   write_sealed(path, *pages);
   {
     Recorder resumed = Recorder::resume(path, two_conductors());
-    CHECK_NE(resumed.warning().find("run.h5 was last continued by lichtenberg 0.1.0 (0123456789ab), not 0.1.0 ("),
+    const std::string number = lichtenberg_version().number;
+    CHECK_NE(resumed.warning().find("run.h5 was last continued by lichtenberg " + number + " (0123456789ab), not " +
+                                    number + " ("),
              std::string::npos);
     resumed.save(milestone(2));
   }

@@ -47,6 +47,8 @@ def show(words, kind, *_, **__):
 def may_be_damage(error):
     """Whether a damaged file may have caused an exception: one of the kinds that this can be, raised where the package, h5py or
     numpy work with its contents. A module from outside gets an InputError for damage (lichtenberg.load)."""
+    if isinstance(error, ModuleNotFoundError):  # of h5py, for example, which the next line imports
+        return False
     from lichtenberg.result import DAMAGE
 
     at = Path(traceback.extract_tb(error.__traceback__)[-1].filename)

@@ -15,9 +15,9 @@ ENDINGS = (".cpp", ".cc", ".cxx", ".hpp")
 
 
 def include_folder():
-    """Returns the folder of the headers: of the source, or as installed."""
+    """Returns the folder of the headers: of the source, of a wheel, or as installed."""
     here = Path(__file__).resolve().parent
-    for folder in (here / "../..", here / "../../../../include/lichtenberg"):
+    for folder in (here / "../..", here / "include", here / "../../../../include/lichtenberg"):
         if (folder / "src/scene/effect_kind.hpp").is_file():
             return folder.resolve()
     raise Failure("the headers of lichtenberg were not found: install them, or use the package of the source")

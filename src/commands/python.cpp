@@ -32,7 +32,13 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr const char* python = "/usr/bin/python3";  // Debian's Python, which finds Debian's h5py and matplotlib
+/// Returns the path of Python: LICHTENBERG_PYTHON of the environment, else that of the build.
+const char* python() {
+  const char* named = std::getenv("LICHTENBERG_PYTHON");
+  return named && *named ? named : PYTHON;
+}
+
+constexpr const char* package_of_wheel = "..";
 
 /// Description of the package's commands (output of `--describe`).
 constexpr const char* table =
@@ -40,11 +46,11 @@ constexpr const char* table =
     ;
 
 /// Returns the package's folder. One next to an installed program comes first, so that an installation does not depend
-/// on its source.
+/// on its source. In a wheel, the package contains the program.
 std::optional<fs::path> find_package() {
   // `canonical` would fail for a program that was rebuilt while running, whose link names a deleted file.
   const fs::path program = fs::read_symlink("/proc/self/exe");
-  for (const char* relative_path : {PACKAGE_FROM_BINARY, PACKAGE_IN_SOURCE}) {
+  for (const char* relative_path : {PACKAGE_FROM_BINARY, package_of_wheel, PACKAGE_IN_SOURCE}) {
     const fs::path package = program.parent_path() / relative_path;
     if (fs::exists(package / "__main__.py")) return package.lexically_normal();
   }
@@ -57,7 +63,7 @@ std::vector<std::string> command_line(std::vector<std::string> words) {
   if (!package)
     throw Failure(fmt::format("the Python package lichtenberg is neither in {} relative to {} nor in {}",
                               PACKAGE_FROM_BINARY, fs::read_symlink("/proc/self/exe").string(), PACKAGE_IN_SOURCE));
-  words.insert(words.begin(), {python, (*package / "__main__.py").string()});
+  words.insert(words.begin(), {python(), (*package / "__main__.py").string()});
   return words;
 }
 
@@ -70,7 +76,7 @@ std::vector<char*> pointers(std::vector<std::string>& words) {
 }
 
 [[noreturn]] void refuse_start(int error) {
-  throw Failure(fmt::format("{} does not start ({})", python, std::strerror(error)));
+  throw Failure(fmt::format("{} does not start ({})", python(), std::strerror(error)));
 }
 
 /// Makes the package call this program, even if another is built meanwhile. The file stays open as long as the process
@@ -91,7 +97,7 @@ bool run_package(std::vector<std::string> words, int output = STDOUT_FILENO, int
   posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
   posix_spawn_file_actions_adddup2(&actions, errors, STDERR_FILENO);
   pid_t script = 0;
-  const int error = posix_spawn(&script, python, &actions, nullptr, pointers(command).data(), environ);
+  const int error = posix_spawn(&script, python(), &actions, nullptr, pointers(command).data(), environ);
   posix_spawn_file_actions_destroy(&actions);
   unsetenv("LICHTENBERG_WAITS");
   if (error != 0) refuse_start(error);
@@ -105,7 +111,7 @@ bool run_package(std::vector<std::string> words, int output = STDOUT_FILENO, int
   std::vector<std::string> command = command_line(std::move(words));
   export_program_path();
   parallel::finish_petsc();  // exec runs no exit handlers
-  execv(python, pointers(command).data());
+  execv(python(), pointers(command).data());
   refuse_start(errno);
 }
 
@@ -216,7 +222,7 @@ Command command_of(const json& described) {
 class OutputBuffer {
  public:
   OutputBuffer() : descriptor_(memfd_create("output", MFD_CLOEXEC)) {
-    if (descriptor_ < 0) throw Failure(fmt::format("no file in memory for the output of {}", python));
+    if (descriptor_ < 0) throw Failure(fmt::format("no file in memory for the output of {}", python()));
   }
   OutputBuffer(const OutputBuffer&) = delete;
   OutputBuffer& operator=(const OutputBuffer&) = delete;

@@ -55,6 +55,12 @@ class WrongCommands(outside.Outside, unittest.TestCase):
             self.assertEqual(ended.stderr.count("\n"), 1)
             self.check_plain(ended.stderr)
 
+    def test_a_missing_package_is_named_in_one_sentence(self):
+        words = [sys.executable, "-S", str(runs.HOME / "python/lichtenberg/__main__.py"), "view", runs.gas()]  # -S: Python alone
+        ended = subprocess.run(words, capture_output=True, text=True, env={}, check=False)
+        self.assertEqual(ended.returncode, 1, ended.stderr)
+        self.assertRegex(ended.stderr, r"\Alichtenberg: there is no Python package (h5py|numpy), .*: install it\n\Z")
+
     def test_options_for_petsc_are_refused(self):
         self.check_refused("count passes no options to PETSc", "count", runs.gas(), "--petsc", "-ksp_view")
 

@@ -46,7 +46,7 @@ class ColumnAsColour(unittest.TestCase):
             np.testing.assert_array_equal(run.values(file, "momentum", 2), np.linalg.norm(momentum[2], axis=1))
             found = run.range(file, "kinetic_energy")
             self.assertEqual(found.largest, energy.max())
-        self.assertEqual(run.quantities["kinetic_energy"].label, "kinetic energy (m0 v0^2)")
+        self.assertEqual(run.quantities["kinetic_energy"].label, "kinetic energy (m₀ v₀²)")
         self.assertEqual(run.quantities["batch"].kind, "category")
         self.assertNotIn("position", run.quantities)
         scale = frames.common_scale([run], "kinetic_energy")

@@ -333,7 +333,7 @@ TEST_CASE("gas commands: impossible requests are refused with an error message")
   refused("work-precision one.toml", "one.toml: a single charge has no force");
   refused("run one.toml --out ./one.toml --overwrite", "one.toml is an input file");
   refused("run gas.toml --from gas.h5 --out gas.h5 --overwrite", "gas.h5 is an input file");
-  refused("work-precision one.toml --time --json one.toml --overwrite", "one.toml is an input file");
+  refused("work-precision one.toml --time --json=one.toml --overwrite", "one.toml is an input file");
   const Ended at_rest = run_program(folder, "work-precision one.toml --time --methods multirate");
   CHECK(at_rest.status == 0);
   CHECK_MESSAGE(!contains(at_rest.out, "nan"), at_rest.out);

@@ -108,7 +108,7 @@ void join_optional_values(std::vector<std::string>& arguments, const std::vector
     const auto argument = std::ranges::find(command->arguments, arguments[k], &Argument::name);
     if (argument == command->arguments.end() || !argument->rule.value_optional) continue;
     const std::string& next = arguments[k + 1];
-    if (next.empty() || next.starts_with('-') || !(argument->rule.value_follows || next.ends_with(".json"))) continue;
+    if (next.starts_with('-') || !next.ends_with(".json")) continue;
     arguments[k] += "=" + next;
     arguments.erase(arguments.begin() + static_cast<std::ptrdiff_t>(k) + 1);
   }

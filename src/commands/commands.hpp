@@ -16,7 +16,6 @@ struct ArgumentRule {
   bool repeated = false;             ///< several values, each after the option's name
   bool default_shown = false;        ///< the help shows the target's initial value
   bool value_optional = false;       ///< for text, as in --json or --json=FILE; without a value the text is "true"
-  bool value_follows = false;        ///< with value_optional: the next word is the value unless it begins with a dash
   std::vector<std::string> allowed;  ///< allowed values; empty: all
   std::vector<std::string> offered;  ///< values that completion offers although any word is allowed
   std::string excluded;              ///< an earlier option of the command that cannot be given with this one

@@ -201,7 +201,6 @@ Argument argument_of(const json& described, Value& value) {
            .repeated = is("repeated"),
            .default_shown = described.contains("default"),
            .value_optional = is("value_optional"),
-           .value_follows = is("value_follows"),
            .allowed = texts("allowed"),
            .offered = texts("offered"),
            .excluded = described.value("excluded", "")}};

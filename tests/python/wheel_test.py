@@ -104,7 +104,7 @@ class WheelTest(unittest.TestCase):
         self.assertEqual(len(said), 3)
 
     def test_its_program_draws(self):
-        self.run_command(self.program, "solve", self.package / "scenes/two-disks.toml", "--picture", "two-disks.png")
+        self.run_command(self.program, "solve", self.package / "scenes/two-disks.toml", "--out", "two-disks.png")
         self.assertEqual((self.root / "two-disks.png").read_bytes()[:4], b"\x89PNG")
 
 

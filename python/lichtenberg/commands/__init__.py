@@ -34,7 +34,6 @@ RULES = {
     "offered": (["text", "texts"], list),
     "excluded": (list(KINDS), str),
     "value_optional": (["text"], bool),
-    "value_follows": (["text"], bool),
     "result": (["text", "texts"], str),
 }
 
@@ -43,7 +42,7 @@ def argument(name, help, kind="text", **rules):
     """Returns the description of an argument of a command. Throws InputError if it is not valid.
 
     `name`: "--out", or "FILE" of a positional argument. `kind`: flag, int, float, text; ints and texts are lists. `rules`:
-    default, required, positive, comma_separated, repeated, allowed, offered, excluded, value_optional and value_follows.
+    default, required, positive, comma_separated, repeated, allowed, offered, excluded and value_optional.
     They are those of ArgumentRule in src/commands/commands.hpp. The rule result is for a positional argument that names
     result files. Its value is a verb ("drawn") for the error message by which the program refuses a damaged file."""
     if kind not in KINDS:

@@ -65,7 +65,6 @@ ARGUMENTS = [
         "print JSON instead of the table, or write it to a FILE in addition to the table: the contents of ensemble.json "
         "in the folder",
         value_optional=True,
-        value_follows=True,
     ),
     argument("--quiet", "show no progress", "flag"),
 ]

@@ -33,7 +33,6 @@ ARGUMENTS = [
         "--json",
         "print JSON instead of the table, or write it to a FILE in addition to the table: all figures",
         value_optional=True,
-        value_follows=True,
     ),
     argument(
         "--out",

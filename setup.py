@@ -47,17 +47,17 @@ def configure(folder):
 
 
 class Build(build_ext):
-    """Builds with CMake. An editable installation uses the build folder of ./lichtenberg, where the package finds it."""
+    """Builds with CMake."""
 
     def run(self):
+        if self.editable_mode:
+            sys.exit("setup.py: an editable installation is not possible, because the module is compiled: use PYTHONPATH=python")
         folder = os.environ.get("LICHTENBERG_BUILD")
         if not folder:
-            folder = HERE / ("build" if self.editable_mode else f"build-wheel/cmake-{sys.implementation.cache_tag}")
+            folder = HERE / f"build-wheel/cmake-{sys.implementation.cache_tag}"
             configure(folder)
             jobs = os.environ.get("CMAKE_BUILD_PARALLEL_LEVEL") or os.cpu_count()
             cmake("--build", folder, "--parallel", jobs, "--target", "lichtenberg", "python_module")
-        if self.editable_mode:
-            return
         package = Path(self.build_lib) / "lichtenberg"
         shutil.rmtree(package, ignore_errors=True)
         cmake("--install", folder, "--prefix", package, "--component", "wheel", "--strip")

@@ -1,9 +1,13 @@
-// The program lichtenberg_conductors: `run` for scenes of conductors. It is the program lichtenberg without its other
-// commands and the effects of grains and packings, so that it takes less time to build. The script `lichtenberg` uses it
-// for the first runs in a new clone. The functions below replace those of the libraries that it leaves out.
+// The program lichtenberg_conductors: runs of conductors, and pictures of them. It is the program lichtenberg without its
+// other commands and the effects of grains and packings, so that it takes less time to build. The script `lichtenberg`
+// alone calls it, for the first commands in a new clone. The functions below replace those of the libraries that it leaves
+// out.
+#include <set>
+
 #include "solvers/parallel/petsc.hpp"
 #include "src/commands/command_line.hpp"
 #include "src/commands/motion_kind.hpp"
+#include "src/commands/python.hpp"
 #include "src/effects/effects.hpp"
 
 namespace lichtenberg {
@@ -18,7 +22,13 @@ const std::vector<MotionKind>& motion_kinds() {
   return kinds;
 }
 
-std::vector<Command> all_commands() { return {run_command()}; }
+std::vector<Command> all_commands() {
+  static const std::set<std::string> of_results = {"plot", "film", "view", "export"};
+  std::vector<Command> commands = {run_command()};
+  for (Command& command : python_commands())
+    if (of_results.contains(command.name)) commands.push_back(std::move(command));
+  return commands;
+}
 
 std::vector<Command> unlisted_commands() { return {frame_fields_command()}; }
 

@@ -68,7 +68,7 @@ def defect(error):
         where = f"{error.filename}, line {error.lineno}"
     if isinstance(error, MemoryError):
         return "this machine has too little memory for that"
-    if isinstance(error, ModuleNotFoundError) and not error.name.startswith("lichtenberg."):
+    if isinstance(error, ModuleNotFoundError) and not (error.name or "lichtenberg.").startswith("lichtenberg."):
         return f"there is no Python package {error.name}, which {where} imports: install it"
     return f"{type(error).__name__} in {where} ({error}): this is an error of the program or of a module added to it"
 

@@ -14,8 +14,8 @@ from .scene import check_device, scene_of
 
 class RunFrame:
     """State of a run at one instant: frame.position, frame["charge"] and so on are arrays with units. They are made when the
-    first of them is read. A frame that is not read before the run continues has no arrays: to keep frames, read them, or
-    use the run's result."""
+    first of them is read. A frame that is not read before the run continues or fails has no arrays: to keep frames, read
+    them, or use the run's result."""
 
     def __init__(self, run):
         self._run, self._number, self._arrays = run, run.count, None
@@ -42,9 +42,12 @@ class RunFrame:
         return Array(values, unit) if values.ndim else float(values)
 
     def __getattr__(self, name):
-        if name.startswith("_") or name not in self._columns:
-            raise AttributeError(f"the frame has no {name!r}; it has {', '.join(() if name.startswith('_') else self._columns)}")
-        return self[name]
+        if name.startswith("_"):
+            raise AttributeError(name)
+        try:
+            return self[name]
+        except InputError as error:
+            raise AttributeError(str(error)) from None
 
     def __repr__(self):
         return f"<frame at t = {self.time:.6g} {self.time_unit}>"

@@ -48,7 +48,7 @@ class Scale {
     const steps = this.kind === "order" ? Math.round(this.ends[1] - this.ends[0]) : 0;
     const norm = (value) => NORMS[this.norm](value / this.width);
     const [from, to] = this.ends.map(norm);
-    /** From 0 to 1 between the ends of the map. */
+    /** Returns the position of a value in the colour map, from 0 to 1. */
     this.share = (value) => (norm(value) - from) / (to - from);
     [this.barLow, this.barHigh] = (this.kind === "order" ? this.ends : [this.low, this.high]).map(this.share);
     const step = (share) => Math.min(Math.floor(share * steps), steps - 1);
@@ -78,7 +78,7 @@ class Scale {
 
 const NO_SET = -(2 ** 31);  // of a particle in no set
 
-/** Of a set by its number, as set_colours of ranges.py. */
+/** Returns the colour of a set by its number, as set_colours of ranges.py. */
 function setColour(n) {
   const hue = ((0.6 + n * 0.6180339887) % 1 + 1) % 1, light = [0.5, 0.68, 0.34][((n % 3) + 3) % 3];
   const swing = 0.6 * Math.min(light, 1 - light);
@@ -90,7 +90,7 @@ function setColour(n) {
 
 // ---- Space ----
 
-/** Product of 4 x 4 matrices, columns one after the other. */
+/** Multiplies 4 x 4 matrices, stored by columns. */
 function times(a, b) {
   const c = new Float32Array(16);
   for (let i = 0; i < 4; i++)
@@ -117,10 +117,10 @@ class Camera {
     this.centre = [...this.start.centre];
   }
 
-  /** Half the height of what is seen at the centre, without zoom: the window fits into a picture of that aspect. */
+  /** Returns half the visible height at the centre without zoom, for a picture of that aspect. */
   half(aspect) { return Math.max(this.high[1] - this.low[1], (this.high[0] - this.low[0]) / aspect) / 2; }
 
-  /** [view, projection] for a picture of that aspect. */
+  /** Returns [view, projection] for a picture of that aspect. */
   matrices(aspect) {
     const [x, y, z] = this.centre;
     const away = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, -x, -y, -z, 1];
@@ -139,7 +139,7 @@ class Camera {
     return [times(turned, times(upright, away)), [f / aspect, 0, 0, 0, 0, f, 0, 0, right / aspect, up, depth[0], -1, 0, 0, depth[1], 0]];
   }
 
-  /** By pixels, in a picture of that width and height. */
+  /** Moves the camera by pixels, in a picture of that width and height. */
   drag(dx, dy, width, height, sideways) {
     if (this.spatial && !sideways) {
       this.turn -= dx * 0.008;
@@ -226,7 +226,7 @@ function compiled(gl, [vertex, fragment]) {
   return program;
 }
 
-/** Many copies of one square: attributes are given by name, one value a copy. */
+/** Draws many copies of one square. Attributes are given by name, with one value for each copy. */
 class Copies {
   constructor(gl, sources) {
     this.gl = gl;
@@ -269,7 +269,7 @@ class Copies {
 class Lines extends Copies {
   constructor(gl) { super(gl, LINES); }
 
-  /** Six numbers a line, its ends. `shares`: width of each, relative to that of drawing. */
+  /** Draws lines, each with six numbers for its ends. `shares`: width of each, relative to the usual one. */
   ends(numbers, shares) {
     this.count = numbers.length / 6;
     this.set("share", Float32Array.from({ length: this.count }, (_, k) => shares ? shares[k] : 1), 1, this.gl.FLOAT);
@@ -279,7 +279,7 @@ class Lines extends Copies {
 }
 
 class Areas extends Copies {
-  /** Twelve numbers a quadrangle, its corners. */
+  /** Draws quadrangles, each with twelve numbers for its corners. */
   constructor(gl, numbers) {
     super(gl, AREAS);
     this.count = numbers.length / 12;
@@ -287,7 +287,7 @@ class Areas extends Copies {
   }
 }
 
-/** Of a rectangle or a box between two corners. */
+/** Returns the edges of a rectangle or a box between two corners. */
 function edgesBetween(low, high) {
   const axes = [0, 1, 2].filter((k) => high[k] > low[k]);
   const corners = Array.from({ length: 1 << axes.length }, (_, i) => low.map((start, k) => i & 1 << axes.indexOf(k) ? high[k] : start));
@@ -296,10 +296,10 @@ function edgesBetween(low, high) {
 
 const isRound = ({ shape }) => shape === "sphere" || shape === "disk";
 
-/** Ends of the lines of electrodes: sides in the plane. */
+/** Returns the ends of the lines of electrodes, which are sides in the plane. */
 const sideLines = ({ shape, ends }) => shape === "side" ? [...ends.slice(0, 2), 0, ...ends.slice(2), 0] : [];
 
-/** Corners of the quadrangles of an electrode's area: a face in space, a bar, or what is outside of a ring. */
+/** Returns the corners of the quadrangles of an electrode: a face in space, a bar, or the area outside of a ring. */
 function areas({ shape, low, high, from, to, width, centre, radius }) {
   if (shape === "face") {
     const [p, q] = [0, 1, 2].filter((k) => high[k] > low[k]);
@@ -345,7 +345,7 @@ class Run {
     return this;
   }
 
-  /** Where each frame's edges to the ground end. */
+  /** Returns the index after the last edge to the ground of each frame. */
   countGroundEdges() {
     const to = this.tree.subarray(this.tree.length / 2);
     let [k, sum] = [0, 0];
@@ -355,7 +355,7 @@ class Run {
     });
   }
 
-  /** Values of a column in a frame. */
+  /** Returns the values of a column in a frame. */
   values(name, frame) {
     const { values, changes } = this.columns[name];
     return changes ? values.subarray(frame * this.about.count, (frame + 1) * this.about.count) : values;
@@ -367,7 +367,7 @@ class Run {
     return result;
   }
 
-  /** Six numbers an edge: of a pair around a periodic box, to the nearest image. Walls have no place. */
+  /** Returns the edges of a frame, each with six numbers. Edges across a periodic side go to the nearest image. */
   edges(kind, frame) {
     const [begin, end] = [frame > 0 ? this.about[kind][frame - 1] : 0, this.about[kind][frame]];
     const pairs = this[kind];
@@ -405,7 +405,7 @@ class Run {
 
 // ---- Numbers as text ----
 
-/** With four digits. */
+/** Formats a number with four digits. */
 function short(value) {
   if (value === null || !Number.isFinite(value)) return "–";
   const small = value !== 0 && Math.abs(value) < 1e-3;
@@ -414,13 +414,13 @@ function short(value) {
 
 const withUnit = (text, unit) => unit && unit !== "1" ? `${text} ${unit}` : text;
 
-/** A round length of about that. */
+/** Returns a round length close to the given one. */
 function roundLength(aim) {
   const decade = 10 ** Math.floor(Math.log10(aim));
   return Math.max(...[1, 2, 5].filter((m) => m * decade <= aim * 1.0001)) * decade;
 }
 
-/** Index of the time nearest to one. */
+/** Returns the index of the nearest time. */
 function nearestIndex(times, time) {
   let best = 0;
   times.forEach((t, i) => { if (Math.abs(t - time) < Math.abs(times[best] - time)) best = i; });
@@ -622,7 +622,7 @@ class Page {
     }
   }
 
-  /** What the particle under the pointer is. */
+  /** Shows the values of the particle under the pointer. */
   tell(event) {
     const tip = this.element("tip");
     const i = this.particleAt(event.offsetX, event.offsetY);
@@ -637,7 +637,7 @@ class Page {
     tip.style.top = `${Math.min(event.offsetY + 14, this.canvas.clientHeight - tip.offsetHeight)}px`;
   }
 
-  /** The nearest to the eye of those that cover the pixel, or null. */
+  /** Returns the particle nearest to the eye that covers the pixel, or null. */
   particleAt(x, y) {
     const { clientWidth: width, clientHeight: height } = this.canvas;
     const [view, projection] = this.camera.matrices(width / height);
@@ -674,7 +674,7 @@ class Page {
     if (!refused) this.setScale([low, high]);
   }
 
-  /** Of the column; `range`: as for Scale. */
+  /** Returns the scale of a column. `range`: as for Scale. */
   setScale(range) {
     const { column } = this;
     this.scale = column && new Scale(column, range, this.run.about.paleColour);
@@ -704,7 +704,7 @@ class Page {
     this.draw();
   }
 
-  /** 4 bytes a particle. */
+  /** Returns the colours of the particles, 4 bytes each. */
   colours() {
     const { about } = this.run;
     const values = this.column ? this.run.values(this.column.name, this.frame) : [];
@@ -720,7 +720,7 @@ class Page {
     return result;
   }
 
-  /** The legend: what has no colour of the scale. */
+  /** Draws the legend of particles without a colour of the scale. */
   drawMarks(values, rattlers, forces) {
     const { about } = this.run;
     const mark = (colour, label, kind = "") => {
@@ -810,7 +810,7 @@ class Page {
     this.placeLabels(times(projection, view));
   }
 
-  /** Depths of the box where the haze begins and ends, and its strength. */
+  /** Returns the depths of the box at which the haze begins and ends, and its strength. */
   haze(view) {
     const { box, fog } = this.run.about.camera;
     if (!box) return [0, 1, 0];
@@ -840,10 +840,10 @@ class Page {
     });
   }
 
-  /** Length of a pixel in the middle. */
+  /** Returns the length of a pixel in the middle. */
   pixel(projection) { return 2 * (this.camera.spatial ? this.camera.distance * this.camera.zoomed : 1) / (projection[0] * this.canvas.clientWidth); }
 
-  /** Of what is in the middle. */
+  /** Draws the scale bar, for lengths in the middle. */
   drawScale(projection) {
     const { lengthFactor, lengthUnit } = this.run.about;
     const unit = this.pixel(projection) * lengthFactor;

@@ -76,13 +76,18 @@ bool is_option(const std::string& word, const std::string& name) {
 }
 
 /// Replaces former names of options and prints a warning. Throws InputError if both names of an option are given.
-void replace_former_names(std::vector<std::string>& arguments) {
+void replace_former_names(std::vector<std::string>& arguments, const std::vector<Command>& commands) {
   for (const auto& [command, former, name] : former_names) {
     if (arguments.front() != command) continue;
+    const auto called = std::ranges::find(commands, command, &Command::name);
+    if (called == commands.end()) continue;
+    const std::vector<std::string> names = names_of(*std::ranges::find(called->arguments, name, &Argument::name), *called);
+    const bool has_name = std::ranges::any_of(arguments, [&](const std::string& word) {
+      return std::ranges::any_of(names, [&](const std::string& each) { return is_option(word, each); });
+    });
     for (std::string& word : arguments) {
       if (!is_option(word, former)) continue;
-      if (std::ranges::any_of(arguments, [&](const std::string& other) { return is_option(other, name); }))
-        throw InputError(fmt::format("option {} is an old name of {}: give only {}", former, name, name));
+      if (has_name) throw InputError(fmt::format("option {} is an old name of {}: give only {}", former, name, name));
       fmt::print(stderr, "lichtenberg: {} is an old name: it is called {} now\n", former, name);
       word.replace(0, std::string(former).size(), name);
     }
@@ -287,7 +292,7 @@ void dispatch(std::vector<std::string> arguments, std::vector<Command> commands)
     help += " " + arguments.front();
   }
   check_empty_values(arguments);
-  replace_former_names(arguments);
+  replace_former_names(arguments, commands);
   join_optional_values(arguments, commands);
   try {
     std::reverse(arguments.begin(), arguments.end());  // CLI11 reads the arguments from the back

@@ -34,7 +34,7 @@ using Summaries = std::vector<effects::EffectSummary>;
 
 void explain_scene(Explanation& out, const Scene& scene) {
   out.json = {{"scene", scene.path}, {"title", scene.title}, {"effects", nlohmann::ordered_json::array()}};
-  out.add("particles", static_cast<double>(scene.conductors.size()), "1");
+  out.add("particles", scene.conductors.size(), "1");
   out.print("{}{}{}\n", printable(scene.path), scene.title.empty() ? "" : ": ", printable(scene.title));
   const std::string unit = scene.units().length;
   out.print("  domain               {:g} {} x {:g} {}{}\n", scene.domain.size.x, unit, scene.domain.size.y, unit,
@@ -119,7 +119,7 @@ ExplainedGrid make_grid(const Scene& scene, const laplace::LaplaceProblem& probl
 }
 
 void explain_cells(Explanation& out, const ExplainedGrid& grid, std::int64_t floating) {
-  if (grid.fluid_cells) out.add("unknowns", static_cast<double>(*grid.fluid_cells + floating), "1");
+  if (grid.fluid_cells) out.add("unknowns", *grid.fluid_cells + floating, "1");
   if (grid.fluid_cells)
     out.print(
         "  unknowns             {}: the potentials of {} cells in the fluid and of {} floating group(s) of "
@@ -152,7 +152,7 @@ double explain_unknowns(Explanation& out, const Scene& scene, const laplace::Lap
   const FieldOptions& field = scene.field();
   const long bodies = static_cast<long>(problem.bodies.size());
   const long unknowns = field.method->unknowns ? field.method->unknowns(problem, field) : bodies;
-  out.add("unknowns", static_cast<double>(unknowns), "1");
+  out.add("unknowns", unknowns, "1");
   out.print("  grid                 none\n");
   out.print("  unknowns             {}: about {} per disk, more in narrow gaps\n", unknowns,
             unknowns / std::max(bodies, 1L));
@@ -249,7 +249,7 @@ void explain_unknown_solves(Explanation& out, const Scene& scene, const FieldCos
 void explain_motion_cost(Explanation& out, const Scene& scene, const std::string& refusal) {
   if (scene.conductors.empty()) return;
   out.print("\ncost: an estimate, from a trial on this machine\n");
-  if (!refusal.empty()) return out.print("  a run                refused: {}\n", refusal);
+  if (!refusal.empty()) return out.refuse(refusal);
   explain_trial(out, scene);
 }
 
@@ -257,7 +257,7 @@ void explain_run(Explanation& out, const Scene& scene, double size, const FieldC
   if (scene.conductors.empty())
     out.print("  a run                none: without conductors nothing moves\n");
   else if (!refusal.empty())
-    out.print("  a run                refused: {}\n", refusal);
+    out.refuse(refusal);
   else if (const std::optional<FieldSolves> solves = estimate_field_solves(scene))
     explain_solves(out, scene, size, cost, *solves);
   else
@@ -332,7 +332,7 @@ void explain_spheres(Explanation& out, const Scene& scene, const laplace::Sphere
             scene.field_accuracy() ? "" : "; relative to the largest value, without an error estimate");
   out.print("  spheres              {}, with {} floating group(s)\n", problem.spheres.size(),
             std::ranges::count(problem.groups, true, &laplace::Group::floating));
-  out.add("unknowns", static_cast<double>(single.unknowns), "1");
+  out.add("unknowns", single.unknowns, "1");
   out.print("  harmonics            {} of a single solve\n", in_words(single));
   out.print("                       {} in a moving scene, as it starts\n", in_words(moving));
   const FieldCost cost =

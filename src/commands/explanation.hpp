@@ -20,8 +20,14 @@ struct Explanation {
     fmt::format_to(std::back_inserter(text), format, std::forward<Values>(values)...);
   }
   /// Adds a number to the JSON. `unit`: "1" for a number without unit.
-  void add(const std::string& name, double value, const std::string& unit) {
+  template <class Number>
+  void add(const std::string& name, Number value, const std::string& unit) {
     json["quantities"][name] = {{"value", value}, {"unit", unit}};
+  }
+  /// Prints why a run is refused.
+  void refuse(const std::string& reason) {
+    print("  a run                refused: {}\n", reason);
+    json["refused"] = reason;
   }
 };
 

@@ -31,7 +31,8 @@ MotionKind grain_motion() {
 }  // namespace
 
 const std::vector<MotionKind>& motion_kinds() {
-  static const std::vector<MotionKind> kinds = {packing_minimization(), grain_motion(), conductor_motion()};
+  static const std::vector<MotionKind> kinds = {packing_minimization(), grain_motion(),
+                                                conductor_motion()};  // last, because it takes each scene
   return kinds;
 }
 

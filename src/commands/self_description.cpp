@@ -18,9 +18,15 @@ namespace {
 constexpr std::array<std::pair<const char*, const char*>, 3> other_names{
     {{"--out", "--output"}, {"--colour", "--color"}, {"--frames", "--frame"}}};
 
-/// Patterns of the files that complete an argument; other texts are completed by any file.
-constexpr std::array<std::pair<const char*, const char*>, 4> file_patterns{
-    {{"SCENE", "*.toml"}, {"--scene", "*.toml"}, {"RESULT", "*.h5"}, {"--from", "*.h5"}}};
+/// Patterns of the files that complete an argument.
+constexpr std::array<std::pair<const char*, const char*>, 8> file_patterns{{{"SCENE", "*.toml"},
+                                                                            {"--scene", "*.toml"},
+                                                                            {"RESULT", "*.h5"},
+                                                                            {"--from", "*.h5"},
+                                                                            {"--out", "*"},
+                                                                            {"--json", "*"},
+                                                                            {"--csv", "*"},
+                                                                            {"--field", "*"}}};
 
 bool is_option(const Argument& argument) { return argument.name.starts_with("-"); }
 bool is_flag(const Argument& argument) { return std::holds_alternative<bool*>(argument.target); }
@@ -44,7 +50,7 @@ std::vector<std::string> allowed_values(const Argument& argument) {
 std::string files_of(const Argument& argument) {
   if (!allowed_values(argument).empty() || !takes_text(argument)) return "";
   const auto known = std::ranges::find(file_patterns, argument.name, &std::pair<const char*, const char*>::first);
-  return known == file_patterns.end() ? "*" : known->second;
+  return known == file_patterns.end() ? "" : known->second;
 }
 
 /// Returns a shell case: names of the options, values and files of positional arguments.

@@ -61,7 +61,7 @@ class LauncherTest(unittest.TestCase):
     def test_a_build_is_announced_and_a_start_without_one_is_not(self):
         output, said = self.start(self.first)
         self.assertEqual(output, "first\n")
-        self.assertEqual(said, f"lichtenberg: building (about 4 minutes on two cores; log in {self.first}/build/build.log)\n")
+        self.assertEqual(said, f"lichtenberg: building (the whole program: 4 minutes on two cores; log in {self.first}/build/build.log)\n")
         self.assertEqual(self.start(self.first), ("first\n", ""))
 
     def test_the_first_runs_of_conductors_build_their_part_alone(self):
@@ -69,14 +69,18 @@ class LauncherTest(unittest.TestCase):
         for name in ("dendrite", "dendrite-3d", "two-disks"):
             output, said = self.start(self.first, "run", scenes / f"{name}.toml", "--set", "effects.gravity.g=1")
             self.assertEqual(output, "conductors\n")
+        self.assertEqual(self.start(self.first, "plot", "dendrite.h5")[0], "conductors\n")
         self.assertFalse((self.first / "build/lichtenberg").exists())
         (self.root / "other.toml").write_text("[effects.gravity]\n# units effects.coulomb\n[effects.gas_drag]\n")
         shutil.copytree(self.first, self.root / "second", symlinks=True)
         for folder, words in ((self.first, ("run", "other.toml")), (self.root / "second", ("solve", scenes / "two-disks.toml"))):
-            self.assertEqual(self.start(folder, *words)[0], "first\n")
+            output, said = self.start(folder, *words)
+            self.assertEqual((output, said.count("the whole program: 4 minutes on two cores")), ("first\n", 1))
         self.assertEqual(self.start(self.first, "run", scenes / "dendrite.toml")[0], "first\n")
 
     def test_scenes_of_grains_and_packings_need_the_whole_program(self):
+        shutil.copy(LAUNCHER.parent / "scenes/granular-gas.toml", self.root / "gas")
+        self.assertEqual(self.start(self.first, "run", "gas")[0], "first\n")
         for name, words in (("granular-gas", ()), ("packing", ()), ("dendrite", ("--set", "effects.coulomb.accuracy=1e-3"))):
             folder = self.root / name
             make_checkout(folder, name)

@@ -31,15 +31,14 @@ NOT_DRAWN = {"position", "image", "successor", "species", "box"}  # columns of p
 
 
 def quantities_in(file, known):
-    """Returns the quantities by name: those of `known` whose column the result has, then all its other columns and those of
-    its analysis."""
-    particles, analysis = file["particles/conductors"], file.get("analysis", {})
+    """Returns the quantities by name: those of `known` whose column the result has, then all its other columns of particles."""
+    particles = file["particles/conductors"]
     shape = particles["position/value"].shape[:2]
     found = {quantity.name: quantity for quantity in known if quantity.column in particles}
     drawn = NOT_DRAWN | {quantity.column for quantity in known}
-    for name, data in [*particles.items(), *analysis.items()]:
+    for name, data in particles.items():
         values = value_of(data) if name not in drawn and (not hasattr(data, "keys") or "value" in data) else None
-        if values is not None and (values.shape[:2] == shape or values.shape == shape[1:]) and name not in found:
+        if values is not None and (values.shape[:2] == shape or values.shape == shape[1:]):
             found[name] = plain_quantity(name, values)
     return found
 
@@ -55,7 +54,7 @@ def plain_quantity(name, values):
 def read_column(file, quantity, index):
     """[..., N] values of a quantity's column in these frames; of vectors the magnitudes; of a constant column [N]."""
     particles = file["particles/conductors"]
-    values = value_of(particles[quantity.column] if quantity.column in particles else file["analysis"][quantity.column])
+    values = value_of(particles[quantity.column])
     if values.ndim == 1:
         return values[()]
     return np.linalg.norm(values[index], axis=-1) if values.ndim == 3 else values[index]

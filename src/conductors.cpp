@@ -23,10 +23,10 @@ const std::vector<MotionKind>& motion_kinds() {
 }
 
 std::vector<Command> all_commands() {
-  static const std::set<std::string> of_results = {"plot", "film", "view", "export"};
+  static const std::set<std::string> result_commands = {"plot", "film", "view", "export"};
   std::vector<Command> commands = {run_command()};
   for (Command& command : python_commands())
-    if (of_results.contains(command.name)) commands.push_back(std::move(command));
+    if (result_commands.contains(command.name)) commands.push_back(std::move(command));
   return commands;
 }
 

@@ -346,7 +346,7 @@ TEST_CASE("work-precision: wrong methods, sizes and output names are refused") {
   check_refused(run(folder, "work-precision small.toml --time --sizes 64"), "--sizes");
   check_refused(run(folder, "work-precision small.toml --seconds 0"), "--seconds");
   check_refused(run(folder, "work-precision small.toml --output small.gif"), "small.gif");
-  check_refused(run(folder, "work-precision small.toml --output a.png --json ./a.png"), "--json ./a.png");
+  check_refused(run(folder, "work-precision small.toml --output a.png --json=./a.png"), "--json ./a.png");
   CHECK(std::distance(std::filesystem::directory_iterator(folder.path), {}) == 3);  // The scene, out and err.
 }
 

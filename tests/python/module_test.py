@@ -277,6 +277,8 @@ class Runs(unittest.TestCase):
         third = next(frames)
         self.assertEqual(first.position.tolist(), start)
         with self.assertRaisesRegex(li.InputError, "the run has left the frame at t = 0.05 s"):
+            second["position"]
+        with self.assertRaisesRegex(AttributeError, "the run has left the frame"):
             second.position
         with self.assertRaises(AttributeError):
             third.nothing

@@ -1,7 +1,7 @@
-// The program lichtenberg_conductors: runs of conductors, and pictures of them. It is the program lichtenberg without its
-// other commands and the effects of grains and packings, so that it takes less time to build. The script `lichtenberg`
-// alone calls it, for the first commands in a new clone. The functions below replace those of the libraries that it leaves
-// out.
+// The program lichtenberg_conductors: runs of conductors, and pictures of them. It is the program lichtenberg without
+// its other commands and the effects of grains and packings, so that it takes less time to build. The script
+// `lichtenberg` alone calls it, for the first commands in a new clone. The functions below replace those of the
+// libraries that it leaves out.
 #include <set>
 
 #include "solvers/parallel/petsc.hpp"

@@ -81,7 +81,8 @@ void replace_former_names(std::vector<std::string>& arguments, const std::vector
     if (arguments.front() != command) continue;
     const auto called = std::ranges::find(commands, command, &Command::name);
     if (called == commands.end()) continue;
-    const std::vector<std::string> names = names_of(*std::ranges::find(called->arguments, name, &Argument::name), *called);
+    const std::vector<std::string> names =
+        names_of(*std::ranges::find(called->arguments, name, &Argument::name), *called);
     const bool has_name = std::ranges::any_of(arguments, [&](const std::string& word) {
       return std::ranges::any_of(names, [&](const std::string& each) { return is_option(word, each); });
     });

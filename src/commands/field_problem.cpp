@@ -45,8 +45,8 @@ std::string choice_in_words(const FieldOptions& field) {
 
 FieldProblem make_field_problem(const Scene& scene) {
   if (!scene.effects.has(&EffectKind::field))
-    throw InputError(fmt::format(
-        "{} has no table [effects.floating_conductors], so there is no field to solve", scene.path));
+    throw InputError(
+        fmt::format("{} has no table [effects.floating_conductors], so there is no field to solve", scene.path));
   const Bodies bodies = make_bodies(scene);
   FieldProblem field;
   field.groups = effects::groups_at_start(scene, bodies);

@@ -36,7 +36,8 @@ int cells_for(const Scene& scene) {
   const Vec2 size = plane(scene.domain.size);
   const double radius = scene.smallest_radius();
   const double wanted = cells_in_a_radius * std::max(size.x, size.y) / radius;
-  return laplace::Grids(size).at_least(static_cast<int>(std::clamp<double>(wanted, fewest_image_cells, most_image_cells)));
+  return laplace::Grids(size).at_least(
+      static_cast<int>(std::clamp<double>(wanted, fewest_image_cells, most_image_cells)));
 }
 
 /// Returns the electrical groups with the frame's potentials. Conductors fixed by electrodes form one group per
@@ -81,7 +82,7 @@ void write_all(std::span<const std::byte> bytes) {
 
 /// Returns the values of the solved field. If the solve fails, prints a message and returns NaN.
 std::vector<float> potential_values(laplace::LaplaceSolver& solver, const laplace::LaplaceProblem& problem, int index,
-                             std::size_t count) {
+                                    std::size_t count) {
   try {
     solver.solve(problem);
   } catch (const std::exception& error) {

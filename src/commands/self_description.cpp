@@ -73,7 +73,8 @@ std::string cases_of_values(const Command& command) {
   std::string cases;
   for (const Argument& argument : command.arguments) {
     if (argument.name == "PART")  // follows `help scene` only
-      cases += fmt::format("    \"{} scene\") words=\"{}\" ;;\n", command.name, fmt::join(allowed_values(argument), " "));
+      cases +=
+          fmt::format("    \"{} scene\") words=\"{}\" ;;\n", command.name, fmt::join(allowed_values(argument), " "));
     if (!is_option(argument) || is_flag(argument)) continue;
     for (const std::string& name : names_of(argument, command)) {
       const std::string before = fmt::format("\"{} {}", command.name, name);

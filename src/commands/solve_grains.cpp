@@ -37,8 +37,7 @@ GrainAnswer solve_grain_field(const Scene& scene) {
   if (!scene.effects.has("coulomb"))
     throw InputError(
         fmt::format("{} has no table [effects.coulomb], so its grains have no field to solve", scene.path));
-  if (scene.conductors.empty())
-    throw InputError(fmt::format("{} has no grains to solve the field of", scene.path));
+  if (scene.conductors.empty()) throw InputError(fmt::format("{} has no grains to solve the field of", scene.path));
   GrainAnswer answer{.bodies = make_bodies(scene)};
   answer.bodies.charge = initial_charges(scene);
   describe_method(scene, answer);

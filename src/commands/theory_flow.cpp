@@ -38,11 +38,11 @@ struct FlowRequest {
   std::function<void(double scaled_time, double end)> at = {};
 };
 
-constexpr int rows = 60;                             // of the time series
-constexpr double first_map_time = 3.48e2;            // t_0, time of G A5.3 (a)
-constexpr int max_noise_waves = 3;                   // largest wave number of the initial noise, in waves per box edge
+constexpr int rows = 60;                   // of the time series
+constexpr double first_map_time = 3.48e2;  // t_0, time of G A5.3 (a)
+constexpr int max_noise_waves = 3;         // largest wave number of the initial noise, in waves per box edge
 constexpr std::array<int, 2> most_flow_cells{1024, 128};  // per edge, in a plane and in space
-constexpr double tolerance = 1e-4;                   // of a time step
+constexpr double tolerance = 1e-4;                        // of a time step
 
 void check_flow(const FlowRequest& r) {
   if (!(r.restitution > 0 && r.restitution < 1))

@@ -22,14 +22,10 @@ namespace lichtenberg::effects {
 
 EffectKinds conductor_kinds() {
   return {
-      &FloatingConductorsOptions::kind(),
-      &CurrentInjectionOptions::kind(),
-      &StokesDragOptions::kind(),
-      &GravityOptions::kind(),
-      &HertzContactOptions::kind(),
-      &WallContactOptions::kind(),
-      &ContactDischargeOptions::kind(),
-      &LeakageOptions::kind(),
+      &FloatingConductorsOptions::kind(), &CurrentInjectionOptions::kind(),
+      &StokesDragOptions::kind(),         &GravityOptions::kind(),
+      &HertzContactOptions::kind(),       &WallContactOptions::kind(),
+      &ContactDischargeOptions::kind(),   &LeakageOptions::kind(),
       &ContactResistanceOptions::kind(),
   };
 }

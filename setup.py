@@ -42,8 +42,17 @@ def configure(folder):
         pass  # CMake searches for it, as for the other libraries
     if shutil.which("ninja"):
         options.append("-GNinja")
-    options += [f"-DPython_EXECUTABLE={sys.executable}", *shlex.split(os.environ.get("CMAKE_ARGS", ""))]
+    try:
+        options += [f"-DPython_EXECUTABLE={sys.executable}", *shlex.split(os.environ.get("CMAKE_ARGS", ""))]
+    except ValueError as error:
+        sys.exit(f"setup.py: CMAKE_ARGS={os.environ['CMAKE_ARGS']} is not valid ({error})")
     cmake("-S", HERE, "-B", folder, *options)
+
+
+def is_build(folder):
+    """Whether a folder has a build of lichtenberg by CMake."""
+    cache = Path(folder) / "CMakeCache.txt"
+    return cache.is_file() and "CMAKE_PROJECT_NAME:STATIC=lichtenberg" in cache.read_text(encoding="utf-8").splitlines()
 
 
 class Build(build_ext):
@@ -58,6 +67,8 @@ class Build(build_ext):
             configure(folder)
             jobs = os.environ.get("CMAKE_BUILD_PARALLEL_LEVEL") or os.cpu_count()
             cmake("--build", folder, "--parallel", jobs, "--target", "lichtenberg", "python_module")
+        elif not is_build(folder):
+            sys.exit(f"setup.py: LICHTENBERG_BUILD={folder} is no build of lichtenberg: name one, or leave the variable out")
         package = Path(self.build_lib) / "lichtenberg"
         shutil.rmtree(package, ignore_errors=True)
         cmake("--install", folder, "--prefix", package, "--component", "wheel", "--strip")

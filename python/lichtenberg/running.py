@@ -8,7 +8,8 @@ from pathlib import Path
 
 from . import core
 from .array import Array
-from .errors import InputError
+from .errors import Failure, InputError
+from .files import created
 from .scene import check_device, scene_of
 
 
@@ -25,8 +26,7 @@ class RunFrame:
     def _columns(self):
         if self._arrays is None:
             if self._run.count != self._number:
-                raise InputError(f"the run has left the frame at t = {self.time:.6g} {self.time_unit}: read its arrays before "
-                                 "the next frame")
+                raise InputError(f"the run has left the frame at {in_words(self)}: read its arrays before the next frame")
             self._arrays = self._run.frame()
         return self._arrays
 
@@ -34,6 +34,15 @@ class RunFrame:
     def columns(self):
         """Names of the columns."""
         return list(self._columns)
+
+    def __contains__(self, name):
+        return name in self._columns
+
+    def __iter__(self):
+        return iter(self._columns)
+
+    def __getstate__(self):
+        return {**self.__dict__, "_run": None, "_arrays": self._columns}
 
     def __getitem__(self, name):
         if name not in self._columns:
@@ -46,11 +55,11 @@ class RunFrame:
             raise AttributeError(name)
         try:
             return self[name]
-        except InputError as error:
+        except (InputError, Failure) as error:
             raise AttributeError(str(error)) from None
 
     def __repr__(self):
-        return f"<frame at t = {self.time:.6g} {self.time_unit}>"
+        return f"<frame at {in_words(self)}>"
 
 
 class Run:
@@ -138,16 +147,20 @@ class Run:
         path = os.path.abspath(path)
         if os.path.lexists(path) and not overwrite:
             raise InputError(f"{path} exists: give another name, or allow overwrite=True")
+        if os.path.lexists(path) and path.endswith(".toml"):
+            raise InputError(f"{path} ends in .toml as scenes do and is not overwritten: give another name")
         recorded = self._recorded()
         if not self._run.is_in_one_file:
             raise InputError("the frames of this long run are in several files until its end: make the run with out=PATH")
-        part = f"{path}.part"
+        part = f"{path}.partial-{os.getpid()}"
         try:
-            shutil.copyfile(recorded, part)
+            with open(recorded, "rb") as source, open(created(part), "wb") as copy:
+                shutil.copyfileobj(source, copy)
             os.replace(part, path)
         except OSError as error:
-            Path(part).unlink(missing_ok=True)
             raise InputError(f"{path} cannot be written ({error.strerror})") from None
+        finally:
+            Path(part).unlink(missing_ok=True)
         return path
 
     @property
@@ -224,7 +237,7 @@ class Run:
         self._ended = True
 
     def __repr__(self):
-        state = "not begun" if self._run is None else f"at t = {self.time:.6g} {self._run.time_unit}"
+        state = "not begun" if self._run is None else f"at {in_words(self._run)}"
         return f"<run of {self.scene!r}, {state}>"
 
     def _repr_png_(self):
@@ -249,6 +262,11 @@ def temporary_file(owner):
 def remove_in_process(folder, process):
     if os.getpid() == process:
         shutil.rmtree(folder, ignore_errors=True)
+
+
+def in_words(state):
+    """Returns the time of a frame or run as a text. The time of a packing is the number of its iteration, of unit 1."""
+    return f"t = {state.time:.6g}{'' if state.time_unit == '1' else ' ' + state.time_unit}"
 
 
 def warn(text):

@@ -12,6 +12,7 @@
 
 #include "python/module/arrays.hpp"
 #include "solvers/error.hpp"
+#include "src/commands/json_output.hpp"
 #include "src/commands/recorded_run.hpp"
 #include "src/model/bodies.hpp"
 #include "src/model/frame.hpp"
@@ -76,6 +77,7 @@ class Run {
       std::optional<Recorder> recorder;
       if (!file.empty()) {
         scene.output.file = file;
+        check_not_read(file, {scene.path});
         recorder = Recorder::start(file, scene, make_bodies(scene).mass, overwrite);
       }
       run_.emplace(std::move(scene), std::move(recorder), [this](const std::string& text) { warn(text); });

@@ -66,20 +66,30 @@ Scene interruptible_scene(const RunArguments& request, Interruption& interruptio
   stop_before_start();
 }
 
+/// Returns the paths of the pictures that are drawn at the end.
+std::vector<std::string> pictures_of(const Scene& scene) {
+  if (!scene.output.picture) return {};
+  const std::string stem = std::filesystem::path(scene.output.file).replace_extension().string();
+  std::vector<std::string> pictures{stem + ".png"};
+  if (scene.reference) pictures.push_back(stem + "-series.png");
+  return pictures;
+}
+
 /// Throws InputError if a picture of the run would replace a file, unless the result is replaced too.
 void check_pictures(const RunArguments& request, const Scene& scene) {
-  if (!scene.output.picture || request.resume || request.overwrite) return;
-  const std::string stem = std::filesystem::path(scene.output.file).replace_extension().string();
-  for (const char* end : {".png", "-series.png"})
-    if (std::filesystem::exists(stem + end) && (*end == '.' || scene.reference))
+  if (request.resume || request.overwrite) return;
+  for (const std::string& picture : pictures_of(scene))
+    if (std::filesystem::exists(picture))
       throw InputError(fmt::format(
           "the file {} exists, where the run writes its picture: give another name with --out, or give --overwrite",
-          stem + end));
+          picture));
 }
 
 Recorder open_recorder(const RunArguments& request, const Scene& scene) {
   check_writable(scene.output.file);  // also reports names that no file can have
-  check_different({scene.output.file, request.json.file()});
+  std::vector<std::string> written = pictures_of(scene);
+  written.insert(written.end(), {scene.output.file, request.json.file()});
+  check_different(written);
   check_outputs({request.json.file()}, {request.scene, request.from}, request.overwrite);
   if (request.resume) {
     try_reading(scene.output.file, [&] { Recorder::resume(scene.output.file, scene); });

@@ -134,6 +134,12 @@ class LauncherTest(unittest.TestCase):
             self.assertIn("lichtenberg: the build failed", ended.stderr)
         (self.first / "CMakeLists.txt").write_text(PROJECT)
         self.assertEqual(self.start(self.first)[0], "first\n")
+        copy = self.root / "copy"
+        shutil.copytree(self.first, copy, symlinks=True)
+        (copy / "CMakeLists.txt").write_text("no cmake\n")
+        self.assertEqual(subprocess.run([copy / "lichtenberg"], capture_output=True, check=False).returncode, 1)
+        (copy / "CMakeLists.txt").write_text(PROJECT)
+        self.assertEqual(self.start(copy)[0], "first\n")
 
 
 if __name__ == "__main__":

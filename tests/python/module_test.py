@@ -282,6 +282,25 @@ class Runs(unittest.TestCase):
             second.position
         with self.assertRaises(AttributeError):
             third.nothing
+        self.assertFalse(hasattr(second, "position"))
+        self.assertEqual(pickle.loads(pickle.dumps(first)).position.tolist(), start)
+        self.assertIn("position", third)
+
+    def test_scenes_are_never_overwritten(self):
+        with tempfile.TemporaryDirectory() as folder:
+            scene, other = Path(folder) / "a.toml", Path(folder) / "other.toml"
+            for path in (scene, other):
+                path.write_text(li.Scene(FALL).text)
+            for out in (scene, other):
+                with self.assertRaisesRegex(li.InputError, "is not overwritten"):
+                    li.Run(str(scene), out=str(out), overwrite=True).finish()
+                with self.assertRaisesRegex(li.InputError, "is not overwritten"):
+                    li.Run(str(scene)).finish().save(str(out), overwrite=True)
+                self.assertEqual(out.read_text(), li.Scene(FALL).text)
+            part = Path(folder) / "z.h5.part"
+            part.write_text("mine")
+            li.Run(str(scene)).finish().save(f"{folder}/z.h5")
+            self.assertEqual(part.read_text(), "mine")
 
     def test_use_after_the_end_is_refused(self):
         run = li.Run(FALL)

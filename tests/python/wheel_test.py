@@ -74,6 +74,12 @@ class WheelTest(unittest.TestCase):
         assert ended.returncode == 0, f"{words} ended with {ended.returncode}\n{ended.stdout}{ended.stderr}"
         return ended.stdout
 
+    def test_a_folder_without_a_build_is_refused(self):
+        ended = subprocess.run([PYTHON, "setup.py", "build_ext"], capture_output=True, text=True, cwd=self.root / "source", check=False,
+                               env={**self.environment, "LICHTENBERG_BUILD": "nowhere"})
+        self.assertNotEqual(ended.returncode, 0)
+        self.assertIn("LICHTENBERG_BUILD=nowhere is no build of lichtenberg", ended.stderr)
+
     def test_it_is_for_this_python_and_system_and_has_the_program_and_its_data(self):
         number = self.run_command(runs.PROGRAM, "--version").split()[1]
         python = f"cp3{sys.version_info.minor}"

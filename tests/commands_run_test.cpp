@@ -1,0 +1,126 @@
+// Tests of runs from the command line: starts from a frame, JSON, stored columns.
+#include <doctest/doctest.h>
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "src/record/hdf5.hpp"
+#include "tests/commands.hpp"
+
+namespace commands_run_test {
+
+using namespace lichtenberg;
+using namespace lichtenberg::command_line_tests;
+
+using nlohmann::json;
+
+namespace {
+
+/// Returns the small scene with drag, frames each 0.01 s and an end (s).
+std::string moving_scene(const std::string& end) {
+  return small_scene + "[effects.stokes_drag]\n[output]\nevery = 0.01\npicture = false\n[stop]\ntime = " + end + "\n";
+}
+
+}  // namespace
+
+TEST_CASE("solve --from: solves the field at a frame of a run") {
+  const Folder folder;
+  folder.write("small.toml", moving_scene("0.02"));
+  const std::string drag = " --set medium.viscosity=0.7";
+  REQUIRE(run(folder, "run small.toml --quiet" + drag).status == 0);
+  const auto position = hdf5::get<double>(hdf5::load(folder / "small.h5"), "particles/conductors/position/value");
+  const json last = json::parse(run(folder, "solve small.toml --json --from small.h5" + drag).out);
+  const json first = json::parse(run(folder, "solve small.toml --json --from small.h5 --frame 0" + drag).out);
+  CHECK(first["energy"] == json::parse(run(folder, "solve small.toml --json" + drag).out)["energy"]);
+  CHECK(last["energy"] != first["energy"]);
+  for (const int axis : {0, 1}) CHECK(last["conductors"][1]["position"][axis] == position[position.size() - 3 + axis]);
+  check_refused(run(folder, "solve small.toml --frame 0"), "--frame needs --from");
+  check_refused(run(folder, "solve small.toml --from small.h5 --overwrite --json=small.h5" + drag), "is an input file");
+}
+
+TEST_CASE("run --json, explain --json: print JSON alone, replace no FILE") {
+  const Folder folder;
+  folder.write("small.toml", small_scene + "[effects.stokes_drag]\n[output]\nevery = 0.01\n[stop]\ntime = 0.01\n");
+  const std::string scene = "small.toml --set medium.viscosity=0.7";
+  const json explained = json::parse(run(folder, "explain --json " + scene).out);
+  CHECK(explained["effects"] == json({"floating_conductors", "stokes_drag"}));
+  CHECK(explained["quantities"]["particles"]["value"] == 2);
+  CHECK(explained["quantities"]["cells"]["value"] == 64 * 64);
+  CHECK(explained["quantities"]["memory"]["unit"] == "B");
+  const Ended written = run(folder, "explain --json=explained.json " + scene);
+  CHECK(contains(written.out, "effects in the run"));
+  CHECK(json::parse(text_of(folder / "explained.json"))["effects"] == explained["effects"]);
+  check_refused(run(folder, "explain --json=explained.json " + scene), "explained.json exists");
+  check_refused(run(folder, "explain --overwrite " + scene), "--overwrite is not allowed where no file is written");
+  check_refused(run(folder, "run --json=explained.json " + scene), "explained.json exists");
+  check_refused(run(folder, "run --json=none/a.json " + scene), "there is no folder");
+  check_refused(run(folder, "run --json=a.h5 --out a.h5 " + scene), "a.h5 cannot be written twice");
+  CHECK_FALSE(std::filesystem::exists(folder / "small.h5"));
+  const json ran = json::parse(run(folder, "run --json " + scene).out);
+  CHECK(ran["file"] == "small.h5");
+  CHECK(ran["quantities"]["time"] == json({{"value", 0.01}, {"unit", "s"}}));
+  CHECK(ran["seconds"].contains("picture"));
+  CHECK(run(folder, "run --json --overwrite " + scene + " >/dev/full").status == 1);
+  const Ended both = run(folder, "run --json=ran.json --overwrite " + scene);
+  CHECK(contains(both.out, "small.h5 holds the run"));
+  CHECK(json::parse(text_of(folder / "ran.json"))["quantities"] == ran["quantities"]);
+}
+
+TEST_CASE("run --from: starts at a frame of another run; conflicts are refused") {
+  const Folder folder;
+  folder.write("small.toml", moving_scene("0.05"));
+  const std::string drag = " --quiet --set medium.viscosity=0.7";
+  REQUIRE(run(folder, "run small.toml --out first.h5" + drag).status == 0);
+  const Ended second = run(folder, "run small.toml --out second.h5 --from first.h5 --frame 3" + drag);
+  REQUIRE_MESSAGE(second.status == 0, second.err);
+  const auto rows = [&](const std::string& file, const std::string& column) {
+    return hdf5::get<double>(hdf5::load(folder / file), "particles/conductors/" + column + "/value");
+  };
+  for (const std::string column : {"position", "charge", "velocity"}) {
+    const std::vector<double> first = rows("first.h5", column), then = rows("second.h5", column);
+    const std::size_t row = first.size() / 6;  // Frames.
+    for (std::size_t k = 0; k < row; ++k) CHECK(then[k] == first[3 * row + k]);
+  }
+  check_refused(run(folder, "run small.toml --out third.h5 --from first.h5 --frame 6" + drag), "frames 0 to 5");
+  check_refused(run(folder, "run small.toml --out third.h5 --frame 1" + drag), "--from");
+  check_refused(run(folder, "run small.toml --out third.h5 --from first.h5 --set conductor[0].radius=0.9e-3" + drag),
+                "body 0 has a radius of 0.001");
+  check_refused(run(folder, "run small.toml --out second.h5 --resume" + drag), "with the same --from and --frame");
+  CHECK(run(folder, "run small.toml --out second.h5 --resume --from first.h5 --frame 3" + drag).status == 0);
+}
+
+TEST_CASE("box in space: explain prints its three lengths, run stores them") {
+  const Folder folder;
+  folder.write("cube.toml", R"(
+  domain = { size = [0.01, 0.02, 0.03] }
+  conductor = [{ position = [5e-3, 5e-3, 5e-3], radius = 1e-3 }]
+  output = { picture = false, every = 0.1 }
+  stop = { time = 0.1 }
+)");
+  CHECK(contains(run(folder, "explain cube.toml").out, "0.01 m x 0.02 m x 0.03 m"));
+  REQUIRE(run(folder, "run cube.toml --quiet").status == 0);
+  CHECK(hdf5::get<double>(hdf5::load(folder / "cube.h5"), "scene/domain/size") ==
+        std::vector<double>{0.01, 0.02, 0.03});
+}
+
+TEST_CASE("fixed conductor: stays in place while the other one moves") {
+  const Folder folder;
+  std::string scene = replaced(small_scene, "charge = 1e-10", "charge = 1e-10\n  fixed = true") +
+                      "[effects.stokes_drag]\n[output]\nevery = 0.05\npicture = false\n[stop]\ntime = 0.1\n";
+  folder.write("small.toml", scene);
+  REQUIRE(run(folder, "run small.toml --quiet --set medium.viscosity=0.7").status == 0);
+  const auto position =
+      // 3 frames of 2 conductors.
+      hdf5::get<double>(hdf5::load(folder / "small.h5"), "particles/conductors/position/value");
+  for (const int frame : {1, 2}) {
+    CHECK(position[6 * frame] == 5e-3);
+    CHECK(position[6 * frame + 1] == 8e-3);
+    CHECK(position[6 * frame + 4] != 8e-3);
+  }
+  folder.write("fast.toml", replaced(scene, "fixed = true", "held = true\n  velocity = [1.0, 0.0]"));
+  check_refused(run(folder, "explain fast.toml --set medium.viscosity=0.7"),
+                "conductor.velocity is not allowed with conductor.fixed");
+}
+
+}  // namespace commands_run_test

@@ -22,12 +22,17 @@ def check_output(path, overwrite, folder=False, otherwise="give --out another na
     kind, right_kind = ("folder", os.path.isdir) if folder else ("file", os.path.isfile)
     if os.path.islink(path) or not right_kind(path):
         raise InputError(f"{path} is no plain {kind} and is not overwritten: {otherwise}")
-    if str(path).lower().endswith(".toml"):
-        raise InputError(f"{path} ends in .toml as scenes do and is not overwritten: {otherwise}")
+    refuse_scene(path, otherwise)
     if not folder and holds_hdf5(path):
         raise InputError(f"{path} is an HDF5 file, as results are, and is not overwritten: {otherwise}")
     if not overwrite:
         raise InputError(f"{path} exists: {otherwise}" + (f", or give {option}" if option else ""))
+
+
+def refuse_scene(path, otherwise):
+    """Throws InputError if an existing file is a scene by its name."""
+    if os.path.lexists(path) and str(path).lower().endswith(".toml"):
+        raise InputError(f"{path} ends in .toml as scenes do and is not overwritten: {otherwise}")
 
 
 def holds_hdf5(path):

@@ -9,7 +9,7 @@ from pathlib import Path
 from . import core
 from .array import Array
 from .errors import Failure, InputError
-from .files import created
+from .files import created, refuse_scene
 from .scene import check_device, scene_of
 
 
@@ -147,8 +147,7 @@ class Run:
         path = os.path.abspath(path)
         if os.path.lexists(path) and not overwrite:
             raise InputError(f"{path} exists: give another name, or allow overwrite=True")
-        if os.path.lexists(path) and path.endswith(".toml"):
-            raise InputError(f"{path} ends in .toml as scenes do and is not overwritten: give another name")
+        refuse_scene(path, "give another name")
         recorded = self._recorded()
         if not self._run.is_in_one_file:
             raise InputError("the frames of this long run are in several files until its end: make the run with out=PATH")

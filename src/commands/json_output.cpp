@@ -33,9 +33,6 @@ bool holds_hdf5(const std::string& path) {
 
 void check_output_file(const std::string& path, bool overwrite) {
   check_writable(path);
-  if (std::filesystem::path(path).extension() == ".toml" && std::filesystem::exists(path))
-    throw InputError(
-        fmt::format("the file {} ends in .toml as scenes do and is not overwritten: name another file", path));
   if (holds_hdf5(path))
     throw InputError(
         fmt::format("the file {} is an HDF5 file, as results are, and is not overwritten: name another file", path));

@@ -86,6 +86,7 @@ void check_pictures(const RunArguments& request, const Scene& scene) {
 }
 
 Recorder open_recorder(const RunArguments& request, const Scene& scene) {
+  if (!request.resume) check_not_read(scene.output.file, {request.scene, request.from});
   check_writable(scene.output.file);  // also reports names that no file can have
   std::vector<std::string> written = pictures_of(scene);
   written.insert(written.end(), {scene.output.file, request.json.file()});
@@ -95,7 +96,6 @@ Recorder open_recorder(const RunArguments& request, const Scene& scene) {
     try_reading(scene.output.file, [&] { Recorder::resume(scene.output.file, scene); });
     return Recorder::resume(scene.output.file, scene);
   }
-  check_not_read(scene.output.file, {request.scene, request.from});
   if (!std::filesystem::exists(scene.output.file)) check_pictures(request, scene);
   return Recorder::start(scene.output.file, scene, make_bodies(scene).mass, request.overwrite);
 }

@@ -166,6 +166,9 @@ void check_writable(const std::string& path) {
   if (type == fs::file_type::directory) refuse_it("it is a folder");
   if (type != fs::file_type::regular && type != fs::file_type::not_found)
     throw InputError(fmt::format("the path {} is no plain file and is not overwritten: name another one", path));
+  if (type == fs::file_type::regular && fs::path(path).extension() == ".toml")
+    throw InputError(
+        fmt::format("the file {} ends in .toml as scenes do and is not overwritten: name another file", path));
   if (access(folder.c_str(), W_OK | X_OK) == 0) return;
   if (errno == EROFS) refuse_it("folder " + folder + " is on a file system that is read-only");
   refuse_it("folder " + folder + " may not be written");

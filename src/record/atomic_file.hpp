@@ -66,7 +66,8 @@ class OpenFile {
 };
 
 /// Throws InputError if no file can be created at `path`: its folder is missing or not writable, or its name is too
-/// long with the suffix of a NewFile. Also throws if the path is a folder, a link, a device or a pipe.
+/// long with the suffix of a NewFile. Also throws if the path is a folder, a link, a device, a pipe or an existing scene
+/// (.toml).
 void check_writable(const std::string& path);
 
 /// Returns true if `name` is a name of a partial NewFile for the file named `of`.

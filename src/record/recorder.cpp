@@ -124,9 +124,6 @@ Recorder Recorder::start(const std::string& path, const Scene& scene, std::span<
         fmt::format("the result file {} exists: go on from it with --resume, replace it with --overwrite, or name "
                     "another file with --out",
                     path));
-  if (std::filesystem::path(path).extension() == ".toml" && std::filesystem::exists(path))
-    throw InputError(
-        fmt::format("the file {} ends in .toml as scenes do and is not overwritten: name another file", path));
   remove_partial_files(path);
   recorder.put_constants([&](const hdf5::Handle& file) {
     const Provenance here = provenance();

@@ -118,7 +118,7 @@ TEST_CASE("fixed conductor: stays in place while the other one moves") {
     CHECK(position[6 * frame + 1] == 8e-3);
     CHECK(position[6 * frame + 4] != 8e-3);
   }
-  folder.write("fast.toml", replaced(scene, "fixed = true", "held = true\n  velocity = [1.0, 0.0]"));
+  folder.write("fast.toml", replaced(scene, "fixed = true", "fixed = true\n  velocity = [1.0, 0.0]"));
   check_refused(run(folder, "explain fast.toml --set medium.viscosity=0.7"),
                 "conductor.velocity is not allowed with conductor.fixed");
 }

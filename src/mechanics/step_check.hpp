@@ -7,7 +7,7 @@
 
 namespace lichtenberg::mechanics {
 
-/// Checks the steps of an integrator of conductors: their committed lengths add up to the interval, and no body moves
+/// Checks the steps of an integrator of conductors. Their committed lengths add up to the interval, and no body moves
 /// further in one step than the effects allow (Model::largest_move).
 class StepCheck {
  public:

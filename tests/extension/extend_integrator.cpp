@@ -150,7 +150,7 @@ TEST_CASE("user-defined conductor integrator: faulty steps end the run") {
     Simulation simulation(scene_with("integrator = \"careless\"", effects), std::make_unique<LineCharges>());
     simulation.advance_to(0.01);
   };
-  const std::string contact = ", hertz_contact = {}";  // It allows half a radius in a step.
+  const std::string contact = ", hertz_contact = {}";  // Hertzian contacts allow half a radius in a step.
   CHECK_NOTHROW(advance(0.49 * radius, 1, contact));
   CHECK_NOTHROW(advance(2 * radius, 1));
   CHECK_THROWS_WITH_AS(advance(0.51 * radius, 1, contact),

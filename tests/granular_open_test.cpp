@@ -98,7 +98,7 @@ TEST_CASE("open cloud: cells contain all grains, and have no periodic images") {
   CHECK(std::isnan(analysis::structure_factors(bodies, 2).density[0]));
 }
 
-TEST_CASE("open cloud: a scene in the plane and in space is read; there is no homogeneous gas") {
+TEST_CASE("open cloud: scenes in plane and space run, without homogeneous gas") {
   for (const char* size : {"[20, 20]", "[20, 20, 20]"}) {
     const std::string text = fmt::format(
         "[units]\n[domain]\nsize = {}\nunbounded = true\n[[population]]\ncount = 120\ntemperature = 1\n"

@@ -54,7 +54,7 @@ void put_electrodes(hid_t scene_group, const Scene& scene) {
   for (size_t k = 0; k < scene.electrodes.size(); ++k) {
     const hdf5::Handle group = hdf5::open_group(electrodes, std::to_string(k));
     hdf5::put_attribute(group, "name", scene.electrodes[k].name);
-    hdf5::put(group, "potential", scene.electrodes[k].potential, "V");
+    hdf5::put(group, "potential", scene.electrodes[k].potential.value, "V");
     if (scene.electrodes[k].series_resistance > 0)
       hdf5::put(group, "series_resistance", scene.electrodes[k].series_resistance, "ohm");
     if (scene.dimension() == 3)
@@ -93,7 +93,7 @@ void put_domain(hid_t scene_group, const Scene& scene) {
   for (int s = 0; s < 2 * domain.dimension(); ++s) {
     names.emplace_back(side_names[s]);
     electrode.push_back(domain.sides[s].electrode);
-    potential.push_back(domain.sides[s].potential);
+    potential.push_back(domain.sides[s].potential.value);
   }
   hdf5::put_attribute(group, "sides", names);
   hdf5::put<std::int32_t>(group, "side_is_electrode", electrode, {electrode.size()}, "1");

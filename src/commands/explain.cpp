@@ -299,6 +299,10 @@ void explain_cost(Explanation& out, const Scene& scene, double size, const Field
 
 void explain_packing_cost(Explanation& out, const Scene& scene) {
   out.print("\ncost: an estimate, from figures measured on one core\n");
+  if (scene.compression.loads() > 0)
+    return out.print(
+        "  a run                no estimate: it minimizes once for each step of compression.step in the packing "
+        "fraction\n");
   const std::optional<PackingCost> cost = estimate_packing_cost(scene);
   if (!cost)
     return out.print(

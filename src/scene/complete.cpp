@@ -29,7 +29,7 @@ constexpr double vacuum_permittivity = 8.8541878128e-12;  // F/m, CODATA 2018
 void check_alone(const Draft& draft) {
   for (const Effects::Entry& entry : draft.scene.effects)
     for (const Effects::Entry& other : draft.scene.effects)
-      if (!entry.kind->alone.empty() && entry.kind != other.kind)
+      if (!entry.kind->alone.empty() && entry.kind != other.kind && other.kind->name != entry.kind->beside)
         refuse(draft.scene.path, draft.line("effects." + other.kind->name),
                fmt::format("effects.{} is not allowed with effects.{}, {}: leave one out", other.kind->name,
                            entry.kind->name, entry.kind->alone));
@@ -253,7 +253,7 @@ void assign_groups(const Draft& draft, Scene& scene) {
 }
 
 std::vector<std::string> names_of_walls(const Scene& scene) {
-  if (scene.walls.empty()) return {side_names.begin(), side_names.begin() + 2 * scene.dimension()};
+  if (!scene.effects.has(&EffectKind::packing)) return {side_names.begin(), side_names.begin() + 2 * scene.dimension()};
   std::vector<std::string> names;
   for (const Wall& wall : scene.walls) names.push_back(wall.name);
   return names;
@@ -272,11 +272,16 @@ void check_network(const Draft& draft, const Scene& scene) {
   };
   const network::ResistorModel& model = network::resistor_model(options.resistor.value_or("constant"));
   for (const network::ParameterEntry& entry : network::parameter_entries())
-    if (const std::string key = std::string("network.") + entry.name; draft.line(key) > 0 && !needs(model, entry))
+    if (const std::string key = std::string("network.") + entry.name; draft.line(key) > 0 && !uses(model, entry))
       refuse(scene.path, draft.line(key),
              fmt::format("{} is not allowed: the resistor model \"{}\" does not use it; it needs {}", key, model.name,
-                         fmt::join(model.needs, " and ")));
+                         parameters_in_words(model)));
   if (options.resistor) check("network.resistor", [&] { network::check(model, options.parameters); });
+  if (model.uses_force && !scene.effects.has(&EffectKind::packing))
+    refuse(scene.path, draft.line("network.resistor"),
+           fmt::format("network.resistor = \"{}\" needs the forces of contacts, which only packings "
+                       "(effects.soft_repulsion) have: \"overlap\" takes the overlaps of other scenes",
+                       model.name));
   if (options.model == NetworkModel::particle && model.path == nullptr)
     refuse(
         scene.path, draft.line("network.model"),

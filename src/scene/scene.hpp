@@ -179,6 +179,21 @@ struct MinimizeOptions {
   int threads = 0;                ///< 0: one for each core, fewer for few particles
 };
 
+/// Options of [compression]: loads of a packing, one frame each. The domain's size changes in small steps, each
+/// followed by a minimization. At most one of the three lists has elements.
+struct CompressionOptions {
+  std::vector<double> pressure;  ///< pressure of each load (N/m, in space Pa)
+  std::vector<double> filling;   ///< packing fraction of each load
+  /// Packing fraction of each load above that at jamming. The first load is the jammed packing itself.
+  std::vector<double> excess;
+  std::string plate{};      ///< upper side that alone moves: right, top or back; empty: all sides move
+  double step = 1e-3;       ///< largest change of the packing fraction between two minimizations
+  double tolerance = 1e-3;  ///< relative error of a given pressure
+
+  /// Returns the number of loads; 0 without the table.
+  std::size_t loads() const { return pressure.size() + filling.size() + (excess.empty() ? 0 : 1 + excess.size()); }
+};
+
 /// Precision in which a result stores the last frame's potential.
 enum class StoredField { single_precision, double_precision, none };
 template <>
@@ -244,6 +259,7 @@ struct Scene {
   FieldTable field_table;
   MechanicsOptions mechanics;
   MinimizeOptions minimize;
+  CompressionOptions compression;
   NetworkOptions network;
   OutputOptions output;
   StopOptions stop;

@@ -8,6 +8,7 @@
 #include <set>
 #include <variant>
 
+#include "solvers/geometry/closed_curve.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/gravity.hpp"
 #include "src/scene/effect_kind.hpp"
@@ -42,6 +43,16 @@ void put_shape(hid_t group, const Bar& bar) {
   hdf5::put<double>(group, "from", std::array{bar.from.x, bar.from.y}, {2}, "m");
   hdf5::put<double>(group, "to", std::array{bar.to.x, bar.to.y}, {2}, "m");
   hdf5::put(group, "width", bar.width, "m");
+}
+
+/// Writes the points of a polygon that deviates from the curve by 1e-4 of its size.
+void put_shape(hid_t group, const Freeform& freeform) {
+  const ClosedCurve& curve = *freeform.curve;
+  const Vec2 size = curve.high() - curve.low();
+  std::vector<double> points;
+  for (const Vec2 p : curve.polygon(1e-4 * std::max(size.x, size.y))) points.insert(points.end(), {p.x, p.y});
+  hdf5::put_attribute(group, "shape", curve.hollow() ? "hollow polygon" : "polygon");
+  hdf5::put<double>(group, "points", points, {points.size() / 2, 2}, "m");
 }
 
 void put_sphere(hid_t group, const Electrode& electrode) {

@@ -15,6 +15,7 @@
 #include "src/scene/draft.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/scene/electrodes.hpp"
+#include "src/scene/freeform.hpp"
 #include "src/scene/grains.hpp"
 #include "src/scene/nearest.hpp"
 #include "src/scene/packing.hpp"
@@ -437,6 +438,7 @@ Scene complete(const Draft& draft, const StopRequest& stop, const std::vector<Co
   check_frames(draft);
   check_network(draft, scene);
   if (draft.field.method && draft.field.method->only_disks) check_disks_only(draft, scene.electrodes);
+  check_freeforms(draft, scene.electrodes);
   return scene;
 }
 

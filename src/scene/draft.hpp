@@ -44,6 +44,11 @@ struct ElectrodeDraft {
   std::string side{};
   double at = 0, radius = 0, width = 0;
   int circuit = -1;  ///< index into Scene::circuits, set by connect_circuits()
+  std::vector<Vec2> points{};  ///< of a polygon or curve
+  Vec2 semi_axes{};
+  double angle = 0;  ///< degrees
+  double corner_radius = 0;
+  bool hollow = false;
 };
 
 /// A [[conductor]] of a scene file as written: a body with a given position.

@@ -4,12 +4,14 @@
 #include <array>
 #include <cmath>
 #include <set>
+#include <type_traits>
 
 #include <fmt/format.h>
 
 #include "solvers/geometry/box.hpp"
 #include "src/field_methods/field_method.hpp"
 #include "src/scene/circuits.hpp"
+#include "src/scene/freeform.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -44,6 +46,10 @@ bool touch(const Bar& a, const Bar& b) {
     for (const Vec2 direction : {axis, perpendicular(axis), -axis, -perpendicular(axis)})
       if (reach(corners_a, direction) < -reach(corners_b, -direction)) return false;
   return true;
+}
+bool touch(const auto& other,
+           const Freeform& freeform) requires(!std::is_same_v<std::decay_t<decltype(other)>, Freeform>) {
+  return touch(freeform, other);
 }
 bool touch(const Bar& bar, const Disk& disk) { return touch(disk, bar); }
 bool touch(const Ring& ring, const Disk& disk) { return touch(disk, ring); }
@@ -161,7 +167,8 @@ void check_sphere(const Draft& draft, const ElectrodeDraft& written, const std::
     refuse_it(fmt::format("electrode.shape = \"{}\" is not allowed in {} dimensions: {}", written.shape,
                           dimension == 3 ? "three" : "two",
                           dimension == 3 ? "\"sphere\" is, and sides of the domain can be electrodes"
-                                         : "\"disk\", \"half-disk\", \"bar\" and \"ring\" are"));
+                                         : "\"disk\", \"half-disk\", \"bar\", \"ring\", \"polygon\", "
+                                           "\"ellipse\" and \"curve\" are"));
   if (dimension == 2) return;
   if (written.position.count != 3)
     refuse_it("electrode.position has 2 numbers, but the domain has 3: both must have the same number");
@@ -224,14 +231,17 @@ std::vector<Electrode> build_electrodes(const Draft& draft) {
   for (const ElectrodeDraft& written : draft.electrodes) {
     check_sphere(draft, written, electrodes);
     const bool sphere = written.shape == "sphere";
-    const Shape shape = sphere ? Shape(Disk{plane(written.position.value), written.radius})
-                               : build_shape(written, plane(draft.scene.domain.size));
-    if (!sphere) check_position(draft, written, shape);
     const std::string& name = all_names[electrodes.size()];
+    const std::shared_ptr<const ClosedCurve> curve =
+        is_freeform(written) ? make_freeform(draft, written, name) : nullptr;
+    const Shape shape = sphere  ? Shape(Disk{plane(written.position.value), written.radius})
+                        : curve ? Shape(Freeform{curve.get()})
+                                : build_shape(written, plane(draft.scene.domain.size));
+    if (!sphere && !curve) check_position(draft, written, shape);
     if (!names.insert(name).second)
       refuse(draft.scene.path, written.line, fmt::format("electrode.name = \"{}\" is taken: names must differ", name));
     electrodes.push_back({name, shape, written.potential.value_or(0), written.series_resistance.value_or(0),
-                          written.position.value.z, written.circuit});
+                          written.position.value.z, written.circuit, curve});
   }
   draft.domain_size.count == 3 ? check_corners(draft) : check_short_circuits(draft, electrodes);
   return electrodes;
@@ -254,7 +264,8 @@ void check_disks_only(const Draft& draft, const std::vector<Electrode>& electrod
                          field_methods_that(2, [](const FieldMethodKind& method) { return !method.only_disks; })));
     };
     const Disk* disk = std::get_if<Disk>(&electrodes[i].shape);
-    if (disk == nullptr) refuse_it("is a " + draft.electrodes[i].shape);
+    if (disk == nullptr)
+      refuse_it((draft.electrodes[i].shape == "ellipse" ? "is an " : "is a ") + draft.electrodes[i].shape);
     const std::array distance = {disk->centre.x, domain.size.x - disk->centre.x, disk->centre.y,
                                  domain.size.y - disk->centre.y};
     const double rounding =

@@ -43,8 +43,9 @@ constexpr const char* floating_shape =
 
 /// True for vectors, whose components may have any size below smallest_size.
 template <class T>
-constexpr bool is_vector = std::is_same_v<T, Vec2> || std::is_same_v<T, Coordinates> ||
-                           std::is_same_v<T, std::optional<Coordinates>> || std::is_same_v<T, std::optional<Region>>;
+constexpr bool is_vector =
+    std::is_same_v<T, Vec2> || std::is_same_v<T, Coordinates> || std::is_same_v<T, std::vector<Vec2>> ||
+    std::is_same_v<T, std::optional<Coordinates>> || std::is_same_v<T, std::optional<Region>>;
 
 /// Reads a TOML document into a draft, guided by the schema.
 class Reader {
@@ -118,15 +119,16 @@ class Reader {
     for (const Key& key : table.keys) {
       const bool given = node.contains(key.name);
       if (key.required && !given) refuse_missing(table, key, line_of(node), table.header());
-      if (key.shapes.empty()) continue;
+      if (key.shapes.empty() && key.optional_shapes.empty()) continue;
       const std::string& shape = draft_.electrodes.back().shape;
-      const bool wanted = std::ranges::find(key.shapes, shape) != key.shapes.end();
-      if (wanted && !given)
+      const std::vector<std::string>& shapes = key.shapes.empty() ? key.optional_shapes : key.shapes;
+      const bool wanted = std::ranges::find(shapes, shape) != shapes.end();
+      if (wanted && !given && !key.shapes.empty())
         refuse_missing(table, key, line_of(node), fmt::format("an electrode with shape = \"{}\"", shape));
       if (given && !wanted)
         refuse(line_of(*node.get(key.name)),
                fmt::format("{} does not belong to an electrode with shape = \"{}\", only to {}",
-                           path_in(table, key.name), shape, fmt::join(key.shapes, ", ")));
+                           path_in(table, key.name), shape, fmt::join(shapes, ", ")));
     }
   }
 

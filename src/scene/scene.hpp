@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -63,6 +64,8 @@ struct Electrode {
   double series_resistance = 0;  ///< ohm, between the voltage source and the body; 0: none
   double height = 0;             ///< m, z of a sphere's centre; the shape is the sphere's outline in the xy plane
   int circuit = -1;              ///< index into Scene::circuits; -1: none
+  /// Surface of a closed curve, to which the shape points; null for other shapes
+  std::shared_ptr<const ClosedCurve> curve{};
 
   Vec3 centre() const {  ///< centre of a sphere (m)
     const Vec2 c = std::get<Disk>(shape).centre;

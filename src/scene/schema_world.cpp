@@ -123,11 +123,12 @@ std::vector<Key> electrode_source_keys() {
        .help = "name of the electrode in messages and results"},
       {.name = "shape",
        .target = [](Draft& d) { return &d.electrodes.back().shape; },
-       .texts = {"disk", "half-disk", "bar", "ring", "sphere"},
+       .texts = {"disk", "half-disk", "bar", "ring", "polygon", "ellipse", "curve", "sphere"},
        .required = true,
        .help = "shape of the electrode. disk: a whole disk; half-disk: a disk centred on a side of the domain; bar: a "
-               "straight bar with flat ends; ring: conducting outside its circle; sphere: the only shape in three "
-               "dimensions"},
+               "straight bar with flat ends; ring: conducting outside its circle; polygon: through points in order; "
+               "curve: a "
+               "smooth closed curve through points; sphere: the only shape in three dimensions"},
       {.name = "potential",
        .target = [](Draft& d) { return &d.electrodes.back().potential; },
        .unit = "V",
@@ -155,8 +156,8 @@ std::vector<Key> electrode_shape() {
       {.name = "centre",
        .target = [](Draft& d) { return &d.electrodes.back().centre; },
        .unit = "m",
-       .shapes = {"disk", "ring"},
-       .help = "centre of the disk or of the ring's circle, in m"},
+       .shapes = {"disk", "ring", "ellipse"},
+       .help = "centre of the disk, of the ring's circle or of the ellipse, in m"},
       {.name = "position",
        .target = [](Draft& d) { return &d.electrodes.back().position; },
        .unit = "m",
@@ -199,6 +200,41 @@ std::vector<Key> electrode_shape() {
   };
 }
 
+/// Returns the keys of electrodes that are closed curves.
+std::vector<Key> electrode_curve() {
+  return {
+      {.name = "points",
+       .target = [](Draft& d) { return &d.electrodes.back().points; },
+       .unit = "m",
+       .shapes = {"polygon", "curve"},
+       .help =
+           "corners of the polygon, or points of the curve, in order, in m. The last is joined to the first. A curve "
+           "is a cubic spline over the lengths between its points"},
+      {.name = "corner_radius",
+       .target = [](Draft& d) { return &d.electrodes.back().corner_radius; },
+       .unit = "m",
+       .range = not_negative,
+       .optional_shapes = {"polygon"},
+       .help = "radius of the circles that round the corners of the polygon, in m; 0: sharp corners"},
+      {.name = "semi_axes",
+       .target = [](Draft& d) { return &d.electrodes.back().semi_axes; },
+       .unit = "m",
+       .range = positive,
+       .shapes = {"ellipse"},
+       .help = "two semi-axes of the ellipse, in m"},
+      {.name = "angle",
+       .target = [](Draft& d) { return &d.electrodes.back().angle; },
+       .unit = "degrees",
+       .range = {.low = -360, .high = 360},
+       .optional_shapes = {"ellipse"},
+       .help = "angle from x to the first semi-axis of the ellipse, in degrees, anticlockwise"},
+      {.name = "hollow",
+       .target = [](Draft& d) { return &d.electrodes.back().hollow; },
+       .optional_shapes = {"polygon", "ellipse", "curve"},
+       .help = "true: the electrode conducts outside its curve instead, as a ring does"},
+  };
+}
+
 Table electrode() {
   return {
       .path = "electrode",
@@ -207,7 +243,7 @@ Table electrode() {
           "An electrode: a fixed conducting body at a given potential, or connected to a voltage source by a series "
           "resistance. In two dimensions it may reach beyond the domain, which cuts it.",
       .open = [](Draft& d, int line) { d.electrodes.push_back({.line = line}); },
-      .keys = joined({electrode_source_keys(), electrode_shape()})};
+      .keys = joined({electrode_source_keys(), electrode_shape(), electrode_curve()})};
 }
 
 Table wall() {

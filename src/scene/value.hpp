@@ -121,6 +121,26 @@ inline const char* type_name(const std::vector<double>&) { return "a list of num
 inline std::string show(const std::vector<double>& value) { return fmt::format("[{}]", fmt::join(value, ", ")); }
 inline std::vector<double> numbers(const std::vector<double>& value) { return value; }
 
+inline bool read(const toml::node& node, std::vector<Vec2>& value) {
+  const toml::array* list = node.as_array();
+  if (!list) return false;
+  value.assign(list->size(), {});
+  for (std::size_t k = 0; k < list->size(); ++k)
+    if (!read((*list)[k], value[k])) return false;
+  return !value.empty();
+}
+inline const char* type_name(const std::vector<Vec2>&) { return "a list of points [[x, y], ...], not empty"; }
+inline std::string show(const std::vector<Vec2>& value) {
+  std::vector<std::string> points;
+  for (const Vec2 point : value) points.push_back(show(point));
+  return fmt::format("[{}]", fmt::join(points, ", "));
+}
+inline std::vector<double> numbers(const std::vector<Vec2>& value) {
+  std::vector<double> all;
+  for (const Vec2 point : value) all.insert(all.end(), {point.x, point.y});
+  return all;
+}
+
 inline bool read(const toml::node& node, Interval& value) {
   if (read(node, value.smallest)) {
     value.largest = value.smallest;

@@ -225,7 +225,7 @@ SphereSolution System::results(const std::vector<double>& x) const {
   for (int k = 0; k < size(); ++k) missed[k] = y[k] - missed[k];
   solution.group_potential = constraints_.potentials(missed.data());
   solution.coupling_charge = constraints_.carried(x.data());
-  if (!problem_.has_ground()) {
+  if (!problem_.has_ground() && !problem_.has_background()) {
     double mean = 0;
     for (const Sphere& sphere : problem_.spheres) mean += solution.group_potential[sphere.group] / sites_.size();
     for (double& value : solution.group_potential) value -= mean;

@@ -234,10 +234,9 @@ TEST_CASE("grain multipoles, net charge: forces are slopes, degree 1 equals dipo
   }
 }
 
-// Of charges q_1 and q_2 the odd part (q_1 - q_2) / 2 attracts and the even part (q_1 + q_2) / 2 repels, without a term
-// of both, because the odd field is normal to the middle plane and the even one is parallel. Like charges attract
-// beyond a difference that exact series in bispherical coordinates give; other criteria are within 1 % of such a series
-// (Lian and Qin 2018; Duan and Gan 2025).
+// The odd part (q_1 - q_2) / 2 of two charges attracts, the even part (q_1 + q_2) / 2 repels. No force contains both,
+// because the odd field is normal to the middle plane and the even one parallel. Like charges attract beyond a ratio
+// that exact series in bispherical coordinates give. Approximate criteria are within 1 % of it (Duan and Gan 2025).
 TEST_CASE("grain multipoles: like charges attract beyond the exact charge ratio") {
   for (const double polarizability : {0.09, 0.12}) {
     const double gap = 0.1;  // in radii

@@ -137,7 +137,7 @@ TEST_CASE("open cloud: two charges move apart by Coulomb's law, in plane and spa
 }
 
 // The cloud grows to many times its size, so that its mesh changes several times.
-TEST_CASE("open cloud: an exploding cloud conserves energy; resumed, it has equal bits") {
+TEST_CASE("open cloud: an exploding cloud conserves energy, resumes bit by bit") {
   Scene scene = cloud(Integrator::multirate);
   scene.effects.add(effects::CoulombOptions{.accuracy = 1e-4});
   add_gas(scene, 60, 9, 0.1);

@@ -100,9 +100,9 @@ Potential in_wire(Vec3 lengths, Vec3 r, bool self) {
 
 using PairPotential = Potential (*)(Vec3, Vec3, bool);
 
-/// Sums over pairs and images in grounded sides. Two grounded sides along z have images at all distances 2 n H. The sum
-/// of layers of images from -n to n converges to a potential with a uniform field, -4 pi times their dipole moment per
-/// volume, which the conductors do not have: their potentials are 0.
+/// Sums over pairs and images in grounded sides. Two grounded sides along z have images at all distances 2 n H. In
+/// layers the sum from -n to n contains a uniform field, -4 pi times the dipole moment per volume. It is subtracted,
+/// because both conductors have the potential 0.
 Response by_images(const Enclosure& enclosure, const SourceSet& sources, PairPotential pair) {
   const bool both = enclosure.sides[4] == g && enclosure.sides[5] == g;
   SourceSet all = sources;
@@ -156,7 +156,7 @@ struct Case {
 
 // Images in two grounded sides are neglected beyond 3 periods in a layer, where their field is below exp(-6 pi H / L),
 // and beyond n = 300 periods without periodic sides, where it decays as n^-3.
-TEST_CASE("bounded sum: forces have the accuracy asked for, for all kinds of sides") {
+TEST_CASE("bounded sum: forces have the requested accuracy, for all kinds of sides") {
   const std::vector<Case> cases = {
       {"cube without images", {{9, 8, 7}, {o, o, o, o, o, o}}, alone},
       {"layer", {{9, 8, 7}, {p, p, p, p, o, o}}, in_layer},
@@ -188,7 +188,7 @@ TEST_CASE("bounded sum: forces have the accuracy asked for, for all kinds of sid
 }
 
 // Errors follow from spacing, cut-off and order, whatever the box: six random boxes of each kind.
-TEST_CASE("bounded sum: forces have the accuracy asked for in random boxes") {
+TEST_CASE("bounded sum: forces have the requested accuracy in random boxes") {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> unit(0, 1);
   const std::vector<Case> kinds = {{"space", {{}, {o, o, o, o, o, o}}, alone},
@@ -251,7 +251,7 @@ TEST_CASE("bounded sum: forces are slopes of the energy, dipoles have images") {
 
 // The force of a plate on a charge at height z above it is that of its image, q^2 / (4 z^2), and the energy half of the
 // pair's.
-TEST_CASE("bounded sum: a charge near a grounded side, beyond it, and in too thin a box") {
+TEST_CASE("bounded sum: a charge near a grounded side, beyond it, in a thin box") {
   const Enclosure enclosure{{10, 10, 10}, {o, o, o, o, g, o}};
   SourceSet sources{.lengths = enclosure.lengths, .position = {5, 5, 0.5}, .charge = {2}};
   const auto sum = sum_for(enclosure, sources, 1e-5);

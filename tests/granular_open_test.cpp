@@ -149,7 +149,7 @@ TEST_CASE("open cloud: an exploding cloud conserves energy, resumes bit by bit")
   Checkpoint checkpoint = whole.gas.save();
   whole.integrator->save(checkpoint);
   whole.to(12);
-  const GasEnergy after = whole.gas.energy();
+  const granular::GasEnergy after = whole.gas.energy();
   CHECK(after.potential < 0.5 * before);
   CHECK(after.total() == Approx(before).epsilon(2e-4));
   Run resumed(scene);

@@ -170,7 +170,7 @@ TEST_CASE("bounded sum: forces have the requested accuracy, for all kinds of sid
       {"between grounded sides", {{9, 8, 7}, {o, o, o, o, g, g}}, alone},
   };
   for (const Case& one : cases)
-    for (const double accuracy : {1e-2, 1e-4, 1e-6}) {
+    for (const double accuracy : {1e-3, 1e-6}) {
       CAPTURE(one.name);
       CAPTURE(accuracy);
       const SourceSet sources = box_of_charges(40, one.enclosure.lengths, 3);
@@ -187,7 +187,7 @@ TEST_CASE("bounded sum: forces have the requested accuracy, for all kinds of sid
     }
 }
 
-// Errors follow from spacing, cut-off and order, whatever the box: six random boxes of each kind.
+// Errors follow from spacing, cut-off and order, whatever the box: four random boxes of each kind.
 TEST_CASE("bounded sum: forces have the requested accuracy in random boxes") {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> unit(0, 1);
@@ -196,7 +196,7 @@ TEST_CASE("bounded sum: forces have the requested accuracy in random boxes") {
                                    {"grounded", {{}, {p, p, p, p, g, g}}, in_layer},
                                    {"grounded below", {{}, {p, p, p, p, g, o}}, in_layer}};
   for (Case one : kinds)
-    for (int box = 0; box < 6; ++box) {
+    for (int box = 0; box < 4; ++box) {
       one.enclosure.lengths = {5 + 8 * unit(random), 5 + 8 * unit(random), 3 + 12 * unit(random)};
       const double accuracy = std::pow(10, -2 - 4 * unit(random));
       CAPTURE(one.name);
@@ -210,7 +210,7 @@ TEST_CASE("bounded sum: forces have the requested accuracy in random boxes") {
 
 // An unbounded box uses pairs for few charges and a mesh for many, here both for the same cloud.
 TEST_CASE("bounded sum: a cloud without sides keeps the accuracy while it expands") {
-  for (const double accuracy : {1e-2, 1e-4, 1e-6})
+  for (const double accuracy : {1e-2, 1e-6})
     for (const double size : {1.0, 1.7, 30.0}) {
       CAPTURE(accuracy);
       CAPTURE(size);

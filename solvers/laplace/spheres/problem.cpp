@@ -140,7 +140,9 @@ bool SphereProblem::has_ground() const {
   return false;
 }
 
-bool SphereProblem::has_background() const { return is_periodic(box) && !has_ground() && net_charge(*this) != 0; }
+double SphereProblem::neutralized_charge() const {
+  return is_periodic(box) && !free_space && !has_ground() ? net_charge(*this) : 0;
+}
 
 void SphereProblem::check() const {
   if (!is_positive(permittivity)) refuse("the permittivity must be positive and finite");

@@ -51,9 +51,9 @@ struct SphereProblem {
   /// Returns true if the problem determines the level of the potential: grounded(), or a sphere has a given potential
   /// or is coupled to such a group. Otherwise the charges must sum to zero, unless all sides are periodic.
   bool has_ground() const;
-  /// Returns true if a uniform background neutralizes the charges: in a box that is periodic along all axes, without
-  /// ground, with charges that do not sum to zero. The mean potential over the box is 0 then.
-  bool has_background() const;
+  /// Returns the sum of the charges (C) that a uniform background neutralizes, in a box that is periodic along all axes
+  /// and has no ground; otherwise 0. With a background the mean potential over the box is 0.
+  double neutralized_charge() const;
   /// Checks the problem; throws InputError unless all of this holds. All numbers are finite; lengths, radii and the
   /// permittivity are positive. An axis is periodic on both sides or on none. Spheres do not touch or cross electrode
   /// sides, and cross insulating sides by at most 1 % of their radius. Each sphere has a group. A coupling joins two

@@ -75,13 +75,20 @@ inline std::vector<double> solved(std::vector<double> a, std::vector<double> b) 
 /// solution. `problem` then has the sides' potentials, and their groups are fixed at them. Throws the exceptions of
 /// `solver`.
 template <class Problem, class Solver>
-auto solve_with_floating_sides(Problem& problem, const std::vector<FloatingSides>& floating, Solver& solver) {
-  const std::size_t n = floating.size();
-  std::vector<double> missing, matrix(n * n);
+auto solve_with_floating_sides(Problem& problem, std::vector<FloatingSides> floating, Solver& solver) {
   const auto set = [](Problem& one, const FloatingSides& sides, double potential) {
     one.groups[sides.group] = {.floating = false, .potential = potential};
     for (const int side : sides.sides) set_side(one, side, potential);
   };
+  // A group that a contact connects with a source has its potential.
+  std::erase_if(floating, [&](const FloatingSides& sides) {
+    const laplace::Group& group = problem.groups[sides.group];
+    if (!group.floating) set(problem, sides, group.potential);
+    return !group.floating;
+  });
+  const std::size_t n = floating.size();
+  std::vector<double> missing, matrix(n * n);
+  int iterations = 0;
   for (const FloatingSides& sides : floating) missing.push_back(problem.groups[sides.group].charge);
   for (const FloatingSides& sides : floating) set(problem, sides, 0);
   Problem unit = problem;
@@ -90,14 +97,18 @@ auto solve_with_floating_sides(Problem& problem, const std::vector<FloatingSides
   for (std::size_t k = 0; k < n; ++k) {
     set(unit, floating[k], 1);
     const auto solution = solver.solve(unit);
+    iterations += solution.iterations;
     for (std::size_t i = 0; i < n; ++i) matrix[i * n + k] = charge_of(floating[i], unit, solution);
     set(unit, floating[k], 0);
   }
+  if (n == 0) return solver.solve(problem);
   const auto at_zero = solver.solve(problem);
   for (std::size_t i = 0; i < n; ++i) missing[i] -= charge_of(floating[i], problem, at_zero);
   const std::vector<double> potential = solved(std::move(matrix), std::move(missing));
   for (std::size_t k = 0; k < n; ++k) set(problem, floating[k], potential[k]);
-  return solver.solve(problem);
+  auto solution = solver.solve(problem);
+  solution.iterations += iterations + at_zero.iterations;
+  return solution;
 }
 
 }  // namespace lichtenberg::effects

@@ -57,7 +57,7 @@ class EnergyBudget {
   /// Returns the complete state after a record as numbers, for a checkpoint: energies (J), time (s), last potentials
   /// and charges with their rates, and the charges collected and delivered by each source (C).
   std::vector<double> save() const;
-  /// Returns the length of save(): 9 + 2 (nodes + terminals + sources).
+  /// Returns the length of save(): 9 + 2 (nodes + terminals + sources), and 1 more with sources that vary in time.
   std::size_t saved_size() const;
   /// Restores a state from save(); `saved` must have saved_size() numbers.
   void restore(std::span<const double> saved);

@@ -47,7 +47,7 @@ class EnergyBudget {
   /// Sets the rates of potentials to 0 until the next record, after a jump of the field that is no group merge.
   void reset_rates();
 
-  /// Adds heat of drag (J).
+  /// Adds heat that drag has produced (J) to the budget.
   void add_drag(double joule) { flows_.drag += joule; }
 
   /// Returns the energies supplied and converted to heat since the start (J).

@@ -40,6 +40,8 @@ void explain_scene(Explanation& out, const Scene& scene) {
   out.print("  domain               {:g} {} x {:g} {}{}\n", scene.domain.size.x, unit, scene.domain.size.y, unit,
             (scene.dimension() == 3 ? fmt::format(" x {:g} {}", scene.domain.size.z, unit) : "") +
                 (scene.domain.open ? " of free space" : ""));
+  if (const Vec3 e = scene.domain.uniform_field; norm2(e) > 0)
+    out.print("  uniform field        [{:g}, {:g}, {:g}] V/m\n", e.x, e.y, e.z);
   if (scene.reference) return out.print("  grains               {}\n", scene.conductors.size());
   out.print("  conductors           {}\n", scene.conductors.size());
   std::vector<std::string> electrodes;

@@ -123,6 +123,7 @@ struct Draft {
   std::optional<double> relative_permittivity, permittivity, viscosity, depth;
   std::optional<double> position_tolerance, largest_step;
   FieldDraft field;
+  std::optional<Coordinates> uniform_field;
   std::optional<std::string> output_file;
   std::vector<ElectrodeDraft> electrodes;
   std::vector<WallDraft> walls;

@@ -39,30 +39,38 @@ Table domain() {
       "side of the domain: insulating (no field through it), an electrode at a potential, or periodic: bodies that "
       "leave through it enter through the opposite side";
   const std::string in_space = help + "; in three dimensions";
-  return {.path = "domain",
-          .kind = required,
-          .help = "The rectangle [0, size x] x [0, size y] filled with fluid; with a third number of size a cuboid.",
-          .keys = {
-              {.name = "size",
-               .target = [](Draft& d) { return &d.domain_size; },
-               .unit = "m",
-               .range = {.low = smallest_size, .high = largest_size},
-               .required = true,
-               .help = "lengths of the domain's sides in m, along x (left to right), y (bottom to top) and, in three "
-                       "dimensions, z (front to back)"},
-              side<0>(help),
-              side<1>(help),
-              side<2>(help),
-              side<3>(help),
-              side<4>(in_space),
-              side<5>(in_space),
-              {.name = "unbounded",
-               .target = [](Draft& d) { return &d.scene.domain.open; },
-               .help = "true: the domain has no sides and is free space in three dimensions, with a potential of 0 at "
-                       "infinity and any net charge; domain.size is then the size of the region of initial positions. "
-                       "Needs floating_conductors",
-               .old_name = "open"},
-          }};
+  return {
+      .path = "domain",
+      .kind = required,
+      .help = "The rectangle [0, size x] x [0, size y] filled with fluid; with a third number of size a cuboid.",
+      .keys = {
+          {.name = "size",
+           .target = [](Draft& d) { return &d.domain_size; },
+           .unit = "m",
+           .range = {.low = smallest_size, .high = largest_size},
+           .required = true,
+           .help = "lengths of the domain's sides in m, along x (left to right), y (bottom to top) and, in three "
+                   "dimensions, z (front to back)"},
+          side<0>(help),
+          side<1>(help),
+          side<2>(help),
+          side<3>(help),
+          side<4>(in_space),
+          side<5>(in_space),
+          {.name = "unbounded",
+           .target = [](Draft& d) { return &d.scene.domain.open; },
+           .help = "true: the domain has no sides and is free space in three dimensions, with a potential of 0 at "
+                   "infinity and any net charge; domain.size is then the size of the region of initial positions. "
+                   "Needs floating_conductors",
+           .old_name = "open"},
+          {.name = "uniform_field",
+           .target = [](Draft& d) { return &d.uniform_field; },
+           .unit = "V/m",
+           .range = {.low = -largest_size, .high = largest_size},
+           .computed_default = "[0, 0, 0]",
+           .help = "external uniform field E = [x, y, z] in V/m, far from all conductors; its potential -E.r is 0 at "
+                   "the origin. Needs unbounded = true"},
+      }};
 }
 
 Table medium() {

@@ -104,6 +104,9 @@ struct PopulationDraft {
   std::optional<double> temperature{};       ///< m0 v0^2, granular temperature of the initial velocities
   double min_gap = 0;                        ///< m, to every other conductor, electrode and side of the domain
   std::optional<Region> region{};
+  /// Disk or vertical cylinder [x, y, radius], or sphere [x, y, z, radius] (m) that also contains the conductors;
+  /// empty: none
+  std::vector<double> round_region{};
 };
 
 /// The table [field] of a scene file as written.

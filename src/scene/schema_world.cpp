@@ -431,6 +431,12 @@ Table population() {
           .help =
               "A population: conductors or grains at random initial positions, drawn uniformly and sequentially, by "
               "default without overlap.",
+      {.name = "round_region",
+       .target = [](Draft& d) { return &d.populations.back().round_region; },
+       .unit = "m",
+       .computed_default = "none",
+       .help = "disk [x, y, radius] in m that contains the bodies at the start, in three dimensions a cylinder from "
+               "front to back, or there a sphere [x, y, z, radius]; with region the bodies are in both"},
           .open = [](Draft& d, int line) { d.populations.push_back({.line = line}); },
           .keys = joined({population_radii(), material_keys<&Draft::populations>([](Draft& d) {
                             return &d.populations.back().relative_resistivity;

@@ -42,7 +42,7 @@ struct ElectrodeDraft {
   Vec2 centre{}, from{}, to{};
   Coordinates position{};  ///< centre of a sphere
   std::string side{};
-  double at = 0, radius = 0, width = 0;
+  double at = 0, radius = 0, width = 0, wire_radius = 0;
 };
 
 /// A [[conductor]] of a scene file as written: a body with a given position.
@@ -123,10 +123,10 @@ struct Draft {
   Scene scene;  ///< values that need no further processing
   std::int64_t seed = static_cast<std::int64_t>(Scene{}.seed);
   Coordinates domain_size;
+  std::optional<Coordinates> uniform_field;
   std::optional<double> relative_permittivity, permittivity, viscosity, depth;
   std::optional<double> position_tolerance, largest_step;
   FieldDraft field;
-  std::optional<Coordinates> uniform_field;
   std::optional<std::string> output_file;
   std::vector<ElectrodeDraft> electrodes;
   std::vector<WallDraft> walls;

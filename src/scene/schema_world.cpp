@@ -133,11 +133,12 @@ std::vector<Key> electrode_source_keys() {
        .help = "name of the electrode in messages and results"},
       {.name = "shape",
        .target = [](Draft& d) { return &d.electrodes.back().shape; },
-       .texts = {"disk", "half-disk", "bar", "ring", "sphere"},
+       .texts = {"disk", "half-disk", "bar", "ring", "sphere", "torus"},
        .required = true,
        .help = "shape of the electrode. disk: a whole disk; half-disk: a disk centred on a side of the domain; bar: a "
-               "straight bar with flat ends; ring: conducting outside its circle; sphere: the only shape in three "
-               "dimensions"},
+               "straight bar with flat ends; ring: conducting outside its circle. In three dimensions sphere, or "
+               "torus: a wire loop around the z axis, as a closed chain of spheres whose electrodes are named \"NAME "
+               "1\", \"NAME 2\", ..."},
       {.name = "potential",
        .target = [](Draft& d) { return &d.electrodes.back().potential; },
        .unit = "V",
@@ -163,14 +164,22 @@ std::vector<Key> electrode_shape() {
       {.name = "position",
        .target = [](Draft& d) { return &d.electrodes.back().position; },
        .unit = "m",
-       .shapes = {"sphere"},
-       .help = "position of the sphere's centre, in m"},
+       .shapes = {"sphere", "torus"},
+       .help = "position of the centre of the sphere or torus, in m"},
       {.name = "radius",
        .target = [](Draft& d) { return &d.electrodes.back().radius; },
        .unit = "m",
        .range = positive,
-       .shapes = {"disk", "half-disk", "ring", "sphere"},
-       .help = "radius of the disk, the half-disk, the ring's circle or the sphere, in m"},
+       .shapes = {"disk", "half-disk", "ring", "sphere", "torus"},
+       .help = "radius of the disk, the half-disk, the ring's circle, the sphere or the circle in the middle of the "
+               "torus's wire, in m"},
+      {.name = "wire_radius",
+       .target = [](Draft& d) { return &d.electrodes.back().wire_radius; },
+       .unit = "m",
+       .range = positive,
+       .shapes = {"torus"},
+       .help = "radius of the torus's wire, in m, at most an eighth of its radius. The spheres of the chain have 1.134 "
+               "times this radius, so that the capacitance is that of the torus within 0.2 %"},
       {.name = "side",
        .target = [](Draft& d) { return &d.electrodes.back().side; },
        .texts = {"left", "right", "bottom", "top"},
@@ -422,6 +431,12 @@ std::vector<Key> population_places() {
        .computed_default = "the whole domain",
        .help = "lower and upper corner in m of the rectangle or cuboid that contains the bodies at the start; in three "
                "dimensions a rectangle extends from front to back"},
+      {.name = "round_region",
+       .target = [](Draft& d) { return &d.populations.back().round_region; },
+       .unit = "m",
+       .computed_default = "none",
+       .help = "disk [x, y, radius] in m that contains the bodies at the start, in three dimensions a cylinder from "
+               "front to back, or there a sphere [x, y, z, radius]; with region the bodies are in both"},
   };
 }
 
@@ -431,12 +446,6 @@ Table population() {
           .help =
               "A population: conductors or grains at random initial positions, drawn uniformly and sequentially, by "
               "default without overlap.",
-      {.name = "round_region",
-       .target = [](Draft& d) { return &d.populations.back().round_region; },
-       .unit = "m",
-       .computed_default = "none",
-       .help = "disk [x, y, radius] in m that contains the bodies at the start, in three dimensions a cylinder from "
-               "front to back, or there a sphere [x, y, z, radius]; with region the bodies are in both"},
           .open = [](Draft& d, int line) { d.populations.push_back({.line = line}); },
           .keys = joined({population_radii(), material_keys<&Draft::populations>([](Draft& d) {
                             return &d.populations.back().relative_resistivity;

@@ -50,6 +50,12 @@ void explain_scene(Explanation& out, const Scene& scene) {
                              ? fmt::format("{} behind {:g} ohm from {:g} V", terminal.name, terminal.series_resistance,
                                            terminal.potential)
                              : fmt::format("{} at {:g} V", terminal.name, terminal.potential));
+  constexpr std::size_t most = 12;  // a torus has many
+  if (electrodes.size() > most) {
+    const std::string last = electrodes.back();
+    electrodes.resize(most - 2);
+    electrodes.insert(electrodes.end(), {"...", last});
+  }
   out.print("  electrodes           {}\n", electrodes.empty() ? "none" : fmt::to_string(fmt::join(electrodes, ", ")));
 }
 

@@ -78,6 +78,31 @@ std::string ball(const std::string& position, const std::string& shape = "shape 
 
 }  // namespace
 
+TEST_CASE("domain.uniform_field: a charge moves at charge times field over drag") {
+  Scene scene = cube_of({{0.03, 0.03, 0.03}}, 1e-4);
+  scene.domain.open = true;
+  scene.domain.uniform_field = {3e4, 0, -4e4};
+  scene.conductors[0].charge = 2e-11;
+  Simulation simulation(scene);
+  simulation.advance_to(30 * mass / drag);
+  const ConductorFrame frame = simulation.now();
+  // Relative errors: 1e-6 of the integrator, 1e-4 of the field.
+  CHECK(frame.velocity[0].x == near(2e-11 * 3e4 / drag, 1e-4));
+  CHECK(frame.velocity[0].z == near(-2e-11 * 4e4 / drag, 1e-4));
+}
+
+TEST_CASE("domain.uniform_field: refused in a box, and with two numbers") {
+  const auto text = [](const std::string& keys) {
+    return "domain = { size = [0.02, 0.02, 0.02], " + keys + " }\nmedium = { relative_permittivity = 4.7 }\n" +
+           sphere("[0.01, 0.01, 0.002]") + floating;
+  };
+  const Scene scene = parse(text("unbounded = true, uniform_field = [1e5, 0.0, -2e5]"));
+  CHECK(scene.domain.uniform_field == Vec3{1e5, 0, -2e5});
+  check_refused(text("uniform_field = [1e5, 0.0, 0.0]"), {"domain.uniform_field needs domain.unbounded = true"});
+  check_refused(text("unbounded = true, uniform_field = [1e5, 0.0]"),
+                {"domain.uniform_field has 2 numbers, but the domain has 3"});
+}
+
 TEST_CASE("scene in space: the field method is spheres with default tolerances") {
   const Scene scene = parse(dish + sphere("[0.01, 0.01, 0.002]") + ball("[0.004, 0.01, 0.002]") + floating);
   CHECK(scene.field().method == &spheres_method());

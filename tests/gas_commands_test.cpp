@@ -150,16 +150,6 @@ TEST_CASE("analyse: a cluster's induced dipole is the sum over its grains") {
   CHECK(last["induced_dipole"][2].get<double>() == Approx(expected / number).epsilon(1e-12).scale(0));
 }
 
-TEST_CASE("plot --colour charge and cluster: give different pictures of a gas") {
-  const Folder folder;
-  folder.write("gas.toml", replaced(scene, "[output]", "[output]\npicture = false"));
-  REQUIRE(run_program(folder, "run gas.toml --quiet").status == 0);
-  for (const char* colour : {"charge", "cluster"})
-    CHECK(run_program(folder, fmt::format("plot gas.h5 --colour {0} --out {0}.png", colour)).status == 0);
-  CHECK(text_of(folder / "charge.png") != text_of(folder / "cluster.png"));
-  CHECK(run_program(folder, "plot gas.h5 --colour size").status == 2);
-}
-
 TEST_CASE("ensemble of gases: means equal those of the summaries in the results") {
   const Folder folder;
   folder.write("gas.toml", replaced(scene, "[output]", "[output]\npicture = false"));

@@ -8,7 +8,6 @@
 #include <thread>
 
 #include "solvers/error.hpp"
-#include "solvers/stop.hpp"
 #include "solvers/laplace/circuit.hpp"
 #include "solvers/laplace/cutcell/assembled.hpp"
 #include "solvers/laplace/cutcell/backend.hpp"
@@ -23,6 +22,7 @@
 #include "solvers/laplace/cutcell/wavefront.hpp"
 #include "solvers/parallel/huge_pages.hpp"
 #include "solvers/parallel/petsc.hpp"
+#include "solvers/stop.hpp"
 
 namespace lichtenberg::laplace {
 

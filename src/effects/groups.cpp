@@ -249,12 +249,13 @@ bool shares_group(const ElectricalGroups& groups, int conductor, const Terminal&
 }
 
 bool splits_group(const ElectricalGroups& before, const ElectricalGroups& after) {
+  const auto keeps_source = [&](std::size_t i) {
+    if (before.potential[i] != after.potential[i]) return false;
+    return before.supply.empty() || before.same_source[before.supply[i]] == after.same_source[after.supply[i]];
+  };
   // A group's id is its first conductor, so every other member must still be grouped with it.
   for (std::size_t i = 0; i < before.id.size(); ++i)
-    if (after.id[i] != after.id[before.id[i]] ||
-        (before.potential[i] &&
-         (!after.potential[i] || before.same_source[before.supply[i]] != after.same_source[after.supply[i]])))
-      return true;
+    if (after.id[i] != after.id[before.id[i]] || (before.potential[i] && !keeps_source(i))) return true;
   return false;
 }
 

@@ -6,22 +6,21 @@ resistor. Chains of spheres carry charge between the plates (scenes/wire-growth.
 structure tends to the series resistance, and of two structures behind one resistor usually one survives.
 """
 
-import os
 import tempfile
 from pathlib import Path
 
 import h5py
 import numpy as np
 
-from experiments import bounds, mean, open_experiment, picture, published, record, refuse, row, attempt
+from experiments import attempt, mean, open_experiment, picture, published, record, refuse, row
 
 SERIES = [1e10, 1e11, 1e12]  # ohm
 SEEDS = range(1, 5)
 TIME = 0.6  # s
 LATE = 0.25  # part of a run, at its end, over which currents are averaged
 SURVIVES = 0.9  # part of the current that the surviving chain carries at least
-EXPECTED_RESISTANCE = ("Disagrees: the forces on the spheres fall with the voltage that the resistor leaves, but nothing "
-                       "in the model stops growth at equal resistances.")
+EXPECTED_RESISTANCE = ("Disagrees: the forces on the spheres fall with the voltage that the resistor leaves, but "
+                       "nothing in the model stops growth at equal resistances.")
 EXPECTED_SURVIVOR = ("Agrees: the chain that forms first takes the voltage from the other electrode, whose spheres are "
                      "then hardly driven.")
 REASON_RESISTANCE = ("Contacts have a fixed resistance and spheres shuttle at low currents. The resistance of the "
@@ -29,75 +28,21 @@ REASON_RESISTANCE = ("Contacts have a fixed resistance and spheres shuttle at lo
                      "large current.")
 REASON_SURVIVOR = "Both electrodes have one potential, so that a chain at one does not discharge spheres at the other."
 
-SCENE = """
-seed = {seed}
-[domain]
-size = [1.6e-2, 1.6e-2]
-[medium]
-relative_permittivity = 4.7
-viscosity = 0.7
-[[electrode]]
-name = "lower"
-shape = "bar"
-from = [0.0, 0.0]
-to = [0.0, 0.6e-2]
-width = 2e-3
-[[electrode]]
-name = "upper"
-shape = "bar"
-from = [0.0, 1.0e-2]
-to = [0.0, 1.6e-2]
-width = 2e-3
-[[electrode]]
-name = "ground"
-shape = "bar"
-from = [1.6e-2, 0.0]
-to = [1.6e-2, 1.6e-2]
-width = 2e-3
-potential = 0.0
-[[circuit]]
-name = "source"
-electrodes = ["lower", "upper"]
-resistance = {series:g}
-potential = 18e3
-[[population]]
-count = 24
-radius = 0.775e-3
-min_gap = 0.2e-3
-[effects.floating_conductors]
-[effects.stokes_drag]
-[effects.hertz_contact]
-[effects.wall_contact]
-[effects.contact_discharge]
-contact_distance = 0.4e-3
-[effects.contact_resistance]
-resistance = 1e9
-[field]
-cells = 128
-[mechanics]
-position_tolerance = 3e-6
-[output]
-every = 0.01
-picture = false
-[stop]
-time = {time}
-stationary = false
-"""
+SCENE = Path(__file__).with_name("two_chains.toml")
 
 
 def late_charges(program, series, seed, time):
-    """Runs the scene. Returns the charge (C) that went to the lower and the upper plate late in the run, and the charge
-    and the potential of the node (V) from which the structure's resistance follows."""
+    """Runs the scene. Returns the charges (C) that were delivered late in the run, to the lower, the upper and the
+    grounded plate and by the source."""
     with tempfile.TemporaryDirectory() as folder:
-        scene = Path(folder) / "chains.toml"
-        scene.write_text(SCENE.format(seed=seed, series=series, time=time))
-        result = attempt(program, "run", scene, "--out", scene.with_suffix(".h5"), "--quiet")
+        out = Path(folder) / "chains.h5"
+        result = attempt(program, "run", SCENE, "--out", out, "--quiet", "--set", f"seed={seed}", "--set",
+                         f"stop.time={time}", "--set", f"circuit[0].resistance={series}")
         if result.returncode != 0:
             refuse(program, result)
-        with h5py.File(scene.with_suffix(".h5")) as file:
+        with h5py.File(out) as file:
             delivered = file["observables/charge_delivered/value"][:]
-    late = delivered[-1] - delivered[-1 - int(LATE * (len(delivered) - 1))]
-    return late
+    return delivered[-1] - delivered[-1 - int(LATE * (len(delivered) - 1))]
 
 
 def main():
@@ -123,7 +68,8 @@ def main():
     def draw(axes):
         axes.plot(np.repeat(resistors, len(seeds)), 10 ** np.array(ratios), "o", label="ours")
         axes.plot(resistors, np.ones(len(resistors)), label="published")
-        axes.set(xscale="log", yscale="log", xlabel="series resistance (ohm)", ylabel="structure over series resistance")
+        axes.set(xscale="log", yscale="log", xlabel="series resistance (ohm)",
+                 ylabel="structure over series resistance")
 
     picture(request.plot, draw)
     record(request, rows)

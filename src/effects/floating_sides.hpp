@@ -125,7 +125,7 @@ auto solve_with_floating_sides(Problem& problem, std::vector<FloatingSides> floa
   for (std::size_t k = 0; k < n; ++k) set(problem, floating[k], potential[k]);
   auto solution = solver.solve(problem);
   solution.iterations += iterations + at_zero.iterations;
-  // As of floating groups again, couplings carry what the sides do not have: exact for couplings of any size.
+  // As in floating groups, couplings carry the rest of the charge: exact for couplings of any size.
   for (std::size_t k = 0; k < n; ++k)
     problem.groups[floating[k].group] = {.charge = given[k] - charge_of_sides(floating[k], solution)};
   return solution;

@@ -52,9 +52,10 @@ struct AtChoice {
 
 using KeyTarget =
     std::variant<At<bool>, At<int>, At<std::int64_t>, At<double>, At<std::string>, At<Vec2>, At<Coordinates>,
-                 At<std::vector<double>>, At<std::vector<Vec2>>, At<DomainSide>, At<std::optional<int>>,
-                 At<std::optional<double>>, At<std::optional<std::string>>, At<std::optional<Interval>>,
-                 At<std::optional<Region>>, At<std::optional<Coordinates>>, AtChoice>;
+                 At<std::vector<double>>, At<std::vector<Vec2>>, At<std::vector<std::string>>, At<DomainSide>,
+                 At<std::optional<Signal>>, At<std::optional<int>>, At<std::optional<double>>,
+                 At<std::optional<std::string>>, At<std::optional<Interval>>, At<std::optional<Region>>,
+                 At<std::optional<Coordinates>>, AtChoice>;
 
 /// Function object with the overloads of all `Functions`, for std::visit.
 template <class... Functions>

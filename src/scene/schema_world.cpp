@@ -28,10 +28,8 @@ Table top() {
 /// Returns the key of the side with index `s` in side_names.
 template <int s>
 Key side(const std::string& help) {
-  return {.name = std::string(side_names[s]),
-          .target = [](Draft& d) { return &d.scene.domain.sides[s]; },
-          .unit = "V",
-          .help = help};
+  return {
+      .name = std::string(side_names[s]), .target = [](Draft& d) { return &d.scene.domain.sides[s]; }, .help = help};
 }
 
 Table domain() {
@@ -60,7 +58,7 @@ Table domain() {
                .target = [](Draft& d) { return &d.scene.domain.open; },
                .help = "true: the domain has no sides and is free space in three dimensions, with a potential of 0 at "
                        "infinity and any net charge; domain.size is then the size of the region of initial positions. "
-                       "Needs floating_conductors",
+                       "Needs floating_conductors or [units]; grains may also move in a plane",
                .old_name = "open"},
           }};
 }
@@ -134,15 +132,22 @@ std::vector<Key> electrode_source_keys() {
       {.name = "potential",
        .target = [](Draft& d) { return &d.electrodes.back().potential; },
        .unit = "V",
-       .required = true,
-       .help = "potential of the electrode, in V, or of its voltage source if there is a series resistance"},
+       .computed_default = "none; needed without charge and without a [[circuit]] that lists the electrode",
+       .help =
+           "potential of the electrode, in V, or of its voltage source if there is a series resistance; constant or "
+           "a function of time (s)"},
+      {.name = "charge",
+       .target = [](Draft& d) { return &d.electrodes.back().charge; },
+       .unit = "C",
+       .computed_default = "none",
+       .help = "charge of a floating electrode, in C, instead of a potential"},
       {.name = "series_resistance",
        .target = [](Draft& d) { return &d.electrodes.back().series_resistance; },
        .unit = "ohm",
        .range = positive,
        .computed_default = "none",
        .help = "resistance between the voltage source and the electrode, in ohm. The electrode starts without charge, "
-               "and its potential follows from the current; with 1e30 ohm it floats"},
+               "and its potential follows from the current"},
   };
 }
 
@@ -360,8 +365,62 @@ Table group() {
                .target = [](Draft& d) { return &d.groups.back().potential; },
                .unit = "V",
                .computed_default = "none",
-               .help = "fixed potential of the group's conductors, in V; their charge follows from the field"},
+               .help = "given potential of the group's conductors, in V, constant or a function of time (s); their "
+                       "charge follows from the field"},
           }};
+}
+
+std::vector<Key> circuit_keys() {
+  return {
+      {.name = "name",
+       .target = [](Draft& d) { return &d.circuits.back().name; },
+       .computed_default = "\"circuit\" and a number, as in \"circuit 1\"",
+       .help = "name of the circuit in messages and results"},
+      {.name = "electrodes",
+       .target = [](Draft& d) { return &d.circuits.back().electrodes; },
+       .required = true,
+       .help = "names of the electrodes, sides of the domain and groups that the circuit joins to one potential; they "
+               "have no potential of their own. A side in this list is an electrode"},
+      {.name = "potential",
+       .target = [](Draft& d) { return &d.circuits.back().potential; },
+       .unit = "V",
+       .computed_default = "none",
+       .help = "potential of the voltage source, in V, constant or a function of time (s)"},
+      {.name = "resistance",
+       .target = [](Draft& d) { return &d.circuits.back().resistance; },
+       .unit = "ohm",
+       .range = positive,
+       .computed_default = "none: the voltage source is connected directly",
+       .help = "resistance between the voltage source and the electrodes, in ohm"},
+      {.name = "current",
+       .target = [](Draft& d) { return &d.circuits.back().current; },
+       .unit = "A",
+       .computed_default = "none",
+       .help = "current of a current source into the electrodes, in A, constant or a function of time (s), instead of "
+               "or in addition to a voltage source behind a resistance"},
+      {.name = "capacitance",
+       .target = [](Draft& d) { return &d.circuits.back().capacitance; },
+       .unit = "F",
+       .range = positive,
+       .computed_default = "none",
+       .help = "capacitance of a capacitor between the electrodes and 0 V, in F"},
+      {.name = "charge",
+       .target = [](Draft& d) { return &d.circuits.back().charge; },
+       .unit = "C",
+       .computed_default = "0",
+       .help = "charge of the electrodes and the capacitor together at the start, in C"},
+  };
+}
+
+Table circuit() {
+  return {.path = "circuit",
+          .kind = repeated,
+          .help =
+              "A circuit: electrodes, sides and groups with one potential, connected to a voltage source, directly or "
+              "through "
+              "a resistance, or by a current source. Without a source their potential floats.",
+          .open = [](Draft& d, int line) { d.circuits.push_back({.line = line}); },
+          .keys = circuit_keys()};
 }
 
 std::vector<Key> population_radii() {
@@ -471,7 +530,7 @@ Table population() {
 
 std::vector<Table> tables_of_the_world() {
   using namespace tables;
-  return {top(), domain(), medium(), material(), electrode(), wall(), conductor(), group(), population()};
+  return {top(), domain(), medium(), material(), electrode(), circuit(), wall(), conductor(), group(), population()};
 }
 
 }  // namespace lichtenberg

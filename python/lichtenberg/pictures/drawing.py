@@ -61,6 +61,20 @@ class Snapshot:
         return np.zeros(len(self.radius), bool) if self.successor is None else self.successor != UNCONNECTED
 
 
+def scene_size(file):
+    """Returns the size (m) of the domain, [2] or [3], as the scene states it."""
+    domain = file["scene/domain"]
+    return np.append(domain["size"][:2], domain["height"][()] if "height" in domain else [])
+
+
+def size_in(file, frame):
+    """Returns the size (m) of the domain, [2] or [3], in a frame: that of the load, if a packing has loads."""
+    size = scene_size(file)
+    if "observables/size_x" not in file:
+        return size
+    return np.array([file[f"observables/size_{axis}/value"][frame] for axis in "xyz"[: len(size)]])
+
+
 def read_sides(domain):
     width, height = domain["size"][:2] * MM
     corners = np.array([[0, 0], [width, 0], [0, height], [width, height]])

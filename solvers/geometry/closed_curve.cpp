@@ -66,8 +66,8 @@ double sector(const CurvePiece& piece) {
   return triangle + (piece.radius > 0 ? segment : -segment);
 }
 
-/// Returns the integrals of x and y over the area between a piece and the coordinate axes, which sum to those over the
-/// area inside the curve: x^2/2 dy and -y^2/2 dx, by five Gauss points.
+/// Returns the integrals of x^2/2 dy and -y^2/2 dx over a piece, by five Gauss points. Their sums over a closed curve
+/// are the integrals of x and y over the area inside.
 Vec2 moment(const CurvePiece& piece, Vec2 origin) {
   constexpr double node[3] = {0, 0.5384693101056831, 0.9061798459386640};
   constexpr double weight[3] = {0.5688888888888889, 0.4786286704993665, 0.2369268850561891};

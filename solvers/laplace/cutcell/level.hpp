@@ -36,8 +36,8 @@ struct RowLink {
   std::int32_t link;
 };
 
-/// Point of a closed curve that moves with it, on which the derivative of a link acts as a force does: the torque is
-/// the cross product with the derivative (curve_arm in surface_links.hpp).
+/// Point of a closed curve on which the derivative of a link acts as a force does (curve_arm in surface_links.hpp). The
+/// torque is the cross product of its position and the derivative.
 struct LinkArm {
   /// Index of the link in Level::links.
   int link;
@@ -151,7 +151,7 @@ struct Level {
   std::vector<RowLink> row_links;
   std::vector<int> row_start;
   std::vector<CrossGradient> cross_gradients;
-  /// Of links to closed curves.
+  /// Points of attack of the links to closed curves.
   std::vector<LinkArm> arms;
   /// Direct links between bodies of different groups.
   std::vector<PairLink> pairs;

@@ -270,6 +270,23 @@ TEST_CASE("closed curves: mirror images have mirrored forces and equal charges")
   CHECK(one.body_force[0].y == Approx(mirrored.body_force[0].y).epsilon(1e-6));
 }
 
+TEST_CASE("ellipse centred on an insulating side: half of the whole one") {
+  for (const double angle : {0.0, pi / 2}) {
+    LaplaceProblem whole{.size = {1, 1}, .permittivity = 1};
+    whole.sides[left].kind = whole.sides[right].kind = Side::Kind::electrode;
+    whole.groups = {{false, 0, 1}};
+    LaplaceProblem half = whole;
+    half.size = {1, 0.5};
+    const ClosedCurve in_middle = make_ellipse({0.43, 0.5}, {0.22, 0.11}, angle, false);
+    const ClosedCurve on_side = make_ellipse({0.43, 0}, {0.22, 0.11}, angle, false);
+    whole.bodies = {{Freeform{&in_middle}, 0}};
+    half.bodies = {{Freeform{&on_side}, 0}};
+    const LaplaceSolution all = CutCellSolver(options(128)).solve(whole), one = CutCellSolver(options(128)).solve(half);
+    CHECK(2 * one.body_charge[0] == Approx(all.body_charge[0]).epsilon(1e-7));
+    CHECK(2 * one.body_force[0].x == Approx(all.body_force[0].x).epsilon(1e-5));
+  }
+}
+
 TEST_CASE("closed curves: device and aperture formula refuse them") {
   const Pair pair = confocal_ellipses({0.5, 0.5}, 0.25, 0.12, 0);
   CHECK_THROWS_AS(device::make_host_solver(options(64))->solve(between(pair)), InputError);

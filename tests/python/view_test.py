@@ -244,8 +244,10 @@ class ArraysTest(unittest.TestCase):
             "disk": {"shape": "disk", "centre": [2, 8], "radius": 1},
             "ring": {"shape": "ring", "centre": [5, 5], "radius": 5},
             "bar": {"shape": "bar", "from": [8, 4], "to": [8, 6], "width": 1},
+            "polygon": {"shape": "polygon", "points": [[3, 3], [5, 3], [5, 5], [3, 5]]},
         }
-        nearest = {"side": ([1, 2], [1, 0]), "disk": ([2, 6], [2, 7]), "ring": ([5, 8], [5, 10]), "bar": ([6, 5], [7.5, 5])}
+        nearest = {"side": ([1, 2], [1, 0]), "disk": ([2, 6], [2, 7]), "ring": ([5, 8], [5, 10]), "bar": ([6, 5], [7.5, 5]),
+                   "polygon": ([5.5, 4], [5, 4])}
         for name, (point, expected) in nearest.items():
             np.testing.assert_allclose(nearest_ground(np.array([point], float), [shapes[name]])[0], expected, atol=1e-14)
         points, expected = (np.array(each, float) for each in zip(*(nearest[name] for name in ("side", "disk", "bar"))))

@@ -183,6 +183,7 @@ void CpuSolver::finish(const LaplaceProblem& problem, LaplaceSolution& solution)
   evaluate(order.sorted(), *level, x.data(), unit_, solution, team);
   order.restore(solution.body_charge);
   order.restore(solution.body_force);
+  if (!solution.body_torque.empty()) order.restore(solution.body_torque);
   store(problem, solution);
   if (followed) followed_then = followed->potentials();
 }

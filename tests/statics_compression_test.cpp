@@ -27,7 +27,7 @@ const std::string periodic_space = periodic_plane + "front = \"periodic\"\nback 
 Scene random_packing(int dimension, const std::string& form, const std::string& more = "") {
   return parse_scene(fmt::format("[domain]\nsize = {}\n{}[effects.soft_repulsion]\nform = \"{}\"\n{}"
                                  "[[population]]\ncount = 60\nradii = [0.4, 0.56]\noverlapping = true\n",
-                                 dimension == 3 ? "[4.0, 4.2, 3.9]" : "[6.6, 6.4]",
+                                 dimension == 3 ? "[4.0, 4.2, 3.9]" : "[7.8, 7.6]",
                                  dimension == 3 ? periodic_space : periodic_plane, form, more),
                      "packing");
 }

@@ -58,7 +58,7 @@ TEST_CASE("periodic axis: both of its sides or none must be periodic") {
   check_refused("domain = { size = [1.0, 1.0], bottom = { potential = 5.0 }, top = \"periodic\" }\n",
                 {"domain.top = \"periodic\"", "domain.bottom = { potential = 5 }"});
   check_refused("domain = { size = [1.0, 1.0], left = \"round\" }\n",
-                {"domain.left = \"round\"", "\"periodic\", \"insulating\" or { potential = a number }"});
+                {"domain.left = \"round\"", "\"periodic\", \"insulating\", { potential = a number in V"});
 }
 
 TEST_CASE("domain.front, back: refused in 2D, and in 3D if they have a potential") {

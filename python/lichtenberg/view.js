@@ -296,8 +296,11 @@ function edgesBetween(low, high) {
 
 const isRound = ({ shape }) => shape === "sphere" || shape === "disk";
 
-/** Returns the ends of the lines of electrodes, which are sides in the plane. */
-const sideLines = ({ shape, ends }) => shape === "side" ? [...ends.slice(0, 2), 0, ...ends.slice(2), 0] : [];
+/** Returns the ends of the lines of electrodes, which are sides and polygons in the plane. */
+function sideLines({ shape, ends, points }) {
+  if (shape.endsWith("polygon")) return points.flatMap((point, k) => [...point, 0, ...points[(k + 1) % points.length], 0]);
+  return shape === "side" ? [...ends.slice(0, 2), 0, ...ends.slice(2), 0] : [];
+}
 
 /** Returns the corners of the quadrangles of an electrode: a face in space, a bar, or the area outside of a ring. */
 function areas({ shape, low, high, from, to, width, centre, radius }) {

@@ -63,7 +63,7 @@ inline double force_exponent(RepulsionForm form) { return form == RepulsionForm:
 /// Pair force law of soft repulsion: energy U = stiffness * w(q) for q < 1. q is the distance of the centres over the
 /// sum of the radii. The functions are those that pair_law.hpp requires.
 struct ContactPotentialLaw {
-  static constexpr bool over_distance = true;
+  static constexpr bool over_distance = true, charged = false;
   double stiffness = 1;  ///< J
   RepulsionForm form = RepulsionForm::logarithmic;
 

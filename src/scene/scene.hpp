@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -19,14 +20,19 @@
 #include "src/scene/choice.hpp"
 #include "src/scene/effects.hpp"
 #include "src/scene/mechanics_options.hpp"
+#include "src/scene/signal.hpp"
 
 namespace lichtenberg {
 
-/// One side of the domain: insulating, an electrode at a potential, or periodic.
+/// One side of the domain: insulating, an electrode, or periodic. In a circuit, an electrode side has the potential of
+/// the circuit's node.
 struct DomainSide {
   bool electrode = false;
-  double potential = 0;  ///< V
+  Signal potential = 0;  ///< V, without a circuit
   bool periodic = false;
+  int circuit = -1;  ///< index into Scene::circuits; -1: none
+  /// Resistance (ohm) before the voltage source, and charge (C), of a circuit of this side alone
+  std::optional<double> series_resistance{}, charge{};
 };
 
 /// The simulated rectangle or cuboid, from the origin to `size`, and its sides.
@@ -50,13 +56,16 @@ struct Domain {
 };
 
 /// A fixed conducting body at a given potential. Behind a resistor its own potential floats, and `potential` is that of
-/// the voltage source.
+/// the voltage source. In a circuit it has the potential of the circuit's node.
 struct Electrode {
   std::string name;
   Shape shape;
-  double potential = 0;          ///< V
+  Signal potential = 0;          ///< V
   double series_resistance = 0;  ///< ohm, between the voltage source and the body; 0: none
   double height = 0;             ///< m, z of a sphere's centre; the shape is the sphere's outline in the xy plane
+  int circuit = -1;              ///< index into Scene::circuits; -1: none
+  /// Surface of a closed curve, to which the shape points; null for other shapes
+  std::shared_ptr<const ClosedCurve> curve{};
 
   Vec3 centre() const {  ///< centre of a sphere (m)
     const Vec2 c = std::get<Disk>(shape).centre;
@@ -100,11 +109,23 @@ inline double distance(const Wall& wall, const Conductor& conductor) {
 }
 
 /// Conductors that the scene connects by a wire ([[group]]). They have one potential, whether they touch or not. Either
-/// the charge of the whole group or its potential is given.
+/// the charge of the whole group or its potential is given, or it belongs to a circuit.
 struct PrescribedGroup {
   std::string name;
   double charge = 0;                ///< C
-  std::optional<double> potential;  ///< V
+  std::optional<Signal> potential;  ///< V
+  int circuit = -1;                 ///< index into Scene::circuits; -1: none
+};
+
+/// A circuit ([[circuit]]): one node, which joins electrodes, sides and groups to one potential. The node has a charge
+/// of its own. A voltage source behind a resistor or a current source feeds it, or none: then it floats.
+struct Circuit {
+  std::string name;
+  double resistance = 0;            ///< ohm, between the voltage source and the node; 0: no voltage source
+  Signal potential = 0;             ///< V, of the voltage source
+  std::optional<Signal> current{};  ///< A, of the current source, from 0 V into the node
+  double capacitance = 0;           ///< F, between the node and 0 V
+  double charge = 0;                ///< C, of the node at the start
 };
 
 /// Material of the conductors.
@@ -232,6 +253,7 @@ struct Scene {
   std::vector<Wall> walls;
   std::vector<Conductor> conductors;
   std::vector<PrescribedGroup> groups;
+  std::vector<Circuit> circuits;
   /// Frame of a result from which the bodies start; empty: positions are those of the file
   std::string started_from;
   std::optional<Reference> reference;  ///< units of a scene of grains; other scenes are in SI

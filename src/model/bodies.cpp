@@ -96,6 +96,7 @@ Bodies make_bodies(const Scene& scene) {
     bodies.mass.push_back(mass);
     bodies.radius.push_back(r);
   }
+  if (scene.reference) bodies.image.resize(bodies.position.size(), 0);  // grains record images along all axes
   wrap(bodies);
   return bodies;
 }

@@ -171,12 +171,13 @@ void check_sides(const Draft& draft) {
     if (domain.sides[s].periodic) continue;
     if (domain.sides[s].potential != 0)
       refuse_it("in a scene of grains (with [units]): a conducting side is grounded, { potential = 0 }");
-    const std::string with_walls = names_of(&IntegratorKind::meets_walls);
+    const bool any_meets = std::ranges::any_of(values_named<Integrator>,
+                                               [](const auto& integrator) { return integrator.value->meets_walls; });
     if (!integrator->meets_walls)
-      refuse_it(
-          fmt::format("with mechanics.integrator = \"{}\", for which grains have no walls: \"periodic\"{} or "
-                      "domain.unbounded = true is needed",
-                      name_of(integrator), with_walls.empty() ? "" : ", the integrator " + with_walls));
+      refuse_it(fmt::format(
+          "with mechanics.integrator = \"{}\", for which grains have no walls: \"periodic\"{} or "
+          "domain.unbounded = true is needed",
+          name_of(integrator), any_meets ? ", the integrator " + names_of(&IntegratorKind::meets_walls) : ""));
   }
 }
 

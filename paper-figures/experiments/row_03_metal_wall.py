@@ -103,7 +103,7 @@ def main():
                         "The charge is uniform here, and restitution alone would have to be 0.14. The authors name "
                         "patches of charge and their images. At equal charge a patch close to the wall would multiply the "
                         "energy of the image, and patches may hold more charge than the net charge. This assumption "
-                        "decides; walls for grains and patches are not in the program"))
+                        "decides; patches are not in the program"))
 
     def draw(axes):
         axes.errorbar(charges, speeds, errors, fmt="o", label="uniform charge")

@@ -43,7 +43,7 @@ LICHTENBERG_HOST_DEVICE inline ContactLaw contact_law(double q) {
 /// Pair force law of soft repulsion: energy U = stiffness * (q - 1) ln q for q < 1. q is the distance of the centres
 /// over the sum of the radii. The functions are those that pair_law.hpp requires.
 struct ContactPotentialLaw {
-  static constexpr bool over_distance = true;
+  static constexpr bool over_distance = true, charged = false;
   double stiffness = 1;  ///< J
 
   LICHTENBERG_HOST_DEVICE double reach(double radius_i, double radius_j) const { return radius_i + radius_j; }

@@ -40,8 +40,7 @@ void Euler::advance(double time, double end) {
       context_.electrics->accept(context_.electrics->solve(next));
       context_.electrics->reconnect(next);
     }
-    wrap(context_.model.bodies);
-    context_.model.accept(next, next - time);
+    context_.commit(next, next - time);
     time = next;
   }
 }

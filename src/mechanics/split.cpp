@@ -69,8 +69,7 @@ void Split::advance(double time, double end) {
   while (time < end) {
     context_.between_steps();
     const double reached = predicts ? try_prediction(time, end) : try_step(time, end, FieldGrid::whole);
-    wrap(context_.model.bodies);
-    if (reached > time) context_.model.accept(reached, reached - time);
+    if (reached > time) context_.commit(reached, reached - time);
     time = reached;
   }
 }

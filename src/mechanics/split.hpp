@@ -24,6 +24,7 @@ class Split : public Stepper {
   explicit Split(StepperContext context);
   void begin(double time) override;
   void advance(double time, double end) override;
+  bool limits_moves() const override { return true; }
   void save(Checkpoint& checkpoint) const override;
   void restore(const Checkpoint& checkpoint) override;
 

@@ -19,7 +19,12 @@ struct StepperContext {
   Model& model;
   Electrics* electrics;  ///< null in a neutral scene
   Counters& counters;
-  std::function<void()> between_steps;  ///< called between steps of any integrator; its exception ends the run
+  /// Called between steps of any integrator. Throws Failure if a body has moved too far in the last step
+  /// (Model::largest_move). Any exception ends the run.
+  std::function<void()> between_steps;
+  /// Called once after each step with its end and its length dt (s). Wraps positions into the periodic axes, and passes
+  /// the step to the effects (Model::accept).
+  std::function<void(double end, double dt)> commit;
 };
 
 /// Interface of the integrators of a scene of conductors: mechanics, field and contacts together.
@@ -30,10 +35,13 @@ class Stepper {
   /// field, the caller has already solved and accepted it at this time.
   virtual void begin(double time) = 0;
   /// Advances bodies, charges and contacts from `time` to `end` (s). At both ends contacts are up to date and the field
-  /// is solved. Positions may differ from those of the solve by a correction of force errors, of at most two position
-  /// tolerances. A merge of equipotential groups may change a force more than earlier merges did. The correction is
-  /// then larger for a body that cannot touch another on its path.
+  /// is solved. Each step ends with StepperContext::commit. Positions may differ from those of the solve by a
+  /// correction of force errors, of at most two position tolerances. A merge of equipotential groups may change a force
+  /// more than earlier merges did. The correction is then larger for a body that cannot touch another on its path.
   virtual void advance(double time, double end) = 0;
+  /// Returns true if the integrator limits the displacement of a body in each step (Model::largest_move) itself.
+  /// Otherwise StepperContext::between_steps checks it.
+  virtual bool limits_moves() const { return false; }
   /// Saves the integrator's own state, such as its next step, which is not in the bodies and the electrical state.
   virtual void save(Checkpoint&) const {}
   /// Restores the state that save() has written.

@@ -51,13 +51,13 @@ struct SphereProblem {
   /// Returns true if the problem determines the level of the potential: grounded(), or a sphere has a given potential
   /// or is coupled to such a group. Otherwise the charges must sum to zero.
   bool has_ground() const;
-  /// Checks the problem; throws InputError unless all of this holds. Lengths, radii and the permittivity are positive,
-  /// and an axis is periodic on both sides or on none. Spheres do not touch or cross electrode sides, and cross
-  /// insulating sides by at most 1 % of their radius. Each sphere has a group. A coupling joins two different groups
-  /// and has a finite capacitance of at least 0. A floating group has a sphere, or is coupled to a group with a sphere.
-  /// Conductors of different groups do not touch; other spheres overlap by at most 1 % of the smaller radius. A
-  /// dielectric is alone in a floating group and has a relative permittivity above 1. Without ground the charges sum to
-  /// zero.
+  /// Checks the problem; throws InputError unless all of this holds. All numbers are finite; lengths, radii and the
+  /// permittivity are positive. An axis is periodic on both sides or on none. Spheres do not touch or cross electrode
+  /// sides, and cross insulating sides by at most 1 % of their radius. Each sphere has a group. A coupling joins two
+  /// different groups and has a finite capacitance of at least 0. A floating group has a sphere, or is coupled to a
+  /// group with a sphere. Conductors of different groups do not touch; other spheres overlap by at most 1 % of the
+  /// smaller radius. A dielectric is alone in a floating group and has a relative permittivity above 1. Without ground
+  /// the charges sum to zero.
   void check() const;
 };
 

@@ -8,17 +8,13 @@ from .errors import InputError
 def coagulate(kernel, times, *, tolerance=1e-4, largest=1e6, stiff=False):
     """Solves Smoluchowski's coagulation equation from single grains.
 
-    kernel: function of two sizes (numbers of grains) that returns K >= 0.
+    The kernel is a function of two sizes (numbers of grains) that returns K >= 0. The times are ascending, in units of the
+    kernel. The tolerance is the relative error of the mean size by the width of the size classes. No size exceeds
+    `largest`. With stiff=True kernels may differ by many orders of magnitude.
 
-    times: ascending, in units of the kernel.
-
-    tolerance: relative error of the mean size by the width of the size classes.
-
-    largest: largest size. stiff=True is for kernels that differ by many orders of magnitude.
-
-    Returns an object with the arrays time, size, number and width. They end when mass is lost beyond `largest`. size is
-    sum s^2 f / sum s f, number is that of aggregates by initial grain. width is the standard deviation of the sizes over
-    their mean. It has the numbers error (estimated, of size) and lost (share of the mass).
+    Returns an object with the arrays time, size, number and width. They end when mass is lost beyond `largest`. The size is
+    sum s^2 f / sum s f, the number that of aggregates by initial grain. The width is the standard deviation of the sizes
+    over their mean. The number `error` is estimated, of the size, and `lost` is the share of the mass.
 
     The command `lichtenberg theory smoluchowski --kernel` has common kernels. Throws InputError and Failure."""
     if not callable(kernel):

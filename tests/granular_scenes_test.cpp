@@ -99,6 +99,21 @@ TEST_CASE("population charges: equal, Gaussian or exp(-|q|^z) with known moments
   }
 }
 
+TEST_CASE("charge_exchange with a sign: explanation states saturation and growth") {
+  const auto text = [&](const std::string& keys) {
+    const Scene scene =
+        parse(box + grains + contact + exchange + "model = \"size\"\ntransfer_prefactor = 0.01\n" + keys);
+    return effects::ChargeExchangeOptions::kind().explain(scene).at(0).text;
+  };
+  CHECK(
+      text("feedback = -4\nmemory = 9\n") ==
+      "0.01 q0 times the drive per collision of energy 1 m0 v0^2, by size; two grains saturate at a difference of 0.25 "
+      "q0 times the drive; 1/e of it after 9 collisions");
+  CHECK(text("feedback = 4\ncapacity = 2\n").ends_with("grow by 1.08 per collision, up to charges of 2 q0"));
+  const Scene random = parse(box + grains + contact + exchange);
+  CHECK(effects::ChargeExchangeOptions::kind().explain(random).empty());
+}
+
 TEST_CASE("charge_exchange.model = \"none\": population charges stay constant") {
   const std::string charged =
       "[[population]]\ncount = 60\ntemperature = 1\ncharge = 1\ncharge_distribution = \"gaussian\"\n";
@@ -311,7 +326,8 @@ TEST_CASE("scenes of grains: impossible ones are refused with a one-line message
        "effects.charge_exchange.affinities has 2 numbers, and model = \"material\" needs one for each [[conductor]] "
        "and "
        "then for each [[population]], 1 in all"},
-      {box + few + contact + exchange + "model = \"polarization\"\n", "effects.charge_exchange.field is missing: model = \"polarization\" needs it or effects.uniform_field"},
+      {box + few + contact + exchange + "model = \"polarization\"\n",
+       "effects.charge_exchange.field is missing: model = \"polarization\" needs it or effects.uniform_field"},
       {box + few + contact + exchange + "model = \"polarization\"\nfield = [0, 1]\n",
        "effects.charge_exchange.field has 2 numbers, but the domain has 3"},
       {box + few + contact + "stiffness = 1\n" + si + "viscosity = 1e-4\n", "leave one of the two out"},

@@ -112,6 +112,22 @@ void complete_charge_exchange(const Draft& draft, Scene& scene) {
                          *options.capacity, grain.charge));
 }
 
+/// Returns the course of the charge difference of two grains that collide again and again (DirectedExchange).
+std::vector<ExplanationLine> explain_charge_exchange(const Scene& scene) {
+  const auto& options = *scene.effects.find<ChargeExchangeOptions>();
+  if (!has_sign(options.model)) return {};
+  const double growth = 2 * options.strength * options.feedback;
+  std::string text = fmt::format("{:g} q0 times the drive per collision of energy 1 m0 v0^2, by {}", options.strength,
+                                 name_of(options.model));
+  if (growth < 0)
+    text += fmt::format("; two grains saturate at a difference of {:.4g} q0 times the drive", -1 / options.feedback);
+  if (growth > 0)
+    text += fmt::format("; differences grow by {:.4g} per collision, up to charges of {:g} q0", 1 + growth,
+                        *options.capacity);
+  if (options.memory) text += fmt::format("; 1/e of it after {:g} collisions", *options.memory);
+  return {{"transferred charge", text}};
+}
+
 void charge_exchange_on_device(const Scene& scene, DeviceForces& forces) {
   const auto& options = *scene.effects.find<ChargeExchangeOptions>();
   forces.charged = true;
@@ -218,6 +234,7 @@ const EffectKind& ChargeExchangeOptions::kind() {
           [](const Scene& scene) {
             return std::make_unique<ChargeExchange>(*scene.effects.find<ChargeExchangeOptions>(), scene.seed);
           },
+      .explain = explain_charge_exchange,
       .cost = {.evaluations_a_step =
                    [](const Scene& scene) {
                      return scene.effects.find<ChargeExchangeOptions>()->model == ExchangeModel::none ? 1.0 : 2.0;

@@ -268,6 +268,62 @@ class Runs(unittest.TestCase):
             with self.assertRaisesRegex(li.InputError, "an energy that is no finite number"):
                 run.finish()
 
+    def test_charge_exchange_of_a_function_is_applied_exactly(self):
+        scene = {"units": {}, "domain": {"size": [12, 12, 12], **{side: "periodic" for side in (
+                     "left", "right", "bottom", "top", "front", "back")}},
+                 "conductor": [{"position": [5.4, 6, 6], "velocity": [1, 0, 0], "radius": 0.5},
+                               {"position": [6.6, 6, 6], "velocity": [-1, 0, 0], "radius": 0.5, "charge": 0.25}],
+                 "effects": {"viscoelastic_contact": {}, "charge_exchange": {"model": "none"}}, "stop": {"time": 1}}
+        seen = []
+        run = li.Run(scene, record=False)
+
+        @run.add_charge_exchange
+        def by_speed(contacts):
+            seen.append(contacts)
+            return 0.01 * contacts.impact_speed * contacts.direction[:, 0]
+        frames = list(run.frames())
+        self.assertEqual(len(seen), 1)
+        self.assertEqual(seen[0].pair.tolist(), [[0, 1]])
+        self.assertEqual(seen[0].charge.tolist(), [[0, 0.25]])
+        self.assertEqual(seen[0].radius.tolist(), [[0.5, 0.5]])
+        self.assertAlmostEqual(seen[0].impact_speed[0], 2, 12)
+        self.assertEqual(seen[0].direction.tolist(), [[-1, 0, 0]])
+        charge = frames[-1].charge
+        self.assertAlmostEqual(float(charge[0]), -0.02, 11)
+        self.assertEqual(float(charge[0] + charge[1]), 0.25)
+
+    def test_faulty_charge_exchange_is_refused(self):
+        with self.assertRaisesRegex(li.InputError, "is none"):
+            li.Run(FALL).add_charge_exchange(3)
+        run = li.Run(FALL, record=False)
+        run.add_charge_exchange(lambda contacts: 0)
+        with self.assertRaisesRegex(li.InputError, "only grains exchange charge"):
+            run.finish()
+        gas = {"stop.time": 1}
+        for function, text in ((lambda contacts: "text", "an array of charges"), (lambda contacts: [0] * 10**4, "charges, one"),
+                               (lambda contacts: np.full(len(contacts.pair), np.nan), "not finite")):
+            run = li.Run(str(SOURCE / "scenes/neutral-gas.toml"), gas, record=False)
+            run.add_charge_exchange(function)
+            with self.assertRaisesRegex(li.InputError, text):
+                run.finish()
+        run = li.Run(str(SOURCE / "scenes/neutral-gas.toml"), gas, record=False)
+        run.add_charge_exchange(lambda contacts: np.zeros(len(contacts.pair)), unit=0)
+        with self.assertRaisesRegex(li.InputError, "must be positive"):
+            run.finish()
+
+    def test_coagulation_with_a_constant_kernel_is_the_closed_form(self):
+        found = li.coagulate(lambda i, j: 1.0, [1, 20, 200], tolerance=1e-3)
+        self.assertLessEqual(found.error, 1e-3)
+        for t, size, number, width in zip(found.time, found.size, found.number, found.width):
+            self.assertLess(abs(size / (1 + t) - 1), 1e-3)
+            self.assertLess(abs(number * (2 + t) / 2 - 1), 1e-6)
+            self.assertAlmostEqual(width**2, size * number - 1, 9)
+        for kernel, times in ((lambda i, j: -1.0, [1]), (lambda i, j: 1.0, [2, 1]), (lambda i, j: 1.0, []), (1, [1])):
+            with self.assertRaises(li.InputError):
+                li.coagulate(kernel, times)
+        with self.assertRaises(ZeroDivisionError):
+            li.coagulate(lambda i, j: 1 / 0, [1])
+
     def test_forces_on_a_packing_are_refused(self):
         run = li.Run(str(SOURCE / "scenes/packing.toml"), record=False)
         run.add_force(lambda state: np.zeros_like(state.position))

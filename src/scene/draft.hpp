@@ -54,6 +54,7 @@ struct ConductorDraft {
   std::optional<double> charge{};
   std::optional<std::string> group{};
   std::optional<double> young{}, poisson{};  ///< Young's modulus (Pa) and Poisson's ratio of the material
+  std::optional<Coordinates> angular_velocity{};
 };
 
 /// A [[group]] of a scene file as written: conductors connected by a wire.
@@ -104,6 +105,7 @@ struct PopulationDraft {
   std::optional<double> temperature{};       ///< m0 v0^2, granular temperature of the initial velocities
   double min_gap = 0;                        ///< m, to every other conductor, electrode and side of the domain
   std::optional<Region> region{};
+  std::optional<double> rotational_temperature{};  ///< m0 v0^2, of the initial angular velocities
 };
 
 /// The table [field] of a scene file as written.

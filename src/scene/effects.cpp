@@ -35,6 +35,12 @@ std::optional<double> least_in(const Scene& scene, double (*StepLimits::*number)
   return least;
 }
 
+const EffectKind* surface_effect(const Effects& effects) {
+  for (const Effects::Entry& entry : effects)
+    if (entry.kind->make.overrides().set_surface) return entry.kind;
+  return nullptr;
+}
+
 bool is_driven(const Scene& scene) {
   return std::ranges::any_of(scene.effects,
                              [](const Effects::Entry& entry) { return entry.kind->make.overrides().drive; });

@@ -125,9 +125,9 @@ void check_conductors(const Draft& draft) {
   for (const Effects::Entry& entry : draft.scene.effects)
     if (entry.kind->grains)
       refuse_effect(draft, entry.kind->name, "the table [units], which makes the scene one of grains");
-  for (const char* key :
-       {"equilibration", "population.temperature", "population.charge_distribution", "population.charge_exponent",
-        "mechanics.step", "mechanics.contact_substeps", "mechanics.threads"})
+  for (const char* key : {"equilibration", "population.temperature", "population.charge_distribution",
+                          "population.charge_exponent", "mechanics.step", "mechanics.contact_substeps",
+                          "mechanics.threads", "conductor.angular_velocity", "population.rotational_temperature"})
     refuse_if_given(draft, key,
                     "needs the table [units], which makes the scene one of grains: add it, or leave the key out");
   if (!draft.scene.mechanics.integrator->moves_conductors)
@@ -150,10 +150,35 @@ void check_mechanics(const Draft& draft) {
     refuse_if_given(draft, "mechanics.relative_tolerance",
                     fmt::format("is not allowed with mechanics.integrator = \"{}\": of grains it is for \"cvode\"",
                                 name_of(integrator)));
+  if (const EffectKind* effect = surface_effect(draft.scene.effects);
+      effect && draft.line("mechanics.integrator") > 0 && !integrator->has_surface_forces)
+    refuse(
+        draft.scene.path, draft.line("mechanics.integrator"),
+        fmt::format("mechanics.integrator = \"{}\" is not allowed with effects.{}, whose forces it does not compute: "
+                    "{} is allowed",
+                    name_of(integrator), effect->name, names_of(&IntegratorKind::has_surface_forces)));
   if (!integrator->reads("contact_substeps"))
     refuse_if_given(
         draft, "mechanics.contact_substeps",
         fmt::format("is not allowed with mechanics.integrator = \"{}\": it is for \"multirate\"", name_of(integrator)));
+}
+
+/// Throws InputError for angular velocities of grains that do not rotate, or that have components in the plane of a
+/// domain of two dimensions.
+void check_rotation(const Draft& draft) {
+  if (!draft.scene.effects.has("friction"))
+    for (const char* key : {"conductor.angular_velocity", "population.rotational_temperature"})
+      refuse_if_given(
+          draft, key,
+          "needs the table [effects.friction], without which grains do not rotate: add it, or leave the key "
+          "out");
+  for (const ConductorDraft& conductor : draft.conductors) {
+    if (!conductor.angular_velocity) continue;
+    const auto& [w, count] = *conductor.angular_velocity;
+    if (count != 3 || (draft.scene.dimension() == 2 && (w.x != 0 || w.y != 0)))
+      refuse(draft.scene.path, conductor.line,
+             "conductor.angular_velocity must have three numbers, of which the first two are 0 in two dimensions");
+  }
 }
 
 }  // namespace
@@ -178,6 +203,7 @@ void check_grains(const Draft& draft) {
            fmt::format("mechanics.integrator = \"{}\" is not allowed with [units]: {} are",
                        name_of(draft.scene.mechanics.integrator), names_of(&IntegratorKind::moves_grains)));
   check_mechanics(draft);
+  check_rotation(draft);
 }
 
 namespace {
@@ -209,6 +235,8 @@ void fill_in_grains(Draft& draft) {
   scene.stop.stationary = false;
   for (PopulationDraft& population : draft.populations)
     if (!population.radius && population.radii.empty()) population.radius = Interval{0.5, 0.5};
+  for (ConductorDraft& conductor : draft.conductors)
+    if (conductor.angular_velocity) conductor.conductor.angular_velocity = conductor.angular_velocity->value;
 }
 
 void fill_in_steps(const Draft& draft, Scene& scene) {

@@ -92,6 +92,7 @@ struct Conductor {
   int group = -1;                   ///< index into Scene::groups, -1: no prescribed group
   double relative_resistivity = 1;  ///< resistivity of its material, in units of NetworkOptions::parameters
   bool fixed = false;               ///< true: fixed at its position
+  Vec3 angular_velocity{};          ///< 1/t0, of a grain with friction; along z in two dimensions
 };
 
 /// Returns the distance (m) of the conductor's centre from the wall; negative beyond the wall.

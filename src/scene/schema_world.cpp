@@ -279,6 +279,12 @@ std::vector<Key> conductor_state() {
        .unit = "m/s",
        .computed_default = "0 along each axis",
        .help = "velocity of the conductor at the start, in m/s"},
+      {.name = "angular_velocity",
+       .target = [](Draft& d) { return &d.conductors.back().angular_velocity; },
+       .unit = "1/t0",
+       .computed_default = "0 about each axis",
+       .help = "angular velocity of a grain at the start, in reduced units (1/t0): three numbers, in two dimensions "
+               "[0, 0, w]; needs [effects.friction]"},
       {.name = "fixed",
        .target = [](Draft& d) { return &d.conductors.back().conductor.fixed; },
        .help = "true: the conductor does not move",
@@ -402,6 +408,13 @@ std::vector<Key> population_places() {
        .computed_default = "0: at rest",
        .help = "initial temperature of grains, in reduced units (m0 v0^2): each velocity component is Gaussian, with a "
                "variance of temperature over mass, and the momenta add up to 0"},
+      {.name = "rotational_temperature",
+       .target = [](Draft& d) { return &d.populations.back().rotational_temperature; },
+       .unit = "m0 v0^2",
+       .range = not_negative,
+       .computed_default = "0: no rotation",
+       .help = "initial rotational temperature of grains, in reduced units (m0 v0^2): each component of the angular "
+               "velocity is Gaussian, with a variance of temperature over moment of inertia; needs [effects.friction]"},
       {.name = "min_gap",
        .target = [](Draft& d) { return &d.populations.back().min_gap; },
        .unit = "m",

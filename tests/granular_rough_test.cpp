@@ -24,7 +24,7 @@ struct Oblique {
   Momenta before, after;
 };
 
-/// Collides two grains with the relative velocity (1, across). The contact is so short that its normal turns by less
+/// Collides two grains with the relative velocity (1, across). The contact is so short that its normal rotates by less
 /// than the duration times `across`.
 Oblique collide(Scene scene, double across, double spin = 0) {
   const Vec3 middle = 0.5 * scene.domain.size;
@@ -50,7 +50,7 @@ Oblique collide(Scene scene, double across, double spin = 0) {
 
 }  // namespace
 
-// Contacts last 2.2e-4 (e = 1) with an overlap of 1e-4, by which the normal turns during the contact. This changes
+// Contacts last 2.2e-4 (e = 1) with an overlap of 1e-4, by which the normal rotates during the contact. This changes
 // velocities by up to 4 * 2.2e-4 * 4.
 TEST_CASE("sliding collision: the tangential impulse is mu times the normal one") {
   for (const double e : {1.0, 0.8})
@@ -79,7 +79,7 @@ TEST_CASE("sticking collision: Walton's beta_0 is that of the tangential spring"
   CHECK(damped.across_after == Approx(-0.8 * 0.5).epsilon(4e-3));
 }
 
-// The cut-off ends the force within a substep, in which the spring turns by up to pi/2 / 400 of its oscillation.
+// The cut-off ends the force within a substep, in which the spring rotates by up to pi/2 / 400 of its oscillation.
 TEST_CASE("tangential restitution: a sticking collision has the given beta_0") {
   for (const double beta : {-0.5, 0.0, 0.6}) {
     CAPTURE(beta);

@@ -79,7 +79,7 @@ const EffectKind& AdhesionOptions::kind() {
           "(Derjaguin, "
           "Muller and Toporov 1975), for small, stiff grains. jkr is the contact of Johnson, Kendall and Roberts "
           "(1971), "
-          "for large, soft grains: it begins at the overlap 0, and ends when the grains are pulled apart by 3/2 pi w "
+          "for large, soft grains: it begins at the overlap 0, and ends at a separating force of 3/2 pi w "
           "R_eff. The work of adhesion w is twice the surface energy. Walls attract like grains.",
       .options = AdhesionOptions{},
       .keys = {{.name = "model", .target = target<&AdhesionOptions::model>, .help = "model of adhesion"},

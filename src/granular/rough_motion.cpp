@@ -132,8 +132,8 @@ class Rough final : public RoughMotion {
     }
   }
 
-  /// Returns a bound (v0) on the speeds of the grains: twice the largest speed at present and with the velocity change
-  /// `gain` by slow forces, plus the largest speed of a surface by rotation. Substeps find faster grains.
+  /// Returns a bound (v0) on the speeds of the grains. It is twice the largest speed at present and with the velocity
+  /// change `gain` by slow forces, plus the largest speed of a surface by rotation. Substeps find faster grains.
   static double bound_on_speeds(const Bodies& bodies, double gain) {
     double fastest = 0, rotation = 0;
     for (int i = 0; i < bodies.size(); ++i) {

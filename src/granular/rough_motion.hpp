@@ -19,7 +19,7 @@ class RoughMotion : public ContactMotion {
   virtual double stored_energy(const Bodies& bodies, std::span<const GrainContact> contacts) const = 0;
   /// Returns the largest relative speed (v0) that the elastic energy of a contact can give its partners.
   virtual double fastest_release(const Bodies& bodies, std::span<const GrainContact> contacts) const = 0;
-  /// Returns the time (t0) that substeps must resolve for impact speeds up to `impact` (v0): the shortest of the
+  /// Returns the time (t0) that substeps must resolve for impact speeds up to `impact` (v0). It is the shortest of the
   /// duration of a contact, its damping time, and half the periods of tangential and adhesive oscillations.
   virtual double time_to_resolve(double impact, const GrainProperties& grains) const = 0;
   /// Adds springs and wall contacts to a checkpoint.

@@ -25,8 +25,8 @@ struct RoughChunk {
 
 /// Velocity Verlet substeps of rough grains. Forces at the end of a substep depend on velocities, which are predicted
 /// with the forces at its start. In a substep in which a contact begins or ends, its force acts during the part of the
-/// substep that the overlap gives, so that jumps of the force (adhesion, dashpots) cause errors of second order. A
-/// contact that begins and ends in one substep is not found.
+/// substep that the overlap gives. Jumps of the force (adhesion, dashpots) then cause errors of second order. A contact
+/// that begins and ends in one substep is not found.
 template <class Law>
 class RoughSteps {
  public:

@@ -100,9 +100,9 @@ struct SurfaceForces {
   double rolling_power = 0;  ///< dissipated power of the couple
 };
 
-/// Law of the forces between two rough grains in contact, or of a grain and a wall: the normal law with adhesion, the
-/// tangential spring with Coulomb's law, and the rolling resistance. `Law` is one of GrainContactLaw. For the host and
-/// for a device.
+/// Law of the forces between two rough grains in contact, or between a grain and a wall. It has the normal law with
+/// adhesion, the tangential spring with Coulomb's law, and the rolling resistance. `Law` is one of GrainContactLaw. For
+/// the host and for a device.
 ///
 /// The tangential stiffness is a constant ratio to the normal stiffness. As that changes with the overlap, the spring
 /// keeps its force under loading and its elongation under unloading, so that no energy is created (Thornton, Cummins
@@ -171,7 +171,7 @@ struct RoughContactLaw {
   LICHTENBERG_HOST_DEVICE Vec3 tangential(const NormalContact& now, const SurfaceMotion& motion, Vec3 displacement,
                                           TangentialSpring& spring) const {
     const double stiffness = friction.stiffness_ratio * now.slope, most = friction.coefficient * now.pressing;
-    turn(motion.normal, spring.elongation);
+    rotate(motion.normal, spring.elongation);
     if (spring.stiffness > 0 && spring.stiffness < stiffness) spring.elongation *= spring.stiffness / stiffness;
     spring.elongation += displacement;
     spring.stiffness = stiffness;
@@ -180,8 +180,8 @@ struct RoughContactLaw {
     const double size = norm(force);
     return size > most ? (most / size) * force : force;
   }
-  /// Turns a vector into the plane across `normal`, with unchanged length.
-  LICHTENBERG_HOST_DEVICE static void turn(Vec3 normal, Vec3& vector) {
+  /// Rotates a vector into the plane across `normal`, with unchanged length.
+  LICHTENBERG_HOST_DEVICE static void rotate(Vec3 normal, Vec3& vector) {
     const double before = norm2(vector);
     if (before == 0) return;
     vector -= dot(vector, normal) * normal;

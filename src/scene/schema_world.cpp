@@ -60,7 +60,7 @@ Table domain() {
                .target = [](Draft& d) { return &d.scene.domain.open; },
                .help = "true: the domain has no sides and is free space in three dimensions, with a potential of 0 at "
                        "infinity and any net charge; domain.size is then the size of the region of initial positions. "
-                       "Needs floating_conductors",
+                       "Needs floating_conductors or [units]; grains may also move in a plane",
                .old_name = "open"},
           }};
 }

@@ -74,7 +74,7 @@ TEST_CASE("JKR contact: force, pull-off and energy are those of the theory") {
 
 TEST_CASE("DMT contact: the pull-off force is 2 pi w R") {
   const RoughContactLaw<ViscoelasticLaw> law{{elastic_of(modulus), 0}, {}, {AdhesionModel::dmt, work}};
-  const RoughPair pair{1, radius, 1};
+  const RoughPair pair{1, 1, radius, 1};
   CHECK(law.normal_contact(pair, 1e-12, 0).force == Approx(-2 * std::numbers::pi * work * radius).epsilon(1e-6));
 }
 

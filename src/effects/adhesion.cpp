@@ -30,10 +30,10 @@ void check_adhesion(const Draft& draft) {
 /// Returns the overlap at which two grains of diameter d0 are at rest, with a work of adhesion w.
 double overlap_at_rest(const Scene& scene, double work) {
   const AdhesionModel model = scene.effects.find<AdhesionOptions>()->model;
-  const double radius = 0.25, pull = 2 * std::numbers::pi * work * radius;
-  if (const auto* linear = scene.effects.find<LinearContactOptions>()) return pull / linear->stiffness;
+  const double radius = 0.25, attraction = 2 * std::numbers::pi * work * radius;
+  if (const auto* linear = scene.effects.find<LinearContactOptions>()) return attraction / linear->stiffness;
   const double elastic = scene.effects.find<ViscoelasticContactOptions>()->elastic;
-  if (model == AdhesionModel::dmt) return std::pow(pull / elastic, 2.0 / 3);
+  if (model == AdhesionModel::dmt) return std::pow(attraction / elastic, 2.0 / 3);
   const JkrContact jkr(work, radius, 0.75 * elastic / std::sqrt(radius));
   return jkr.length * std::cbrt(1.5) * 0.5;  // s^3 = 3/2: s^4 - s = s/2
 }

@@ -58,7 +58,8 @@ void set_rotational_temperature(const Draft& draft, Scene& scene) {
       if (!population.rotational_temperature) continue;
       Conductor& grain = scene.conductors[i];
       Random random({.seed = scene.seed, .purpose = RandomPurpose::population, .i = i, .j = rotation});
-      const double r = grain.radius, mass = 4.0 / 3 * std::numbers::pi * scene.material.density * r * r * r;
+      const double r = grain.radius,
+                   mass = 4.0 / 3 * std::numbers::pi * scene.material.density * grain.material.density * r * r * r;
       const double width = std::sqrt(*population.rotational_temperature / (inertia * mass * r * r));
       for (int k = scene.dimension() == 3 ? 0 : 2; k < 3; ++k) grain.angular_velocity[k] = width * random.normal();
     }

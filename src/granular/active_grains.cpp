@@ -1,32 +1,29 @@
 #include "src/granular/active_grains.hpp"
 
+#include "src/granular/rough_motion.hpp"
+
 namespace lichtenberg::granular {
 
 void ActiveGrains::begin(const Bodies& bodies, std::span<const double> slow_force, double h) {
-  bodies_ = &bodies, slow_force_ = slow_force, h_ = h, d_ = bodies.dimension;
+  bodies_ = &bodies, slow_force_ = slow_force, h_ = h;
   index_.assign(bodies.size(), -1);
   active_.clear();
-}
-
-Vec3 ActiveGrains::acceleration(int grain) const {
-  return slow_force_.empty() ? Vec3{} : vector_at(slow_force_, d_, grain) / bodies_->mass[grain];
-}
-
-Vec3 ActiveGrains::position(int grain, int n) const {
-  if (index_[grain] >= 0) return active_[index_[grain]].position;
-  const double t = n * h_;
-  return position_in_space(*bodies_, grain) + t * (velocity(grain) + 0.5 * t * acceleration(grain));
+  flight_.resize(bodies.size());
+  for (int i = 0; i < bodies.size(); ++i) {
+    const double per_mass = 1 / bodies.mass[i];
+    flight_[i].position = position_in_space(bodies, i);
+    flight_[i].velocity = per_mass * vector_at(bodies.momentum, bodies.dimension, i);
+    flight_[i].acceleration = slow_force.empty() ? Vec3{} : per_mass * vector_at(slow_force, bodies.dimension, i);
+  }
 }
 
 int ActiveGrains::activate(int grain, int n) {
+  const Flight& flight = flight_[grain];
   ActiveGrain one{.grain = grain, .per_mass = 1 / bodies_->mass[grain], .radius = bodies_->radius[grain]};
   one.position = position(grain, n);
-  one.slow = acceleration(grain);
-  one.velocity = velocity(grain) + n * h_ * one.slow;
-  if (!bodies_->inertia.empty()) {
-    one.per_inertia = 1 / bodies_->inertia[grain];
-    one.spin = d_ == 3 ? vector_at(bodies_->angular_velocity, 3, grain) : Vec3{0, 0, bodies_->angular_velocity[grain]};
-  }
+  one.velocity = flight.velocity + n * h_ * flight.acceleration;
+  one.slow = flight.acceleration;
+  if (!bodies_->inertia.empty()) one.per_inertia = 1 / bodies_->inertia[grain], one.spin = spin_of(*bodies_, grain);
   index_[grain] = static_cast<int>(active_.size());
   active_.push_back(one);
   return index_[grain];
@@ -35,21 +32,22 @@ int ActiveGrains::activate(int grain, int n) {
 double ActiveGrains::finish(Bodies& bodies, int n) {
   double work = 0;
   const double t = n * h_;
+  const int d = bodies.dimension;
   for (int i = 0; i < bodies.size(); ++i) {
     const ActiveGrain* one = index_[i] >= 0 ? &active_[index_[i]] : nullptr;
-    const Vec3 before = position_in_space(bodies, i), after = position(i, n);
-    work += bodies.mass[i] * dot(one ? one->slow : acceleration(i), after - before);
-    for (int k = 0; k < d_; ++k) {
-      bodies.position[i * d_ + k] = after[k];
-      double& momentum = bodies.momentum[i * d_ + k];
+    const Vec3 after = position(i, n);
+    work += bodies.mass[i] * dot(flight_[i].acceleration, after - flight_[i].position);
+    for (int k = 0; k < d; ++k) {
+      bodies.position[i * d + k] = after[k];
+      double& momentum = bodies.momentum[i * d + k];
       if (one)
         momentum = bodies.mass[i] * one->velocity[k];
       else if (!slow_force_.empty())
-        momentum += t * slow_force_[i * d_ + k];
+        momentum += t * slow_force_[i * d + k];
     }
     if (!one || bodies.inertia.empty()) continue;
-    for (int k = 0; k < 3 && d_ == 3; ++k) bodies.angular_velocity[3 * i + k] = one->spin[k];
-    if (d_ == 2) bodies.angular_velocity[i] = one->spin.z;
+    for (int k = 0; k < 3 && d == 3; ++k) bodies.angular_velocity[3 * i + k] = one->spin[k];
+    if (d == 2) bodies.angular_velocity[i] = one->spin.z;
   }
   return work;
 }

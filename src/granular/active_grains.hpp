@@ -24,16 +24,26 @@ struct ActiveGrain {
 /// A grain becomes active at the beginning of a substep and remains so.
 class ActiveGrains {
  public:
+  /// State of a free grain at the beginning.
+  struct Flight {
+    Vec3 position, velocity, acceleration;
+  };
+
   /// Begins at the state of the bodies, with all grains free. `slow_force`: constant forces, [N * d] or empty; `h`:
-  /// substep (t0). `bodies` must outlive all calls before finish().
+  /// substep (t0). `bodies` must outlive all calls up to finish().
   void begin(const Bodies& bodies, std::span<const double> slow_force, double h);
   /// Returns the index of a grain among the active ones; -1: free.
   int index_of(int grain) const { return index_[grain]; }
   /// Makes a free grain active at the beginning of substep n. Returns its index.
   int activate(int grain, int n);
-  Vec3 position(int grain, int n) const;  ///< of any grain; for an active one its present position
-  Vec3 velocity(int grain) const { return vector_at(bodies_->momentum, d_, grain) / bodies_->mass[grain]; }
-  Vec3 acceleration(int grain) const;  ///< of a free grain
+  /// Returns the position of a grain after n substeps; of an active one its present position.
+  Vec3 position(int grain, int n) const {
+    if (index_[grain] >= 0) return active_[index_[grain]].position;
+    const double t = n * h_;
+    const Flight& flight = flight_[grain];
+    return flight.position + t * (flight.velocity + 0.5 * t * flight.acceleration);
+  }
+  const Flight& flight(int grain) const { return flight_[grain]; }
   std::vector<ActiveGrain>& active() { return active_; }
   const std::vector<ActiveGrain>& active() const { return active_; }
   /// Writes the state after n substeps into the bodies. Returns the work of the slow forces.
@@ -43,7 +53,7 @@ class ActiveGrains {
   const Bodies* bodies_ = nullptr;
   std::span<const double> slow_force_;
   double h_ = 0;
-  int d_ = 3;
+  std::vector<Flight> flight_;
   std::vector<int> index_;
   std::vector<ActiveGrain> active_;
 };

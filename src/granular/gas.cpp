@@ -49,10 +49,11 @@ std::vector<GrainContact> contacts_at_start(const Bodies& bodies, parallel::Team
   return contacts;
 }
 
-/// Returns the surface law that the effects of the scene define.
-SurfaceLaw surface_law(const Model& model) {
+/// Returns the surface law that the effects and materials of the scene define.
+SurfaceLaw surface_law(const Scene& scene, const Model& model) {
   SurfaceLaw law;
   for (const auto& effect : model.effects) effect->set_surface(law);
+  for (const Conductor& grain : scene.conductors) law.materials.push_back(grain.material);
   return law;
 }
 
@@ -74,8 +75,12 @@ Gas::Gas(const Scene& scene)
   model_.team = team_.get();
   model_.bodies.image.resize(model_.bodies.position.size(), 0);  // stays 0 along axes that are not periodic
   contacts_ = contacts_at_start(model_.bodies, *team_);
-  set_rotation(scene_, surface_law(model_), model_.bodies);
+  set_rotation(scene_, surface_law(scene_, model_), model_.bodies);
   set_law();
+  if (rough_ && !scene_.mechanics.integrator->has_surface_forces)
+    throw InputError(fmt::format("{}: mechanics.integrator = \"{}\" does not compute the contacts of {}: {} is allowed",
+                                 scene_.path, name_of(scene_.mechanics.integrator), surface_key(scene_),
+                                 names_of(&IntegratorKind::has_surface_forces)));
 }
 
 Instant Gas::instant(Want want) {
@@ -321,11 +326,11 @@ void Gas::set_law() {
     const Stage& stage = scene_.stages[stage_];
     law_ = stage.elastic ? elastic(given, stage.stiffness) : stiffer(given, stage.stiffness);
   }
-  if (!surface_effect(scene_.effects)) {
+  if (surface_key(scene_).empty()) {
     contact_motion_ = make_contact_motion(law_, model_.bodies.dimension);
     return;
   }
-  const SurfaceLaw surface = surface_law(model_);
+  const SurfaceLaw surface = surface_law(scene_, model_);
   auto motion = make_rough_motion(law_, in_elastic_stage() ? elastic(surface) : surface);
   rough_ = motion.get();
   contact_motion_ = std::move(motion);

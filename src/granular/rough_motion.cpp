@@ -184,7 +184,12 @@ std::unique_ptr<RoughMotion> make_rough_motion(const GrainContactLaw& law, const
       law);
 }
 
-SurfaceLaw elastic(const SurfaceLaw& law) { return {.inertia = law.inertia, .walls = law.walls}; }
+SurfaceLaw elastic(const SurfaceLaw& law) {
+  SurfaceLaw other{.inertia = law.inertia, .walls = law.walls, .materials = law.materials};
+  for (GrainMaterial& one : other.materials) one.damping = 1;
+  if (other.walls) other.walls->damping.reset();
+  return other;
+}
 
 Vec3 spin_of(const Bodies& bodies, int i) {
   if (bodies.dimension == 2) return {0, 0, bodies.angular_velocity[i]};

@@ -58,7 +58,7 @@ class RoughSteps {
 
  private:
   /// Geometry of a contact at one instant.
-  struct Place {
+  struct Geometry {
     Vec3 normal;
     double overlap = 0;
     double arm = 0, other_arm = 0;  ///< distances of the contact from the centres of i and of its partner
@@ -96,17 +96,19 @@ class RoughSteps {
   void predict() {
     const double longest = chunk_->steps * h_;
     travel_.resize(bodies_.size());
-    for (int i = 0; i < bodies_.size(); ++i)
-      travel_[i] = longest * (norm(grains_.velocity(i)) + 0.5 * longest * norm(grains_.acceleration(i)));
+    for (int i = 0; i < bodies_.size(); ++i) {
+      const auto& [x, v, a] = grains_.flight(i);
+      travel_[i] = longest * (norm(v) + 0.5 * longest * norm(a));
+    }
     for (const Pair pair : chunk_->pairs) {
       const auto [i, j] = pair;
       if (grains_.index_of(i) >= 0 || grains_.index_of(j) >= 0) continue;
-      const Vec3 r = separation(pair, 0);
+      const ActiveGrains::Flight &a = grains_.flight(i), &b = grains_.flight(j);
+      const Vec3 r = nearest(b.position - a.position);
       const double sum = reach(bodies_, pair), far = sum + travel_[i] + travel_[j];
       if (norm2(r) > far * far) continue;
-      const double time = earliest_contact(
-          {r, grains_.velocity(j) - grains_.velocity(i), grains_.acceleration(j) - grains_.acceleration(i)}, sum,
-          longest);
+      const RelativeFlight relative{r, b.velocity - a.velocity, b.acceleration - a.acceleration};
+      const double time = earliest_contact(relative, sum, longest);
       if (time < longest) activations_.add(std::floor(time / h_), pair);
     }
     for (int i = 0; sides_.any() && i < bodies_.size(); ++i)
@@ -181,7 +183,7 @@ class RoughSteps {
     begun_.push_back(one);
   }
 
-  Place place_of(const RoughOpen& one) const {
+  Geometry geometry_of(const RoughOpen& one) const {
     const ActiveGrain& a = grains_.active()[one.i];
     if (one.j < 0) {
       const int side = one.contact.pair.j - bodies_.size();
@@ -196,7 +198,7 @@ class RoughSteps {
   }
   /// Returns the relative motion of the surfaces, with the velocities in the middle of the substep or with those
   /// predicted for its end.
-  SurfaceMotion motion_of(const RoughOpen& one, const Place& place, bool predicted) const {
+  SurfaceMotion motion_of(const RoughOpen& one, const Geometry& geometry, bool predicted) const {
     const auto velocity = [&](int k) {
       const ActiveGrain& grain = grains_.active()[k];
       return predicted ? grain.predicted_velocity : grain.velocity;
@@ -205,43 +207,44 @@ class RoughSteps {
       const ActiveGrain& grain = grains_.active()[k];
       return predicted ? grain.predicted_spin : grain.spin;
     };
-    Vec3 v = velocity(one.i), w = spin(one.i), turning = place.arm * w;
-    if (one.j >= 0) v -= velocity(one.j), w -= spin(one.j), turning += place.other_arm * spin(one.j);
-    const Vec3 n = place.normal, surface = v + cross(turning, n);
-    return {n, place.overlap, dot(v, n), surface - dot(surface, n) * n, w - dot(w, n) * n, h_};
+    Vec3 v = velocity(one.i), w = spin(one.i), turning = geometry.arm * w;
+    if (one.j >= 0) v -= velocity(one.j), w -= spin(one.j), turning += geometry.other_arm * spin(one.j);
+    const Vec3 n = geometry.normal, surface = v + cross(turning, n);
+    return {n, geometry.overlap, dot(v, n), surface - dot(surface, n) * n, w - dot(w, n) * n, h_};
   }
   static double energy_of(const TangentialSpring& spring) { return 0.5 * spring.stiffness * norm2(spring.elongation); }
 
   /// Computes the forces of an open contact at the first instant, without a change of its spring.
   void evaluate_first(RoughOpen& one) {
-    const Place place = place_of(one);
+    const Geometry geometry = geometry_of(one);
     TangentialSpring spring{one.spring.elongation, 0};
-    one.now = laws_.of(bodies_, one.contact.pair).forces(one.constants, motion_of(one, place, false), {}, spring);
-    one.spring.stiffness = spring.stiffness, one.overlap = place.overlap;
-    add(one, place, one.now, &ActiveGrain::force, &ActiveGrain::torque);
+    one.now = laws_.of(bodies_, one.contact.pair).forces(one.constants, motion_of(one, geometry, false), {}, spring);
+    one.spring.stiffness = spring.stiffness, one.overlap = geometry.overlap;
+    add(one, geometry, one.now, &ActiveGrain::force, &ActiveGrain::torque);
   }
 
   /// Computes the forces of a contact at the end of substep n.
   void evaluate(RoughOpen& one, int n) {
-    const Place place = place_of(one);
-    const SurfaceMotion half = motion_of(one, place, false);
-    if (place.overlap <= one.last_overlap && !one.fresh) return end(one, place, half, n);
+    const Geometry geometry = geometry_of(one);
+    const SurfaceMotion half = motion_of(one, geometry, false);
+    if (geometry.overlap <= one.last_overlap && !one.fresh) return end(one, geometry, half, n);
     const ActiveGrain& a = grains_.active()[one.i];
     if (a.contacts > 1 || (one.j >= 0 && grains_.active()[one.j].contacts > 1)) one.contact.alone = false;
-    one.fresh ? begin(one, place, half, n) : proceed(one, place, half);
-    one.overlap = place.overlap, one.fresh = false;
+    one.fresh ? begin(one, geometry, half, n) : proceed(one, geometry, half);
+    one.overlap = geometry.overlap, one.fresh = false;
     followed_->record.largest_overlap =
         std::max(followed_->record.largest_overlap,
-                 place.overlap / (one.j < 0 ? 2 * a.radius : reach(bodies_, one.contact.pair)));
+                 geometry.overlap / (one.j < 0 ? 2 * a.radius : reach(bodies_, one.contact.pair)));
   }
 
   /// Computes the forces at the end of a substep during which the contact lasts.
-  void proceed(RoughOpen& one, const Place& place, const SurfaceMotion& half) {
+  void proceed(RoughOpen& one, const Geometry& geometry, const SurfaceMotion& half) {
     const SurfaceForces before = one.now;
     const double stored = energy_of(one.spring);
     const Vec3 path = h_ * half.sliding;
-    one.now = laws_.of(bodies_, one.contact.pair).forces(one.constants, motion_of(one, place, true), path, one.spring);
-    add(one, place, one.now, &ActiveGrain::force, &ActiveGrain::torque);
+    one.now =
+        laws_.of(bodies_, one.contact.pair).forces(one.constants, motion_of(one, geometry, true), path, one.spring);
+    add(one, geometry, one.now, &ActiveGrain::force, &ActiveGrain::torque);
     followed_->record.dissipated +=
         0.5 * h_ *
             (before.normal.dissipated + one.now.normal.dissipated + before.rolling_power + one.now.rolling_power) -
@@ -249,8 +252,8 @@ class RoughSteps {
   }
 
   /// Computes the forces at the end of the substep in which the contact has begun. They act during a part of it.
-  void begin(RoughOpen& one, const Place& place, const SurfaceMotion& half, int n) {
-    const double share = std::clamp(place.overlap / (h_ * half.closing), 0.0, 1.0);
+  void begin(RoughOpen& one, const Geometry& geometry, const SurfaceMotion& half, int n) {
+    const double share = std::clamp(geometry.overlap / (h_ * half.closing), 0.0, 1.0);
     one.contact.since = chunk_->begin + (n + 1 - share) * h_, one.contact.impact_speed = std::max(0.0, half.closing);
     if (one.j >= 0) followed_->record.begun.push_back(one.contact);
     const RoughContactLaw<Law>& law = laws_.of(bodies_, one.contact.pair);
@@ -259,24 +262,24 @@ class RoughSteps {
     TangentialSpring unstretched;
     const SurfaceForces onset = law.forces(one.constants, first, {}, unstretched);
     const Vec3 path = share * h_ * half.sliding;
-    one.now = law.forces(one.constants, motion_of(one, place, true), path, one.spring);
-    add(one, place, one.now, &ActiveGrain::force, &ActiveGrain::torque);
+    one.now = law.forces(one.constants, motion_of(one, geometry, true), path, one.spring);
+    add(one, geometry, one.now, &ActiveGrain::force, &ActiveGrain::torque);
     // Impulse share/2 h (onset + end), of which the regular half step gives h/2 end.
     const double part = 0.5 * share * h_;
     SurfaceForces rest;
     rest.normal.force = part * onset.normal.force + (part - 0.5 * h_) * one.now.normal.force;
     rest.tangential = part * onset.tangential + (part - 0.5 * h_) * one.now.tangential;
     rest.couple = part * onset.couple + (part - 0.5 * h_) * one.now.couple;
-    add(one, place, rest, &ActiveGrain::impulse, &ActiveGrain::angular_impulse);
+    add(one, geometry, rest, &ActiveGrain::impulse, &ActiveGrain::angular_impulse);
     followed_->record.dissipated +=
         part * (onset.normal.dissipated + one.now.normal.dissipated + onset.rolling_power + one.now.rolling_power) -
         0.5 * dot(onset.tangential + one.now.tangential, path) - energy_of(one.spring);
   }
 
   /// Ends a contact in substep n. Its forces act during a part of the substep.
-  void end(RoughOpen& one, const Place& place, const SurfaceMotion& half, int n) {
+  void end(RoughOpen& one, const Geometry& geometry, const SurfaceMotion& half, int n) {
     const RoughContactLaw<Law>& law = laws_.of(bodies_, one.contact.pair);
-    const double share = std::clamp((one.overlap - one.last_overlap) / (one.overlap - place.overlap), 0.0, 1.0);
+    const double share = std::clamp((one.overlap - one.last_overlap) / (one.overlap - geometry.overlap), 0.0, 1.0);
     const NormalContact last = law.normal_contact(one.constants, one.last_overlap, half.closing);
     const double mean = law.mean_tangential(one.now, last.pressing);
     // Impulse share/2 h (start + end), of which the regular half step has given h/2 start.
@@ -285,7 +288,7 @@ class RoughSteps {
     rest.normal.force = (part - 0.5 * h_) * one.now.normal.force + part * last.force;
     rest.tangential *= 2 * part * mean - 0.5 * h_;
     rest.couple *= part - 0.5 * h_;
-    add(one, place, rest, &ActiveGrain::impulse, &ActiveGrain::angular_impulse);
+    add(one, geometry, rest, &ActiveGrain::impulse, &ActiveGrain::angular_impulse);
     followed_->record.dissipated += part * (one.now.normal.dissipated + last.dissipated + one.now.rolling_power) +
                                     last.stored - 2 * part * mean * dot(one.now.tangential, half.sliding) +
                                     energy_of(one.spring);
@@ -299,15 +302,15 @@ class RoughSteps {
   }
 
   /// Adds the forces of a contact to a force and a torque of its grains.
-  void add(const RoughOpen& one, const Place& place, const SurfaceForces& forces, Vec3 ActiveGrain::*linear,
+  void add(const RoughOpen& one, const Geometry& geometry, const SurfaceForces& forces, Vec3 ActiveGrain::*linear,
            Vec3 ActiveGrain::*angular) {
-    const Vec3 force = forces.tangential - forces.normal.force * place.normal,
-               turning = cross(place.normal, forces.tangential);
+    const Vec3 force = forces.tangential - forces.normal.force * geometry.normal,
+               turning = cross(geometry.normal, forces.tangential);
     ActiveGrain& a = grains_.active()[one.i];
-    a.*linear += force, a.*angular += place.arm * turning + forces.couple;
+    a.*linear += force, a.*angular += geometry.arm * turning + forces.couple;
     if (one.j < 0) return;
     ActiveGrain& b = grains_.active()[one.j];
-    b.*linear -= force, b.*angular += place.other_arm * turning - forces.couple;
+    b.*linear -= force, b.*angular += geometry.other_arm * turning - forces.couple;
   }
 
   const RoughLaws<Law>& laws_;

@@ -12,7 +12,8 @@ namespace lichtenberg {
 /// Constants of the contact of two grains, or of a grain and a wall, that do not change during the contact. Reduced
 /// units.
 struct RoughPair {
-  double scale = 1;              ///< factor of the normal law for the radii
+  double scale = 1;              ///< factor of the normal law for radii and materials
+  double damping = 1;            ///< factor of its damping for the materials, in addition
   double effective_radius = 0;   ///< R_i R_j / (R_i + R_j); R_i at a wall
   double effective_inertia = 0;  ///< I_i I_j / (I_i + I_j); I_i at a wall
 };
@@ -128,12 +129,16 @@ struct RoughContactLaw {
   /// the force is not below the pull-off force.
   LICHTENBERG_HOST_DEVICE NormalContact normal_contact(const RoughPair& pair, double overlap, double closing) const {
     if (adhesion.model == AdhesionModel::jkr) return jkr_contact(jkr(pair), pair, overlap, closing);
-    const ContactParts parts = normal.parts(overlap > 0 ? overlap : 0, pair.scale);
+    const ContactParts parts = parts_at(pair, overlap > 0 ? overlap : 0);
     const ContactForce contact = contact_force(parts, closing);
-    const double pull =
+    const double attraction =
         adhesion.model == AdhesionModel::dmt ? 2 * std::numbers::pi * adhesion.work * pair.effective_radius : 0;
-    return {contact.force - pull, contact.dissipated,  parts.stored - pull * (overlap > 0 ? overlap : 0),
-            contact.force,        parts.elastic_slope, parts.damping};
+    return {contact.force - attraction,
+            contact.dissipated,
+            parts.stored - attraction * (overlap > 0 ? overlap : 0),
+            contact.force,
+            parts.elastic_slope,
+            parts.damping};
   }
 
   /// Returns the forces on grain i. `spring` is moved by `displacement` (d0), the path of the surface of i relative to
@@ -158,14 +163,19 @@ struct RoughContactLaw {
   }
 
  private:
+  LICHTENBERG_HOST_DEVICE ContactParts parts_at(const RoughPair& pair, double overlap) const {
+    ContactParts parts = normal.parts(overlap, pair.scale);
+    parts.damping *= pair.damping;
+    return parts;
+  }
   LICHTENBERG_HOST_DEVICE NormalContact jkr_contact(const JkrContact& jkr, const RoughPair& pair, double overlap,
                                                     double closing) const {
     const double s = jkr.root(overlap), radius = jkr.radius_unit * s * s;
     const double hertzian = radius * radius / pair.effective_radius;  // overlap of a Hertz contact of this radius
-    const ContactParts parts = normal.parts(hertzian, pair.scale);
-    const double elastic = jkr.force(s), pull = jkr.pull_off(), damped = elastic + parts.damping * closing;
-    const double force = damped > -pull ? damped : -pull;
-    return {force, (force - elastic) * closing, jkr.energy(s), force + pull, parts.elastic_slope, parts.damping};
+    const ContactParts parts = parts_at(pair, hertzian);
+    const double elastic = jkr.force(s), attraction = jkr.pull_off(), damped = elastic + parts.damping * closing;
+    const double force = damped > -attraction ? damped : -attraction;
+    return {force, (force - elastic) * closing, jkr.energy(s), force + attraction, parts.elastic_slope, parts.damping};
   }
 
   LICHTENBERG_HOST_DEVICE Vec3 tangential(const NormalContact& now, const SurfaceMotion& motion, Vec3 displacement,

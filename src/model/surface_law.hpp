@@ -1,8 +1,9 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
-#include "solvers/geometry/host_device.hpp"
+#include "src/scene/grain_material.hpp"
 
 namespace lichtenberg {
 
@@ -37,7 +38,8 @@ struct SurfaceLaw {
   double inertia = 0;  ///< moment of inertia over mass times squared radius; 0: grains do not rotate
   FrictionLaw friction;
   AdhesionLaw adhesion;
-  std::optional<WallContact> walls;  ///< empty: the sides of the domain are not walls
+  std::optional<WallContact> walls{};      ///< empty: the sides of the domain are not walls
+  std::vector<GrainMaterial> materials{};  ///< of each grain
 };
 
 }  // namespace lichtenberg

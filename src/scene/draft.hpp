@@ -106,6 +106,7 @@ struct PopulationDraft {
   double min_gap = 0;                        ///< m, to every other conductor, electrode and side of the domain
   std::optional<Region> region{};
   std::optional<double> rotational_temperature{};  ///< m0 v0^2, of the initial angular velocities
+  GrainMaterial material{};
 };
 
 /// The table [field] of a scene file as written.

@@ -175,6 +175,9 @@ bool is_driven(const Scene& scene);
 /// Returns the first effect of the scene that defines Effect::set_surface (friction, adhesion or walls of grains); null
 /// without one. Theories of smooth grains do not apply then.
 const EffectKind* surface_effect(const Effects& effects);
+/// Returns the table or key of the scene because of which contacts are not those of smooth grains of one material, such
+/// as "effects.friction"; empty: they are.
+std::string surface_key(const Scene& scene);
 
 /// Throws InputError for the effect `name` because it requires `needed`, which the scene lacks: "effects.NAME needs
 /// NEEDED: add it, or leave the effect out".

@@ -128,7 +128,9 @@ void check_conductors(const Draft& draft) {
       refuse_effect(draft, entry.kind->name, "the table [units], which makes the scene one of grains");
   for (const char* key : {"equilibration", "population.temperature", "population.charge_distribution",
                           "population.charge_exponent", "mechanics.step", "mechanics.contact_substeps",
-                          "mechanics.threads", "conductor.angular_velocity", "population.rotational_temperature"})
+                          "mechanics.threads", "conductor.angular_velocity", "population.rotational_temperature",
+                          "conductor.relative_density", "population.relative_density", "conductor.relative_stiffness",
+                          "population.relative_stiffness", "conductor.relative_damping", "population.relative_damping"})
     refuse_if_given(draft, key,
                     "needs the table [units], which makes the scene one of grains: add it, or leave the key out");
   if (!draft.scene.mechanics.integrator->moves_conductors)
@@ -308,7 +310,9 @@ void check_stages(const Draft& draft) {
 /// this temperature.
 void set_temperature(Scene& scene, std::size_t first, std::size_t end, double temperature) {
   const int d = scene.dimension();
-  const auto mass = [&](const Conductor& c) { return c.radius * c.radius * c.radius; };  // mass in arbitrary units
+  const auto mass = [&](const Conductor& c) {
+    return c.material.density * c.radius * c.radius * c.radius;
+  };  // mass in arbitrary units
   Vec3 momentum{};
   double all = 0;
   for (std::size_t i = first; i < end; ++i) {

@@ -251,6 +251,31 @@ std::vector<Key> material_keys(KeyTarget relative_resistivity) {
   };
 }
 
+GrainMaterial& material_of_conductor(Draft& d) { return d.conductors.back().conductor.material; }
+GrainMaterial& material_of_population(Draft& d) { return d.populations.back().material; }
+
+/// Returns the keys of a grain's material. `material`: material in the draft of a conductor or population.
+template <GrainMaterial& (*material)(Draft&)>
+std::vector<Key> grain_material_keys() {
+  constexpr Range factor = {.low = 1e-6, .high = 1e6};
+  return {
+      {.name = "relative_density",
+       .target = [](Draft& d) { return &material(d).density; },
+       .range = factor,
+       .help = "density of a grain relative to material.density"},
+      {.name = "relative_stiffness",
+       .target = [](Draft& d) { return &material(d).stiffness; },
+       .range = factor,
+       .help =
+           "stiffness of the contact of two such grains relative to that of the contact law; the elastic constants of "
+           "two materials add like springs in series"},
+      {.name = "relative_damping",
+       .target = [](Draft& d) { return &material(d).damping; },
+       .range = factor,
+       .help = "ratio of damping to stiffness of the contact of two such grains, relative to that of the contact law"},
+  };
+}
+
 std::vector<Key> conductor_sphere() {
   return {
       {.name = "position",
@@ -306,7 +331,7 @@ Table conductor() {
           .keys = joined({conductor_sphere(), material_keys<&Draft::conductors>([](Draft& d) {
                             return &d.conductors.back().conductor.relative_resistivity;
                           }),
-                          conductor_state()})};
+                          grain_material_keys<material_of_conductor>(), conductor_state()})};
 }
 
 Table group() {
@@ -440,7 +465,7 @@ Table population() {
           .keys = joined({population_radii(), material_keys<&Draft::populations>([](Draft& d) {
                             return &d.populations.back().relative_resistivity;
                           }),
-                          population_charges(), population_places()})};
+                          grain_material_keys<material_of_population>(), population_charges(), population_places()})};
 }
 
 }  // namespace

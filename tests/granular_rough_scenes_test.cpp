@@ -35,7 +35,7 @@ Scene parse(const std::string& text) { return parse_scene(text, "gas.toml"); }
 
 }  // namespace
 
-TEST_CASE("rough scenes: wrong input is refused in one sentence") {
+TEST_CASE("rough scenes: wrong input is refused with its key") {
   struct Refused {
     std::string text, message;
   };

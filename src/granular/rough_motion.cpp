@@ -132,17 +132,13 @@ class Rough final : public RoughMotion {
     }
   }
 
-  /// Returns a bound (v0) on the speeds of the grains. It is twice the largest speed at present and with the velocity
-  /// change `gain` by slow forces, plus the largest speed of a surface by rotation. Substeps find faster grains.
+  /// Returns a bound (v0) on the speeds of the grains, somewhat larger than the largest speed at present with the
+  /// velocity change `gain` by slow forces. Substeps end early when a grain exceeds it.
   static double bound_on_speeds(const Bodies& bodies, double gain) {
-    double fastest = 0, rotation = 0;
-    for (int i = 0; i < bodies.size(); ++i) {
-      fastest = std::max(fastest, norm2(velocity_in_space(bodies, i)));
-      if (!bodies.inertia.empty())
-        rotation = std::max(rotation, bodies.radius[i] * bodies.radius[i] * norm2(spin_of(bodies, i)));
-    }
-    constexpr double least = 1e-9;  // bodies at rest
-    return 2 * (std::sqrt(fastest) + gain) + std::sqrt(rotation) + least;
+    double fastest = 0;
+    for (int i = 0; i < bodies.size(); ++i) fastest = std::max(fastest, norm2(velocity_in_space(bodies, i)));
+    constexpr double margin = 1.2, least = 1e-9;  // bodies at rest
+    return margin * (std::sqrt(fastest) + gain) + least;
   }
 
   /// Returns the pairs that may touch while no grain moves by more than `travel` (d0), and updates the neighbourhoods.

@@ -73,10 +73,14 @@ class RoughSteps {
   /// Makes a grain active at the instant n, and schedules tests of the gaps to its neighbours. Returns its index.
   int activate(int grain, int n) {
     if (const int index = grains_.index_of(grain); index >= 0) return index;
+    const Vec3 centre = grains_.position(grain, n);
+    const double within = bodies_.radius[grain] + 2 * chunk_->speed * h_ * (chunk_->steps - n);
     for (const int other : chunk_->neighbours.of(grain)) {
       if (grains_.index_of(other) >= 0) continue;  // that grain has scheduled the pair
+      const double square = norm2(nearest(grains_.position(other, n) - centre)), far = within + bodies_.radius[other];
+      if (square > far * far) continue;
       const Pair pair{std::min(grain, other), std::max(grain, other)};
-      schedule(pair, norm(separation(pair, n)) - reach(bodies_, pair), n);
+      schedule(pair, std::sqrt(square) - reach(bodies_, pair), n);
     }
     return grains_.activate(grain, n);
   }
@@ -297,7 +301,9 @@ class RoughSteps {
     if (one.j < 0) return;
     --grains_.active()[one.j].contacts;
     const double release = rest.normal.force / reduced_mass(bodies_, one.contact.pair) - half.closing;
-    followed_->record.ended.push_back({one.contact, release, chunk_->begin + (n + share) * h_, norm(half.sliding)});
+    const Vec3 v = grains_.active()[one.i].velocity - grains_.active()[one.j].velocity;
+    const double across = norm(v - dot(v, geometry.normal) * geometry.normal);
+    followed_->record.ended.push_back({one.contact, release, chunk_->begin + (n + share) * h_, across});
     tests_.add(n + 2, one.contact.pair);
   }
 

@@ -20,13 +20,11 @@ import reference
 import tutorial_scripts
 
 DOXYGEN = """
-INPUT = "{home}/solvers" "{home}/src"
-EXCLUDE_PATTERNS = */src/commands/*
-FILE_PATTERNS = *.hpp
-RECURSIVE = YES
+INPUT = {headers}
 OUTPUT_DIRECTORY = "{folder}"
 STRIP_FROM_PATH = "{home}"
 GENERATE_XML = YES
+XML_PROGRAMLISTING = NO
 GENERATE_HTML = NO
 GENERATE_LATEX = NO
 HAVE_DOT = NO
@@ -78,12 +76,14 @@ def broken_links(site):
 
 
 def read_headers(folder):
-    """Writes the docstrings of the headers as XML. Returns its folder, or an empty text without Doxygen and Breathe."""
+    """Writes the docstrings of the headers that the reference shows as XML; Breathe reads all of the XML for each entity. Returns its folder, or an empty text without Doxygen and Breathe."""
     if not shutil.which("doxygen") or not importlib.util.find_spec("breathe"):
         return ""
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir()
-    subprocess.run(["doxygen", "-"], input=DOXYGEN.format(home=HOME, folder=folder), text=True, check=True)
+    headers = " ".join(f'"{header}"' for header in reference.cpp_headers())
+    configuration = DOXYGEN.format(home=HOME, folder=folder, headers=headers)
+    subprocess.run(["doxygen", "-"], input=configuration, text=True, check=True)
     return folder / "xml"
 
 

@@ -282,6 +282,19 @@ def write_python(folder):
     (folder / "python.md").write_text("\n".join(lines))
 
 
+def cpp_headers():
+    """Returns the headers of the library that define or use an entity of CPP_PAGES."""
+    defined = []
+    for _, entities in CPP_PAGES.values():
+        for directive, names in entities.items():
+            for name in names:
+                own = name.partition("(")[0].rpartition("::")[2]
+                defined.append(rf"\b{own}\(" if directive == "function" else rf"\b(class|struct) {own}\b[^;]*{{")
+    pattern = re.compile("|".join(defined))
+    found = [path for folder in ("solvers", "src") for path in sorted((HOME / folder).rglob("*.hpp"))]
+    return [path for path in found if "commands" not in path.parts and pattern.search(path.read_text(encoding="utf-8"))]
+
+
 def write_cpp(folder):
     """Writes the pages of the C++ library, which Breathe fills from the docstrings."""
     folder.mkdir(parents=True, exist_ok=True)

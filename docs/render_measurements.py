@@ -18,12 +18,26 @@ Each JSON file holds one measurement or a list of them. A measurement is an obje
 
 Other keys are refused. A value "not kept" states that the author did not record it. The pages name it "not recorded".
 
-The script writes these pages, and docs/bibliography.md from docs/bibliography.bib. With --check it exits with 1 if a
+docs/measurements/experiments holds comparisons with published experiments: objects or lists of objects with these keys.
+
+    `row`        Number of the experiment.
+    `reference`  Publication that states the value.
+    `quantity`   Name and unit of the compared quantity.
+    `published`  Object of `value` (may be null), `interval` [low, high] (null: no bound) and `source`: "S" read in full,
+                 "A" read in the abstract, "M" from memory.
+    `expected`   Expectation, written before the run.
+    `ours`       Object of `value`, `interval` and `runs`.
+    `verdict`    "agrees" if both intervals have a common point, else "disagrees".
+    `reason`     Assumption that decides. It may be empty if the row agrees.
+    `command`, `commit`, `machine`, `date`, `seconds`  Conditions of the run.
+
+The script writes these pages, docs/experiments.md, and docs/bibliography.md from docs/bibliography.bib. With --check it exits with 1 if a
 measurement lacks a key, or if a page differs from the data.
 """
 
 import argparse
 import json
+import math
 import re
 import sys
 import textwrap
@@ -203,6 +217,83 @@ def page(name):
     return "\n".join(map(wrapped, lines)).rstrip() + "\n"
 
 
+EXPERIMENT = {"row": int, "reference": str, "quantity": str, "published": dict, "expected": str, "ours": dict,
+              "verdict": str, "reason": str, "command": str, "commit": str, "machine": str, "date": str,
+              "seconds": (int, float)}
+
+
+def interval_of(part, name):
+    """Returns the bounds of an interval [low, high], infinite for null. Raises ValueError for anything else."""
+    bounds = part.get("interval")
+    if not (isinstance(bounds, list) and len(bounds) == 2 and
+            all(bound is None or has_number(bound) for bound in bounds)):
+        raise ValueError(f"'{name}' has no 'interval' of two numbers or null")
+    low, high = (end if bound is None else bound for bound, end in zip(bounds, (-math.inf, math.inf)))
+    if low > high:
+        raise ValueError(f"the interval of '{name}' is empty")
+    return low, high
+
+
+def experiment_faults(row):
+    """Yields one message for each missing, unknown or contradictory key of a comparison with an experiment."""
+    for key, kind in EXPERIMENT.items():
+        if not isinstance(row.get(key), kind):
+            yield f"'{key}' is missing or of a wrong type"
+            return
+    yield from (f"'{key}' is unknown; allowed are {', '.join(EXPERIMENT)}" for key in row if key not in EXPERIMENT)
+    if row["published"].get("source") not in ("A", "S", "M"):
+        yield "'published' has no 'source' A, S or M"
+    if not has_number(row["ours"].get("value")) or not isinstance(row["ours"].get("runs"), int):
+        yield "'ours' has no number 'value' or no integer 'runs'"
+    try:
+        theirs, ours = interval_of(row["published"], "published"), interval_of(row["ours"], "ours")
+    except ValueError as error:
+        yield str(error)
+        return
+    verdict = "agrees" if theirs[0] <= ours[1] and ours[0] <= theirs[1] else "disagrees"
+    if row["verdict"] != verdict:
+        yield f"'verdict' is \"{row['verdict']}\", but by the intervals it is \"{verdict}\""
+    if verdict == "disagrees" and not row["reason"]:
+        yield "'reason' is empty, and the row disagrees"
+    if not row["expected"]:
+        yield "'expected' is empty"
+
+
+def with_interval(part):
+    """Returns a value and its interval as text, with six digits."""
+    low, high = ("" if bound is None else f"{bound:.6g}" for bound in part["interval"])
+    value = part.get("value")
+    return ("" if value is None else f"{value:.6g} ") + f"[{low}, {high}]"
+
+
+def experiments():
+    """Returns the text of docs/experiments.md."""
+    rows = [row for path in sorted((DATA / "experiments").glob("*.json")) for row in measurements(path)]
+    rows.sort(key=lambda row: row["row"])
+    agreeing = sum(row["verdict"] == "agrees" for row in rows)
+    lines = ["# Published experiments", "", "Published values and those of this program, with intervals: of 95 % over "
+             "several runs, of the numerical error for one. A row agrees if both intervals have a common point. "
+             f"{agreeing} of {len(rows)} rows of {len({row['row'] for row in rows})} experiments agree. Published "
+             "values are from the paper (S), its abstract (A) or from memory (M), to be checked. "
+             "`docs/render_measurements.py` writes this page from `docs/measurements/experiments`.", "",
+             "|row|reference|quantity|published|ours|verdict|", "|-|-|-|-|-|-|"]
+    for row in rows:
+        theirs = f"{with_interval(row['published'])} {row['published']['source']}"
+        lines.append("|" + "|".join(map(text, (row["row"], row["reference"], row["quantity"], theirs,
+                                               with_interval(row["ours"]), row["verdict"]))) + "|")
+    for number in dict.fromkeys(row["row"] for row in rows):
+        lines += ["", f"## Row {number}", ""]
+        group = [row for row in rows if row["row"] == number]
+        lines += [f"- Expected: {text(expected)}" for expected in dict.fromkeys(row["expected"] for row in group)]
+        reasons = dict.fromkeys(row["reason"] for row in group if row["reason"])
+        lines += [f"- Found: {text(reason)}" for reason in reasons]
+        for command in dict.fromkeys(row["command"] for row in group):
+            row = next(row for row in group if row["command"] == command)
+            lines += [f"- Command: `{command}` ({row['seconds']:.3g} s)", f"- Machine: {row['machine']}",
+                      f"- Date: {row['date']}", f"- Commit: {row['commit']}"]
+    return "\n".join(map(wrapped, lines)).rstrip() + "\n"
+
+
 LETTERS = {'"': "\u0308", "`": "\u0300", "'": "\u0301"}  # combining accents of LaTeX
 
 
@@ -239,13 +330,16 @@ def bibliography():
 
 def written_pages():
     """Returns the text of each page that this script writes, by the page's name."""
-    return {name: page(name) for name in PAGES} | {"bibliography": bibliography()}
+    return {name: page(name) for name in PAGES} | {"bibliography": bibliography(), "experiments": experiments()}
 
 
 def check():
     """Returns messages for faulty measurements and for pages that differ from the data."""
     messages = [f"{path.name}, measurement {number}: {fault}" for path in sorted(DATA.glob("*.json"))
                 for number, measurement in enumerate(measurements(path), 1) for fault in faults(measurement)]
+    messages += [f"experiments/{path.name}, row {number}: {fault}" for path in
+                 sorted((DATA / "experiments").glob("*.json"))
+                 for number, row in enumerate(measurements(path), 1) for fault in experiment_faults(row)]
     if not messages:
         for name, content in written_pages().items():
             path = HERE / f"{name}.md"

@@ -45,7 +45,7 @@ std::string refusal_of_drag(double linear, bool reads_velocity) {
 
 /// Linear spring between two bodies of radius 1 m from contact to the cutoff of 3 m, with faults.
 struct Spring {
-  static constexpr bool over_distance = false;
+  static constexpr bool over_distance = false, charged = false;
   double factor = 1;  ///< of the force
   double jump = 0;    ///< J, energy at the cutoff
   double kink = 0;    ///< m, distance below which the spring is a hundred times as stiff
@@ -66,6 +66,17 @@ struct SpringOverDistance : Spring {
     if (is_divided) found.force /= pair.distance;
     return found;
   }
+};
+
+/// A Spring that does not state whether it uses charges.
+struct Unstated {
+  static constexpr bool over_distance = false;
+  double reach(double, double) const { return 3; }
+  double energy_unit() const { return 1; }
+  PairForce operator()(const PairGeometry&) const { return {}; }
+};
+struct Stated : Unstated {
+  static constexpr bool charged = true;
 };
 
 template <class Law>
@@ -97,6 +108,11 @@ TEST_CASE("check_pair_law: refuses a wrong force and an energy jump at the cutof
   // The largest energy at the points of the check is 0.45 J.
   CHECK(contains(refusal_of_pair(Spring{.jump = 1e-6}), "the energy of the pair force is 1e-06 at its cutoff 3"));
   CHECK(refusal_of_pair(Spring{.jump = 1e-7}).empty());
+}
+
+TEST_CASE("PairLaw: a law that does not state `charged` does not compile") {
+  CHECK_FALSE(PairLaw<Unstated>);
+  CHECK(PairLaw<Stated>);
 }
 
 }  // namespace model_laws_test

@@ -13,6 +13,7 @@
 #include <filesystem>
 
 #include "src/analysis/network.hpp"
+#include "src/commands/interruption.hpp"
 #include "src/commands/start_from.hpp"
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/read_scene.hpp"
@@ -249,6 +250,25 @@ class Drawing {
 };
 
 }  // namespace
+
+TEST_CASE("Interruption: a second signal of any kind ends the process at once") {
+  for (const int first : {SIGINT, SIGTERM, SIGHUP})
+    for (const int second : {SIGINT, SIGTERM, SIGHUP}) {
+      const pid_t process = fork();
+      if (process == 0) {
+        close(STDERR_FILENO);
+        signal(SIGHUP, SIG_DFL);
+        const Interruption interruption;
+        raise(first);
+        raise(second);
+        _exit(0);
+      }
+      int status = 0;
+      REQUIRE_EQ(waitpid(process, &status, 0), process);
+      CHECK(WIFSIGNALED(status));
+      CHECK_EQ(WTERMSIG(status), second);
+    }
+}
 
 TEST_CASE("start_from: a stop request while placing a result's scene is obeyed") {
   const SceneFolder folder;

@@ -9,7 +9,7 @@ namespace lichtenberg {
 /// Screened repulsion of equal charges, U = strength exp(-r / screen) / r up to `range`, with a cutoff there: an
 /// example of a pair law of long range.
 struct ScreenedCoulombLaw {
-  static constexpr bool over_distance = false;
+  static constexpr bool over_distance = false, charged = false;
   double strength = 1;  ///< J m
   double screen = 1;    ///< m
   double range = 2;     ///< m

@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "solvers/error.hpp"
@@ -401,6 +402,28 @@ TEST_CASE("neutral sphere in a box at 50 V: has 50 V and no side charge") {
   const SphereSolution solution = SphereSolver({.accuracy = 1e-6}).solve(problem);
   CHECK(std::abs(solution.group_potential[0] - 50) < 1e-12);
   CHECK(std::abs(solution.side_charge[4]) < 1e-12);
+}
+
+TEST_CASE("SphereProblem: numbers that are not finite are refused") {
+  const auto check_refused = [](const std::string& message, const auto& change) {
+    for (const double bad : {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN()}) {
+      SphereProblem problem = mixed_box();
+      change(problem, bad);
+      CHECK_THROWS_WITH_AS(problem.check(), message.c_str(), InputError);
+    }
+  };
+  check_refused("sphere 1: its radius must be positive and finite", [](auto& p, double x) { p.spheres[1].radius = x; });
+  check_refused("sphere 1: its centre must be finite", [](auto& p, double x) { p.spheres[1].centre.y = x; });
+  check_refused("the permittivity must be positive and finite", [](auto& p, double x) { p.permittivity = x; });
+  check_refused("the lengths of the box must be positive and finite", [](auto& p, double x) { p.box.lengths.y = x; });
+  check_refused("side back: its potential must be finite", [](auto& p, double x) { p.side_potential[5] = x; });
+  check_refused("group 0: its charge or potential must be finite", [](auto& p, double x) { p.groups[0].charge = x; });
+  check_refused("group 1: its charge or potential must be finite",
+                [](auto& p, double x) { p.groups[1].potential = x; });
+  check_refused("the uniform field must be finite", [](auto& p, double x) {
+    p.free_space = true;
+    p.uniform_field.z = x;
+  });
 }
 
 TEST_CASE("SphereProblem: invalid problems are refused") {

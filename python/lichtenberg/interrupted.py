@@ -32,18 +32,21 @@ if os.environ.get("LICHTENBERG_WAITS"):  # src/commands/python.cpp
 
 
 class Interruption:
-    """Stores the number of a SIGINT, SIGTERM or SIGHUP as `signal`; a repeated signal ends the process. SIGHUP stays
-    ignored if it is ignored at the start (nohup)."""
+    """Stores the number of a SIGINT, SIGTERM or SIGHUP as `signal`; a second signal, also of another kind, ends the process.
+    SIGHUP stays ignored if it is ignored at the start (nohup)."""
 
     def __init__(self):
         self.signal = None
+        self.handle(self.note)
+
+    def handle(self, handler):
         for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
             if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:
-                signal.signal(number, self.note)
+                signal.signal(number, handler)
 
     def note(self, number, _):
         self.signal = number
-        signal.signal(number, signal.SIG_DFL)
+        self.handle(signal.SIG_DFL)
 
     def obey(self):
         """Ends this process by the stored signal, which its parent then sees."""

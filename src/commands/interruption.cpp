@@ -36,6 +36,7 @@ void start_grace_period() { alarm(grace_seconds); }
 
 void on_signal(int signal) {
   received_signal = signal;
+  set_handler(SIG_DFL);  // the next signal of any kind ends the program
   if (!writing) start_grace_period();
   constexpr std::string_view before = "\nstopping; repeat the signal to stop at once\n";
   constexpr std::string_view patient = "\nstopping at the next checkpoint; repeat the signal to stop at once\n";

@@ -3,8 +3,9 @@
 namespace lichtenberg {
 
 /// Handler of the signals SIGINT, SIGTERM and SIGHUP. While an object exists, the first signal is recorded instead of
-/// ending the program. A second signal of the same kind ends it. The first one also ends it if requested() is not
-/// called within 20 s, because a step may never end. If the parent (nohup) had SIGHUP ignored, it stays ignored.
+/// ending the program. A second signal, also of another kind, ends it at once. The first one also ends it if
+/// requested() is not called within 20 s, because a step may never end. If the parent (nohup) had SIGHUP ignored, it
+/// stays ignored.
 class Interruption {
  public:
   /// Kind of work that a signal interrupts, for the message. `run`: ends after a step or at a checkpoint; `preparing`:

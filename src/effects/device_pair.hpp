@@ -16,7 +16,7 @@ namespace lichtenberg::effects {
 PairGeometry strongest_pair(const Scene& scene, double reach_of_smallest);
 
 /// Returns strongest_pair() for a pair force law, with the cutoff of the law.
-template <class Law>
+template <PairLaw Law>
 PairGeometry strongest_pair_of(const Scene& scene, const Law& law) {
   const double radius = std::ranges::min(scene.conductors, {}, &Conductor::radius).radius;
   return strongest_pair(scene, law.reach(radius, radius));
@@ -28,14 +28,14 @@ void add_pair_lists(const Scene& scene, double reach, DeviceForces& forces);
 
 /// Adds the pair forces of a law on grains to those of a device, for the CPU executor only. The law is in reduced
 /// units. Returns the added factory. Throws InputError for a cutoff beyond half of the shortest side.
-template <class Law>
+template <PairLaw Law>
 DevicePartForm& add_pair_law(const Scene& scene, const Law& law, DeviceForces& forces) {
   const auto [smallest, largest] = std::ranges::minmax(scene.conductors, {}, &Conductor::radius);
   const double reach =
       std::max({law.reach(smallest.radius, smallest.radius), law.reach(smallest.radius, largest.radius),
                 law.reach(largest.radius, largest.radius)});
   add_pair_lists(scene, reach, forces);
-  if (NeedsCharges<Law>) forces.charged = true;
+  if (Law::charged) forces.charged = true;
   const PairGeometry strongest = strongest_pair_of(scene, law);
   DevicePartForm& form = forces.parts.emplace_back();
   form.reach = reach;
@@ -47,7 +47,7 @@ DevicePartForm& add_pair_law(const Scene& scene, const Law& law, DeviceForces& f
 
 /// Adds the pair forces of a law on grains to those of a device, for the CPU executor and for CUDA devices. CMake's
 /// add_law_kernels must add the kernels to the target; otherwise the target does not link, even in builds without CUDA.
-template <class Law>
+template <PairLaw Law>
 DevicePartForm& add_pair_law_with_kernels(const Scene& scene, const Law& law, DeviceForces& forces) {
   DevicePartForm& form = add_pair_law(scene, law, forces);
   const PairGeometry strongest = strongest_pair_of(scene, law);

@@ -38,7 +38,7 @@ LICHTENBERG_HOST_DEVICE inline HertzForce hertz(double modulus, double effective
 
 /// Pair force law of Hertz's elastic contact between two spheres. The functions are those that pair_law.hpp requires.
 struct HertzLaw {
-  static constexpr bool over_distance = false;
+  static constexpr bool over_distance = false, charged = false;
   double modulus = 0;  ///< contact modulus E* (Pa)
 
   LICHTENBERG_HOST_DEVICE double reach(double radius_i, double radius_j) const { return radius_i + radius_j; }

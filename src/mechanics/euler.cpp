@@ -40,8 +40,7 @@ void Euler::advance(double time, double end) {
       context_.electrics->accept(context_.electrics->solve(next));
       context_.electrics->reconnect(next);
     }
-    wrap(context_.model.bodies);
-    context_.model.accept(next, next - time);
+    context_.commit(next, next - time);
     time = next;
   }
 }
@@ -53,9 +52,11 @@ void Euler::mechanical_steps(double time, double end) {
   const double dt = (end - time) / steps;
   const Drag& drag = context_.model.drag;
   double drag_work = 0;
+  const bool losses = context_.electrics && context_.electrics->energy() && context_.model.dissipates();
   for (int k = 0; k < steps; ++k) {
     context_.between_steps();
     context_.model.forces(time + k * dt, force_);
+    if (losses) drag_work += context_.model.dissipated_power(time + k * dt) * dt;
     for (int i = 0; !drag.is_linear() && i < bodies.size(); ++i)
       drag_work += drag.nonlinear_power(i, norm(velocity_in_space(bodies, i))) * dt;
     for (std::size_t c = 0; c < force_.size(); ++c) {

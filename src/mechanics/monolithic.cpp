@@ -11,6 +11,7 @@ class Monolithic : public Stepper {
   explicit Monolithic(StepperContext context);
   void begin(double) override {}
   void advance(double time, double end) override;
+  bool limits_moves() const override { return true; }
 
  private:
   void solve_field(double time);
@@ -36,14 +37,13 @@ void Monolithic::advance(double time, double end) {
   if (!context_.electrics) {
     const Stopwatch watch(context_.counters.mechanics_seconds);
     cvode_.advance(time, end);
-    wrap(context_.model.bodies);
     ++context_.counters.steps;
-    context_.model.accept(end, end - time);
+    context_.commit(end, end - time);
     return;
   }
   while (time < end) {
     const double reached = step(time, end);
-    context_.model.accept(reached, reached - time);
+    context_.commit(reached, reached - time);
     time = reached;
   }
 }
@@ -66,7 +66,6 @@ double Monolithic::step(double time, double end) {
   ++context_.counters.steps;
   context_.electrics->accept(context_.electrics->solve(time));
   context_.electrics->reconnect(time);
-  wrap(context_.model.bodies);
   return time;
 }
 

@@ -15,6 +15,7 @@
 #include "src/effects/field_choice.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/mechanics/electrics.hpp"
+#include "src/mechanics/step_check.hpp"
 #include "src/mechanics/stepper.hpp"
 #include "src/mechanics/summary.hpp"
 #include "src/model/checkpoint.hpp"
@@ -51,6 +52,9 @@ E* find(const Model& model) {
 /// the wake-up of a thread.
 constexpr int bodies_per_thread = 4096;
 
+/// Returns the rounding error (s) of a time that steps or frames add up.
+double rounding_of_time(double time) { return 1e-14 * std::abs(time); }
+
 int team_size(const Scene& scene) {
   const int requested_threads = scene.effects.has<effects::FloatingConductorsOptions>() ? scene.field().threads : 0;
   const int cores = requested_threads > 0 ? requested_threads : static_cast<int>(std::thread::hardware_concurrency());
@@ -77,6 +81,7 @@ struct Simulation::Implementation {
   Counters counters;
   std::optional<mechanics::Electrics> electrics;  ///< empty in a neutral scene
   std::unique_ptr<mechanics::Stepper> stepper;
+  std::optional<mechanics::StepCheck> check;  ///< of the steps of `stepper`
   double time = 0;
   bool connected = false;  ///< contacts and groups are known
   bool begun = false;      ///< the field of this instant is known
@@ -96,9 +101,16 @@ Simulation::Implementation::Implementation(const Scene& s, Solver solver)
   if (auto* const field = find<effects::FloatingConductors>(model))
     electrics.emplace(scene, model, *field, find<effects::ContactDischarge>(model), counters);
   const auto between_steps = [this] {
+    check->between_steps();
     if (pause && pause()) throw Paused();
   };
-  stepper = mechanics::make_stepper({scene, model, electrics ? &*electrics : nullptr, counters, between_steps});
+  const auto commit = [this](double end, double dt) {
+    wrap(model.bodies);
+    model.accept(end, dt);
+    check->commit(dt);
+  };
+  stepper = mechanics::make_stepper({scene, model, electrics ? &*electrics : nullptr, counters, between_steps, commit});
+  check.emplace(model, std::string(scene.mechanics.kind().name), !stepper->limits_moves());
 }
 
 void Simulation::Implementation::begin() {
@@ -155,7 +167,18 @@ void Simulation::advance_to(double time, const std::function<bool()>& pause) {
 void Simulation::Implementation::advance(double end) {
   const Stopwatch watch(counters.all_seconds);
   try {
-    stepper->advance(time, end);
+    for (double from = time; from < end;) {
+      const double corner = electrics ? electrics->next_corner(from) : INFINITY;
+      const double to = corner < end - rounding_of_time(end) ? corner : end;
+      check->begin();
+      stepper->advance(from, to);
+      check->end(from, to);
+      if (electrics) {
+        const std::vector<Vec3> force_before = electrics->now().field.force;
+        if (electrics->pass_corner(to, rounding_of_time(to))) stepper->pass_corner(to, force_before);
+      }
+      from = to;
+    }
   } catch (const Failure& failure) {
     const std::string cause = electrics ? electrics->resistors().unequal_contact_message() : "";
     if (cause.empty()) throw;

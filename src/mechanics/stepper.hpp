@@ -19,7 +19,12 @@ struct StepperContext {
   Model& model;
   Electrics* electrics;  ///< null in a neutral scene
   Counters& counters;
-  std::function<void()> between_steps;  ///< called between steps of any integrator; its exception ends the run
+  /// Called between steps of any integrator. Throws Failure if a body has moved too far in the last step
+  /// (Model::largest_move). Any exception ends the run.
+  std::function<void()> between_steps;
+  /// Called once after each step with its end and its length dt (s). Wraps positions into the periodic axes, and passes
+  /// the step to the effects (Model::accept).
+  std::function<void(double end, double dt)> commit;
 };
 
 /// Interface of the integrators of a scene of conductors: mechanics, field and contacts together.
@@ -30,10 +35,16 @@ class Stepper {
   /// field, the caller has already solved and accepted it at this time.
   virtual void begin(double time) = 0;
   /// Advances bodies, charges and contacts from `time` to `end` (s). At both ends contacts are up to date and the field
-  /// is solved. Positions may differ from those of the solve by a correction of force errors, of at most two position
-  /// tolerances. A merge of equipotential groups may change a force more than earlier merges did. The correction is
-  /// then larger for a body that cannot touch another on its path.
+  /// is solved. Each step ends with StepperContext::commit. Positions may differ from those of the solve by a
+  /// correction of force errors, of at most two position tolerances. A merge of equipotential groups may change a force
+  /// more than earlier merges did. The correction is then larger for a body that cannot touch another on its path.
   virtual void advance(double time, double end) = 0;
+  /// Returns true if the integrator limits the displacement of a body in each step (Model::largest_move) itself.
+  /// Otherwise StepperContext::between_steps checks it.
+  virtual bool limits_moves() const { return false; }
+  /// Continues at `time` (s) after a corner of a source, at which the accepted field may have jumped. `force_before`:
+  /// N, forces on the bodies just before. Integrators without a memory of forces need nothing.
+  virtual void pass_corner(double, const std::vector<Vec3>&) {}
   /// Saves the integrator's own state, such as its next step, which is not in the bodies and the electrical state.
   virtual void save(Checkpoint&) const {}
   /// Restores the state that save() has written.
@@ -62,7 +73,8 @@ std::unique_ptr<Stepper> make_stepper(const StepperContext& context);
 /// x; a body with the second moves by x in one largest step.
 Cvode make_cvode(const Scene& scene, Model& model);
 
-/// Makes CVODE add the heat of drag to the energy balance after each step, if the scene has a circuit and drag. The
+/// Makes CVODE add the heat of drag and of losses in contacts to the energy balance after each step, if the scene has a
+/// circuit and such losses. The
 /// heat is the integral of force times speed by Simpson's rule. The velocity in the middle of a step follows from the
 /// positions and velocities at its ends.
 void record_drag(const StepperContext& context, Cvode& cvode);

@@ -18,7 +18,7 @@ namespace lichtenberg {
 /// Returns the largest gap (m) between the surfaces of two bodies at which a pair force law acts. It is 0 without
 /// bodies or if the law acts only in contact. `radius`: radii of all bodies (m, [N]). The law's cutoff must be a convex
 /// function of each radius, such as a sum or a maximum. The gap is then largest between bodies of extreme radii.
-template <class Law>
+template <PairLaw Law>
 double largest_gap(const Law& law, std::span<const double> radius) {
   if (radius.empty()) return 0;
   const auto [least, most] = std::ranges::minmax(radius);
@@ -28,7 +28,7 @@ double largest_gap(const Law& law, std::span<const double> radius) {
 
 /// Throws InputError if a pair force law contradicts itself for two bodies of this radius (m) and of charge 1
 /// (pair_law_check.hpp). A law that acts beyond contact is checked there. `name`: name of the effect.
-template <class Law>
+template <PairLaw Law>
 void check_pair_law(const Law& law, double radius, const std::string& name) {
   const double reach = law.reach(radius, radius), contact = 2 * radius;
   const auto at = [&](double distance) {
@@ -45,7 +45,7 @@ void check_pair_law(const Law& law, double radius, const std::string& name) {
 
 /// Effect of a short-range pair force on conductors or grains. The pair force law (pair_law.hpp) gives the forces,
 /// their energy and their derivatives. Pairs come from the neighbour list.
-template <class Law>
+template <PairLaw Law>
 class PairEffect : public Effect {
  public:
   /// Makes an effect from the law of its pair force. `radius`: radii of the bodies (m, [N]); empty for a law that acts
@@ -60,7 +60,7 @@ class PairEffect : public Effect {
   }
 
   const EffectKind& kind() const override { return *kind_; }
-  Needs needs() const override { return {.charges = NeedsCharges<Law>, .neighbour_range = gap_}; }
+  Needs needs() const override { return {.charges = Law::charged, .neighbour_range = gap_}; }
   /// Adds the pair forces to `force` (N, [N * dimension]). Throws Failure if the law refuses a pair as not valid for
   /// it.
   void add_forces(const State& state, std::span<double> force) const override {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <concepts>
+
 #include "solvers/geometry/host_device.hpp"
 
 namespace lichtenberg {
@@ -19,11 +21,11 @@ struct PairForce {
   double stiffness = 0;  ///< N/m, minus the derivative of the force (N) by the distance
 };
 
-/// True for a pair force law with the optional functions quick() and quick_holds(). A pair force law is a small struct
-/// with parameters and
+/// True for a pair force law: a small struct with parameters and
 ///
 /// ```
 ///     static constexpr bool over_distance  // true: PairForce::force is force over distance
+///     static constexpr bool charged        // true: it uses PairGeometry::charge_i and charge_j
 ///     double reach(double radius_i, double radius_j) const
 ///     double energy_unit() const           // J
 ///     PairForce operator()(const PairGeometry&) const
@@ -32,7 +34,6 @@ struct PairForce {
 /// and, optionally,
 ///
 /// ```
-///     static constexpr bool charged = true    // it uses PairGeometry::charge_i and charge_j
 ///     PairForce quick(const PairGeometry&) const  // operator() without branches, where quick_holds() is true
 ///     bool quick_holds(const PairGeometry&) const
 ///     bool refuses(const PairGeometry&) const     // the law is not valid for such a pair
@@ -40,13 +41,17 @@ struct PairForce {
 ///
 /// for the host and for a device. The loops over pairs that take a law are in pair_loop.hpp and pair_part.hpp.
 template <class Law>
+concept PairLaw = requires(const Law& law, const PairGeometry& pair) {
+  { Law::over_distance } -> std::convertible_to<bool>;
+  { Law::charged } -> std::convertible_to<bool>;
+  { law.reach(1.0, 1.0) } -> std::convertible_to<double>;
+  { law.energy_unit() } -> std::convertible_to<double>;
+  { law(pair) } -> std::same_as<PairForce>;
+};
+/// True for a pair force law with the optional functions quick() and quick_holds().
+template <class Law>
 concept HasQuick = requires(const Law& law, const PairGeometry& geometry) {
   law.quick(geometry), law.quick_holds(geometry);
-};
-/// True for a pair force law that uses the charges of the pair.
-template <class Law>
-concept NeedsCharges = requires {
-  requires Law::charged;
 };
 /// True for a pair force law with a function refuses(), which returns true for pairs for which the law is not valid.
 template <class Law>

@@ -58,7 +58,7 @@ namespace pair_loop {
 
 /// Batch of particle pairs within the cutoff of a pair force law, stored as one array for each quantity so that the
 /// compiler vectorizes the evaluation of the law. Use: gather(), apply_law(), add_forces().
-template <int d, class Law, bool periodic>
+template <int d, PairLaw Law, bool periodic>
 class Batch {
  public:
   static constexpr std::size_t most = 256;  ///< largest number of pairs
@@ -84,7 +84,7 @@ class Batch {
       reach_[count_] = reach;
       radius_i_[count_] = radius[pair.i];
       radius_j_[count_] = radius[pair.j];
-      if constexpr (NeedsCharges<Law>) charge_i_[count_] = charge[pair.i], charge_j_[count_] = charge[pair.j];
+      if constexpr (Law::charged) charge_i_[count_] = charge[pair.i], charge_j_[count_] = charge[pair.j];
       count_ += sum < reach * reach;
     }
   }
@@ -140,7 +140,7 @@ class Batch {
   PairGeometry geometry(int c) const {
     const double distance = std::sqrt(squared_[c]);
     PairGeometry pair{distance, reach_[c], radius_i_[c], radius_j_[c]};
-    if constexpr (NeedsCharges<Law>) pair.charge_i = charge_i_[c], pair.charge_j = charge_j_[c];
+    if constexpr (Law::charged) pair.charge_i = charge_i_[c], pair.charge_j = charge_j_[c];
     return pair;
   }
   void store_force(int c, const PairForce& law) {
@@ -158,16 +158,16 @@ class Batch {
   NearestImage<d> nearest_;
   int count_ = 0;
   std::array<Pair, most> pair_;
-  Numbers squared_, reach_, radius_i_, radius_j_;                         // m^2, m, m, m
-  Numbers energy_, force_, distance_;                                     // as in PairForce; m
-  std::array<double, NeedsCharges<Law> ? most : 0> charge_i_, charge_j_;  // C
+  Numbers squared_, reach_, radius_i_, radius_j_;                    // m^2, m, m, m
+  Numbers energy_, force_, distance_;                                // as in PairForce; m
+  std::array<double, Law::charged ? most : 0> charge_i_, charge_j_;  // C
   // m, from j to i; after apply_law a unit vector, or N if the law is `over_distance`
   std::array<Numbers, d> direction_;
 };
 
 /// Adds the forces and energies of `pairs` to `output`, in batches. Forces on second particles j >= end are appended to
 /// output.outside.
-template <bool periodic, bool all, int d, class Law>
+template <bool periodic, bool all, int d, PairLaw Law>
 void add_range(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, int end,
                const PairOutput& output) {
   Batch<d, Law, periodic> batch(law, spheres);
@@ -181,7 +181,7 @@ void add_range(const Law& law, const Spheres<d>& spheres, std::span<const Pair> 
 }
 
 /// Implements for_each_in_reach() for a box with or without periodic axes.
-template <bool periodic, int d, class Law, class Visit>
+template <bool periodic, int d, PairLaw Law, class Visit>
 bool visit(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, Visit&& use) {
   const NearestImage<d> nearest(spheres.box);
   for (const Pair pair : pairs) {
@@ -198,7 +198,7 @@ bool visit(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pair
     if (!(sum < reach * reach)) continue;
     if (sum == 0) return false;
     found.geometry = {std::sqrt(sum), reach, radius_i, radius_j};
-    if constexpr (NeedsCharges<Law>)
+    if constexpr (Law::charged)
       found.geometry.charge_i = spheres.charge[pair.i], found.geometry.charge_j = spheres.charge[pair.j];
     use(found);
   }
@@ -209,14 +209,14 @@ bool visit(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pair
 
 /// Calls use(PairInReach) for every element of `pairs` within the cutoff of a pair force law, in their order. Returns
 /// true at the end, or stops and returns false at a pair whose centres coincide.
-template <int d, class Law, class Visit>
+template <int d, PairLaw Law, class Visit>
 bool for_each_in_reach(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, Visit&& use) {
   return spheres.box.any_periodic() ? pair_loop::visit<true>(law, spheres, pairs, use)
                                     : pair_loop::visit<false>(law, spheres, pairs, use);
 }
 
 /// Adds the derivatives (N/m) of the forces on both particles of a pair by both positions to a ForceJacobian.
-template <int d, class Law, class Jacobian>
+template <int d, PairLaw Law, class Jacobian>
 void add_pair_derivatives(const Law& law, const PairInReach<d>& pair, Jacobian& jacobian) {
   const PairForce of = law(pair.geometry);
   std::array<double, d> normal;
@@ -232,7 +232,7 @@ void add_pair_derivatives(const Law& law, const PairInReach<d>& pair, Jacobian& 
 
 /// Adds the forces and energies of the pairs whose first particle is in `range` to `output`, for callers that divide
 /// the particles among threads. `pairs`: neighbour pairs in ascending order; pairs beyond the law's cutoff are skipped.
-template <int d, class Law>
+template <int d, PairLaw Law>
 void add_pair_forces(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, const ParticleRange& range,
                      const PairOutput& output) {
   pairs = pairs_of(pairs, range);
@@ -247,7 +247,7 @@ void add_pair_forces(const Law& law, const Spheres<d>& spheres, std::span<const 
 /// Adds the forces of all pairs to `force` (N, [N * d]), on the threads of a team. Returns the total energy and the
 /// first pair for which the law is not valid. `pairs`: neighbour pairs in ascending order; pairs beyond the law's
 /// cutoff are skipped. The result is bitwise identical for any number of threads.
-template <int d, class Law>
+template <int d, PairLaw Law>
 PairSum add_pair_forces(const Law& law, const Spheres<d>& spheres, std::span<const Pair> pairs, std::span<double> force,
                         parallel::Team& team) {
   constexpr int particles_a_task = 2048;

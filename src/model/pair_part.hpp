@@ -15,7 +15,7 @@ namespace lichtenberg {
 
 /// Calls use(PairForce, force over distance, separation) for each neighbour j of grain i within the cutoff of a pair
 /// force law. The separation is the vector from grain j to grain i. Units are reduced.
-template <class Law, class Use>
+template <PairLaw Law, class Use>
 LICHTENBERG_HOST_DEVICE void for_each_partner(const Law& law, const DeviceGrains& grains,
                                               const NearestImage<3>& nearest, int i, const Use& use) {
   for (int e = grains.partners.begin(i); e < grains.partners.end(i); ++e) {
@@ -25,7 +25,7 @@ LICHTENBERG_HOST_DEVICE void for_each_partner(const Law& law, const DeviceGrains
     const double distance = norm(separation), reach = law.reach(grains.radius[i], grains.radius[j]);
     if (!(distance < reach)) continue;
     PairGeometry geometry{distance, reach, grains.radius[i], grains.radius[j]};
-    if constexpr (NeedsCharges<Law>) geometry.charge_i = grains.charge[i], geometry.charge_j = grains.charge[j];
+    if constexpr (Law::charged) geometry.charge_i = grains.charge[i], geometry.charge_j = grains.charge[j];
     const PairForce of = law(geometry);
     use(of, over_distance<Law>(of, distance), separation);
   }
@@ -33,7 +33,7 @@ LICHTENBERG_HOST_DEVICE void for_each_partner(const Law& law, const DeviceGrains
 
 /// Pair forces of a law on grains on a device. One thread sums the forces on one grain over its neighbours. The law is
 /// evaluated twice for each pair, which costs a device less than adding to two grains.
-template <class Law, class Executor>
+template <PairLaw Law, class Executor>
 class PairPart final : public DevicePart {
  public:
   /// Makes the device implementation of a pair force law. `strongest`: a pair with about the largest force that is
@@ -80,7 +80,7 @@ class PairPart final : public DevicePart {
 
 /// Makes a PairPart whose kernels run on a CUDA device. CMake's add_law_kernels writes a file that instantiates this
 /// function with nvcc. In builds without CUDA the file defines a specialization that returns null.
-template <class Law>
+template <PairLaw Law>
 std::unique_ptr<DevicePart> make_cuda_part(const parallel::CudaExecutor& run, const Law& law,
                                            const PairGeometry& strongest)
 #ifdef __CUDACC__

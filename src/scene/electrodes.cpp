@@ -3,13 +3,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <set>
+#include <type_traits>
 
 #include <fmt/format.h>
 
 #include "solvers/geometry/box.hpp"
 #include "src/field_methods/field_method.hpp"
+#include "src/scene/circuits.hpp"
+#include "src/scene/freeform.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -44,6 +46,10 @@ bool touch(const Bar& a, const Bar& b) {
     for (const Vec2 direction : {axis, perpendicular(axis), -axis, -perpendicular(axis)})
       if (reach(corners_a, direction) < -reach(corners_b, -direction)) return false;
   return true;
+}
+bool touch(const auto& other,
+           const Freeform& freeform) requires(!std::is_same_v<std::decay_t<decltype(other)>, Freeform>) {
+  return touch(freeform, other);
 }
 bool touch(const Bar& bar, const Disk& disk) { return touch(disk, bar); }
 bool touch(const Ring& ring, const Disk& disk) { return touch(disk, ring); }
@@ -128,18 +134,29 @@ void check_position(const Draft& draft, const ElectrodeDraft& electrode, const S
   check_depth(draft, electrode, shape);
 }
 
+/// Returns true if two electrodes or electrode sides have one potential at all times.
+bool at_one_potential(const auto& one, const auto& other) {
+  return one.circuit == other.circuit && (one.circuit >= 0 || one.potential == other.potential);
+}
+
+/// Returns true if a series resistor or a circuit of its own separates an electrode or a side from others.
+bool in_circuit(const Electrode& electrode) { return electrode.circuit >= 0 || electrode.series_resistance > 0; }
+
+/// Returns true if two electrodes or electrode sides are in the same circuit.
+bool in_one_circuit(const auto& one, const auto& other) { return one.circuit >= 0 && one.circuit == other.circuit; }
+
 /// Checks corners of electrode sides. Between sides at different potentials, the field and the charge on both diverge
 /// there.
 void check_corners(const Draft& draft) {
   const std::array<DomainSide, 6>& sides = draft.scene.domain.sides;
   for (int across = 0; across < 6; ++across)
     for (int along = across / 2 * 2 + 2; along < 6; ++along)
-      if (sides[across].electrode && sides[along].electrode && sides[across].potential != sides[along].potential)
+      if (sides[across].electrode && sides[along].electrode && !at_one_potential(sides[across], sides[along]))
         refuse(draft.scene.path, draft.line("domain"),
                fmt::format("the {} side of the domain at {:g} V touches the {} side at {:g} V in {}: electrodes "
                            "that touch must have the same potential",
-                           side_names[across], sides[across].potential, side_names[along], sides[along].potential,
-                           draft.domain_size.count == 3 ? "an edge" : "a corner"));
+                           side_names[across], sides[across].potential.value, side_names[along],
+                           sides[along].potential.value, draft.domain_size.count == 3 ? "an edge" : "a corner"));
 }
 
 /// Checks an electrode in three dimensions: its shape, and its distance from the sides and from other electrodes.
@@ -150,7 +167,8 @@ void check_sphere(const Draft& draft, const ElectrodeDraft& written, const std::
     refuse_it(fmt::format("electrode.shape = \"{}\" is not allowed in {} dimensions: {}", written.shape,
                           dimension == 3 ? "three" : "two",
                           dimension == 3 ? "\"sphere\" is, and sides of the domain can be electrodes"
-                                         : "\"disk\", \"half-disk\", \"bar\" and \"ring\" are"));
+                                         : "\"disk\", \"half-disk\", \"bar\", \"ring\", \"polygon\", "
+                                           "\"ellipse\" and \"curve\" are"));
   if (dimension == 2) return;
   if (written.position.count != 3)
     refuse_it("electrode.position has 2 numbers, but the domain has 3: both must have the same number");
@@ -171,32 +189,34 @@ void check_short_circuits(const Draft& draft, const std::vector<Electrode>& elec
   check_corners(draft);
   const Domain& domain = draft.scene.domain;
   for (std::size_t i = 0; i < electrodes.size(); ++i) {
-    const auto refuse_it = [&](const std::string& other, double potential) {
+    const auto refuse_it = [&](const std::string& other, const Signal& potential) {
       refuse(
           draft.scene.path, draft.electrodes[i].line,
           fmt::format("the electrode \"{}\" at {:g} V touches {} at {:g} V: electrodes that touch must have the same "
                       "potential",
-                      electrodes[i].name, electrodes[i].potential, other, potential));
+                      electrodes[i].name, electrodes[i].potential.value, other, potential.value));
     };
     const auto refuse_resistor = [&](const std::string& other) {
-      refuse(draft.scene.path, draft.electrodes[i].line,
-             fmt::format("the electrode \"{}\" touches {}, and one of them is behind a resistor: an electrode behind a "
-                         "resistor must not touch another electrode",
-                         electrodes[i].name, other));
+      refuse(
+          draft.scene.path, draft.electrodes[i].line,
+          fmt::format("the electrode \"{}\" touches {}, and one of them is behind a resistor or in a circuit: such an "
+                      "electrode must not touch an electrode outside its circuit",
+                      electrodes[i].name, other));
     };
     for (std::size_t j = 0; j < i; ++j)
-      if (electrodes[i].series_resistance + electrodes[j].series_resistance > 0 &&
+      if ((in_circuit(electrodes[i]) || in_circuit(electrodes[j])) && !in_one_circuit(electrodes[i], electrodes[j]) &&
           touch(electrodes[i].shape, electrodes[j].shape))
         refuse_resistor(fmt::format("the electrode \"{}\"", electrodes[j].name));
     for (int side = 0; side < 4; ++side)
-      if (electrodes[i].series_resistance > 0 && domain.sides[side].electrode &&
-          touch(electrodes[i].shape, line_of(side, plane(domain.size))))
+      if (const DomainSide& other = domain.sides[side];
+          other.electrode && (in_circuit(electrodes[i]) || other.circuit >= 0) &&
+          !in_one_circuit(electrodes[i], other) && touch(electrodes[i].shape, line_of(side, plane(domain.size))))
         refuse_resistor(fmt::format("the {} side of the domain", side_names[side]));
     for (std::size_t j = 0; j < i; ++j)
-      if (electrodes[i].potential != electrodes[j].potential && touch(electrodes[i].shape, electrodes[j].shape))
+      if (!at_one_potential(electrodes[i], electrodes[j]) && touch(electrodes[i].shape, electrodes[j].shape))
         refuse_it(fmt::format("the electrode \"{}\"", electrodes[j].name), electrodes[j].potential);
     for (int side = 0; side < 4; ++side)
-      if (domain.sides[side].electrode && domain.sides[side].potential != electrodes[i].potential &&
+      if (domain.sides[side].electrode && !at_one_potential(domain.sides[side], electrodes[i]) &&
           touch(electrodes[i].shape, line_of(side, plane(domain.size))))
         refuse_it(fmt::format("the {} side of the domain", side_names[side]), domain.sides[side].potential);
   }
@@ -206,20 +226,22 @@ void check_short_circuits(const Draft& draft, const std::vector<Electrode>& elec
 
 std::vector<Electrode> build_electrodes(const Draft& draft) {
   std::vector<Electrode> electrodes;
-  std::map<std::string, int> nameless;
   std::set<std::string> names;
+  const std::vector<std::string> all_names = names_of_electrodes(draft);
   for (const ElectrodeDraft& written : draft.electrodes) {
     check_sphere(draft, written, electrodes);
     const bool sphere = written.shape == "sphere";
-    const Shape shape = sphere ? Shape(Disk{plane(written.position.value), written.radius})
-                               : build_shape(written, plane(draft.scene.domain.size));
-    if (!sphere) check_position(draft, written, shape);
-    const std::string name =
-        written.name ? *written.name : fmt::format("{} {}", written.shape, ++nameless[written.shape]);
+    const std::string& name = all_names[electrodes.size()];
+    const std::shared_ptr<const ClosedCurve> curve =
+        is_freeform(written) ? make_freeform(draft, written, name) : nullptr;
+    const Shape shape = sphere  ? Shape(Disk{plane(written.position.value), written.radius})
+                        : curve ? Shape(Freeform{curve.get()})
+                                : build_shape(written, plane(draft.scene.domain.size));
+    if (!sphere && !curve) check_position(draft, written, shape);
     if (!names.insert(name).second)
       refuse(draft.scene.path, written.line, fmt::format("electrode.name = \"{}\" is taken: names must differ", name));
-    electrodes.push_back(
-        {name, shape, written.potential, written.series_resistance.value_or(0), written.position.value.z});
+    electrodes.push_back({name, shape, written.potential.value_or(0), written.series_resistance.value_or(0),
+                          written.position.value.z, written.circuit, curve});
   }
   draft.domain_size.count == 3 ? check_corners(draft) : check_short_circuits(draft, electrodes);
   return electrodes;
@@ -242,7 +264,8 @@ void check_disks_only(const Draft& draft, const std::vector<Electrode>& electrod
                          field_methods_that(2, [](const FieldMethodKind& method) { return !method.only_disks; })));
     };
     const Disk* disk = std::get_if<Disk>(&electrodes[i].shape);
-    if (disk == nullptr) refuse_it("is a " + draft.electrodes[i].shape);
+    if (disk == nullptr)
+      refuse_it((draft.electrodes[i].shape == "ellipse" ? "is an " : "is a ") + draft.electrodes[i].shape);
     const std::array distance = {disk->centre.x, domain.size.x - disk->centre.x, disk->centre.y,
                                  domain.size.y - disk->centre.y};
     const double rounding =

@@ -55,13 +55,13 @@ class ColumnAsColour(unittest.TestCase):
 
     def test_plot_draws_it_by_name(self):
         for colour in ("kinetic_energy", "momentum", "batch"):
-            status, said, complaint = runs.program("plot", self.path, "--colour", colour, "--frame", "1")
+            status, said, complaint = runs.command("plot", self.path, "--colour", colour, "--frame", "1")
             self.assertEqual(status, 0, complaint)
             self.assertIn(f"by {colour}", said)
             self.assertTrue((runs.FOLDER / f"columns-frame-1-{colour}.png").stat().st_size > 0)
 
     def test_a_column_that_is_not_there_is_refused(self):
-        status, _, complaint = runs.program("plot", self.path, "--colour", "temperature")
+        status, _, complaint = runs.command("plot", self.path, "--colour", "temperature")
         self.assertEqual(status, 2)
         self.assertIn("has no temperature to colour by: it has charge, cluster", complaint)
         self.assertIn("kinetic_energy", complaint)

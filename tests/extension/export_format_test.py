@@ -40,7 +40,7 @@ class FormatFromOutside(unittest.TestCase):
     def test_a_format_that_is_not_there_is_refused(self):
         with self.assertRaisesRegex(InputError, "no format pdb: it is one of"):
             export(runs.gas(), "pdb", runs.FOLDER / "gas.pdb")
-        status, _, complaint = runs.program("export", runs.gas(), "--to", "pdb")
+        status, _, complaint = runs.command("export", runs.gas(), "--to", "pdb")
         self.assertEqual(status, 2)
         self.assertIn("no format pdb", complaint)
 

@@ -31,7 +31,7 @@ class Heun : public mechanics::Stepper {
       step(time, next - time);
       ++context_.counters.steps;
       context_.electrics->accept(context_.electrics->solve(next)), context_.electrics->reconnect(next);
-      context_.model.accept(next, next - time);
+      context_.commit(next, next - time);
       time = next;
     }
   }
@@ -72,15 +72,36 @@ class Heun : public mechanics::Stepper {
 constexpr IntegratorKind heun = {
     .name = "heun", .moves_conductors = true, .keys = {"largest_step"}, .accuracy_key = "largest_step"};
 
+/// Integrator that moves each body by `shift` (m) along x and commits a part of the interval.
+class Careless : public mechanics::Stepper {
+ public:
+  static inline double shift = 0, committed_part = 1;
+
+  explicit Careless(const mechanics::StepperContext& context) : context_(context) {}
+  void begin(double) override {}
+  void advance(double time, double end) override {
+    Bodies& b = context_.model.bodies;
+    for (int i = 0; i < b.size(); ++i) b.position[i * b.dimension] += shift;
+    context_.between_steps();
+    context_.electrics->accept(context_.electrics->solve(end)), context_.electrics->reconnect(end);
+    context_.commit(end, committed_part * (end - time));
+  }
+
+ private:
+  mechanics::StepperContext context_;
+};
+
+constexpr IntegratorKind careless = {.name = "careless", .moves_conductors = true};
+
 constexpr auto make = [](const mechanics::StepperContext& context) -> std::unique_ptr<mechanics::Stepper> {
   return std::make_unique<Heun>(context);
 };
 
-Scene scene_with(const std::string& mechanics) {
+Scene scene_with(const std::string& mechanics, const std::string& effects = "") {
   std::string text =
       "domain = { size = [0.1, 0.1], bottom = { potential = 0.0 } }\noutput = { every = 1.0 }\n"
       "medium = { permittivity = 4.2e-11, viscosity = 0.7 }\nmechanics = { " +
-      mechanics + " }\neffects = { floating_conductors = {}, stokes_drag = {} }\n";
+      mechanics + " }\neffects = { floating_conductors = {}, stokes_drag = {}" + effects + " }\n";
   for (const char* position : {"[0.045, 0.05]", "[0.055, 0.052]"})
     text += fmt::format("[[conductor]]\nposition = {}\nradius = {}\ncharge = 2e-10\n", position, radius);
   return parse_scene(text, "scene.toml");
@@ -118,4 +139,21 @@ TEST_CASE("user-defined conductor integrator (Heun): listed; wrong keys are refu
                        InputError);
   const IntegratorKind other = {.name = "euler", .moves_conductors = true};
   CHECK_THROWS_AS(mechanics::add_integrator(other, make), InputError);
+}
+
+TEST_CASE("user-defined conductor integrator: faulty steps end the run") {
+  mechanics::add_integrator(careless, [](const mechanics::StepperContext& context) {
+    return std::unique_ptr<mechanics::Stepper>(new Careless(context));
+  });
+  const auto advance = [](double shift, double committed_part, const std::string& effects = "") {
+    Careless::shift = shift, Careless::committed_part = committed_part;
+    Simulation simulation(scene_with("integrator = \"careless\"", effects), std::make_unique<LineCharges>());
+    simulation.advance_to(0.01);
+  };
+  const std::string contact = ", hertz_contact = {}";  // Hertzian contacts allow half a radius in a step.
+  CHECK_NOTHROW(advance(0.49 * radius, 1, contact));
+  CHECK_NOTHROW(advance(2 * radius, 1));
+  CHECK_THROWS_WITH_AS(advance(0.51 * radius, 1, contact),
+                       doctest::Contains("integrator = \"careless\" moved conductor 0 by"), Failure);
+  CHECK_THROWS_WITH_AS(advance(0, 0.5), doctest::Contains("call StepperContext::commit once after each step"), Failure);
 }

@@ -11,6 +11,31 @@ SPEC.loader.exec_module(render)
 WHOLE = {"measures": "time", "unit": "s", "command": "build/x", "commit": "not kept", "machine": "one core", "date": "2026-01-31",
          "rows": [{"n": 1}]}
 
+COMPARED = {"row": 1, "reference": "A 2000", "quantity": "x", "published": {"value": 1, "interval": [0, 2], "source": "A"},
+            "expected": "It is 1.", "ours": {"value": 3, "interval": [2.5, 3.5], "runs": 2}, "verdict": "disagrees",
+            "reason": "Drag.", "command": "x.py", "commit": "v1", "machine": "one core", "date": "2026-01-31", "seconds": 1}
+
+
+class Experiments(unittest.TestCase):
+    def test_whole_row_has_no_fault(self):
+        self.assertEqual(list(render.experiment_faults(COMPARED)), [])
+        agreeing = {"published": {"value": None, "interval": [None, 3], "source": "M"}, "verdict": "agrees", "reason": ""}
+        self.assertEqual(list(render.experiment_faults(COMPARED | agreeing)), [])
+
+    def test_each_missing_key_is_a_fault(self):
+        for key in COMPARED:
+            with self.subTest(key):
+                self.assertTrue(list(render.experiment_faults({k: v for k, v in COMPARED.items() if k != key})))
+
+    def test_contradictions_are_faults(self):
+        for change in ({"verdict": "agrees"}, {"reason": ""}, {"expected": ""}, {"unit": "m"},
+                       {"published": {"value": 1, "interval": [0, 2], "source": "B"}},
+                       {"published": {"value": 1, "interval": [2, 0], "source": "A"}},
+                       {"published": {"value": 1, "interval": 2, "source": "A"}},
+                       {"ours": {"value": 3, "interval": [2.5, 3.5]}}):
+            with self.subTest(change):
+                self.assertTrue(list(render.experiment_faults(COMPARED | change)))
+
 
 class Measurements(unittest.TestCase):
     def test_data_are_complete_and_pages_agree(self):

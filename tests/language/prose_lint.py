@@ -12,6 +12,7 @@ each rule; ctest runs the tool with it, so that no count rises.
 
 import argparse
 import collections
+import functools
 import io
 import json
 import re
@@ -26,7 +27,7 @@ MAX_README_LINES = 40
 MAX_TEST_NAME = 72
 MAX_SUBJECT = 72
 # Files of measurements and pages that docs/render_measurements.py writes: the only ones for commit hashes.
-MEASUREMENTS = ("docs/measurements/", "docs/performance", "docs/validation.md", "docs/figures.md")
+MEASUREMENTS = ("docs/measurements/", "docs/performance", "docs/validation.md", "docs/figures.md", "docs/experiments.md")
 HISTORY_ALLOWED = MEASUREMENTS + ("CHANGELOG.md",)
 HERE = Path(__file__).resolve().parent
 EXCEPTIONS, LIMITS = HERE / "prose_exceptions.txt", HERE / "prose_limits.json"
@@ -143,13 +144,15 @@ RULES = ("private", "what", "headless", "sentence", "test-name", "history", "has
 
 private_re = [(re.compile(r"\b(?:%s)\b" % rx, re.I), rx, plain) for rx, plain in PRIVATE]
 history_re = re.compile(r"\b(?:%s)\b" % HISTORY, re.I)
-identifier_re = [(re.compile(r"(?<!\w)(?:%s)(?!\w)" % rx), rx, plain) for rx, plain in IDENTIFIERS]
+any_private_re = re.compile("|".join(rx.pattern for rx, _, _ in private_re), re.I)
+identifier_re = [(re.compile(rx), rx, plain) for rx, plain in IDENTIFIERS]
 what_re = re.compile(r"\bwhat\b", re.I)
 hash_re = re.compile(r"\b(?=[0-9a-f]*[a-f])(?=[0-9a-f]*[0-9])[0-9a-f]{7,40}\b")
 token_re = re.compile(
     r'//[^\n]*|/\*.*?\*/|R"(\w*)\(.*?\)\1"|"(?:\\.|[^"\\\n])*"|(?<![0-9A-Za-z_])\'(?:\\.|[^\'\\\n])*\'', re.S)
 marker_re = re.compile(r"^\s*(?:///<|///|//!|//|/\*\*?|#+)\s?|\s*\*/\s*$")
 ignored_re = re.compile(r"^\s*(?:namespace\b|clang-format|NOLINT|noqa|type:|pylint|!/)")
+name_re = re.compile(r"\w+")
 word_re = re.compile(r"[A-Za-z][A-Za-z'’-]*")
 sentence_end = re.compile(r"(?<=[.!?])[\"')\]]*\s+(?=[A-Z`\"(\[*0-9])")
 
@@ -262,20 +265,27 @@ def plain(text):
     return re.sub(r"https?://\S+", "X", text)
 
 
+@functools.cache
+def private_names(word):
+    """Returns (regex, proposed name) for each entry of IDENTIFIERS that an identifier matches."""
+    return [(name, term) for rx, name, term in identifier_re if rx.fullmatch(word)]
+
+
 def folder(path):
     parts = path.split("/")[:-1]
     return "/".join(parts[:3] if parts[:2] == ["solvers", "laplace"] else parts[:2]) or "."
 
 
-def check(text, report):
-    prose = plain(text.text)
+def check(text, prose, report):
+    """`prose` is the plain text."""
     words = word_re.findall(prose)
     if text.kind in ("string", "test") and len(words) < 3:
         return
     hit = lambda rule, what: report(rule, text.path, text.line, what, text.kind)
-    for rx, _, term in private_re:
-        for m in rx.finditer(prose):
-            hit("private", f"{m.group(0)} -> {term}")
+    if any_private_re.search(prose):  # most texts have none, and one search takes less time than one for each word
+        for rx, _, term in private_re:
+            for m in rx.finditer(prose):
+                hit("private", f"{m.group(0)} -> {term}")
     for m in what_re.finditer(prose):
         if not prose.rstrip().endswith("?"):
             hit("what", prose[max(0, m.start() - 20):m.end() + 25].strip())
@@ -373,19 +383,20 @@ def main():
         else:
             texts, code = cpp_texts(path, source)
         for text in texts:
-            check(text, report)
+            prose = plain(text.text)
+            check(text, prose, report)
             kind = "string" if text.kind == "test" else text.kind
-            for sentence in sentence_end.split(plain(text.text)):
+            for sentence in sentence_end.split(prose):
                 n = len(word_re.findall(sentence))
                 if n >= 3:
                     lengths[kind] += 1
                     total_words[kind] += n
         if options.identifiers:
             for number, line in enumerate(code.split("\n"), 1):
-                for rx, name, term in identifier_re:
-                    for m in rx.finditer(line):
+                for word in name_re.findall(line):
+                    for name, term in private_names(word):
                         by_name[name, term] += 1
-                        report("identifier", path, number, f"{m.group(0)} -> {term}", "code")
+                        report("identifier", path, number, f"{word} -> {term}", "code")
     if options.commits:
         for line in git(options.root, "log", "--format=%h %s", options.commits).split("\n")[:-1]:
             key, subject = line.split(" ", 1)

@@ -26,7 +26,7 @@ def needs(module):
 
 def exported(result, to, *options):
     out = runs.FOLDER / f"{os.path.basename(result)}-{to}{len(options)}"
-    status, answer, complaint = runs.program("export", result, "--to", to, "--out", out, "--overwrite", *options)
+    status, answer, complaint = runs.command("export", result, "--to", to, "--out", out, "--overwrite", *options)
     assert status == 0, complaint
     assert answer.strip() == str(out)
     return out
@@ -253,7 +253,7 @@ class OverwriteTest(unittest.TestCase):
     def test_nothing_of_an_earlier_export_stays(self):
         out = exported(runs.seedling(), "vtk")
         self.assertIn("particles-000003.vtp", os.listdir(out))
-        status, _, complaint = runs.program("export", runs.seedling(), "--to", "vtk", "--out", out, "--overwrite", "--frames", "0")
+        status, _, complaint = runs.command("export", runs.seedling(), "--to", "vtk", "--out", out, "--overwrite", "--frames", "0")
         self.assertEqual(status, 0, complaint)
         left = os.listdir(out)
         self.assertNotIn("particles-000003.vtp", left)
@@ -268,20 +268,20 @@ class OverwriteTest(unittest.TestCase):
             (runs.gas(), {"gas.csv"}),
             (runs.seedling(), {"summary.csv"}),
         ):
-            status, _, complaint = runs.program("export", source, "--to", "csv", "--out", out, "--overwrite")
+            status, _, complaint = runs.command("export", source, "--to", "csv", "--out", out, "--overwrite")
             self.assertEqual(status, 0, complaint)
             fresh = exported(source, "csv", "--frames", ":")
             self.assertLessEqual(names, set(os.listdir(out)))
             self.assertEqual(sorted(os.listdir(out)), sorted(os.listdir(fresh)))
         (out / "summary-mine.csv").write_text("notes")
-        status, _, complaint = runs.program("export", runs.gas(), "--to", "csv", "--out", out, "--overwrite")
+        status, _, complaint = runs.command("export", runs.gas(), "--to", "csv", "--out", out, "--overwrite")
         self.assertEqual(status, 2)
         self.assertIn("kinds holds summary-mine.csv", complaint)
 
     def test_a_folder_may_be_named_with_a_slash_at_its_end(self):
         out = runs.FOLDER / "slashed"
         for _ in range(2):
-            status, _, complaint = runs.program("export", runs.seedling(), "--to", "csv", "--out", f"{out}/", "--overwrite")
+            status, _, complaint = runs.command("export", runs.seedling(), "--to", "csv", "--out", f"{out}/", "--overwrite")
             self.assertEqual(status, 0, complaint)
             self.assertTrue((out / "particles.csv").is_file())
 
@@ -289,7 +289,7 @@ class OverwriteTest(unittest.TestCase):
         out = runs.FOLDER / "mine"
         out.mkdir()
         (out / "letter.txt").write_text("dear")
-        status, _, complaint = runs.program("export", runs.seedling(), "--to", "csv", "--out", out, "--overwrite")
+        status, _, complaint = runs.command("export", runs.seedling(), "--to", "csv", "--out", out, "--overwrite")
         self.assertEqual(status, 2)
         self.assertIn("mine holds letter.txt, which this export to csv does not write", complaint)
         self.assertEqual(os.listdir(out), ["letter.txt"])
@@ -322,7 +322,7 @@ class OverwriteTest(unittest.TestCase):
                         out.mkdir()
                     add(out)
                     before = sorted(path.relative_to(out) for path in out.rglob("*"))
-                    status, _, complaint = runs.program("export", runs.seedling(), "--to", to, "--out", out, "--overwrite")
+                    status, _, complaint = runs.command("export", runs.seedling(), "--to", to, "--out", out, "--overwrite")
                     self.assertEqual(status, 2)
                     self.assertEqual(complaint.count("\n"), 1, complaint)
                     self.assertEqual(sorted(path.relative_to(out) for path in out.rglob("*")), before)
@@ -453,8 +453,8 @@ class PackingTest(unittest.TestCase):
 
 
 class RefusedTest(unittest.TestCase):
-    def refused(self, words, *command):
-        status, answer, complaint = runs.program(*command)
+    def refused(self, words, *command, run=runs.command):
+        status, answer, complaint = run(*command)
         self.assertEqual(status, 2, complaint)
         self.assertEqual(answer, "")
         self.assertEqual(complaint.count("\n"), 1, complaint)
@@ -474,13 +474,13 @@ class RefusedTest(unittest.TestCase):
         self.refused("`-1` must be a whole number", "export", result, "--to", "csv", "--frames", "::-1")
         self.refused("more than FIRST:LAST:STEP", "export", result, "--to", "csv", "--frames", "0:1:1:1")
         self.refused("there is no folder", "export", result, "--to", "xyz", "--out", "nowhere/x.xyz")
-        self.refused("--to", "export", result)
-        self.refused("vtk", "export", result, "--to", "pdb")
-        self.refused("nowhere.h5", "export", "nowhere.h5", "--to", "xyz")
-        self.refused("ensemble.json", "export", runs.FOLDER, "--to", "csv")
+        self.refused("--to", "export", result, run=runs.program)
+        self.refused("vtk", "export", result, "--to", "pdb", run=runs.program)
+        self.refused("nowhere.h5", "export", "nowhere.h5", "--to", "xyz", run=runs.program)
+        self.refused("ensemble.json", "export", runs.FOLDER, "--to", "csv", run=runs.program)
         (runs.FOLDER / "text.h5").write_text("no HDF5")
-        self.refused("text.h5", "export", "text.h5", "--to", "xyz")
-        self.refused("text.h5", "view", "text.h5")
+        self.refused("text.h5", "export", "text.h5", "--to", "xyz", run=runs.program)
+        self.refused("text.h5", "view", "text.h5", run=runs.program)
         self.refused("frames 0 to 3", "view", result, "--frames", "7")
 
     def test_what_is_read_and_other_results_and_links_are_never_replaced(self):

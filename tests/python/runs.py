@@ -1,9 +1,12 @@
 """Short runs for these tests, made once by the program that LICHTENBERG names, in a temporary folder."""
 import atexit
+import contextlib
+import io
 import os
 import subprocess
 import sys
 import tempfile
+import warnings
 import zlib
 from functools import cache
 from pathlib import Path
@@ -12,6 +15,9 @@ HOME = Path(__file__).resolve().parents[2]
 PROGRAM = os.environ.get("LICHTENBERG", str(HOME / "build/lichtenberg"))
 sys.path.insert(0, str(HOME / "python"))
 
+os.environ.setdefault("LICHTENBERG", PROGRAM)
+
+from lichtenberg.__main__ import main  # noqa: E402
 from lichtenberg.seal import FOOTER, MAGIC  # noqa: E402
 
 _folder = tempfile.TemporaryDirectory(prefix="lichtenberg-test-")
@@ -54,10 +60,23 @@ def sealed(data):
     return bytes(data) + FOOTER.pack(MAGIC, len(data), zlib.crc32(data), 0)
 
 
-def program(*words):
-    """Exit status, output and errors of the program."""
-    ended = subprocess.run([PROGRAM, *map(str, words)], capture_output=True, text=True, cwd=FOLDER, check=False)
+def program(*words, folder=FOLDER):
+    """Exit status, output and errors of the program in a folder."""
+    ended = subprocess.run([PROGRAM, *map(str, words)], capture_output=True, text=True, cwd=folder, check=False)
     return ended.returncode, ended.stdout, ended.stderr
+
+
+def command(*words, folder=FOLDER):
+    """Exit status, output and errors of a command in Python (plot, film, view, export), which runs in this process: a process
+    of its own would import matplotlib again. The program's checks of the command line and of result files are left out."""
+    output, errors, before = io.StringIO(), io.StringIO(), os.getcwd()
+    os.chdir(folder)
+    try:
+        with contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors), warnings.catch_warnings():
+            status = main(*map(str, words))
+    finally:
+        os.chdir(before)
+    return status, output.getvalue(), errors.getvalue()
 
 
 def made(name, scene):

@@ -1,34 +1,34 @@
 """Tests that the arrays in the page of a run are the run's, and scales, camera and curves those of pictures. browser_check.py
 opens the page."""
 import base64
-import contextlib
 import html
-import io
 import json
 import os
 import re
 import shutil
 import unittest
 import zlib
+from functools import cache
 
 import h5py
 import numpy as np
 
 import runs
-from lichtenberg import commands, load
-from lichtenberg.commands import plot
+from lichtenberg import load
 from lichtenberg.ground import nearest_ground
 from lichtenberg.pictures import frames, series, space
 
 
+@cache
 def page_of(path, *options):
-    out = runs.FOLDER / f"{os.path.basename(path)}.html"
-    status, answer, complaint = runs.program("view", path, "--out", out, "--overwrite", *options)
+    out = runs.FOLDER / f"{os.path.basename(path)}{len(options)}.html"
+    status, answer, complaint = runs.command("view", path, "--out", out, "--overwrite", *options)
     assert status == 0, complaint
     assert "MB" in answer
     return out
 
 
+@cache
 def stored(page):
     """Description of the run in the page, and its arrays."""
     text = page.read_text()
@@ -54,11 +54,12 @@ class ResultViewTest(unittest.TestCase):
 NORMAL = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "\N{MINUS SIGN}0123456789")
 
 
+@cache
 def svg_of(path, *options):
     """Texts in the picture that `plot` draws."""
     out = runs.FOLDER / "picture.svg"
-    with contextlib.redirect_stdout(io.StringIO()):  # in this process, which saves its start
-        plot.act(commands.parse("plot", [path, "--out", str(out), "--overwrite", *options]))
+    status, _, complaint = runs.command("plot", path, "--out", out, "--overwrite", *options)
+    assert status == 0, complaint
     spans = re.sub(r"<tspan[^>]*>\s*|\s*</tspan>\s*", "", out.read_text())  # Powers are in several spans.
     return {html.unescape(text).strip() for text in re.findall(r"<text[^>]*>([^<]*)</text>", spans)}
 
@@ -107,7 +108,7 @@ class PictureTest(unittest.TestCase):
         for path in (runs.seedling(), runs.gas(), runs.packing()):
             about, _ = stored(page_of(path))
             self.assertIn(about["captions"][-1], svg_of(path))
-            status, answer, _ = runs.program("plot", path, "--out", "last.png", "--overwrite")
+            status, answer, _ = runs.command("plot", path, "--out", "last.png", "--overwrite")
             self.assertEqual(status, 0)
             self.assertEqual(answer.split(" by ")[1:], [f"{about['colour']}\n"] if about["colour"] else [])
 

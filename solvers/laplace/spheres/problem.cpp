@@ -19,17 +19,36 @@ std::vector<char> reached_by_field(const SphereProblem& problem) {
   return reached;
 }
 
+/// Returns the sum of the given charges (C); 0 if it is within their rounding.
+double net_charge(const SphereProblem& problem) {
+  double charge = 0, magnitude = 0;
+  for (const Group& group : problem.groups) {
+    if (!group.floating) continue;
+    charge += group.charge;
+    magnitude += std::abs(group.charge);
+  }
+  return std::abs(charge) > 1e-10 * magnitude ? charge : 0;
+}
+
+bool is_periodic(const Box<3>& box) { return box.periodic(0) && box.periodic(1) && box.periodic(2); }
+
 [[noreturn]] void refuse(const std::string& sentence) { throw InputError(sentence); }
+
+bool is_positive(double number) { return number > 0 && std::isfinite(number); }
+bool is_finite(const Vec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 void check_box(const SphereProblem& problem) {
   for (int k = 0; k < 3; ++k) {
-    if (!(problem.box.lengths[k] > 0)) refuse("the lengths of the box must be positive");
+    if (!is_positive(problem.box.lengths[k])) refuse("the lengths of the box must be positive and finite");
     const bool low = problem.box.sides[2 * k] == Boundary::periodic,
                high = problem.box.sides[2 * k + 1] == Boundary::periodic;
     if (low != high)
       refuse(fmt::format("sides {} and {}: an axis is periodic on both its sides or on none", side_names[2 * k],
                          side_names[2 * k + 1]));
   }
+  for (int side = 0; side < 6; ++side)
+    if (problem.box.sides[side] == Boundary::electrode && !std::isfinite(problem.side_potential[side]))
+      refuse(fmt::format("side {}: its potential must be finite", side_names[side]));
 }
 
 void check_against_sides(const SphereProblem& problem, std::size_t i) {
@@ -81,7 +100,8 @@ void check_groups(const SphereProblem& problem) {
   std::vector<int> members(problem.groups.size());
   for (std::size_t i = 0; i < problem.spheres.size(); ++i) {
     const Sphere& sphere = problem.spheres[i];
-    if (!(sphere.radius > 0)) refuse(fmt::format("sphere {}: its radius must be positive", i));
+    if (!is_positive(sphere.radius)) refuse(fmt::format("sphere {}: its radius must be positive and finite", i));
+    if (!is_finite(sphere.centre)) refuse(fmt::format("sphere {}: its centre must be finite", i));
     if (sphere.group < 0 || sphere.group >= static_cast<int>(members.size()))
       refuse(fmt::format("sphere {} names group {}, which does not exist", i, sphere.group));
     ++members[sphere.group];
@@ -93,15 +113,14 @@ void check_groups(const SphereProblem& problem) {
       refuse(fmt::format("group {}: a dielectric sphere must be alone in a floating group", sphere.group));
   check_couplings(problem);
   const std::vector<char> reached = reached_by_field(problem);
-  double charge = 0, magnitude = 0;
   for (std::size_t g = 0; g < members.size(); ++g) {
-    if (!problem.groups[g].floating) continue;
-    if (!reached[g]) refuse(fmt::format("group {} has no sphere, and is coupled to none that has", g));
-    charge += problem.groups[g].charge;
-    magnitude += std::abs(problem.groups[g].charge);
+    if (!std::isfinite(problem.groups[g].floating ? problem.groups[g].charge : problem.groups[g].potential))
+      refuse(fmt::format("group {}: its charge or potential must be finite", g));
+    if (problem.groups[g].floating && !reached[g])
+      refuse(fmt::format("group {} has no sphere, and is coupled to none that has", g));
   }
-  // Tolerance for the rounding of a sum of given charges.
-  if (!problem.has_ground() && std::abs(charge) > 1e-10 * magnitude)
+  const double charge = net_charge(problem);
+  if (!problem.has_ground() && !is_periodic(problem.box) && charge != 0)
     refuse(fmt::format(
         "no side is an electrode and no group has a given potential, so the charges must sum to zero, not {:.6g} C",
         charge));
@@ -121,9 +140,14 @@ bool SphereProblem::has_ground() const {
   return false;
 }
 
+double SphereProblem::neutralized_charge() const {
+  return is_periodic(box) && !free_space && !has_ground() ? net_charge(*this) : 0;
+}
+
 void SphereProblem::check() const {
-  if (!(permittivity > 0)) refuse("the permittivity must be positive");
+  if (!is_positive(permittivity)) refuse("the permittivity must be positive and finite");
   if (!free_space) check_box(*this);
+  if (free_space && !is_finite(uniform_field)) refuse("the uniform field must be finite");
   check_groups(*this);
   if (!free_space)
     for (std::size_t i = 0; i < spheres.size(); ++i) check_against_sides(*this, i);

@@ -308,6 +308,31 @@ std::vector<Key> material_keys(KeyTarget relative_resistivity) {
   };
 }
 
+GrainMaterial& material_of_conductor(Draft& d) { return d.conductors.back().conductor.material; }
+GrainMaterial& material_of_population(Draft& d) { return d.populations.back().material; }
+
+/// Returns the keys of a grain's material. `material`: material in the draft of a conductor or population.
+template <GrainMaterial& (*material)(Draft&)>
+std::vector<Key> grain_material_keys() {
+  constexpr Range factor = {.low = 1e-6, .high = 1e6};
+  return {
+      {.name = "relative_density",
+       .target = [](Draft& d) { return &material(d).density; },
+       .range = factor,
+       .help = "density of a grain relative to material.density"},
+      {.name = "relative_stiffness",
+       .target = [](Draft& d) { return &material(d).stiffness; },
+       .range = factor,
+       .help =
+           "stiffness of the contact of two such grains relative to that of the contact law; the elastic constants of "
+           "two materials add like springs in series"},
+      {.name = "relative_damping",
+       .target = [](Draft& d) { return &material(d).damping; },
+       .range = factor,
+       .help = "ratio of damping to stiffness of the contact of two such grains, relative to that of the contact law"},
+  };
+}
+
 std::vector<Key> conductor_sphere() {
   return {
       {.name = "position",
@@ -336,6 +361,12 @@ std::vector<Key> conductor_state() {
        .unit = "m/s",
        .computed_default = "0 along each axis",
        .help = "velocity of the conductor at the start, in m/s"},
+      {.name = "angular_velocity",
+       .target = [](Draft& d) { return &d.conductors.back().angular_velocity; },
+       .unit = "1/t0",
+       .computed_default = "0 about each axis",
+       .help = "angular velocity of a grain at the start, in reduced units (1/t0): three numbers, in two dimensions "
+               "[0, 0, w]; needs [effects.friction]"},
       {.name = "fixed",
        .target = [](Draft& d) { return &d.conductors.back().conductor.fixed; },
        .help = "true: the conductor does not move",
@@ -357,7 +388,7 @@ Table conductor() {
           .keys = joined({conductor_sphere(), material_keys<&Draft::conductors>([](Draft& d) {
                             return &d.conductors.back().conductor.relative_resistivity;
                           }),
-                          conductor_state()})};
+                          grain_material_keys<material_of_conductor>(), conductor_state()})};
 }
 
 Table group() {
@@ -513,6 +544,13 @@ std::vector<Key> population_places() {
        .computed_default = "0: at rest",
        .help = "initial temperature of grains, in reduced units (m0 v0^2): each velocity component is Gaussian, with a "
                "variance of temperature over mass, and the momenta add up to 0"},
+      {.name = "rotational_temperature",
+       .target = [](Draft& d) { return &d.populations.back().rotational_temperature; },
+       .unit = "m0 v0^2",
+       .range = not_negative,
+       .computed_default = "0: no rotation",
+       .help = "initial rotational temperature of grains, in reduced units (m0 v0^2): each component of the angular "
+               "velocity is Gaussian, with a variance of temperature over moment of inertia; needs [effects.friction]"},
       {.name = "min_gap",
        .target = [](Draft& d) { return &d.populations.back().min_gap; },
        .unit = "m",
@@ -544,7 +582,7 @@ Table population() {
           .keys = joined({population_radii(), material_keys<&Draft::populations>([](Draft& d) {
                             return &d.populations.back().relative_resistivity;
                           }),
-                          population_charges(), population_places()})};
+                          grain_material_keys<material_of_population>(), population_charges(), population_places()})};
 }
 
 }  // namespace

@@ -8,8 +8,8 @@ namespace lichtenberg {
 /// Exception that ends a computation after a stop request.
 struct Stopped {};
 
-/// Stop request of the field solves of one thread. While an object exists, solves of the thread that made it call its
-/// function between two iterations and between the parts of their setup, and throw Stopped if it returns true.
+/// Stop request of the field solves of one thread. While an object exists, solves of its thread call the function
+/// between iterations and between parts of their setup. They throw Stopped if it returns true.
 class StopRequestScope {
  public:
   explicit StopRequestScope(std::function<bool()> requested)

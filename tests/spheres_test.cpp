@@ -141,7 +141,7 @@ TEST_CASE("spheres: cell method and direct pair sum give equal potentials, force
   }
 }
 
-TEST_CASE("periodic spheres at accuracy 1e-11: one and two periods agree as asked") {
+TEST_CASE("periodic spheres at accuracy 1e-11: one and two periods agree to 1e-11") {
   SphereProblem one{.permittivity = 1};
   one.box.lengths = {3, 3, 3};
   one.box.sides.fill(Boundary::periodic);

@@ -171,8 +171,8 @@ void check_sides(const Draft& draft) {
     if (domain.sides[s].periodic) continue;
     if (domain.sides[s].potential != 0)
       refuse_it("in a scene of grains (with [units]): a conducting side is grounded, { potential = 0 }");
-    const bool any_meets = std::ranges::any_of(values_named<Integrator>,
-                                               [](const auto& integrator) { return integrator.value->meets_walls; });
+    const bool any_meets =
+        std::ranges::any_of(values_named<Integrator>, [](const auto& kind) { return kind.value->meets_walls; });
     if (!integrator->meets_walls)
       refuse_it(fmt::format(
           "with mechanics.integrator = \"{}\", for which grains have no walls: \"periodic\"{} or "

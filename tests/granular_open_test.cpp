@@ -234,4 +234,23 @@ TEST_CASE("open and grounded sides: scenes that are not possible are refused") {
           "effects.uniform_field is not allowed with effects.induced_dipoles");
 }
 
+TEST_CASE("open and grounded sides: an integrator with walls reads them") {
+  static const IntegratorKind kind{.name = "with-walls", .moves_grains = true, .usual_step = 0.05, .meets_walls = true};
+  list_integrator(kind);
+  const std::string text =
+      "[units]\n[domain]\nsize = [20, 20, 20]\nleft = \"periodic\"\nright = \"periodic\"\nfront = { potential = 0 }\n"
+      "[[population]]\ncount = 40\n[effects.viscoelastic_contact]\n[effects.coulomb]\n";
+  const std::string message = message_of([&] { parse_scene(text, "walls.toml"); });
+  CHECK_MESSAGE(message.find("\"periodic\", the integrator \"with-walls\" or domain.unbounded = true is needed") !=
+                    std::string::npos,
+                message);
+  const Scene scene = parse_scene(text + "[mechanics]\nintegrator = \"with-walls\"\n", "walls.toml");
+  const std::vector<ExplanationLine> lines = effects::CoulombOptions::kind().explain(scene);
+  CHECK(lines.back().text == "image charges beyond front; empty space beyond bottom, top, back");
+  const std::string outside = "[[conductor]]\nposition = [3, 3, 0.4]\nradius = 0.5\n";
+  CHECK(message_of([&] {
+          parse_scene(text + outside + "[mechanics]\nintegrator = \"with-walls\"\n", "walls.toml");
+        }).find("this conductor reaches out of the domain by 0.1 d0") != std::string::npos);
+}
+
 }  // namespace granular_open_test

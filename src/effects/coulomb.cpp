@@ -89,23 +89,6 @@ std::vector<ExplanationLine> explain_degree(const Scene& scene) {
                        truncation->in_contact)}};
 }
 
-/// Describes how the sum treats sides that are not periodic; empty if all are.
-std::string sides_in_words(const Scene& scene) {
-  const periodic::Enclosure enclosure = enclosure_of(scene.domain);
-  if (enclosure.unbounded)
-    return fmt::format("none: the mesh follows the extents of the charges; up to {} charges are summed by pairs",
-                       periodic::BoundedSum::few);
-  std::string open, grounded;
-  for (int s = 0; s < 2 * scene.dimension(); ++s) {
-    std::string& names = enclosure.sides[s] == periodic::Side::grounded ? grounded : open;
-    if (enclosure.sides[s] != periodic::Side::periodic)
-      names += fmt::format("{}{}", names.empty() ? "" : ", ", side_names[s]);
-  }
-  std::string text = grounded.empty() ? "" : "image charges beyond " + grounded;
-  if (!open.empty()) text += fmt::format("{}empty space beyond {}", text.empty() ? "" : "; ", open);
-  return text;
-}
-
 /// Returns lines of `explain` about the mesh and the cutoff for the required accuracy; empty for other sums.
 std::vector<ExplanationLine> explain_mesh(const Scene& scene) {
   const auto& options = *scene.effects.find<CoulombOptions>();

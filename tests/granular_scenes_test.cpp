@@ -224,13 +224,20 @@ TEST_CASE("scenes of grains: impossible ones are refused with a one-line message
       {plane + few + contact + "[effects.wall_contact]\n",
        "effects.wall_contact is not allowed with [units], which makes the scene one of grains"},
       {replaced(box, "left = \"periodic\"\nright = \"periodic\"\n", "") + grains + contact,
-       "domain.left must be \"periodic\" in a scene of grains"},
+       "domain.left = \"insulating\" is not allowed with mechanics.integrator = \"multirate\", for which grains have "
+       "no walls"},
+      {replaced(box, "left = \"periodic\"\nright = \"periodic\"\n", "left = { potential = 3 }\n") + grains + contact,
+       "domain.left = { potential = 3 } is not allowed in a scene of grains (with [units]): a conducting side is "
+       "grounded"},
       {box + few + contact + "[mechanics]\nrelative_tolerance = 1e-6\n",
        "mechanics.relative_tolerance is not allowed with mechanics.integrator = \"multirate\": of grains it is for "
        "\"cvode\""},
       {box + few + contact + "[mechanics]\nlargest_step = 1.0\n",
        "mechanics.largest_step is not allowed with [units], which makes the scene one of grains"},
-      {plane + few + contact + coulomb, "effects.coulomb is not allowed in 2 dimensions: it supports 3"},
+      {plane + few + contact + coulomb + "[effects.induced_dipoles]\n",
+       "effects.induced_dipoles is not allowed in 2 dimensions: it supports 3"},
+      {plane + few + contact + coulomb + "sum = \"ewald\"\n",
+       "effects.coulomb.sum = \"ewald\" is not allowed in two dimensions: \"mesh\" is"},
       {box + "[[population]]\ncount = 1\nradius = 3.1\n" + contact,
        "at least twice that is needed, or it would meet two images of another"},
       {box + few + contact + "[stop]\ntime = 1e12\n[output]\nevery = 1.0\n",

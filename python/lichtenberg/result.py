@@ -86,7 +86,7 @@ class Frame:
 
     @property
     def time(self):
-        """In units of result.time.unit; for a packing, the number of the iteration."""
+        """In units of result.time.unit; for a packing, the number of the iteration or load."""
         return float(self.result.time[self.index])
 
     def __getitem__(self, name):

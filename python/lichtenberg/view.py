@@ -161,8 +161,9 @@ def camera_of(run):
     """Returns the camera of the run's pictures: centre, and the ends of the window around it. In space also axes to the right,
     up and towards the eye, angles and distance of the eye, and the box with its labels."""
     if not run.spatial:
-        size = np.array(getattr(run, "box", run.size / drawing.MM))
-        return {"centre": [*numbers(size / 2), 0], "low": numbers(-0.52 * size), "high": numbers(0.52 * size)}
+        corner, size = getattr(run, "window", (np.zeros(2), np.array(getattr(run, "box", run.size / drawing.MM))))
+        ends = {"low": numbers(-0.52 * size), "high": numbers(0.52 * size)}
+        return ends | {"centre": [*numbers(corner + size / 2), 0], "window": [numbers(corner), numbers(corner + size)]}
     corner, size = run.window
     camera = space.Camera(size, run.down)
     edges = space.edge_labels(camera, run.unit)

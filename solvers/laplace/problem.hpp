@@ -98,6 +98,10 @@ void refuse_couplings(const LaplaceProblem& problem, const std::string& method);
 /// subject of the error message.
 void refuse_link_models(const LaplaceProblem& problem, const std::string& method);
 
+/// Throws InputError if a body is a closed curve (Freeform), for methods that do not support it. `method` is the
+/// subject of the error message.
+void refuse_curves(const LaplaceProblem& problem, const std::string& method);
+
 /// Wall times of the parts of a field solve (s).
 struct Timings {
   double setup = 0;   ///< Geometry, multigrid levels, factorizations

@@ -49,24 +49,17 @@ struct SumMethod {
   bool compares_windows = false;
 };
 
-SumMethod in_double_precision(Vec3 lengths, int lowest_order) {
+SumMethod in_double_precision(double length, int lowest_order) {
   constexpr double pair = 6;
   const auto near = [](double density, double cutoff) {
     return pair * 0.5 * density * 4 * M_PI / 3 * std::pow(cutoff, 3);
   };
-  return {quick_numbers(),
-          {Window::spline},
-          lowest_order,
-          highest_double_order,
-          0.5 * std::min({lengths.x, lengths.y, lengths.z}),
-          1.1,
-          near,
-          50,
-          1.8,
-          [](int) { return 0.55; }};
+  return {
+      quick_numbers(),         {Window::spline}, lowest_order, highest_double_order, 0.5 * length, 1.1, near, 50, 1.8,
+      [](int) { return 0.55; }};
 }
 
-SumMethod in_single_precision(Vec3 lengths, const std::vector<Window>& windows) {
+SumMethod in_single_precision(double longest_cutoff, const std::vector<Window>& windows) {
   // Each charge of a cluster interacts with all charges within the cut-off of the cluster's box, a cube around
   // `together` charges. The search for these charges takes time too.
   constexpr double pair = 0.45, search = 15;
@@ -77,27 +70,18 @@ SumMethod in_single_precision(Vec3 lengths, const std::vector<Window>& windows) 
   };
   // Large meshes do not fit into the second-level cache.
   const auto point = [](int points) { return points <= 100 ? 0.145 : 0.25; };
-  return {quick_numbers(), windows, 4, 8, Near<float>::longest_cutoff(lengths), 1.05, near, 28, 1.1, point};
+  return {quick_numbers(), windows, 4, 8, longest_cutoff, 1.05, near, 28, 1.1, point};
 }
 
 /// Cost model of an H200, where memory access limits all threads (docs/measurements/device-gas.json). Neighbour lists
 /// have a skin. Tiles add to each point of the mesh when they spread, and copy it when they interpolate.
-SumMethod on_device(Vec3 lengths, const std::vector<Window>& windows) {
+SumMethod on_device(double length, const std::vector<Window>& windows) {
   constexpr double partner = 0.0036, skin = 0.5;
   const auto near = [](double density, double cutoff) {
     return partner * density * 4 * M_PI / 3 * std::pow(cutoff + skin, 3);
   };
-  return {numbers_of({2, 3, 5, 7}),
-          windows,
-          4,
-          highest_device_order,
-          0.5 * std::min({lengths.x, lengths.y, lengths.z}),
-          1.05,
-          near,
-          0.1,
-          0.006,
-          [](int) { return 0.0025; },
-          true};
+  return {numbers_of({2, 3, 5, 7}),   windows, 4, highest_device_order, 0.5 * length, 1.05, near, 0.1, 0.006,
+          [](int) { return 0.0025; }, true};
 }
 
 /// Returns the squared error of the near part for charges with dipoles: Cloud::neglected with the terms of its
@@ -107,10 +91,30 @@ double neglected_with(const Cloud& cloud, double dipole2) {
   return cloud.neglected + third * (2 * cloud.neglected_slope + third * cloud.neglected_curvature);
 }
 
+/// Returns the number density of the charges.
+double density_of(const MeshRequest& request) {
+  const Mesh box = request.box(request.contact);
+  return request.charges / (box.open.any() ? box.open.volume : box.volume());
+}
+
+/// Returns the length whose half (in double precision) or third bounds the cut-off: the shortest periodic side. Without
+/// one the longest possible distance bounds it.
+double length_for_cutoffs(const MeshRequest& request) {
+  double shortest = INFINITY, square = 0;
+  for (int k = 0; k < 3; ++k) {
+    if (!request.open[k]) shortest = std::min(shortest, request.lengths[k]);
+    if (request.open[k]) square += request.lengths[k] * request.lengths[k];
+  }
+  return std::isfinite(shortest) ? shortest : 3 * std::max(std::sqrt(square), 2 * request.contact);
+}
+
+double longest_in_single(const MeshRequest& request) {
+  const double length = length_for_cutoffs(request);
+  return Near<float>::longest_cutoff({length, length, length});
+}
+
 double dipole2_of(const MeshRequest& request) {
-  const Vec3 lengths = request.lengths;
-  const double density = request.charges / (lengths.x * lengths.y * lengths.z);
-  return request.polarizability ? induced_dipole2(*request.polarizability, density, request.contact) : 0;
+  return request.polarizability ? induced_dipole2(*request.polarizability, density_of(request), request.contact) : 0;
 }
 
 double work_on_mesh(const SumMethod& method, const Mesh& mesh) {
@@ -118,12 +122,12 @@ double work_on_mesh(const SumMethod& method, const Mesh& mesh) {
   return method.point(mesh.points[2]) * points * std::log2(points);
 }
 
-/// Returns the mesh whose spacings are at most the longest side over `along_longest`; empty if `numbers` has no number
-/// that large.
-std::optional<Mesh> mesh_of(int along_longest, const std::vector<int>& numbers, Vec3 lengths, int order,
-                            Window window) {
+/// Returns the mesh in the given box whose spacings are at most the longest side over `along_longest`; empty if
+/// `numbers` has no number that large.
+std::optional<Mesh> mesh_of(int along_longest, const std::vector<int>& numbers, Mesh mesh, int order, Window window) {
+  const Vec3 lengths = mesh.lengths;
   const double longest = std::max({lengths.x, lengths.y, lengths.z});
-  Mesh mesh{lengths, {}, order, window};
+  mesh.order = order, mesh.window = window;
   for (int k = 0; k < 3; ++k) {
     const auto points = std::ranges::lower_bound(numbers, lengths[k] / longest * along_longest * (1 - 1e-12));
     if (points == numbers.end()) return {};
@@ -209,25 +213,24 @@ struct Meshes {
   const Window window;
 
   /// Returns the mesh with `number` points along the longest side.
-  std::optional<Mesh> of(int number, int order) const {
-    return mesh_of(number, points.others, request.lengths, order, window);
+  std::optional<Mesh> of(int number, int order, double cutoff) const {
+    return mesh_of(number, points.others, request.box(cutoff), order, window);
   }
   bool fine_enough(int number, int order, const Cloud& cloud, double most) const {
-    const auto mesh = of(number, order);
+    const auto mesh = of(number, order, cloud.cutoff);
     return mesh && mesh_error(sample_of(*mesh), cloud, dipole2_of(request)) <= most;
   }
   /// Returns the coarsest mesh whose squared error is at most `most`; empty if there is none.
   std::optional<Mesh> coarsest(const Cloud& cloud, double most, int order) const {
     const auto number =
         std::ranges::partition_point(points.along_longest, [&](int n) { return !fine_enough(n, order, cloud, most); });
-    return number == points.along_longest.end() ? std::nullopt : of(*number, order);
+    return number == points.along_longest.end() ? std::nullopt : of(*number, order, cloud.cutoff);
   }
 };
 
 /// Estimated work (ns), without that of the mesh points.
 double work_on_charges(const SumMethod& method, const MeshRequest& request, double cutoff, double order) {
-  const double density = request.charges / (request.lengths.x * request.lengths.y * request.lengths.z);
-  return request.charges * (method.near(density, cutoff) + method.charge + method.row * order * order);
+  return request.charges * (method.near(density_of(request), cutoff) + method.charge + method.row * order * order);
 }
 
 /// Chooses the splitting of 1/r at this cut-off for a squared error of the near part of at most `most`; empty if alpha
@@ -261,7 +264,7 @@ std::vector<double> cutoffs_of(const Meshes& meshes, double most, const MeshRequ
 std::optional<MeshChoice> choose_with(Window window, double most, const MeshRequest& request, const SumMethod& method,
                                       double& least) {
   const Meshes meshes{request, Points(request, method), window};
-  const auto coarsest_of_all = meshes.of(meshes.points.along_longest.front(), method.lowest_order);
+  const auto coarsest_of_all = meshes.of(meshes.points.along_longest.front(), method.lowest_order, request.contact);
   if (!coarsest_of_all) return {};
   const double least_on_mesh = work_on_mesh(method, *coarsest_of_all);
   std::optional<MeshChoice> best;
@@ -308,9 +311,9 @@ void require_order_in_double(const MeshRequest& request) {
 }
 
 MeshChoice in_double(double accuracy, const MeshRequest& request, int lowest_order) {
-  require_sensible(accuracy, request.lengths, request.contact);
+  require_sensible(accuracy, request.box(request.contact).lengths, request.contact);
   const double most = 0.5 * accuracy * accuracy * force2(request.contact);
-  const SumMethod method = in_double_precision(request.lengths, lowest_order);
+  const SumMethod method = in_double_precision(length_for_cutoffs(request), lowest_order);
   auto best = choose(most, request, method);
   if (!best)
     throw InputError(
@@ -333,7 +336,7 @@ MeshChoice fixed_with(Window window, const MeshRequest& request) {
   const auto [cutoff, alpha, points, order] = request.fixed;
   auto numbers = quick_numbers();
   numbers.insert(std::ranges::lower_bound(numbers, *points), *points);
-  const auto mesh = mesh_of(*points, numbers, request.lengths, *order, window);
+  const auto mesh = mesh_of(*points, numbers, request.box(*cutoff), *order, window);
   if (!mesh) throw InputError(fmt::format("{} points along the longest side are more than 1024", *points));
   MeshChoice best{.mesh = *mesh, .cutoff = *cutoff, .band_limit = 1, .alpha = alpha.value_or(0)};
   best.error = error_of(best, request);
@@ -375,6 +378,22 @@ MeshChoice fixed_alone(const MeshRequest& request) {
 
 }  // namespace
 
+Mesh MeshRequest::box(double cutoff) const {
+  Mesh mesh{.lengths = lengths, .open = {.along = open}};
+  if (!mesh.open.any()) return mesh;
+  double square = 0;
+  mesh.open.volume = 1;
+  for (int k = 0; k < 3; ++k) {
+    if (open[k]) square += lengths[k] * lengths[k];
+    mesh.open.volume *= open[k] ? std::max(lengths[k], contact) : lengths[k];
+  }
+  // Clouds reach as far as the cut-off. The margin is for rounded positions.
+  mesh.open.range = (std::sqrt(square) + cutoff) * (1 + 1e-6);
+  for (int k = 0; k < 3; ++k)
+    if (open[k]) mesh.lengths[k] = std::max(lengths[k] + mesh.open.range + cutoff, 3 * cutoff) * (1 + 1e-6);
+  return mesh;
+}
+
 double random_force(double charge2, double charges, double volume, double contact) {
   return charge2 * std::sqrt(force2(contact) / (charges * volume));
 }
@@ -395,9 +414,8 @@ std::string why_not_single(const MeshRequest& request) {
   if (!fixed.complete() && request.accuracy < finest_single)
     return fmt::format("single is good for an accuracy of {:g} and more", finest_single);
   if (fixed.points.value_or(0) % 2 != 0) return "single needs an even number of points";
-  if (fixed.cutoff.value_or(0) > Near<float>::longest_cutoff(request.lengths))
-    return fmt::format("single needs a cutoff of a third of the box, {:.4g}, or less",
-                       Near<float>::longest_cutoff(request.lengths));
+  if (fixed.cutoff.value_or(0) > longest_in_single(request))
+    return fmt::format("single needs a cutoff of a third of the box, {:.4g}, or less", longest_in_single(request));
   return "";
 }
 
@@ -407,17 +425,17 @@ MeshChoice choose_mesh(double accuracy, int charges, Vec3 lengths, double contac
 
 MeshChoice choose_quick_mesh(const MeshRequest& request) {
   if (request.fixed.complete()) return fixed_alone(request);
-  require_sensible(request.accuracy, request.lengths, request.contact);
+  require_sensible(request.accuracy, request.box(request.contact).lengths, request.contact);
   const double own2 = error_of_single_precision * error_of_single_precision;
   const double most = 0.5 * (request.accuracy * request.accuracy - own2) * force2(request.contact);
   std::optional<MeshChoice> best;
   if (request.on_device && !request.polarizability) {
-    best = choose(most, request, on_device(request.lengths, windows_of(request)));
+    best = choose(most, request, on_device(length_for_cutoffs(request), windows_of(request)));
     if (best) best->error = std::hypot(error_of(*best, request), error_of_single_precision);
     if (best) return *best;
   }
   if (why_not_single(request).empty())
-    best = choose(most, request, in_single_precision(request.lengths, windows_of(request)));
+    best = choose(most, request, in_single_precision(longest_in_single(request), windows_of(request)));
   if (!best) {
     require_order_in_double(request);
     return in_double(request.accuracy, request, request.polarizability ? lowest_dipole_order : 4);

@@ -65,6 +65,12 @@ struct MeshRequest {
   bool gauss = false;        ///< True: Ewald's Gaussian splitting in place of the prolate one.
   bool splines = false;      ///< True: spline windows for a SingleMesh and a DeviceMesh too.
   bool only_double = false;  ///< True: always a ParticleMesh.
+  /// Axes without periodic images (OpenAxes). Along them `lengths` are the ranges of the charges' positions, 0 or more.
+  std::array<bool, 3> open{};
+
+  /// Returns a mesh without points in the box that a cut-off requires. It is longer along open axes, so that images are
+  /// beyond the end of the Green's function.
+  Mesh box(double cutoff) const;
 };
 
 /// Smallest relative error of forces for which a SingleMesh may be chosen.

@@ -205,7 +205,7 @@ ChargeMesh<Real>::ChargeMesh(const Mesh& mesh, const Cloud& cloud, const Influen
       grid_(mesh.points, row_lanes(mesh.order), influence.factor, cloud.cutoff),
       self_(static_cast<Real>(cloud.potential(0) * cloud.cutoff)),
       self_field_(static_cast<Real>(cloud.dipole_field * std::pow(cloud.cutoff, 3))),
-      background_(-cloud.background / mesh.volume() * cloud.cutoff) {
+      background_(mesh.open.any() ? 0 : -cloud.background / mesh.volume() * cloud.cutoff) {
   const auto waves = waves_from_middle(influence, mesh.order);
   for (int k = 0; k < 4; ++k) {
     inverse_spacing_[k] = k < 3 ? static_cast<Real>(cloud.cutoff / mesh.spacing()[k]) : -1;

@@ -11,8 +11,8 @@ namespace lichtenberg::periodic {
 template <class Real>
 void Columns<Real>::lay_out(int sources) {
   laid_out_for_ = sources;
-  const auto [length_unit, together, widest, reach] = layout_;
-  const double volume = lengths_.x * lengths_.y * lengths_.z;
+  const auto [length_unit, together, widest, reach, part] = layout_;
+  const double volume = part > 0 ? part : lengths_.x * lengths_.y * lengths_.z;
   const double edge = std::cbrt(together * volume / std::max(1, sources)), width = std::min(widest, edge);
   for (int k = 0; k < 2; ++k) {
     // The margin for rounded positions keeps sources within reach of one tile out of reach of the next tile but one.

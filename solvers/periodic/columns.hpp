@@ -58,6 +58,7 @@ class Columns {
     int together = 8;        ///< Number of sources in a cube of the column width, approximately
     double widest = 0;       ///< Upper bound of the column width
     double reach = 0;        ///< Distance of interactions along x and y
+    double volume = 0;       ///< Volume that contains the sources; 0: the whole box
   };
   /// Makes columns for a periodic box with these edges.
   Columns(Vec3 lengths, const Layout& layout) : lengths_(lengths), layout_(layout) {}

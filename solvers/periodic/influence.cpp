@@ -124,14 +124,42 @@ double mesh_error(const Mesh& mesh, const Cloud& cloud, const Octant& octant, do
 
 }  // namespace
 
+double green_transform(Vec3 k, const OpenAxes& open) {
+  double across2 = 0, along2 = 0;  // squares of the wave vector's parts along open and periodic axes
+  for (int axis = 0; axis < 3; ++axis) (open.along[axis] ? across2 : along2) += k[axis] * k[axis];
+  const int axes = open.along[0] + open.along[1] + open.along[2];
+  const double q = std::sqrt(across2), p = std::sqrt(along2), k2 = across2 + along2, range = open.range, x = q * range;
+  const double square = range * range;
+  if (k2 == 0 && axes < 3)
+    return axes == 0 ? 0 : axes == 1 ? -2 * M_PI * square : M_PI * square * (1 - 2 * std::log(range));
+  if (k2 == 0) return 2 * M_PI * square;
+  // Transforms over the open axes of 1/r, of 2 K_0(p r) or -2 log r, and of 2 pi exp(-p |z|) / p or -2 pi |z|.
+  double ratio = 1;
+  if (axes == 3) ratio = 1 - std::cos(x);
+  if (axes == 2 && p > 0 && p * range < 100)
+    ratio =
+        1 + x * ::j1(x) * std::cyl_bessel_k(0.0, p * range) - p * range * ::j0(x) * std::cyl_bessel_k(1.0, p * range);
+  if (axes == 2 && p == 0) ratio = 1 - ::j0(x) - x * std::log(range) * ::j1(x);
+  if (axes == 1 && p > 0) ratio = 1 - std::exp(-p * range) * (std::cos(x) - q / p * std::sin(x));
+  if (axes == 1 && p == 0) ratio = 1 - std::cos(x) - x * std::sin(x);
+  return 4 * M_PI / k2 * ratio;
+}
+
 Influence optimal_influence(const Mesh& mesh, const Cloud& cloud) {
   const int across = mesh.points[0], down = mesh.points[1], deep = mesh.points[2] / 2 + 1;
   Influence influence;
   influence.factor.resize(static_cast<std::size_t>(across) * down * deep);
   const Octant octant(mesh);
+  if (mesh.open.any())  // the mean potential; without open axes it is 0
+    influence.factor[0] = green_transform({}, mesh.open) / (octant.axes[0].modes[0].u2 * octant.axes[1].modes[0].u2 *
+                                                            octant.axes[2].modes[0].u2 * mesh.volume());
   octant.visit(mesh, cloud, [&](std::array<int, 3> mode, const AliasSums& sums, int images) {
-    const double factor = sums.factor() / mesh.volume();
     const auto [x, y, z] = mode;
+    double factor = sums.factor() / mesh.volume();
+    if (mesh.open.any()) {
+      const Vec3 k{2 * M_PI * x / mesh.lengths.x, 2 * M_PI * y / mesh.lengths.y, 2 * M_PI * z / mesh.lengths.z};
+      factor *= green_transform(k, mesh.open) * norm2(k) / (4 * M_PI);
+    }
     for (const int row : {y, (down - y) % down})
       for (const int column : {x, (across - x) % across})
         influence.factor[(static_cast<std::size_t>(row) * across + column) * deep + z] = factor;

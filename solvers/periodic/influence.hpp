@@ -9,12 +9,31 @@
 
 namespace lichtenberg::periodic {
 
+/// Axes of a box along which charges have no periodic images. The box is longer than the range of the charges along
+/// these axes, and the Green's function 1/r of the mesh ends at the distance `range` in the open directions. All pairs
+/// of charges are nearer than that, and all periodic images are farther (Vico, Greengard and Ferrando 2016, J. Comput.
+/// Phys. 323, 191; for one and two periodic axes Shamshirgar, Bagge and Tornberg 2021, J. Chem. Phys. 154, 164109).
+struct OpenAxes {
+  std::array<bool, 3> along{};
+  double range = 0;   ///< Distance at which the Green's function ends (length)
+  double volume = 0;  ///< Volume of the part of the box that contains charges
+
+  bool any() const { return along[0] || along[1] || along[2]; }
+};
+
+/// Computes the Fourier transform of the Green's function 1/r that ends at the range of open axes; 4 pi / k^2 without
+/// open axes. At k = 0, with all axes periodic, it is 0.
+/// The mean over the periodic axes is the potential of a plane or of a line: -2 pi |z| times the charge per area, or -2
+/// log(distance) times the charge per length.
+double green_transform(Vec3 k, const OpenAxes& open);
+
 /// Mesh in a periodic box, with the window (charge assignment function) by which charges are spread on it.
 struct Mesh {
   Vec3 lengths;                    ///< Edges of the box
   std::array<int, 3> points{};     ///< Numbers of points along the axes
   int order = 0;                   ///< Order of the window: number of points along an axis that a charge is spread on
   Window window = Window::spline;  ///< Kind of window
+  OpenAxes open{};                 ///< Axes without periodic images, if any
 
   Vec3 spacing() const { return {lengths.x / points[0], lengths.y / points[1], lengths.z / points[2]}; }  ///< Spacings
   double volume() const { return lengths.x * lengths.y * lengths.z; }  ///< Volume of the box

@@ -17,7 +17,7 @@ MeshSum<Real>::MeshSum(const Mesh& mesh, const Cloud& cloud)
     : lengths_(mesh.lengths),
       near_(mesh.lengths, cloud),
       mesh_(mesh, cloud),
-      columns_(mesh.lengths, near_.layout(mesh_.reach())) {}
+      columns_(mesh.lengths, near_.layout(mesh_.reach(), mesh.open.volume)) {}
 
 template <class Real>
 void MeshSum<Real>::require_usable(const Sources& sources) const {

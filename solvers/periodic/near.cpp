@@ -264,8 +264,12 @@ double Near<Real>::longest_cutoff(Vec3 lengths) {
 }
 
 template <class Real>
-typename Columns<Real>::Layout Near<Real>::layout(double reach) const {
-  return {.length_unit = cutoff_, .together = together, .widest = widest_, .reach = std::max(cutoff_, reach)};
+typename Columns<Real>::Layout Near<Real>::layout(double reach, double volume) const {
+  return {.length_unit = cutoff_,
+          .together = together,
+          .widest = widest_,
+          .reach = std::max(cutoff_, reach),
+          .volume = volume};
 }
 
 template <class Real>

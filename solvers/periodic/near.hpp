@@ -29,8 +29,8 @@ class Near {
   double cutoff() const { return cutoff_; }                      ///< Cut-off (length)
   int degree(Kind kind) const { return table(kind).terms - 1; }  ///< Degree of the cloud's polynomial
   /// Returns the layout of Columns for the near part, with a reach of at least the cut-off and the given `reach` of a
-  /// mesh.
-  typename Columns<Real>::Layout layout(double reach) const;
+  /// mesh. `volume`: that of the part of the box that contains sources; 0: the whole box.
+  typename Columns<Real>::Layout layout(double reach, double volume = 0) const;
   /// Computes the near part of fields, potentials and forces: overwrites `sums`, in units of the cut-off and
   /// Columns::charge_unit(). Without `potentials` the potentials of charges are 0, and the fields have the same bits.
   /// Results have identical bits for any number of threads. Throws InputError for dipoles in single precision.

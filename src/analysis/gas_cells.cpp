@@ -8,23 +8,34 @@ namespace lichtenberg::analysis {
 std::int64_t Cells::index(std::span<const double> position) const {
   std::int64_t cell = 0;
   for (int k = dimension - 1; k >= 0; --k)
-    cell = cell * count[k] + std::clamp(static_cast<int>(position[k] / edge[k]), 0, count[k] - 1);
+    cell = cell * count[k] + std::clamp(static_cast<int>((position[k] - corner[k]) / edge[k]), 0, count[k] - 1);
   return cell;
 }
 
 std::int64_t Cells::next(std::int64_t cell, int axis) const {
   const std::int64_t stride = axis == 0 ? 1 : axis == 1 ? count[0] : std::int64_t{1} * count[0] * count[1];
   const bool last = cell / stride % count[axis] == count[axis] - 1;
+  if (last && !periodic[axis]) return -1;
   return last ? cell - stride * (count[axis] - 1) : cell + stride;
 }
 
 Cells cells_of(const Bodies& bodies, double edge) {
   Cells cells{.dimension = bodies.dimension};
+  Vec3 lengths = bodies.box.lengths;
+  for (int k = 0; k < bodies.dimension; ++k)
+    if (!(cells.periodic[k] = bodies.box.periodic(k))) {
+      double high = lengths[k];
+      for (int i = 0; i < bodies.size(); ++i) {
+        const double x = bodies.position[i * bodies.dimension + k];
+        cells.corner[k] = std::min(cells.corner[k], x), high = std::max(high, x);
+      }
+      lengths[k] = high - cells.corner[k];
+    }
   constexpr double most = 1 << 20;  // limit along an axis, so that a cell's number fits in 64 bits
-  for (int k = 0; k < bodies.dimension; ++k) edge = std::max(edge, bodies.box.lengths[k] / most);
+  for (int k = 0; k < bodies.dimension; ++k) edge = std::max(edge, lengths[k] / most);
   for (int k = 0; k < bodies.dimension; ++k) {
-    cells.count[k] = std::max(1, static_cast<int>(std::lround(bodies.box.lengths[k] / edge)));
-    cells.edge[k] = bodies.box.lengths[k] / cells.count[k];
+    cells.count[k] = std::max(1, static_cast<int>(std::lround(lengths[k] / edge)));
+    cells.edge[k] = lengths[k] / cells.count[k];
   }
   return cells;
 }

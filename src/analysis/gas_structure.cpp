@@ -52,12 +52,17 @@ bool is_first_half(const int* n) { return n[0] > 0 || (n[0] == 0 && (n[1] > 0 ||
 }  // namespace
 
 StructureFactors structure_factors(const Bodies& b, int shells) {
+  double squares = 0;
+  for (const double q : b.charge) squares += q * q;
+  for (int axis = 0; axis < b.dimension; ++axis)
+    if (!b.box.periodic(axis)) {
+      const std::vector<double> none(shells, NAN);
+      return {none, squares > 0 ? none : std::vector<double>{}};
+    }
   std::vector<std::vector<Phase>> along[3];
   for (int axis = 0; axis < 3; ++axis)
     along[axis] = axis < b.dimension ? phases_along(b, axis, shells)
                                      : std::vector(2 * shells + 1, std::vector<Phase>(b.size(), 1));
-  double squares = 0;
-  for (const double q : b.charge) squares += q * q;
   std::vector<double> density(shells), charge(shells);
   std::vector<int> vectors(shells);
   std::vector<Phase> in_plane(b.size());

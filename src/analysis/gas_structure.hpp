@@ -14,7 +14,8 @@ struct StructureFactors {
   std::vector<double> charge;   ///< |sum q exp(ikr)|^2 / sum q^2; empty if no grain is charged
 };
 constexpr int structure_shells = 6;
-/// Computes the structure factors of density and charge in the first `shells` shells of wave vectors.
+/// Computes the structure factors of density and charge in the first `shells` shells of wave vectors. They are
+/// NaN in a box that is not periodic along all axes.
 StructureFactors structure_factors(const Bodies& bodies, int shells = structure_shells);
 
 /// Mach number of the flow: sqrt(<V_c^2>) / sqrt(T/m), averaged over occupied cells c of mean velocity V_c (G 5.60). T

@@ -446,7 +446,8 @@ std::vector<Column> columns_of(const AnalysedGas& run, const GasFrames& frames) 
   columns.real("mach_number_of_flow", "1", [](auto& f) { return f.mach.flow; });
   columns.real("mean_square_displacement", "d0^2", [](auto& f) { return f.displacement; });
   columns.real("contact_persistence", "1", [](auto& f) { return f.persistence; });
-  columns.reals("density_structure", "1", [](auto& f) { return f.structure.density; });
+  columns.reals(
+      "density_structure", "1", [](auto& f) { return f.structure.density; }, NAN);
   columns.reals("speed_density", "1", [](auto& f) { return f.speeds.density; });
   if (run.charged) {
     columns.reals(

@@ -224,12 +224,13 @@ std::vector<TerminalAnswer> terminals(const FieldAnswer& answer) {
       continue;
     }
     while (!answer.scene.domain.sides[side].electrode) ++side;
-    found.push_back({terminal.name, terminal.potential, answer.depth() * answer.side_charge[side], row_of_side(side)});
+    found.push_back(
+        {terminal.name, terminal.potential.value, answer.depth() * answer.side_charge[side], row_of_side(side)});
     ++side;
   }
   if (answer.charge_of_joined_sides) {
     const int all = first.front();
-    found.push_back({name_of_sides(joined, all), answer.scene.domain.sides[all].potential,
+    found.push_back({name_of_sides(joined, all), answer.scene.domain.sides[all].potential.value,
                      *answer.charge_of_joined_sides, row_of_side(all)});
   }
   return found;

@@ -26,12 +26,14 @@ void check_homogeneous(const Scene& scene) {
   const auto refuse = [&](const std::string& why) {
     throw InputError(fmt::format(
         "{}: the scene is not allowed, because {}: theories of gases are for equal grains of diameter and mass 1 in "
-        "three dimensions that cool freely",
+        "three dimensions that cool freely in a periodic box",
         scene.path, why));
   };
   if (!scene.reference) refuse("it has no table [units]");
   if (scene.dimension() != 3) refuse("it has two dimensions");
   if (scene.conductors.empty()) refuse("it has no grains");
+  const Box<3> box = scene.domain.box();
+  if (!box.periodic(0) || !box.periodic(1) || !box.periodic(2)) refuse("its domain is not periodic along all axes");
   for (const Conductor& grain : scene.conductors)
     if (std::abs(grain.radius - 0.5) > 1e-9 || std::abs(mass(scene, grain) - 1) > 1e-9)
       refuse("not all its grains have diameter and mass 1");

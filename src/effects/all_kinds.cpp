@@ -5,6 +5,7 @@
 #include "src/effects/induced_dipoles.hpp"
 #include "src/effects/linear_contact.hpp"
 #include "src/effects/soft_repulsion.hpp"
+#include "src/effects/uniform_field.hpp"
 #include "src/effects/uniform_force.hpp"
 #include "src/effects/viscoelastic_contact.hpp"
 
@@ -22,6 +23,7 @@ const EffectKinds& all_kinds() {
              &ChargeExchangeOptions::kind(),
              &GasDragOptions::kind(),
              &UniformForceOptions::kind(),
+             &UniformFieldOptions::kind(),
          })
       all.push_back(kind);
     return all;

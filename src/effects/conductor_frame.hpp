@@ -17,6 +17,9 @@ struct TerminalReading {
   std::string name;
   double potential = 0;  ///< V
   double drained = 0;    ///< charge collected from the conductors since the start (C)
+  /// False for an electrode or a side in a circuit, whose source is the circuit's, and for a circuit without a voltage
+  /// source
+  bool is_source = true;
   // In a scene with a circuit:
   double series_resistance = 0;  ///< ohm
   double surface_potential = 0;  ///< V, behind the series resistor; equal to `potential` without one

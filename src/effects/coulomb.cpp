@@ -89,6 +89,23 @@ std::vector<ExplanationLine> explain_degree(const Scene& scene) {
                        truncation->in_contact)}};
 }
 
+/// Describes how the sum treats sides that are not periodic; empty if all are.
+std::string sides_in_words(const Scene& scene) {
+  const periodic::Enclosure enclosure = enclosure_of(scene.domain);
+  if (enclosure.unbounded)
+    return fmt::format("none: the mesh follows the extents of the charges; up to {} charges are summed by pairs",
+                       periodic::BoundedSum::few);
+  std::string open, grounded;
+  for (int s = 0; s < 2 * scene.dimension(); ++s) {
+    std::string& names = enclosure.sides[s] == periodic::Side::grounded ? grounded : open;
+    if (enclosure.sides[s] != periodic::Side::periodic)
+      names += fmt::format("{}{}", names.empty() ? "" : ", ", side_names[s]);
+  }
+  std::string text = grounded.empty() ? "" : "image charges beyond " + grounded;
+  if (!open.empty()) text += fmt::format("{}empty space beyond {}", text.empty() ? "" : "; ", open);
+  return text;
+}
+
 /// Returns lines of `explain` about the mesh and the cutoff for the required accuracy; empty for other sums.
 std::vector<ExplanationLine> explain_mesh(const Scene& scene) {
   const auto& options = *scene.effects.find<CoulombOptions>();
@@ -106,6 +123,7 @@ std::vector<ExplanationLine> explain_mesh(const Scene& scene) {
                    is_fixed ? "at random positions" : "where the grains are")}};
   if (const std::string warning = accuracy_warning(scene, choice); !warning.empty())
     explanation.push_back({"warning", warning});
+  if (const std::string sides = sides_in_words(scene); !sides.empty()) explanation.push_back({"sides", sides});
   return explanation;
 }
 
@@ -150,8 +168,19 @@ void check_cutoff(const Draft& draft, Scene& scene) {
                      *options.cutoff, most));
 }
 
+/// Throws InputError for sums that need a box in space with periodic sides.
+void check_sides(const Draft& draft) {
+  const auto& options = *draft.scene.effects.find<CoulombOptions>();
+  if (enclosure_of(draft.scene.domain).is_periodic() || options.sum == CoulombSum::mesh) return;
+  refuse(draft.scene.path, draft.line("effects.coulomb.sum"),
+         fmt::format(
+             "effects.coulomb.sum = \"{}\" is not allowed {}: \"mesh\" is", name_of(options.sum),
+             draft.scene.dimension() == 2 ? "in two dimensions" : "in a domain that is not periodic along all axes"));
+}
+
 void check_coulomb(const Draft& draft) {
   const auto& options = *draft.scene.effects.find<CoulombOptions>();
+  check_sides(draft);
   const auto only_with = [&](const std::string& key, bool allowed, const std::string& sums) {
     if (!allowed)
       refuse_if_given(
@@ -238,10 +267,12 @@ const EffectKind& CoulombOptions::kind() {
       .help =
           "Charges of grains act on each other and, with sum = \"mesh\" or \"ewald\", on all their periodic images, in "
           "tin-foil boundaries (Singh 2019, equations 3.13 to 3.20, corrected). If the charges do not add up to 0, a "
-          "uniform background then neutralizes the box. The other sums include nearest images only.",
+          "uniform background then neutralizes the box. The other sums include nearest images only. Beyond insulating "
+          "sides, and out of the plane in two dimensions, space is empty; a side { potential = 0 } is a grounded "
+          "conductor with image charges.",
       .options = CoulombOptions{},
       .keys = keys(),
-      .dimensions = {3},
+      .dimensions = {2, 3},
       .periodic = true,
       .grains = true,
       .check = check_coulomb,
@@ -293,7 +324,7 @@ struct Coulomb::Implementation {
   const periodic::Response& response_for(const State& state) {
     const Bodies& bodies = state.bodies;
     if (bodies.position == position && bodies.charge == charge) return response;
-    const periodic::Sources sources{bodies.box.lengths, bodies.position, bodies.charge};
+    const periodic::Sources sources = sources_of(bodies);
     if (spheres) {
       iterations += with_remedy([&] { return polarize_spheres(bodies); });
     } else if (induced) {
@@ -305,6 +336,7 @@ struct Coulomb::Implementation {
       moved ? predictor.keep(dipole) : predictor.replace(dipole);
     } else {
       sum->evaluate(sources, state.neighbours, state.team, response);
+      flatten(bodies, response.force);
     }
     position = bodies.position, charge = bodies.charge;
     if (state.time != forces_at) count();
@@ -315,10 +347,28 @@ struct Coulomb::Implementation {
   const std::vector<double>& forces_for(const State& state) {
     const Bodies& bodies = state.bodies;
     if (wants_potentials || (bodies.position == position && bodies.charge == charge)) return response_for(state).force;
-    sum->forces({bodies.box.lengths, bodies.position, bodies.charge}, state.neighbours, state.team, force);
+    sum->forces(sources_of(bodies), state.neighbours, state.team, force);
+    flatten(bodies, force);
     count();
     forces_at = state.time;
     return force;
+  }
+
+  /// Returns the charges of the grains, in space.
+  periodic::Sources sources_of(const Bodies& bodies) {
+    if (bodies.dimension == 3) return {bodies.box.lengths, bodies.position, bodies.charge};
+    in_space.assign(3 * bodies.charge.size(), 0);
+    for (int i = 0; i < bodies.size(); ++i)
+      for (int k = 0; k < 2; ++k) in_space[3 * i + k] = bodies.position[2 * i + k];
+    return {bodies.box.lengths, in_space, bodies.charge};
+  }
+
+  /// Leaves the components of vectors in space along the axes of the bodies.
+  static void flatten(const Bodies& bodies, std::vector<double>& vectors) {
+    if (bodies.dimension == 3) return;
+    for (int i = 0; i < bodies.size(); ++i)
+      for (int k = 0; k < 2; ++k) vectors[2 * i + k] = vectors[3 * i + k];
+    vectors.resize(2 * bodies.charge.size());
   }
 
   /// Counts an evaluation, unless it repeats an evaluation from before a checkpoint.
@@ -369,6 +419,7 @@ struct Coulomb::Implementation {
   periodic::Response response;
   std::vector<double> force;
   std::vector<double> position, charge, dipole;  ///< input of `response`
+  std::vector<double> in_space;                  ///< positions in space of grains in a plane
   /// Time of the last forces without potentials, whose evaluation is not counted again
   double forces_at = NAN;
   bool found_again = false;  ///< true: the next evaluation repeats one from before a checkpoint
@@ -454,7 +505,8 @@ void Coulomb::add_columns(const State& state, Frame& frame) const {
   Implementation& self = *implementation_;
   const periodic::Response& response = self.response_for(state);
   frame.add_particles("coulomb_potential", "q0/d0", response.potential);
-  frame.add_vectors("coulomb_force", "m0 v0^2/d0", scaled(response.force, self.options.strength), 3);
+  frame.add_vectors("coulomb_force", "m0 v0^2/d0", scaled(response.force, self.options.strength),
+                    state.bodies.dimension);
   if (self.polarizes()) frame.add_vectors("dipole", "q0 d0", self.dipole, 3);
 }
 

@@ -12,15 +12,30 @@ namespace {
 
 Vec3 lengths_of(const Scene& scene) { return scene.domain.box().lengths; }
 
+/// Returns half of the shortest periodic side (d0); infinite without one.
 double half_of_box(const Scene& scene) {
-  const Vec3 lengths = lengths_of(scene);
-  return 0.5 * std::min({lengths.x, lengths.y, lengths.z});
+  const Box<3> box = scene.domain.box();
+  double shortest = INFINITY;
+  for (int k = 0; k < scene.dimension(); ++k)
+    if (box.periodic(k)) shortest = std::min(shortest, box.lengths[k]);
+  return 0.5 * shortest;
 }
 
 /// Returns the default cutoff (d0) of shifted_force. It leaves clearance for the skin of neighbour lists.
 double default_cutoff(const Scene& scene) { return std::min(7.0, 0.9 * longest_cutoff(scene)); }
 
 }  // namespace
+
+periodic::Enclosure enclosure_of(const Domain& domain) {
+  periodic::Enclosure enclosure{.lengths = domain.size, .unbounded = domain.open};
+  if (domain.open) enclosure.lengths = {};
+  for (int s = 0; s < 6; ++s)
+    enclosure.sides[s] = domain.open || s >= 2 * domain.dimension() ? periodic::Side::open
+                         : domain.sides[s].periodic                 ? periodic::Side::periodic
+                         : domain.sides[s].electrode                ? periodic::Side::grounded
+                                                                    : periodic::Side::open;
+  return enclosure;
+}
 
 double longest_cutoff(const Scene& scene) {
   const auto [smallest, largest] = std::ranges::minmax(scene.conductors, {}, &Conductor::radius);
@@ -44,7 +59,10 @@ periodic::MeshChoice mesh_for(const Scene& scene) {
   for (const Conductor& grain : scene.conductors)
     for (int k = 0; k < 3; ++k) position.push_back(grain.position[k]);
   const periodic::MeshRequest request = mesh_request(scene);
-  return periodic::choose_measured_mesh(request, {request.lengths, position, charge});
+  const periodic::Enclosure enclosure = enclosure_of(scene.domain);
+  const periodic::Sources sources{request.lengths, position, charge};
+  return enclosure.is_periodic() ? periodic::choose_measured_mesh(request, sources)
+                                 : periodic::choose_bounded_mesh(request, enclosure, sources);
 }
 
 std::string accuracy_warning(const Scene& scene, const periodic::MeshChoice& choice) {
@@ -70,7 +88,9 @@ std::unique_ptr<periodic::Sum> make_sum(const Scene& scene, std::string& warning
       return with_table_name(scene, "effects.coulomb", [&] {
         const periodic::MeshChoice choice = mesh_for(scene);
         warning = accuracy_warning(scene, choice);
-        return periodic::make_mesh_sum(choice);
+        const periodic::Enclosure enclosure = enclosure_of(scene.domain);
+        return enclosure.is_periodic() ? periodic::make_mesh_sum(choice)
+                                       : std::make_unique<periodic::BoundedSum>(mesh_request(scene), enclosure, choice);
       });
     case CoulombSum::ewald:
       return std::make_unique<periodic::Ewald>(options.accuracy);

@@ -6,12 +6,15 @@
 #include <string>
 
 #include "solvers/error.hpp"
-#include "solvers/periodic/accuracy.hpp"
+#include "solvers/periodic/bounded.hpp"
 #include "src/effects/coulomb.hpp"
 
 namespace lichtenberg::effects {
 
 // Functions that choose and make the sum of a scene's charges by [effects.coulomb], in reduced units.
+
+/// Returns the box of a scene with the conditions at its sides. A plane has open sides in space.
+periodic::Enclosure enclosure_of(const Domain& domain);
 
 /// Returns the largest cutoff (d0, distance of centres) of a sum over neighbour pairs: half of the shortest side minus
 /// the difference of the largest and smallest diameter. Neighbour lists use gaps between surfaces, so that pairs of

@@ -27,7 +27,22 @@ void check_induced_dipoles(const Draft& draft) {
            fmt::format("effects.induced_dipoles.polarizability = {:g} is not allowed: two grains in contact would have "
                        "a diverging mutual polarization; less than {:g} is allowed, and 0.125 is a conductor's",
                        options.polarizability, most));
+  const Domain& domain = draft.scene.domain;
+  const bool has_images = std::ranges::all_of(domain.sides, &DomainSide::periodic);
+  if (options.degree == 1 && !has_images && options.sum != periodic::DipoleSum::ewald)
+    refuse(draft.scene.path, draft.line("effects.induced_dipoles.sum"),
+           fmt::format("effects.induced_dipoles.sum = \"{}\" is not allowed in a domain that is not periodic along all "
+                       "axes: \"ewald\" is",
+                       name_of(options.sum)));
   if (options.degree == 1) return;
+  for (int s = 0; s < 6 && !domain.open; ++s)
+    if (!domain.sides[s].periodic && !domain.sides[s].electrode)
+      refuse(
+          draft.scene.path, draft.line("effects.induced_dipoles.degree"),
+          fmt::format("effects.induced_dipoles.degree above 1 is not allowed with domain.{} = \"insulating\", beyond "
+                      "which the charges of grains have empty space: \"periodic\", {{ potential = 0 }} or "
+                      "domain.unbounded is",
+                      side_names[s]));
   const int line = draft.line("effects.induced_dipoles.degree");
   if (draft.line("effects.induced_dipoles.sum") > 0)
     refuse(draft.scene.path, line,
@@ -113,8 +128,8 @@ const EffectKind& InducedDipolesOptions::kind() {
             .range = {.low = 1, .high = InducedDipolesOptions::most},
             .help =
                 "largest degree of the multipoles of a grain, 1 for dipoles. Above 1 grains are uniformly charged "
-                "dielectric spheres, and the forces are valid up to contact. Then sum is not allowed, coulomb.sum "
-                "has no effect, and all charges must add up to 0. The command explain prints the truncation error"}},
+                "dielectric spheres, and the forces are valid up to contact. Then sum is not allowed, and coulomb.sum "
+                "has no effect. The command explain prints the truncation error"}},
       .needs = {{"coulomb", "whose field polarizes"}},
       .dimensions = {3},
       .periodic = true,

@@ -38,7 +38,8 @@ double error_in_contact(double radius, const InducedDipolesOptions& options) {
 }  // namespace
 
 laplace::SphereProblem dielectric_spheres(const InducedDipolesOptions& options, const Bodies& bodies) {
-  laplace::SphereProblem problem{.box = bodies.box, .permittivity = 1 / (4 * std::numbers::pi)};
+  const bool free = std::ranges::all_of(bodies.box.sides, [](Boundary side) { return side == Boundary::wall; });
+  laplace::SphereProblem problem{.box = bodies.box, .free_space = free, .permittivity = 1 / (4 * std::numbers::pi)};
   for (int i = 0; i < bodies.size(); ++i) {
     problem.spheres.push_back(
         {position_in_space(bodies, i), bodies.radius[i], i, options.relative_permittivity(bodies.radius[i])});

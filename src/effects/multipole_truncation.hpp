@@ -9,7 +9,7 @@
 namespace lichtenberg::effects {
 
 /// Returns the field problem of charged grains as dielectric spheres of the given polarizability, in units with 4 pi
-/// eps = 1 (eps: permittivity of the medium).
+/// eps = 1 (eps: permittivity of the medium). If all sides are insulating, the spheres are in free space.
 laplace::SphereProblem dielectric_spheres(const InducedDipolesOptions& options, const Bodies& bodies);
 
 /// Relative errors of forces due to truncation of the multipole expansions at effects.induced_dipoles.degree. They are

@@ -10,8 +10,9 @@ const EffectKind& UniformForceOptions::kind() {
       .name = "uniform_force",
       .description = "the same acceleration of every grain",
       .help =
-          "A uniform force accelerates all grains equally. Contacts do not limit their common velocity in the periodic "
-          "box; gas_drag does.",
+          "A uniform force, such as gravity, accelerates all grains equally in any direction. In a periodic box "
+          "contacts "
+          "do not limit their common velocity; gas_drag does.",
       .options = UniformForceOptions{},
       .keys = {{.name = "acceleration",
                 .target = target<&UniformForceOptions::acceleration>,

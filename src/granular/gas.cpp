@@ -63,6 +63,7 @@ Gas::Gas(const Scene& scene)
       range = std::max(*needed, range.value_or(*needed));
   if (range) smooth_list_.emplace(*range, 1);
   model_.team = team_.get();
+  model_.bodies.image.resize(model_.bodies.position.size(), 0);  // stays 0 along axes that are not periodic
   contacts_ = contacts_at_start(model_.bodies, *team_);
   set_law();
 }

@@ -12,9 +12,11 @@ namespace {
 
 constexpr double effective_mass = 0.5;  // of two grains of mass 1
 
+/// Returns true for grains of diameter and mass 1 in a box that is periodic along all axes.
 bool are_unit_grains(const Bodies& b) {
   const auto is = [](double wanted) { return [wanted](double value) { return std::abs(value - wanted) < 1e-9; }; };
-  return b.dimension == 3 && std::ranges::all_of(b.radius, is(0.5)) && std::ranges::all_of(b.mass, is(1));
+  return b.dimension == 3 && b.box.periodic(0) && b.box.periodic(1) && b.box.periodic(2) &&
+         std::ranges::all_of(b.radius, is(0.5)) && std::ranges::all_of(b.mass, is(1));
 }
 
 /// Returns the parameters of the scene's charge exchange if theory::impact_charge_square applies to it; otherwise null.

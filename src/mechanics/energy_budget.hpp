@@ -29,11 +29,12 @@ class EnergyBudget {
   /// Result of a field solve, as the energy balance needs it. Nodes are conductors, and electrodes behind a resistor.
   /// Terminals are electrodes and electrode sides.
   struct Instant {
-    double time = 0;                      ///< s
-    double energy = 0;                    ///< J, electrostatic energy of the field
-    std::vector<double> potential;        ///< V, by node
-    std::vector<double> terminal_charge;  ///< C, by terminal
-    std::vector<double> drained;          ///< C, collected by each source since the start
+    double time = 0;                         ///< s
+    double energy = 0;                       ///< J, electrostatic energy of the field
+    std::vector<double> potential;           ///< V, by node
+    std::vector<double> terminal_charge;     ///< C, by terminal
+    std::vector<double> drained;             ///< C, collected by each source since the start
+    std::vector<double> supply_potential{};  ///< V, by source; empty: constant, as in the scene
   };
   /// Records the energies of all charges added since the last record, and of the charges `carried` by the resistors in
   /// this time (C, from node a to b of each; may be empty). The first call only stores the instant.
@@ -63,6 +64,7 @@ class EnergyBudget {
 
  private:
   Instant before_merger(const Instant& merged) const;
+  double mean_potential_of(int supply, const Instant& now) const;
   void update_rates(const Instant& now);
 
   double relaxation_time_;  ///< s

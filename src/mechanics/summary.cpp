@@ -99,12 +99,15 @@ std::string charges(const Outcome& outcome) {
 
 /// Adds the charge through each terminal, if there is a potential difference.
 void add_terminals(const ConductorFrame& frame, Lines& lines) {
-  const auto differs = [&](const TerminalReading& t) { return t.potential != frame.terminals.front().potential; };
+  const auto differs = [&](const TerminalReading& t) {
+    return t.is_source && t.potential != frame.terminals.front().potential;
+  };
   if (std::ranges::none_of(frame.terminals, differs)) return;
   for (const TerminalReading& terminal : frame.terminals)
-    lines.push_back({"collected", fmt::format("{:.6g} C to {} at {:g} V, a mean current of {:.4g} A", terminal.drained,
-                                              terminal.name, terminal.potential,
-                                              frame.time > 0 ? terminal.drained / frame.time : 0)});
+    if (terminal.is_source)
+      lines.push_back({"collected", fmt::format("{:.6g} C to {} at {:g} V, a mean current of {:.4g} A",
+                                                terminal.drained, terminal.name, terminal.potential,
+                                                frame.time > 0 ? terminal.drained / frame.time : 0)});
 }
 
 std::string heat(const EnergyFlows& flows) {

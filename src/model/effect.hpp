@@ -31,6 +31,7 @@ struct Needs {
   /// Largest allowed displacement of a body in one step of an integrator, in units of the smallest radius; empty: no
   /// limit. A larger displacement could carry a body through an obstacle that should repel it.
   std::optional<double> largest_move;
+  bool dissipates = false;  ///< true: forces that dissipate energy, Effect::dissipated_power()
 };
 
 /// Input of an effect at one instant: time, bodies, neighbour pairs and threads.
@@ -104,6 +105,8 @@ class Effect {
   /// Returns the potential energy (J) of the effect's forces, such as that of springs, of weight, or of the charges of
   /// grains. The energy of the electric field of conductors is not included.
   virtual double stored_energy(const State& state) const { return (void)state, 0; }
+  /// Returns the power (W) that the effect's forces dissipate, apart from drag; only with Needs::dissipates.
+  virtual double dissipated_power(const State& state) const { return (void)state, 0; }
   /// Sets interacting[i] of each body on which the effect's forces may act while each body k moves by at most travel[k]
   /// (m). Both bodies of a pair are marked. By default an effect that overrides add_forces marks all bodies. Unmarked
   /// bodies are integrated separately, and forces on marked bodies are computed with old positions of the unmarked

@@ -141,6 +141,17 @@ void Model::add_drag_of(std::size_t e) {
   drag_at_ = std::min(drag_at_, e);
 }
 
+bool Model::dissipates() const {
+  return std::ranges::any_of(effects, [](const auto& effect) { return effect->needs().dissipates; });
+}
+
+double Model::dissipated_power(double time) {
+  const State now = state(time);
+  double power = 0;
+  for (const auto& effect : effects) power += effect->dissipated_power(now);
+  return power;
+}
+
 double Model::largest_move() const {
   double radii = INFINITY;
   for (const auto& effect : effects) radii = std::min(radii, effect->needs().largest_move.value_or(INFINITY));

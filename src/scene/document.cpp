@@ -3,10 +3,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <filesystem>
 #include <sstream>
 #include <string_view>
 
 #include "solvers/error.hpp"
+#include "src/scene/signal.hpp"
 
 namespace lichtenberg {
 
@@ -45,6 +47,29 @@ toml::table parse_document(const std::string& text, const std::string& path) {
     const auto where = error.source().begin;
     throw InputError(fmt::format("{}:{}:{}: not a TOML file: {}", path, where.line, where.column, error.description()));
   }
+}
+
+bool insert_tables(toml::table& document, const std::string& folder) {
+  bool any = false;
+  for (auto&& [name, node] : document) {
+    if (toml::array* list = node.as_array())
+      for (toml::node& element : *list)
+        if (toml::table* inner = element.as_table()) any = insert_tables(*inner, folder) || any;
+    toml::table* const inner = node.as_table();
+    if (!inner) continue;
+    const bool source = name == "potential" || name == "current";
+    const toml::node* file = source ? inner->get("table") : nullptr;
+    if (!file || !file->is_string()) {
+      any = insert_tables(*inner, folder) || any;
+      continue;
+    }
+    toml::array points;
+    for (const Vec2 point : read_points((std::filesystem::path(folder) / *file->value<std::string>()).string()))
+      points.push_back(toml::array{point.x, point.y});
+    inner->insert_or_assign("table", std::move(points));
+    any = true;
+  }
+  return any;
 }
 
 std::string shown(const toml::node& node) {

@@ -37,12 +37,18 @@ struct ElectrodeDraft {
   int line = 0;
   std::string shape{};
   std::optional<std::string> name{};
-  double potential = 0;
-  std::optional<double> series_resistance{};
+  std::optional<Signal> potential{};
+  std::optional<double> series_resistance{}, charge{};
   Vec2 centre{}, from{}, to{};
   Coordinates position{};  ///< centre of a sphere
   std::string side{};
   double at = 0, radius = 0, width = 0, wire_radius = 0;
+  int circuit = -1;  ///< index into Scene::circuits, set by connect_circuits()
+  std::vector<Vec2> points{};  ///< of a polygon or curve
+  Vec2 semi_axes{};
+  double angle = 0;  ///< degrees
+  double corner_radius = 0;
+  bool hollow = false;
 };
 
 /// A [[conductor]] of a scene file as written: a body with a given position.
@@ -60,7 +66,18 @@ struct ConductorDraft {
 struct GroupDraft {
   int line = 0;
   std::string name{};
-  std::optional<double> charge{}, potential{};
+  std::optional<double> charge{};
+  std::optional<Signal> potential{};
+  int circuit = -1;  ///< index into Scene::circuits, set by connect_circuits()
+};
+
+/// A [[circuit]] of a scene file as written: electrodes, sides and groups at one potential, and their sources.
+struct CircuitDraft {
+  int line = 0;
+  std::optional<std::string> name{};
+  std::vector<std::string> electrodes{};  ///< names of electrodes, sides and groups
+  std::optional<double> resistance{}, capacitance{}, charge{};
+  std::optional<Signal> potential{}, current{};
 };
 
 /// A [[wall]] of a scene file as written: a flat wall of a packing.
@@ -132,6 +149,7 @@ struct Draft {
   std::vector<WallDraft> walls;
   std::vector<ConductorDraft> conductors;
   std::vector<GroupDraft> groups;
+  std::vector<CircuitDraft> circuits;
   std::vector<PopulationDraft> populations;
   std::map<std::string, int> lines;  ///< line of each table or key, by path; the last line for repeated tables
 

@@ -117,6 +117,7 @@ struct EffectKind {
   std::vector<Key> keys{};  ///< `target` (below) gives the target of a key's value
   std::vector<NeededEffect> needs{};
   std::string alone{};                ///< reason why it must be the only effect; empty: other effects are allowed
+  std::string beside{};               ///< name of the only other effect that is allowed although it is `alone`
   std::vector<int> dimensions = {2};  ///< dimensions of space that it supports
   bool periodic = false;              ///< true if it supports periodic sides of the domain
 

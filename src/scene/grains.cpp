@@ -14,6 +14,7 @@
 #include "src/scene/ground.hpp"
 #include "src/scene/placing.hpp"
 #include "src/scene/schema.hpp"
+#include "src/scene/value.hpp"
 
 namespace lichtenberg {
 namespace tables {
@@ -156,6 +157,29 @@ void check_mechanics(const Draft& draft) {
         fmt::format("is not allowed with mechanics.integrator = \"{}\": it is for \"multirate\"", name_of(integrator)));
 }
 
+/// Throws InputError for sides of the domain that the integrator of grains does not support.
+void check_sides(const Draft& draft) {
+  const Domain& domain = draft.scene.domain;
+  const Integrator integrator =
+      draft.line("mechanics.integrator") > 0 ? draft.scene.mechanics.integrator : Integrator::multirate;
+  for (int s = 0; s < 2 * draft.scene.dimension() && !domain.open; ++s) {
+    const auto refuse_it = [&](const std::string& message) {
+      const std::string key = fmt::format("domain.{}", side_names[s]);
+      refuse(draft.scene.path, draft.line(draft.line(key) > 0 ? key : "domain"),
+             fmt::format("{} = {} is not allowed {}", key, show(domain.sides[s]), message));
+    };
+    if (domain.sides[s].periodic) continue;
+    if (domain.sides[s].potential != 0)
+      refuse_it("in a scene of grains (with [units]): a conducting side is grounded, { potential = 0 }");
+    const std::string with_walls = names_of(&IntegratorKind::meets_walls);
+    if (!integrator->meets_walls)
+      refuse_it(
+          fmt::format("with mechanics.integrator = \"{}\", for which grains have no walls: \"periodic\"{} or "
+                      "domain.unbounded = true is needed",
+                      name_of(integrator), with_walls.empty() ? "" : ", the integrator " + with_walls));
+  }
+}
+
 }  // namespace
 
 void check_grains(const Draft& draft) {
@@ -168,16 +192,12 @@ void check_grains(const Draft& draft) {
                          entry.kind->name));
   for (const char* table : {"electrode", "wall", "group", "medium", "field", "minimize", "network"})
     refuse_if_given(draft, table, "is not allowed with [units], because it does not apply to grains: leave it out");
-  const int sides = 2 * draft.scene.dimension();
-  for (int s = 0; s < sides; ++s)
-    if (!draft.scene.domain.sides[s].periodic)
-      refuse(draft.scene.path, draft.line("domain"),
-             fmt::format("domain.{} must be \"periodic\" in a scene of grains (with [units])", side_names[s]));
   if (draft.line("mechanics.integrator") > 0 && !draft.scene.mechanics.integrator->moves_grains)
     refuse(draft.scene.path, draft.line("mechanics.integrator"),
            fmt::format("mechanics.integrator = \"{}\" is not allowed with [units]: {} are",
                        name_of(draft.scene.mechanics.integrator), names_of(&IntegratorKind::moves_grains)));
   check_mechanics(draft);
+  check_sides(draft);
 }
 
 namespace {
@@ -235,13 +255,16 @@ void check_charges(const Draft& draft, const PopulationDraft& population) {
 /// Throws InputError if a grain could be in contact with two images of another.
 void check_shortest_side(const Draft& draft, const Scene& scene) {
   double shortest = INFINITY, largest = 0;
-  for (int k = 0; k < scene.dimension(); ++k) shortest = std::min(shortest, scene.domain.size[k]);
+  for (int k = 0; k < scene.dimension(); ++k)
+    if (scene.domain.sides[2 * k].periodic) shortest = std::min(shortest, scene.domain.size[k]);
   for (const Conductor& grain : scene.conductors) largest = std::max(largest, 2 * grain.radius);
   if (largest > shortest / 2)
-    refuse(scene.path, draft.line("domain.size"),
-           fmt::format("domain.size = {:g} d0 along its shortest side is not allowed with a grain of diameter {:g} d0: "
-                       "at least twice that is needed, or it would meet two images of another",
-                       shortest, largest));
+    refuse(
+        scene.path, draft.line("domain.size"),
+        fmt::format(
+            "domain.size = {:g} d0 along its shortest periodic side is not allowed with a grain of diameter {:g} d0: "
+            "at least twice that is needed, or it would meet two images of another",
+            shortest, largest));
 }
 
 /// Throws InputError for equilibration stages whose duration is lost in the rounding of time.

@@ -33,6 +33,7 @@ struct IntegratorKind {
   bool takes_any_step = false;  ///< true if the force accuracy of effects can set the step
   std::size_t most_grains = 0;  ///< largest number of grains that it can move; 0: no limit
   bool is_on_device = false;    ///< true if it has a CUDA implementation
+  bool meets_walls = false;     ///< true if sides of the domain that are not periodic are walls for its grains
 
   /// Returns true if the integrator reads this key of [mechanics].
   constexpr bool reads(std::string_view key) const { return std::ranges::find(keys, key) != keys.end(); }

@@ -30,7 +30,7 @@ void check_sides(const Draft& draft, int dimension) {
     };
     if (s >= 2 * dimension && draft.line(key) > 0)
       refuse_it("is not allowed in two dimensions: only a domain.size of three numbers has a front and a back");
-    if (dimension == 3 && sides[s].electrode && !draft.scene.effects.has(&EffectKind::field))
+    if (dimension == 3 && sides[s].electrode && !draft.scene.effects.has(&EffectKind::field) && !draft.scene.reference)
       refuse_it(
           fmt::format("= {} is not allowed in three dimensions without [effects.floating_conductors]: \"insulating\" "
                       "and \"periodic\" are",
@@ -52,10 +52,12 @@ void check_uniform_field(const Draft& draft) {
   if (!draft.scene.domain.open)
     refuse_it(
         "needs domain.unbounded = true: in a box, two opposite sides with different potentials make a uniform field");
+  if (!draft.scene.effects.has(&EffectKind::field))
+    refuse_it("needs the table [effects.floating_conductors]: add it, or leave the key out");
   if (draft.uniform_field->count != 3) refuse_it("has 2 numbers, but the domain has 3: both must have the same number");
 }
 
-/// Checks that free space has a field, three dimensions and no sides.
+/// Checks that free space has no sides, and except for grains a field and three dimensions.
 void check_open(const Draft& draft, int dimension) {
   const Domain& domain = draft.scene.domain;
   check_uniform_field(draft);
@@ -63,14 +65,16 @@ void check_open(const Draft& draft, int dimension) {
   const auto refuse_it = [&](const std::string& key, const std::string& message) {
     refuse(draft.scene.path, draft.line(key), message);
   };
-  if (dimension == 2)
+  if (dimension == 2 && !draft.scene.reference)
     refuse_it(
         "domain.unbounded",
         "domain.unbounded = true is not allowed in two dimensions, where the potential of charges has no limit at "
         "infinity: it needs a domain.size of three numbers");
-  if (!draft.scene.effects.has(&EffectKind::field))
-    refuse_it("domain.unbounded",
-              "domain.unbounded = true needs the table [effects.floating_conductors]: add it, or leave the key out");
+  if (!draft.scene.effects.has(&EffectKind::field) && !draft.scene.reference)
+    refuse_it(
+        "domain.unbounded",
+        "domain.unbounded = true needs the table [effects.floating_conductors], or [units] for grains: add one, or "
+        "leave the key out");
   for (int s = 0; s < 6; ++s)
     refuse_if_given(draft, key_of(s),
                     "is not allowed with domain.unbounded = true, which has no sides: leave one of the two out");

@@ -14,12 +14,14 @@
 namespace lichtenberg {
 namespace {
 
-std::optional<double> potential_of(const Scene& scene, const Conductor& conductor) {
+std::optional<Signal> potential_of(const Scene& scene, const Conductor& conductor) {
   return conductor.group < 0 ? std::nullopt : scene.groups[conductor.group].potential;
 }
 
 bool one_potential(const Scene& scene, const Conductor& a, const Conductor& b) {
-  const std::optional<double> potential = potential_of(scene, a);
+  const std::optional<Signal> potential = potential_of(scene, a);
+  const auto circuit = [&](const Conductor& c) { return c.group < 0 ? -1 : scene.groups[c.group].circuit; };
+  if (circuit(a) >= 0 && circuit(a) == circuit(b)) return true;
   return (a.group >= 0 && a.group == b.group) || (potential && potential == potential_of(scene, b));
 }
 
@@ -68,15 +70,19 @@ void check_touching(const Draft& draft, const Scene& scene) {
     const Conductor& conductor = scene.conductors[i];
     const Vec3 p = conductor.position;
     const double slack = touching_slack * conductor.radius;
-    const std::optional<double> potential = potential_of(scene, conductor);
+    const std::optional<Signal> potential = potential_of(scene, conductor);
+    const int circuit = conductor.group < 0 ? -1 : scene.groups[conductor.group].circuit;
+    const auto is_joined = [&](const auto& terminal) {
+      return terminal.circuit >= 0 ? terminal.circuit == circuit : potential == terminal.potential;
+    };
     for (const Electrode& electrode : scene.electrodes)
       if (gap(conductor, electrode, scene.domain) <= slack &&
-          (electrode.series_resistance > 0 || potential != electrode.potential))
+          (electrode.series_resistance > 0 || !is_joined(electrode)))
         refuse_it(i, fmt::format("the electrode \"{}\"", electrode.name));
     const std::array distance = {p.x, size.x - p.x, p.y, size.y - p.y, p.z, size.z - p.z};
     for (std::size_t s = 0; s < distance.size(); ++s)
       if (const DomainSide& side = scene.domain.sides[s];
-          side.electrode && distance[s] - conductor.radius <= slack && potential != side.potential)
+          side.electrode && distance[s] - conductor.radius <= slack && !is_joined(side))
         refuse_it(i, fmt::format("the {} side of the domain, an electrode", side_names[s]));
   }
 }

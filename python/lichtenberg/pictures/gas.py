@@ -31,6 +31,8 @@ class Grains:
         self.window = np.zeros(len(self.box)), self.box  # lower corner and size of the shown part
         if self.spatial and len(self.radius) <= FEW:
             self.window = self.window_of_few(particles["position/value"][()])
+        if not self.periodic.all() and self.window[1] is self.box:
+            self.window = self.window_of_cloud(particles["position/value"])
 
     def window_of_few(self, position):
         """Returns a cube around all positions of the run if it is small compared with the box, else the box."""
@@ -39,6 +41,14 @@ class Grains:
         if 2 * edge > self.box.min():
             return self.window
         return (low + high - edge) / 2, np.full(3, edge)
+
+    def window_of_cloud(self, position):
+        """Returns the box, enlarged along axes that are not periodic so that it contains the first and the last frame."""
+        axes, reach = len(self.box), self.radius.max()
+        ends = np.concatenate([position[k][:, :axes] for k in (0, -1) if len(position)] or [np.zeros((1, axes)) + reach])
+        low = np.where(self.periodic, 0, np.minimum(0, ends.min(axis=0) - reach))
+        high = np.where(self.periodic, self.box, np.maximum(self.box, ends.max(axis=0) + reach))
+        return (low, high - low) if (ends < 0).any() or (ends > self.box).any() else self.window
 
     def all_quantities(self):
         charge, force, speed = ("q₀", "m₀ v₀²/d₀", "v₀") if self.unit == "d0" else ("{}C", "{}N", "{}m/s")
@@ -52,7 +62,7 @@ class Grains:
     @property
     def size(self):
         """Returns the size of the panel in any unit."""
-        return space.Camera(self.window[1], self.down).size if self.spatial else self.box
+        return space.Camera(self.window[1], self.down).size if self.spatial else self.window[1]
 
     def column(self, file, name, index):
         return read_column(file, self.quantities[name], index)
@@ -92,7 +102,7 @@ class Grains:
         if cluster is not None:
             _, size = np.unique(cluster, return_counts=True)
             words += f", {len(size)} cluster{'s' * (len(size) != 1)}, the largest of {size.max()}"
-        if self.window[1] is not self.box:
+        if (self.window[1] < self.box).any():
             words += ", a part of the box"
         return words + self.words_of_cut()
 
@@ -112,7 +122,8 @@ class Grains:
         draw_legend(axes, scale.legend(shown[2]) if scale else [])
 
     def draw_in_the_plane(self, axes, position, faces):
-        axes.set(xlim=(0, self.box[0]), ylim=(0, self.box[1]), aspect="equal", xticks=[], yticks=[])
+        low, size = self.window
+        axes.set(xlim=(low[0], low[0] + size[0]), ylim=(low[1], low[1] + size[1]), aspect="equal", xticks=[], yticks=[])
         for spine in axes.spines.values():
             spine.set_linewidth(0.6)
         grain, centre = self.with_images(position[:, :2])
@@ -121,7 +132,7 @@ class Grains:
         offsets = {"units": "xy", "offsets": centre, "offset_transform": axes.transData}
         style = {"facecolor": faces[grain], "edgecolor": EDGE, "linewidths": width, "zorder": 2}
         axes.add_collection(EllipseCollection(diameter, diameter, np.zeros_like(diameter), **offsets, **style))
-        drawing.draw_length(axes, self.box[0], lambda length: f"{length:g} d₀")
+        drawing.draw_length(axes, size[0], lambda length: f"{length:g} d₀")
 
     def with_images(self, centre):
         """Returns indices and positions of grains. Grains that a periodic side cuts appear again as images."""

@@ -225,7 +225,8 @@ SphereSolution System::results(const std::vector<double>& x) const {
   for (int k = 0; k < size(); ++k) missed[k] = y[k] - missed[k];
   solution.group_potential = constraints_.potentials(missed.data());
   solution.coupling_charge = constraints_.carried(x.data());
-  if (!problem_.has_ground()) {
+  const double neutralized = problem_.neutralized_charge();
+  if (!problem_.has_ground() && neutralized == 0) {
     double mean = 0;
     for (const Sphere& sphere : problem_.spheres) mean += solution.group_potential[sphere.group] / sites_.size();
     for (double& value : solution.group_potential) value -= mean;
@@ -234,6 +235,12 @@ SphereSolution System::results(const std::vector<double>& x) const {
   add_charges_and_forces(problem_, sites_, a, response(x, a, missed), wall_, solution);
   add_correction_forces(x.data(), a.data(), solution);
   add_reflected_forces(a.data(), solution);
+  // The field of the background increases linearly with the position, and the sum over multipoles omits the part whose
+  // divergence is not 0: -charge / (3 eps V) times the position.
+  const Vec3 lengths = problem_.box.lengths;
+  for (std::size_t i = 0; i < sites_.size() && neutralized != 0; ++i)
+    solution.sphere_force[i] -=
+        neutralized / (3 * problem_.permittivity * lengths.x * lengths.y * lengths.z) * solution.sphere_dipole[i];
   return solution;
 }
 

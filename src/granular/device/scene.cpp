@@ -49,7 +49,7 @@ void check_scene(const Scene& scene, Target target) {
   if (!scene.reference) refuse_on_device(scene, "scenes without [units], except for their field");
   if (scene.dimension() != 3) refuse_on_device(scene, "grains in the plane");
   if (!scene.domain.box().periodic(0) || !scene.domain.box().periodic(1) || !scene.domain.box().periodic(2))
-    refuse_on_device(scene, "walls around grains");
+    refuse_on_device(scene, "grains in a domain that is not periodic along all axes");
   if (!scene.mechanics.integrator->is_on_device)
     refuse_on_device(scene, fmt::format("mechanics.integrator = \"{}\"", name_of(scene.mechanics.integrator)));
   device_forces(scene, target);

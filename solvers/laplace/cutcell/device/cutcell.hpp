@@ -138,6 +138,7 @@ class CutCell : public DeviceSolver {
   }
 
   void discretize(const LaplaceProblem& problem) override {
+    refuse_curves(problem, "field.device = \"cuda\"");
     problem_->upload(problem, finest_.nx, finest_.ny);
     seconds_before_ = seconds();
     run_->mark(moments_->begun);

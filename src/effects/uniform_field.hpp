@@ -1,0 +1,30 @@
+#pragma once
+
+#include "src/model/effect.hpp"
+#include "src/scene/effect_kind.hpp"
+
+namespace lichtenberg::effects {
+
+/// Parameter of an external uniform electric field on grains. Reduced units.
+struct UniformFieldOptions {
+  Coordinates field;  ///< E, m0 v0^2/(q0 d0)
+
+  static const EffectKind& kind();
+};
+
+/// Effect of an external uniform electric field E: the force q E on a grain of charge q, with the energy -q E.r. Along
+/// periodic axes r is the unwrapped position.
+class UniformField : public Effect {
+ public:
+  explicit UniformField(const UniformFieldOptions& options) : field_(options.field.value) {}
+
+  const EffectKind& kind() const override { return UniformFieldOptions::kind(); }
+  Needs needs() const override { return {.charges = true}; }
+  void add_forces(const State& state, std::span<double> force) const override;
+  double stored_energy(const State& state) const override;
+
+ private:
+  Vec3 field_;
+};
+
+}  // namespace lichtenberg::effects

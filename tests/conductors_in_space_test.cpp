@@ -137,6 +137,20 @@ TEST_CASE("scene in space: keys for the plane and bad positions are refused") {
                   InputError);
 }
 
+TEST_CASE("conductors without discharge: contact across a periodic side is refused") {
+  const auto scene = [](const std::string& sides, const std::string& one, const std::string& other) {
+    return "domain = { size = [0.02, 0.02, 0.005], " + sides + " }\nmedium = { relative_permittivity = 4.7 }\n" +
+           sphere("[0.01, 0.005, 0.0025]") + sphere(one) + sphere(other) + floating;
+  };
+  const std::string along_x = "left = \"periodic\", right = \"periodic\"",
+                    along_y = "bottom = \"periodic\", top = \"periodic\"";
+  check_refused(scene(along_x, "[0.0007, 0.01, 0.002]", "[0.0187, 0.01, 0.002]"),
+                {"touches the one at [0.0007, 0.01, 0.002]"});
+  check_refused(scene(along_y, "[0.01, 0.0187, 0.002]", "[0.01, 0.0007, 0.002]"),
+                {"touches the one at [0.01, 0.0007, 0.002]"});
+  CHECK(parse(scene(along_x, "[0.0007, 0.01, 0.002]", "[0.0186, 0.01, 0.002]")).conductors.size() == 3);
+}
+
 TEST_CASE("spherical electrode: its surface is found across a periodic side") {
   const std::string open_dish =
       "domain = { size = [0.02, 0.02, 0.005], left = \"periodic\", right = \"periodic\" }\n"

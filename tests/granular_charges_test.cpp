@@ -70,10 +70,10 @@ TEST_CASE("gas in a box slightly longer than twice the Coulomb cutoff: runs") {
 }
 
 TEST_CASE("charge exchange: the sum of all charges stays exactly zero") {
-  for (const auto model :
-       {effects::ExchangeModel::impact, effects::ExchangeModel::random_walk, effects::ExchangeModel::contact_area}) {
+  for (const auto model : {effects::ExchangeModel::impact, effects::ExchangeModel::random_walk,
+                           effects::ExchangeModel::contact_area, effects::ExchangeModel::polarization}) {
     Scene scene = viscoelastic(5);
-    scene.effects.add(effects::ChargeExchangeOptions{.model = model});
+    scene.effects.add(effects::ChargeExchangeOptions{.model = model, .field = Coordinates{{0, 0, 1}, 3}});
     scene.effects.add(
         effects::GasDragOptions{.stokes = 1, .speed = 5, .correlation_time = 0.1});  // The wind maintains collisions.
     add_gas(scene, 60, 4.9, 1);

@@ -27,12 +27,12 @@ const std::string periodic_space = periodic_plane + "front = \"periodic\"\nback 
 Scene random_packing(int dimension, const std::string& form, const std::string& more = "") {
   return parse_scene(fmt::format("[domain]\nsize = {}\n{}[effects.soft_repulsion]\nform = \"{}\"\n{}"
                                  "[[population]]\ncount = 60\nradii = [0.4, 0.56]\noverlapping = true\n",
-                                 dimension == 3 ? "[4.0, 4.2, 3.9]" : "[6.6, 6.4]",
+                                 dimension == 3 ? "[4.0, 4.2, 3.9]" : "[7.8, 7.6]",
                                  dimension == 3 ? periodic_space : periodic_plane, form, more),
                      "packing");
 }
 
-/// Triangular lattice of 6 x 6 equal disks of diameter 1 whose rows are apart by `gap`, in a periodic box.
+/// Triangular lattice of 6 x 6 equal disks of diameter 1 at distances of `spacing`, in a periodic box.
 Scene lattice(double spacing, const std::string& form, const std::string& compression) {
   const double row = 0.5 * std::sqrt(3.0) * spacing;
   std::string text = fmt::format(
@@ -94,14 +94,14 @@ TEST_CASE("PotentialEnergy, periodic: energy and gradient are sums over images")
       double sum = 0;
       for (int i = 0; i < n; ++i)
         for (int j = 0; j < i; ++j) {
-          Vec3 apart{};
-          for (int k = 0; k < d; ++k) apart[k] = std::remainder(x[d * i + k] - x[d * j + k], scene.domain.size[k]);
-          const double reach = scene.conductors[i].radius + scene.conductors[j].radius, q = norm(apart) / reach;
+          Vec3 separation{};
+          for (int k = 0; k < d; ++k) separation[k] = std::remainder(x[d * i + k] - x[d * j + k], scene.domain.size[k]);
+          const double reach = scene.conductors[i].radius + scene.conductors[j].radius, q = norm(separation) / reach;
           if (q >= 1) continue;
           const effects::ContactLaw law = contact_law(kind, q);
           sum += law.energy;
           for (int k = 0; k < d; ++k) {
-            const double slope = law.slope / reach * apart[k] / norm(apart);
+            const double slope = law.slope / reach * separation[k] / norm(separation);
             expected[d * i + k] += slope, expected[d * j + k] -= slope;
           }
         }
@@ -138,7 +138,7 @@ TEST_CASE("packing with weight: a disk on the bottom overlaps by weight / stiffn
   minimization.advance_to(1e6, {});
   REQUIRE(minimization.at_rest());
   const double weight = 1000 * 10 * 4.0 / 3 * std::numbers::pi / 8;
-  // The bottom bears both: k/r (1 - q) = 2 W. The upper disk rests on the lower: k/(2 r) (1 - q) = W
+  // The bottom carries both: k/r (1 - q) = 2 W. The upper disk rests on the lower: k/(2 r) (1 - q) = W
   const double low = 0.5 * (1 - 2 * weight * 0.5 / 1e6), gap = 1 - weight / 1e6;
   const std::vector<double> x = minimization.bodies().position;
   CHECK(x[1] == Approx(low).epsilon(1e-9));
@@ -168,7 +168,7 @@ TEST_CASE("compression of a lattice: jams at pi / (2 sqrt 3) with six contacts")
   }
 }
 
-TEST_CASE("compression to a pressure: a chain between plates has the force everywhere") {
+TEST_CASE("compression to a pressure: all contacts of a chain have its force") {
   for (const std::string form : {"harmonic", "hertzian"}) {
     CAPTURE(form);
     Compression compression(chain(5, form, "[1e-3, 1e-2]"));

@@ -15,7 +15,7 @@ from experiments import mean, open_experiment, picture, published, record, row, 
 
 FRACTION = ("The packing fraction at jamming is that of a fast quench, 0.84 of disks and 0.64 of spheres, and up to 0.01 "
             "below, because 1024 particles jam earlier than many.")
-CONTACTS = "At jamming 2d contacts a particle, less 2(d - 1)/N for N particles that bear load."
+CONTACTS = "At jamming 2d contacts a particle, less 2(d - 1)/N for N particles with load."
 EXPONENT = "The excess contacts grow with the square root of the excess packing fraction."
 SYSTEMS = {"disks": (2, 10, published(0.84, 0.835, 0.845, "A"), published(4, 3.98, 4.02, "A"),
                      published(0.5, 0.47, 0.53, "M")),

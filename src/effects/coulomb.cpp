@@ -120,7 +120,7 @@ std::vector<ExplanationLine> explain_mesh(const Scene& scene) {
                    choice.cutoff, choice.mesh.points[0], choice.mesh.points[1], choice.mesh.points[2],
                    choice.mesh.window == periodic::Window::prolate ? "prolate windows" : "splines", choice.mesh.order,
                    precision_in_words(choice, mesh_request(scene)), choice.error,
-                   is_fixed ? "at random positions" : "where the grains are")}};
+                   is_fixed || scene.domain.open ? "at random positions" : "where the grains are")}};
   if (const std::string warning = accuracy_warning(scene, choice); !warning.empty())
     explanation.push_back({"warning", warning});
   if (const std::string sides = sides_in_words(scene); !sides.empty()) explanation.push_back({"sides", sides});

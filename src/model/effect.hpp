@@ -20,6 +20,7 @@ struct EffectKind;
 struct Frame;
 struct GrainContactLaw;
 struct Summary;
+struct SurfaceLaw;
 
 /// Data that an effect requires from the model. The model allocates and computes only quantities that some effect of
 /// the scene requires.
@@ -129,6 +130,8 @@ class Effect {
 
   /// Returns the contact law of the grains, if this effect defines it; null otherwise.
   virtual const GrainContactLaw* grain_contact() const { return nullptr; }
+  /// Sets the parts of the surface law of grains (friction, adhesion, walls) that this effect defines.
+  virtual void set_surface(SurfaceLaw& law) const { (void)law; }
   /// Transfers charge between grains in contact by changing `charge` (reduced units, [N]). `bodies` still has the
   /// charges before the exchange.
   virtual void exchange_charges(const ContactRecord& contacts, const Bodies& bodies, std::span<double> charge) {

@@ -192,7 +192,7 @@ void put_scene(const hdf5::Handle& file, const Scene& scene) {
   hdf5::put(group, "depth", scene.medium.depth, "m");
   if (const auto gap = number_in(scene, &EffectKind::contact_gap)) hdf5::put(group, "contact_gap", *gap, "m");
   put_electrodes(group, scene);
-  if (scene.effects.has(&EffectKind::packing)) put_walls(group, scene);
+  if (!scene.walls.empty()) put_walls(group, scene);
 }
 
 std::vector<double> box_edges(const Scene& scene) {

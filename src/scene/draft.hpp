@@ -60,6 +60,7 @@ struct ConductorDraft {
   std::optional<double> charge{};
   std::optional<std::string> group{};
   std::optional<double> young{}, poisson{};  ///< Young's modulus (Pa) and Poisson's ratio of the material
+  std::optional<Coordinates> angular_velocity{};
 };
 
 /// A [[group]] of a scene file as written: conductors connected by a wire.
@@ -124,6 +125,8 @@ struct PopulationDraft {
   /// Disk or vertical cylinder [x, y, radius], or sphere [x, y, z, radius] (m) that also contains the conductors;
   /// empty: none
   std::vector<double> round_region{};
+  std::optional<double> rotational_temperature{};  ///< m0 v0^2, of the initial angular velocities
+  GrainMaterial material{};
 };
 
 /// The table [field] of a scene file as written.

@@ -244,6 +244,14 @@ void add_spheres(const Draft& draft, const ElectrodeDraft& written, const std::s
   }
 }
 
+/// Makes an electrode of the plane, and checks its position.
+Electrode make_plane_electrode(const Draft& draft, const ElectrodeDraft& written, const std::string& name) {
+  const std::shared_ptr<const ClosedCurve> curve = is_freeform(written) ? make_freeform(draft, written, name) : nullptr;
+  const Shape shape = curve ? Shape(Freeform{curve.get()}) : build_shape(written, plane(draft.scene.domain.size));
+  if (!curve) check_position(draft, written, shape);
+  return {name, shape, written.potential.value_or(0), written.series_resistance.value_or(0), 0, written.circuit, curve};
+}
+
 void check_short_circuits(const Draft& draft, const std::vector<Electrode>& electrodes) {
   check_corners(draft);
   const Domain& domain = draft.scene.domain;
@@ -281,20 +289,6 @@ void check_short_circuits(const Draft& draft, const std::vector<Electrode>& elec
   }
 }
 
-/// Returns an electrode in two dimensions.
-Electrode plane_electrode(const Draft& draft, const ElectrodeDraft& written, const std::string& name) {
-  const std::shared_ptr<const ClosedCurve> curve = is_freeform(written) ? make_freeform(draft, written, name) : nullptr;
-  const Shape shape = curve ? Shape(Freeform{curve.get()}) : build_shape(written, plane(draft.scene.domain.size));
-  if (!curve) check_position(draft, written, shape);
-  return {name,
-          shape,
-          written.potential.value_or(0),
-          written.series_resistance.value_or(0),
-          written.position.value.z,
-          written.circuit,
-          curve};
-}
-
 }  // namespace
 
 std::vector<Electrode> build_electrodes(const Draft& draft) {
@@ -309,7 +303,7 @@ std::vector<Electrode> build_electrodes(const Draft& draft) {
     if (in_space)
       add_spheres(draft, written, all_names[e], electrodes);
     else
-      electrodes.push_back(plane_electrode(draft, written, all_names[e]));
+      electrodes.push_back(make_plane_electrode(draft, written, all_names[e]));
     for (std::size_t k = first; k < electrodes.size(); ++k)
       if (!names.insert(electrodes[k].name).second)
         refuse(draft.scene.path, written.line,

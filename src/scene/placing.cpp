@@ -141,8 +141,10 @@ std::optional<Conductor> find_free_position(double radius, const PopulationDraft
   for (int attempt = 0; attempt < tries_per_conductor && tries_left > 0; ++attempt, --tries_left) {
     constexpr int tries_per_stop_request = 1 << 12;  // tries between two stop requests: about a millisecond
     if (attempt % tries_per_stop_request == 0 && stop && stop()) throw Stopped{};
-    Conductor conductor{
-        .radius = radius, .charge = population.charge, .relative_resistivity = population.relative_resistivity};
+    Conductor conductor{.radius = radius,
+                        .charge = population.charge,
+                        .relative_resistivity = population.relative_resistivity,
+                        .material = population.material};
     conductor.position.x = random.between(centre_box.lower.x, centre_box.upper.x);
     conductor.position.y = random.between(centre_box.lower.y, centre_box.upper.y);
     if (dimension == 3) conductor.position.z = random.between(centre_box.lower.z, centre_box.upper.z);
@@ -383,7 +385,8 @@ std::vector<Conductor> conductors_at(const Draft& draft, const std::vector<Condu
       conductors.push_back({.position = body.position,
                             .radius = body.radius,
                             .charge = population.charge,
-                            .relative_resistivity = population.relative_resistivity});
+                            .relative_resistivity = population.relative_resistivity,
+                            .material = population.material});
     }
   }
   return conductors;

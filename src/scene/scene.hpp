@@ -19,6 +19,7 @@
 #include "src/field_methods/field_options.hpp"
 #include "src/scene/choice.hpp"
 #include "src/scene/effects.hpp"
+#include "src/scene/grain_material.hpp"
 #include "src/scene/mechanics_options.hpp"
 #include "src/scene/signal.hpp"
 
@@ -103,6 +104,8 @@ struct Conductor {
   int group = -1;                   ///< index into Scene::groups, -1: no prescribed group
   double relative_resistivity = 1;  ///< resistivity of its material, in units of NetworkOptions::parameters
   bool fixed = false;               ///< true: fixed at its position
+  Vec3 angular_velocity{};          ///< 1/t0, of a grain with friction; along z in two dimensions
+  GrainMaterial material{};         ///< of a grain
 };
 
 /// Returns the distance (m) of the conductor's centre from the wall; negative beyond the wall.

@@ -37,30 +37,38 @@ Table domain() {
       "side of the domain: insulating (no field through it), an electrode at a potential, or periodic: bodies that "
       "leave through it enter through the opposite side";
   const std::string in_space = help + "; in three dimensions";
-  return {.path = "domain",
-          .kind = required,
-          .help = "The rectangle [0, size x] x [0, size y] filled with fluid; with a third number of size a cuboid.",
-          .keys = {
-              {.name = "size",
-               .target = [](Draft& d) { return &d.domain_size; },
-               .unit = "m",
-               .range = {.low = smallest_size, .high = largest_size},
-               .required = true,
-               .help = "lengths of the domain's sides in m, along x (left to right), y (bottom to top) and, in three "
-                       "dimensions, z (front to back)"},
-              side<0>(help),
-              side<1>(help),
-              side<2>(help),
-              side<3>(help),
-              side<4>(in_space),
-              side<5>(in_space),
-              {.name = "unbounded",
-               .target = [](Draft& d) { return &d.scene.domain.open; },
-               .help = "true: the domain has no sides and is free space in three dimensions, with a potential of 0 at "
-                       "infinity and any net charge; domain.size is then the size of the region of initial positions. "
-                       "Needs floating_conductors or [units]; grains may also move in a plane",
-               .old_name = "open"},
-          }};
+  return {
+      .path = "domain",
+      .kind = required,
+      .help = "The rectangle [0, size x] x [0, size y] filled with fluid; with a third number of size a cuboid.",
+      .keys = {
+          {.name = "size",
+           .target = [](Draft& d) { return &d.domain_size; },
+           .unit = "m",
+           .range = {.low = smallest_size, .high = largest_size},
+           .required = true,
+           .help = "lengths of the domain's sides in m, along x (left to right), y (bottom to top) and, in three "
+                   "dimensions, z (front to back)"},
+          side<0>(help),
+          side<1>(help),
+          side<2>(help),
+          side<3>(help),
+          side<4>(in_space),
+          side<5>(in_space),
+          {.name = "unbounded",
+           .target = [](Draft& d) { return &d.scene.domain.open; },
+           .help = "true: the domain has no sides and is free space in three dimensions, with a potential of 0 at "
+                   "infinity and any net charge; domain.size is then the size of the region of initial positions. "
+                   "Needs floating_conductors or [units]; grains may also move in a plane",
+           .old_name = "open"},
+          {.name = "uniform_field",
+           .target = [](Draft& d) { return &d.uniform_field; },
+           .unit = "V/m",
+           .range = {.low = -largest_size, .high = largest_size},
+           .computed_default = "[0, 0, 0]",
+           .help = "external uniform field E = [x, y, z] in V/m, far from all conductors; its potential -E.r is 0 at "
+                   "the origin. Needs unbounded = true"},
+      }};
 }
 
 Table medium() {
@@ -300,6 +308,31 @@ std::vector<Key> material_keys(KeyTarget relative_resistivity) {
   };
 }
 
+GrainMaterial& material_of_conductor(Draft& d) { return d.conductors.back().conductor.material; }
+GrainMaterial& material_of_population(Draft& d) { return d.populations.back().material; }
+
+/// Returns the keys of a grain's material. `material`: material in the draft of a conductor or population.
+template <GrainMaterial& (*material)(Draft&)>
+std::vector<Key> grain_material_keys() {
+  constexpr Range factor = {.low = 1e-6, .high = 1e6};
+  return {
+      {.name = "relative_density",
+       .target = [](Draft& d) { return &material(d).density; },
+       .range = factor,
+       .help = "density of a grain relative to material.density"},
+      {.name = "relative_stiffness",
+       .target = [](Draft& d) { return &material(d).stiffness; },
+       .range = factor,
+       .help =
+           "stiffness of the contact of two such grains relative to that of the contact law; the elastic constants of "
+           "two materials add like springs in series"},
+      {.name = "relative_damping",
+       .target = [](Draft& d) { return &material(d).damping; },
+       .range = factor,
+       .help = "ratio of damping to stiffness of the contact of two such grains, relative to that of the contact law"},
+  };
+}
+
 std::vector<Key> conductor_sphere() {
   return {
       {.name = "position",
@@ -328,6 +361,12 @@ std::vector<Key> conductor_state() {
        .unit = "m/s",
        .computed_default = "0 along each axis",
        .help = "velocity of the conductor at the start, in m/s"},
+      {.name = "angular_velocity",
+       .target = [](Draft& d) { return &d.conductors.back().angular_velocity; },
+       .unit = "1/t0",
+       .computed_default = "0 about each axis",
+       .help = "angular velocity of a grain at the start, in reduced units (1/t0): three numbers, in two dimensions "
+               "[0, 0, w]; needs [effects.friction]"},
       {.name = "fixed",
        .target = [](Draft& d) { return &d.conductors.back().conductor.fixed; },
        .help = "true: the conductor does not move",
@@ -349,7 +388,7 @@ Table conductor() {
           .keys = joined({conductor_sphere(), material_keys<&Draft::conductors>([](Draft& d) {
                             return &d.conductors.back().conductor.relative_resistivity;
                           }),
-                          conductor_state()})};
+                          grain_material_keys<material_of_conductor>(), conductor_state()})};
 }
 
 Table group() {
@@ -505,6 +544,13 @@ std::vector<Key> population_places() {
        .computed_default = "0: at rest",
        .help = "initial temperature of grains, in reduced units (m0 v0^2): each velocity component is Gaussian, with a "
                "variance of temperature over mass, and the momenta add up to 0"},
+      {.name = "rotational_temperature",
+       .target = [](Draft& d) { return &d.populations.back().rotational_temperature; },
+       .unit = "m0 v0^2",
+       .range = not_negative,
+       .computed_default = "0: no rotation",
+       .help = "initial rotational temperature of grains, in reduced units (m0 v0^2): each component of the angular "
+               "velocity is Gaussian, with a variance of temperature over moment of inertia; needs [effects.friction]"},
       {.name = "min_gap",
        .target = [](Draft& d) { return &d.populations.back().min_gap; },
        .unit = "m",
@@ -536,7 +582,7 @@ Table population() {
           .keys = joined({population_radii(), material_keys<&Draft::populations>([](Draft& d) {
                             return &d.populations.back().relative_resistivity;
                           }),
-                          population_charges(), population_places()})};
+                          grain_material_keys<material_of_population>(), population_charges(), population_places()})};
 }
 
 }  // namespace

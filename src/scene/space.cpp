@@ -49,11 +49,10 @@ void check_uniform_field(const Draft& draft) {
   const auto refuse_it = [&](const std::string& message) {
     refuse(draft.scene.path, draft.line("domain.uniform_field"), "domain.uniform_field " + message);
   };
+  if (draft.scene.reference) refuse_it("is not allowed with [units]: effects.uniform_field is the field on grains");
   if (!draft.scene.domain.open)
     refuse_it(
         "needs domain.unbounded = true: in a box, two opposite sides with different potentials make a uniform field");
-  if (!draft.scene.effects.has(&EffectKind::field))
-    refuse_it("needs the table [effects.floating_conductors]: add it, or leave the key out");
   if (draft.uniform_field->count != 3) refuse_it("has 2 numbers, but the domain has 3: both must have the same number");
 }
 

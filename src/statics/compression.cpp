@@ -83,7 +83,7 @@ std::optional<double> Compression::towards_pressure(double target) {
         "at most 1; choose a lower compression.pressure or a larger effects.soft_repulsion.stiffness",
         scene_.path, target, filling_, now));
   constexpr double rounding = 1e-14;
-  if (search_.limit < rounding)
+  if (search_.limit < rounding || next == filling_)
     throw Failure(fmt::format(
         "the pressure {:g} is not reached: at a packing fraction of {:.12g} it jumps across that value, and it is {:g}",
         target, filling_, now));

@@ -69,7 +69,7 @@ class Loads(unittest.TestCase):
         first, second = (load["networks"][0]["resistance"] for load in loads)
         self.assertAlmostEqual(first / second, 2, delta=4e-6)
         _, table, _ = runs.program("network", chain, "--loads", "--model", "particle")
-        self.assertIn("# load  packing_fraction  pressure in Pa       particle-centred", table)
+        self.assertIn("# load  packing_fraction  pressure in Pa      particle-centred", table)
 
     def test_loads_are_refused_where_there_are_none(self):
         table = CHAIN[CHAIN.index("[compression]"):CHAIN.index("[network]")]

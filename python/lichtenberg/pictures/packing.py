@@ -29,9 +29,9 @@ class DrawnPacking:
         self.period = np.where(np.resize(particles["box"].attrs.get("boundary", b"none"), len(size)) == b"periodic", size, np.inf)
         self.period = self.period[:2] * drawing.MM
         self.energy = file["observables/energy/value"][index]
-        walls = file["scene/walls"]
+        walls = file["scene/walls"] if "walls" in file["scene"] else dict.fromkeys(["point", "normal"], np.empty((0, 3)))
         self.wall_point, self.wall_normal = walls["point"][()][:, :2] * drawing.MM, walls["normal"][()][:, :2]
-        self.wall_point *= (size / drawing.scene_size(file))[:2]  # walls move with the sides
+        self.wall_point = self.wall_point * (size / drawing.scene_size(file))[:2]  # walls move with the sides
         self.contacts = file["packing/contacts"][()] if last and "packing" in file else None
         self.force = file["packing/force"][()] if self.contacts is not None else None
         count = len(self.radius)

@@ -80,7 +80,7 @@ TEST_CASE("torus electrode: wrong shape, size, place and resistor are refused") 
   check_refused(torus("radius = 0.016\n"), {"electrode.wire_radius is missing"});
   check_refused(torus("radius = 0.0195\nwire_radius = 0.001\n"), {"this torus is on or through a side of the domain"});
   check_refused(torus("radius = 0.016\nwire_radius = 0.001\nseries_resistance = 1e9\n"),
-                {"electrode.series_resistance is not allowed with shape = \"torus\""});
+                {"an electrode with shape = \"torus\" consists of separate spheres"});
   check_refused(torus("radius = 0.016\nwire_radius = 0.001\n") +
                     "[[electrode]]\nname = \"rim 2\"\nshape = \"sphere\"\nposition = [0.02, 0.02, 0.004]\n"
                     "radius = 0.001\npotential = 0.0\n",

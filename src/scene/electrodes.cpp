@@ -205,10 +205,10 @@ void check_dimension_of(const Draft& draft, const ElectrodeDraft& written) {
         fmt::format("electrode.wire_radius = {:g} is not allowed: it must be at most an eighth of the torus's "
                     "radius, {:g} m",
                     written.wire_radius, written.radius / 8));
-  if (written.series_resistance)
+  if (written.series_resistance || written.circuit >= 0)
     refuse_it(
-        "electrode.series_resistance is not allowed with shape = \"torus\", whose spheres are separate electrodes: "
-        "leave it out, or take spheres");
+        "an electrode with shape = \"torus\" consists of separate spheres: a series_resistance, a charge and a circuit "
+        "are not allowed");
 }
 
 /// Checks a sphere of an electrode in three dimensions: its distance from the sides and from other electrodes.

@@ -116,14 +116,33 @@ void Compression::minimize_at(double filling) {
   ++minimizations_;
   evaluations_ += minimization_->evaluations();
   minimization_ = std::make_unique<Minimization>(scene_);
+  earlier_force_ = INFINITY;
+}
+
+/// Continues the present minimization. Returns true at its end, false if `pause` returned true. It also ends if the
+/// largest force has hardly decreased over many iterations, because rounding stops some minimizations above the
+/// tolerance.
+bool Compression::minimize(const std::function<bool()>& pause) {
+  constexpr std::int64_t between_checks = 10'000;
+  constexpr double decrease = 0.9;
+  bool paused = false;
+  while (!minimization_->finished()) {
+    const std::int64_t check = (minimization_->iteration() / between_checks + 1) * between_checks;
+    minimization_->advance_to(static_cast<double>(check), [&] { return paused = pause && pause(); });
+    if (minimization_->iteration() == check) {
+      const double force = minimization_->largest_force();
+      if (force > decrease * earlier_force_) return true;
+      earlier_force_ = force;
+    }
+    if (paused) return false;
+  }
+  return true;
 }
 
 void Compression::advance_to(double load, const std::function<bool()>& pause) {
   const Stopwatch stopwatch(seconds_);
-  bool paused = false;
   while (time() < load && !finished()) {
-    minimization_->advance_to(INFINITY, [&] { return paused = pause && pause(); });
-    if (paused) return;
+    if (!minimize(pause)) return;
     if (const std::optional<double> next = next_filling()) {
       minimize_at(*next);
     } else {
@@ -176,8 +195,8 @@ Checkpoint Compression::checkpoint() {
   std::vector<double>& start = checkpoint.reals["start"];
   for (const Conductor& c : scene_.conductors) start.insert(start.end(), {c.position.x, c.position.y, c.position.z});
   const Vec3 size = scene_.domain.size;
-  checkpoint.reals["compression"] = {size.x,        size.y,          size.z,          filling_,     jamming_,
-                                     search_.limit, search_.filling, search_.measure, search_.slope};
+  checkpoint.reals["compression"] = {size.x,        size.y,          size.z,          filling_,      jamming_,
+                                     search_.limit, search_.filling, search_.measure, search_.slope, earlier_force_};
   checkpoint.integers["compression"] = {load_, search_.direction, minimizations_, not_at_rest_, evaluations_};
   return checkpoint;
 }
@@ -187,7 +206,8 @@ void Compression::restore(const Checkpoint& checkpoint) {
   const auto reals = checkpoint.reals.find("compression");
   const auto integers = checkpoint.integers.find("compression");
   if (start == checkpoint.reals.end() || reals == checkpoint.reals.end() || integers == checkpoint.integers.end() ||
-      start->second.size() != 3 * scene_.conductors.size() || reals->second.size() != 9 || integers->second.size() != 5)
+      start->second.size() != 3 * scene_.conductors.size() || reals->second.size() != 10 ||
+      integers->second.size() != 5)
     throw Failure("the checkpoint is not one of this scene's compression");
   const std::vector<double>& r = reals->second;
   const std::vector<std::int64_t>& n = integers->second;
@@ -196,6 +216,7 @@ void Compression::restore(const Checkpoint& checkpoint) {
     scene_.conductors[i].position = vector_at(start->second, 3, static_cast<int>(i));
   filling_ = r[3], jamming_ = r[4];
   search_ = {.limit = r[5], .direction = static_cast<int>(n[1]), .filling = r[6], .measure = r[7], .slope = r[8]};
+  earlier_force_ = r[9];
   load_ = n[0], minimizations_ = n[2], not_at_rest_ = n[3], evaluations_ = n[4];
   minimization_ = std::make_unique<Minimization>(scene_);
   minimization_->restore(checkpoint);

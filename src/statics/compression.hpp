@@ -64,9 +64,11 @@ class Compression : public Motion {
   std::optional<double> towards_filling(double target) const;
   std::optional<double> towards_pressure(double target);
   void minimize_at(double filling);
+  bool minimize(const std::function<bool()>& pause);
 
   Scene scene_;  ///< positions and size at the start of the present minimization
   std::unique_ptr<Minimization> minimization_;
+  double earlier_force_ = INFINITY;  ///< N, largest net force at the last check of the present minimization
   std::int64_t load_ = 0;
   double filling_ = 0, jamming_ = NAN;
   PressureSearch search_;

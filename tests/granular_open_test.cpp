@@ -234,22 +234,19 @@ TEST_CASE("open and grounded sides: scenes that are not possible are refused") {
           "effects.uniform_field is not allowed with effects.induced_dipoles");
 }
 
-TEST_CASE("open and grounded sides: an integrator with walls reads them") {
-  static const IntegratorKind kind{.name = "with-walls", .moves_grains = true, .usual_step = 0.05, .meets_walls = true};
-  list_integrator(kind);
+TEST_CASE("open and grounded sides: a scene with walls reads them") {
   const std::string text =
       "[units]\n[domain]\nsize = [20, 20, 20]\nleft = \"periodic\"\nright = \"periodic\"\nfront = { potential = 0 }\n"
       "[[population]]\ncount = 40\n[effects.viscoelastic_contact]\n[effects.coulomb]\n";
   const std::string message = message_of([&] { parse_scene(text, "walls.toml"); });
-  CHECK_MESSAGE(message.find("\"periodic\", the integrator \"with-walls\" or domain.unbounded = true is needed") !=
-                    std::string::npos,
-                message);
-  const Scene scene = parse_scene(text + "[mechanics]\nintegrator = \"with-walls\"\n", "walls.toml");
+  CHECK_MESSAGE(message.find("is not allowed without the table [effects.flat_walls]") != std::string::npos, message);
+  const std::string walls = "[effects.flat_walls]\n";
+  const Scene scene = parse_scene(text + walls, "walls.toml");
   const std::vector<ExplanationLine> lines = effects::CoulombOptions::kind().explain(scene);
   CHECK(lines.back().text == "image charges beyond front; empty space beyond bottom, top, back");
   const std::string outside = "[[conductor]]\nposition = [3, 3, 0.4]\nradius = 0.5\n";
   CHECK(message_of([&] {
-          parse_scene(text + outside + "[mechanics]\nintegrator = \"with-walls\"\n", "walls.toml");
+          parse_scene(text + outside + walls, "walls.toml");
         }).find("this conductor reaches out of the domain by 0.1 d0") != std::string::npos);
 }
 

@@ -19,7 +19,7 @@ EXPECTED_BARRIER = ("The rate of cooling below T = U_eff / 2 gives the published
                     "because neighbours take over a part of the energy that a pair needs.")
 EXPECTED_EARLY = "The same barrier describes the rate at temperatures near U."
 # Filling -> (end of the run, number of seeds); a thinner gas takes longer to cool below the barrier.
-FILLINGS = {0.02: (6000, 3), 0.0763: (2000, 4), 0.15: (1000, 3)}
+FILLINGS = {0.02: (5000, 2), 0.0763: (2000, 3), 0.15: (1000, 3)}
 
 SCENE = """
 [units]
@@ -77,7 +77,7 @@ def effective_barrier(time, found, first, last, filling):
     here, there = (int(np.argmax(found < bound)) if bound > 0 else len(found) - 1 for bound in (first, last))
     log_t = np.linspace(math.log(found[there]), math.log(found[here]), 401)
     wanted = 2 * rate(filling) * (time[there] - time[here])
-    low, high = 0.0, 2 * first
+    low, high = 0.0, 20 * first
     while high - low > 1e-12:
         middle = (low + high) / 2
         values = np.exp(middle / np.exp(log_t) - log_t / 2)

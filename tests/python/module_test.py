@@ -33,6 +33,15 @@ FALL = {  # one disk without forces of its own
     "stop": {"time": 0.2, "stationary": False},
     "output": {"every": 0.05, "picture": False},
 }
+COLLISION = {  # two grains that collide head-on
+    "units": {},
+    "domain": {"size": [12, 12, 12],
+               **{side: "periodic" for side in ("left", "right", "bottom", "top", "front", "back")}},
+    "conductor": [{"position": [5.4, 6, 6], "velocity": [1, 0, 0], "radius": 0.5},
+                  {"position": [6.6, 6, 6], "velocity": [-1, 0, 0], "radius": 0.5, "charge": 0.25}],
+    "effects": {"viscoelastic_contact": {}, "charge_exchange": {"model": "none"}},
+    "stop": {"time": 1},
+}
 
 
 def run_command(scene_text, folder):
@@ -42,7 +51,6 @@ def run_command(scene_text, folder):
     out = str(Path(folder) / "command.h5")
     subprocess.run([program, "run", str(scene), "--out", out, "--quiet"], check=True)
     return li.load(out)
-
 
 class Scenes(unittest.TestCase):
     def test_path_dictionary_and_tables_give_the_same_scene(self):
@@ -269,13 +277,8 @@ class Runs(unittest.TestCase):
                 run.finish()
 
     def test_charge_exchange_of_a_function_is_applied_exactly(self):
-        scene = {"units": {}, "domain": {"size": [12, 12, 12], **{side: "periodic" for side in (
-                     "left", "right", "bottom", "top", "front", "back")}},
-                 "conductor": [{"position": [5.4, 6, 6], "velocity": [1, 0, 0], "radius": 0.5},
-                               {"position": [6.6, 6, 6], "velocity": [-1, 0, 0], "radius": 0.5, "charge": 0.25}],
-                 "effects": {"viscoelastic_contact": {}, "charge_exchange": {"model": "none"}}, "stop": {"time": 1}}
         seen = []
-        run = li.Run(scene, record=False)
+        run = li.Run(COLLISION, record=False)
 
         @run.add_charge_exchange
         def by_speed(contacts):
@@ -299,14 +302,13 @@ class Runs(unittest.TestCase):
         run.add_charge_exchange(lambda contacts: 0)
         with self.assertRaisesRegex(li.InputError, "only grains exchange charge"):
             run.finish()
-        gas = {"stop.time": 1}
         for function, text in ((lambda contacts: "text", "an array of charges"), (lambda contacts: [0] * 10**4, "charges, one"),
                                (lambda contacts: np.full(len(contacts.pair), np.nan), "not finite")):
-            run = li.Run(str(SOURCE / "scenes/neutral-gas.toml"), gas, record=False)
+            run = li.Run(COLLISION, record=False)
             run.add_charge_exchange(function)
             with self.assertRaisesRegex(li.InputError, text):
                 run.finish()
-        run = li.Run(str(SOURCE / "scenes/neutral-gas.toml"), gas, record=False)
+        run = li.Run(COLLISION, record=False)
         run.add_charge_exchange(lambda contacts: np.zeros(len(contacts.pair)), unit=0)
         with self.assertRaisesRegex(li.InputError, "must be positive"):
             run.finish()

@@ -9,6 +9,7 @@
 #include "solvers/disjoint_sets.hpp"
 #include "solvers/error.hpp"
 #include "solvers/geometry/box.hpp"
+#include "src/model/bodies.hpp"
 #include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::effects {
@@ -151,6 +152,12 @@ std::vector<CircuitNode> circuit_nodes(const Scene& scene) {
       std::ranges::count_if(scene.groups, [](const PrescribedGroup& wire) { return wire.potential.has_value(); }));
   for (const Circuit& circuit : scene.circuits) nodes.push_back({node++, supply++, circuit});
   return nodes;
+}
+
+std::vector<double> initial_node_charges(const Scene& scene) {
+  std::vector<double> charge = initial_charges(scene);
+  for (const CircuitNode& node : circuit_nodes(scene)) charge.push_back(node.circuit.charge);
+  return charge;
 }
 
 int node_count(const Scene& scene) {

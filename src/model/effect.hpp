@@ -113,9 +113,10 @@ class Effect {
   /// ones. Additional marks cost time but no accuracy.
   virtual void mark_interacting(const Bodies& bodies, std::span<const double> travel,
                                 std::vector<bool>& interacting) const;
-  /// Returns the drag law of a body, which must not depend on time or position. The model adds the drag force and its
-  /// derivative, and counts its heat in the energy balance. add_forces() and mark_interacting() must leave drag out. An
-  /// effect of grains overrides drive() instead.
+  /// Returns the drag law of a body, which must not depend on time, velocity or the present position; a drag that
+  /// varies with the position is DragLaw::by_position. The model adds the drag force and its derivative, and counts its
+  /// heat in the energy balance. add_forces() and mark_interacting() must leave drag out. An effect of grains overrides
+  /// drive() instead.
   virtual DragLaw drag(const Bodies& bodies, int body) const { return (void)bodies, (void)body, DragLaw{}; }
 
   /// Adds the currents that the effect injects into the bodies to `current` (A, [N]). State::neighbours is empty.

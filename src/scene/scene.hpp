@@ -42,6 +42,8 @@ struct Domain {
   std::array<DomainSide, 6> sides;
   bool walled = true;  ///< packings: the sides are walls
   bool open = false;   ///< no sides: free space, where the potential tends to 0 at infinity
+  /// External uniform field E (V/m) of free space, with the potential -E.r, which is 0 at the origin
+  Vec3 uniform_field{};
 
   int dimension() const { return size.z > 0 ? 3 : 2; }
 

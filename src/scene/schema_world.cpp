@@ -37,30 +37,38 @@ Table domain() {
       "side of the domain: insulating (no field through it), an electrode at a potential, or periodic: bodies that "
       "leave through it enter through the opposite side";
   const std::string in_space = help + "; in three dimensions";
-  return {.path = "domain",
-          .kind = required,
-          .help = "The rectangle [0, size x] x [0, size y] filled with fluid; with a third number of size a cuboid.",
-          .keys = {
-              {.name = "size",
-               .target = [](Draft& d) { return &d.domain_size; },
-               .unit = "m",
-               .range = {.low = smallest_size, .high = largest_size},
-               .required = true,
-               .help = "lengths of the domain's sides in m, along x (left to right), y (bottom to top) and, in three "
-                       "dimensions, z (front to back)"},
-              side<0>(help),
-              side<1>(help),
-              side<2>(help),
-              side<3>(help),
-              side<4>(in_space),
-              side<5>(in_space),
-              {.name = "unbounded",
-               .target = [](Draft& d) { return &d.scene.domain.open; },
-               .help = "true: the domain has no sides and is free space in three dimensions, with a potential of 0 at "
-                       "infinity and any net charge; domain.size is then the size of the region of initial positions. "
-                       "Needs floating_conductors or [units]; grains may also move in a plane",
-               .old_name = "open"},
-          }};
+  return {
+      .path = "domain",
+      .kind = required,
+      .help = "The rectangle [0, size x] x [0, size y] filled with fluid; with a third number of size a cuboid.",
+      .keys = {
+          {.name = "size",
+           .target = [](Draft& d) { return &d.domain_size; },
+           .unit = "m",
+           .range = {.low = smallest_size, .high = largest_size},
+           .required = true,
+           .help = "lengths of the domain's sides in m, along x (left to right), y (bottom to top) and, in three "
+                   "dimensions, z (front to back)"},
+          side<0>(help),
+          side<1>(help),
+          side<2>(help),
+          side<3>(help),
+          side<4>(in_space),
+          side<5>(in_space),
+          {.name = "unbounded",
+           .target = [](Draft& d) { return &d.scene.domain.open; },
+           .help = "true: the domain has no sides and is free space in three dimensions, with a potential of 0 at "
+                   "infinity and any net charge; domain.size is then the size of the region of initial positions. "
+                   "Needs floating_conductors or [units]; grains may also move in a plane",
+           .old_name = "open"},
+          {.name = "uniform_field",
+           .target = [](Draft& d) { return &d.uniform_field; },
+           .unit = "V/m",
+           .range = {.low = -largest_size, .high = largest_size},
+           .computed_default = "[0, 0, 0]",
+           .help = "external uniform field E = [x, y, z] in V/m, far from all conductors; its potential -E.r is 0 at "
+                   "the origin. Needs unbounded = true"},
+      }};
 }
 
 Table medium() {
@@ -123,12 +131,12 @@ std::vector<Key> electrode_source_keys() {
        .help = "name of the electrode in messages and results"},
       {.name = "shape",
        .target = [](Draft& d) { return &d.electrodes.back().shape; },
-       .texts = {"disk", "half-disk", "bar", "ring", "polygon", "ellipse", "curve", "sphere"},
+       .texts = {"disk", "half-disk", "bar", "ring", "polygon", "ellipse", "curve", "sphere", "torus"},
        .required = true,
        .help = "shape of the electrode. disk: a whole disk; half-disk: a disk centred on a side of the domain; bar: a "
                "straight bar with flat ends; ring: conducting outside its circle; polygon: through points in order; "
-               "curve: a "
-               "smooth closed curve through points; sphere: the only shape in three dimensions"},
+               "curve: a smooth closed curve through points. In three dimensions sphere, or torus: a wire loop around "
+               "the z axis, as a closed chain of spheres whose electrodes are named \"NAME 1\", \"NAME 2\", ..."},
       {.name = "potential",
        .target = [](Draft& d) { return &d.electrodes.back().potential; },
        .unit = "V",
@@ -161,14 +169,22 @@ std::vector<Key> electrode_shape() {
       {.name = "position",
        .target = [](Draft& d) { return &d.electrodes.back().position; },
        .unit = "m",
-       .shapes = {"sphere"},
-       .help = "position of the sphere's centre, in m"},
+       .shapes = {"sphere", "torus"},
+       .help = "position of the centre of the sphere or torus, in m"},
       {.name = "radius",
        .target = [](Draft& d) { return &d.electrodes.back().radius; },
        .unit = "m",
        .range = positive,
-       .shapes = {"disk", "half-disk", "ring", "sphere"},
-       .help = "radius of the disk, the half-disk, the ring's circle or the sphere, in m"},
+       .shapes = {"disk", "half-disk", "ring", "sphere", "torus"},
+       .help = "radius of the disk, the half-disk, the ring's circle, the sphere or the circle in the middle of the "
+               "torus's wire, in m"},
+      {.name = "wire_radius",
+       .target = [](Draft& d) { return &d.electrodes.back().wire_radius; },
+       .unit = "m",
+       .range = positive,
+       .shapes = {"torus"},
+       .help = "radius of the torus's wire, in m, at most an eighth of its radius. The spheres of the chain have 1.134 "
+               "times this radius, so that the capacitance is that of the torus within 0.2 %"},
       {.name = "side",
        .target = [](Draft& d) { return &d.electrodes.back().side; },
        .texts = {"left", "right", "bottom", "top"},
@@ -509,6 +525,12 @@ std::vector<Key> population_places() {
        .computed_default = "the whole domain",
        .help = "lower and upper corner in m of the rectangle or cuboid that contains the bodies at the start; in three "
                "dimensions a rectangle extends from front to back"},
+      {.name = "round_region",
+       .target = [](Draft& d) { return &d.populations.back().round_region; },
+       .unit = "m",
+       .computed_default = "none",
+       .help = "disk [x, y, radius] in m that contains the bodies at the start, in three dimensions a cylinder from "
+               "front to back, or there a sphere [x, y, z, radius]; with region the bodies are in both"},
   };
 }
 

@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "solvers/error.hpp"
+#include "solvers/stop.hpp"
 #include "solvers/laplace/circuit.hpp"
 #include "solvers/laplace/cutcell/assembled.hpp"
 #include "solvers/laplace/cutcell/backend.hpp"
@@ -221,10 +222,13 @@ LaplaceSolution CutCellBackend::solve(const LaplaceProblem& problem) {
     prepare(problem);
     LaplaceSolution solution;
     do {
+      stop_if_requested();
       discretize(problem);
       solution.seconds.setup = seconds();
       choose_unit(problem);
+      stop_if_requested();
       begin(problem, solution);
+      stop_if_requested();
       iterate(solution);
       solution.seconds.solve = seconds() - solution.seconds.setup;
     } while (!is_complete());

@@ -39,7 +39,7 @@ struct SphereProblem {
   Box<3> box;
   std::array<double, 6> side_potential{};  ///< Potential (V) of the electrodes
   bool free_space = false;
-  Vec3 uniform_field{};     ///< Field (V/m) at infinity in free space
+  Vec3 uniform_field{};     ///< Field E (V/m) at infinity in free space, of potential -E.r; ignored in a box
   double permittivity = 0;  ///< Permittivity (F/m); required
   std::vector<Sphere> spheres;
   std::vector<Group> groups;
@@ -85,7 +85,9 @@ struct SphereSolution {
   /// Charge (C) through each coupling from a to b. Charges of floating groups balance to the rounding of the largest
   /// possible charge through a coupling.
   std::vector<double> coupling_charge;
-  double energy = 0;    ///< Energy (J), eps/2 integral of E^2: half of the sum of charge times potential
+  /// Energy (J): half of the sum of charge times potential, eps/2 integral of E^2. In a uniform field half of the
+  /// energy of the surface charges in that field is added, so that a neutral sphere of dipole p has -p.E/2.
+  double energy = 0;
   double residual = 0;  ///< Residual of the iteration, relative to the right-hand side and the given charges
   int degree = 0;       ///< Degree of the highest harmonic on any sphere
   long unknowns = 0;    ///< Number of unknowns

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "solvers/laplace/spheres/results.hpp"
+#include "solvers/stop.hpp"
 
 namespace lichtenberg::laplace::spheres {
 namespace {
@@ -33,6 +34,7 @@ System::System(const SphereProblem& problem, const SphereOptions& options, paral
       start_(starts(sites_)),
       team_(&team),
       constraints_(problem_, start_, first_coupling()) {
+  stop_if_requested();
   const bool conductors = std::ranges::all_of(problem.spheres, &Sphere::is_conductor);
   if (!conductors || constraints_.coupling_count() > 0) return;  // The coarse equations exclude dielectrics, couplings
   charges_and_dipoles_ = fields_->charges_and_dipoles(past ? past->charges_and_dipoles_ : nullptr, team);

@@ -115,7 +115,8 @@ struct ContactsView {
   int* next = nullptr;  ///< [2 * entries], next element in the linked list of a grain's new contacts
 };
 
-/// Results of outer steps from which the next step is chosen, and errors, for the host. Reduced units.
+/// Results of outer steps (from one evaluation of the smooth forces to the next), from which the next step is chosen,
+/// and errors, for the host. Reduced units.
 struct StepResults {
   std::int64_t begun = 0, transfers = 0;  ///< numbers of contact onsets and charge transfers in the step
   double speed2 = 0;                      ///< square of the largest speed
@@ -140,7 +141,7 @@ struct Extremes {
   double overlap = 0;  ///< largest ratio of overlap to sum of radii
 };
 
-/// Parameters of an outer step on a device, in reduced units.
+/// Parameters of an outer step (from one evaluation of the smooth forces to the next) on a device, in reduced units.
 struct StepParameters {
   double begin = 0;             ///< start of the outer step (t0)
   double outer = 0;             ///< length of the outer step (t0)

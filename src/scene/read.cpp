@@ -93,7 +93,8 @@ class Reader {
       if (!std::ranges::all_of(numbers(value), [&](double number) { return key.range.contains(number); }))
         refuse_value(path, key, node, "is not allowed");
       const auto has_size = [&](double number) {
-        return (is_vector<std::decay_t<decltype(value)>> && std::abs(number) < smallest_size) ||
+        return (is_vector<std::decay_t<decltype(value)>> && std::abs(number) < smallest_size &&
+                key.range.contains(0)) ||
                key.range.allows_size_of(number);
       };
       if (const std::string fault = fault_of(value); !fault.empty())

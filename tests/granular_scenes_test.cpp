@@ -240,8 +240,7 @@ TEST_CASE("scenes of grains: impossible ones are refused with a one-line message
       {plane + few + contact + "[effects.wall_contact]\n",
        "effects.wall_contact is not allowed with [units], which makes the scene one of grains"},
       {replaced(box, "left = \"periodic\"\nright = \"periodic\"\n", "") + grains + contact,
-       "domain.left = \"insulating\" is not allowed with mechanics.integrator = \"multirate\", for which grains have "
-       "no walls"},
+       "domain.left = \"insulating\" is not allowed without the table [effects.flat_walls]"},
       {replaced(box, "left = \"periodic\"\nright = \"periodic\"\n", "left = { potential = 3 }\n") + grains + contact,
        "domain.left = { potential = 3 } is not allowed in a scene of grains (with [units]): a conducting side is "
        "grounded"},

@@ -1,4 +1,4 @@
-"""Electrodes in a scene of conductors (sides, disks, bars, rings; in space faces and spheres), and the nearest points on
+"""Electrodes in a scene of conductors (sides, disks, bars, rings, polygons; in space faces and spheres), and the nearest points on
 them."""
 import numpy as np
 
@@ -39,6 +39,19 @@ def nearest_on_segments(points, start, end):
     return start + share[:, None] * along
 
 
+def nearest_on_polygon(points, corners):
+    """Returns the points on the edges of a polygon that are nearest to `points`, a thousand of these at a time."""
+    start, along = corners, np.roll(corners, -1, axis=0) - corners
+    nearest = np.empty_like(points)
+    for first in range(0, len(points), 1000):
+        some = points[first : first + 1000, None]
+        share = np.clip(((some - start) * along).sum(axis=2) / (along**2).sum(axis=1), 0, 1)
+        on_edges = start + share[..., None] * along
+        best = np.argmin(((on_edges - some) ** 2).sum(axis=2), axis=1)
+        nearest[first : first + 1000] = on_edges[np.arange(len(some)), best]
+    return nearest
+
+
 def towards(start, points, length):
     """Returns the points at this distance from `start` in the direction of `points`."""
     offset = points - start
@@ -53,6 +66,8 @@ def nearest_on(shape, points):
     if shape["shape"] == "side":
         ends = np.array(shape["ends"])
         return nearest_on_segments(points, ends[:2], ends[2:])
+    if shape["shape"].endswith("polygon"):
+        return nearest_on_polygon(np.asarray(points, float), np.array(shape["points"]))
     if shape["shape"] == "bar":
         axis = nearest_on_segments(points, np.array(shape["from"]), np.array(shape["to"]))
         return towards(axis, points, shape["width"] / 2)

@@ -296,8 +296,11 @@ function edgesBetween(low, high) {
 
 const isRound = ({ shape }) => shape === "sphere" || shape === "disk";
 
-/** Returns the ends of the lines of electrodes, which are sides in the plane. */
-const sideLines = ({ shape, ends }) => shape === "side" ? [...ends.slice(0, 2), 0, ...ends.slice(2), 0] : [];
+/** Returns the ends of the lines of electrodes, which are sides and polygons in the plane. */
+function sideLines({ shape, ends, points }) {
+  if (shape.endsWith("polygon")) return points.flatMap((point, k) => [...point, 0, ...points[(k + 1) % points.length], 0]);
+  return shape === "side" ? [...ends.slice(0, 2), 0, ...ends.slice(2), 0] : [];
+}
 
 /** Returns the corners of the quadrangles of an electrode: a face in space, a bar, or the area outside of a ring. */
 function areas({ shape, low, high, from, to, width, centre, radius }) {
@@ -818,10 +821,10 @@ class Page {
     return [Math.min(...depths), Math.max(...depths) - Math.min(...depths), fog];
   }
 
-  /** In the plane particles and electrodes are cut at the domain. */
+  /** In the plane particles and electrodes are cut at the domain, or at the window of a cloud that has left it. */
   clip(view, projection) {
     const corner = (point) => apply(times(projection, view), point).slice(0, 2).map((x, k) => Math.round((x + 1) / 2 * [this.canvas.width, this.canvas.height][k]));
-    const [low, high] = [corner([0, 0, 0]), corner(this.run.size)];
+    const [low, high] = this.run.about.camera.window.map(([x, y]) => corner([x, y, 0]));
     this.gl.enable(this.gl.SCISSOR_TEST);
     this.gl.scissor(low[0], low[1], high[0] - low[0], high[1] - low[1]);
   }

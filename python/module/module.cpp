@@ -105,8 +105,8 @@ void register_errors() {
 
 }  // namespace
 
-std::recursive_mutex& solver_mutex() {
-  static std::recursive_mutex mutex;
+std::recursive_timed_mutex& solver_mutex() {
+  static std::recursive_timed_mutex mutex;
   return mutex;
 }
 

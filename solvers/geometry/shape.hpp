@@ -28,8 +28,16 @@ struct Ring {
   double radius = 0;
 };
 
+class ClosedCurve;
+
+/// Conductor of the plane whose surface is a closed curve, such as a polygon or an ellipse (closed_curve.hpp). The
+/// curve must outlive the shape.
+struct Freeform {
+  const ClosedCurve* curve = nullptr;
+};
+
 /// Shape of a conductor of the plane.
-using Shape = std::variant<Disk, Bar, Ring>;
+using Shape = std::variant<Disk, Bar, Ring, Freeform>;
 
 /// Returns the distance (m) from p to the edge of the disk, negative inside the disk.
 LICHTENBERG_HOST_DEVICE inline double signed_distance(const Disk& disk, Vec2 p) {
@@ -49,6 +57,9 @@ LICHTENBERG_HOST_DEVICE inline double signed_distance(const Bar& bar, Vec2 p) {
   const double outside = std::hypot(std::max(along, 0.0), std::max(across, 0.0));
   return outside + std::min(std::max(along, across), 0.0);
 }
+
+/// Returns the distance (m) from p to the curve, negative inside the conductor.
+double signed_distance(const Freeform& shape, Vec2 p);
 
 /// Returns the distance (m) from p to the surface of the shape, negative inside the conductor.
 inline double signed_distance(const Shape& shape, Vec2 p) {

@@ -16,6 +16,7 @@ bool finite(Vec2 p) { return std::isfinite(p.x) && std::isfinite(p.y); }
 
 bool well_formed(const Disk& disk) { return finite(disk.centre) && positive(disk.radius); }
 bool well_formed(const Ring& ring) { return finite(ring.centre) && positive(ring.radius); }
+bool well_formed(const Freeform& shape) { return shape.curve != nullptr; }
 bool well_formed(const Bar& bar) {
   return finite(bar.from) && finite(bar.to) && positive(norm(bar.to - bar.from)) && positive(bar.width);
 }
@@ -175,6 +176,15 @@ void refuse_link_models(const LaplaceProblem& problem, const std::string& method
   for (const Body& body : problem.bodies)
     if (body.link_model)
       throw InputError(method + " cannot solve for bodies with a link model: use the cut-cell method on the CPU");
+}
+
+void refuse_curves(const LaplaceProblem& problem, const std::string& method) {
+  for (const Body& body : problem.bodies)
+    if (std::holds_alternative<Freeform>(body.shape))
+      throw InputError(
+          method +
+          " cannot solve for electrodes of shape polygon, ellipse or curve: use the cut-cell method on the "
+          "CPU");
 }
 
 std::vector<double> capacitance_matrix(LaplaceSolver& solver, const LaplaceProblem& problem) {

@@ -98,6 +98,10 @@ void refuse_couplings(const LaplaceProblem& problem, const std::string& method);
 /// subject of the error message.
 void refuse_link_models(const LaplaceProblem& problem, const std::string& method);
 
+/// Throws InputError if a body is a closed curve (Freeform), for methods that do not support it. `method` is the
+/// subject of the error message.
+void refuse_curves(const LaplaceProblem& problem, const std::string& method);
+
 /// Wall times of the parts of a field solve (s).
 struct Timings {
   double setup = 0;   ///< Geometry, multigrid levels, factorizations
@@ -110,6 +114,8 @@ struct LaplaceSolution {
   std::vector<double> group_potential;  ///< Potential of each group (V)
   std::vector<double> body_charge;      ///< Field charge of each body (C/m), without charge through couplings
   std::vector<Vec2> body_force;         ///< Force on each body (N/m)
+  /// Torque on each closed curve about its centroid (N), 0 for other bodies; empty if no body is a closed curve
+  std::vector<double> body_torque;
   std::array<double, 4> side_charge{};  ///< Charge on each side of the box if it is an electrode (C/m)
   double energy = 0;                    ///< Electrostatic energy of the field (J/m), eps/2 integral |grad V|^2
   long unknowns = 0;                    ///< Number of unknowns of the solver

@@ -31,10 +31,20 @@ int dimension(const ParticlePacking& packing) {
   return std::ranges::any_of(packing.position, [](const Point& p) { return p[2] != 0; }) ? 3 : 2;
 }
 
-/// Contacts of each particle: contact points and their nodes.
+/// Throws InputError if the model needs forces of contacts that are not known.
+void check_forces(const ParticlePacking& packing, const ResistorModel& model) {
+  if (model.uses_force && !packing.force)
+    throw InputError(
+        fmt::format("the resistor model \"{}\" needs the forces of contacts, which only packings "
+                    "(effects.soft_repulsion) have: \"overlap\" takes the overlaps of other scenes",
+                    model.name));
+}
+
+/// Contacts of each particle: contact points, their mechanical states and their nodes.
 struct Touching {
   std::vector<int> start, node;
   std::vector<Point> point;
+  std::vector<ContactState> state;
 
   explicit Touching(int particles) : start(particles + 1, 0) {}
 };
@@ -53,14 +63,16 @@ class ContactNodes {
       throw InputError(why);
     number();
     // One traversal serves twice: to count, then to fill the arrays.
-    each([&](int particle, int, const Point&) { ++touching.start[particle + 1]; });
+    each([&](int particle, int, const auto&) { ++touching.start[particle + 1]; });
     for (int i = 0; i < packing.size(); ++i) touching.start[i + 1] += touching.start[i];
     touching.node.resize(touching.start.back());
     touching.point.resize(touching.start.back());
+    touching.state.resize(touching.start.back());
     std::vector<int> next(touching.start.begin(), touching.start.end() - 1);
-    each([&](int particle, int node, const Point& point) {
+    each([&](int particle, int node, const auto& contact) {
       touching.node[next[particle]] = node;
-      touching.point[next[particle]++] = point;
+      touching.state[next[particle]] = contact_state(packing, contact);
+      touching.point[next[particle]++] = point_at(particle, contact);
     });
   }
 
@@ -84,16 +96,20 @@ class ContactNodes {
                                            electrode_of_.particle[contacts_.pairs[k].j])];
   }
 
-  /// Visits every particle that is not an electrode, with each of its nodes.
+  Point point_at(int particle, const ParticleContact& contact) const {
+    return contact_point(packing_, contact, particle);
+  }
+  Point point_at(int, const ParticleWallContact& contact) const { return contact_point(packing_, contact); }
+
+  /// Visits every particle that is not an electrode, with each of its nodes and the contact there.
   template <class Visit>
   void each(const Visit& visit) const {
     for (std::size_t k = 0; k < contacts_.pairs.size(); ++k)
       for (const int particle : {contacts_.pairs[k].i, contacts_.pairs[k].j})
-        if (electrode_of_.particle[particle] < 0)
-          visit(particle, node_[k], contact_point(packing_, contacts_.pairs[k]));
+        if (electrode_of_.particle[particle] < 0) visit(particle, node_[k], contacts_.pairs[k]);
     for (const ParticleWallContact& c : contacts_.walls) {
       const int wall = electrode_of_.wall[c.wall];
-      if (wall >= 0) visit(c.particle, electrode_node[wall], contact_point(packing_, c));
+      if (wall >= 0) visit(c.particle, electrode_node[wall], c);
     }
   }
 
@@ -119,6 +135,7 @@ PackingNetwork particle_network(const ParticlePacking& packing, const Contacts& 
                     "has them, a particle-centred one does not",
                     model.name));
   check_particles(model, parameters, packing.radius, dimension(packing));
+  check_forces(packing, model);
   PackingNetwork result;
   Network& network = result.network;
   network.position = packing.position;
@@ -137,18 +154,20 @@ PackingNetwork particle_network(const ParticlePacking& packing, const Contacts& 
     column->reserve(contacts.pairs.size() + contacts.walls.size());
   network.links.reserve(contacts.pairs.size() + contacts.walls.size());
   for (const ParticleContact& c : contacts.pairs) {
-    const double d = distance(packing.position[c.i], packing.position[c.j]);
+    const double d = distance(packing, c);
     const double ri = packing.radius[c.i], rj = packing.radius[c.j];
     add(c.i, c.j, c.j,
         {.length = {d * ri / (ri + rj), d * rj / (ri + rj)},
-         .resistivity = {packing.resistivity_of(c.i), packing.resistivity_of(c.j)}});
+         .resistivity = {packing.resistivity_of(c.i), packing.resistivity_of(c.j)},
+         .contact = contact_state(packing, c)});
   }
   for (const ParticleWallContact& c : contacts.walls)
     if (const int e = electrode_of.wall[c.wall]; e >= 0)
       add(c.particle, result.electrode[e], -1,
           {.length = {distance(packing.position[c.particle], contact_point(packing, c)), 0},
            .resistivity = {packing.resistivity_of(c.particle), 0},
-           .wall = true});
+           .wall = true,
+           .contact = contact_state(packing, c)});
   return result;
 }
 
@@ -172,6 +191,7 @@ std::string contact_network_obstacle(const ParticlePacking& packing, const Conta
 PackingNetwork contact_network(const ParticlePacking& packing, const Contacts& contacts, const ResistorModel& model,
                                const Parameters& parameters, const std::vector<PackingElectrode>& electrodes) {
   check_particles(model, parameters, packing.radius, dimension(packing));
+  check_forces(packing, model);
   ContactNodes nodes(packing, contacts, electrodes);
   const Touching& touching = nodes.touching;
   PackingNetwork result;
@@ -186,6 +206,7 @@ PackingNetwork contact_network(const ParticlePacking& packing, const Contacts& c
     particle.resistivity = packing.resistivity_of(p);
     particle.index = p;
     particle.contacts.assign(touching.point.begin() + first, touching.point.begin() + first + n);
+    particle.states.assign(touching.state.begin() + first, touching.state.begin() + first + n);
     const Eigen::MatrixXd links = model.particle(parameters, particle);
     for (int j = 0; j < n; ++j)
       for (int i = 0; i < j; ++i)

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "solvers/error.hpp"
+#include "solvers/neighbours/pairs.hpp"
 
 namespace lichtenberg::network {
 namespace {
@@ -95,6 +96,31 @@ class Cells {
   std::vector<Member> member_;
 };
 
+/// Finds pairs in a box with periodic sides.
+std::vector<ParticleContact> periodic_pairs(const ParticlePacking& packing) {
+  std::vector<double> position;
+  for (const Point& p : packing.position) position.insert(position.end(), p.begin(), p.end());
+  std::vector<ParticleContact> contacts;
+  for (const auto [i, j] : pairs_closer_than(Spheres<3>{position, packing.radius, packing.box}, 0))
+    if (const ParticleContact pair{i, j};
+        distance(packing, pair) < (1 - contact_margin) * (packing.radius[i] + packing.radius[j]))
+      contacts.push_back(pair);
+  return contacts;
+}
+
+/// Returns the vector (m) from the first to the second particle of a contact, of nearest images.
+Point between(const ParticlePacking& packing, const ParticleContact& contact) {
+  const Point &a = packing.position[contact.i], &b = packing.position[contact.j];
+  const NearestImage<3> nearest(packing.box);
+  return {nearest(b[0] - a[0], 0), nearest(b[1] - a[1], 1), nearest(b[2] - a[2], 2)};
+}
+
+ContactState contact_state(const ParticlePacking& packing, double distance, double reach, double effective_radius,
+                           bool wall) {
+  const double force = packing.force ? packing.force(distance, reach) : NAN;
+  return {.overlap = reach - distance, .force = force, .radius = effective_radius, .wall = wall};
+}
+
 void check_positive(const std::vector<double>& values, const std::string& what) {
   for (std::size_t i = 0; i < values.size(); ++i)
     if (!(values[i] > 0) || !std::isfinite(values[i]))
@@ -117,11 +143,15 @@ Contacts find_contacts(const ParticlePacking& packing) {
   if (packing.position.empty()) return contacts;
   constexpr double shrink = (1 - contact_margin) * (1 - contact_margin);
   contacts.pairs.reserve(3 * packing.position.size());
-  Cells(packing).each_pair([&](const auto& a, const auto& b) {
+  const auto take = [&](const auto& a, const auto& b) {
     const double dx = a.x[0] - b.x[0], dy = a.x[1] - b.x[1], dz = a.x[2] - b.x[2], reach = a.radius + b.radius;
     if (dx * dx + dy * dy + dz * dz < shrink * reach * reach)
       contacts.pairs.push_back({std::min(a.index, b.index), std::max(a.index, b.index)});
-  });
+  };
+  if (packing.box.any_periodic())
+    contacts.pairs = periodic_pairs(packing);
+  else
+    Cells(packing).each_pair(take);
   for (std::size_t w = 0; w < packing.walls.size(); ++w)
     for (int i = 0; i < packing.size(); ++i)
       if (height(packing.position[i], packing.walls[w]) < (1 - contact_margin) * packing.radius[i])
@@ -129,10 +159,31 @@ Contacts find_contacts(const ParticlePacking& packing) {
   return contacts;
 }
 
-Point contact_point(const ParticlePacking& packing, const ParticleContact& contact) {
-  const Point &a = packing.position[contact.i], &b = packing.position[contact.j];
+double distance(const ParticlePacking& packing, const ParticleContact& contact) {
+  return distance(between(packing, contact), {});
+}
+
+ContactState contact_state(const ParticlePacking& packing, const ParticleContact& contact) {
+  const double ri = packing.radius[contact.i], rj = packing.radius[contact.j];
+  return contact_state(packing, distance(packing, contact), ri + rj, ri * rj / (ri + rj), false);
+}
+
+ContactState contact_state(const ParticlePacking& packing, const ParticleWallContact& contact) {
+  const double radius = packing.radius[contact.particle];
+  return contact_state(packing, height(packing.position[contact.particle], packing.walls[contact.wall]), radius, radius,
+                       true);
+}
+
+Point contact_point(const ParticlePacking& packing, const ParticleContact& contact, int seen_from) {
+  const Point &a = packing.position[contact.i], &b = packing.position[contact.j],
+              separation = between(packing, contact);
   const double t = packing.radius[contact.i] / (packing.radius[contact.i] + packing.radius[contact.j]);
-  return {a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), a[2] + t * (b[2] - a[2])};
+  Point point;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double period = seen_from == contact.j ? b[axis] - a[axis] - separation[axis] : 0;
+    point[axis] = a[axis] + t * separation[axis] + period;
+  }
+  return point;
 }
 
 Point contact_point(const ParticlePacking& packing, const ParticleWallContact& contact) {

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "solvers/geometry/box.hpp"
 #include "solvers/network/network.hpp"
+#include "solvers/network/resistor.hpp"
 
 namespace lichtenberg::network {
 
@@ -20,6 +23,10 @@ struct ParticlePacking {
   std::vector<PackingWall> walls;
   /// Resistivity of each particle, [N], relative to the model's parameters; empty: 1 for all.
   std::vector<double> resistivity;
+  Box<3> box{};  ///< Only periodic axes count: across them the nearest images touch
+  /// Returns the force (N) of a contact from the distance (m) and the distance without overlap (m): between centres the
+  /// sum of radii, to a wall the radius. Empty: forces are not known.
+  std::function<double(double distance, double reach)> force{};
 
   int size() const { return static_cast<int>(position.size()); }
   double resistivity_of(int particle) const { return resistivity.empty() ? 1 : resistivity[particle]; }
@@ -49,12 +56,25 @@ struct Contacts {
 /// from below; the margin excludes such contacts without a force.
 constexpr double contact_margin = 1e-9;
 
+/// Returns the distance (m) of the centres of two particles, of nearest images.
+double distance(const ParticlePacking& packing, const ParticleContact& contact);
+
+/// Returns overlap, force and effective radius of a contact.
+ContactState contact_state(const ParticlePacking& packing, const ParticleContact& contact);
+ContactState contact_state(const ParticlePacking& packing, const ParticleWallContact& contact);
+
 /// Finds all contacts of a packing, between particles and with walls, by the criterion of contact_margin. A cell list
-/// limits the comparisons of particles to neighbouring cells.
+/// limits the comparisons of particles to neighbouring cells. Throws InputError if a periodic box is so short that two
+/// images of a particle could touch another one.
 Contacts find_contacts(const ParticlePacking& packing);
 
-/// Returns the contact point (m) of two particles, which divides the line of centres in proportion to the radii.
-Point contact_point(const ParticlePacking& packing, const ParticleContact& contact);
+/// Returns the contact point (m) of two particles, which divides the line of centres in proportion to the radii. Across
+/// a periodic side it is the image next to the particle `seen_from`, one of the two.
+Point contact_point(const ParticlePacking& packing, const ParticleContact& contact, int seen_from);
+/// Returns the contact point (m) of two particles next to the first of them.
+inline Point contact_point(const ParticlePacking& packing, const ParticleContact& contact) {
+  return contact_point(packing, contact, contact.i);
+}
 /// Returns the contact point (m) of a particle with a wall: the foot of the perpendicular from the centre to the wall.
 Point contact_point(const ParticlePacking& packing, const ParticleWallContact& contact);
 

@@ -51,13 +51,89 @@ Eigen::MatrixXd length_particle(const Parameters& p, const Particle& particle) {
 // half-space of resistivity rho, with rho / (4 b) on either side (Holm 1967). The contacts of a particle then form a
 // star, whose mesh is equivalent to the particle-centred network.
 
+/// Returns the resistance (Ohm) of a surface film over the contact spot, f / (pi b^2) for the resistance f of its unit
+/// area; 0 without a film.
+double film(const Parameters& p, double radius) {
+  return p.film_resistance ? *p.film_resistance / (pi * radius * radius) : 0;
+}
+
+/// Returns the conductances between the contacts of a particle of one potential: the mesh of a star with these legs
+/// (S).
+Eigen::MatrixXd mesh_of_star(const Eigen::VectorXd& leg) { return leg * leg.transpose() / leg.sum(); }
+
 double constriction_path(const Parameters& p, const Path& path) {
-  return *p.resistivity / (4 * *p.contact_radius) * (path.resistivity[0] + (path.wall ? 0 : path.resistivity[1]));
+  return *p.resistivity / (4 * *p.contact_radius) * (path.resistivity[0] + (path.wall ? 0 : path.resistivity[1])) +
+         film(p, *p.contact_radius);
 }
 Eigen::MatrixXd constriction_particle(const Parameters& p, const Particle& particle) {
   const auto n = static_cast<Eigen::Index>(particle.contacts.size());
+  const double side = *p.resistivity * particle.resistivity / (4 * *p.contact_radius);
+  if (p.film_resistance) {
+    Eigen::VectorXd leg(n);
+    for (Eigen::Index k = 0; k < n; ++k)
+      leg[k] = 1 / (side + film(p, *p.contact_radius) * (particle.states[k].wall ? 1 : 0.5));
+    return mesh_of_star(leg);
+  }
   const double leg = 4 * *p.contact_radius / (*p.resistivity * particle.resistivity);
   return Eigen::MatrixXd::Constant(n, n, leg / static_cast<double>(n));
+}
+
+// Contact radius from the load. A spot of radius b that follows from force or overlap takes the place of the given one.
+
+/// Contact spot: its radius, and the radius (m) of a single spot with the same constriction on one side.
+struct Constriction {
+  double radius = 0, conducting_radius = 0;
+};
+
+/// Returns the spot of smooth elastic spheres, b^3 = 3 F R / (4 E*) (Hertz 1882).
+Constriction hertz_constriction(const Parameters& p, const ContactState& contact) {
+  const double b = std::cbrt(0.75 * contact.force * contact.radius / *p.elastic_modulus);
+  if (!(b <= contact.radius))
+    throw InputError(fmt::format(
+        "elastic_modulus = {:g} Pa is too small: the contact radius would be {:.3g} m under {:.3g} N, where at most "
+        "{:.3g} m, the effective radius of the contact, is allowed",
+        *p.elastic_modulus, b, contact.force, contact.radius));
+  return {b, b};
+}
+
+/// Returns the spot of elastic spheres from their overlap delta, b^2 = R delta (Hertz 1882).
+Constriction overlap_constriction(const Parameters&, const ContactState& contact) {
+  const double b = std::sqrt(contact.radius * contact.overlap);
+  return {b, b};
+}
+
+/// Returns the spot of rough spheres: F / (pi H s^2) microscopic spots of radius s within Hertz's area, whose
+/// constrictions 1/(n s) and 1/b add (Greenwood, Br. J. Appl. Phys. 17, 1621 (1966)).
+Constriction greenwood_constriction(const Parameters& p, const ContactState& contact) {
+  const double b = hertz_constriction(p, contact).radius, pressure = contact.force / (pi * b * b);
+  if (pressure > *p.hardness)
+    throw InputError(fmt::format(
+        "hardness = {:g} Pa is too small: under {:.3g} N a contact has the mean pressure {:.3g} Pa, and yields as a "
+        "whole; the hardness must be above it",
+        *p.hardness, contact.force, pressure));
+  const double asperities = contact.force / (pi * *p.hardness * *p.spot_radius * *p.spot_radius);
+  return {b, 1 / (1 / (asperities * *p.spot_radius) + 1 / b)};
+}
+
+using ConstrictionOf = Constriction(const Parameters&, const ContactState&);
+
+template <ConstrictionOf constriction_of>
+double load_path(const Parameters& p, const Path& path) {
+  const Constriction constriction = constriction_of(p, path.contact);
+  return *p.resistivity / (4 * constriction.conducting_radius) *
+             (path.resistivity[0] + (path.wall ? 0 : path.resistivity[1])) +
+         film(p, constriction.radius);
+}
+template <ConstrictionOf constriction_of>
+Eigen::MatrixXd load_particle(const Parameters& p, const Particle& particle) {
+  Eigen::VectorXd leg(static_cast<Eigen::Index>(particle.states.size()));
+  for (Eigen::Index k = 0; k < leg.size(); ++k) {
+    const ContactState& contact = particle.states[k];
+    const Constriction constriction = constriction_of(p, contact);
+    leg[k] = 1 / (*p.resistivity * particle.resistivity / (4 * constriction.conducting_radius) +
+                  film(p, constriction.radius) * (contact.wall ? 1 : 0.5));
+  }
+  return mesh_of_star(leg);
 }
 
 [[noreturn]] void refuse_contact_radius(double contact_radius, const std::string& why, int particle, double radius) {
@@ -141,7 +217,37 @@ const std::vector<ResistorModel>& resistor_models() {
        "Holm's constriction, rho / (4 contact_radius) on either side of a contact; the particle itself resists nothing",
        {"resistivity", "contact_radius"},
        constriction_path,
-       constriction_particle},
+       constriction_particle,
+       false,
+       {"film_resistance"},
+       true},
+      {"hertz",
+       "Holm's constriction of elastic spheres, whose contact radius follows from the force (packings alone)",
+       {"resistivity", "elastic_modulus"},
+       load_path<hertz_constriction>,
+       load_particle<hertz_constriction>,
+       false,
+       {"film_resistance"},
+       true,
+       true},
+      {"overlap",
+       "Holm's constriction, the contact radius is the square root of effective radius times overlap",
+       {"resistivity"},
+       load_path<overlap_constriction>,
+       load_particle<overlap_constriction>,
+       false,
+       {"film_resistance"},
+       true},
+      {"greenwood",
+       "rough elastic spheres: constrictions of many spots, whose area is force over hardness, and of Hertz's area "
+       "(packings alone)",
+       {"resistivity", "elastic_modulus", "hardness", "spot_radius"},
+       load_path<greenwood_constriction>,
+       load_particle<greenwood_constriction>,
+       false,
+       {"film_resistance"},
+       true,
+       true},
       {"disk",
        "a disk of a sheet with small contacts on its rim (Neumann Green's function); contact-centred only",
        {"sheet_resistance", "contact_radius"},
@@ -176,12 +282,29 @@ std::span<const ParameterEntry> parameter_entries() {
       ParameterEntry{"resistivity", "Ohm m", "resistivity of the particles", &Parameters::resistivity},
       ParameterEntry{"contact_radius", "m", "half of the width of a contact (between spheres its radius)",
                      &Parameters::contact_radius},
+      ParameterEntry{"film_resistance", "Ohm m^2",
+                     "resistance of a film on the surfaces times its area; over a contact, divided by the spot's area",
+                     &Parameters::film_resistance},
+      ParameterEntry{"elastic_modulus", "Pa",
+                     "elastic modulus of a contact: its inverse is the sum of (1 - nu^2)/E over both bodies",
+                     &Parameters::elastic_modulus},
+      ParameterEntry{"hardness", "Pa", "hardness: load over the area that truly touches", &Parameters::hardness},
+      ParameterEntry{"spot_radius", "m", "radius of a microscopic spot that truly touches", &Parameters::spot_radius},
   };
   return entries;
 }
 
 bool needs(const ResistorModel& model, const ParameterEntry& parameter) {
   return std::ranges::find(model.needs, parameter.name) != model.needs.end();
+}
+
+bool uses(const ResistorModel& model, const ParameterEntry& parameter) {
+  return needs(model, parameter) || std::ranges::find(model.allows, parameter.name) != model.allows.end();
+}
+
+std::string parameters_in_words(const ResistorModel& model) {
+  const std::string words = fmt::format("{}", fmt::join(model.needs, " and "));
+  return model.allows.empty() ? words : fmt::format("{}, and optional {}", words, fmt::join(model.allows, " and "));
 }
 
 void check(const ResistorModel& model, const Parameters& parameters) {
@@ -192,9 +315,9 @@ void check(const ResistorModel& model, const Parameters& parameters) {
                                    *value, entry.unit));
     if (needs(model, entry) && !value)
       throw InputError(fmt::format("the resistor model \"{}\" needs {} in {}", model.name, entry.name, entry.unit));
-    if (value && !needs(model, entry))
+    if (value && !uses(model, entry))
       throw InputError(fmt::format("the resistor model \"{}\" does not use {}: leave it out; allowed is {}", model.name,
-                                   entry.name, fmt::join(model.needs, " and ")));
+                                   entry.name, parameters_in_words(model)));
   }
 }
 

@@ -11,21 +11,31 @@
 
 namespace lichtenberg::network {
 
+/// Mechanical state of a contact, on which its resistance can depend.
+struct ContactState {
+  double overlap = 0;  ///< Depth of the overlap (m)
+  double force = 0;    ///< Normal force (N); NaN if it is not known
+  double radius = 0;   ///< Effective radius (m): r_i r_j / (r_i + r_j), at a wall the particle's radius
+  bool wall = false;   ///< True if the contact is with a wall
+};
+
 /// Resistor of a particle-centred network: the current path from the centre of a particle through a contact to the
 /// centre of the other particle, or to a wall.
 struct Path {
   double length[2] = {0, 0};       ///< Length from each centre to the contact (m); at a wall only the first counts
   double resistivity[2] = {1, 1};  ///< Resistivity of each particle, relative to the parameters
   bool wall = false;               ///< True if the contact is with a wall
+  ContactState contact{};
 };
 
 /// Particle of a contact-centred network: its contacts are the terminals between which it conducts.
 struct Particle {
-  Point centre{};               ///< Centre (m)
-  double radius = 0;            ///< Radius (m)
-  double resistivity = 1;       ///< Resistivity relative to the parameters
-  int index = 0;                ///< Index for error messages
-  std::vector<Point> contacts;  ///< Contact points (m)
+  Point centre{};                    ///< Centre (m)
+  double radius = 0;                 ///< Radius (m)
+  double resistivity = 1;            ///< Resistivity relative to the parameters
+  int index = 0;                     ///< Index for error messages
+  std::vector<Point> contacts;       ///< Contact points (m)
+  std::vector<ContactState> states;  ///< State of each contact
 };
 
 /// Resistor model: gives the resistances of a packing's network from Parameters. Each model is an entry of
@@ -39,7 +49,10 @@ struct ResistorModel {
   /// Computes the conductances (S) between the n contacts of a particle in a contact-centred network: [n, n],
   /// symmetric; the diagonal has no meaning.
   Eigen::MatrixXd (*particle)(const Parameters&, const Particle&);
-  bool flat = false;  ///< True if the model holds for disks in the plane only
+  bool flat = false;                  ///< True if the model holds for disks in the plane only
+  std::vector<std::string> allows{};  ///< Names of optional parameters
+  bool contacts_only = false;         ///< True if particles resist only at their contacts
+  bool uses_force = false;            ///< True if the model needs the forces of contacts
 };
 
 /// Returns all resistor models.
@@ -57,6 +70,11 @@ std::span<const ParameterEntry> parameter_entries();
 
 /// Returns true if the resistor model needs the parameter.
 bool needs(const ResistorModel& model, const ParameterEntry& parameter);
+/// Returns true if the resistor model needs or allows the parameter.
+bool uses(const ResistorModel& model, const ParameterEntry& parameter);
+/// Lists the parameters of a model for a message, as in "resistivity and contact_radius, and optional
+/// film_resistance".
+std::string parameters_in_words(const ResistorModel& model);
 
 /// Checks the parameters for a resistor model. Throws InputError if a needed parameter is absent or a given one is not
 /// used. Also throws it if a value is not positive and finite.

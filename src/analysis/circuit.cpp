@@ -20,7 +20,7 @@ Pole pole(const std::vector<TerminalReading>& terminals, const std::vector<doubl
   Pole pole;
   int number = 0;
   for (std::size_t k = 0; k < terminals.size(); ++k) {
-    if (terminals[k].potential != potential) continue;
+    if (!terminals[k].is_source || terminals[k].potential != potential) continue;
     ++number;
     pole.current += current[k];
     // Ohm's law for the means is exact for any variation of the current.
@@ -31,8 +31,10 @@ Pole pole(const std::vector<TerminalReading>& terminals, const std::vector<doubl
 }
 
 double structure_resistance(const std::vector<TerminalReading>& terminals, const std::vector<double>& current) {
-  if (terminals.empty()) return NAN;
-  const auto [low, high] = std::ranges::minmax(terminals, {}, &TerminalReading::potential);
+  std::vector<TerminalReading> sources = terminals;
+  std::erase_if(sources, [](const TerminalReading& terminal) { return !terminal.is_source; });
+  if (sources.empty()) return NAN;
+  const auto [low, high] = std::ranges::minmax(sources, {}, &TerminalReading::potential);
   if (low.potential == high.potential) return NAN;
   const Pole from = pole(terminals, current, high.potential), to = pole(terminals, current, low.potential);
   return (from.potential - to.potential) / (0.5 * (from.current - to.current));

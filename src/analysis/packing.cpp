@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <numbers>
 
 #include "src/effects/contact_law.hpp"
@@ -55,17 +56,24 @@ double content(const Bodies& bodies) {
 /// Computes the pressure from the walls and from the virial. With V the domain's area (volume), pressure = sum over the
 /// sides of force * distance of the opposite side / (d V). In equilibrium of the particles this equals a sum over
 /// contacts of force * distance of the centres, or from the wall.
-void find_pressure(Packing& packing, const Bodies& bodies, const Scene& scene, double virial) {
+/// Across periodic sides, which have no walls, that sum replaces the force. `virial`: parts of the sum by axis (J).
+void find_pressure(Packing& packing, const Bodies& bodies, const Scene& scene, const std::array<double, 4>& virial) {
   const int d = bodies.dimension;
   const Vec3 side = scene.domain.size;
   double volume = 1, work = 0;
+  std::size_t wall = 0;
   for (int k = 0; k < d; ++k) {
     volume *= side[k];
-    work += 0.5 * (packing.wall_force[2 * k] + packing.wall_force[2 * k + 1]) * side[k];
+    if (bodies.box.periodic(k)) {
+      work += virial[k];
+    } else {
+      work += 0.5 * (packing.wall_force[wall] + packing.wall_force[wall + 1]) * side[k];
+      wall += 2;
+    }
   }
   packing.fraction = content(bodies) / volume;
   packing.pressure = work / (d * volume);
-  packing.virial_pressure = virial / (d * volume);
+  packing.virial_pressure = virial[3] / (d * volume);
 }
 
 }  // namespace
@@ -75,10 +83,11 @@ Packing packing(const Bodies& bodies, const Scene& scene, const effects::SoftRep
   const std::vector<Pair> pairs = pairs_closer_than(bodies, 0);
   Packing packing;
   packing.wall_force.resize(scene.walls.size());
-  double virial = 0;
+  std::array<double, 4> virial{};  // J, by axis, and the sum
   for (const effects::Overlap& o : potential.overlaps({0, bodies, pairs})) {
-    const double force = -potential.stiffness() * effects::contact_law(o.q).slope / o.reach;
-    virial += force * o.distance;
+    const double force = -potential.stiffness() * potential.contact(o.q).slope / o.reach;
+    virial[3] += force * o.distance;
+    for (int k = 0; k < bodies.dimension; ++k) virial[k] += force * o.distance * o.normal[k] * o.normal[k];
     if (o.partner >= n) packing.wall_force[o.partner - n] += force;
     packing.smallest_q = std::min(packing.smallest_q, o.q);
     if (o.q < 1 - contact_margin) packing.contacts.push_back({o.particle, o.partner, o.q, o.reach - o.distance, force});
@@ -86,7 +95,9 @@ Packing packing(const Bodies& bodies, const Scene& scene, const effects::SoftRep
   std::ranges::sort(packing.contacts, {}, [](const PackingContact& c) { return std::pair(c.particle, c.partner); });
   packing.rattler = find_rattlers(packing.contacts, n, bodies.dimension + 1);
   count_contacts(packing, n);
-  const bool only_box = scene.domain.walled && scene.walls.size() == 2u * bodies.dimension;
+  std::size_t sides = 0;
+  for (int k = 0; k < bodies.dimension; ++k) sides += bodies.box.periodic(k) ? 0 : 2;
+  const bool only_box = (scene.domain.walled || sides == 0) && scene.walls.size() == sides;
   if (only_box) find_pressure(packing, bodies, scene, virial);
   return packing;
 }

@@ -32,6 +32,11 @@ namespace {
 
 using Summaries = std::vector<effects::EffectSummary>;
 
+/// Describes the potential of a source.
+std::string in_words(const Signal& potential) {
+  return fmt::format("{:g} V{}", potential.value, potential.varies() ? " at the start, varying in time" : "");
+}
+
 void explain_scene(Explanation& out, const Scene& scene) {
   out.json = {{"scene", scene.path}, {"title", scene.title}, {"effects", nlohmann::ordered_json::array()}};
   out.add("particles", scene.conductors.size(), "1");
@@ -40,14 +45,23 @@ void explain_scene(Explanation& out, const Scene& scene) {
   out.print("  domain               {:g} {} x {:g} {}{}\n", scene.domain.size.x, unit, scene.domain.size.y, unit,
             (scene.dimension() == 3 ? fmt::format(" x {:g} {}", scene.domain.size.z, unit) : "") +
                 (scene.domain.open ? " of free space" : ""));
+  if (const Vec3 e = scene.domain.uniform_field; norm2(e) > 0)
+    out.print("  uniform field        [{:g}, {:g}, {:g}] V/m\n", e.x, e.y, e.z);
   if (scene.reference) return out.print("  grains               {}\n", scene.conductors.size());
   out.print("  conductors           {}\n", scene.conductors.size());
   std::vector<std::string> electrodes;
   for (const effects::Terminal& terminal : effects::terminals_of(scene))
     electrodes.push_back(terminal.series_resistance > 0
-                             ? fmt::format("{} behind {:g} ohm from {:g} V", terminal.name, terminal.series_resistance,
-                                           terminal.potential)
-                             : fmt::format("{} at {:g} V", terminal.name, terminal.potential));
+                             ? fmt::format("{} behind {:g} ohm from {}", terminal.name, terminal.series_resistance,
+                                           in_words(terminal.potential))
+                         : terminal.node >= 0 ? fmt::format("{} in a circuit", terminal.name)
+                                              : fmt::format("{} at {}", terminal.name, in_words(terminal.potential)));
+  constexpr std::size_t most = 12;  // a torus has many
+  if (electrodes.size() > most) {
+    const std::string last = electrodes.back();
+    electrodes.resize(most - 2);
+    electrodes.insert(electrodes.end(), {"...", last});
+  }
   out.print("  electrodes           {}\n", electrodes.empty() ? "none" : fmt::to_string(fmt::join(electrodes, ", ")));
 }
 
@@ -85,14 +99,28 @@ void explain_needs(Explanation& out, const Summaries& effects) {
   out.print("  not needed           {}\n", list(absent));
 }
 
+/// Describes the sources of a circuit.
+std::string in_words(const Circuit& circuit) {
+  std::string text = circuit.resistance > 0
+                         ? fmt::format("{} behind {:g} ohm", in_words(circuit.potential), circuit.resistance)
+                     : circuit.current ? ""
+                                       : fmt::format("floats with {:g} C at the start", circuit.charge);
+  if (circuit.current)
+    text += fmt::format("{}{:g} A{}", text.empty() ? "" : ", ", circuit.current->value,
+                        circuit.current->varies() ? " at the start, varying in time" : "");
+  if (circuit.capacitance > 0) text += fmt::format(", {:g} F to 0 V", circuit.capacitance);
+  return text;
+}
+
 /// Prints how terminals with resistors are treated and which circuit quantities are recorded.
 void explain_circuit(Explanation& out, const Scene& scene) {
   if (!effects::has_circuit(scene)) return;
   out.print("\ncircuit\n");
   for (const effects::Terminal& terminal : effects::terminals_of(scene))
-    if (terminal.node >= 0)
+    if (terminal.series_resistance > 0)
       out.print("  {:<20} charged through its resistor, coupled to the field; the error limits the steps\n",
                 terminal.name);
+  for (const Circuit& circuit : scene.circuits) out.print("  {:<20} {}\n", circuit.name, in_words(circuit));
   out.print("  recorded             current and potential by terminal, structure resistance, power and entropy\n");
 }
 
@@ -279,6 +307,10 @@ void explain_cost(Explanation& out, const Scene& scene, double size, const Field
 
 void explain_packing_cost(Explanation& out, const Scene& scene) {
   out.print("\ncost: an estimate, from figures measured on one core\n");
+  if (scene.compression.loads() > 0)
+    return out.print(
+        "  a run                no estimate: it minimizes once for each step of compression.step in the packing "
+        "fraction\n");
   const std::optional<PackingCost> cost = estimate_packing_cost(scene);
   if (!cost)
     return out.print(

@@ -6,6 +6,7 @@
 #include "solvers/error.hpp"
 #include "src/effects/field_choice.hpp"
 #include "src/field_methods/field_method.hpp"
+#include "src/scene/circuits.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -50,7 +51,14 @@ FieldProblem make_field_problem(const Scene& scene) {
   const Bodies bodies = make_bodies(scene);
   FieldProblem field;
   field.groups = effects::groups_at_start(scene, bodies);
-  const effects::NodeCharges charges{.charge = initial_charges(scene)};
+  if (has_side_in_circuit(scene))
+    throw InputError(
+        fmt::format("{}: a side of the domain is in a circuit, whose potential only a run computes: "
+                    "`lichtenberg run` with a short stop.time has the field at the start",
+                    scene.path));
+  effects::NodeCharges charges{.charge = effects::initial_node_charges(scene)};
+  for (const effects::CircuitNode& node : effects::circuit_nodes(scene))
+    charges.capacitance.push_back(node.circuit.capacitance);
   if (scene.dimension() == 3) {
     field.spheres = effects::make_sphere_problem(scene, bodies, field.groups, charges);
     for (const laplace::Sphere& sphere : field.spheres.spheres) field.group_of_body.push_back(sphere.group);

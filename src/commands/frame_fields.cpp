@@ -51,20 +51,37 @@ effects::ElectricalGroups groups_of(const Scene& scene, const ConductorFrame& fr
     groups.potential.push_back(frame.potential[i]);
   }
   const std::vector<effects::Terminal> terminals = effects::terminals_of(scene);
-  for (std::size_t k = 0; k < terminals.size(); ++k) {
-    if (terminals[k].node < 0) continue;
+  for (const effects::CircuitNode& circuit : effects::circuit_nodes(scene)) {
+    const auto terminal = std::ranges::find(terminals, circuit.node, &effects::Terminal::node);
+    const std::size_t k = terminal == terminals.end() ? circuit.supply : terminal->supply;
     groups.id.push_back(static_cast<int>(groups.id.size()));
     groups.potential.push_back(k < frame.terminals.size() ? frame.terminals[k].surface_potential
-                                                          : terminals[k].potential);
+                                                          : circuit.circuit.potential.value);
   }
   return groups;
+}
+
+/// Sets the potentials of electrodes and sides that vary in time, or are in circuits, to those of the frame.
+void set_varying_potentials(Scene& scene, const ConductorFrame& frame) {
+  const std::vector<effects::Terminal> terminals = effects::terminals_of(scene);
+  std::size_t k = 0;
+  const auto set = [&](auto& terminal) {
+    if (k < frame.terminals.size() && (terminal.potential.varies() || terminal.circuit >= 0))
+      terminal.potential = frame.terminals[k].surface_potential;
+    ++k;
+  };
+  for (Electrode& electrode : scene.electrodes) set(electrode);
+  for (DomainSide& side : scene.domain.sides)
+    if (side.electrode) set(side);
 }
 
 laplace::LaplaceProblem problem_of(const Scene& scene, Bodies& bodies, const ConductorFrame& frame) {
   for (std::size_t i = 0; i < frame.position.size(); ++i) {
     for (int k = 0; k < bodies.dimension; ++k) bodies.position[i * bodies.dimension + k] = frame.position[i][k];
   }
-  return effects::make_laplace_problem(scene, bodies, groups_of(scene, frame));
+  Scene then = scene;
+  set_varying_potentials(then, frame);
+  return effects::make_laplace_problem(then, bodies, groups_of(scene, frame));
 }
 
 /// Writes bytes to standard output. Throws Failure if that fails. Output format: nx and ny as 32-bit integers, then

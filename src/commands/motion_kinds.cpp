@@ -4,14 +4,17 @@
 #include "src/granular/granular_motion.hpp"
 #include "src/granular/summary.hpp"
 #include "src/scene/effect_kind.hpp"
-#include "src/statics/minimization.hpp"
+#include "src/statics/compression.hpp"
 
 namespace lichtenberg {
 namespace {
 
 MotionKind packing_minimization() {
   return {.takes = [](const Scene& scene) { return scene.effects.has(&EffectKind::packing); },
-          .make = [](const Scene& scene) -> std::unique_ptr<Motion> { return std::make_unique<Minimization>(scene); },
+          .make = [](const Scene& scene) -> std::unique_ptr<Motion> {
+            if (scene.compression.loads() > 0) return std::make_unique<Compression>(scene);
+            return std::make_unique<Minimization>(scene);
+          },
           .check_device = check_field_device};
 }
 

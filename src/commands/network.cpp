@@ -31,7 +31,7 @@ struct NetworkArguments {
   std::optional<std::string> between;
   std::optional<double> voltage;
   JsonTarget json;
-  bool no_picture = false, no_save = false, overwrite = false, quiet = false;
+  bool no_picture = false, no_save = false, overwrite = false, quiet = false, loads = false;
 };
 
 /// Merges options: those of the command line override the scene's, key by key. The scene's parameters belong to its own
@@ -60,7 +60,7 @@ std::string resistor_in_words(const NetworkOptions& options) {
   const network::ResistorModel& model = network::resistor_model(options.resistor.value_or("constant"));
   std::string words = model.name;
   for (const network::ParameterEntry& entry : network::parameter_entries())
-    if (network::needs(model, entry))
+    if (options.parameters.*entry.value)
       words += fmt::format(", {} = {:g} {}", entry.name, *(options.parameters.*entry.value), entry.unit);
   return words;
 }
@@ -72,7 +72,8 @@ std::string assumed_in_words(bool assumed) {
 /// Returns the physical assumption behind a network model.
 std::string meaning_of(NetworkModel model, const NetworkOptions& options) {
   const std::string resistor = options.resistor.value_or("constant");
-  if (resistor == "constriction") return "contacts resist and particles do not: either network has the same resistance";
+  if (network::resistor_model(resistor).contacts_only)
+    return "contacts resist and particles do not: either network has the same resistance";
   if (model == NetworkModel::particle) return "contacts resist, and particles hardly do";
   if (resistor == "disk" || resistor == "sphere") return "particles resist, and contacts are small";
   return "particles resist, and contacts do not; a resistor for each pair of a particle's contacts, so that many "
@@ -257,6 +258,75 @@ void measure_to_all(const NetworkArguments& request, const std::string& electrod
   print_warnings(frame.warnings);
 }
 
+// Each load of a packing.
+
+void check_measure_loads(const NetworkArguments& request) {
+  const auto refuse = [](const std::string& option) {
+    throw InputError(
+        fmt::format("option {} is not allowed with --loads, which prints resistances and neither draws nor stores "
+                    "anything",
+                    option));
+  };
+  if (request.frame) refuse("--frame");
+  if (request.voltage) refuse("--voltage");
+  if (!request.picture.empty()) refuse("--out");
+  if (one_to_all(request)) refuse("--terminals ELECTRODE,all");
+  if (request.overwrite && request.json.file().empty()) refuse("--overwrite");
+}
+
+/// Returns the networks of a packing between two electrodes, at 1 V. A contact-centred network that does
+/// not exist is left out, unless it is requested.
+std::vector<SolvedNetwork> solve_networks(const PackingFrame& frame, const NetworkOptions& options) {
+  std::vector<SolvedNetwork> networks;
+  for (const NetworkModel model : models_of(options))
+    if (options.model || model == NetworkModel::particle || contact_network_obstacle(frame, options).empty())
+      networks.push_back(solve_network(frame, model, options, 1));
+  return networks;
+}
+
+nlohmann::ordered_json load_json(const Load& load, const std::vector<SolvedNetwork>& networks) {
+  nlohmann::ordered_json json = {{"frame", load.frame},
+                                 {"packing_fraction", load.packing_fraction},
+                                 {"pressure", load.pressure},
+                                 {"networks", nlohmann::ordered_json::array()}};
+  for (const SolvedNetwork& solved : networks) {
+    nlohmann::ordered_json one = model_json(solved);
+    one.update({{"between", solved.options.between},
+                {"connected", solved.conduction.connected},
+                {"resistance", solved.conduction.resistance}});
+    json["networks"].push_back(one);
+  }
+  return json;
+}
+
+/// Prints the resistances of the networks at each load.
+void measure_loads(const NetworkArguments& request) {
+  check_measure_loads(request);
+  check_outputs({request.json.file()}, {request.file}, request.overwrite);
+  nlohmann::ordered_json json = {{"file", request.file}, {"loads", nlohmann::ordered_json::array()}};
+  std::string header, lines;
+  std::vector<std::string> warnings;
+  for (const Load& load : read_loads(request.file)) {
+    const PackingFrame frame = read_packing(request.file, load.frame);
+    const std::vector<SolvedNetwork> networks = solve_networks(frame, options_for(request, frame.scene));
+    json["loads"].push_back(load_json(load, networks));
+    const SolvedNetwork& first = networks.front();
+    header = fmt::format("# resistor {}{}\n# resistance in Ohm between {}\n# load  packing_fraction  pressure in {}",
+                         resistor_in_words(first.options), assumed_in_words(first.assumed), first.options.between,
+                         frame.scene.dimension() == 3 ? "Pa" : "N/m");
+    lines += fmt::format("\n{:6}  {:16.12f}  {:15.9g}", load.frame, load.packing_fraction, load.pressure);
+    for (const SolvedNetwork& solved : networks) {
+      header += fmt::format("  {:>20}", name_of(solved.model) + "-centred");
+      lines += fmt::format("  {:>20}", resistance_in_words(solved.conduction.resistance));
+    }
+    warnings = frame.warnings;
+  }
+  if (!request.json.printed()) fmt::print("{}{}\n", header, lines);
+  json["warnings"] = warnings;
+  request.json.put(json, 2);
+  print_warnings(warnings);
+}
+
 // Two electrodes.
 
 bool draws(const NetworkArguments& request) { return !request.no_picture && !request.no_save; }
@@ -286,6 +356,7 @@ void draw_networks(const NetworkArguments& request, const std::vector<std::strin
 
 void measure(const NetworkArguments& request) {
   read_in_child({request.file});
+  if (request.loads) return measure_loads(request);
   if (const std::optional<std::string> electrode = one_to_all(request)) return measure_to_all(request, *electrode);
   check_overwrite(request.overwrite, {request.json.file(), draws(request) ? picture_of(request) : ""},
                   "a picture or --json=FILE");
@@ -344,6 +415,7 @@ Command network_command() {
       command.arguments.end(),
       {{"--voltage", &request->voltage, "voltage of the second electrode, in V (default: 1)"},
        frame_argument(request->frame),
+       {"--loads", &request->loads, "print the resistance at each load of a packing ([compression] of the scene)"},
        {"--out", &request->picture,
         "picture to write, .png, .pdf or .svg (default: RESULT-network.png, with the given options in its name)"},
        overwrite_argument(request->overwrite),

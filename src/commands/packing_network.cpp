@@ -9,8 +9,10 @@
 #include "solvers/network/components.hpp"
 #include "solvers/network/resistor.hpp"
 #include "src/effects/read_scene.hpp"
+#include "src/effects/soft_repulsion.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/scene/effect_kind.hpp"
+#include "src/scene/loads.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -54,6 +56,31 @@ network::ParticlePacking read_frame(const ResultFile& result, int frame) {
   packing.radius = radii_in(result.file());
   packing.walls = read_walls(result.file());
   return packing;
+}
+
+constexpr const char* size_of_load = "observables/size_x/value";
+
+/// Returns the size (m) of the domain in a frame of a packing with loads.
+Vec3 size_in(const ResultFile& result, int frame) {
+  Vec3 size;
+  for (int k = 0; k < 3; ++k)
+    if (const std::string axis = fmt::format("observables/size_{}/value", "xyz"[k]); result.has(axis))
+      size[k] = result.rows<double>(axis, frame, 1).front();
+  return size;
+}
+
+/// Replaces walls by those at their present positions in a packing, and adds its periodic axes and its forces of
+/// contacts.
+void complete_packing(PackingFrame& frame) {
+  frame.packing.walls.clear();
+  for (const Wall& wall : frame.scene.walls)
+    frame.packing.walls.push_back(
+        {wall.name, {wall.point.x, wall.point.y, wall.point.z}, {wall.normal.x, wall.normal.y, wall.normal.z}});
+  frame.packing.box = frame.scene.domain.box();
+  const effects::SoftRepulsion potential(frame.scene);
+  frame.packing.force = [potential](double distance, double reach) {
+    return -potential.stiffness() * potential.contact(distance / reach).slope / reach;
+  };
 }
 
 /// Calls `read` (network::read_electrodes or read_electrode) on the text of --between. Throws InputError.
@@ -187,6 +214,8 @@ void put_network(const hdf5::Handle& file, const PackingFrame& frame, const Solv
 std::vector<std::string> warnings_of(const PackingFrame& frame) {
   const bool is_packing = frame.scene.effects.has(&EffectKind::packing);
   const bool is_last = frame.frame == frame.file->frames() - 1, is_over = hdf5::exists(frame.file->file(), "summary");
+  if (frame.scene.compression.loads() > 0 && frame.frame > 0)
+    return is_over ? frame.file->warnings() : std::vector<std::string>{};
   if (!is_packing || (is_last && is_over)) return frame.file->warnings();
   return {fmt::format("not at rest: {}, so that forces do not balance yet and contacts change",
                       is_last ? "the run has not come to its end" : "the frame is not the run's last")};
@@ -205,18 +234,37 @@ PackingFrame read_packing(const std::string& path, std::optional<int> frame) {
           fmt::format("frame {} is not in the result file {}: it has frames 0 to {}", *frame, path, frames - 1));
     PackingFrame result{.file = file, .frame = frame.value_or(frames - 1)};
     result.scene = parse_scene(hdf5::get_text(file->file(), "scene/text"), path);
-    if (result.scene.domain.box().any_periodic())
-      throw InputError(
-          fmt::format("the result file {} has a periodic side, and contacts across it are not searched: only a scene "
-                      "without one can be measured",
-                      path));
+    const bool is_packing = result.scene.effects.has(&EffectKind::packing);
+    if (!is_packing && result.scene.domain.box().any_periodic())
+      throw InputError(fmt::format(
+          "the result file {} has a periodic side, and contacts across it are not searched: only a packing, "
+          "or a scene without one, can be measured",
+          path));
+    if (file->has(size_of_load)) result.scene = resized(std::move(result.scene), size_in(*file, result.frame));
     result.packing = read_frame(*file, result.frame);
+    if (is_packing) complete_packing(result);
     for (const Conductor& conductor : result.scene.conductors)
       result.packing.resistivity.push_back(conductor.relative_resistivity);
     network::check(result.packing);
     result.contacts = network::find_contacts(result.packing);
     result.warnings = warnings_of(result);
     return result;
+  } catch (const hdf5::Error& error) {
+    throw InputError(fmt::format("the result file {} is damaged and cannot be measured ({})", path, error.what()));
+  }
+}
+
+std::vector<Load> read_loads(const std::string& path) {
+  try {
+    const ResultFile file(path, "measured");
+    if (!file.has(size_of_load) || file.frames() < 2)
+      throw InputError(fmt::format(
+          "--loads is not allowed for {}: it has no loads; only a run with the table [compression] has", path));
+    const auto fraction = file.rows<double>("observables/packing_fraction/value"),
+               pressure = file.rows<double>("observables/pressure/value");
+    std::vector<Load> loads;
+    for (std::size_t k = 1; k < fraction.size(); ++k) loads.push_back({static_cast<int>(k), fraction[k], pressure[k]});
+    return loads;
   } catch (const hdf5::Error& error) {
     throw InputError(fmt::format("the result file {} is damaged and cannot be measured ({})", path, error.what()));
   }

@@ -25,9 +25,20 @@ struct PackingFrame {
 };
 
 /// Reads a frame of a result file as a packing. `frame`: index from 0; default: the last. Walls are those of the file
-/// or the sides of its domain. Throws InputError if the file or frame does not exist or is damaged. Throws InputError
-/// if the scene has a periodic side, or if its particles have no radius.
+/// or the sides of its domain, at their positions in that frame. Throws InputError if the file or frame does not exist
+/// or is damaged. Throws InputError if the scene is no packing and has a periodic side, or if its particles have no
+/// radius.
 PackingFrame read_packing(const std::string& path, std::optional<int> frame);
+
+/// State of a packing at a load: one frame of a run with [compression].
+struct Load {
+  int frame = 0;
+  double packing_fraction = 0;
+  double pressure = 0;  ///< N/m, in space Pa
+};
+
+/// Reads the loads of a result; frame 0, the start, is none. Throws InputError for a result without loads.
+std::vector<Load> read_loads(const std::string& path);
 
 /// Solved resistor network of a packing: nodes, links, currents, and the particles that can carry current.
 struct SolvedNetwork {

@@ -32,7 +32,8 @@ struct TheoryRequest {
 /// that returns its TheoryKind, declare the function below, and add it to theory_kinds().
 struct TheoryKind {
   std::string name;
-  /// Computes the results. Throws InputError for a gas to which the theory does not apply.
+  /// Computes the figures and tables of the theory for a request. Throws InputError for a gas to which the theory does
+  /// not apply.
   TheoryAnswer (*answer)(const TheoryRequest&);
   GasParameters (*usual_gas)() = nullptr;  ///< gas without a scene; null: the theory then needs no gas
   std::vector<std::string> options{};      ///< its options of TheoryOptions, such as "--cells"

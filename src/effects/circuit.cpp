@@ -14,15 +14,38 @@
 
 namespace lichtenberg::effects {
 
+namespace {
+
+/// Throws InputError for a capacitor in a scene whose field method or fluid does not allow it.
+void check_capacitors(const Draft& draft) {
+  const Scene& scene = draft.scene;
+  if (std::ranges::none_of(scene.circuits, [](const Circuit& circuit) { return circuit.capacitance > 0; })) return;
+  if (scene.effects.has<LeakageOptions>())
+    refuse(scene.path, draft.line("circuit.capacitance"),
+           "circuit.capacitance is not allowed with [effects.leakage], which would discharge the capacitor as well: "
+           "leave one of the two out");
+  if (draft.domain_size.count == 2 && draft.field.method && !draft.field.method->couplings)
+    refuse(scene.path, draft.line("field.method"),
+           fmt::format("field.method = \"{}\" is not allowed with circuit.capacitance: it must be {}",
+                       draft.field.method->name,
+                       field_methods_that(2, [](const FieldMethodKind& method) { return method.couplings; })));
+}
+
+}  // namespace
+
 void check_resistors(const Draft& draft) {
   const Scene& scene = draft.scene;
-  const bool series =
+  const bool electrode =
       std::ranges::any_of(draft.electrodes, [](const auto& e) { return e.series_resistance.has_value(); });
+  const bool circuit = std::ranges::any_of(scene.circuits, [](const auto& c) { return c.resistance > 0; });
+  const bool series = electrode || circuit;
   check_sharing(scene);
+  check_capacitors(draft);
   const EffectKind* sharing = sharing_effect(scene);
   if (!series && !sharing) return;
-  const std::string what =
-      series ? "electrode.series_resistance" : fmt::format("the table [effects.{}]", sharing->name);
+  const std::string what = electrode ? "electrode.series_resistance"
+                           : circuit ? "a circuit with a resistance"
+                                     : fmt::format("the table [effects.{}]", sharing->name);
   const auto refuse_with = [&](const std::string& key, const std::string& value, const std::string& allowed) {
     refuse(scene.path, draft.line(key),
            fmt::format("{} = \"{}\" is not allowed with {}: it must be {}", key, value, what, allowed));
@@ -63,26 +86,31 @@ void check_sharing(const Scene& scene) {
 
 bool has_resistors(const Scene& scene) {
   return sharing_effect(scene) ||
-         std::ranges::any_of(scene.electrodes, [](const Electrode& e) { return e.series_resistance > 0; });
+         std::ranges::any_of(scene.electrodes, [](const Electrode& e) { return e.series_resistance > 0; }) ||
+         std::ranges::any_of(scene.circuits, [](const Circuit& circuit) { return circuit.resistance > 0; });
 }
 
 bool has_circuit(const Scene& scene) {
-  const std::vector<PotentialSource> supplies = potential_sources_of(scene);
-  const bool difference = std::ranges::any_of(
-      supplies, [&](const PotentialSource& supply) { return supply.potential != supplies.front().potential; });
+  std::vector<PotentialSource> supplies = potential_sources_of(scene);
+  std::erase_if(supplies, [](const PotentialSource& supply) { return !supply.is_source; });
+  const bool difference = std::ranges::any_of(supplies, [&](const PotentialSource& supply) {
+    return supply.potential.varies() || !(supply.potential == supplies.front().potential);
+  });
+  const bool fed = std::ranges::any_of(
+      scene.circuits, [](const Circuit& circuit) { return circuit.current || circuit.capacitance > 0; });
   return scene.effects.has(&EffectKind::field) &&
-         (difference || scene.effects.has<LeakageOptions>() || has_resistors(scene));
+         (difference || fed || scene.effects.has<LeakageOptions>() || has_resistors(scene));
 }
 
 std::vector<Resistor> resistors_of(const Scene& scene, std::span<const Contact> contacts) {
   const std::vector<Terminal> terminals = terminals_of(scene);
   std::vector<Resistor> resistors;
-  for (int t = 0; t < static_cast<int>(terminals.size()); ++t)
-    if (terminals[t].node >= 0)
-      resistors.push_back({.a = terminals[t].node,
-                           .supply = t,
-                           .potential = terminals[t].potential,
-                           .conductance = 1 / terminals[t].series_resistance,
+  for (const auto& [node, supply, circuit] : circuit_nodes(scene))
+    if (circuit.resistance > 0)
+      resistors.push_back({.a = node,
+                           .supply = supply,
+                           .potential = circuit.potential.value,
+                           .conductance = 1 / circuit.resistance,
                            .series = true});
   if (!sharing_effect(scene)) return resistors;
   const int n = static_cast<int>(scene.conductors.size());
@@ -91,6 +119,7 @@ std::vector<Resistor> resistors_of(const Scene& scene, std::span<const Contact> 
     if (law.joins()) continue;
     Resistor resistor{.a = contact.conductor,
                       .conductance = law.conductance,
+                      .partner = contact.partner,
                       .depends_on_state = law.conductance_in_state != nullptr};
     if (resistor.depends_on_state) resistor.conductance = 0;
     if (contact.partner < n)
@@ -98,7 +127,7 @@ std::vector<Resistor> resistors_of(const Scene& scene, std::span<const Contact> 
     else if (const int node = terminals[contact.partner - n].node; node >= 0)
       resistor.b = node;
     else
-      resistor.supply = contact.partner - n, resistor.potential = terminals[resistor.supply].potential;
+      resistor.supply = contact.partner - n, resistor.potential = terminals[resistor.supply].potential.value;
     resistors.push_back(resistor);
   }
   return resistors;

@@ -9,16 +9,17 @@
 
 namespace lichtenberg::effects {
 
-/// A series resistor or resistive contact between two nodes (conductors, or electrodes behind a resistor), or between a
-/// node and a potential source. Its current from a to the other end is conductance * (potential difference) + source.
+/// A series resistor or resistive contact between two nodes (conductors or circuit_nodes()), or between a node and a
+/// potential source. Its current from a to the other end is conductance * (potential difference) + source.
 struct Resistor {
   int a = 0;               ///< node
   int b = -1;              ///< node; -1: the other end is the potential source `supply`
   int supply = -1;         ///< index of the potential source in potential_sources_of()
-  double potential = 0;    ///< potential of the source (V)
+  double potential = 0;    ///< potential of the source (V), at time 0 if it varies
   double conductance = 0;  ///< S
   double source = 0;       ///< constant part of the current (A); 0 for ohmic resistors
   bool series = false;     ///< true: a series resistor; false: a contact
+  int partner = -1;        ///< of a contact: Contact::partner, because several terminals can have one node
   /// True for a contact whose conductance depends on its voltage or gap; its current is linearized about a state.
   bool depends_on_state = false;
   friend bool operator==(const Resistor&, const Resistor&) = default;
@@ -33,12 +34,13 @@ void check_resistors(const Draft& draft);
 /// two of them or one for grains, or if it lacks effects.contact_discharge, which detects contacts.
 void check_sharing(const Scene& scene);
 
-/// Returns true if the scene may have resistors: an electrode behind a series resistor, or an effect that defines a
-/// conductance of contacts.
+/// Returns true if the scene may have resistors: an electrode or a circuit behind a series resistor, or an effect that
+/// defines a conductance of contacts.
 bool has_resistors(const Scene& scene);
 
 /// Returns true if the scene has an electric circuit, for which currents and powers are recorded. A circuit needs a
-/// field, and a potential difference between sources, a conducting fluid, or resistors.
+/// field, and a potential difference between sources, a source that varies in time, a conducting fluid, or resistors.
+/// Circuits with a source or a capacitance count as well.
 bool has_circuit(const Scene& scene);
 
 /// Returns the resistors of a scene with these closed contacts: series resistors of electrodes, then contacts of finite

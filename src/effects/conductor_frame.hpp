@@ -17,6 +17,9 @@ struct TerminalReading {
   std::string name;
   double potential = 0;  ///< V
   double drained = 0;    ///< charge collected from the conductors since the start (C)
+  /// False for an electrode or a side in a circuit, whose source is the circuit's, and for a circuit without a voltage
+  /// source
+  bool is_source = true;
   // In a scene with a circuit:
   double series_resistance = 0;  ///< ohm
   double surface_potential = 0;  ///< V, behind the series resistor; equal to `potential` without one
@@ -29,6 +32,9 @@ struct EnergyFlows {
   double by_supplies = 0, by_source = 0;  ///< received from potential sources; from the injected current
   /// Joule heating of series resistors, resistive contacts and the leaking fluid; heat of sparks and of drag.
   double series_resistors = 0, contacts = 0, leakage = 0, sparks = 0, drag = 0;
+  /// Sum over the steps of the magnitude of the energy from each potential source, if one varies in time: the energy
+  /// goes back and forth. 0 for constant sources
+  double turnover = 0;
 
   double supplied() const { return by_supplies + by_source; }
   double dissipated() const { return series_resistors + contacts + leakage + sparks + drag; }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <utility>
 
 namespace lichtenberg::effects {
 namespace {
@@ -38,6 +39,44 @@ void find_groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& cha
     laplace::Group& group = nodes.groups[nodes.group_of_node[i]];
     group.charge += group.floating ? charges.charge[i] / depth : 0;
   }
+  if (charges.supply_potential.empty()) return;
+  for (std::size_t i = 0; i < n; ++i)
+    if (const int supply = groups.supply[i]; supply >= 0)
+      nodes.groups[nodes.group_of_node[i]].potential = charges.supply_potential[supply];
+}
+
+std::vector<FloatingSides> floating_sides(const Scene& scene, const std::vector<int>& group_of_node) {
+  std::vector<FloatingSides> all;
+  const std::size_t first_circuit = group_of_node.size() - scene.circuits.size();
+  for (int s = 0; s < static_cast<int>(scene.domain.sides.size()); ++s) {
+    const int circuit = scene.domain.sides[s].circuit;
+    if (circuit < 0) continue;
+    const int group = group_of_node[first_circuit + circuit];
+    const auto found = std::ranges::find(all, group, &FloatingSides::group);
+    if (found != all.end())
+      found->sides.push_back(s);
+    else
+      all.push_back({group, {s}});
+  }
+  return all;
+}
+
+std::array<double, 6> side_potentials(const Scene& scene, const NodeCharges& charges) {
+  std::array<double, 6> potential{};
+  int supply = static_cast<int>(scene.electrodes.size());
+  for (std::size_t s = 0; s < potential.size(); ++s) {
+    const DomainSide& side = scene.domain.sides[s];
+    potential[s] = side.electrode ? charges.potential_of(supply++, side.potential.value) : side.potential.value;
+  }
+  return potential;
+}
+
+std::vector<double> circuit_potentials(const std::vector<double>& group_potential,
+                                       const std::vector<int>& group_of_node, std::size_t conductors) {
+  std::vector<double> potential;
+  for (std::size_t node = conductors; node < group_of_node.size(); ++node)
+    potential.push_back(group_potential[group_of_node[node]]);
+  return potential;
 }
 
 void add_couplings(const ElectricalGroups& groups, const NodeCharges& charges, const std::vector<int>& group_of_node,
@@ -50,11 +89,36 @@ void add_couplings(const ElectricalGroups& groups, const NodeCharges& charges, c
       b = group_of_node[resistor.b];
     } else {
       const auto [known, is_new] = group_of_supply.try_emplace(resistor.supply, static_cast<int>(to.size()));
-      if (is_new) to.push_back({.floating = false, .potential = resistor.potential});
+      if (is_new)
+        to.push_back({.floating = false, .potential = charges.potential_of(resistor.supply, resistor.potential)});
       b = known->second;
     }
     couplings.push_back({group_of_node[resistor.a], b, charges.weight * resistor.conductance / depth});
   }
+  const std::size_t first = group_of_node.size() - charges.capacitance.size();
+  int ground = -1;
+  for (std::size_t c = 0; c < charges.capacitance.size(); ++c) {
+    if (charges.capacitance[c] == 0) continue;
+    if (ground < 0) ground = static_cast<int>(to.size()), to.push_back({.floating = false});
+    couplings.push_back({group_of_node[first + c], ground, charges.capacitance[c] / depth});
+  }
+}
+
+void add_circuits(const std::vector<Terminal>& terminals, const NodeCharges& charges, std::vector<double> potential,
+                  Electrostatics& result) {
+  const int first = static_cast<int>(result.potential.size());
+  result.circuit_charge.assign(potential.size(), 0);
+  for (std::size_t t = 0; t < terminals.size(); ++t)
+    if (const int node = terminals[t].node; node >= 0) {
+      result.circuit_charge[node - first] += result.terminal_charge[t];
+      result.terminal_potential[t] = potential[node - first];
+    }
+  for (std::size_t c = 0; c < charges.capacitance.size(); ++c) {
+    result.circuit_charge[c] += charges.capacitance[c] * potential[c];
+    result.energy += 0.5 * charges.capacitance[c] * potential[c] * potential[c];
+  }
+  result.circuit_potential = std::move(potential);
+  result.supply_potential = charges.supply_potential;
 }
 
 std::vector<double> carried_by_resistors(const ElectricalGroups& groups, const NodeCharges& charges,
@@ -81,12 +145,13 @@ void set_level(Electrostatics& field, const NodeCharges& charges) {
   for (const Resistor& resistor : charges.resistors) {
     if (resistor.b >= 0) continue;
     const double potential =
-        resistor.a < conductors ? field.potential[resistor.a] : field.terminal_potential[resistor.a - conductors];
-    missing -= resistor.conductance * (potential - resistor.potential) + resistor.source;
+        resistor.a < conductors ? field.potential[resistor.a] : field.circuit_potential[resistor.a - conductors];
+    const double supply = charges.potential_of(resistor.supply, resistor.potential);
+    missing -= resistor.conductance * (potential - supply) + resistor.source;
     conductance += resistor.conductance;
   }
   if (conductance == 0) return;
-  for (std::vector<double>* potentials : {&field.potential, &field.terminal_potential})
+  for (std::vector<double>* potentials : {&field.potential, &field.terminal_potential, &field.circuit_potential})
     for (double& potential : *potentials) potential += missing / conductance;
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "solvers/geometry/vec.hpp"
@@ -9,7 +10,7 @@
 
 namespace lichtenberg::effects {
 
-/// Charges of the nodes (conductors, and electrodes behind a series resistor) as input of a field solve. With
+/// Charges of the nodes (conductors and circuit_nodes()) as input of a field solve. With
 /// resistors, the solve includes the charge that they carry in an implicit time step (charge_step).
 struct NodeCharges {
   /// Charge of each node (C); missing elements at the end are 0
@@ -18,7 +19,16 @@ struct NodeCharges {
   /// Time (s): a resistor carries the charge weight * conductance * (potential difference) in the step. `charge`
   /// includes the charge of Resistor::source.
   double weight = 0;
-  double injected_current = 0;  ///< current injected into all conductors together (A)
+  double injected_current = 0;  ///< current injected into all nodes together (A)
+  /// Potentials (V) of the sources at the instant, potentials_at(); empty: those of the scene, which are constant
+  std::vector<double> supply_potential{};
+  /// Capacitors between a node and 0 V (F, by node from the first circuit node on); missing elements at the end are 0
+  std::vector<double> capacitance{};
+
+  /// Returns the potential (V) of a source. `constant`: its potential if it does not vary.
+  double potential_of(int supply, double constant) const {
+    return supply_potential.empty() ? constant : supply_potential[supply];
+  }
 };
 
 /// Result of a field solve in SI: forces, charges and potentials of the conductors, field energy, charges through
@@ -27,16 +37,18 @@ struct Electrostatics {
   std::vector<Vec3> force;        ///< electric force on each conductor (N); z is 0 in two dimensions
   std::vector<double> charge;     ///< charge of each conductor from the field (C), the integral of the surface charge
   std::vector<double> potential;  ///< potential of each conductor (V)
-  double energy = 0;              ///< electrostatic energy of the field (J)
+  double energy = 0;              ///< electrostatic energy of the field and of capacitors (J)
   /// Charge (C) through each resistor from a to b in the step: NodeCharges::weight * current at its end
   std::vector<double> carried;
   // Terminals, in the order of terminals_of:
   std::vector<double> terminal_charge;     ///< charge on their surface (C)
   std::vector<double> terminal_potential;  ///< V
+  std::vector<double> circuit_potential;   ///< V, by circuit node
+  std::vector<double> circuit_charge;      ///< C, by circuit node: its terminals and its capacitor
+  std::vector<double> supply_potential;    ///< V, NodeCharges::supply_potential
 };
 
-/// Equipotential groups in the form of a field problem, and the group of each node (conductor, or electrode behind a
-/// series resistor).
+/// Equipotential groups in the form of a field problem, and the group of each node (conductor or circuit node).
 struct NodeGroups {
   std::vector<laplace::Group> groups;  ///< in ascending order of id
   std::vector<int> group_of_node;      ///< index of each node's group
@@ -48,10 +60,28 @@ NodeGroups groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& ch
 /// Writes the result of groups_of_nodes() to `nodes` and reuses the memory there.
 void find_groups_of_nodes(const ElectricalGroups& groups, const NodeCharges& charges, double depth, NodeGroups& nodes);
 
+/// Sides of the domain that belong to one group of a field problem, whose charge is given and whose potential is not.
+struct FloatingSides {
+  int group = 0;
+  std::vector<int> sides;
+};
+
+/// Returns the groups of a field problem that have sides of the domain, from the scene's circuits. `group_of_node`:
+/// group of each node.
+std::vector<FloatingSides> floating_sides(const Scene& scene, const std::vector<int>& group_of_node);
+
+/// Returns the potential (V) of each side of the domain: of the scene or, if it varies, at the instant; 0 for a side in
+/// a circuit.
+std::array<double, 6> side_potentials(const Scene& scene, const NodeCharges& charges);
+
+/// Returns the potentials (V) of the circuits' nodes, from those of the groups of a field problem.
+std::vector<double> circuit_potentials(const std::vector<double>& group_potential,
+                                       const std::vector<int>& group_of_node, std::size_t conductors);
+
 /// Adds resistors to a field problem. Each resistor between two groups becomes a lumped capacitance weight *
 /// conductance / depth, appended to `couplings`. With it the field solve includes an implicit time step of the
-/// resistor. Each potential source at a resistor becomes a group, appended to `to`. `group_of_node`: group of each
-/// node.
+/// resistor. Each potential source at a resistor becomes a group, appended to `to`. Capacitors become couplings to a
+/// group at 0 V, after those of resistors. `group_of_node`: group of each node.
 void add_couplings(const ElectricalGroups& groups, const NodeCharges& charges, const std::vector<int>& group_of_node,
                    double depth, std::vector<laplace::Group>& to, std::vector<laplace::Coupling>& couplings);
 
@@ -59,6 +89,11 @@ void add_couplings(const ElectricalGroups& groups, const NodeCharges& charges, c
 /// depth) through the lumped capacitances of add_couplings().
 std::vector<double> carried_by_resistors(const ElectricalGroups& groups, const NodeCharges& charges,
                                          const std::vector<double>& flowed, double depth);
+
+/// Sets the circuit nodes' potentials and charges in `result` from its terminals, adds the energy of capacitors, and
+/// stores the potentials of sources. `potential`: V, of each circuit node.
+void add_circuits(const std::vector<Terminal>& terminals, const NodeCharges& charges, std::vector<double> potential,
+                  Electrostatics& result);
 
 /// Subtracts the net charge of the floating groups in equal parts from each of them, because an insulated box allows no
 /// net charge. Time steps leave a net charge of the order of the field solver's tolerance.

@@ -54,11 +54,16 @@ const FieldMethodKind& method_of(laplace::Method chosen) {
   return **std::ranges::find_if(field_methods(), [&](const auto* method) { return method->accuracy == chosen; });
 }
 
-/// Returns the charges of the conductors after the first output interval, with the injected charge.
+/// Returns the charges of the conductors after the first output interval, with the injected charge, and the largest
+/// potentials of sources that vary in time.
 NodeCharges typical_charges(const Scene& scene) {
   NodeCharges charges{.charge = initial_charges(scene)};
   if (const auto* source = scene.effects.find<CurrentInjectionOptions>())
     for (double& charge : charges.charge) charge += source->current * scene.output.every;
+  const std::vector<PotentialSource> supplies = potential_sources_of(scene);
+  charges.supply_potential = potentials_at(supplies, 0, true);
+  for (std::size_t k = 0; k < charges.supply_potential.size(); ++k)
+    if (supplies[k].potential.varies()) charges.supply_potential[k] = supplies[k].potential.largest();
   return charges;
 }
 

@@ -12,6 +12,7 @@
 #include "src/effects/contact_discharge.hpp"
 #include "src/effects/current_injection.hpp"
 #include "src/effects/field_choice.hpp"
+#include "src/effects/floating_sides.hpp"
 #include "src/effects/hertz_contact.hpp"
 #include "src/effects/wall_contact.hpp"
 #include "src/field_methods/field_method.hpp"
@@ -23,11 +24,12 @@ namespace lichtenberg::effects {
 
 namespace {
 
-void add_sides(const Scene& scene, laplace::LaplaceProblem& problem) {
+void add_sides(const Scene& scene, const NodeCharges& charges, laplace::LaplaceProblem& problem) {
+  const std::array<double, 6> potential = side_potentials(scene, charges);
   for (std::size_t s = 0; s < problem.sides.size(); ++s) {
     using Kind = laplace::Side::Kind;
     problem.sides[s].kind = scene.domain.sides[s].electrode ? Kind::electrode : Kind::insulating;
-    problem.sides[s].potential = scene.domain.sides[s].potential;
+    problem.sides[s].potential = potential[s];
   }
 }
 
@@ -155,7 +157,12 @@ void check_floating_conductors(const Draft& draft) {
 
 void complete_floating_conductors(const Draft& draft, Scene& scene) {
   const auto* source = scene.effects.find<CurrentInjectionOptions>();
-  check_ground(draft, scene, source && source->current != 0 ? "effects.current_injection" : "");
+  const bool fed =
+      std::ranges::any_of(scene.circuits, [](const Circuit& circuit) { return circuit.current.has_value(); });
+  check_ground(draft, scene,
+               source && source->current != 0 ? "effects.current_injection"
+               : fed                          ? "circuit.current"
+                                              : "");
   if (!scene.effects.has<ContactDischargeOptions>()) check_touching(draft, scene);
   auto* field = std::get_if<FieldOptions>(&scene.field_table);
   if (field && field->method->moving_by_positions && !draft.field.moving_tolerance)
@@ -177,7 +184,7 @@ void fill_laplace_problem(const Scene& scene, const Bodies& bodies, const Electr
   check_dimension(bodies, 2);
   problem.size = plane(scene.domain.size);
   problem.permittivity = scene.medium.permittivity;
-  add_sides(scene, problem);
+  add_sides(scene, charges, problem);
   std::swap(problem.groups, nodes.groups);
   find_groups_of_nodes(groups, charges, scene.medium.depth, nodes);
   std::swap(problem.groups, nodes.groups);
@@ -190,14 +197,17 @@ void fill_laplace_problem(const Scene& scene, const Bodies& bodies, const Electr
     disk.radius = bodies.radius[i];
     body->group = nodes.group_of_node[i];
   }
-  int node = bodies.size();
+  int node = bodies.size(), supply = -1;
+  const int first_circuit = node_count(scene) - static_cast<int>(scene.circuits.size());
   for (const Electrode& electrode : scene.electrodes) {
-    if (electrode.series_resistance > 0) {
-      *body++ = {electrode.shape, nodes.group_of_node[node++]};
+    ++supply;
+    if (electrode.circuit >= 0 || electrode.series_resistance > 0) {
+      const int own = electrode.circuit >= 0 ? first_circuit + electrode.circuit : node++;
+      *body++ = {electrode.shape, nodes.group_of_node[own]};
       continue;
     }
     *body++ = {electrode.shape, static_cast<int>(problem.groups.size())};
-    problem.groups.push_back({.floating = false, .potential = electrode.potential});
+    problem.groups.push_back({.floating = false, .potential = charges.potential_of(supply, electrode.potential.value)});
   }
   problem.movable = bodies.size();
   problem.couplings.clear();
@@ -327,7 +337,10 @@ Electrostatics FloatingConductors::solve(const Bodies& bodies, const ElectricalG
                                          const NodeCharges& charges) {
   if (spheres_) return solve_in_space(bodies, groups, charges);
   fill_problem(bodies, groups, charges, problem_);
-  const laplace::LaplaceSolution solution = solver_->solve(problem_.problem);
+  const std::vector<FloatingSides> floating = floating_sides(scene_, problem_.nodes.group_of_node);
+  const laplace::LaplaceSolution solution = floating.empty()
+                                                ? solver_->solve(problem_.problem)
+                                                : solve_with_floating_sides(problem_.problem, floating, *solver_);
   if (scene_.field_accuracy()) last_problem_ = problem_.problem;
   ++solves_;
   iterations_ += solution.iterations;
@@ -343,11 +356,17 @@ Electrostatics FloatingConductors::solve_in_space(const Bodies& bodies, const El
   }
   laplace::SphereProblem problem = make_sphere_problem(scene_, bodies, groups, charges);
   if (is_only_behind_resistors(problem)) neutralize(problem.groups);
-  const laplace::SphereSolution solution = spheres_->solve(problem);
+  const std::vector<int> group_of_node = groups_of_nodes(groups, charges, 1).group_of_node;
+  const std::vector<FloatingSides> floating = floating_sides(scene_, group_of_node);
+  const laplace::SphereSolution solution =
+      floating.empty() ? spheres_->solve(problem) : solve_with_floating_sides(problem, floating, *spheres_);
   ++solves_;
   iterations_ += solution.iterations;
   Electrostatics result = electrostatics_of(scene_, problem, solution);
-  result.carried = carried_by_resistors(groups, charges, solution.coupling_charge, 1);
+  result.carried = carried_by_resistors(
+      groups, charges, floating.empty() ? solution.coupling_charge : coupling_charges(problem, solution), 1);
+  add_circuits(terminals_, charges,
+               circuit_potentials(solution.group_potential, group_of_node, scene_.conductors.size()), result);
   if (is_only_behind_resistors(problem)) set_level(result, charges);
   return result;
 }
@@ -423,6 +442,8 @@ Electrostatics FloatingConductors::in_si(const ProblemBuffer& buffer, const lapl
     result.terminal_charge.push_back(depth * solution.side_charge[s]);
     result.terminal_potential.push_back(problem.sides[s].potential);
   }
+  add_circuits(terminals_, charges, circuit_potentials(solution.group_potential, buffer.nodes.group_of_node, n),
+               result);
   if (is_only_behind_resistors(problem)) set_level(result, charges);
   return result;
 }

@@ -21,36 +21,30 @@ int group_at(double potential, std::vector<laplace::Group>& groups) {
 }
 
 /// Returns the centre of a sphere, moved to a gap of at least 0.1 % of its radius from some electrode sides. These are
-/// the sides that have the sphere's potential, or all electrode sides if a resistive contact joins it to one
-/// (`joined`).
-Vec3 clear_of_sides(Vec3 centre, double radius, std::optional<double> potential, bool joined, const Domain& domain) {
+/// the sides s for which is_one(s) is true: those that have the sphere's potential, or all electrode sides if a
+/// resistive contact joins it to one.
+Vec3 clear_of_sides(Vec3 centre, double radius, const Domain& domain, const auto& is_one) {
   const double least = (1 + 1e-3) * radius;
-  const auto is_one = [&](const DomainSide& side) { return side.electrode && (joined || potential == side.potential); };
   for (int k = 0; k < 3; ++k) {
-    if (is_one(domain.sides[2 * k])) centre[k] = std::max(centre[k], least);
-    if (is_one(domain.sides[2 * k + 1])) centre[k] = std::min(centre[k], domain.size[k] - least);
+    if (is_one(2 * k)) centre[k] = std::max(centre[k], least);
+    if (is_one(2 * k + 1)) centre[k] = std::min(centre[k], domain.size[k] - least);
   }
   return centre;
-}
-
-/// Returns for each conductor 1 if a resistive contact connects it to a side of the domain, otherwise 0.
-std::vector<char> joined_to_sides(const Scene& scene, const NodeCharges& charges) {
-  std::vector<char> joined(scene.conductors.size());
-  for (const Resistor& resistor : charges.resistors)
-    if (!resistor.series && resistor.b < 0 && resistor.supply >= static_cast<int>(scene.electrodes.size()))
-      joined[resistor.a] = 1;
-  return joined;
 }
 
 /// Returns the index of the sphere at the other end of a resistive contact; -1 for a side of the domain.
 int sphere_beyond(const Scene& scene, const Resistor& resistor) {
   const int conductors = static_cast<int>(scene.conductors.size());
   const int electrodes = static_cast<int>(scene.electrodes.size());
-  if (resistor.b < 0) return resistor.supply < electrodes ? conductors + resistor.supply : -1;
-  int sphere = resistor.b, node = conductors;
-  for (int e = 0; e < electrodes && resistor.b >= conductors; ++e)
-    if (scene.electrodes[e].series_resistance > 0 && node++ == resistor.b) sphere = conductors + e;
-  return sphere;
+  return resistor.partner < conductors + electrodes ? resistor.partner : -1;
+}
+
+/// Returns for each conductor 1 if a resistive contact connects it to a side of the domain, otherwise 0.
+std::vector<char> joined_to_sides(const Scene& scene, const NodeCharges& charges) {
+  std::vector<char> joined(scene.conductors.size());
+  for (const Resistor& resistor : charges.resistors)
+    if (!resistor.series && sphere_beyond(scene, resistor) < 0) joined[resistor.a] = 1;
+  return joined;
 }
 
 /// Shrinks spheres joined by a resistive contact, so that they have a gap. Such spheres are in two groups and may
@@ -77,23 +71,35 @@ void keep_contacts_apart(const Scene& scene, const std::vector<Resistor>& resist
 
 laplace::SphereProblem make_sphere_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
                                            const NodeCharges& charges) {
-  laplace::SphereProblem problem{
-      .box = scene.domain.box(), .free_space = scene.domain.open, .permittivity = scene.medium.permittivity};
-  for (std::size_t s = 0; s < problem.side_potential.size(); ++s)
-    problem.side_potential[s] = scene.domain.sides[s].potential;
+  laplace::SphereProblem problem{.box = scene.domain.box(),
+                                 .free_space = scene.domain.open,
+                                 .uniform_field = scene.domain.uniform_field,
+                                 .permittivity = scene.medium.permittivity};
+  problem.side_potential = side_potentials(scene, charges);
   NodeGroups nodes = groups_of_nodes(groups, charges, 1);
   problem.groups = std::move(nodes.groups);
   const std::vector<char> at_side = joined_to_sides(scene, charges);
-  for (int i = 0; i < bodies.size(); ++i)
-    problem.spheres.push_back({clear_of_sides(position_in_space(bodies, i), bodies.radius[i], groups.potential[i],
-                                              at_side[i] != 0, scene.domain),
+  const int first_circuit = node_count(scene) - static_cast<int>(scene.circuits.size());
+  for (int i = 0; i < bodies.size(); ++i) {
+    const laplace::Group& own = problem.groups[nodes.group_of_node[i]];
+    const auto is_one = [&](int s) {
+      const DomainSide& side = scene.domain.sides[s];
+      const bool same = side.circuit >= 0 ? nodes.group_of_node[first_circuit + side.circuit] == nodes.group_of_node[i]
+                                          : !own.floating && own.potential == problem.side_potential[s];
+      return side.electrode && (at_side[i] || same);
+    };
+    problem.spheres.push_back({clear_of_sides(position_in_space(bodies, i), bodies.radius[i], scene.domain, is_one),
                                bodies.radius[i], nodes.group_of_node[i]});
+  }
   problem.movable = bodies.size();
-  int node = bodies.size();
-  for (const Electrode& electrode : scene.electrodes)
-    problem.spheres.push_back({electrode.centre(), std::get<Disk>(electrode.shape).radius,
-                               electrode.series_resistance > 0 ? nodes.group_of_node[node++]
-                                                               : group_at(electrode.potential, problem.groups)});
+  int node = bodies.size(), supply = 0;
+  for (const Electrode& electrode : scene.electrodes) {
+    const double potential = charges.potential_of(supply++, electrode.potential.value);
+    const int group = electrode.circuit >= 0            ? nodes.group_of_node[first_circuit + electrode.circuit]
+                      : electrode.series_resistance > 0 ? nodes.group_of_node[node++]
+                                                        : group_at(potential, problem.groups);
+    problem.spheres.push_back({electrode.centre(), std::get<Disk>(electrode.shape).radius, group});
+  }
   const FieldAccuracy* accuracy = scene.field_accuracy();
   keep_contacts_apart(scene, charges.resistors, accuracy ? accuracy->requested : scene.field().moving_tolerance,
                       problem.spheres);

@@ -9,6 +9,7 @@
 #include "solvers/disjoint_sets.hpp"
 #include "solvers/error.hpp"
 #include "solvers/geometry/box.hpp"
+#include "src/model/bodies.hpp"
 #include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::effects {
@@ -24,18 +25,32 @@ class SourceAssignment {
     int& assigned = source_[component];
     if (assigned < 0) assigned = supply;
     const PotentialSource &first = supplies_[assigned], &other = supplies_[supply];
-    if (first.potential != other.potential)
+    if (!(first.potential == other.potential))
       throw InputError(
           fmt::format("the group of conductor {} connects {} at {:g} V with {} at {:g} V: a short circuit of perfect "
                       "conductors, whose current has no limit, is not allowed: the scene {} gives them these "
                       "potentials, in electrode.potential, the side's potential in [domain] or group.potential",
-                      component, first.name, first.potential, other.name, other.potential, path_));
+                      component, first.name, first.potential.value, other.name, other.potential.value, path_));
     assigned = std::min(assigned, supply);
   }
   /// Returns the index of the component's first source; -1: none.
   int supply(int component) const { return source_[component]; }
   /// Returns the potential (V) of a component that has a source.
-  double potential(int component) const { return supplies_[supply(component)].potential; }
+  double potential(int component) const { return supplies_[supply(component)].potential.value; }
+  /// Returns ElectricalGroups::same_source.
+  std::vector<int> same_source() const {
+    std::vector<int> first;
+    std::multimap<double, int> by_value;  // sources that differ from earlier ones
+    for (int k = 0; k < static_cast<int>(supplies_.size()); ++k) {
+      const Signal& own = supplies_[k].potential;
+      const auto [from, to] = by_value.equal_range(own.value);
+      const auto same =
+          std::find_if(from, to, [&](const auto& other) { return supplies_[other.second].potential == own; });
+      first.push_back(same == to ? k : same->second);
+      if (same == to) by_value.emplace(own.value, k);
+    }
+    return first;
+  }
 
  private:
   std::string path_;
@@ -46,13 +61,15 @@ class SourceAssignment {
 /// Returns the connected components of the nodes, which wires and the given contacts connect.
 DisjointSets connect(const Scene& scene, std::span<const Contact> contacts, const std::vector<Terminal>& terminals) {
   const int n = static_cast<int>(scene.conductors.size());
-  DisjointSets sets(n + static_cast<int>(terminals.size()));
+  DisjointSets sets(node_count(scene));
   std::vector<int> first_of_wire(scene.groups.size(), -1);
   for (int i = 0; i < n && !scene.groups.empty(); ++i) {
     const int wire = scene.conductors[i].group;
     if (wire < 0) continue;
     if (first_of_wire[wire] < 0) first_of_wire[wire] = i;
     sets.unite(first_of_wire[wire], i);
+    if (const int circuit = scene.groups[wire].circuit; circuit >= 0)
+      sets.unite(i, node_count(scene) - static_cast<int>(scene.circuits.size()) + circuit);
   }
   for (const Contact& contact : contacts) {
     const int partner = contact.partner < n ? contact.partner : terminals[contact.partner - n].node;
@@ -85,9 +102,9 @@ void for_each_source_connection(const Scene& scene, std::span<const Contact> con
 std::vector<int> connections(const Scene& scene, std::span<const Contact> contacts,
                              const std::vector<Terminal>& terminals, DisjointSets sets) {
   const int n = static_cast<int>(scene.conductors.size());
-  std::vector<char> grounded(n + terminals.size());
-  for (const Terminal& terminal : terminals)
-    if (terminal.node >= 0) grounded[sets.find(terminal.node)] = true;
+  std::vector<char> grounded(node_count(scene));
+  for (const CircuitNode& circuit : circuit_nodes(scene))
+    if (circuit.circuit.resistance > 0) grounded[sets.find(circuit.node)] = true;
   for_each_source_connection(scene, contacts, terminals, [&](int i, int) { grounded[sets.find(i)] = true; });
   std::vector<int> connected(n);
   for (int i = 0; i < n; ++i) {
@@ -102,29 +119,78 @@ std::vector<int> connections(const Scene& scene, std::span<const Contact> contac
 std::vector<Terminal> terminals_of(const Scene& scene) {
   std::vector<Terminal> terminals;
   int next_node = static_cast<int>(scene.conductors.size());
-  for (const Electrode& electrode : scene.electrodes)
+  const int first_circuit = node_count(scene) - static_cast<int>(scene.circuits.size());
+  const auto connect_to_circuit = [&](Terminal& terminal, int circuit) {
+    if (circuit < 0) return;
+    terminal.potential = scene.circuits[circuit].potential;
+    terminal.node = first_circuit + circuit;
+  };
+  for (const Electrode& electrode : scene.electrodes) {
     terminals.push_back({fmt::format("the electrode \"{}\"", electrode.name), surface_of(electrode, scene.domain),
                          electrode.potential, electrode.series_resistance,
                          electrode.series_resistance > 0 ? next_node++ : -1});
+    connect_to_circuit(terminals.back(), electrode.circuit);
+  }
   const std::vector<Surface> sides = sides_of(scene.domain);
   for (std::size_t s = 0; s < sides.size(); ++s)
-    if (scene.domain.sides[s].electrode)
+    if (scene.domain.sides[s].electrode) {
       terminals.push_back(
           {fmt::format("the {} side of the domain", side_names[s]), sides[s], scene.domain.sides[s].potential});
+      connect_to_circuit(terminals.back(), scene.domain.sides[s].circuit);
+    }
+  for (std::size_t t = 0; t < terminals.size(); ++t) terminals[t].supply = static_cast<int>(t);
   return terminals;
+}
+
+std::vector<CircuitNode> circuit_nodes(const Scene& scene) {
+  std::vector<CircuitNode> nodes;
+  int node = static_cast<int>(scene.conductors.size());
+  for (std::size_t e = 0; e < scene.electrodes.size(); ++e)
+    if (const Electrode& electrode = scene.electrodes[e]; electrode.series_resistance > 0)
+      nodes.push_back(
+          {node++, static_cast<int>(e),
+           Circuit{
+               .name = electrode.name, .resistance = electrode.series_resistance, .potential = electrode.potential}});
+  if (scene.circuits.empty()) return nodes;
+  int supply = static_cast<int>(scene.electrodes.size());
+  supply += static_cast<int>(std::ranges::count_if(scene.domain.sides, &DomainSide::electrode));
+  supply += static_cast<int>(
+      std::ranges::count_if(scene.groups, [](const PrescribedGroup& wire) { return wire.potential.has_value(); }));
+  for (const Circuit& circuit : scene.circuits) nodes.push_back({node++, supply++, circuit});
+  return nodes;
+}
+
+std::vector<double> initial_node_charges(const Scene& scene) {
+  std::vector<double> charge = initial_charges(scene);
+  for (const CircuitNode& node : circuit_nodes(scene)) charge.push_back(node.circuit.charge);
+  return charge;
 }
 
 int node_count(const Scene& scene) {
   const auto resistors = std::ranges::count_if(scene.electrodes, [](auto& e) { return e.series_resistance > 0; });
-  return static_cast<int>(scene.conductors.size()) + static_cast<int>(resistors);
+  return static_cast<int>(scene.conductors.size() + scene.circuits.size()) + static_cast<int>(resistors);
 }
 
 std::vector<PotentialSource> potential_sources_of(const Scene& scene) {
   std::vector<PotentialSource> supplies;
-  for (const Terminal& terminal : terminals_of(scene)) supplies.push_back({terminal.name, terminal.potential});
+  const int first_circuit = node_count(scene) - static_cast<int>(scene.circuits.size());
+  for (const Terminal& terminal : terminals_of(scene)) {
+    const bool in_circuit = terminal.node >= first_circuit;
+    supplies.push_back({terminal.name, in_circuit ? Signal(0) : terminal.potential, !in_circuit});
+  }
   for (const PrescribedGroup& wire : scene.groups)
     if (wire.potential) supplies.push_back({fmt::format("the group \"{}\"", wire.name), *wire.potential});
+  for (const Circuit& circuit : scene.circuits)
+    supplies.push_back({fmt::format("the circuit \"{}\"", circuit.name), circuit.potential, circuit.resistance > 0});
   return supplies;
+}
+
+std::vector<double> potentials_at(const std::vector<PotentialSource>& supplies, double time, bool after) {
+  std::vector<double> potentials;
+  if (std::ranges::none_of(supplies, [](const PotentialSource& supply) { return supply.potential.varies(); }))
+    return potentials;
+  for (const PotentialSource& supply : supplies) potentials.push_back(supply.potential.at(time, after));
+  return potentials;
 }
 
 const EffectKind* sharing_effect(const Scene& scene) {
@@ -152,7 +218,7 @@ ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> 
   }
   const std::span<const Contact> joined = all_join ? contacts : joining;
   DisjointSets sets = connect(scene, joined, terminals);
-  SourceAssignment assignment(scene, scene.conductors.size() + terminals.size());
+  SourceAssignment assignment(scene, node_count(scene));
   for_each_source_connection(scene, joined, terminals,
                              [&](int i, int supply) { assignment.add(sets.find(i), supply); });
 
@@ -160,16 +226,16 @@ ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> 
   ElectricalGroups groups{.id = std::vector<int>(nodes),
                           .potential = std::vector<std::optional<double>>(nodes),
                           .supply = std::vector<int>(nodes),
+                          .same_source = assignment.same_source(),
                           .connected = {}};
-  std::map<double, int> first_at_potential;
+  std::map<int, int> first_at_source;
   for (int i = 0; i < nodes; ++i) {
     const int group = sets.find(i);  // first node of the component, which has been processed before the others
     groups.supply[i] = assignment.supply(group);
     groups.id[i] = group;
     if (groups.supply[i] < 0) continue;
-    const double potential = assignment.potential(group);
-    groups.potential[i] = potential;
-    groups.id[i] = first_at_potential.try_emplace(potential, i).first->second;
+    groups.potential[i] = assignment.potential(group);
+    groups.id[i] = first_at_source.try_emplace(groups.same_source[groups.supply[i]], i).first->second;
   }
   groups.connected = all_join ? connections(scene, contacts, terminals, std::move(sets))
                               : connections(scene, conducting, terminals, connect(scene, conducting, terminals));
@@ -177,15 +243,19 @@ ElectricalGroups electrical_groups(const Scene& scene, std::span<const Contact> 
 }
 
 bool shares_group(const ElectricalGroups& groups, int conductor, const Terminal& terminal) {
-  return terminal.node < 0 ? groups.potential[conductor] == terminal.potential
-                           : groups.id[conductor] == groups.id[terminal.node];
+  if (terminal.node >= 0) return groups.id[conductor] == groups.id[terminal.node];
+  const int supply = groups.supply[conductor];
+  return supply >= 0 && groups.same_source[supply] == groups.same_source[terminal.supply];
 }
 
 bool splits_group(const ElectricalGroups& before, const ElectricalGroups& after) {
+  const auto keeps_source = [&](std::size_t i) {
+    if (before.potential[i] != after.potential[i]) return false;
+    return before.supply.empty() || before.same_source[before.supply[i]] == after.same_source[after.supply[i]];
+  };
   // A group's id is its first conductor, so every other member must still be grouped with it.
   for (std::size_t i = 0; i < before.id.size(); ++i)
-    if (after.id[i] != after.id[before.id[i]] || (before.potential[i] && after.potential[i] != before.potential[i]))
-      return true;
+    if (after.id[i] != after.id[before.id[i]] || (before.potential[i] && !keeps_source(i))) return true;
   return false;
 }
 

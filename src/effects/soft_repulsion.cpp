@@ -1,9 +1,12 @@
 #include "src/effects/soft_repulsion.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
 #include "solvers/error.hpp"
+#include "src/effects/gravity.hpp"
 #include "src/model/neighbours.hpp"
 
 namespace lichtenberg::effects {
@@ -71,6 +74,31 @@ bool visit_overlaps(const State& state, const std::vector<Wall>& walls, Visit vi
   return visit_pairs(state, state.neighbours, visit) && visit_walls(state, walls, 0, state.bodies.size(), visit);
 }
 
+/// Throws InputError for weight along a periodic axis, which has no wall to balance it.
+void check_weight(const Draft& draft) {
+  const auto* gravity = draft.scene.effects.find<GravityOptions>();
+  if (!gravity) return;
+  const Vec3 direction = down(*gravity, draft.scene.domain);
+  for (int k = 0; k < draft.scene.dimension(); ++k)
+    if (direction[k] != 0 && draft.scene.domain.box().periodic(k))
+      refuse(draft.scene.path, draft.line("effects.gravity"),
+             fmt::format("effects.gravity is not allowed along {}, where the domain is periodic: no wall balances "
+                         "the weight of a packing there; choose effects.gravity.direction across the periodic sides",
+                         "xyz"[k]));
+}
+
+/// Throws InputError for pressures of loads that net forces hide.
+void check_pressures(const Draft& draft, Scene& scene) {
+  const double least = lowest_pressure(scene);
+  for (const double pressure : scene.compression.pressure)
+    if (pressure < least)
+      refuse(scene.path, draft.line("compression.pressure"),
+             fmt::format("compression.pressure = {:g} is not allowed: it must be at least {:.3g}, which is 100 "
+                         "minimize.force_tolerance in units of stiffness / diameter^{}, because net forces hide lower "
+                         "pressures",
+                         pressure, least, scene.dimension()));
+}
+
 }  // namespace
 
 const EffectKind& SoftRepulsionOptions::kind() {
@@ -78,9 +106,10 @@ const EffectKind& SoftRepulsionOptions::kind() {
       .name = "soft_repulsion",
       .description = "particles that overlap each other or walls repel until all forces balance",
       .help =
-          "Particles move to a minimum of the energy stiffness * sum of (q - 1) ln q over all overlapping pairs and "
-          "walls. Here q is the distance of the centres over the sum of the radii, or of a centre from a wall over its "
-          "radius. A run finds this minimum and computes no motion in time, so no other effect is allowed.",
+          "Particles move to a minimum of the energy stiffness * sum of w(q) over all overlapping pairs and walls. "
+          "Here "
+          "q is the distance of the centres over the sum of the radii, or of a centre from a wall over its radius. A "
+          "run finds this minimum and computes no motion in time, so no other effect than gravity is allowed.",
       .options = SoftRepulsionOptions{},
       .keys = {{.name = "stiffness",
                 .target = target<&SoftRepulsionOptions::stiffness>,
@@ -88,20 +117,40 @@ const EffectKind& SoftRepulsionOptions::kind() {
                 .range = ranges::positive,
                 .help = "stiffness of the contact energy, in J: it scales energies and forces and has no effect on the "
                         "final positions"},
+               {.name = "form",
+                .target = target<&SoftRepulsionOptions::form>,
+                .help =
+                    "form w(q) of the contact energy. logarithmic: (q - 1) ln q; harmonic: (1 - q)^2 / 2; hertzian: "
+                    "(1 - q)^(5/2) / (5/2)"},
                {.name = "box",
                 .target = [](Draft& draft) { return &draft.scene.domain.walled; },
-                .help = "true: the sides of the domain are walls; false: only the tables [[wall]] define walls"}},
-      .alone = "which permits no other effect",
+                .help =
+                    "true: the sides of the domain are walls, except periodic ones; false: only the tables [[wall]] "
+                    "define walls"}},
+      .alone = "which permits no other effect than gravity",
+      .beside = "gravity",
       .dimensions = {2, 3},
+      .periodic = true,
       .packing = true,
+      .check = check_weight,
+      .complete = check_pressures,
       .make = [](const Scene& scene) { return std::make_unique<SoftRepulsion>(scene); }};
   return kind;
 }
 
+double pressure_unit(const Scene& scene) {
+  double diameter = 0;
+  for (const Conductor& c : scene.conductors) diameter += 2 * c.radius;
+  diameter /= static_cast<double>(scene.conductors.size());
+  return scene.effects.find<SoftRepulsionOptions>()->stiffness / std::pow(diameter, scene.dimension());
+}
+
+double lowest_pressure(const Scene& scene) { return 100 * scene.minimize.force_tolerance * pressure_unit(scene); }
+
 double SoftRepulsion::energy(const State& state) const {
   double sum = 0;
-  const bool finite = visit_overlaps(state, walls_, [&](const Overlap& o) { sum += contact_law(o.q).energy; });
-  return finite ? stiffness_ * sum : INFINITY;
+  const bool finite = visit_overlaps(state, walls_, [&](const Overlap& o) { sum += contact(o.q).energy; });
+  return finite ? stiffness() * sum : INFINITY;
 }
 
 double SoftRepulsion::energy_and_forces(const State& state, std::span<double> force) const {
@@ -122,16 +171,16 @@ double SoftRepulsion::range_energy_and_forces(const State& state, int first, int
   if (!add_walls<dimension>(state, first, end, force, sum.energy)) return INFINITY;
   add_pair_forces(law(), spheres<dimension>(state.bodies), state.neighbours, ParticleRange{first, end},
                   PairOutput{force, outside_forces, sum});
-  return stiffness_ * sum.energy;
+  return stiffness() * sum.energy;
 }
 
 template <int dimension>
 bool SoftRepulsion::add_walls(const State& state, int first, int end, std::span<double> force, double& sum) const {
   return visit_walls<dimension>(state, walls_, first, end, [&](const Overlap& o) {
-    const ContactLaw w = contact_law(o.q);
+    const ContactLaw w = contact(o.q);
     sum += w.energy;
     for (int k = 0; k < dimension; ++k)
-      force[o.particle * dimension + k] -= stiffness_ * w.slope / o.reach * o.normal[k];
+      force[o.particle * dimension + k] -= stiffness() * w.slope / o.reach * o.normal[k];
   });
 }
 
@@ -148,7 +197,7 @@ void SoftRepulsion::add_jacobian(const State& state, ForceJacobian& jacobian) co
                       [&](const auto& found) { add_pair_derivatives(law(), found, jacobian); });
   });
   visit_walls(state, walls_, 0, state.bodies.size(), [&](const Overlap& o) {
-    const double along = -stiffness_ * contact_law(o.q).curvature / (o.reach * o.reach);
+    const double along = -stiffness() * contact(o.q).curvature / (o.reach * o.reach);
     jacobian.add_central(o.particle, o.particle, o.normal, along, 0);  // a wall's normal is constant
   });
 }

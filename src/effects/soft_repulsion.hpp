@@ -10,13 +10,30 @@
 #include "src/scene/effect_kind.hpp"
 #include "src/scene/scene.hpp"
 
-namespace lichtenberg::effects {
+namespace lichtenberg {
 
-/// Parameter of the soft repulsion of packings: the factor of its potential energy.
+template <>
+inline constexpr Named<effects::RepulsionForm> values_named<effects::RepulsionForm>[] = {
+    {effects::RepulsionForm::logarithmic, "logarithmic"},
+    {effects::RepulsionForm::harmonic, "harmonic"},
+    {effects::RepulsionForm::hertzian, "hertzian"}};
+
+namespace effects {
+
+/// Parameters of the soft repulsion of packings: factor and form of its potential energy.
 struct SoftRepulsionOptions {
   double stiffness = 1;  ///< factor of the potential energy (J)
+  RepulsionForm form = RepulsionForm::logarithmic;
   static const EffectKind& kind();
 };
+
+/// Returns the unit of pressure of a packing, stiffness / D^d with the mean diameter D and the dimension d (N/m, in
+/// space Pa).
+double pressure_unit(const Scene& scene);
+
+/// Returns the lowest pressure (N/m, in space Pa) that net forces up to minimize.force_tolerance do not hide: 100
+/// of these, in pressure_unit().
+double lowest_pressure(const Scene& scene);
 
 /// Geometry of an overlap of two particles, or of a particle and a wall.
 struct Overlap {
@@ -28,20 +45,20 @@ struct Overlap {
   std::array<double, 3> normal{};  ///< unit vector from the partner to the particle
 };
 
-/// Effect of soft repulsion in packings. The potential energy U is the sum of stiffness * (q - 1) ln q over all
-/// overlaps. For two particles, q is the distance of the centres over the sum of the radii. For a particle and a wall,
-/// q is the distance of the centre from the wall over the radius. A particle whose centre is on or beyond a wall has
-/// infinite energy. Two or three dimensions.
+/// Effect of soft repulsion in packings. The potential energy U is the sum of stiffness * w(q) over all overlaps, by
+/// default with w(q) = (q - 1) ln q. For two particles, q is the distance of the centres over the sum of the radii. For
+/// a particle and a wall, q is the distance of the centre from the wall over the radius. A particle whose centre is on
+/// or beyond a wall has infinite energy. Two or three dimensions.
 ///
 /// Each overlap counts once. The source (docs/theory/packings.md) counts each pair of particles twice, so that walls
 /// have half of the stiffness of particles and the rest positions differ.
 class SoftRepulsion : public Effect {
  public:
-  /// Makes the effect. `stiffness`: factor of the potential energy (J).
-  SoftRepulsion(double stiffness, std::vector<Wall> walls) : stiffness_(stiffness), walls_(std::move(walls)) {}
+  SoftRepulsion(const SoftRepulsionOptions& options, std::vector<Wall> walls)
+      : options_(options), walls_(std::move(walls)) {}
   /// Makes the effect of a scene, which must have the table [effects.soft_repulsion].
   explicit SoftRepulsion(const Scene& scene)
-      : SoftRepulsion(scene.effects.find<SoftRepulsionOptions>()->stiffness, scene.walls) {}
+      : SoftRepulsion(*scene.effects.find<SoftRepulsionOptions>(), scene.walls) {}
 
   const EffectKind& kind() const override { return SoftRepulsionOptions::kind(); }
   Needs needs() const override { return {.neighbour_range = 0.0}; }
@@ -69,7 +86,10 @@ class SoftRepulsion : public Effect {
   /// then overlaps of these particles with each wall. Empty if the energy of these overlaps is infinite.
   std::vector<Overlap> overlaps(const State& state, int first, int end) const;
 
-  double stiffness() const { return stiffness_; }
+  double stiffness() const { return options_.stiffness; }
+  RepulsionForm form() const { return options_.form; }
+  /// Returns w(q) and its first two derivatives for 0 < q <= 1.
+  ContactLaw contact(double q) const { return contact_law(options_.form, q); }
   const std::vector<Wall>& walls() const { return walls_; }
 
  private:
@@ -79,10 +99,11 @@ class SoftRepulsion : public Effect {
   template <int dimension>
   bool add_walls(const State& state, int first, int end, std::span<double> force, double& sum) const;
 
-  ContactPotentialLaw law() const { return {stiffness_}; }
+  ContactPotentialLaw law() const { return {options_.stiffness, options_.form}; }
 
-  double stiffness_;  ///< J
+  SoftRepulsionOptions options_;
   std::vector<Wall> walls_;
 };
 
-}  // namespace lichtenberg::effects
+}  // namespace effects
+}  // namespace lichtenberg

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "solvers/geometry/closed_curve.hpp"
+
 namespace lichtenberg::effects {
 namespace {
 
@@ -31,6 +33,21 @@ View view_of(const Bar& bar, Vec2 p) {
     return {distance, in_space((beyond_end * along + beyond_side * across) / distance), 1 / distance, 0};
   }
   return beyond_end > beyond_side ? View{beyond_end, in_space(along), 0, 0} : View{beyond_side, in_space(across), 0, 0};
+}
+
+/// The nearest point of a closed curve determines the normal; the circle of its piece, or a corner, the curvature.
+View view_of(const Freeform& shape, Vec2 p) {
+  const ClosedCurve::Point nearest = shape.curve->nearest(p);
+  const CurvePiece& piece = shape.curve->pieces()[nearest.piece];
+  const double distance = shape.curve->covers(p) ? -nearest.distance : nearest.distance;
+  const bool is_corner = nearest.at == piece.from || nearest.at == piece.to;
+  const bool too_near = nearest.distance <= 1e-9 * shape.curve->perimeter();
+  if (!is_corner || too_near || distance < 0) {
+    const double curvature = piece.radius == 0 ? 0 : 1 / piece.radius, share = 1 + distance * curvature;
+    const double turning = std::abs(share) > 1e-9 ? curvature / share : 0;  // 0 at the centre of a concave circle
+    return {distance, in_space(outward(piece, nearest.at)), turning, curvature};
+  }
+  return {distance, in_space((p - nearest.at) / distance), 1 / distance, 0};
 }
 
 View view_of(const Ball& ball, Vec3 p) {

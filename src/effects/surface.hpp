@@ -21,10 +21,10 @@ struct FlatWall {
   Vec3 point, normal;
 };
 
-/// Surface of a fixed body: an electrode or a side of the domain. Disk, bar and ring are two-dimensional and ignore z.
-using Surface = std::variant<Disk, Bar, Ring, Ball, FlatWall>;
+/// Surface of a fixed body: an electrode or a side of the domain. Plane shapes ignore z.
+using Surface = std::variant<Disk, Bar, Ring, Freeform, Ball, FlatWall>;
 
-/// Converts a plane shape (disk, bar or ring) to a surface.
+/// Converts a plane shape to a surface.
 Surface surface_of(const Shape& shape);
 /// Returns the surface of an electrode: a sphere in a three-dimensional domain, otherwise its plane shape.
 Surface surface_of(const Electrode& electrode, const Domain& domain);

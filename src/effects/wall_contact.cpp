@@ -48,7 +48,7 @@ const EffectKind& WallContactOptions::kind() {
           "[[population]] gives its own. With s for the sphere and w for the wall, 1/E* = (1 - nu_s^2) / E_s + (1 - "
           "nu_w^2) / E_w.",
       .options = WallContactOptions{},
-      .keys = elastic_constants<WallContactOptions>(),
+      .keys = joined({elastic_constants<WallContactOptions>(), contact_loss_keys<WallContactOptions>()}),
       .dimensions = {2, 3},
       .periodic = true,
       .complete = complete_wall_contact,
@@ -56,7 +56,7 @@ const EffectKind& WallContactOptions::kind() {
   return kind;
 }
 
-WallContact::WallContact(const Scene& scene) {
+WallContact::WallContact(const Scene& scene) : loss_(scene.effects.find<WallContactOptions>()->losses) {
   const auto& options = *scene.effects.find<WallContactOptions>();
   const Elasticity wall{options.young, options.poisson};
   for (const Elasticity& body : options.bodies) modulus_.push_back(contact_modulus(body, wall));
@@ -91,7 +91,19 @@ void WallContact::add_forces(const State& state, std::span<double> force) const 
                       i, state.bodies.radius[i] - seen.distance));
     const int d = state.bodies.dimension;
     for (int k = 0; k < d; ++k) force[i * d + k] += law.force * seen.normal[k];
+    if (!loss_.any()) return;
+    const Vec3 lost = loss(state.bodies, i, seen, law).force;
+    for (int k = 0; k < d; ++k) force[i * d + k] += lost[k];
   });
+}
+
+double WallContact::dissipated_power(const State& state) const {
+  double power = 0;
+  if (loss_.any())
+    for_each_contact(state, [&](int i, const View& seen, const HertzForce& law) {
+      power += loss(state.bodies, i, seen, law).power;
+    });
+  return power;
 }
 
 double WallContact::stored_energy(const State& state) const {
@@ -104,6 +116,7 @@ void WallContact::add_jacobian(const State& state, ForceJacobian& jacobian) cons
   for_each_contact(state, [&](int i, const View& seen, const HertzForce& law) {
     const std::array<double, 3> normal = {seen.normal.x, seen.normal.y, seen.normal.z};
     jacobian.add_central(i, i, normal, -law.stiffness, law.force * seen.turning);
+    if (loss_.any()) add_loss(loss(state.bodies, i, seen, law), i, -1, state.bodies, jacobian);
   });
 }
 

@@ -60,6 +60,7 @@ const FieldMethodKind& cut_cell_method() {
       .on_device = true,
       .couplings = true,
       .on_grid = true,
+      .curves = true,
       .moving_by_positions = true,
       .on_processes = FieldLinearSolver::assembled,
       .energy_noise = 30};  // above the values in docs/measurements/mechanics.json

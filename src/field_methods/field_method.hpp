@@ -68,6 +68,7 @@ struct FieldMethodKind {
   bool couplings = false;            ///< true: supports resistors between groups of conductors
   bool on_grid = false;              ///< true: field.cells sets its resolution
   bool only_disks = false;           ///< true: supports no electrodes of other shapes
+  bool curves = false;               ///< true: supports electrodes of shape polygon, ellipse and curve
   bool only_separate = false;        ///< true: supports no overlaps, so a run needs contact forces
   bool moving_by_positions = false;  ///< true: the default of moving_tolerance depends on mechanics.position_tolerance
   /// Linear solver that divides its work among several processes. Empty: none does.

@@ -25,11 +25,16 @@ struct CarriedCharges {
 /// Electrical state of a scene of conductors that changes in time: contacts, equipotential groups, charges, currents
 /// and field. Assigning a copy restores the state.
 struct ElectricalState {
-  double time = 0;                         ///< s, to which charges are advanced
+  double time = 0;  ///< s, to which charges are advanced
+  /// s; at this time sources have their potentials after a jump, at others those before it
+  double corner = 0;
   std::vector<effects::Contact> contacts;  ///< in ascending order
   effects::ElectricalGroups groups;
   effects::Charges charges;
   CarriedCharges carried;
+  /// C, by terminal: charge that came from conductors through contacts of finite conductance since the start; empty
+  /// without circuits
+  std::vector<double> received;
   effects::Electrostatics field;                ///< of the last accepted solve; without potentials before the first
   effects::ExtrapolatedField extrapolated;      ///< extrapolated field that acts on the bodies
   std::optional<EnergyBudget> energy;           ///< empty in a scene without a circuit
@@ -43,8 +48,10 @@ struct ElectricalState {
 struct Trial {
   double time = 0;  ///< s
   effects::Electrostatics field;
-  effects::ChargeStep step;                ///< from ElectricalState::time to `time`
-  std::vector<double> injected_current{};  ///< A, current of the effects into each conductor
+  effects::ChargeStep step;  ///< from ElectricalState::time to `time`
+  /// A, current of the effects into each conductor; with current sources also the mean current of the step into each
+  /// circuit node
+  std::vector<double> injected_current{};
 };
 
 }  // namespace lichtenberg::mechanics

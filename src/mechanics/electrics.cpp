@@ -8,15 +8,18 @@
 #include "solvers/error.hpp"
 #include "src/model/body_ranges.hpp"
 #include "src/model/checkpoint.hpp"
+#include "src/scene/circuits.hpp"
 
 namespace lichtenberg::mechanics {
 
 namespace {
 
-/// Adds a node with zero charge for each terminal behind a resistor.
-std::vector<double> with_terminals(std::vector<double> charge, const Scene& scene) {
-  charge.resize(effects::node_count(scene));
-  return charge;
+/// Returns NodeCharges::capacitance.
+std::vector<double> capacitances(const std::vector<effects::CircuitNode>& circuits) {
+  std::vector<double> capacitance;
+  for (const effects::CircuitNode& node : circuits) capacitance.push_back(node.circuit.capacitance);
+  if (std::ranges::all_of(capacitance, [](double farad) { return farad == 0; })) capacitance.clear();
+  return capacitance;
 }
 
 }  // namespace
@@ -31,15 +34,19 @@ Electrics::Electrics(const Scene& scene, Model& model, effects::FloatingConducto
       contact_events_(model, discharge, scene.mechanics.position_tolerance, counters),
       terminals_(effects::terminals_of(scene)),
       supplies_(effects::potential_sources_of(scene)),
+      circuits_(effects::circuit_nodes(scene)),
+      capacitance_(capacitances(circuits_)),
+      signals_(varying_signals(scene)),
       relaxation_time_(model.charge_relaxation_time()),
       resistors_(scene, model, discharge, terminals_, supplies_, now_),
-      now_{.charges = {with_terminals(initial_charges(scene), scene), supplies_.size()}} {
+      now_{.charges = {effects::initial_node_charges(scene), supplies_.size()}} {
   const std::size_t n = model.bodies.size();
   now_.extrapolated = {.force = std::vector<Vec3>(n),
                        .force_rate = std::vector<Vec3>(n),
                        .charge = std::vector<double>(n),
                        .charge_rate = std::vector<double>(n)};
   if (effects::has_circuit(scene)) now_.energy.emplace(scene, relaxation_time_);
+  if (!scene.circuits.empty()) now_.received.resize(terminals_.size());
   field_.follow(now_.extrapolated);
 }
 
@@ -49,11 +56,32 @@ void Electrics::connect() {
   resistors_.update(true);
 }
 
-/// Returns the current (A) of the effects into each conductor.
+/// Returns Trial::injected_current for a step to `time` (s).
 std::vector<double> Electrics::currents(double time) const {
   std::vector<double> current(model_.bodies.size());
   model_.currents(time, current);
+  for (const auto& [node, supply, circuit] : circuits_) {
+    if (!circuit.current) continue;
+    current.resize(now_.charges.size());
+    const double dt = time - now_.time;
+    current[node] = dt > 0 ? circuit.current->integral(now_.time, time) / dt : circuit.current->at(time, true);
+  }
   return current;
+}
+
+double Electrics::next_corner(double time) const {
+  double next = INFINITY;
+  for (const Signal& signal : signals_) next = std::min(next, signal.next_corner(time));
+  return next;
+}
+
+bool Electrics::pass_corner(double time, double rounding) {
+  if (signals_.empty() || next_corner(now_.corner) > time + rounding) return false;
+  now_.corner = time;
+  if (now_.field.supply_potential == effects::potentials_at(supplies_, time, true)) return true;
+  accept(solve(time));
+  resistors_.update(true);
+  return true;
 }
 
 Trial Electrics::solve(double time, FieldGrid grid) {
@@ -66,7 +94,9 @@ Trial Electrics::solve(double time, FieldGrid grid) {
       .charge = now_.charges.after(trial.step, trial.injected_current, *model_.team),
       .resistors = now_.carried.resistors,
       .weight = trial.step.weight,
-      .injected_current = std::accumulate(trial.injected_current.begin(), trial.injected_current.end(), 0.0)};
+      .injected_current = std::accumulate(trial.injected_current.begin(), trial.injected_current.end(), 0.0),
+      .supply_potential = effects::potentials_at(supplies_, time, time == now_.corner),
+      .capacitance = capacitance_};
   resistors_.add_charges(trial.step, charges.charge);
   const Stopwatch watch(counters_.field_seconds);
   trial.field = grid == FieldGrid::predictor ? field_.predict(model_.bodies, now_.groups, charges)
@@ -104,7 +134,7 @@ void Electrics::accept(Trial trial, bool merged) {
   if (dt > 0) resistors_.commit_charges(trial);
   resistors_.linearize();
   if (dt == 0 && now_.carried.noise > 0) resistors_.estimate_currents();
-  distribute(trial.injected_current, dt, resistors_.by_node(now_.field.charge, now_.field.terminal_charge));
+  distribute(trial.injected_current, dt, resistors_.by_node(now_.field.charge, now_.field.circuit_charge));
   if (now_.energy) record_energy(trial, merged);
   now_.time = trial.time;
   update_largest();
@@ -159,8 +189,12 @@ double Electrics::work_since_record(double time) const {
 }
 
 void Electrics::record_energy(const Trial& trial, bool merged) {
-  EnergyBudget::Instant instant{trial.time, now_.field.energy, resistors_.node_potentials(now_.field),
-                                now_.field.terminal_charge, now_.charges.collected_by_source()};
+  EnergyBudget::Instant instant{trial.time,
+                                now_.field.energy,
+                                resistors_.node_potentials(now_.field),
+                                now_.field.terminal_charge,
+                                now_.charges.collected_by_source(),
+                                now_.field.supply_potential};
   const bool time_passed = trial.time > now_.time;  // otherwise resistors have carried no charge
   if (merged)
     now_.energy->record_merger(std::move(instant),
@@ -174,6 +208,8 @@ void Electrics::record_energy(const Trial& trial, bool merged) {
 
 bool Electrics::stationary(double fraction) const {
   const Bodies& bodies = model_.bodies;
+  if (!std::ranges::all_of(signals_, [&](const Signal& signal) { return signal.is_constant_after(now_.time); }))
+    return false;
   for (int i = 0; i < bodies.size(); ++i)
     if (now_.groups.connected[i] != -1 ||
         (!scene_.conductors[i].fixed && (norm(now_.field.force[i]) > fraction * now_.largest_force ||
@@ -184,15 +220,30 @@ bool Electrics::stationary(double fraction) const {
 
 std::vector<TerminalReading> Electrics::terminals() const {
   const std::vector<double> drained = now_.charges.collected_by_source();
+  const std::vector<double>& varying = now_.field.supply_potential;
   std::vector<TerminalReading> readings;
   for (std::size_t k = 0; k < supplies_.size(); ++k)
-    readings.push_back({supplies_[k].name, supplies_[k].potential, drained[k]});
+    readings.push_back({.name = supplies_[k].name,
+                        .potential = varying.empty() ? supplies_[k].potential.value : varying[k],
+                        .drained = drained[k],
+                        .is_source = supplies_[k].is_source});
   if (!now_.energy) return readings;
   for (std::size_t k = 0; k < supplies_.size(); ++k) {
     const std::vector<double>& surface = now_.field.terminal_potential;
     if (k < scene_.electrodes.size()) readings[k].series_resistance = scene_.electrodes[k].series_resistance;
-    readings[k].surface_potential = k < surface.size() ? surface[k] : supplies_[k].potential;
+    readings[k].surface_potential = k < surface.size() ? surface[k] : readings[k].potential;
     readings[k].delivered = now_.energy->delivered()[k];
+  }
+  // Charge that an electrode's circuit has delivered to it; unknown if ideal contacts join it with conductors.
+  const bool known = !discharge_ || effects::sharing_effect(scene_);
+  for (std::size_t t = 0; t < terminals_.size(); ++t)
+    if (!supplies_[t].is_source) readings[t].delivered = known ? now_.field.terminal_charge[t] - now_.received[t] : NAN;
+  for (std::size_t c = 0; c < circuits_.size(); ++c) {
+    const auto& [node, supply, circuit] = circuits_[c];
+    if (static_cast<std::size_t>(supply) < terminals_.size()) continue;  // an electrode behind a series resistor
+    readings[supply].series_resistance = circuit.resistance;
+    readings[supply].surface_potential = now_.field.circuit_potential[c];
+    if (circuit.current) readings[supply].delivered += circuit.current->integral(0, now_.time);
   }
   return readings;
 }
@@ -200,6 +251,7 @@ std::vector<TerminalReading> Electrics::terminals() const {
 void Electrics::save(Checkpoint& checkpoint) const {
   checkpoint.reals["charge_ledger"] = now_.charges.save();
   resistors_.save(checkpoint);
+  if (!now_.received.empty()) checkpoint.reals["charge_received"] = now_.received;
   if (now_.energy) checkpoint.reals["energy_book"] = now_.energy->save();
   checkpoint.reals["largest_force_and_speed"] = {now_.largest_force, now_.largest_speed};
   std::vector<std::int64_t>& contacts = checkpoint.integers["contacts"];
@@ -209,7 +261,7 @@ void Electrics::save(Checkpoint& checkpoint) const {
 
 void Electrics::restore(const Checkpoint& checkpoint, double time) {
   now_.charges.restore(reals(checkpoint, "charge_ledger", now_.charges.saved_size()));
-  now_.time = time;
+  now_.time = now_.corner = time;
   const std::vector<double>& largest = reals(checkpoint, "largest_force_and_speed", 2);
   now_.largest_force = largest[0];
   now_.largest_speed = largest[1];
@@ -222,6 +274,7 @@ void Electrics::restore(const Checkpoint& checkpoint, double time) {
   }
   now_.groups = effects::electrical_groups(scene_, now_.contacts);
   resistors_.restore(checkpoint);
+  if (!now_.received.empty()) now_.received = reals(checkpoint, "charge_received", now_.received.size());
   if (!now_.energy) return;
   now_.energy->restore(reals(checkpoint, "energy_book", now_.energy->saved_size()));
   now_.recorded_positions = model_.bodies.position;

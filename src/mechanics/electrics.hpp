@@ -85,11 +85,20 @@ class Electrics {
   /// Closes and opens contacts and updates the groups by reconnect(time, time): all changes are due at `time` (s).
   Regrouping reconnect(double time) { return reconnect(time, time); }
 
+  /// Returns the first time (s) after `time` at which the potential or the current of a source, or its slope, jumps;
+  /// infinite without such sources. No step may pass it.
+  double next_corner(double time) const;
+  /// Passes a corner of a source at the time of the last accepted solve: if a potential jumps there, solves and accepts
+  /// the field after the jump. Returns true if `time` (s) is a corner to within `rounding` (s).
+  bool pass_corner(double time, double rounding);
+
   effects::FloatingConductors& field() { return field_; }
   /// Returns the currents of series resistors and of contacts that carry charge at a finite rate.
   const ResistorCurrents& resistors() const { return resistors_; }
   /// Returns true if close conductors make contacts (effect contact_discharge).
   bool has_contacts() const { return discharge_ != nullptr; }
+  /// Returns true if electrodes, sides or groups have nodes of their own (circuit_nodes()).
+  bool has_circuits() const { return !circuits_.empty(); }
   const ContactEvents& contact_events() const { return contact_events_; }
   /// Returns the readings of every potential source (electrode, electrode side, or wire at a prescribed potential) at
   /// the last accepted solve: potential and collected charge. In a scene with a circuit they include surface potential
@@ -99,7 +108,7 @@ class Electrics {
   EnergyBudget* energy() { return now_.energy ? &*now_.energy : nullptr; }
   /// Returns true if contacts and wires connect every conductor to a prescribed potential (electrode, side or wire),
   /// and all free conductors are nearly at rest. The force on each and its speed are then at most `fraction` of the
-  /// largest of the run (D 7.1).
+  /// largest of the run (D 7.1). False while sources still vary.
   bool stationary(double fraction) const;
 
   /// Saves charges, contacts, resistor currents, the energy balance, and the largest force and speed.
@@ -132,7 +141,10 @@ class Electrics {
   ContactEvents contact_events_;
   std::vector<effects::Terminal> terminals_;
   std::vector<effects::PotentialSource> supplies_;
-  double relaxation_time_;  ///< s, of leakage
+  std::vector<effects::CircuitNode> circuits_;
+  std::vector<double> capacitance_;  ///< F, by circuit node; empty without capacitors
+  std::vector<Signal> signals_;      ///< functions of time of sources
+  double relaxation_time_;           ///< s, of leakage
   ResistorCurrents resistors_;
   ElectricalState now_;
 };

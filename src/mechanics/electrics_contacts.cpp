@@ -31,7 +31,7 @@ bool Electrics::restore_contacts(std::span<const effects::Contact> lost) {
   const auto first_added = now_.contacts.insert(now_.contacts.end(), lost.begin(), lost.end());
   std::inplace_merge(now_.contacts.begin(), first_added, now_.contacts.end());
   const auto other = [&](const effects::PotentialSource& supply) {
-    return supply.potential != supplies_.front().potential;
+    return !(supply.potential == supplies_.front().potential);
   };
   if (std::ranges::none_of(supplies_, other)) return true;
   try {
@@ -114,18 +114,16 @@ std::vector<Merger> Electrics::mergers(std::span<const effects::Contact> made, d
 
 /// Returns the numbers of the two groups of a contact. Groups at a prescribed potential have numbers above all nodes.
 std::pair<int, int> Electrics::groups_of(effects::Contact contact) const {
-  const auto group_at_potential = [&](double potential) {
-    const auto first = std::ranges::find(supplies_, potential, &effects::PotentialSource::potential);
-    return static_cast<int>(std::ssize(now_.groups.id) + (first - supplies_.begin()));
+  const auto group_at_source = [&](int supply) {
+    return static_cast<int>(std::ssize(now_.groups.id)) + now_.groups.same_source[supply];
   };
   const auto group_of_node = [&](int node) {
-    const std::optional<double> potential = now_.groups.potential[node];
-    return potential ? group_at_potential(*potential) : now_.groups.id[node];
+    const int supply = now_.groups.supply[node];
+    return supply >= 0 ? group_at_source(supply) : now_.groups.id[node];
   };
   const int a = group_of_node(contact.conductor), terminal = contact.partner - model_.bodies.size();
   if (terminal < 0) return {a, group_of_node(contact.partner)};
-  return {a, terminals_[terminal].node >= 0 ? group_of_node(terminals_[terminal].node)
-                                            : group_at_potential(supplies_[terminal].potential)};
+  return {a, terminals_[terminal].node >= 0 ? group_of_node(terminals_[terminal].node) : group_at_source(terminal)};
 }
 
 }  // namespace lichtenberg::mechanics

@@ -30,6 +30,12 @@ void EnergyBudget::add_step_charges(std::span<const double> current, double dt, 
   for (std::size_t i = 0; i < leaked.size(); ++i) leaked_[i] += leaked[i];
 }
 
+/// Returns the mean potential (V) of a source since the last record.
+double EnergyBudget::mean_potential_of(int supply, const Instant& now) const {
+  if (now.supply_potential.empty()) return supplies_[supply].potential.value;
+  return 0.5 * (last_.supply_potential[supply] + now.supply_potential[supply]);
+}
+
 /// Records the energies of charges that passed through no resistor: injected, leaked, and delivered by sources.
 void EnergyBudget::record_charges(const Instant& now, std::span<const double> mean_potential,
                                   std::span<const double> terminal_charge) {
@@ -40,14 +46,16 @@ void EnergyBudget::record_charges(const Instant& now, std::span<const double> me
   const double relaxed = (now.time - last_.time) / relaxation_time_;
   for (std::size_t k = 0; k < supplies_.size(); ++k) {
     double delivered = last_.drained[k] - now.drained[k];
+    const double potential = mean_potential_of(static_cast<int>(k), now);
     if (k < terminals_.size() && terminals_[k].node < 0) {  // the charge on the terminal and its leakage
       const double before = last_.terminal_charge[k], after = now.terminal_charge[k];
       const double leaked = 0.5 * relaxed * (before + terminal_charge[k]);
       delivered += after - before + leaked;
-      flows_.leakage += leaked * supplies_[k].potential;
+      flows_.leakage += leaked * potential;
     }
     delivered_[k] += delivered;
-    flows_.by_supplies += delivered * supplies_[k].potential;
+    flows_.by_supplies += delivered * potential;
+    if (!now.supply_potential.empty()) flows_.turnover += std::abs(delivered * potential);
   }
   std::ranges::fill(injected_, 0.0);
   std::ranges::fill(leaked_, 0.0);
@@ -85,7 +93,7 @@ void EnergyBudget::record(Instant now, std::span<const effects::Resistor> resist
     update_rates(now);
     for (std::size_t k = 0; k < carried.size(); ++k) {
       const effects::Resistor& resistor = resistors[k];
-      const double other = resistor.b >= 0 ? mean[resistor.b] : resistor.potential;
+      const double other = resistor.b >= 0 ? mean[resistor.b] : mean_potential_of(resistor.supply, now);
       (resistor.series ? flows_.series_resistors : flows_.contacts) += carried[k] * (mean[resistor.a] - other);
     }
   }
@@ -103,7 +111,8 @@ void EnergyBudget::record_merger(Instant now, double work) {
 }
 
 std::size_t EnergyBudget::saved_size() const {
-  return 9 + 2 * (injected_.size() + terminals_.size() + supplies_.size());
+  const bool varies = !effects::potentials_at(supplies_, 0, true).empty();
+  return 9 + 2 * (injected_.size() + terminals_.size() + supplies_.size()) + (varies ? 1 : 0);
 }
 
 std::vector<double> EnergyBudget::save() const {
@@ -113,6 +122,7 @@ std::vector<double> EnergyBudget::save() const {
   for (const std::vector<double>* part :
        {&last_.potential, &last_.terminal_charge, &last_.drained, &delivered_, &potential_rate_, &terminal_rate_})
     saved.insert(saved.end(), part->begin(), part->end());
+  if (saved.size() < saved_size()) saved.push_back(flows_.turnover);
   return saved;
 }
 
@@ -125,9 +135,11 @@ void EnergyBudget::restore(std::span<const double> saved) {
   const std::vector<double> f = take(9);
   flows_ = {f[0], f[1], f[2], f[3], f[4], f[5], f[6]};
   last_ = {f[7], f[8], take(injected_.size()), take(terminals_.size()), take(supplies_.size())};
+  last_.supply_potential = effects::potentials_at(supplies_, last_.time, true);
   delivered_ = take(supplies_.size());
   potential_rate_ = take(injected_.size());
   terminal_rate_ = take(terminals_.size());
+  if (!saved.empty()) flows_.turnover = saved.front();
 }
 
 }  // namespace lichtenberg::mechanics

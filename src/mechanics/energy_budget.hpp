@@ -29,11 +29,12 @@ class EnergyBudget {
   /// Result of a field solve, as the energy balance needs it. Nodes are conductors, and electrodes behind a resistor.
   /// Terminals are electrodes and electrode sides.
   struct Instant {
-    double time = 0;                      ///< s
-    double energy = 0;                    ///< J, electrostatic energy of the field
-    std::vector<double> potential;        ///< V, by node
-    std::vector<double> terminal_charge;  ///< C, by terminal
-    std::vector<double> drained;          ///< C, collected by each source since the start
+    double time = 0;                         ///< s
+    double energy = 0;                       ///< J, electrostatic energy of the field
+    std::vector<double> potential;           ///< V, by node
+    std::vector<double> terminal_charge;     ///< C, by terminal
+    std::vector<double> drained;             ///< C, collected by each source since the start
+    std::vector<double> supply_potential{};  ///< V, by source; empty: constant, as in the scene
   };
   /// Records the energies of all charges added since the last record, and of the charges `carried` by the resistors in
   /// this time (C, from node a to b of each; may be empty). The first call only stores the instant.
@@ -46,7 +47,7 @@ class EnergyBudget {
   /// Sets the rates of potentials to 0 until the next record, after a jump of the field that is no group merge.
   void reset_rates();
 
-  /// Adds heat of drag (J).
+  /// Adds heat that drag has produced (J) to the budget.
   void add_drag(double joule) { flows_.drag += joule; }
 
   /// Returns the energies supplied and converted to heat since the start (J).
@@ -56,13 +57,14 @@ class EnergyBudget {
   /// Returns the complete state after a record as numbers, for a checkpoint: energies (J), time (s), last potentials
   /// and charges with their rates, and the charges collected and delivered by each source (C).
   std::vector<double> save() const;
-  /// Returns the length of save(): 9 + 2 (nodes + terminals + sources).
+  /// Returns the length of save(): 9 + 2 (nodes + terminals + sources), and 1 more with sources that vary in time.
   std::size_t saved_size() const;
   /// Restores a state from save(); `saved` must have saved_size() numbers.
   void restore(std::span<const double> saved);
 
  private:
   Instant before_merger(const Instant& merged) const;
+  double mean_potential_of(int supply, const Instant& now) const;
   void update_rates(const Instant& now);
 
   double relaxation_time_;  ///< s

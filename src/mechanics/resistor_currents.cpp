@@ -50,7 +50,7 @@ effects::ContactState ResistorCurrents::state_of(const effects::Resistor& resist
 
 void ResistorCurrents::linearize() {
   if (!has_state_dependent_laws()) return;
-  const std::vector<double> potential = node_potentials(now_.field);
+  const std::vector<double> potential = end_potentials(now_.field);
   for (effects::Resistor& resistor : now_.carried.resistors)
     if (resistor.depends_on_state)
       effects::linearize(scene_, contact_of(resistor), state_of(resistor, potential), resistor);
@@ -60,7 +60,7 @@ void ResistorCurrents::linearize() {
 /// solver. It is the linearized current minus the law's current at the end of the step, times the step's weight.
 double ResistorCurrents::linearization_error(const Trial& trial) const {
   if (!has_state_dependent_laws()) return 0;
-  const std::vector<double> potential = node_potentials(trial.field);
+  const std::vector<double> potential = end_potentials(trial.field);
   const double noise = scene_.field().moving_tolerance * largest_potential(potential);
   double worst = 0;
   for (const effects::Resistor& resistor : now_.carried.resistors) {
@@ -90,17 +90,13 @@ double ResistorCurrents::longest_step(std::span<const double> force) const {
 /// The currents have the error of the solver's potentials, which matters if a conductance is large.
 void ResistorCurrents::estimate_currents() {
   if (now_.carried.resistors.empty()) return;
-  const std::vector<double> potential = node_potentials(now_.field);
+  const std::vector<double> potential = end_potentials(now_.field);
   auto& [resistors, current, remaining, total, noise, last_step] = now_.carried;
   for (std::size_t k = 0; k < resistors.size(); ++k) current[k] = current_through(resistors[k], potential);
 }
 
 effects::Contact ResistorCurrents::contact_of(const effects::Resistor& resistor) const {
-  const int n = model_.bodies.size();
-  if (resistor.b < 0) return {resistor.a, n + resistor.supply};
-  if (resistor.b < n) return {resistor.a, resistor.b};
-  const auto terminal = std::ranges::find(terminals_, resistor.b, &effects::Terminal::node);
-  return {resistor.a, n + static_cast<int>(terminal - terminals_.begin())};
+  return {resistor.a, resistor.partner};
 }
 
 bool ResistorCurrents::has_fixed_potentials(const effects::Resistor& resistor) const {
@@ -135,7 +131,7 @@ bool ResistorCurrents::touch(effects::Contact contact) const {
 
 std::string ResistorCurrents::unequal_contact_message() const {
   if (!discharge_ || now_.field.potential.empty() || now_.carried.resistors.empty()) return "";
-  const std::vector<double> potential = node_potentials(now_.field);
+  const std::vector<double> potential = end_potentials(now_.field);
   const double noise = scene_.field().moving_tolerance * largest_potential(potential);
   for (const effects::Resistor& resistor : now_.carried.resistors) {
     if (resistor.series || !touch(contact_of(resistor))) continue;
@@ -149,35 +145,50 @@ std::string ResistorCurrents::unequal_contact_message() const {
 double ResistorCurrents::largest_potential(std::span<const double> node_potential) const {
   double largest = 0;
   for (const double potential : node_potential) largest = std::max(largest, std::abs(potential));
-  for (const effects::PotentialSource& supply : supplies_) largest = std::max(largest, std::abs(supply.potential));
+  for (const effects::PotentialSource& supply : supplies_) largest = std::max(largest, supply.potential.largest());
   return largest;
 }
 
 void ResistorCurrents::check_fixed_contacts() const {
   for (const effects::Resistor& resistor : now_.carried.resistors) {
     if (resistor.series || !has_fixed_potentials(resistor)) continue;
-    const double other = resistor.b < 0 ? resistor.potential : *now_.groups.potential[resistor.b];
-    const double difference = std::abs(*now_.groups.potential[resistor.a] - other);
+    const auto potential_of = [&](int supply, double constant) {
+      return supplies_[supply].potential.varies() && !now_.field.supply_potential.empty()
+                 ? now_.field.supply_potential[supply]
+                 : constant;
+    };
+    const auto node_potential = [&](int node) {
+      return potential_of(now_.groups.supply[node], *now_.groups.potential[node]);
+    };
+    const double other =
+        resistor.b < 0 ? potential_of(resistor.supply, resistor.potential) : node_potential(resistor.b);
+    const double difference = std::abs(node_potential(resistor.a) - other);
     if (difference > 0 && discharge_->gap(model_.bodies, contact_of(resistor)) <= 0)
       throw Failure(contact_message(resistor, difference));
   }
 }
 
 std::vector<double> ResistorCurrents::by_node(std::vector<double> by_conductor,
-                                              const std::vector<double>& by_terminal) const {
-  for (std::size_t t = 0; t < terminals_.size(); ++t)
-    if (terminals_[t].node >= 0) by_conductor.push_back(by_terminal[t]);
+                                              const std::vector<double>& by_circuit) const {
+  by_conductor.insert(by_conductor.end(), by_circuit.begin(), by_circuit.end());
   return by_conductor;
 }
 
 std::vector<double> ResistorCurrents::node_potentials(const effects::Electrostatics& field) const {
-  return by_node(field.potential, field.terminal_potential);
+  return by_node(field.potential, field.circuit_potential);
 }
 
-/// Returns the potential difference (V) of a resistor: end a minus the other end.
-double ResistorCurrents::difference_over(const effects::Resistor& resistor,
-                                         std::span<const double> node_potential) const {
-  return node_potential[resistor.a] - (resistor.b >= 0 ? node_potential[resistor.b] : resistor.potential);
+/// Returns the potentials (V) of a solved field by node, then those of the sources if they vary.
+std::vector<double> ResistorCurrents::end_potentials(const effects::Electrostatics& field) const {
+  return by_node(node_potentials(field), field.supply_potential);
+}
+
+/// Returns the potential difference (V) of a resistor: end a minus the other end. `potential`: end_potentials().
+double ResistorCurrents::difference_over(const effects::Resistor& resistor, std::span<const double> potential) const {
+  if (resistor.b >= 0) return potential[resistor.a] - potential[resistor.b];
+  const auto nodes = static_cast<std::size_t>(now_.charges.size());
+  const double supply = potential.size() > nodes ? potential[nodes + resistor.supply] : resistor.potential;
+  return potential[resistor.a] - supply;
 }
 
 double ResistorCurrents::current_through(const effects::Resistor& resistor,
@@ -190,10 +201,11 @@ double ResistorCurrents::charge_error(const Trial& trial) const {
   const CarriedCharges& carried = now_.carried;
   if (carried.resistors.empty() || dt == 0) return 0;
   double largest_charge = 0, largest_supply = 0;
-  for (const std::vector<double>* charges : {&trial.field.charge, &trial.field.terminal_charge})
+  for (const std::vector<double>* charges :
+       {&trial.field.charge, &trial.field.terminal_charge, &trial.field.circuit_charge})
     for (const double charge : *charges) largest_charge = std::max(largest_charge, std::abs(charge));
   for (const effects::PotentialSource& supply : supplies_)
-    largest_supply = std::max(largest_supply, std::abs(supply.potential));
+    largest_supply = std::max(largest_supply, supply.potential.largest());
   double worst = linearization_error(trial);
   for (std::size_t k = 0; k < carried.resistors.size(); ++k) {
     const double current = trial.field.carried[k] / trial.step.weight + carried.resistors[k].source;
@@ -220,6 +232,8 @@ void ResistorCurrents::commit_charges(const Trial& trial) {
     remaining[k] = step.weight * current[k] + step.inherited * remaining[k];
     total[k] = step.total_weight * current[k] + step.total_inherited * total[k];
     now_.charges.transfer(resistors[k], remaining[k], total[k]);
+    if (const int terminal = resistors[k].partner - model_.bodies.size(); terminal >= 0 && !now_.received.empty())
+      now_.received[terminal] += total[k];
   }
   last_step = trial.time - now_.time;
   noise = 0;

@@ -60,9 +60,8 @@ class ResistorCurrents {
   /// ends.
   void commit_charges(const Trial& trial);
 
-  /// Returns values by node (an electrical unknown): those of the conductors, then those of electrodes behind a
-  /// resistor.
-  std::vector<double> by_node(std::vector<double> by_conductor, const std::vector<double>& by_terminal) const;
+  /// Returns values by node (an electrical unknown): those of the conductors, then those of the circuits' nodes.
+  std::vector<double> by_node(std::vector<double> by_conductor, const std::vector<double>& by_circuit) const;
   /// Returns the potentials (V) of a solved field by node, in the order of by_node().
   std::vector<double> node_potentials(const effects::Electrostatics& field) const;
 
@@ -73,6 +72,7 @@ class ResistorCurrents {
   void restore(const Checkpoint& checkpoint);
 
  private:
+  std::vector<double> end_potentials(const effects::Electrostatics& field) const;
   double difference_over(const effects::Resistor& resistor, std::span<const double> node_potential) const;
   double current_through(const effects::Resistor& resistor, std::span<const double> node_potential) const;
   effects::ContactState state_of(const effects::Resistor& resistor, std::span<const double> node_potential) const;

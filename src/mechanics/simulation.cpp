@@ -52,6 +52,9 @@ E* find(const Model& model) {
 /// the wake-up of a thread.
 constexpr int bodies_per_thread = 4096;
 
+/// Returns the rounding error (s) of a time that steps or frames add up.
+double rounding_of_time(double time) { return 1e-14 * std::abs(time); }
+
 int team_size(const Scene& scene) {
   const int requested_threads = scene.effects.has<effects::FloatingConductorsOptions>() ? scene.field().threads : 0;
   const int cores = requested_threads > 0 ? requested_threads : static_cast<int>(std::thread::hardware_concurrency());
@@ -164,9 +167,18 @@ void Simulation::advance_to(double time, const std::function<bool()>& pause) {
 void Simulation::Implementation::advance(double end) {
   const Stopwatch watch(counters.all_seconds);
   try {
-    check->begin();
-    stepper->advance(time, end);
-    check->end(time, end);
+    for (double from = time; from < end;) {
+      const double corner = electrics ? electrics->next_corner(from) : INFINITY;
+      const double to = corner < end - rounding_of_time(end) ? corner : end;
+      check->begin();
+      stepper->advance(from, to);
+      check->end(from, to);
+      if (electrics) {
+        const std::vector<Vec3> force_before = electrics->now().field.force;
+        if (electrics->pass_corner(to, rounding_of_time(to))) stepper->pass_corner(to, force_before);
+      }
+      from = to;
+    }
   } catch (const Failure& failure) {
     const std::string cause = electrics ? electrics->resistors().unequal_contact_message() : "";
     if (cause.empty()) throw;
@@ -320,7 +332,7 @@ std::vector<std::string> Simulation::warnings() {
 }
 
 mechanics::Outcome Simulation::Implementation::outcome(bool stationary) {
-  const std::vector<double> charge = initial_charges(scene);
+  const std::vector<double> charge = effects::initial_node_charges(scene);
   mechanics::Outcome result{.frame = now(),
                             .network = {},
                             .stationary = stationary,

@@ -267,7 +267,8 @@ double Split::advance(double time, double target, const Events& events,
 /// step.
 bool Split::pass_event(const Moved& moved, FieldGrid grid) {
   const double time = moved.reached;
-  if (context_.electrics->resistors().any() || time - extrapolated().time >= 0.5 * step_) return false;
+  if (context_.electrics->resistors().any() || context_.electrics->has_circuits()) return false;
+  if (time - extrapolated().time >= 0.5 * step_) return false;
   std::vector<double> charge(context_.model.bodies.size());
   for_ranges(*context_.model.team, context_.model.bodies.size(), [&](int first, int end) {
     for (int i = first; i < end; ++i) charge[i] = extrapolated().charge_at(i, time);

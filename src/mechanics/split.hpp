@@ -25,6 +25,7 @@ class Split : public Stepper {
   void begin(double time) override;
   void advance(double time, double end) override;
   bool limits_moves() const override { return true; }
+  void pass_corner(double time, const std::vector<Vec3>& force_before) override { restart(time, force_before); }
   void save(Checkpoint& checkpoint) const override;
   void restore(const Checkpoint& checkpoint) override;
 

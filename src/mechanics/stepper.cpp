@@ -59,23 +59,53 @@ Cvode make_cvode(const Scene& scene, Model& model) {
   return Cvode(model, accuracy);
 }
 
+namespace {
+
+/// Returns the heat (J) of Effect::dissipated_power in a step of length dt (s) to the present state, by Simpson's rule.
+/// The state in the middle is on the cubic through positions (m) and momenta (kg m/s) at both ends.
+double heat_of_losses(Model& model, double dt, const std::vector<double>& position,
+                      const std::vector<double>& momentum) {
+  Bodies& bodies = model.bodies;
+  const std::vector<double> last_position = bodies.position, last_momentum = bodies.momentum;
+  const double after = model.dissipated_power(0);
+  for (std::size_t c = 0; c < position.size(); ++c) {
+    const double mass = bodies.mass[c / bodies.dimension];
+    const double v0 = momentum[c] / mass, v1 = last_momentum[c] / mass;
+    bodies.position[c] = 0.5 * (position[c] + last_position[c]) + dt / 8 * (v0 - v1);
+    bodies.momentum[c] = mass * (1.5 * (last_position[c] - position[c]) / dt - 0.25 * (v0 + v1));
+  }
+  const double middle = model.dissipated_power(0);
+  bodies.position = position, bodies.momentum = momentum;
+  const double before = model.dissipated_power(0);
+  bodies.position = last_position, bodies.momentum = last_momentum;
+  return dt / 6 * (before + 4 * middle + after);
+}
+
+}  // namespace
+
 void record_drag(const StepperContext& context, Cvode& cvode) {
   EnergyBudget* energy = context.electrics ? context.electrics->energy() : nullptr;
   const auto is_zero = [](double d) { return d == 0; };
-  if (!energy || (context.model.drag.is_linear() && std::ranges::all_of(context.model.drag.linear(), is_zero))) return;
-  cvode.after_step = [energy, &bodies = context.model.bodies, &drag = context.model.drag](
-                         double dt, const std::vector<double>& position, const std::vector<double>& momentum) {
-    double work = 0;
+  const bool losses = context.model.dissipates();
+  const bool no_drag = context.model.drag.is_linear() && std::ranges::all_of(context.model.drag.linear(), is_zero);
+  if (!energy || (no_drag && !losses)) return;
+  cvode.after_step = [energy, losses, &model = context.model, &bodies = context.model.bodies,
+                      &drag = context.model.drag](double dt, const std::vector<double>& position,
+                                                  const std::vector<double>& momentum) {
+    double work = losses ? heat_of_losses(model, dt, position, momentum) : 0;
     for (int i = 0; i < bodies.size(); ++i) {
-      double before2 = 0, middle2 = 0, after2 = 0;
-      for (int c = i * bodies.dimension; c < (i + 1) * bodies.dimension; ++c) {
+      Vec3 velocity[3], point[3];  // at the start, in the middle and at the end
+      for (int k = 0, c = i * bodies.dimension; k < bodies.dimension; ++k, ++c) {
         const double before = momentum[c] / bodies.mass[i], after = bodies.momentum[c] / bodies.mass[i];
         const double middle = 1.5 * (bodies.position[c] - position[c]) / dt - 0.25 * (before + after);
         work += drag.linear()[i] * dt / 6 * (before * before + 4 * middle * middle + after * after);
-        before2 += before * before, middle2 += middle * middle, after2 += after * after;
+        velocity[0][k] = before, velocity[1][k] = middle, velocity[2][k] = after;
+        point[0][k] = position[c], point[2][k] = bodies.position[c];
+        point[1][k] = 0.5 * (position[c] + bodies.position[c]) + dt / 8 * (before - after);
       }
-      const auto power = [&](double speed2) { return drag.nonlinear_power(i, std::sqrt(speed2)); };
-      if (!drag.is_linear(i)) work += dt / 6 * (power(before2) + 4 * power(middle2) + power(after2));
+      if (drag.is_linear(i)) continue;
+      const auto power = [&](int k) { return drag.nonlinear_power(i, point[k], velocity[k]); };
+      work += dt / 6 * (power(0) + 4 * power(1) + power(2));
     }
     energy->add_drag(work);
   };

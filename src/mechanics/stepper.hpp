@@ -42,6 +42,9 @@ class Stepper {
   /// Returns true if the integrator limits the displacement of a body in each step (Model::largest_move) itself.
   /// Otherwise StepperContext::between_steps checks it.
   virtual bool limits_moves() const { return false; }
+  /// Continues at `time` (s) after a corner of a source, at which the accepted field may have jumped. `force_before`:
+  /// N, forces on the bodies just before. Integrators without a memory of forces need nothing.
+  virtual void pass_corner(double, const std::vector<Vec3>&) {}
   /// Saves the integrator's own state, such as its next step, which is not in the bodies and the electrical state.
   virtual void save(Checkpoint&) const {}
   /// Restores the state that save() has written.
@@ -70,9 +73,9 @@ std::unique_ptr<Stepper> make_stepper(const StepperContext& context);
 /// x; a body with the second moves by x in one largest step.
 Cvode make_cvode(const Scene& scene, Model& model);
 
-/// Makes CVODE add the heat of drag to the energy balance after each step, if the scene has a circuit and drag. The
-/// heat is the integral of force times speed by Simpson's rule. The velocity in the middle of a step follows from the
-/// positions and velocities at its ends.
+/// Makes CVODE add the heat of drag and of losses in contacts to the energy balance after each step, if the scene has a
+/// circuit and such losses. The heat is the integral of force times speed by Simpson's rule. The position and
+/// velocity in the middle of a step follow from those at its ends.
 void record_drag(const StepperContext& context, Cvode& cvode);
 
 }  // namespace lichtenberg::mechanics

@@ -35,10 +35,10 @@ double relative_charge_imbalance(const Outcome& outcome) {
   return charge_imbalance(outcome) / largest;
 }
 
-/// Returns the converted energy (J): the larger of supplied energy and heat.
+/// Returns the converted energy (J): the largest of supplied energy, heat, and energy that went back and forth.
 double energy_throughput(const Outcome& outcome) {
   const EnergyFlows& flows = outcome.frame.energy_balance->flows;
-  return std::max(std::abs(flows.by_supplies) + std::abs(flows.by_source), flows.dissipated());
+  return std::max({std::abs(flows.by_supplies) + std::abs(flows.by_source), flows.dissipated(), flows.turnover});
 }
 
 /// Returns the noise (J) of the energy balance: the difference between two field solves of the same state.
@@ -99,12 +99,15 @@ std::string charges(const Outcome& outcome) {
 
 /// Adds the charge through each terminal, if there is a potential difference.
 void add_terminals(const ConductorFrame& frame, Lines& lines) {
-  const auto differs = [&](const TerminalReading& t) { return t.potential != frame.terminals.front().potential; };
+  const auto differs = [&](const TerminalReading& t) {
+    return t.is_source && t.potential != frame.terminals.front().potential;
+  };
   if (std::ranges::none_of(frame.terminals, differs)) return;
   for (const TerminalReading& terminal : frame.terminals)
-    lines.push_back({"collected", fmt::format("{:.6g} C to {} at {:g} V, a mean current of {:.4g} A", terminal.drained,
-                                              terminal.name, terminal.potential,
-                                              frame.time > 0 ? terminal.drained / frame.time : 0)});
+    if (terminal.is_source)
+      lines.push_back({"collected", fmt::format("{:.6g} C to {} at {:g} V, a mean current of {:.4g} A",
+                                                terminal.drained, terminal.name, terminal.potential,
+                                                frame.time > 0 ? terminal.drained / frame.time : 0)});
 }
 
 std::string heat(const EnergyFlows& flows) {

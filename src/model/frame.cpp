@@ -23,6 +23,7 @@ std::vector<Number> converted(const Column* column) {
 }  // namespace
 
 std::string instant_in_words(double time, const std::string& time_unit) {
+  if (time_unit == "load") return fmt::format("load {:.0f}", time);
   return time_unit == "1" ? fmt::format("iteration {:.0f}", time) : fmt::format("t = {:.6g} {}", time, time_unit);
 }
 

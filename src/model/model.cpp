@@ -105,7 +105,8 @@ namespace {
 
 /// Throws InputError if an effect has given two laws of drag for two velocities of a body.
 void check_independence(const Effect& effect, const DragLaw& law, const DragLaw& other) {
-  bool is_same = law.linear == other.linear && !law.nonlinear == !other.nonlinear;
+  bool is_same =
+      law.linear == other.linear && !law.nonlinear == !other.nonlinear && !law.by_position == !other.by_position;
   for (double speed = 1e-6; is_same && law.nonlinear && speed < 100; speed *= 10)  // the speeds of Drag::add
     is_same = law.nonlinear(speed).force == other.nonlinear(speed).force;
   if (!is_same)
@@ -138,6 +139,17 @@ void Model::add_drag_of(std::size_t e) {
         fmt::format("effects.{} defines Effect::drag, which is not for grains: it must define Effect::drive instead",
                     effect.name()));
   drag_at_ = std::min(drag_at_, e);
+}
+
+bool Model::dissipates() const {
+  return std::ranges::any_of(effects, [](const auto& effect) { return effect->needs().dissipates; });
+}
+
+double Model::dissipated_power(double time) {
+  const State now = state(time);
+  double power = 0;
+  for (const auto& effect : effects) power += effect->dissipated_power(now);
+  return power;
 }
 
 double Model::largest_move() const {

@@ -47,6 +47,10 @@ struct Model {
   /// Returns the potential energy of all effects (J), the sum of Effect::stored_energy. It does not contain the energy
   /// of the field of Laplace's equation.
   double stored_energy(double time);
+  /// Returns true if an effect dissipates energy apart from drag (Needs::dissipates).
+  bool dissipates() const;
+  /// Returns the power (W) that the effects dissipate apart from drag, the sum of Effect::dissipated_power.
+  double dissipated_power(double time);
   /// Returns the kinetic energy of all bodies (J), the sum of m v^2 / 2.
   double kinetic_energy() const;
 

@@ -153,7 +153,10 @@ void FrameStore::add(Frame frame) {
   }
   const double time = frame.time;
   std::map<std::string, std::int64_t> ends = ends_;
-  Rows rows = rows_of(std::move(frame), particles_, series, frames_, ends, box_edges_);
+  std::vector<double> edges = box_edges_;
+  for (int k = 0; k < 3 && !edges.empty(); ++k)  // a packing with loads changes its box
+    if (const auto size = frame.number(fmt::format("size_{}", "xyz"[k]))) edges[4 * k] = *size;
+  Rows rows = rows_of(std::move(frame), particles_, series, frames_, ends, edges);
   series_ = series;
   keep(std::move(rows));
   ends_ = std::move(ends);

@@ -8,6 +8,7 @@
 #include <set>
 #include <variant>
 
+#include "solvers/geometry/closed_curve.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/gravity.hpp"
 #include "src/scene/effect_kind.hpp"
@@ -44,6 +45,16 @@ void put_shape(hid_t group, const Bar& bar) {
   hdf5::put(group, "width", bar.width, "m");
 }
 
+/// Writes the points of a polygon that deviates from the curve by 1e-4 of its size.
+void put_shape(hid_t group, const Freeform& freeform) {
+  const ClosedCurve& curve = *freeform.curve;
+  const Vec2 size = curve.high() - curve.low();
+  std::vector<double> points;
+  for (const Vec2 p : curve.polygon(1e-4 * std::max(size.x, size.y))) points.insert(points.end(), {p.x, p.y});
+  hdf5::put_attribute(group, "shape", curve.hollow() ? "hollow polygon" : "polygon");
+  hdf5::put<double>(group, "points", points, {points.size() / 2, 2}, "m");
+}
+
 void put_sphere(hid_t group, const Electrode& electrode) {
   const Vec3 centre = electrode.centre();
   put_disk(group, "sphere", {centre.x, centre.y, centre.z}, std::get<Disk>(electrode.shape).radius);
@@ -54,7 +65,7 @@ void put_electrodes(hid_t scene_group, const Scene& scene) {
   for (size_t k = 0; k < scene.electrodes.size(); ++k) {
     const hdf5::Handle group = hdf5::open_group(electrodes, std::to_string(k));
     hdf5::put_attribute(group, "name", scene.electrodes[k].name);
-    hdf5::put(group, "potential", scene.electrodes[k].potential, "V");
+    hdf5::put(group, "potential", scene.electrodes[k].potential.value, "V");
     if (scene.electrodes[k].series_resistance > 0)
       hdf5::put(group, "series_resistance", scene.electrodes[k].series_resistance, "ohm");
     if (scene.dimension() == 3)
@@ -93,7 +104,7 @@ void put_domain(hid_t scene_group, const Scene& scene) {
   for (int s = 0; s < 2 * domain.dimension(); ++s) {
     names.emplace_back(side_names[s]);
     electrode.push_back(domain.sides[s].electrode);
-    potential.push_back(domain.sides[s].potential);
+    potential.push_back(domain.sides[s].potential.value);
   }
   hdf5::put_attribute(group, "sides", names);
   hdf5::put<std::int32_t>(group, "side_is_electrode", electrode, {electrode.size()}, "1");

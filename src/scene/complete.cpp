@@ -11,9 +11,11 @@
 #include "solvers/network/electrode.hpp"
 #include "solvers/network/resistor.hpp"
 #include "src/field_methods/field_method.hpp"
+#include "src/scene/circuits.hpp"
 #include "src/scene/draft.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/scene/electrodes.hpp"
+#include "src/scene/freeform.hpp"
 #include "src/scene/grains.hpp"
 #include "src/scene/nearest.hpp"
 #include "src/scene/packing.hpp"
@@ -28,7 +30,7 @@ constexpr double vacuum_permittivity = 8.8541878128e-12;  // F/m, CODATA 2018
 void check_alone(const Draft& draft) {
   for (const Effects::Entry& entry : draft.scene.effects)
     for (const Effects::Entry& other : draft.scene.effects)
-      if (!entry.kind->alone.empty() && entry.kind != other.kind)
+      if (!entry.kind->alone.empty() && entry.kind != other.kind && other.kind->name != entry.kind->beside)
         refuse(draft.scene.path, draft.line("effects." + other.kind->name),
                fmt::format("effects.{} is not allowed with effects.{}, {}: leave one out", other.kind->name,
                            entry.kind->name, entry.kind->alone));
@@ -227,11 +229,11 @@ std::vector<PrescribedGroup> build_groups(const Draft& draft) {
     };
     if (!names.insert(group.name).second) refuse_it("is defined twice: the names of groups must differ");
     if (group.charge && group.potential) refuse_it("has both a charge and a potential: only one of them is allowed");
-    if (!group.charge && !group.potential)
-      refuse_it("has neither a charge in C nor a potential in V: one of them is needed");
+    if (!group.charge && !group.potential && group.circuit < 0)
+      refuse_it("has neither a charge in C nor a potential in V, and is in no circuit: one of them is needed");
     const bool used = std::ranges::any_of(draft.conductors, [&](const auto& c) { return c.group == group.name; });
     if (!used) refuse_it("has no conductors: at least one [[conductor]] must name it");
-    groups.push_back({group.name, group.charge.value_or(0), group.potential});
+    groups.push_back({group.name, group.charge.value_or(0), group.potential, group.circuit});
   }
   return groups;
 }
@@ -252,7 +254,7 @@ void assign_groups(const Draft& draft, Scene& scene) {
 }
 
 std::vector<std::string> names_of_walls(const Scene& scene) {
-  if (scene.walls.empty()) return {side_names.begin(), side_names.begin() + 2 * scene.dimension()};
+  if (!scene.effects.has(&EffectKind::packing)) return {side_names.begin(), side_names.begin() + 2 * scene.dimension()};
   std::vector<std::string> names;
   for (const Wall& wall : scene.walls) names.push_back(wall.name);
   return names;
@@ -271,11 +273,16 @@ void check_network(const Draft& draft, const Scene& scene) {
   };
   const network::ResistorModel& model = network::resistor_model(options.resistor.value_or("constant"));
   for (const network::ParameterEntry& entry : network::parameter_entries())
-    if (const std::string key = std::string("network.") + entry.name; draft.line(key) > 0 && !needs(model, entry))
+    if (const std::string key = std::string("network.") + entry.name; draft.line(key) > 0 && !uses(model, entry))
       refuse(scene.path, draft.line(key),
              fmt::format("{} is not allowed: the resistor model \"{}\" does not use it; it needs {}", key, model.name,
-                         fmt::join(model.needs, " and ")));
+                         parameters_in_words(model)));
   if (options.resistor) check("network.resistor", [&] { network::check(model, options.parameters); });
+  if (model.uses_force && !scene.effects.has(&EffectKind::packing))
+    refuse(scene.path, draft.line("network.resistor"),
+           fmt::format("network.resistor = \"{}\" needs the forces of contacts, which only packings "
+                       "(effects.soft_repulsion) have: \"overlap\" takes the overlaps of other scenes",
+                       model.name));
   if (options.model == NetworkModel::particle && model.path == nullptr)
     refuse(
         scene.path, draft.line("network.model"),
@@ -361,6 +368,18 @@ void check_size(const Draft& draft, double smallest_radius) {
                      draft.scene.reference ? "grain" : "conductor", draft.scene.reference ? "contacts" : "gaps"));
 }
 
+/// Limits the longest step to that which resolves a function of time (s). Throws InputError if the file gives a longer
+/// one.
+void limit_step(const Draft& draft, double longest, Scene& scene) {
+  if (draft.largest_step && *draft.largest_step > longest)
+    refuse(
+        scene.path, draft.line("mechanics.largest_step"),
+        fmt::format("mechanics.largest_step = {:g} s is not allowed: it must be at most {:g} s, 1/20 of the period of "
+                    "a source",
+                    *draft.largest_step, longest));
+  scene.mechanics.largest_step = std::min(scene.mechanics.largest_step, longest);
+}
+
 void fill_in_defaults(const Draft& draft, Scene& scene, double smallest_radius, double largest_radius) {
   scene.medium = {.permittivity = permittivity(draft),
                   .viscosity = draft.viscosity.value_or(0),
@@ -368,6 +387,7 @@ void fill_in_defaults(const Draft& draft, Scene& scene, double smallest_radius, 
                   .temperature = scene.medium.temperature};
   scene.mechanics.position_tolerance = draft.position_tolerance.value_or(1e-3 * smallest_radius);
   scene.mechanics.largest_step = draft.largest_step.value_or(scene.output.every);
+  for (const Signal& signal : varying_signals(scene)) limit_step(draft, signal.longest_step(), scene);
   scene.output.file = draft.output_file.value_or(std::filesystem::path(scene.path).stem().string() + ".h5");
 }
 
@@ -418,6 +438,7 @@ Scene complete(const Draft& draft, const StopRequest& stop, const std::vector<Co
   check_frames(draft);
   check_network(draft, scene);
   if (draft.field.method && draft.field.method->only_disks) check_disks_only(draft, scene.electrodes);
+  check_freeforms(draft, scene.electrodes);
   return scene;
 }
 

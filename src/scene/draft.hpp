@@ -37,12 +37,18 @@ struct ElectrodeDraft {
   int line = 0;
   std::string shape{};
   std::optional<std::string> name{};
-  double potential = 0;
-  std::optional<double> series_resistance{};
+  std::optional<Signal> potential{};
+  std::optional<double> series_resistance{}, charge{};
   Vec2 centre{}, from{}, to{};
   Coordinates position{};  ///< centre of a sphere
   std::string side{};
-  double at = 0, radius = 0, width = 0;
+  double at = 0, radius = 0, width = 0, wire_radius = 0;
+  int circuit = -1;  ///< index into Scene::circuits, set by connect_circuits()
+  std::vector<Vec2> points{};  ///< of a polygon or curve
+  Vec2 semi_axes{};
+  double angle = 0;  ///< degrees
+  double corner_radius = 0;
+  bool hollow = false;
 };
 
 /// A [[conductor]] of a scene file as written: a body with a given position.
@@ -54,13 +60,25 @@ struct ConductorDraft {
   std::optional<double> charge{};
   std::optional<std::string> group{};
   std::optional<double> young{}, poisson{};  ///< Young's modulus (Pa) and Poisson's ratio of the material
+  std::optional<Coordinates> angular_velocity{};
 };
 
 /// A [[group]] of a scene file as written: conductors connected by a wire.
 struct GroupDraft {
   int line = 0;
   std::string name{};
-  std::optional<double> charge{}, potential{};
+  std::optional<double> charge{};
+  std::optional<Signal> potential{};
+  int circuit = -1;  ///< index into Scene::circuits, set by connect_circuits()
+};
+
+/// A [[circuit]] of a scene file as written: electrodes, sides and groups at one potential, and their sources.
+struct CircuitDraft {
+  int line = 0;
+  std::optional<std::string> name{};
+  std::vector<std::string> electrodes{};  ///< names of electrodes, sides and groups
+  std::optional<double> resistance{}, capacitance{}, charge{};
+  std::optional<Signal> potential{}, current{};
 };
 
 /// A [[wall]] of a scene file as written: a flat wall of a packing.
@@ -104,6 +122,11 @@ struct PopulationDraft {
   std::optional<double> temperature{};       ///< m0 v0^2, granular temperature of the initial velocities
   double min_gap = 0;                        ///< m, to every other conductor, electrode and side of the domain
   std::optional<Region> region{};
+  /// Disk or vertical cylinder [x, y, radius], or sphere [x, y, z, radius] (m) that also contains the conductors;
+  /// empty: none
+  std::vector<double> round_region{};
+  std::optional<double> rotational_temperature{};  ///< m0 v0^2, of the initial angular velocities
+  GrainMaterial material{};
 };
 
 /// The table [field] of a scene file as written.
@@ -120,6 +143,7 @@ struct Draft {
   Scene scene;  ///< values that need no further processing
   std::int64_t seed = static_cast<std::int64_t>(Scene{}.seed);
   Coordinates domain_size;
+  std::optional<Coordinates> uniform_field;
   std::optional<double> relative_permittivity, permittivity, viscosity, depth;
   std::optional<double> position_tolerance, largest_step;
   FieldDraft field;
@@ -128,6 +152,7 @@ struct Draft {
   std::vector<WallDraft> walls;
   std::vector<ConductorDraft> conductors;
   std::vector<GroupDraft> groups;
+  std::vector<CircuitDraft> circuits;
   std::vector<PopulationDraft> populations;
   std::map<std::string, int> lines;  ///< line of each table or key, by path; the last line for repeated tables
 

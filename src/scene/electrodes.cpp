@@ -3,13 +3,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
+#include <numbers>
 #include <set>
+#include <span>
+#include <type_traits>
 
 #include <fmt/format.h>
 
 #include "solvers/geometry/box.hpp"
 #include "src/field_methods/field_method.hpp"
+#include "src/scene/circuits.hpp"
+#include "src/scene/freeform.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -44,6 +48,10 @@ bool touch(const Bar& a, const Bar& b) {
     for (const Vec2 direction : {axis, perpendicular(axis), -axis, -perpendicular(axis)})
       if (reach(corners_a, direction) < -reach(corners_b, -direction)) return false;
   return true;
+}
+bool touch(const auto& other,
+           const Freeform& freeform) requires(!std::is_same_v<std::decay_t<decltype(other)>, Freeform>) {
+  return touch(freeform, other);
 }
 bool touch(const Bar& bar, const Disk& disk) { return touch(disk, bar); }
 bool touch(const Ring& ring, const Disk& disk) { return touch(disk, ring); }
@@ -128,75 +136,154 @@ void check_position(const Draft& draft, const ElectrodeDraft& electrode, const S
   check_depth(draft, electrode, shape);
 }
 
+/// Returns true if two electrodes or electrode sides have one potential at all times.
+bool at_one_potential(const auto& one, const auto& other) {
+  return one.circuit == other.circuit && (one.circuit >= 0 || one.potential == other.potential);
+}
+
+/// Returns true if a series resistor or a circuit of its own separates an electrode or a side from others.
+bool in_circuit(const Electrode& electrode) { return electrode.circuit >= 0 || electrode.series_resistance > 0; }
+
+/// Returns true if two electrodes or electrode sides are in the same circuit.
+bool in_one_circuit(const auto& one, const auto& other) { return one.circuit >= 0 && one.circuit == other.circuit; }
+
 /// Checks corners of electrode sides. Between sides at different potentials, the field and the charge on both diverge
 /// there.
 void check_corners(const Draft& draft) {
   const std::array<DomainSide, 6>& sides = draft.scene.domain.sides;
   for (int across = 0; across < 6; ++across)
     for (int along = across / 2 * 2 + 2; along < 6; ++along)
-      if (sides[across].electrode && sides[along].electrode && sides[across].potential != sides[along].potential)
+      if (sides[across].electrode && sides[along].electrode && !at_one_potential(sides[across], sides[along]))
         refuse(draft.scene.path, draft.line("domain"),
                fmt::format("the {} side of the domain at {:g} V touches the {} side at {:g} V in {}: electrodes "
                            "that touch must have the same potential",
-                           side_names[across], sides[across].potential, side_names[along], sides[along].potential,
-                           draft.domain_size.count == 3 ? "an edge" : "a corner"));
+                           side_names[across], sides[across].potential.value, side_names[along],
+                           sides[along].potential.value, draft.domain_size.count == 3 ? "an edge" : "a corner"));
 }
 
-/// Checks an electrode in three dimensions: its shape, and its distance from the sides and from other electrodes.
-void check_sphere(const Draft& draft, const ElectrodeDraft& written, const std::vector<Electrode>& others) {
+/// A fixed sphere of an electrode in three dimensions.
+struct FixedSphere {
+  Vec3 centre;
+  double radius = 0;
+};
+
+/// Returns the closed chain of spheres for a torus around the z axis (docs/numerics/spheres.md). A chain of touching
+/// spheres has the capacitance of a torus whose wire has 0.8815 of their radius. With gaps, where the spheres have the
+/// part f of the radius of touching ones, it is 0.8815 - 0.24 (1 - f).
+std::vector<FixedSphere> spheres_of_torus(const ElectrodeDraft& torus) {
+  constexpr double touching = 0.8815, by_gap = 0.24;
+  const int count = static_cast<int>(std::numbers::pi / std::asin(torus.wire_radius / touching / torus.radius));
+  const double half_distance = torus.radius * std::sin(std::numbers::pi / count);
+  const double part = torus.wire_radius / touching / half_distance;
+  const double radius = std::min(half_distance, torus.wire_radius / (touching - by_gap * (1 - part)));
+  std::vector<FixedSphere> spheres;
+  for (int k = 0; k < count; ++k) {
+    const double angle = 2 * std::numbers::pi * k / count;
+    spheres.push_back(
+        {torus.position.value + torus.radius * Vec3{std::cos(angle), std::sin(angle), 0}, radius * (1 - 1e-12)});
+  }
+  return spheres;
+}
+
+/// Checks the shape of an electrode, which the dimension of the domain must allow, and its keys in three dimensions.
+void check_dimension_of(const Draft& draft, const ElectrodeDraft& written) {
   const auto refuse_it = [&](const std::string& message) { refuse(draft.scene.path, written.line, message); };
   const int dimension = draft.domain_size.count;
-  if ((written.shape == "sphere") != (dimension == 3))
+  const bool in_space = written.shape == "sphere" || written.shape == "torus";
+  if (in_space != (dimension == 3))
     refuse_it(fmt::format("electrode.shape = \"{}\" is not allowed in {} dimensions: {}", written.shape,
                           dimension == 3 ? "three" : "two",
-                          dimension == 3 ? "\"sphere\" is, and sides of the domain can be electrodes"
-                                         : "\"disk\", \"half-disk\", \"bar\" and \"ring\" are"));
+                          dimension == 3 ? "\"sphere\" and \"torus\" are, and sides of the domain can be electrodes"
+                                         : "\"disk\", \"half-disk\", \"bar\", \"ring\", \"polygon\", "
+                                           "\"ellipse\" and \"curve\" are"));
   if (dimension == 2) return;
   if (written.position.count != 3)
     refuse_it("electrode.position has 2 numbers, but the domain has 3: both must have the same number");
-  const Vec3 p = written.position.value, size = draft.scene.domain.size;
+  if (written.shape == "sphere") return;
+  if (written.wire_radius > written.radius / 8)
+    refuse_it(
+        fmt::format("electrode.wire_radius = {:g} is not allowed: it must be at most an eighth of the torus's "
+                    "radius, {:g} m",
+                    written.wire_radius, written.radius / 8));
+  if (written.series_resistance || written.circuit >= 0)
+    refuse_it(
+        "an electrode with shape = \"torus\" consists of separate spheres: a series_resistance, a charge and a circuit "
+        "are not allowed");
+}
+
+/// Checks a sphere of an electrode in three dimensions: its distance from the sides and from other electrodes.
+void check_sphere(const Draft& draft, const ElectrodeDraft& written, const FixedSphere& sphere,
+                  std::span<const Electrode> others) {
+  const auto refuse_it = [&](const std::string& message) { refuse(draft.scene.path, written.line, message); };
+  const Vec3 p = sphere.centre, size = draft.scene.domain.size;
   const Box<3> box = draft.scene.domain.box();
   for (int k = 0; k < 3; ++k)
-    if (box.periodic(k) ? p[k] < 0 || p[k] > size[k] : p[k] <= written.radius || p[k] >= size[k] - written.radius)
+    if (box.periodic(k) ? p[k] < 0 || p[k] > size[k] : p[k] <= sphere.radius || p[k] >= size[k] - sphere.radius)
       refuse_it(
-          fmt::format("electrode.position = [{:g}, {:g}, {:g}] m is not allowed: this sphere is on or through a "
+          fmt::format("electrode.position = [{:g}, {:g}, {:g}] m is not allowed: this {} is on or through a "
                       "side of the domain, which goes to [{:g}, {:g}, {:g}] m",
-                      p.x, p.y, p.z, size.x, size.y, size.z));
+                      written.position.value.x, written.position.value.y, written.position.value.z, written.shape,
+                      size.x, size.y, size.z));
   for (const Electrode& other : others)
-    if (norm(box.difference(p, other.centre())) <= written.radius + std::get<Disk>(other.shape).radius)
+    if (norm(box.difference(p, other.centre())) <= sphere.radius + std::get<Disk>(other.shape).radius)
       refuse_it(fmt::format("this electrode touches the electrode \"{}\": fixed spheres must not touch", other.name));
+}
+
+/// Appends the spheres of an electrode in three dimensions.
+void add_spheres(const Draft& draft, const ElectrodeDraft& written, const std::string& name,
+                 std::vector<Electrode>& electrodes) {
+  const bool torus = written.shape == "torus";
+  const std::vector<FixedSphere> spheres =
+      torus ? spheres_of_torus(written) : std::vector<FixedSphere>{{written.position.value, written.radius}};
+  const std::size_t others = electrodes.size();
+  for (const FixedSphere& sphere : spheres) {
+    check_sphere(draft, written, sphere, std::span(electrodes).first(others));
+    electrodes.push_back({torus ? fmt::format("{} {}", name, electrodes.size() - others + 1) : name,
+                          Disk{plane(sphere.centre), sphere.radius}, written.potential.value_or(0),
+                          written.series_resistance.value_or(0), sphere.centre.z, written.circuit});
+  }
+}
+
+/// Makes an electrode of the plane, and checks its position.
+Electrode make_plane_electrode(const Draft& draft, const ElectrodeDraft& written, const std::string& name) {
+  const std::shared_ptr<const ClosedCurve> curve = is_freeform(written) ? make_freeform(draft, written, name) : nullptr;
+  const Shape shape = curve ? Shape(Freeform{curve.get()}) : build_shape(written, plane(draft.scene.domain.size));
+  if (!curve) check_position(draft, written, shape);
+  return {name, shape, written.potential.value_or(0), written.series_resistance.value_or(0), 0, written.circuit, curve};
 }
 
 void check_short_circuits(const Draft& draft, const std::vector<Electrode>& electrodes) {
   check_corners(draft);
   const Domain& domain = draft.scene.domain;
   for (std::size_t i = 0; i < electrodes.size(); ++i) {
-    const auto refuse_it = [&](const std::string& other, double potential) {
+    const auto refuse_it = [&](const std::string& other, const Signal& potential) {
       refuse(
           draft.scene.path, draft.electrodes[i].line,
           fmt::format("the electrode \"{}\" at {:g} V touches {} at {:g} V: electrodes that touch must have the same "
                       "potential",
-                      electrodes[i].name, electrodes[i].potential, other, potential));
+                      electrodes[i].name, electrodes[i].potential.value, other, potential.value));
     };
     const auto refuse_resistor = [&](const std::string& other) {
-      refuse(draft.scene.path, draft.electrodes[i].line,
-             fmt::format("the electrode \"{}\" touches {}, and one of them is behind a resistor: an electrode behind a "
-                         "resistor must not touch another electrode",
-                         electrodes[i].name, other));
+      refuse(
+          draft.scene.path, draft.electrodes[i].line,
+          fmt::format("the electrode \"{}\" touches {}, and one of them is behind a resistor or in a circuit: such an "
+                      "electrode must not touch an electrode outside its circuit",
+                      electrodes[i].name, other));
     };
     for (std::size_t j = 0; j < i; ++j)
-      if (electrodes[i].series_resistance + electrodes[j].series_resistance > 0 &&
+      if ((in_circuit(electrodes[i]) || in_circuit(electrodes[j])) && !in_one_circuit(electrodes[i], electrodes[j]) &&
           touch(electrodes[i].shape, electrodes[j].shape))
         refuse_resistor(fmt::format("the electrode \"{}\"", electrodes[j].name));
     for (int side = 0; side < 4; ++side)
-      if (electrodes[i].series_resistance > 0 && domain.sides[side].electrode &&
-          touch(electrodes[i].shape, line_of(side, plane(domain.size))))
+      if (const DomainSide& other = domain.sides[side];
+          other.electrode && (in_circuit(electrodes[i]) || other.circuit >= 0) &&
+          !in_one_circuit(electrodes[i], other) && touch(electrodes[i].shape, line_of(side, plane(domain.size))))
         refuse_resistor(fmt::format("the {} side of the domain", side_names[side]));
     for (std::size_t j = 0; j < i; ++j)
-      if (electrodes[i].potential != electrodes[j].potential && touch(electrodes[i].shape, electrodes[j].shape))
+      if (!at_one_potential(electrodes[i], electrodes[j]) && touch(electrodes[i].shape, electrodes[j].shape))
         refuse_it(fmt::format("the electrode \"{}\"", electrodes[j].name), electrodes[j].potential);
     for (int side = 0; side < 4; ++side)
-      if (domain.sides[side].electrode && domain.sides[side].potential != electrodes[i].potential &&
+      if (domain.sides[side].electrode && !at_one_potential(domain.sides[side], electrodes[i]) &&
           touch(electrodes[i].shape, line_of(side, plane(domain.size))))
         refuse_it(fmt::format("the {} side of the domain", side_names[side]), domain.sides[side].potential);
   }
@@ -206,20 +293,21 @@ void check_short_circuits(const Draft& draft, const std::vector<Electrode>& elec
 
 std::vector<Electrode> build_electrodes(const Draft& draft) {
   std::vector<Electrode> electrodes;
-  std::map<std::string, int> nameless;
   std::set<std::string> names;
-  for (const ElectrodeDraft& written : draft.electrodes) {
-    check_sphere(draft, written, electrodes);
-    const bool sphere = written.shape == "sphere";
-    const Shape shape = sphere ? Shape(Disk{plane(written.position.value), written.radius})
-                               : build_shape(written, plane(draft.scene.domain.size));
-    if (!sphere) check_position(draft, written, shape);
-    const std::string name =
-        written.name ? *written.name : fmt::format("{} {}", written.shape, ++nameless[written.shape]);
-    if (!names.insert(name).second)
-      refuse(draft.scene.path, written.line, fmt::format("electrode.name = \"{}\" is taken: names must differ", name));
-    electrodes.push_back(
-        {name, shape, written.potential, written.series_resistance.value_or(0), written.position.value.z});
+  const std::vector<std::string> all_names = names_of_electrodes(draft);
+  const bool in_space = draft.domain_size.count == 3;
+  for (std::size_t e = 0; e < draft.electrodes.size(); ++e) {
+    const ElectrodeDraft& written = draft.electrodes[e];
+    check_dimension_of(draft, written);
+    const std::size_t first = electrodes.size();
+    if (in_space)
+      add_spheres(draft, written, all_names[e], electrodes);
+    else
+      electrodes.push_back(make_plane_electrode(draft, written, all_names[e]));
+    for (std::size_t k = first; k < electrodes.size(); ++k)
+      if (!names.insert(electrodes[k].name).second)
+        refuse(draft.scene.path, written.line,
+               fmt::format("electrode.name = \"{}\" is taken: names must differ", electrodes[k].name));
   }
   draft.domain_size.count == 3 ? check_corners(draft) : check_short_circuits(draft, electrodes);
   return electrodes;
@@ -242,7 +330,8 @@ void check_disks_only(const Draft& draft, const std::vector<Electrode>& electrod
                          field_methods_that(2, [](const FieldMethodKind& method) { return !method.only_disks; })));
     };
     const Disk* disk = std::get_if<Disk>(&electrodes[i].shape);
-    if (disk == nullptr) refuse_it("is a " + draft.electrodes[i].shape);
+    if (disk == nullptr)
+      refuse_it((draft.electrodes[i].shape == "ellipse" ? "is an " : "is a ") + draft.electrodes[i].shape);
     const std::array distance = {disk->centre.x, domain.size.x - disk->centre.x, disk->centre.y,
                                  domain.size.y - disk->centre.y};
     const double rounding =

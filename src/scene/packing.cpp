@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 #include <set>
 #include <tuple>
@@ -12,6 +11,7 @@
 #include "solvers/geometry/box.hpp"
 #include "solvers/network/electrode.hpp"
 #include "src/scene/effect_kind.hpp"
+#include "src/scene/loads.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -36,6 +36,7 @@ int line_of(const Draft& draft, std::size_t i) {
 std::vector<Wall> sides_of_box(const Domain& domain, int dimension) {
   std::vector<Wall> walls;
   for (int k = 0; k < dimension; ++k) {
+    if (domain.box().periodic(k)) continue;
     Wall low{.name = std::string(side_names[2 * k])},
         high{.name = std::string(side_names[2 * k + 1]), .point = domain.size};
     low.normal[k] = 1, high.normal[k] = -1;
@@ -57,19 +58,9 @@ Wall build_wall(const Draft& draft, const WallDraft& given, std::size_t number) 
   return {given.name.value_or(fmt::format("wall {}", number)), given.point.value, n / length};
 }
 
-/// Returns the total area or volume of all particles.
-double content(const Scene& scene) {
-  const bool spheres = scene.dimension() == 3;
-  return std::accumulate(scene.conductors.begin(), scene.conductors.end(), 0.0, [&](double sum, const Conductor& c) {
-    return sum + std::numbers::pi * c.radius * c.radius * (spheres ? 4.0 / 3.0 * c.radius : 1);
-  });
-}
-
 void check_content(const Scene& scene) {
-  const Domain& domain = scene.domain;
   const bool spheres = scene.dimension() == 3;
-  const double domain_content = domain.size.x * domain.size.y * (spheres ? domain.size.z : 1),
-               filled = content(scene) / domain_content;
+  const double filled = packing_fraction(scene);
   if (filled > 1)
     refuse(scene.path, 0,
            fmt::format("the particles cannot fit: their total {0} is {1:.3g} times that of the domain, and at most 1 "
@@ -100,7 +91,8 @@ void check_ignored_keys(const Draft& draft) {
   struct IgnoredKey {
     std::string key, why, instead;
   };
-  const std::string side = "leave it out; the sides are walls unless effects.soft_repulsion.box = false";
+  const std::string side =
+      "leave it out, or make it periodic; the sides are walls unless effects.soft_repulsion.box = false";
   const std::vector<IgnoredKey> all = {
       {"domain.left", uncharged, side},
       {"domain.right", uncharged, side},
@@ -109,7 +101,7 @@ void check_ignored_keys(const Draft& draft) {
       {"domain.front", uncharged, side},
       {"domain.back", uncharged, side},
       {"medium", "there is no fluid", "leave it out"},
-      {"material", "nothing has a mass", "leave it out"},
+      {"material", "nothing has a mass", "leave it out, or add the table [effects.gravity]"},
       {"field", uncharged, "leave it out"},
       {"mechanics", timeless, "[minimize] says how the particles come to rest"},
       {"stop", timeless, "minimize.force_tolerance and minimize.max_iterations say when it ends"},
@@ -118,15 +110,29 @@ void check_ignored_keys(const Draft& draft) {
       {"conductor.velocity", timeless, "leave it out"},
       {"population.charge", uncharged, "leave it out"},
   };
+  const auto has_a_use = [&](const std::string& key) {
+    const auto side =
+        std::ranges::find_if(side_names, [&](std::string_view s) { return key == fmt::format("domain.{}", s); });
+    if (side != side_names.end()) return draft.scene.domain.sides[side - side_names.begin()].periodic;
+    return key == "material" && draft.scene.effects.has("gravity");
+  };
   for (const IgnoredKey& ignored : all)
-    refuse_if_given(
-        draft, ignored.key,
-        fmt::format("is not allowed with effects.soft_repulsion, under which {}: {}", ignored.why, ignored.instead));
+    if (!has_a_use(ignored.key))
+      refuse_if_given(
+          draft, ignored.key,
+          fmt::format("is not allowed with effects.soft_repulsion, under which {}: {}", ignored.why, ignored.instead));
+}
+
+bool all_periodic(const Domain& domain, int dimension) {
+  for (int k = 0; k < dimension; ++k)
+    if (!domain.box().periodic(k)) return false;
+  return true;
 }
 
 }  // namespace
 
 void check_packing_keys(const Draft& draft) {
+  check_load_keys(draft);
   const auto refuse_it = [&](int line, const std::string& message) { refuse(draft.scene.path, line, message); };
   if (!draft.scene.effects.has(&EffectKind::packing)) {
     const std::string needs = " needs the table [effects.soft_repulsion]: add it, or leave this out";
@@ -155,9 +161,10 @@ std::vector<Wall> build_walls(const Draft& draft) {
   std::vector<Wall> walls;
   if (scene.domain.walled) walls = sides_of_box(scene.domain, scene.dimension());
   for (std::size_t k = 0; k < draft.walls.size(); ++k) walls.push_back(build_wall(draft, draft.walls[k], k + 1));
-  if (walls.empty())
+  if (walls.empty() && !all_periodic(scene.domain, scene.dimension()))
     refuse(scene.path, draft.line("effects.soft_repulsion.box"),
-           "the packing has no walls: effects.soft_repulsion.box = true or at least one [[wall]] is needed");
+           "the packing has no walls: effects.soft_repulsion.box = true, at least one [[wall]] or periodic sides are "
+           "needed");
   std::set<std::string> names;
   for (const Wall& wall : walls)
     if (!names.insert(wall.name).second)
@@ -176,8 +183,9 @@ void check_packing(const Draft& draft, const Scene& scene) {
         refuse(scene.path, line_of(draft, i),
                fmt::format("the particle at {} m is not allowed: its centre is not inside the wall \"{}\"",
                            at(c, dimension), wall.name));
-    const double narrowest =
-        std::min({scene.domain.size.x, scene.domain.size.y, dimension == 3 ? scene.domain.size.z : INFINITY});
+    double narrowest = INFINITY;
+    for (int k = 0; k < dimension; ++k)
+      if (!scene.domain.box().periodic(k)) narrowest = std::min(narrowest, scene.domain.size[k]);
     if (scene.domain.walled && c.radius > narrowest)
       refuse(scene.path, line_of(draft, i),
              fmt::format("a particle of radius {:g} m cannot fit between walls that are {:g} m apart: even the "

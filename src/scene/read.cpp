@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "solvers/error.hpp"
+#include "src/scene/circuits.hpp"
 #include "src/scene/document.hpp"
 #include "src/scene/grains.hpp"
 #include "src/scene/nearest.hpp"
@@ -38,13 +39,13 @@ std::string found(const toml::node& node) {
 
 /// Describes the keys of a floating conductor of any shape.
 constexpr const char* floating_shape =
-    "a floating conductor of this shape is an [[electrode]] with potential = 0 and series_resistance = 1e30 (ohm), "
-    "which blocks the current";
+    "a floating conductor of this shape is an [[electrode]] with a charge instead of a potential";
 
 /// True for vectors, whose components may have any size below smallest_size.
 template <class T>
-constexpr bool is_vector = std::is_same_v<T, Vec2> || std::is_same_v<T, Coordinates> ||
-                           std::is_same_v<T, std::optional<Coordinates>> || std::is_same_v<T, std::optional<Region>>;
+constexpr bool is_vector =
+    std::is_same_v<T, Vec2> || std::is_same_v<T, Coordinates> || std::is_same_v<T, std::vector<Vec2>> ||
+    std::is_same_v<T, std::optional<Coordinates>> || std::is_same_v<T, std::optional<Region>>;
 
 /// Reads a TOML document into a draft, guided by the schema.
 class Reader {
@@ -95,6 +96,8 @@ class Reader {
         return (is_vector<std::decay_t<decltype(value)>> && std::abs(number) < smallest_size) ||
                key.range.allows_size_of(number);
       };
+      if (const std::string fault = fault_of(value); !fault.empty())
+        refuse(line_of(node), fmt::format("{} = {} is not allowed: {}", path, found(node), fault));
       if (!std::ranges::all_of(numbers(value), has_size))
         refuse_value(
             path, key, node,
@@ -116,15 +119,16 @@ class Reader {
     for (const Key& key : table.keys) {
       const bool given = node.contains(key.name);
       if (key.required && !given) refuse_missing(table, key, line_of(node), table.header());
-      if (key.shapes.empty()) continue;
+      if (key.shapes.empty() && key.optional_shapes.empty()) continue;
       const std::string& shape = draft_.electrodes.back().shape;
-      const bool wanted = std::ranges::find(key.shapes, shape) != key.shapes.end();
-      if (wanted && !given)
+      const std::vector<std::string>& shapes = key.shapes.empty() ? key.optional_shapes : key.shapes;
+      const bool wanted = std::ranges::find(shapes, shape) != shapes.end();
+      if (wanted && !given && !key.shapes.empty())
         refuse_missing(table, key, line_of(node), fmt::format("an electrode with shape = \"{}\"", shape));
       if (given && !wanted)
         refuse(line_of(*node.get(key.name)),
                fmt::format("{} does not belong to an electrode with shape = \"{}\", only to {}",
-                           path_in(table, key.name), shape, fmt::join(key.shapes, ", ")));
+                           path_in(table, key.name), shape, fmt::join(shapes, ", ")));
     }
   }
 
@@ -155,16 +159,15 @@ class Reader {
 
   [[noreturn]] void refuse_missing(const Table& table, const Key& key, int line, const std::string& subject) const {
     const std::string path = path_in(table, key.name);
-    const std::string instead = path == "electrode.potential" ? fmt::format("; {}", floating_shape) : "";
-    refuse(line, fmt::format("{} is missing: {} needs it, {}{}", path, subject, key.allowed(), instead));
+    refuse(line, fmt::format("{} is missing: {} needs it, {}", path, subject, key.allowed()));
   }
 
   /// Throws InputError for an unknown key. For keys of a floating conductor of another shape the message describes the
   /// alternative, for others the nearest key.
   [[noreturn]] void refuse_unknown(const std::string& path, int line) const {
-    constexpr std::string_view shape_keys[] = {"conductor.shape",  "conductor.side",  "conductor.from",
-                                               "conductor.to",     "conductor.width", "electrode.floating",
-                                               "electrode.charge", "electrode.group"};
+    constexpr std::string_view shape_keys[] = {"conductor.shape", "conductor.side",  "conductor.from",
+                                               "conductor.to",    "conductor.width", "electrode.floating",
+                                               "electrode.group"};
     if (std::ranges::find(shape_keys, path) != std::end(shape_keys))
       refuse(line, fmt::format("unknown key {}: {}", path, floating_shape));
     refuse(line,
@@ -202,8 +205,9 @@ Draft read_draft(const std::string& text, const std::string& path, const EffectK
     if (const std::string name = without_old_names(setting.key, schema); name != setting.key)
       draft.scene.warnings.push_back(old_name_warning(setting.key, name));
   apply(settings, schema, document);
+  const bool tables = insert_tables(document, path);
   draft.scene.path = path;
-  draft.scene.text = settings.empty() ? text : text_of(document);
+  draft.scene.text = settings.empty() && !tables ? text : text_of(document);
   Reader(schema, draft).read_document(document);
   return draft;
 }
@@ -233,6 +237,7 @@ Scene parse_scene(const std::string& text, const std::string& path, const Effect
   Draft draft = read_draft(text, path, kinds, settings);
   draft.scene.effects.sort(kinds);
   set_dimension(draft);
+  connect_circuits(draft);
   if (draft.scene.reference) fill_in_grains(draft);
   return complete(draft, stop, bodies);
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -18,15 +19,21 @@
 #include "src/field_methods/field_options.hpp"
 #include "src/scene/choice.hpp"
 #include "src/scene/effects.hpp"
+#include "src/scene/grain_material.hpp"
 #include "src/scene/mechanics_options.hpp"
+#include "src/scene/signal.hpp"
 
 namespace lichtenberg {
 
-/// One side of the domain: insulating, an electrode at a potential, or periodic.
+/// One side of the domain: insulating, an electrode, or periodic. In a circuit, an electrode side has the potential of
+/// the circuit's node.
 struct DomainSide {
   bool electrode = false;
-  double potential = 0;  ///< V
+  Signal potential = 0;  ///< V, without a circuit
   bool periodic = false;
+  int circuit = -1;  ///< index into Scene::circuits; -1: none
+  /// Resistance (ohm) before the voltage source, and charge (C), of a circuit of this side alone
+  std::optional<double> series_resistance{}, charge{};
 };
 
 /// The simulated rectangle or cuboid, from the origin to `size`, and its sides.
@@ -36,6 +43,8 @@ struct Domain {
   std::array<DomainSide, 6> sides;
   bool walled = true;  ///< packings: the sides are walls
   bool open = false;   ///< no sides: free space, where the potential tends to 0 at infinity
+  /// External uniform field E (V/m) of free space, with the potential -E.r, which is 0 at the origin
+  Vec3 uniform_field{};
 
   int dimension() const { return size.z > 0 ? 3 : 2; }
 
@@ -50,13 +59,16 @@ struct Domain {
 };
 
 /// A fixed conducting body at a given potential. Behind a resistor its own potential floats, and `potential` is that of
-/// the voltage source.
+/// the voltage source. In a circuit it has the potential of the circuit's node.
 struct Electrode {
   std::string name;
   Shape shape;
-  double potential = 0;          ///< V
+  Signal potential = 0;          ///< V
   double series_resistance = 0;  ///< ohm, between the voltage source and the body; 0: none
   double height = 0;             ///< m, z of a sphere's centre; the shape is the sphere's outline in the xy plane
+  int circuit = -1;              ///< index into Scene::circuits; -1: none
+  /// Surface of a closed curve, to which the shape points; null for other shapes
+  std::shared_ptr<const ClosedCurve> curve{};
 
   Vec3 centre() const {  ///< centre of a sphere (m)
     const Vec2 c = std::get<Disk>(shape).centre;
@@ -92,6 +104,8 @@ struct Conductor {
   int group = -1;                   ///< index into Scene::groups, -1: no prescribed group
   double relative_resistivity = 1;  ///< resistivity of its material, in units of NetworkOptions::parameters
   bool fixed = false;               ///< true: fixed at its position
+  Vec3 angular_velocity{};          ///< 1/t0, of a grain with friction; along z in two dimensions
+  GrainMaterial material{};         ///< of a grain
 };
 
 /// Returns the distance (m) of the conductor's centre from the wall; negative beyond the wall.
@@ -100,11 +114,23 @@ inline double distance(const Wall& wall, const Conductor& conductor) {
 }
 
 /// Conductors that the scene connects by a wire ([[group]]). They have one potential, whether they touch or not. Either
-/// the charge of the whole group or its potential is given.
+/// the charge of the whole group or its potential is given, or it belongs to a circuit.
 struct PrescribedGroup {
   std::string name;
   double charge = 0;                ///< C
-  std::optional<double> potential;  ///< V
+  std::optional<Signal> potential;  ///< V
+  int circuit = -1;                 ///< index into Scene::circuits; -1: none
+};
+
+/// A circuit ([[circuit]]): one node, which joins electrodes, sides and groups to one potential. The node has a charge
+/// of its own. A voltage source behind a resistor or a current source feeds it, or none: then it floats.
+struct Circuit {
+  std::string name;
+  double resistance = 0;            ///< ohm, between the voltage source and the node; 0: no voltage source
+  Signal potential = 0;             ///< V, of the voltage source
+  std::optional<Signal> current{};  ///< A, of the current source, from 0 V into the node
+  double capacitance = 0;           ///< F, between the node and 0 V
+  double charge = 0;                ///< C, of the node at the start
 };
 
 /// Material of the conductors.
@@ -159,6 +185,21 @@ struct MinimizeOptions {
   double step = 2.5e-3;           ///< gradient-descent: step in units of R^2 / stiffness
   std::int64_t record_every = 0;  ///< iterations between two frames; 0: increasing intervals
   int threads = 0;                ///< 0: one for each core, fewer for few particles
+};
+
+/// Options of [compression]: loads of a packing, one frame each. The domain's size changes in small steps, each
+/// followed by a minimization. At most one of the three lists has elements.
+struct CompressionOptions {
+  std::vector<double> pressure;  ///< pressure of each load (N/m, in space Pa)
+  std::vector<double> filling;   ///< packing fraction of each load
+  /// Packing fraction of each load above that at jamming. The first load is the jammed packing itself.
+  std::vector<double> excess;
+  std::string plate{};      ///< upper side that alone moves: right, top or back; empty: all sides move
+  double step = 1e-3;       ///< largest change of the packing fraction between two minimizations
+  double tolerance = 1e-3;  ///< relative error of a given pressure
+
+  /// Returns the number of loads; 0 without the table.
+  std::size_t loads() const { return pressure.size() + filling.size() + (excess.empty() ? 0 : 1 + excess.size()); }
 };
 
 /// Precision in which a result stores the last frame's potential.
@@ -217,6 +258,7 @@ struct Scene {
   std::vector<Wall> walls;
   std::vector<Conductor> conductors;
   std::vector<PrescribedGroup> groups;
+  std::vector<Circuit> circuits;
   /// Frame of a result from which the bodies start; empty: positions are those of the file
   std::string started_from;
   std::optional<Reference> reference;  ///< units of a scene of grains; other scenes are in SI
@@ -225,6 +267,7 @@ struct Scene {
   FieldTable field_table;
   MechanicsOptions mechanics;
   MinimizeOptions minimize;
+  CompressionOptions compression;
   NetworkOptions network;
   OutputOptions output;
   StopOptions stop;

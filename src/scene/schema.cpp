@@ -129,6 +129,11 @@ std::string Key::allowed() const {
 std::string Key::fallback(Draft& untouched) const {
   if (required) return "required";
   if (!shapes.empty()) return fmt::format("required for {}", fmt::join(shapes, ", "));
+  if (!optional_shapes.empty())
+    return fmt::format("for {}, default: {}", fmt::join(optional_shapes, ", "),
+                       std::visit(Overloaded{[&](const AtChoice& at) { return show(at.name(untouched)); },
+                                             [&]<class T>(At<T> at) { return show(*at(untouched)); }},
+                                  target));
   if (!computed_default.empty()) return "default: " + computed_default;
   return "default: " + std::visit(Overloaded{[&](const AtChoice& at) { return show(at.name(untouched)); },
                                              [&]<class T>(At<T> at) { return show(*at(untouched)); }},

@@ -50,10 +50,12 @@ struct AtChoice {
   };
 };
 
-using KeyTarget = std::variant<At<bool>, At<int>, At<std::int64_t>, At<double>, At<std::string>, At<Vec2>,
-                               At<Coordinates>, At<std::vector<double>>, At<DomainSide>, At<std::optional<int>>,
-                               At<std::optional<double>>, At<std::optional<std::string>>, At<std::optional<Interval>>,
-                               At<std::optional<Region>>, At<std::optional<Coordinates>>, AtChoice>;
+using KeyTarget =
+    std::variant<At<bool>, At<int>, At<std::int64_t>, At<double>, At<std::string>, At<Vec2>, At<Coordinates>,
+                 At<std::vector<double>>, At<std::vector<Vec2>>, At<std::vector<std::string>>, At<DomainSide>,
+                 At<std::optional<Signal>>, At<std::optional<int>>, At<std::optional<double>>,
+                 At<std::optional<std::string>>, At<std::optional<Interval>>, At<std::optional<Region>>,
+                 At<std::optional<Coordinates>>, AtChoice>;
 
 /// Function object with the overloads of all `Functions`, for std::visit.
 template <class... Functions>
@@ -98,7 +100,8 @@ struct Key {
   std::vector<std::string> texts{};  ///< allowed texts; empty: any. Enumerations use their names instead.
   bool required = false;
   std::vector<std::string> shapes{};  ///< shapes of electrode that need the key, others refuse it; empty: any shape
-  std::string computed_default{};     ///< describes the default of an optional value
+  std::vector<std::string> optional_shapes{};  ///< shapes of electrode that may have the key, others refuse it
+  std::string computed_default{};              ///< describes the default of an optional value
   std::string help{};
   std::string old_name{};  ///< former name, which is read with a warning
 

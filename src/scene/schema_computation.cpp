@@ -55,6 +55,52 @@ Table minimize() {
       }};
 }
 
+Table compression() {
+  const std::string one = "; only one of pressure, filling and excess is allowed";
+  return {
+      .path = "compression",
+      .help =
+          "Loads of a packing, one frame each: the domain changes its size in small steps, and the particles come "
+          "to rest after each (O'Hern et al. 2003). Needs effects.soft_repulsion.",
+      .keys = {
+          {.name = "pressure",
+           .target = [](Draft& d) { return &d.scene.compression.pressure; },
+           .unit = "Pa",
+           .range = positive,
+           .computed_default = "none",
+           .help = "list of pressures, one for each load, in Pa (in two dimensions N/m): of the plate, or the mean of "
+                   "all directions" +
+                   one},
+          {.name = "filling",
+           .target = [](Draft& d) { return &d.scene.compression.filling; },
+           .range = {.low = 0, .high = 1, .low_itself = false},
+           .computed_default = "none",
+           .help = "list of packing fractions, one for each load: area or volume of the particles over that of the "
+                   "domain, overlaps counted twice" +
+                   one},
+          {.name = "excess",
+           .target = [](Draft& d) { return &d.scene.compression.excess; },
+           .range = {.low = 0, .high = 1, .low_itself = false},
+           .computed_default = "none",
+           .help = "list of packing fractions above that at jamming; the first load is the jammed packing, with a "
+                   "pressure of 1e-6 stiffness / diameter^dimension, and each number another load" +
+                   one},
+          {.name = "plate",
+           .target = [](Draft& d) { return &d.scene.compression.plate; },
+           .texts = {"right", "top", "back"},
+           .computed_default = "none: all sides move, and the domain keeps its shape",
+           .help = "side that moves as a plate while the others stay"},
+          {.name = "step",
+           .target = [](Draft& d) { return &d.scene.compression.step; },
+           .range = {.low = 1e-6, .high = 0.1},
+           .help = "largest change of the packing fraction between two minimizations"},
+          {.name = "tolerance",
+           .target = [](Draft& d) { return &d.scene.compression.tolerance; },
+           .range = {.low = 1e-6, .high = 0.1},
+           .help = "relative error of the pressure of a load"},
+      }};
+}
+
 AtChoice field_method() {
   AtChoice at;
   for (const FieldMethodKind* method : field_methods()) at.names.push_back(method->name);
@@ -303,6 +349,10 @@ Table network() {
   add("resistivity", [](Draft& d) { return &d.scene.network.parameters.resistivity; });
   add("contact_radius", [](Draft& d) { return &d.scene.network.parameters.contact_radius; });
   table.keys.back().old_name = "spot";
+  add("film_resistance", [](Draft& d) { return &d.scene.network.parameters.film_resistance; });
+  add("elastic_modulus", [](Draft& d) { return &d.scene.network.parameters.elastic_modulus; });
+  add("hardness", [](Draft& d) { return &d.scene.network.parameters.hardness; });
+  add("spot_radius", [](Draft& d) { return &d.scene.network.parameters.spot_radius; });
   return table;
 }
 
@@ -360,8 +410,8 @@ Table stop() {
 }  // namespace tables
 
 std::vector<Table> tables_of_the_computation() {
-  return {tables::minimize(), tables::field(),  tables::mechanics(),
-          tables::network(),  tables::output(), tables::stop()};
+  return {tables::minimize(), tables::compression(), tables::field(), tables::mechanics(),
+          tables::network(),  tables::output(),      tables::stop()};
 }
 
 namespace {

@@ -121,6 +121,26 @@ inline const char* type_name(const std::vector<double>&) { return "a list of num
 inline std::string show(const std::vector<double>& value) { return fmt::format("[{}]", fmt::join(value, ", ")); }
 inline std::vector<double> numbers(const std::vector<double>& value) { return value; }
 
+inline bool read(const toml::node& node, std::vector<Vec2>& value) {
+  const toml::array* list = node.as_array();
+  if (!list) return false;
+  value.assign(list->size(), {});
+  for (std::size_t k = 0; k < list->size(); ++k)
+    if (!read((*list)[k], value[k])) return false;
+  return !value.empty();
+}
+inline const char* type_name(const std::vector<Vec2>&) { return "a list of points [[x, y], ...], not empty"; }
+inline std::string show(const std::vector<Vec2>& value) {
+  std::vector<std::string> points;
+  for (const Vec2 point : value) points.push_back(show(point));
+  return fmt::format("[{}]", fmt::join(points, ", "));
+}
+inline std::vector<double> numbers(const std::vector<Vec2>& value) {
+  std::vector<double> all;
+  for (const Vec2 point : value) all.insert(all.end(), {point.x, point.y});
+  return all;
+}
+
 inline bool read(const toml::node& node, Interval& value) {
   if (read(node, value.smallest)) {
     value.largest = value.smallest;
@@ -150,22 +170,111 @@ inline std::vector<double> numbers(const Region& value) {
   return all;
 }
 
+/// Reads the points of a waveform, [[t0, V0], [t1, V1], ...].
+inline bool read_points(const toml::node* node, std::vector<Vec2>& points) {
+  const toml::array* list = node ? node->as_array() : nullptr;
+  if (!list) return false;
+  points.resize(list->size());
+  for (std::size_t k = 0; k < list->size(); ++k)
+    if (!read((*list)[k], points[k])) return false;
+  return true;
+}
+
+/// Reads a sine or a square wave: its numbers, and its shape.
+inline bool read_wave(const toml::table& keys, Waveform& wave) {
+  wave.shape = Waveform::Shape::sine;
+  for (const auto& [name, node] : keys) {
+    const std::string_view key = name.str();
+    if (key == "shape") {
+      const std::string shape = node.value<std::string>().value_or("");
+      if (shape != "sine" && shape != "square") return false;
+      if (shape == "square") wave.shape = Waveform::Shape::square;
+      continue;
+    }
+    double* const number = key == "amplitude"   ? &wave.amplitude
+                           : key == "frequency" ? &wave.frequency
+                           : key == "offset"    ? &wave.offset
+                           : key == "phase"     ? &wave.phase
+                                                : nullptr;
+    if (!number || !read(node, *number)) return false;
+  }
+  return keys.contains("amplitude") && keys.contains("frequency");
+}
+
+inline bool read(const toml::node& node, Signal& value) {
+  if (read(node, value.value)) return true;
+  const toml::table* keys = node.as_table();
+  if (!keys) return false;
+  Waveform waveform;
+  waveform.covers_run = keys->contains("table");
+  const char* points = waveform.covers_run ? "table" : "ramp";
+  const bool valid = keys->contains(points) ? keys->size() == 1 && read_points(keys->get(points), waveform.points)
+                                            : read_wave(*keys, waveform);
+  if (valid) value = Signal(std::move(waveform));
+  return valid;
+}
+inline const char* type_name(const Signal&) {
+  return "a number, { ramp = [[t0, value], [t1, value], ...] }, { table = \"file.csv\" or points as of a ramp } or { "
+         "amplitude = a number, frequency = a number in Hz, offset = 0, phase = 0 (degrees), shape = \"sine\" or "
+         "\"square\" }";
+}
+inline std::string show(const Signal& signal) {
+  return signal.varies() ? "a function of time" : fmt::format("{:g}", signal.value);
+}
+inline std::vector<double> numbers(const Signal& signal) {
+  if (!signal.varies()) return {signal.value};
+  const Waveform& wave = *signal.waveform;
+  std::vector<double> all{wave.amplitude, wave.frequency, wave.offset, wave.phase};
+  for (const Vec2 point : wave.points) all.insert(all.end(), {point.x, point.y});
+  return all;
+}
+
 inline bool read(const toml::node& node, DomainSide& value) {
   if (node.is_string()) {
     value.periodic = *node.value<std::string>() == "periodic";
     return value.periodic || *node.value<std::string>() == "insulating";
   }
   const toml::table* electrode = node.as_table();
-  if (!electrode || electrode->size() != 1 || !electrode->contains("potential")) return false;
+  if (!electrode || electrode->empty()) return false;
   value.electrode = true;
-  return read(*electrode->get("potential"), value.potential);
+  for (const auto& [name, number] : *electrode) {
+    const std::string_view key = name.str();
+    if (key == "potential" ? !read(number, value.potential)
+        : key == "series_resistance"
+            ? !read(number, value.series_resistance.emplace()) || !(*value.series_resistance > 0)
+        : key == "charge" ? !read(number, value.charge.emplace())
+                          : true)
+      return false;
+  }
+  return electrode->contains("potential") != electrode->contains("charge") &&
+         (electrode->contains("potential") || electrode->size() == 1);
 }
-inline const char* type_name(const DomainSide&) { return "\"periodic\", \"insulating\" or { potential = a number }"; }
+inline const char* type_name(const DomainSide&) {
+  return "\"periodic\", \"insulating\", { potential = a number in V or a function of time } (also with "
+         "series_resistance = a number in ohm, greater than 0) or { charge = a number in C }";
+}
 inline std::string show(const DomainSide& side) {
-  if (side.electrode) return fmt::format("{{ potential = {:g} }}", side.potential);
+  if (side.electrode) return fmt::format("{{ potential = {} }}", show(side.potential));
   return side.periodic ? "\"periodic\"" : "\"insulating\"";
 }
-inline std::vector<double> numbers(const DomainSide& side) { return {side.potential}; }
+inline std::vector<double> numbers(const DomainSide& side) {
+  std::vector<double> all = numbers(side.potential);
+  for (const auto& optional : {side.series_resistance, side.charge})
+    if (optional) all.push_back(*optional);
+  return all;
+}
+
+inline bool read(const toml::node& node, std::vector<std::string>& value) {
+  const toml::array* list = node.as_array();
+  if (!list) return false;
+  value.resize(list->size());
+  for (std::size_t k = 0; k < list->size(); ++k)
+    if (!read((*list)[k], value[k])) return false;
+  return !value.empty();
+}
+inline const char* type_name(const std::vector<std::string>&) { return "a list of texts, not empty"; }
+inline std::string show(const std::vector<std::string>& value) { return fmt::format("[{}]", fmt::join(value, ", ")); }
+inline std::vector<double> numbers(const std::vector<std::string>&) { return {}; }
 
 /// Reads an optional value from a TOML value: that of a key without a default, or with a default that depends on other
 /// keys.
@@ -184,6 +293,15 @@ std::string show(const std::optional<T>& value) {
 template <class T>
 std::vector<double> numbers(const std::optional<T>& value) {
   return value ? numbers(*value) : std::vector<double>{};
+}
+
+/// Returns the fault of a function of time in a value whose type and ranges are right; empty if there is none.
+inline std::string fault_of(const Signal& signal) { return signal.varies() ? signal.waveform->fault() : ""; }
+inline std::string fault_of(const DomainSide& side) { return fault_of(side.potential); }
+inline std::string fault_of(const std::optional<Signal>& signal) { return signal ? fault_of(*signal) : ""; }
+template <class T>
+std::string fault_of(const T&) {
+  return "";
 }
 
 }  // namespace lichtenberg

@@ -39,6 +39,21 @@ void subtract(const double* a, const double* b, double* difference) {
     for (int k = 0; k < d; ++k) difference[k] = a[k] - b[k];
 }
 
+/// Computes difference = a - b of nearest images.
+template <int d>
+void subtract(const double* a, const double* b, const NearestImage<d>& nearest, double* difference) {
+  for (int k = 0; k < d; ++k) difference[k] = nearest(a[k] - b[k], k);
+}
+
+/// Returns the part of the box of a scene in d dimensions.
+template <int d>
+Box<d> box_of(const Bodies& bodies) {
+  Box<d> box;
+  for (int k = 0; k < d; ++k) box.lengths[k] = bodies.box.lengths[k];
+  std::copy_n(bodies.box.sides.begin(), 2 * d, box.sides.begin());
+  return box;
+}
+
 /// Computes y += factor * x.
 template <int d>
 void add(double* y, double factor, const double* x) {
@@ -58,16 +73,40 @@ struct Batch {
   std::array<double, most> q, energy;                  // energy in units of the stiffness
   std::array<double, most> factor;                     // 1/m^2; the gradient is stiffness * factor * apart
 
-  void measure(const int* i, const int* j, int count, const double* x) {
+  template <bool periodic>
+  void measure(const int* i, const int* j, int count, const double* x, const NearestImage<d>& nearest) {
     for (int c = 0; c < count; ++c) {
-      subtract<d>(&x[d * i[c]], &x[d * j[c]], separation[c].data());
+      if constexpr (periodic)
+        subtract<d>(&x[d * i[c]], &x[d * j[c]], nearest, separation[c].data());
+      else
+        subtract<d>(&x[d * i[c]], &x[d * j[c]], separation[c].data());
       squared[c] = 0;
       for (int k = 0; k < d; ++k) squared[c] += separation[c][k] * separation[c][k];
     }
   }
 
-  /// Evaluates contact_law with one division: 1/q and 1/(q + 1) follow from 1/(q (q + 1)).
-  void apply_law(const double* per_reach, int count) {
+  void apply(effects::RepulsionForm form, const double* per_reach, int count) {
+    if (form == effects::RepulsionForm::harmonic)
+      apply_form<effects::RepulsionForm::harmonic>(per_reach, count);
+    else if (form == effects::RepulsionForm::hertzian)
+      apply_form<effects::RepulsionForm::hertzian>(per_reach, count);
+    else
+      apply_logarithmic(per_reach, count);
+  }
+
+  template <effects::RepulsionForm form>
+  void apply_form(const double* per_reach, int count) {
+    for (int c = 0; c < count; ++c) {
+      const double ratio = std::sqrt(squared[c]) * per_reach[c];
+      q[c] = ratio > 1 ? 1 : ratio;
+      const effects::ContactLaw law = effects::contact_law(form, q[c]);
+      energy[c] = q[c] > 0 ? law.energy : INFINITY;  // without a direction of the force
+      factor[c] = law.slope / q[c] * per_reach[c] * per_reach[c];
+    }
+  }
+
+  /// Evaluates the logarithmic form with one division: 1/q and 1/(q + 1) follow from 1/(q (q + 1)).
+  void apply_logarithmic(const double* per_reach, int count) {
     int deep = 0;
     for (int c = 0; c < count; ++c) {
       const double ratio = std::sqrt(squared[c]) * per_reach[c];
@@ -104,21 +143,33 @@ void CloseContacts::for_each_range(const Task& task) {
                  [&](int k) { task(ranges_[k], k * particles_a_task, std::min(n, (k + 1) * particles_a_task)); });
 }
 
+template <class F>
+decltype(auto) CloseContacts::in_kind_of_box(const F& f) const {
+  const auto in_space_of = [&](auto dimension) {
+    return bodies_.box.any_periodic() ? f(dimension, std::true_type{}) : f(dimension, std::false_type{});
+  };
+  return bodies_.dimension == 3 ? in_space_of(std::integral_constant<int, 3>{})
+                                : in_space_of(std::integral_constant<int, 2>{});
+}
+
 double CloseContacts::evaluate(std::span<const double> x, std::span<double> gradient) {
-  return bodies_.dimension == 3 ? evaluate<3>(x, gradient) : evaluate<2>(x, gradient);
+  return in_kind_of_box([&]<int d, bool periodic>(std::integral_constant<int, d>, std::bool_constant<periodic>) {
+    return evaluate<d, periodic>(x, gradient);
+  });
 }
 
 /// Evaluates all ranges of particles. Each range checks if its candidates still include all contacts. If one check
 /// fails, all candidates are collected again.
-template <int d>
+template <int d, bool periodic>
 double CloseContacts::evaluate(std::span<const double> x, std::span<double> gradient) {
-  if (collection_positions_.empty()) update<d>(x);
+  if (collection_positions_.empty()) update<d, periodic>(x);
   const auto evaluate_all = [&] {
-    for_each_range([&](Range& range, int first, int end) { evaluate_range<d>(range, first, end, x, gradient); });
+    for_each_range(
+        [&](Range& range, int first, int end) { evaluate_range<d, periodic>(range, first, end, x, gradient); });
   };
   evaluate_all();
   if (!std::ranges::all_of(ranges_, &Range::valid)) {
-    update<d>(x);
+    update<d, periodic>(x);
     evaluate_all();
   }
   ++uses_;
@@ -131,7 +182,7 @@ double CloseContacts::evaluate(std::span<const double> x, std::span<double> grad
   return potential_.stiffness() * energy;
 }
 
-template <int d>
+template <int d, bool periodic>
 void CloseContacts::evaluate_range(Range& range, int first, int end, std::span<const double> x,
                                    std::span<double> gradient) const {
   range.valid = is_valid_for<d>(first, end, x);
@@ -140,7 +191,7 @@ void CloseContacts::evaluate_range(Range& range, int first, int end, std::span<c
   range.outside_forces.clear();
   range.energy = 0;
   if (add_walls<d>(range, x, gradient))
-    add_pairs<d>(range, end, x, gradient);
+    add_pairs<d, periodic>(range, end, x, gradient);
   else
     range.energy = INFINITY;
 }
@@ -162,7 +213,7 @@ bool CloseContacts::add_walls(Range& range, std::span<const double> x, std::span
     const double distance = distance_from<d>(wall, &x[d * i]), reach = bodies_.radius[i];
     if (!(distance < reach)) continue;
     if (distance <= 0) return false;
-    const effects::ContactLaw law = effects::contact_law(distance / reach);
+    const effects::ContactLaw law = potential_.contact(distance / reach);
     range.energy += law.energy;
     for (int k = 0; k < d; ++k) gradient[d * i + k] += potential_.stiffness() * law.slope / reach * wall.normal[k];
   }
@@ -170,16 +221,17 @@ bool CloseContacts::add_walls(Range& range, std::span<const double> x, std::span
 }
 
 /// Sums in the order of the candidates. Candidates without overlap add zero, so a sum does not depend on their number.
-template <int d>
+template <int d, bool periodic>
 void CloseContacts::add_pairs(Range& range, int end, std::span<const double> x, std::span<double> gradient) const {
   Batch<d> batch;
+  const NearestImage<d> nearest(box_of<d>(bodies_));
   const int all = static_cast<int>(range.i.size());
   const double stiffness = potential_.stiffness();
   double energy = range.energy, *sum = gradient.data();
   for (int from = 0; from < all; from += batch.most) {
     const int count = std::min(batch.most, all - from), *i = &range.i[from], *j = &range.j[from];
-    batch.measure(i, j, count, x.data());
-    batch.apply_law(&range.per_reach[from], count);
+    batch.template measure<periodic>(i, j, count, x.data(), nearest);
+    batch.apply(potential_.form(), &range.per_reach[from], count);
     for (int c = 0; c < count; ++c) {
       energy += batch.energy[c];
       const double factor = stiffness * batch.factor[c];
@@ -195,31 +247,27 @@ void CloseContacts::add_pairs(Range& range, int end, std::span<const double> x, 
 }
 
 std::span<const Pair> CloseContacts::pairs(std::span<const double> x) {
-  const auto update_if_needed = [&]<int d>(std::integral_constant<int, d>) {
-    if (collection_positions_.empty() || !is_valid_for<d>(0, bodies_.size(), x)) update<d>(x);
-  };
-  if (bodies_.dimension == 3)
-    update_if_needed(std::integral_constant<int, 3>{});
-  else
-    update_if_needed(std::integral_constant<int, 2>{});
+  in_kind_of_box([&]<int d, bool periodic>(std::integral_constant<int, d>, std::bool_constant<periodic>) {
+    if (collection_positions_.empty() || !is_valid_for<d>(0, bodies_.size(), x)) update<d, periodic>(x);
+  });
   return pairs_;
 }
 
 /// Collects the candidates within a margin at x. The margin is wider if the candidates became invalid soon. It is
 /// limited such that the last neighbour search contains all pairs within it.
-template <int d>
+template <int d, bool periodic>
 void CloseContacts::update(std::span<const double> x) {
   constexpr int few = 4, many = 16;
   if (uses_ < few) wanted_margin_ = std::min(2 * wanted_margin_, skin_);
   if (uses_ > many) wanted_margin_ = std::max(0.5 * wanted_margin_, 1e-3 * skin_);
   margin_ = search_positions_.empty() ? 0 : skin_ - 2 * largest_move<d>(x);
   if (!(margin_ >= 0.25 * wanted_margin_)) {
-    pairs_ = pairs_closer_than(Spheres<d>{x, bodies_.radius}, skin_, team_);
+    pairs_ = pairs_closer_than(Spheres<d>{x, bodies_.radius, box_of<d>(bodies_)}, skin_, team_);
     search_positions_.assign(x.begin(), x.end());
     margin_ = skin_;
   }
   margin_ = std::min(margin_, wanted_margin_);
-  for_each_range([&](Range& range, int first, int end) { collect<d>(range, first, end, x); });
+  for_each_range([&](Range& range, int first, int end) { collect<d, periodic>(range, first, end, x); });
   collection_positions_.assign(x.begin(), x.end());
   uses_ = 0;
 }
@@ -233,15 +281,23 @@ double CloseContacts::largest_move(std::span<const double> x) const {
   return std::sqrt(most);
 }
 
-template <int d>
+template <int d, bool periodic>
 void CloseContacts::collect(Range& range, int first, int end, std::span<const double> x) const {
   const std::span pairs = pairs_of(pairs_, {first, end});
+  [[maybe_unused]] const NearestImage<d> nearest(box_of<d>(bodies_));
   range.i.resize(pairs.size()), range.j.resize(pairs.size()), range.per_reach.resize(pairs.size());
   std::size_t count = 0;
   for (const auto [i, j] : pairs) {  // no branch, because close pairs are hard to predict
     const double reach = bodies_.radius[i] + bodies_.radius[j], within = reach + margin_;
     range.i[count] = i, range.j[count] = j, range.per_reach[count] = 1 / reach;
-    count += squared_distance<d>(&x[d * i], &x[d * j]) < within * within;
+    if constexpr (periodic) {
+      double separation[d], squared = 0;
+      subtract<d>(&x[d * i], &x[d * j], nearest, separation);
+      for (int k = 0; k < d; ++k) squared += separation[k] * separation[k];
+      count += squared < within * within;
+    } else {
+      count += squared_distance<d>(&x[d * i], &x[d * j]) < within * within;
+    }
   }
   range.i.resize(count), range.j.resize(count), range.per_reach.resize(count);
   range.walls.clear();

@@ -14,7 +14,8 @@ namespace lichtenberg::statics {
 /// Computes energy and gradient of the soft repulsion of overlapping particles that move little between evaluations. A
 /// Verlet neighbour list with a wide skin is rebuilt rarely. Each evaluation uses only the pairs of the list within a
 /// narrow margin beyond contact. The margin adapts to the displacements of the particles. The energy and the gradient
-/// do not depend on when the lists were made, nor on the number of threads.
+/// do not depend on when the lists were made, nor on the number of threads. Positions are unwrapped: across periodic
+/// sides the nearest images interact.
 class CloseContacts {
  public:
   /// Prepares the evaluation for particles with the radii and the dimension of `bodies`. `team`: threads. All arguments
@@ -41,21 +42,24 @@ class CloseContacts {
   };
   template <class Task>
   void for_each_range(const Task& task);
-  template <int d>
+  /// Calls f with the dimension, and with true if the domain has periodic sides, as constants.
+  template <class F>
+  decltype(auto) in_kind_of_box(const F& f) const;
+  template <int d, bool periodic>
   double evaluate(std::span<const double> x, std::span<double> gradient);
-  template <int d>
+  template <int d, bool periodic>
   void evaluate_range(Range& range, int first, int end, std::span<const double> x, std::span<double> gradient) const;
   template <int d>
   bool is_valid_for(int first, int end, std::span<const double> x) const;
   template <int d>
   bool add_walls(Range& range, std::span<const double> x, std::span<double> gradient) const;
-  template <int d>
+  template <int d, bool periodic>
   void add_pairs(Range& range, int end, std::span<const double> x, std::span<double> gradient) const;
-  template <int d>
+  template <int d, bool periodic>
   void update(std::span<const double> x);
   template <int d>
   double largest_move(std::span<const double> x) const;
-  template <int d>
+  template <int d, bool periodic>
   void collect(Range& range, int first, int end, std::span<const double> x) const;
 
   const effects::SoftRepulsion& potential_;

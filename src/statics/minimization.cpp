@@ -251,7 +251,9 @@ void Minimization::advance_to(double iteration, const std::function<bool()>& pau
 Frame Minimization::frame() {
   const Implementation& self = *implementation_;
   Frame frame{.time = time(), .time_unit = "1"};
-  frame.add_vectors("position", "m", self.in_scene_order(self.minimizer->point().x), self.scene.dimension());
+  Bodies now = bodies();
+  wrap(now);
+  frame.add_vectors("position", "m", now.position, self.scene.dimension());
   frame.add_system("energy", "J", energy());
   frame.add_system("largest_force", "N", largest_force());
   return frame;

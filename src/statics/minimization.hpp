@@ -32,10 +32,12 @@ class Minimization : public Motion {
   double force_unit() const;         ///< N, stiffness (J) over the mean diameter
   /// Returns true if no net force on a particle exceeds minimize.force_tolerance, in force_unit().
   bool at_rest() const;
-  /// Returns the particles at the positions of the present iteration, in the order of the scene.
+  /// Returns the particles at the positions of the present iteration, unwrapped, in the order of the scene.
   Bodies bodies() const;
+  /// Returns contacts, coordination and pressure of the present packing.
+  const analysis::Packing& packing();
 
-  /// Returns the number of the iteration.
+  /// Returns the number of iterations so far, which takes the place of the time of other motions.
   double time() const override { return static_cast<double>(iteration()); }
   std::string time_unit() const override { return "1"; }
   /// Returns the number of the iteration of the next frame, at most minimize.max_iterations. It is the next multiple of
@@ -69,7 +71,6 @@ class Minimization : public Motion {
   void record_history();
   double most_iterations() const;
   double force_in_units() const { return largest_force() / force_unit(); }
-  const analysis::Packing& packing();
 
   struct Implementation;
   std::unique_ptr<Implementation> implementation_;

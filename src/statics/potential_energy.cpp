@@ -63,7 +63,13 @@ PotentialEnergy::PotentialEnergy(const Scene& scene, std::unique_ptr<effects::So
     : potential_(*potential),
       model_(effects::make_model(scene, effects::made(std::move(potential)))),
       team_(threads),
-      contacts_(potential_, model_.bodies, team_) {}
+      contacts_(potential_, model_.bodies, team_) {
+  for (const std::unique_ptr<Effect>& effect : model_.effects) {
+    if (effect.get() == &potential_) continue;  // the only other effect is gravity, whose forces are constant
+    weight_.resize(model_.bodies.position.size());
+    effect->add_forces({0, model_.bodies}, weight_);
+  }
+}
 
 int PotentialEnergy::ranges() const { return (model_.bodies.size() + particles_a_task - 1) / particles_a_task; }
 
@@ -79,7 +85,12 @@ State PotentialEnergy::move_to(std::span<const double> x) {
 }
 
 double PotentialEnergy::evaluate(std::span<const double> x, std::span<double> gradient) {
-  return contacts_.evaluate(x, gradient);
+  double energy = contacts_.evaluate(x, gradient);
+  for (std::size_t k = 0; k < weight_.size(); ++k) {
+    energy -= weight_[k] * x[k];
+    gradient[k] -= weight_[k];
+  }
+  return energy;
 }
 
 void PotentialEnergy::linearize(std::span<const double> x) {
@@ -116,7 +127,7 @@ void PotentialEnergy::build_rows(const State& state) {
     rows.start.assign(end - first + 1, 0);
     rows.column.clear(), rows.block.clear();
     for (const effects::Overlap& o : potential_.overlaps(state, first, end)) {
-      const effects::ContactLaw w = effects::contact_law(o.q);
+      const effects::ContactLaw w = potential_.contact(o.q);
       const double along = k * w.curvature / (o.reach * o.reach);
       const double across = o.partner < n ? k * w.slope / (o.reach * o.distance) : 0;
       const Block b = central<dimension>(o.normal, along, across), p = central<dimension>(o.normal, along, 0);

@@ -10,8 +10,8 @@
 
 namespace lichtenberg::statics {
 
-/// Potential energy (J) of overlapping particles as a function of their positions (m, [N * dimension]), with gradient
-/// and Hessian: the objective of the minimization.
+/// Potential energy (J) of overlapping particles, and of their weight relative to the origin, as a function of their
+/// positions (m, [N * dimension], unwrapped), with gradient and Hessian: the objective of the minimization.
 class PotentialEnergy : public minimize::SmoothObjective {
  public:
   /// Makes the objective for a scene with effects.soft_repulsion, evaluated by this number of threads.
@@ -51,6 +51,7 @@ class PotentialEnergy : public minimize::SmoothObjective {
   Model model_;
   mutable parallel::Team team_;
   CloseContacts contacts_;
+  std::vector<double> weight_;  ///< N, [N * dimension], of the particles; empty without gravity
   mutable std::vector<std::vector<ParticleForce>> outside_forces_;  ///< by range, for the last product
   /// Off-diagonal blocks of the Hessian's upper triangle, with reversed sign, in the rows of a range of particles
   /// (sparse block rows). `start`: index of each row's first block; `column`: partner of each block. Each symmetric

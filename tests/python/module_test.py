@@ -77,6 +77,11 @@ class Scenes(unittest.TestCase):
             li.Scene("missing.toml")
         self.assertEqual((caught.exception.file, caught.exception.key), ("missing.toml", None))
 
+    def test_an_integrator_of_another_program_is_refused_with_the_reason(self):
+        with self.assertRaisesRegex(li.InputError, "must be one of .*; integrators that a C\\+\\+ program adds are unknown") as caught:
+            li.Scene(TWO_DISKS, {"mechanics.integrator": "heun"})
+        self.assertEqual(caught.exception.key, "mechanics.integrator")
+
     def test_bad_sources_are_refused(self):
         def refused(words, *arguments, **named):
             with self.assertRaisesRegex(li.InputError, words):
@@ -530,6 +535,27 @@ threads = [threading.Thread(target=lambda: found.append(lichtenberg.solve({TWO_D
 [thread.join() for thread in threads]
 assert len(found) == 4, found"""
         subprocess.run([sys.executable, "-c", program], check=True)
+
+    def test_an_interrupt_ends_a_solve(self):
+        # Each solve takes minutes.
+        plane = f"{str(SOURCE / 'scenes/dendrite.toml')!r}, {{'field.cells': 2048, 'field.tolerance': 1e-12}}"
+        multipole = f"{str(SOURCE / 'scenes/dendrite.toml')!r}, {{'field.method': 'multipole', 'field.tolerance': 1e-12}}"
+        space = f"{str(SOURCE / 'scenes/dendrite-3d.toml')!r}, {{'field.accuracy': 1e-8}}"
+        for scene in (plane, multipole, space):
+            with self.subTest(scene):
+                program = textwrap.dedent(f"""
+                    import os, signal, sys, threading; sys.path.insert(0, {str(SOURCE / "python")!r})
+                    import lichtenberg as li
+                    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have let it be ignored
+                    threading.Timer(2, os.kill, (os.getpid(), signal.SIGINT)).start()
+                    try:
+                        li.solve({scene}, capacitance=True)
+                    except KeyboardInterrupt:
+                        print("interrupted")
+                        print("solved", li.solve({TWO_DISKS!r}).energy > 0)
+                    """)
+                ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=300)
+                self.assertEqual(ended.stdout, "interrupted\nsolved True\n", ended.stderr)
 
     def test_an_interrupt_ends_a_step(self):
         program = textwrap.dedent(f"""

@@ -12,7 +12,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.collections import EllipseCollection, LineCollection
-from matplotlib.patches import Circle, PathPatch, Rectangle
+from matplotlib.patches import Circle, PathPatch, Polygon, Rectangle
 from matplotlib.path import Path as Outline
 from matplotlib.transforms import Affine2D, offset_copy
 
@@ -59,6 +59,20 @@ class Snapshot:
     def connected(self):
         """[N] True for conductors with a path to the ground."""
         return np.zeros(len(self.radius), bool) if self.successor is None else self.successor != UNCONNECTED
+
+
+def scene_size(file):
+    """Returns the size (m) of the domain, [2] or [3], as the scene states it."""
+    domain = file["scene/domain"]
+    return np.append(domain["size"][:2], domain["height"][()] if "height" in domain else [])
+
+
+def size_in(file, frame):
+    """Returns the size (m) of the domain, [2] or [3], in a frame: that of the load, if a packing has loads."""
+    size = scene_size(file)
+    if "observables/size_x" not in file:
+        return size
+    return np.array([file[f"observables/size_{axis}/value"][frame] for axis in "xyz"[: len(size)]])
 
 
 def read_sides(domain):
@@ -198,12 +212,18 @@ def bar_patch(axes, geometry, **style):
     return Rectangle((0, -width / 2), np.hypot(*along), width, transform=turned + axes.transData, **style)
 
 
-def ring_patch(geometry, size, **style):
-    """Returns the domain outside of the circle as a patch. The circle runs clockwise to be a hole."""
+def outside_patch(curve, size, **style):
+    """Returns the domain outside of a closed curve [K, 2] as a patch. The curve runs clockwise to be a hole, and its last
+    point is the first."""
     box = Outline([(0, 0), (size[0], 0), size, (0, size[1]), (0, 0)], closed=True)
+    return PathPatch(Outline.make_compound_path(box, Outline(curve, closed=True)), **style)
+
+
+def ring_patch(geometry, size, **style):
+    """Returns the domain outside of the circle as a patch."""
     angle = np.linspace(0, -2 * np.pi, 361)
     circle = geometry["centre"] + geometry["radius"] * np.column_stack([np.cos(angle), np.sin(angle)])
-    return PathPatch(Outline.make_compound_path(box, Outline(circle, closed=True)), **style)
+    return outside_patch(circle, size, **style)
 
 
 def electrode_patch(axes, electrode, size, **style):
@@ -211,6 +231,11 @@ def electrode_patch(axes, electrode, size, **style):
         return Circle(electrode.geometry["centre"], electrode.geometry["radius"], **style)
     if electrode.shape == "bar":
         return bar_patch(axes, electrode.geometry, **style)
+    if electrode.shape == "polygon":
+        return Polygon(electrode.geometry["points"], **style)
+    if electrode.shape == "hollow polygon":  # its points run clockwise
+        points = electrode.geometry["points"]
+        return outside_patch(np.vstack([points, points[:1]]), size, **style)
     return ring_patch(electrode.geometry, size, **style)
 
 

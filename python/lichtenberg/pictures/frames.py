@@ -16,7 +16,7 @@ from .fields import Fields
 def open_run(file, path):
     """Returns the run as an object of its kind. Imports of the other kinds would cost time."""
     drawing.frame_index(file, path, None)
-    if "walls" in file["scene"]:
+    if "walls" in file["scene"] or "relaxation" in file or "observables/size_x" in file:
         from .packing import Packing as Kind
     elif "gas" not in file and "height" in file["scene/domain"] and "potential" in file["particles/conductors"]:
         from .conductors import ConductorsInSpace as Kind

@@ -98,10 +98,13 @@ def read_network(file, model):
     radius = file["particles/conductors/radius"][()]
     domain = file["scene/domain"]
     spatial = "height" in domain
-    size = np.append(domain["size"][:2], domain["height"][()] if spatial else [])
+    size = drawing.size_in(file, int(group.attrs["frame"]))
+    moved = np.ones(3)
+    moved[: len(size)] = size / drawing.scene_size(file)  # walls move with the sides of a packing with loads
     shown = [0, 1, 2] if spatial else [0, 1]
     names = [name.strip() for name in group.attrs["between"].split(",")]
     found = [walls(file).get(name) for name in names]
+    found = [(w[0] * moved, w[1]) if w else None for w in found]
     ends = resistor_ends(group, position, radius, found)
     potential = group["potential"][()]
     lines = [wall_line(w[0][:2], w[1][:2], size[:2]) if w else int(name) for w, name in zip(found, names)]

@@ -19,15 +19,19 @@ class DrawnPacking:
         index = len(times) - 1 if frame is None else frame
         last = index == len(times) - 1
         self.title = file["scene"].attrs["title"]
-        self.iteration = int(times[index])
+        self.instant = f"{'load' if 'observables/size_x' in file else 'iteration'} {int(times[index])}"
         self.spatial = "height" in file["scene/domain"]
         self.position_3d = particles["position/value"][index]  # [N, 3] m
         self.position = self.position_3d[:, :2] * drawing.MM
         self.radius = particles["radius"][()] * drawing.MM
-        self.size = file["scene/domain/size"][:2] * drawing.MM
+        size = drawing.size_in(file, index)
+        self.size = size[:2] * drawing.MM
+        self.period = np.where(np.resize(particles["box"].attrs.get("boundary", b"none"), len(size)) == b"periodic", size, np.inf)
+        self.period = self.period[:2] * drawing.MM
         self.energy = file["observables/energy/value"][index]
-        walls = file["scene/walls"]
+        walls = file["scene/walls"] if "walls" in file["scene"] else dict.fromkeys(["point", "normal"], np.empty((0, 3)))
         self.wall_point, self.wall_normal = walls["point"][()][:, :2] * drawing.MM, walls["normal"][()][:, :2]
+        self.wall_point = self.wall_point * (size / drawing.scene_size(file))[:2]  # walls move with the sides
         self.contacts = file["packing/contacts"][()] if last and "packing" in file else None
         self.force = file["packing/force"][()] if self.contacts is not None else None
         count = len(self.radius)
@@ -41,7 +45,10 @@ class DrawnPacking:
     def force_lines(self):
         """[E, 2, 2] lines from centre to centre or to the wall."""
         n = len(self.radius)
-        return np.array([[self.position[i], self.position[j] if j < n else self.foot(i, j - n)] for i, j in self.contacts])
+        ends = np.array([[self.position[i], self.position[j] if j < n else self.foot(i, j - n)] for i, j in self.contacts])
+        separation = ends[:, 1] - ends[:, 0]
+        ends[:, 1] -= np.where(np.isfinite(self.period), self.period, 0) * np.round(separation / self.period)
+        return ends  # across a periodic side to the nearest image
 
     def pressing(self):
         """[N] sum of the magnitudes (N) of the forces on each particle; nan of rattlers, and where no forces are
@@ -96,7 +103,7 @@ class Packing:
 
     def caption(self, shown):
         packing = shown[0]
-        words = f"iteration {packing.iteration}, N = {len(packing.radius)}, U = {packing.energy:.4g} J"
+        words = f"{packing.instant}, N = {len(packing.radius)}, U = {packing.energy:.4g} J"
         return words + (f", cut at {'xyz'[self.cut[0]]} = {drawing.in_metres(self.cut[1])}" if self.cut else "")
 
     def draw(self, axes, shown, scale):

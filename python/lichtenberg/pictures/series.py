@@ -64,7 +64,7 @@ def series_in(file, path):
     add_group(file, run, "analysis")
     if "gas" in file:
         add_gas(file, run)
-    elif "relaxation" in file:
+    elif "relaxation" in file or "observables/size_x" in file:
         add_packing(file, run)
     else:
         add_conductors(file, run)
@@ -113,6 +113,11 @@ def add_gas(file, run):
 
 
 def add_packing(file, run):
+    if "observables/size_x" in file:  # a packing with loads
+        run.unit_of_time, run.words_of_time = "1", "load"
+        labels = {"pressure": "pressure", "packing_fraction": "packing fraction", "backbone_coordination": "contacts"}
+        run.panels += [Panel(label, [(name, "")]) for name, label in labels.items()]
+        return
     add_group(file, run, "relaxation", "iteration")
     for name in ("energy", "largest_force"):
         if name in file["relaxation"]:

@@ -4,8 +4,10 @@
 
 #include <algorithm>
 #include <map>
+#include <numbers>
 
 #include "solvers/error.hpp"
+#include "solvers/geometry/closed_curve.hpp"
 #include "solvers/laplace/accuracy/cost_model.hpp"
 #include "solvers/laplace/accuracy/gaps.hpp"
 #include "solvers/laplace/accuracy/grids.hpp"
@@ -33,13 +35,27 @@ bool reaches_a_side(const Ring& ring, Vec2 size) {
   return ring.radius >= std::min({c.x, size.x - c.x, c.y, size.y - c.y});
 }
 
-/// Returns the order of the error, h^order. At a bar's right angles (3 pi / 2 of fluid around a corner) the potential
-/// varies like r^(2/3), and fluxes through cells of size h are wrong by h^(4/3). If a rim reaches a side of the box,
-/// cells with faces on the covered part treat these as insulating: first order.
-double order_of(const LaplaceProblem& problem) {
+bool reaches_a_side(const ClosedCurve& curve, Vec2 size) {
+  return std::min(curve.low().x, curve.low().y) <= 0 || curve.high().x >= size.x || curve.high().y >= size.y;
+}
+
+/// Returns the order of the error for a corner of this exterior angle. With w = pi + angle of fluid around the corner
+/// the potential varies like r^(pi/w), and fluxes through cells of size h are wrong by h^(2 pi/w).
+double order_at_corner(double angle) { return 2 * std::numbers::pi / (std::numbers::pi + angle); }
+
+/// Returns the order of the error, h^order, on grids of cells down from this size (m). A bar has corners of pi / 2. A
+/// closed curve has a corner where the direction of its surface rotates much within a cell. If a rim or a curve reaches
+/// a side of the box, cells with faces on the covered part treat these as insulating: first order.
+double order_of(const LaplaceProblem& problem, double cell) {
+  constexpr double little = 0.5;  // A circle of two cells' radius: errors decrease regularly
   double order = 2;
   for (const Body& body : problem.bodies) {
     if (std::holds_alternative<Bar>(body.shape)) order = std::min(order, 4.0 / 3);
+    if (const auto* freeform = std::get_if<Freeform>(&body.shape)) {
+      if (const double rotation = freeform->curve->largest_rotation(cell); rotation > little)
+        order = std::min(order, order_at_corner(rotation));
+      if (reaches_a_side(*freeform->curve, problem.size)) order = 1;
+    }
     const Ring* ring = std::get_if<Ring>(&body.shape);
     if (ring && reaches_a_side(*ring, problem.size)) order = 1;
   }
@@ -62,8 +78,7 @@ double refusal_margin(double estimate) { return 1.5 * estimate; }
 /// Solutions of one problem on grids of different cell size, each computed once.
 class GridSolutions {
  public:
-  GridSolutions(const LaplaceProblem& problem, CutCellOptions options)
-      : problem_(problem), options_(options), order_(order_of(problem)) {}
+  GridSolutions(const LaplaceProblem& problem, CutCellOptions options) : problem_(problem), options_(options) {}
 
   const LaplaceSolution& on(int cells) {
     if (const auto known = solutions_.find(cells); known != solutions_.end()) return known->second;
@@ -83,13 +98,13 @@ class GridSolutions {
   double error(int cells) {
     const LaplaceSolution& fine = on(cells);
     const Scales scales = scales_of(problem_, fine);
+    const double cell = std::max(problem_.size.x, problem_.size.y) / cells, order = order_of(problem_, 4 * cell);
     double worst = 0;
     for (const int sixteenths : {8, 7, 6, 5, 4}) {
-      const double falls = std::pow(sixteenths / 16.0, order_);
+      const double falls = std::pow(sixteenths / 16.0, order);
       const double difference = largest_error(problem_, on(cells / 16 * sixteenths), fine, scales);
       worst = std::max(worst, difference * falls / (1 - falls));
     }
-    const double cell = std::max(problem_.size.x, problem_.size.y) / cells;
     return safety(narrowest(problem_).gap / cell) * worst;
   }
 
@@ -98,7 +113,6 @@ class GridSolutions {
  private:
   const LaplaceProblem& problem_;
   CutCellOptions options_;
-  double order_;
   std::map<int, LaplaceSolution> solutions_;
   int finest_ = 0;
   std::unique_ptr<CutCellSolver> solver_;
@@ -263,11 +277,12 @@ AccurateSolution solve_on_grids(const LaplaceProblem& problem, const AccuracyReq
   choice.tolerance = std::max(choice.tolerance * finer, finest_tolerance);
   options.tolerance = choice.tolerance;
   GridSolutions solutions(problem, options);
-  const double order = order_of(problem);
+  const double side = std::max(problem.size.x, problem.size.y);
   const double error_growth = error_growth_to_least_gap(problem, request.least_gap);
   const double gap = narrowest(problem).gap / std::max(problem.size.x, problem.size.y);
   while ((choice.estimate = error_growth * solutions.error(choice.cells)) > request.accuracy) {
-    const bool regular = gap * choice.cells > regular_from;
+    const double order = order_of(problem, 4 * side / choice.cells);
+    const bool regular = gap * choice.cells > regular_from && order == order_of(problem, 4 * side / most);
     const int next = next_grid(grids, choice.cells, most, choice.estimate / request.accuracy, order, regular);
     if (next == 0) {
       const double possible = choice.estimate * std::pow(static_cast<double>(choice.cells) / most, order);

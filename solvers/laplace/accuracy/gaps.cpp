@@ -5,6 +5,8 @@
 #include <cmath>
 #include <vector>
 
+#include "solvers/geometry/closed_curve.hpp"
+
 namespace lichtenberg::laplace {
 namespace {
 
@@ -27,8 +29,10 @@ class Search {
       consider(far * disks_[i].disk.radius, disks_[i].disk.radius);
       check_right_neighbours(i);
       check_other_shapes(disks_[i]);
-      check_sides(disks_[i]);
+      check_sides(disks_[i], disks_[i].disk.radius);
     }
+    for (const Body& body : problem.bodies)
+      if (const auto* freeform = std::get_if<Freeform>(&body.shape)) check_curve(*freeform->curve, body);
   }
   NarrowGap found() const { return found_; }
 
@@ -63,14 +67,29 @@ class Search {
         consider(gap(one.disk, body.shape), one.disk.radius);
   }
 
-  void check_sides(const Circle& one) {
+  void check_sides(const Circle& one, double radius) {
     const Vec2 p = one.disk.centre;
     const std::array distance = {p.x, problem_.size.x - p.x, p.y, problem_.size.y - p.y};
     const Group& group = problem_.groups[one.group];
     for (std::size_t s = 0; s < distance.size(); ++s) {
       const Side& side = problem_.sides[s];
       if (side.kind == Side::Kind::insulating || side.profile) continue;
-      if (group.floating || group.potential != side.potential) consider(distance[s] - one.disk.radius, one.disk.radius);
+      if (group.floating || group.potential != side.potential) consider(distance[s] - one.disk.radius, radius);
+    }
+  }
+
+  /// The radius of a curve is twice its area over its perimeter, as for a disk. Its gaps are those of points on it.
+  void check_curve(const ClosedCurve& curve, const Body& own) {
+    const double radius = 2 * curve.area() / curve.perimeter();
+    if (!curve.hollow()) consider(far * radius, radius);
+    for (const Vec2 p : curve.polygon(1e-3 * radius)) {
+      const bool in_box = p.x >= 0 && p.x <= problem_.size.x && p.y >= 0 && p.y <= problem_.size.y;
+      if (!in_box) continue;
+      check_sides({{p, 0}, own.group}, radius);
+      for (const Body& other : problem_.bodies)
+        if (&other != &own && !std::holds_alternative<Disk>(other.shape) &&
+            !one_potential(problem_, own.group, other.group))
+          consider(gap({p, 0}, other.shape), radius);
     }
   }
 

@@ -10,9 +10,10 @@ struct NarrowGap {
   double radius = 0;  ///< Radius (m) of the disk, or of the smaller of two disks
 };
 
-/// Finds the gap that determines the cut-cell method's error: the gap with the smallest radius * gap^3 (radius of the
-/// smaller disk). Gaps without a disk, and gaps to sides with a varying potential, do not count. A disk without a gap
-/// below two radii counts with this gap. Without any disk, gap and radius are the longer side of the box.
+/// Finds the gap that determines the cut-cell method's error: the gap with the smallest radius * gap^3. The radius is
+/// that of the smaller disk; for a closed curve it is twice its area over its perimeter. Gaps between bars and rings do
+/// not count, nor do those to sides with a varying potential. A disk without a gap below two radii counts with this
+/// gap. Without any disk and closed curve, gap and radius are the longer side of the box.
 NarrowGap narrowest(const LaplaceProblem& problem);
 
 /// Computes an empirical measure of the cut-cell method's error, the difficulty. It is (h/R)^(1/2) (h/gap)^(3/2) with

@@ -51,7 +51,9 @@ std::vector<Round> round_bodies(const LaplaceProblem& problem, double h) {
     const Outline outline = outline_in_cells(body.shape, h);
     if (!outline.round())
       throw InputError(
-          "field.boundary_stencil = \"aperture\" is for round conductors and electrodes: a bar needs another formula");
+          "field.boundary_stencil = \"aperture\" is for round conductors and electrodes: a bar, polygon, ellipse or "
+          "curve "
+          "needs another formula");
     bodies.push_back({{outline.centre, outline.size}, outline.kind == Outline::Kind::ring});
   }
   return bodies;

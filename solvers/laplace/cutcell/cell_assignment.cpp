@@ -56,16 +56,18 @@ void CellAssignment::divide(const GridBodies& bodies, const Layout& layout, int 
 /// Assigns the cells whose centres the piece's body covers, except those that bodies before it cover. `is_alone`: no
 /// other thread assigns cells at the same time.
 void CellAssignment::claim(const BodyPiece& piece, const Outline& outline, bool is_alone, Level& level) {
-  const bool convex = outline.kind == Outline::Kind::disk;
+  const bool convex = outline.kind == Outline::Kind::disk, curve = outline.kind == Outline::Kind::curve;
+  std::vector<char> covered;  // by column, of a curve
   for (int j = piece.range.from_j; j <= piece.range.to_j; ++j) {
     auto& [from, to] = columns_[piece.first_row + j - piece.range.from_j];
     from = piece.range.from_i, to = piece.range.to_i;
+    if (curve) covered_columns(outline, j, from, to, covered);
     // Between its first and its last covered cell a disk's row is covered completely. Rounding does not change this,
     // because the rounded square increases with its argument.
     while (convex && from <= to && !covers(outline, from, j)) ++from;
     while (convex && from <= to && !covers(outline, to, j)) --to;
     for (int i = from; i <= to; ++i) {
-      if (!convex && !covers(outline, i, j)) continue;
+      if (curve ? !covered[i - piece.range.from_i] : !convex && !covers(outline, i, j)) continue;
       CellOwner& cell = level.owner[level.layout(i, j)];
       if (is_alone) {
         if (cell.is_fluid()) cell = CellOwner::by(piece.body);

@@ -31,17 +31,21 @@ inline constexpr double least_extent = 1.5;
 /// one it would have no link.
 inline constexpr double least_bar_length = std::numbers::sqrt2;
 
-/// Returns true if a coarse grid resolves the body: rings always, bars from a minimum length and disks from a minimum
-/// radius on. `body`: lengths in cells. `floats_alone`: the body shares its unknown potential with no other body.
+/// Returns true if a coarse grid resolves the body: rings always, bars and closed curves from a minimum length and
+/// disks from a minimum radius on. `body`: lengths in cells. `floats_alone`: the body shares its unknown potential with
+/// no other body.
 LICHTENBERG_HOST_DEVICE inline bool is_resolved(const Outline& body, bool floats_alone) {
   if (body.kind == Outline::Kind::ring) return true;
   if (body.kind == Outline::Kind::bar) return norm(body.end - body.centre) >= least_bar_length;
+  if (body.kind == Outline::Kind::curve)
+    return body.end.x < 0 || 2 * std::max(body.end.x, body.end.y) >= least_bar_length;
   return body.size >= (floats_alone ? least_lone_radius : least_radius);
 }
 
-/// Returns the disk by which a coarse grid represents an unresolved disk or bar. The radius for a bar is the mean of
-/// its two half sides, as for the capacitance of an ellipse with these half axes.
+/// Returns the disk by which a coarse grid represents an unresolved body. The radius for a bar or a closed curve is the
+/// mean of its two half sides, as for the capacitance of an ellipse with these half axes.
 LICHTENBERG_HOST_DEVICE inline Outline unresolved_disk(const Outline& body) {
+  if (body.kind == Outline::Kind::curve) return {Outline::Kind::disk, body.centre, {}, 0.5 * (body.end.x + body.end.y)};
   if (body.kind != Outline::Kind::bar) return body;
   return {Outline::Kind::disk, 0.5 * (body.centre + body.end), {}, 0.25 * (norm(body.end - body.centre) + body.size)};
 }

@@ -19,7 +19,12 @@ void put(Message& message, const LaplaceProblem& problem) {
   }
   message.put(problem.permittivity);
   for (const Body& body : problem.bodies)
-    if (body.link_model) throw InputError("a body with a link model (LinkModel) cannot be solved by several processes: use one process");
+    if (body.link_model)
+      throw InputError("a body with a link model (LinkModel) cannot be solved by several processes: use one process");
+  for (const Body& body : problem.bodies)
+    if (std::holds_alternative<Freeform>(body.shape))
+      throw InputError(
+          "electrodes of shape polygon, ellipse or curve cannot be solved by several processes: use one process");
   message.put(problem.bodies);
   message.put(problem.groups);
   message.put(problem.couplings);

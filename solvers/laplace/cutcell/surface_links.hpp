@@ -10,6 +10,7 @@
 #include <limits>
 #include <numbers>
 #include <string>
+#include <vector>
 
 #include "solvers/geometry/shape.hpp"
 #include "solvers/laplace/cutcell/link.hpp"
@@ -50,20 +51,24 @@ class LinkModel {
   virtual LinkFunction formula() const = 0;
 };
 
-/// Shape of a body (conductor) in units of cells: disk, ring or bar. CUDA device code uses it in place of std::variant.
+/// Shape of a body (conductor) in units of cells: disk, ring, bar or closed curve. CUDA device code uses it in place of
+/// std::variant; it has no closed curves.
 struct Outline {
-  enum class Kind : std::int32_t { disk, ring, bar } kind = Kind::disk;
-  /// Centre of a disk or ring, first end of a bar's longer axis.
+  enum class Kind : std::int32_t { disk, ring, bar, curve } kind = Kind::disk;
+  /// Centre of a disk, a ring or a curve's bounding rectangle, first end of a bar's longer axis.
   Vec2 centre;
-  /// Second end of that axis.
+  /// Second end of that axis, or half the width and height of a curve's bounding rectangle.
   Vec2 end;
-  /// Radius, or the bar's extent across that axis.
+  /// Radius, or the bar's extent across that axis, or the curve's area over its perimeter.
   double size = 0;
   /// Formula of the body's link model, which uses `data`; null: the solver's LinkFormula.
   LinkFunction link = nullptr;
   double data[2] = {};
+  /// Closed curve (m), and the size of a cell (m).
+  const ClosedCurve* curve = nullptr;
+  double cell = 0;
 
-  LICHTENBERG_HOST_DEVICE bool round() const { return kind != Kind::bar; }
+  LICHTENBERG_HOST_DEVICE bool round() const { return kind == Kind::disk || kind == Kind::ring; }
 };
 
 /// Returns the same rectangle as a bar whose axis runs along its longer sides.
@@ -75,12 +80,24 @@ inline Bar with_longer_axis(const Bar& bar) {
   return {centre - half_width, centre + half_width, length};
 }
 
+// Functions for closed curves (curve_links.cpp), which are not in device code. Lengths are in cells.
+
+/// Returns the outline of a closed curve for cells of size h (m).
+Outline curve_outline(const ClosedCurve& curve, double h);
+/// Returns true if the curve's conductor covers p. A conductor much thinner than a cell is widened, so that it covers a
+/// connected chain of cells.
+bool curve_covers(const Outline& body, Vec2 p);
+/// Computes whether the curve's conductor covers the centres of the cells of row j in the columns `from` to `to`, as
+/// curve_covers does, but in a pass along the row.
+void covered_columns(const Outline& body, int j, int from, int to, std::vector<char>& covered);
+
 /// Converts a shape to units of cells: divides every length by the cell size h (m).
 inline Outline outline_in_cells(const Shape& shape, double h) {
   if (const auto* disk = std::get_if<Disk>(&shape))
     return {Outline::Kind::disk, disk->centre / h, {}, disk->radius / h};
   if (const auto* ring = std::get_if<Ring>(&shape))
     return {Outline::Kind::ring, ring->centre / h, {}, ring->radius / h};
+  if (const auto* freeform = std::get_if<Freeform>(&shape)) return curve_outline(*freeform->curve, h);
   const Bar bar = with_longer_axis(std::get<Bar>(shape));
   return {Outline::Kind::bar, bar.from / h, bar.to / h, bar.width / h};
 }
@@ -107,6 +124,10 @@ LICHTENBERG_HOST_DEVICE inline Vec2 cell_centre(int i, int j) { return {i + 0.5,
 
 /// Computes the signed distance (cells) from p to the body's surface, positive in the fluid.
 LICHTENBERG_HOST_DEVICE inline double signed_distance(const Outline& outline, Vec2 p) {
+#ifndef __CUDA_ARCH__
+  if (outline.kind == Outline::Kind::curve)
+    return lichtenberg::signed_distance(Freeform{outline.curve}, outline.cell * p) / outline.cell;
+#endif
   if (outline.kind == Outline::Kind::disk) return signed_distance(Disk{outline.centre, outline.size}, p);
   if (outline.kind == Outline::Kind::ring) return signed_distance(Ring{outline.centre, outline.size}, p);
   return signed_distance(Bar{outline.centre, outline.end, outline.size}, p);
@@ -126,13 +147,19 @@ LICHTENBERG_HOST_DEVICE inline int cell_at(double x, int n) {
 /// Computes a rectangle of cells of an nx x ny grid that contains all cells covered by the body. A ring covers the
 /// cells outside its circle, so that it gets the whole grid.
 LICHTENBERG_HOST_DEVICE inline CellRange cells_around(const Outline& body, int nx, int ny) {
-  if (body.kind == Outline::Kind::ring) return {0, nx - 1, 0, ny - 1};
+  if (body.kind == Outline::Kind::ring || (body.kind == Outline::Kind::curve && body.end.x < 0))
+    return {0, nx - 1, 0, ny - 1};
   Vec2 low = body.centre, high = body.centre;
   double margin = body.size;
   if (body.kind == Outline::Kind::bar) {
     low = {std::min(low.x, body.end.x), std::min(low.y, body.end.y)};
     high = {std::max(high.x, body.end.x), std::max(high.y, body.end.y)};
     margin = 0.5 * std::max(body.size, 2.0) + 1;
+  }
+  if (body.kind == Outline::Kind::curve) {
+    low = body.centre - body.end;
+    high = body.centre + body.end;
+    margin = 1;
   }
   return {cell_at(low.x - margin, nx), cell_at(high.x + margin, nx), cell_at(low.y - margin, ny),
           cell_at(high.y + margin, ny)};
@@ -146,6 +173,9 @@ LICHTENBERG_HOST_DEVICE inline bool covers(const Outline& body, int i, int j) {
     return dx * dx + dy * dy <= body.size * body.size;
   }
   if (body.kind == Outline::Kind::ring) return signed_distance(body, cell_centre(i, j)) <= 0;
+#ifndef __CUDA_ARCH__
+  if (body.kind == Outline::Kind::curve) return curve_covers(body, cell_centre(i, j));
+#endif
   // A bar thinner than a cell separates the fluid on its two sides: it covers a connected chain of cells.
   const Vec2 axis = (body.end - body.centre) / norm(body.end - body.centre);
   const double width = std::max(body.size, std::abs(axis.x) + std::abs(axis.y));
@@ -158,6 +188,25 @@ struct Hit {
   double length;
   Vec2 normal;
 };
+
+/// Computes the intersection of the ray from p in direction e (along an axis) with a closed curve.
+Hit hit_curve(const Outline& body, Vec2 p, Vec2 e);
+/// fluid_link for a closed curve. LinkFormula::log_fitted applies to circular pieces of a radius above a cell.
+Conductance curve_link(const Outline& body, Vec2 p, Vec2 e, LinkFormula formula);
+/// conductor_link if at least one of the two conductors is a closed curve.
+PairConductance curve_conductor_link(const Outline& body, Vec2 p, Vec2 e, double length, const Outline* other);
+/// Returns the circle that represents the curve's surface at the exit of the line from the covered point p in direction
+/// e, towards the body `facing`.
+SurfaceCircle curve_circle(const Outline& body, Vec2 p, Vec2 e, const Outline* facing);
+/// Returns the point of the curve on which the derivative of a link acts (LinkArm). The link starts at the covered cell
+/// centre p and runs in direction e. The point is the centre of a circular piece, or the point where the line leaves
+/// the curve. The result is 0 for other shapes.
+Vec2 curve_arm(const Outline& body, Vec2 p, Vec2 e);
+/// Returns true if two circles face each other so that the gap between them widens on both sides, as gap_conductance
+/// assumes, and if both are wider than a cell.
+LICHTENBERG_HOST_DEVICE inline bool is_channel(const SurfaceCircle& a, const SurfaceCircle& b) {
+  return std::abs(a.radius) >= 1 && std::abs(b.radius) >= 1 && 1 / a.radius + 1 / b.radius > 1e-6;
+}
 
 /// Computes the intersection of the ray from p in direction e with a circle. `from_inside`: p lies within the circle,
 /// whose outside is the conductor (a ring).
@@ -204,6 +253,9 @@ LICHTENBERG_HOST_DEVICE inline Hit hit_bar(Vec2 p, Vec2 e, const Bar& bar) {
 /// cells.
 LICHTENBERG_HOST_DEVICE inline Hit hit(const Outline& body, Vec2 p, Vec2 e) {
   if (body.round()) return hit_circle(p, e, body.centre, body.size, body.kind == Outline::Kind::ring);
+#ifndef __CUDA_ARCH__
+  if (body.kind == Outline::Kind::curve) return hit_curve(body, p, e);
+#endif
   return hit_bar(p, e, Bar{body.centre, body.end, body.size});
 }
 
@@ -214,6 +266,7 @@ LICHTENBERG_HOST_DEVICE inline Hit hit(const Outline& body, Vec2 p, Vec2 e) {
 LICHTENBERG_HOST_DEVICE inline Conductance fluid_link(const Outline& body, Vec2 p, Vec2 e, LinkFormula formula) {
 #ifndef __CUDA_ARCH__
   if (body.link) return body.link(body, p, e);
+  if (body.kind == Outline::Kind::curve) return curve_link(body, p, e, formula);
 #endif
   const Vec2 corner_a = p + 0.5 * e + 0.5 * perpendicular(e);
   const Vec2 corner_b = p + 0.5 * e - 0.5 * perpendicular(e);
@@ -251,6 +304,14 @@ LICHTENBERG_HOST_DEVICE inline SurfaceCircle surface_circle(const Outline& body,
                                                             const Outline& facing) {
   if (body.kind == Outline::Kind::disk) return {body.centre, body.size};
   if (body.kind == Outline::Kind::ring) return {body.centre, -body.size};
+#ifndef __CUDA_ARCH__
+  if (body.kind == Outline::Kind::curve) return curve_circle(body, p, e, &facing);
+  if (facing.kind == Outline::Kind::curve) {
+    const Conductance covered = covered_length(body, p, e);
+    const Vec2 exit = p + covered.value * e;
+    return flat_surface(exit, covered.gradient / norm(covered.gradient), exit);
+  }
+#endif
   const Conductance covered = covered_length(body, p, e);
   return flat_surface(p + covered.value * e, covered.gradient / norm(covered.gradient), facing.centre);
 }
@@ -262,6 +323,10 @@ LICHTENBERG_HOST_DEVICE inline SurfaceCircle surface_circle(const Outline& body,
 /// are with respect to both positions.
 LICHTENBERG_HOST_DEVICE inline PairConductance conductor_link(const Outline& body, Vec2 p, Vec2 e, double length,
                                                               const Outline* other) {
+#ifndef __CUDA_ARCH__
+  if (body.kind == Outline::Kind::curve || (other && other->kind == Outline::Kind::curve))
+    return curve_conductor_link(body, p, e, length, other);
+#endif
   const Vec2 q = p + length * e;
   const bool disk = body.kind == Outline::Kind::disk, to_disk = other && other->kind == Outline::Kind::disk;
   if (to_disk || (disk && other)) {
@@ -291,8 +356,10 @@ struct OpposedSurfaceCorrection {
 LICHTENBERG_HOST_DEVICE inline OpposedSurfaceCorrection correct_for_opposed_surface(const Outline& body, Vec2 p, Vec2 e,
                                                                                     const Outline& partner,
                                                                                     Conductance& c) {
-  if (body.kind != Outline::Kind::disk && partner.kind != Outline::Kind::disk) return {};
+  const bool any_curve = body.kind == Outline::Kind::curve || partner.kind == Outline::Kind::curve;
+  if (body.kind != Outline::Kind::disk && partner.kind != Outline::Kind::disk && !any_curve) return {};
   const SurfaceCircle a = surface_circle(body, p, e, partner), b = surface_circle(partner, p + 2.0 * e, -e, body);
+  if (any_curve && !is_channel(a, b)) return {};
   const Exit in_a = circle_exit(p, e, a), in_b = circle_exit(p + 2.0 * e, -e, b);
   const double gap = at_least(2.0 - in_a.length - in_b.length, smallest_gap);
   if (gap > 1.0) return {};

@@ -17,6 +17,7 @@ struct OffsetPoint {
 double perimeter(const Disk& disk, double offset) { return 2 * pi * (disk.radius + offset); }
 double perimeter(const Ring& ring, double offset) { return 2 * pi * (ring.radius - offset); }
 double perimeter(const Bar& bar, double offset) { return 2 * (norm(bar.to - bar.from) + bar.width) + 2 * pi * offset; }
+double perimeter(const Freeform&, double) { return 0; }  // refused before
 
 /// Returns the point at fraction t in [0, 1) of the curve, counterclockwise as seen from inside the body.
 OffsetPoint offset_point(const Disk& disk, double offset, double t) {
@@ -53,6 +54,8 @@ OffsetPoint offset_point(const Bar& bar, double offset, double t) {
   }
   return {};  // Unreachable: the fourth corner returns
 }
+
+OffsetPoint offset_point(const Freeform&, double, double) { return {}; }
 
 std::vector<OffsetPoint> offset_curve(const Shape& shape, double offset, int points, double spacing) {
   return std::visit(

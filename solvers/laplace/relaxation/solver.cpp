@@ -48,6 +48,7 @@ Extent extent(const Bar& bar, Vec2) {
           Vec2{std::max(bar.from.x, bar.to.x), std::max(bar.from.y, bar.to.y)} + half};
 }
 Extent extent(const Ring&, Vec2 size) { return {{0, 0}, size}; }
+Extent extent(const Freeform&, Vec2) { return {}; }  // refused before
 
 /// The nx x ny points origin + (i, j) h.
 struct Points {
@@ -142,6 +143,7 @@ void RelaxationSolver::set_up_lattice(const LaplaceProblem& problem) {
   problem.check();
   refuse_couplings(problem, "the relaxation");
   refuse_link_models(problem, "the relaxation");
+  refuse_curves(problem, "the relaxation");
   const double h = std::max(problem.size.x, problem.size.y) / options_.sites;
   const int cells_x = whole_cells(problem.size.x, h), cells_y = whole_cells(problem.size.y, h);
   problem_ = problem;

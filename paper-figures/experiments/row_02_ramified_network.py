@@ -2,7 +2,7 @@
 """Row 2: Jun and Huebler 2005, Soni 2011, ramified networks of steel spheres in a dish of oil.
 
 No new runs: the values are those of docs/measurements/figures.json, from plane scenes of eight seeds each, with 95 %
-intervals. The dish in space is not computed.
+intervals. row_02_round_dish.py has the dish in space.
 """
 
 from experiments import bounds, conditions_of, numbers_in, open_experiment, published, record, recorded, row

@@ -8,6 +8,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "solvers/geometry/box.hpp"
 #include "src/record/hdf5.hpp"
 #include "src/record/result_file.hpp"
 #include "tests/gas_text.hpp"

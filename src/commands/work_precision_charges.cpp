@@ -329,8 +329,8 @@ void sweep_charges(const Scene& scene, const Request& request) {
     throw InputError(scene.path +
                      ": work-precision compares methods to sum the forces of charges, but the scene has no "
                      "effects.coulomb; with --time it compares integrators");
-  const Box<3> box = scene.domain.box();
-  if (scene.dimension() != 3 || !box.periodic(0) || !box.periodic(1) || !box.periodic(2))
+  const Box<3> domain = scene.domain.box();
+  if (scene.dimension() != 3 || !domain.periodic(0) || !domain.periodic(1) || !domain.periodic(2))
     throw InputError(scene.path +
                      ": work-precision compares sums of charges in space, in a box with periodic sides only");
   if (!request.sizes.empty())

@@ -18,8 +18,8 @@ EXPECTED_HAFF = "Far above the barrier the gas cools as without charges: T ~ (1 
 EXPECTED_BARRIER = ("The rate of cooling below T = U_eff / 2 gives the published effective barrier within its interval, "
                     "because neighbours take over a part of the energy that a pair needs.")
 EXPECTED_EARLY = "The same barrier describes the rate at temperatures near U."
-# Filling -> (end of the run, number of seeds); a thinner gas takes longer to cool below the barrier.
-FILLINGS = {0.02: (5000, 2), 0.0763: (2000, 3), 0.15: (1000, 3)}
+# Filling -> (end of the run, number of seeds). A thinner gas takes longer to cool below the barrier.
+FILLINGS = {0.0763: (2000, 3), 0.15: (1000, 3)}
 
 SCENE = """
 [units]

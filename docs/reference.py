@@ -140,7 +140,7 @@ def example_of(header):
 def kinds_of_effects():
     """Returns the kinds of scene by effect, from the table of effects of the page SCOPE."""
     text = SCOPE.read_text()
-    return dict(re.findall(r"^\| ?`([a-z_]+)` ?\| ?(conductors|packings|grains) ?\|", text, re.MULTILINE))
+    return dict(re.findall(r"^\| ?`([a-z_]+)` ?\| ?((?:conductors|packings|grains)(?:, (?:conductors|packings|grains))*) ?\|", text, re.MULTILINE))
 
 
 def kinds_of(header):

@@ -118,7 +118,7 @@ TEST_CASE("scene in space: keys for the plane and bad positions are refused") {
   check_refused(dish + one +
                     "[[electrode]]\nshape = \"disk\"\ncentre = [0.004, 0.01]\nradius = 1e-3\npotential = 0.0\n" +
                     floating,
-                {"electrode.shape = \"disk\"", "three dimensions", "\"sphere\" is"});
+                {"electrode.shape = \"disk\"", "three dimensions", "\"sphere\" and \"torus\" are"});
   check_refused(dish + one + ball("[0.0005, 0.01, 0.002]") + floating, {"on or through a side"});
   check_refused(dish + one + ball("[0.004, 0.01]") + floating, {"electrode.position has 2 numbers"});
   check_refused(dish + one + ball("[0.0085, 0.01, 0.002]") + floating, {"overlaps the electrode \"ball\""});

@@ -14,7 +14,6 @@
 #include "src/effects/floating_conductors.hpp"
 #include "src/effects/hertz_contact.hpp"
 #include "src/effects/read_scene.hpp"
-#include "src/effects/soft_repulsion.hpp"
 #include "src/mechanics/cvode.hpp"
 #include "src/mechanics/simulation.hpp"
 
@@ -191,14 +190,30 @@ TEST_CASE("periodic box shorter than twice the range of interaction: refused") {
                        doctest::Contains("short.toml: the periodic box is 1.9 long from left to right"), InputError);
 }
 
+/// Effect without support of periodic sides.
+struct WallsOnlyOptions {
+  static const EffectKind& kind();
+};
+struct WallsOnly : Effect {
+  const EffectKind& kind() const override { return WallsOnlyOptions::kind(); }
+};
+const EffectKind& WallsOnlyOptions::kind() {
+  static const EffectKind kind = {.name = "walls_only",
+                                  .description = "needs walls",
+                                  .help = "It needs walls.",
+                                  .options = WallsOnlyOptions{},
+                                  .make = [](const Scene&) { return std::make_unique<WallsOnly>(); }};
+  return kind;
+}
+
 TEST_CASE("effect without support of periodic sides: make_model refuses it") {
   Scene scene;
   scene.domain.size = {1, 1};
   scene.domain.sides[0].periodic = scene.domain.sides[1].periodic = true;
   scene.conductors = {{.position = {0.5, 0.5}, .radius = 0.1}};
-  scene.effects.add(effects::SoftRepulsionOptions{});
+  scene.effects.add(WallsOnlyOptions{});
   CHECK_THROWS_WITH_AS(effects::make_model(scene),
-                       doctest::Contains("effects.soft_repulsion is not allowed with a periodic"), InputError);
+                       doctest::Contains("effects.walls_only is not allowed with a periodic"), InputError);
 }
 
 }  // namespace mechanics_periodic_test

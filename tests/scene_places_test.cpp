@@ -428,7 +428,8 @@ TEST_CASE("packing scene: reads walls, radii, networks; impossible keys are refu
                   {"minimize.step is not allowed", "\"lbfgs-newton\"", "\"gradient-descent\""});
     parse(start + contact + some + "[minimize]\nmethod = \"gradient-descent\"\nstep = 1e-3\n");
     for (const std::string effect : {"leakage]\nconductivity = 1e-12\n", "contact_resistance]\nresistance = 1.0\n"})
-      check_refused(start + contact + some + "[effects." + effect, {"which permits no other effect than gravity: leave one out"});
+      check_refused(start + contact + some + "[effects." + effect,
+                    {"which permits no other effect than gravity: leave one out"});
     check_refused(one + "group = \"a\"\n", {"conductor.group = \"a\" is unknown"});
     parse(start + contact + some + "[output]\nfile = \"p.h5\"\ncheckpoint_every = 3\npicture = false\n");
   }

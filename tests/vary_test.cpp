@@ -101,7 +101,7 @@ TEST_CASE("with_settings: unknown or incomplete keys are refused with a message"
   CHECK(has(refusal({{"effects.contact_discharge", "1"}}), "is no key of a scene but a table: name a key of it"));
   CHECK(has(refusal({{"domain.left.potential", "5"}}),
             "domain.left is a single value and is set as a whole: it must be "));
-  CHECK(has(refusal({{"domain.left.potential", "5"}}), "{ potential = a number } in V"));
+  CHECK(has(refusal({{"domain.left.potential", "5"}}), "{ potential = a number in V or a function of time }"));
   CHECK(has(refusal({{"seed.x", "5"}}), "seed is a single value and is set as a whole: it must be an integer"));
   CHECK(has(refusal({{"electrode.radius", "1e-3"}}), "say which, from electrode[0] to electrode[1]"));
   CHECK(has(refusal({{"electrode[2].radius", "1e-3"}}), "the scene has 2 tables [[electrode]]"));

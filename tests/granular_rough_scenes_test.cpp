@@ -57,7 +57,7 @@ TEST_CASE("rough scenes: wrong input is refused with its key") {
        "conductor.angular_velocity must have three numbers"},
       {box + grains + soft + walls, "effects.flat_walls needs a side of the domain that is not periodic"},
       {layer + grains + soft, "is not allowed without the table [effects.flat_walls]"},
-      {layer + corner + soft + walls, "grain 0 overlaps the wall \"front\" by 0.1 d0"},
+      {layer + corner + soft + walls, "this conductor reaches out of the domain by 0.1 d0"},
       {layer + grains + soft + walls + "restitution = 0.5\n",
        "effects.flat_walls.restitution needs the table [effects.linear_contact]"},
       {layer + grains + soft + walls + "friction = 0.5\n",

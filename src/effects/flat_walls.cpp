@@ -59,7 +59,7 @@ void check_sides_of_walls(const Draft& draft) {
 
 /// Computes the constants of the contact with a wall from the materials in SI. The moduli add like springs in series,
 /// 1/E* = (1 - nu_1^2)/Y_1 + (1 - nu_2^2)/Y_2, and the damping is that of both dissipations in series.
-void set_constants_of_walls(Scene& scene) {
+void set_constants_of_walls(const Draft&, Scene& scene) {
   auto& options = *scene.effects.find<FlatWallsOptions>();
   if (options.young && scene.reference) {
     const auto& grains = *scene.effects.find<ViscoelasticContactOptions>();
@@ -72,22 +72,6 @@ void set_constants_of_walls(Scene& scene) {
   }
   if (const auto* linear = scene.effects.find<LinearContactOptions>(); linear && options.restitution)
     options.damping = linear_damping(options.stiffness.value_or(linear->stiffness), *options.restitution, 1);
-}
-
-void complete_walls(const Draft& draft, Scene& scene) {
-  set_constants_of_walls(scene);
-  for (std::size_t i = 0; i < scene.conductors.size(); ++i)
-    for (int s = 0; s < 2 * scene.dimension(); ++s) {
-      const Conductor& grain = scene.conductors[i];
-      const double x = grain.position[s / 2], inside = s % 2 == 0 ? x : scene.domain.size[s / 2] - x;
-      constexpr double rounding = 1e-9;  // of touching grains
-      if (scene.domain.sides[s].periodic || inside >= (1 - rounding) * grain.radius) continue;
-      refuse(
-          scene.path, i < draft.conductors.size() ? draft.conductors[i].line : draft.line("effects.flat_walls"),
-          fmt::format("grain {} overlaps the wall \"{}\" by {:.3g} d0, which is not allowed with effects.flat_walls: "
-                      "move it into the domain",
-                      i, side_names[s], grain.radius - inside));
-    }
 }
 
 std::vector<Key> wall_keys() {
@@ -153,7 +137,7 @@ const EffectKind& FlatWallsOptions::kind() {
                                         check_sides_of_walls(draft);
                                         check_law_of_walls(draft);
                                       },
-                                  .complete = complete_walls,
+                                  .complete = set_constants_of_walls,
                                   .make =
                                       [](const Scene& scene) {
                                         const auto& options = *scene.effects.find<FlatWallsOptions>();

@@ -22,7 +22,7 @@ KINDS = {"(top of the file)": ALL_KINDS, "[domain]": ALL_KINDS, "[medium]": "con
          "[[electrode]]": "conductors", "[[circuit]]": "conductors", "[[wall]]": "packings",
          "[[conductor]]": ALL_KINDS, "[[group]]": "conductors", "[[population]]": ALL_KINDS,
          "[units]": "grains", "[[equilibration]]": "grains", "[effects]": ALL_KINDS,
-         "[minimize]": "packings", "[field]": "conductors", "[mechanics]": "conductors, grains",
+         "[compression]": "packings", "[minimize]": "packings", "[field]": "conductors", "[mechanics]": "conductors, grains",
          "[network]": "packings", "[output]": ALL_KINDS, "[stop]": "conductors, grains"}
 TYPES = re.compile(r'(?:one of "|a number|an integer|true or false|a text|two numbers|a list|two corners|"periodic", )')
 CPP_PAGES = {  # by page: title, and the entities by directive of Breathe in the order of the page

@@ -130,10 +130,11 @@ std::string Key::fallback(Draft& untouched) const {
   if (required) return "required";
   if (!shapes.empty()) return fmt::format("required for {}", fmt::join(shapes, ", "));
   if (!optional_shapes.empty())
-    return fmt::format("for {}, default: {}", fmt::join(optional_shapes, ", "),
+    return fmt::format("default: {} for {}",
                        std::visit(Overloaded{[&](const AtChoice& at) { return show(at.name(untouched)); },
                                              [&]<class T>(At<T> at) { return show(*at(untouched)); }},
-                                  target));
+                                  target),
+                       fmt::join(optional_shapes, ", "));
   if (!computed_default.empty()) return "default: " + computed_default;
   return "default: " + std::visit(Overloaded{[&](const AtChoice& at) { return show(at.name(untouched)); },
                                              [&]<class T>(At<T> at) { return show(*at(untouched)); }},

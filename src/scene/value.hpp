@@ -129,7 +129,7 @@ inline bool read(const toml::node& node, std::vector<Vec2>& value) {
     if (!read((*list)[k], value[k])) return false;
   return !value.empty();
 }
-inline const char* type_name(const std::vector<Vec2>&) { return "a list of points [[x, y], ...], not empty"; }
+inline const char* type_name(const std::vector<Vec2>&) { return "a list of points [[x, y], ...]"; }
 inline std::string show(const std::vector<Vec2>& value) {
   std::vector<std::string> points;
   for (const Vec2 point : value) points.push_back(show(point));

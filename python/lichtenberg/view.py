@@ -216,8 +216,9 @@ def packing_data(result):
     data = {"frame": len(result) - 1, "rattlers": np.flatnonzero(shown.rattler).tolist(), "rattlerColour": packing.RATTLER, "lines": []}
     if len(shown.contacts) == 0 or shown.spatial:
         return data
-    lines = np.pad(shown.force_lines() / drawing.MM, [(0, 0), (0, 0), (0, 1)])
-    mean = {"widths": numbers(shown.force / shown.force.mean()), "colour": packing.FORCE, "label": packing.force_label(shown)}
+    lines, contact = shown.lines_with_images()
+    lines = np.pad(lines / drawing.MM, [(0, 0), (0, 0), (0, 1)])
+    mean = {"widths": numbers(shown.force[contact] / shown.force.mean()), "colour": packing.FORCE, "label": packing.force_label(shown)}
     return data | mean | {"lines": numbers(lines.ravel())}
 
 

@@ -9,6 +9,8 @@ import numpy as np
 from matplotlib.image import imread
 
 import runs
+from lichtenberg import load
+from lichtenberg.pictures import drawing, packing
 
 # Two plates at +-10 kV and a sphere that moves from one to the other: 6 frames, 20 ms.
 PLATES = """
@@ -374,6 +376,38 @@ class Space(PicturesTest):
         self.assertEqual(purple(self.picture("scene-frame-0-speed.png")), 0)
         self.check_refused("--cut z=11 leaves nothing: the box reaches from z = 0 to 10 m", "plot", "scene.h5", "--cut", "z=11")
         self.check_refused("it must be an axis and a position on it", "plot", "scene.h5", "--cut", "w=1")
+
+
+class PeriodicPacking(PicturesTest):
+    SCENE = """
+title = "Periodic packing"
+[domain]
+size = [4e-3, 4e-3]
+left = "periodic"
+right = "periodic"
+bottom = "periodic"
+top = "periodic"
+[[population]]
+count = 30
+radius = 0.45e-3
+overlapping = true
+[effects.soft_repulsion]
+stiffness = 1e-6
+[output]
+picture = false
+"""
+
+    def test_forces_across_a_side_are_short_lines_from_both_particles(self):
+        with load(self.folder / "scene.h5") as result:
+            shown = packing.DrawnPacking(result.file, None)
+        lines, contact = shown.lines_with_images()
+        self.assertGreater(len(lines), len(shown.contacts))
+        self.assertLess(np.linalg.norm(lines[:, 1] - lines[:, 0], axis=1).max(), 0.9)  # mm, both radii
+        for end, particle in ((0, 0), (1, 1)):  # both particles of each contact are at an end of one of its lines
+            at = np.isclose(lines[:, end], shown.position[shown.contacts[contact, particle]]).all(axis=1)
+            self.assertEqual(set(contact[at]), set(range(len(shown.contacts))))
+        disk, _ = drawing.with_images(shown.position, shown.radius, shown.period)
+        self.assertGreater(len(disk), 30)
 
 
 class Gas(unittest.TestCase):

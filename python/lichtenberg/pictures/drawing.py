@@ -150,6 +150,25 @@ def read_snapshot(file, index):
     )
 
 
+def periodic_axes(particles, count):
+    """Returns an array of `count` elements that is true for each periodic axis of the box of a group of particles."""
+    kinds = np.resize(particles["box"].attrs.get("boundary", "none"), count)
+    return np.array([kind in ("periodic", b"periodic") for kind in kinds])
+
+
+def with_images(centre, radius, period):
+    """Returns indices and positions of disks. Disks that a periodic side cuts appear again as images. `period`: [2] lengths of
+    the domain along periodic axes, infinite along others."""
+    disk = np.arange(len(radius))
+    for axis in np.flatnonzero(np.isfinite(period)):
+        length = period[axis]
+        over = [(centre[:, axis] < radius[disk], length), (centre[:, axis] > length - radius[disk], -length)]
+        shift = np.eye(2)[axis]
+        centre = np.vstack([centre] + [centre[cut] + by * shift for cut, by in over])
+        disk = np.concatenate([disk] + [disk[cut] for cut, _ in over])
+    return disk, centre
+
+
 def nearest_ground(point, snapshot):
     """Returns the nearest point (mm) on a side or an electrode, where a conductor's path to the ground ends."""
     return nearest_grounds(np.asarray(point)[None], snapshot)[0]

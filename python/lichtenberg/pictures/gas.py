@@ -24,7 +24,7 @@ class Grains:
         domain = scene["domain"]
         self.spatial = "height" in domain
         self.box = np.append(domain["size"][:2], domain["height"][()] if self.spatial else [])
-        self.periodic = np.resize(particles["box"].attrs.get("boundary", b"none"), len(self.box)) == b"periodic"
+        self.periodic = drawing.periodic_axes(particles, len(self.box))
         self.quantities = quantities_in(file, self.all_quantities())
         self.cut = None
         self.down = space.down_of(file)
@@ -126,21 +126,11 @@ class Grains:
         axes.set(xlim=(low[0], low[0] + size[0]), ylim=(low[1], low[1] + size[1]), aspect="equal", xticks=[], yticks=[])
         for spine in axes.spines.values():
             spine.set_linewidth(0.6)
-        grain, centre = self.with_images(position[:, :2])
+        period = np.where(self.periodic, self.box, np.inf)[:2]
+        grain, centre = drawing.with_images(position[:, :2], self.radius, period)
         diameter = 2 * self.radius[grain]
         width = np.clip(0.04 * diameter * drawing.points_a_unit(axes), 0.05, 0.6)
         offsets = {"units": "xy", "offsets": centre, "offset_transform": axes.transData}
         style = {"facecolor": faces[grain], "edgecolor": EDGE, "linewidths": width, "zorder": 2}
         axes.add_collection(EllipseCollection(diameter, diameter, np.zeros_like(diameter), **offsets, **style))
         drawing.draw_length(axes, size[0], lambda length: f"{length:g} d₀")
-
-    def with_images(self, centre):
-        """Returns indices and positions of grains. Grains that a periodic side cuts appear again as images."""
-        grain = np.arange(len(self.radius))
-        for axis in np.flatnonzero(self.periodic):
-            length = self.box[axis]
-            over = [(centre[:, axis] < self.radius[grain], length), (centre[:, axis] > length - self.radius[grain], -length)]
-            shift = np.eye(2)[axis]
-            centre = np.vstack([centre] + [centre[cut] + by * shift for cut, by in over])
-            grain = np.concatenate([grain] + [grain[cut] for cut, _ in over])
-        return grain, centre

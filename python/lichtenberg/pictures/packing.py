@@ -26,7 +26,7 @@ class DrawnPacking:
         self.radius = particles["radius"][()] * drawing.MM
         size = drawing.size_in(file, index)
         self.size = size[:2] * drawing.MM
-        self.period = np.where(np.resize(particles["box"].attrs.get("boundary", b"none"), len(size)) == b"periodic", size, np.inf)
+        self.period = np.where(drawing.periodic_axes(particles, len(size)), size, np.inf)
         self.period = self.period[:2] * drawing.MM
         self.energy = file["observables/energy/value"][index]
         walls = file["scene/walls"] if "walls" in file["scene"] else dict.fromkeys(["point", "normal"], np.empty((0, 3)))
@@ -43,12 +43,22 @@ class DrawnPacking:
         return self.position[i] - np.dot(self.position[i] - self.wall_point[wall], normal) * normal
 
     def force_lines(self):
-        """[E, 2, 2] lines from centre to centre or to the wall."""
+        """[E, 2, 2] lines from centre to centre or to the wall; across a periodic side to the nearest image."""
         n = len(self.radius)
         ends = np.array([[self.position[i], self.position[j] if j < n else self.foot(i, j - n)] for i, j in self.contacts])
         separation = ends[:, 1] - ends[:, 0]
         ends[:, 1] -= np.where(np.isfinite(self.period), self.period, 0) * np.round(separation / self.period)
-        return ends  # across a periodic side to the nearest image
+        return ends
+
+    def lines_with_images(self):
+        """Returns the lines of force_lines() and the indices of their contacts. A line across a periodic side appears
+        twice, from each of its particles."""
+        lines, contact = self.force_lines(), np.arange(len(self.contacts))
+        n = len(self.radius)
+        partner = np.array([self.position[j] if j < n else line[1] for (_, j), line in zip(self.contacts, lines)])
+        shift = partner - lines[:, 1]
+        across = np.flatnonzero(np.abs(shift).max(axis=1) > 0.5 * np.min(self.period))
+        return np.concatenate([lines, lines[across] + shift[across, None]]), np.concatenate([contact, across])
 
     def pressing(self):
         """[N] sum of the magnitudes (N) of the forces on each particle; nan of rattlers, and where no forces are
@@ -126,11 +136,12 @@ class Packing:
 
 
 def draw_particles(axes, packing, faces, alpha):
-    diameter = 2 * packing.radius
-    style = {"facecolor": faces, "edgecolor": drawing.INK, "zorder": 2}
+    disk, centre = drawing.with_images(packing.position, packing.radius, packing.period)
+    diameter = 2 * packing.radius[disk]
+    style = {"facecolor": faces[disk], "edgecolor": drawing.INK, "zorder": 2}
     style["linewidth"] = drawing.line_width(axes, packing, 0.1, 0.8)
     style["alpha"] = alpha
-    placement = {"units": "xy", "offsets": packing.position, "offset_transform": axes.transData}
+    placement = {"units": "xy", "offsets": centre, "offset_transform": axes.transData}
     axes.add_collection(EllipseCollection(diameter, diameter, np.zeros_like(diameter), **placement, **style))
 
 
@@ -153,8 +164,9 @@ def draw_forces(axes, packing):
     """Draws forces as lines with a width proportional to the force, relative to the mean."""
     if packing.contacts is None or len(packing.contacts) == 0:
         return
-    width = mean_width(axes, packing) * packing.force / packing.force.mean()
-    axes.add_collection(LineCollection(packing.force_lines(), linewidths=width, colors=FORCE, capstyle="round", zorder=3))
+    lines, contact = packing.lines_with_images()
+    width = mean_width(axes, packing) * packing.force[contact] / packing.force.mean()
+    axes.add_collection(LineCollection(lines, linewidths=width, colors=FORCE, capstyle="round", zorder=3))
 
 
 def draw_walls(axes, packing):

@@ -388,7 +388,7 @@ right = "periodic"
 bottom = "periodic"
 top = "periodic"
 [[population]]
-count = 30
+count = 24
 radius = 0.45e-3
 overlapping = true
 [effects.soft_repulsion]
@@ -407,7 +407,7 @@ picture = false
             at = np.isclose(lines[:, end], shown.position[shown.contacts[contact, particle]]).all(axis=1)
             self.assertEqual(set(contact[at]), set(range(len(shown.contacts))))
         disk, _ = drawing.with_images(shown.position, shown.radius, shown.period)
-        self.assertGreater(len(disk), 30)
+        self.assertGreater(len(disk), 24)
 
 
 class Gas(unittest.TestCase):

@@ -18,10 +18,11 @@ SCOPE = next((HOME / "docs").glob("what-*.md"))
 EXAMPLES = HOME / "docs/reference/commands.toml"
 # Kinds of scene that read a table. A table of the page SCOPE has those of effects.
 ALL_KINDS = "conductors, packings, grains"
-KINDS = {"(top of the file)": ALL_KINDS, "[domain]": ALL_KINDS, "[medium]": "conductors", "[material]": "conductors, packings",
-         "[[electrode]]": "conductors", "[[wall]]": "packings", "[[conductor]]": ALL_KINDS, "[[group]]": "conductors",
-         "[[population]]": ALL_KINDS, "[units]": "grains", "[[equilibration]]": "grains", "[effects]": ALL_KINDS,
-         "[minimize]": "packings", "[compression]": "packings", "[field]": "conductors", "[mechanics]": "conductors, grains",
+KINDS = {"(top of the file)": ALL_KINDS, "[domain]": ALL_KINDS, "[medium]": "conductors", "[material]": "conductors",
+         "[[electrode]]": "conductors", "[[circuit]]": "conductors", "[[wall]]": "packings",
+         "[[conductor]]": ALL_KINDS, "[[group]]": "conductors", "[[population]]": ALL_KINDS,
+         "[units]": "grains", "[[equilibration]]": "grains", "[effects]": ALL_KINDS,
+         "[minimize]": "packings", "[field]": "conductors", "[mechanics]": "conductors, grains",
          "[network]": "packings", "[output]": ALL_KINDS, "[stop]": "conductors, grains"}
 TYPES = re.compile(r'(?:one of "|a number|an integer|true or false|a text|two numbers|a list|two corners|"periodic", )')
 CPP_PAGES = {  # by page: title, and the entities by directive of Breathe in the order of the page

@@ -78,6 +78,31 @@ std::string ball(const std::string& position, const std::string& shape = "shape 
 
 }  // namespace
 
+TEST_CASE("domain.uniform_field: a charge moves at charge times field over drag") {
+  Scene scene = cube_of({{0.03, 0.03, 0.03}}, 1e-4);
+  scene.domain.open = true;
+  scene.domain.uniform_field = {3e4, 0, -4e4};
+  scene.conductors[0].charge = 2e-11;
+  Simulation simulation(scene);
+  simulation.advance_to(30 * mass / drag);
+  const ConductorFrame frame = simulation.now();
+  // Relative errors: 1e-6 of the integrator, 1e-4 of the field.
+  CHECK(frame.velocity[0].x == near(2e-11 * 3e4 / drag, 1e-4));
+  CHECK(frame.velocity[0].z == near(-2e-11 * 4e4 / drag, 1e-4));
+}
+
+TEST_CASE("domain.uniform_field: refused in a box, and with two numbers") {
+  const auto text = [](const std::string& keys) {
+    return "domain = { size = [0.02, 0.02, 0.02], " + keys + " }\nmedium = { relative_permittivity = 4.7 }\n" +
+           sphere("[0.01, 0.01, 0.002]") + floating;
+  };
+  const Scene scene = parse(text("unbounded = true, uniform_field = [1e5, 0.0, -2e5]"));
+  CHECK(scene.domain.uniform_field == Vec3{1e5, 0, -2e5});
+  check_refused(text("uniform_field = [1e5, 0.0, 0.0]"), {"domain.uniform_field needs domain.unbounded = true"});
+  check_refused(text("unbounded = true, uniform_field = [1e5, 0.0]"),
+                {"domain.uniform_field has 2 numbers, but the domain has 3"});
+}
+
 TEST_CASE("scene in space: the field method is spheres with default tolerances") {
   const Scene scene = parse(dish + sphere("[0.01, 0.01, 0.002]") + ball("[0.004, 0.01, 0.002]") + floating);
   CHECK(scene.field().method == &spheres_method());
@@ -110,6 +135,20 @@ TEST_CASE("scene in space: keys for the plane and bad positions are refused") {
   check_refused(dish + one + sphere("[0.012, 0.01, 0.002]") + floating, {"touches the one at [0.012, 0.01, 0.002]"});
   CHECK_THROWS_AS(effects::make_sphere_solver({.method = &spheres_method(), .device = FieldDevice::cuda}, 1),
                   InputError);
+}
+
+TEST_CASE("conductors without discharge: contact across a periodic side is refused") {
+  const auto scene = [](const std::string& sides, const std::string& one, const std::string& other) {
+    return "domain = { size = [0.02, 0.02, 0.005], " + sides + " }\nmedium = { relative_permittivity = 4.7 }\n" +
+           sphere("[0.01, 0.005, 0.0025]") + sphere(one) + sphere(other) + floating;
+  };
+  const std::string along_x = "left = \"periodic\", right = \"periodic\"",
+                    along_y = "bottom = \"periodic\", top = \"periodic\"";
+  check_refused(scene(along_x, "[0.0007, 0.01, 0.002]", "[0.0187, 0.01, 0.002]"),
+                {"touches the one at [0.0007, 0.01, 0.002]"});
+  check_refused(scene(along_y, "[0.01, 0.0187, 0.002]", "[0.01, 0.0007, 0.002]"),
+                {"touches the one at [0.01, 0.0007, 0.002]"});
+  CHECK(parse(scene(along_x, "[0.0007, 0.01, 0.002]", "[0.0186, 0.01, 0.002]")).conductors.size() == 3);
 }
 
 TEST_CASE("spherical electrode: its surface is found across a periodic side") {

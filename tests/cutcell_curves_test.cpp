@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cmath>
+#include <complex>
 #include <functional>
 #include <memory>
 #include <vector>
@@ -56,6 +57,57 @@ TEST_CASE("rhombi: capacitance of the order 2 pi / (2 pi - angle) of the corner"
   const double coarse = error(pair, 48), fine = error(pair, 144);
   CHECK(std::log(coarse / fine) / std::log(3) == Approx(1.2).epsilon(0.15));
   CHECK(fine < 6e-3);
+}
+
+/// Floating ellipse with a charge of 0.7 in a uniform field. Its closed-form potential is imposed on the sides, in
+/// elliptic coordinates u, v with x + i y = c cosh(u + i v): V = (A cos v + B sin v) e^-u - E.r - q (u - u0) / 2 pi.
+struct EllipseInField {
+  Vec2 centre{0.5, 0.5};
+  double a = 0.22, b = 0.09, angle = 0.5, charge = 0.7;
+  Vec2 field{1.3, -0.4};
+
+  Vec2 field_in_axes() const {
+    const Vec2 axis{std::cos(angle), std::sin(angle)};
+    return {dot(field, axis), cross(axis, field)};
+  }
+  double potential(Vec2 p) const {
+    const double c = std::sqrt(a * a - b * b), u0 = std::atanh(b / a);
+    const std::complex<double> z = std::complex(p.x - centre.x, p.y - centre.y) * std::polar(1.0, -angle);
+    const std::complex<double> w = std::acosh(z / c);
+    const auto [along, across] = field_in_axes();
+    const double induced = (along * a * std::cos(w.imag()) + across * b * std::sin(w.imag())) * std::exp(u0 - w.real());
+    return induced - dot(field, p - centre) - charge / (2 * pi) * (w.real() - u0);
+  }
+  /// Torque p x E of the induced dipole moment p.
+  double torque() const { return pi * (a * a - b * b) * field_in_axes().x * field_in_axes().y; }
+  LaplaceSolution solve(int cells) const {
+    LaplaceProblem problem{.size = {1, 1}, .permittivity = 1};
+    for (Side& side : problem.sides) side = {Side::Kind::electrode, 0, [this](Vec2 p) { return potential(p); }};
+    const ClosedCurve ellipse = make_ellipse(centre, {a, b}, angle, false);
+    problem.bodies = {{Freeform{&ellipse}, 0}};
+    problem.groups = {{true, charge, 0}};
+    return CutCellSolver(options(cells)).solve(problem);
+  }
+};
+
+TEST_CASE("floating ellipse in a field: potential, force and torque") {
+  double before = 0;
+  for (const int cells : {64, 128, 256}) {
+    double sum = 0;
+    for (int k = 0; k < 6; ++k) {
+      EllipseInField ellipse;
+      ellipse.centre += Vec2{std::fmod(0.618034 * k, 1), std::fmod(0.414214 * k, 1)} / cells;
+      const LaplaceSolution found = ellipse.solve(cells);
+      const double force = norm(found.body_force[0] - ellipse.charge * ellipse.field) / norm(ellipse.field);
+      const double torque = found.body_torque[0] / ellipse.torque() - 1;
+      sum += force * force + torque * torque + std::pow(found.group_potential[0], 2);
+      CHECK(std::abs(found.group_potential[0]) < 0.2 / cells / cells * 16);
+    }
+    const double error = std::sqrt(sum / 6);
+    if (before > 0) CHECK(std::log2(before / error) > 1.6);
+    before = error;
+  }
+  CHECK(before < 1e-3);
 }
 
 TEST_CASE("circle as a closed curve: equals the disk to its tolerance") {
@@ -216,6 +268,23 @@ TEST_CASE("closed curves: mirror images have mirrored forces and equal charges")
   CHECK(one.body_charge[0] == Approx(mirrored.body_charge[0]).epsilon(1e-9));
   CHECK(one.body_force[0].x == Approx(-mirrored.body_force[0].x).epsilon(1e-6));
   CHECK(one.body_force[0].y == Approx(mirrored.body_force[0].y).epsilon(1e-6));
+}
+
+TEST_CASE("ellipse centred on an insulating side: half of the whole one") {
+  for (const double angle : {0.0, pi / 2}) {
+    LaplaceProblem whole{.size = {1, 1}, .permittivity = 1};
+    whole.sides[left].kind = whole.sides[right].kind = Side::Kind::electrode;
+    whole.groups = {{false, 0, 1}};
+    LaplaceProblem half = whole;
+    half.size = {1, 0.5};
+    const ClosedCurve in_middle = make_ellipse({0.43, 0.5}, {0.22, 0.11}, angle, false);
+    const ClosedCurve on_side = make_ellipse({0.43, 0}, {0.22, 0.11}, angle, false);
+    whole.bodies = {{Freeform{&in_middle}, 0}};
+    half.bodies = {{Freeform{&on_side}, 0}};
+    const LaplaceSolution all = CutCellSolver(options(128)).solve(whole), one = CutCellSolver(options(128)).solve(half);
+    CHECK(2 * one.body_charge[0] == Approx(all.body_charge[0]).epsilon(1e-7));
+    CHECK(2 * one.body_force[0].x == Approx(all.body_force[0].x).epsilon(1e-5));
+  }
 }
 
 TEST_CASE("closed curves: device and aperture formula refuse them") {

@@ -18,10 +18,14 @@ struct BisphericalPair {
   double attraction = 0;  ///< By Maxwell's stress on the middle plane.
 };
 
-inline BisphericalPair dielectric_pair(double k, double gap) {
-  const int terms = 60 + static_cast<int>(40 / std::sqrt(gap));
-  const double eta = std::acosh(1 + gap / 2), c = std::sinh(eta), sigma = 1 / (4 * std::numbers::pi);
-  const auto slope = [&](int n) { return (n + 0.5) * (1 / std::tanh((n + 0.5) * eta) + k); };
+/// Coefficients F_n for |eta| = `eta` at the spheres. Equal charges 1 and 1 (`like`) have cosh in place of sinh in f_n,
+/// and tanh in place of coth.
+inline std::vector<double> bispherical_coefficients(double k, double eta, int terms, bool like) {
+  const double c = std::sinh(eta), sigma = 1 / (4 * std::numbers::pi);
+  const auto slope = [&](int n) {
+    const double tangent = std::tanh((n + 0.5) * eta);
+    return (n + 0.5) * ((like ? tangent : 1 / tangent) + k);
+  };
   std::vector<double> lower(terms), diagonal(terms), upper(terms), f(terms);
   for (int n = 0; n < terms; ++n) {
     diagonal[n] = 0.5 * c * (1 - k) + std::cosh(eta) * slope(n);
@@ -36,6 +40,39 @@ inline BisphericalPair dielectric_pair(double k, double gap) {
   }
   f[terms - 1] /= diagonal[terms - 1];
   for (int n = terms - 2; n >= 0; --n) f[n] = (f[n] - upper[n] * f[n + 1]) / diagonal[n];
+  return f;
+}
+
+inline int bispherical_terms(double gap) { return 60 + static_cast<int>(40 / std::sqrt(gap)); }
+
+/// Repulsion of the spheres with charges 1 and 1, by Maxwell's stress on the middle plane, pi times the integral of (1
+/// + mu) ((1 - mu) S' - S / 2)^2 over mu, with S = sum F_n P_n / cosh((n + 1/2) eta_0). The integral is a midpoint sum
+/// over the angle.
+inline double like_charge_repulsion(double k, double gap) {
+  const int terms = bispherical_terms(gap);
+  const double eta = std::acosh(1 + gap / 2);
+  const std::vector<double> f = bispherical_coefficients(k, eta, terms, true);
+  const int points = 40 * terms;
+  double repulsion = 0;
+  for (int point = 0; point < points; ++point) {
+    const double angle = std::numbers::pi * (point + 0.5) / points, mu = std::cos(angle);
+    double before = 0, legendre = 1, slope = 0, slope_before = 0, s = 0, ds = 0;
+    for (int n = 0; n < terms; ++n) {
+      const double field = f[n] / std::cosh((n + 0.5) * eta);
+      s += field * legendre, ds += field * slope;
+      const double next = ((2 * n + 1) * mu * legendre - n * before) / (n + 1);
+      const double next_slope = slope_before + (2 * n + 1) * legendre;  // of P_(n+1)
+      slope_before = slope, slope = next_slope, before = legendre, legendre = next;
+    }
+    repulsion += std::sin(angle) * (1 + mu) * std::pow((1 - mu) * ds - s / 2, 2);
+  }
+  return std::numbers::pi * repulsion * std::numbers::pi / points;
+}
+
+inline BisphericalPair dielectric_pair(double k, double gap) {
+  const int terms = bispherical_terms(gap);
+  const double eta = std::acosh(1 + gap / 2), c = std::sinh(eta);
+  const std::vector<double> f = bispherical_coefficients(k, eta, terms, false);
   BisphericalPair pair;
   // Mean over the sphere: dA = 2 pi c^2 dmu / (cosh eta - mu)^2, and sqrt(cosh eta - mu)^-3 is 2 sqrt(2) / sinh(eta)
   // sum (n + 1/2) exp(-(n + 1/2) eta) P_n.

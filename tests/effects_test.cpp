@@ -6,6 +6,7 @@
 #include <random>
 
 #include "solvers/error.hpp"
+#include "solvers/geometry/closed_curve.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/laplace/multipole/solver.hpp"
 #include "solvers/laplace/relaxation/solver.hpp"
@@ -68,9 +69,11 @@ double jacobian_error(const Effect& effect, Bodies bodies, double step, const st
 
 }  // namespace
 
-TEST_CASE("surface_of: distance, normal and curvature of disk, ring and bar") {
+TEST_CASE("surface_of: distance, normal and curvature of plane shapes") {
+  const ClosedCurve ellipse = make_ellipse({0.02, 0.015}, {0.008, 0.003}, 0.4, false);
+  const ClosedCurve triangle = make_polygon(std::vector<Vec2>{{0.01, 0.01}, {0.03, 0.012}, {0.018, 0.022}}, 0, false);
   const std::vector<Shape> shapes = {Disk{{0.01, 0.02}, 0.003}, Ring{{0.02, 0.02}, 0.02},
-                                     Bar{{0.01, 0.01}, {0.03, 0.02}, 0.004}};
+                                     Bar{{0.01, 0.01}, {0.03, 0.02}, 0.004}, Freeform{&ellipse}, Freeform{&triangle}};
   std::mt19937 random(1);
   std::uniform_real_distribution<double> coordinate(0.005, 0.035);
   for (const Shape& shape : shapes)
@@ -78,7 +81,7 @@ TEST_CASE("surface_of: distance, normal and curvature of disk, ring and bar") {
       const Vec2 p = {coordinate(random), coordinate(random)};
       const View seen = view(surface_of(shape), in_space(p));
       CHECK(seen.distance == near(signed_distance(shape, p)));
-      if (seen.distance < 1e-4) continue;  // The bar's medial axis, where the gradient jumps, is inside.
+      if (seen.distance < 1e-4) continue;  // The medial axis, where the gradient jumps, is inside.
       const double h = 1e-8;
       const Vec2 gradient = {
           (signed_distance(shape, p + Vec2{h, 0}) - signed_distance(shape, p - Vec2{h, 0})) / (2 * h),

@@ -55,6 +55,9 @@ TEST_CASE("rounded polygon: circles of the radius replace the corners") {
   // An L with a reentrant corner, which is filled: 3 - 5 convex corners + 1
   const ClosedCurve bent = make_polygon(std::vector<Vec2>{{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}}, 0.2, false);
   CHECK(bent.area() == Approx(3 - 4 * (1 - pi / 4) * 0.04).epsilon(1e-14));
+  CHECK(bent.centroid().x == Approx(bent.centroid().y).epsilon(1e-8));
+  const ClosedCurve sharp = make_polygon(std::vector<Vec2>{{0, 0}, {2, 0}, {2, 1}, {1, 1}, {1, 2}, {0, 2}}, 0, false);
+  CHECK(sharp.centroid().x == Approx(2.5 / 3).epsilon(1e-14));  // (2 x 1 + 1 x 0.5) / 3
   CHECK(bent.covers({1.02, 1.02}));
   CHECK_FALSE(bent.covers({1.1, 1.1}));
 }
@@ -84,6 +87,7 @@ TEST_CASE("ellipse: equals its equation, at any angle and ratio") {
         CHECK(curve.covers(at(t, 0.999)));
         CHECK_FALSE(curve.covers(at(t, 1.001)));
       }
+      CHECK(norm(curve.centroid() - centre) < 1e-8);
       CHECK(curve.area() == Approx(4 * pi * ratio).epsilon(1e-8 / ratio));
     }
 }

@@ -35,6 +35,7 @@ back = "periodic"
 const std::string grains = "[[population]]\ncount = 200\ntemperature = 1\n";
 const std::string contact = "[effects.viscoelastic_contact]\n";
 const std::string coulomb = "[effects.coulomb]\n";
+const std::string exchange = "[effects.charge_exchange]\n";
 
 Scene parse(const std::string& text) { return parse_scene(text, "gas.toml"); }
 
@@ -96,6 +97,21 @@ TEST_CASE("population charges: equal, Gaussian or exp(-|q|^z) with known moments
     CHECK(fourth == Approx(kurtosis).epsilon(kurtosis > 5 ? 0.5 : 0.2).scale(0));
     for (std::size_t k = 0; k < one.size(); ++k) REQUIRE(two[k] == 2 * one[k]);
   }
+}
+
+TEST_CASE("charge_exchange with a sign: explanation states saturation and growth") {
+  const auto text = [&](const std::string& keys) {
+    const Scene scene =
+        parse(box + grains + contact + exchange + "model = \"size\"\ntransfer_prefactor = 0.01\n" + keys);
+    return effects::ChargeExchangeOptions::kind().explain(scene).at(0).text;
+  };
+  CHECK(
+      text("feedback = -4\nmemory = 9\n") ==
+      "0.01 q0 times the drive per collision of energy 1 m0 v0^2, by size; two grains saturate at a difference of 0.25 "
+      "q0 times the drive; 1/e of it after 9 collisions");
+  CHECK(text("feedback = 4\ncapacity = 2\n").ends_with("grow by 1.08 per collision, up to charges of 2 q0"));
+  const Scene random = parse(box + grains + contact + exchange);
+  CHECK(effects::ChargeExchangeOptions::kind().explain(random).empty());
 }
 
 TEST_CASE("charge_exchange.model = \"none\": population charges stay constant") {
@@ -224,8 +240,7 @@ TEST_CASE("scenes of grains: impossible ones are refused with a one-line message
       {plane + few + contact + "[effects.wall_contact]\n",
        "effects.wall_contact is not allowed with [units], which makes the scene one of grains"},
       {replaced(box, "left = \"periodic\"\nright = \"periodic\"\n", "") + grains + contact,
-       "domain.left = \"insulating\" is not allowed with mechanics.integrator = \"multirate\", for which grains have "
-       "no walls"},
+       "domain.left = \"insulating\" is not allowed without the table [effects.flat_walls]"},
       {replaced(box, "left = \"periodic\"\nright = \"periodic\"\n", "left = { potential = 3 }\n") + grains + contact,
        "domain.left = { potential = 3 } is not allowed in a scene of grains (with [units]): a conducting side is "
        "grounded"},
@@ -263,7 +278,7 @@ TEST_CASE("scenes of grains: impossible ones are refused with a one-line message
       {box + few + contact + coulomb + "coupling_constant = 1e101\n", "effects.coulomb.coupling_constant"},
       {box + few + "charge = 1\n" + contact + coulomb + "coupling_constant = 1e10\n",
        "a smaller effects.coulomb.coupling_constant"},
-      {box + few + contact + "[effects.charge_exchange]\nexponent = 500\n", "greater than 0 and at most 10"},
+      {box + few + contact + "[effects.charge_exchange]\nexponent = 500\n", "at least 0 and at most 10"},
       {box + few + contact + "[effects.charge_exchange]\ntransfer_prefactor = 1e200\n",
        "greater than 0 and at most 1e+50"},
       {box + few + contact + "damping = 1e6\n",
@@ -297,6 +312,23 @@ TEST_CASE("scenes of grains: impossible ones are refused with a one-line message
       {box + fast + contact + "[stop]\ntime = 1\n", "times its stiffness would suffice"},
       {box + few + contact + "[effects.charge_exchange]\nmodel = \"none\"\ntransfer_prefactor = 1\n",
        "effects.charge_exchange.transfer_prefactor is not allowed with effects.charge_exchange.model = \"none\""},
+      {box + few + contact + exchange + "model = \"impact\"\nfeedback = 1\n",
+       "effects.charge_exchange.feedback is not allowed with effects.charge_exchange.model = \"impact\": it is for "
+       "\"size\", \"material\" and \"polarization\""},
+      {box + few + contact + exchange + "model = \"size\"\neach_step = true\n", "each_step is not allowed with"},
+      {box + few + contact + exchange + "model = \"size\"\nfield = [0, 0, 1]\n", "it is for \"polarization\""},
+      {box + few + contact + exchange + "model = \"size\"\nfeedback = 1\n",
+       "effects.charge_exchange.feedback = 1 is not allowed: charges that grow without limit need "
+       "effects.charge_exchange.capacity"},
+      {box + few + contact + exchange + "model = \"size\"\nmemory = 0\n", "effects.charge_exchange.memory"},
+      {box + few + contact + exchange + "model = \"material\"\naffinities = [1, 2]\n",
+       "effects.charge_exchange.affinities has 2 numbers, and model = \"material\" needs one for each [[conductor]] "
+       "and "
+       "then for each [[population]], 1 in all"},
+      {box + few + contact + exchange + "model = \"polarization\"\n",
+       "effects.charge_exchange.field is missing: model = \"polarization\" needs it or effects.uniform_field"},
+      {box + few + contact + exchange + "model = \"polarization\"\nfield = [0, 1]\n",
+       "effects.charge_exchange.field has 2 numbers, but the domain has 3"},
       {box + few + contact + "stiffness = 1\n" + si + "viscosity = 1e-4\n", "leave one of the two out"},
       {box + few + contact + si, "effects.viscoelastic_contact.viscosity is missing"},
       {box +

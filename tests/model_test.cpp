@@ -319,7 +319,7 @@ TEST_CASE("Drag: laws of one body add up, the Jacobian is the force's derivative
     const double v = norm(velocity_in_space(bodies, 0));
     const double size = norm(vector_at(force(), dimension, 0));
     CHECK(size == near(0.5 * v + v * v + v * v * v));
-    CHECK(drag.power(0, velocity_in_space(bodies, 0)) == near(size * v));
+    CHECK(drag.power(0, position_in_space(bodies, 0), velocity_in_space(bodies, 0)) == near(size * v));
     // Transverse to the velocity the resistance is smaller than along it.
     CHECK(drag.resistance(0, v) == near(0.5 + v + v * v));
     ForceJacobian jacobian(dimension);

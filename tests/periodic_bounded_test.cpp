@@ -100,9 +100,9 @@ Potential in_wire(Vec3 lengths, Vec3 r, bool self) {
 
 using PairPotential = Potential (*)(Vec3, Vec3, bool);
 
-/// Sums over pairs and images in grounded sides. Two grounded sides along z have images at all distances 2 n H. The sum
-/// of layers of images from -n to n converges to a potential with a uniform field, -4 pi times their dipole moment per
-/// volume, which the conductors do not have: their potentials are 0.
+/// Sums over pairs and images in grounded sides. Two grounded sides along z have images at all distances 2 n H. In
+/// layers the sum from -n to n contains a uniform field, -4 pi times the dipole moment per volume. It is subtracted,
+/// because both conductors have the potential 0.
 Response by_images(const Enclosure& enclosure, const SourceSet& sources, PairPotential pair) {
   const bool both = enclosure.sides[4] == g && enclosure.sides[5] == g;
   SourceSet all = sources;
@@ -156,7 +156,7 @@ struct Case {
 
 // Images in two grounded sides are neglected beyond 3 periods in a layer, where their field is below exp(-6 pi H / L),
 // and beyond n = 300 periods without periodic sides, where it decays as n^-3.
-TEST_CASE("bounded sum: forces have the accuracy asked for, for all kinds of sides") {
+TEST_CASE("bounded sum: forces have the requested accuracy, for all kinds of sides") {
   const std::vector<Case> cases = {
       {"cube without images", {{9, 8, 7}, {o, o, o, o, o, o}}, alone},
       {"layer", {{9, 8, 7}, {p, p, p, p, o, o}}, in_layer},
@@ -170,7 +170,7 @@ TEST_CASE("bounded sum: forces have the accuracy asked for, for all kinds of sid
       {"between grounded sides", {{9, 8, 7}, {o, o, o, o, g, g}}, alone},
   };
   for (const Case& one : cases)
-    for (const double accuracy : {1e-2, 1e-4, 1e-6}) {
+    for (const double accuracy : {1e-3, 1e-6}) {
       CAPTURE(one.name);
       CAPTURE(accuracy);
       const SourceSet sources = box_of_charges(40, one.enclosure.lengths, 3);
@@ -187,8 +187,8 @@ TEST_CASE("bounded sum: forces have the accuracy asked for, for all kinds of sid
     }
 }
 
-// Errors follow from spacing, cut-off and order, whatever the box: six random boxes of each kind.
-TEST_CASE("bounded sum: forces have the accuracy asked for in random boxes") {
+// Errors follow from spacing, cut-off and order, whatever the box: four random boxes of each kind.
+TEST_CASE("bounded sum: forces have the requested accuracy in random boxes") {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> unit(0, 1);
   const std::vector<Case> kinds = {{"space", {{}, {o, o, o, o, o, o}}, alone},
@@ -196,7 +196,7 @@ TEST_CASE("bounded sum: forces have the accuracy asked for in random boxes") {
                                    {"grounded", {{}, {p, p, p, p, g, g}}, in_layer},
                                    {"grounded below", {{}, {p, p, p, p, g, o}}, in_layer}};
   for (Case one : kinds)
-    for (int box = 0; box < 6; ++box) {
+    for (int box = 0; box < 4; ++box) {
       one.enclosure.lengths = {5 + 8 * unit(random), 5 + 8 * unit(random), 3 + 12 * unit(random)};
       const double accuracy = std::pow(10, -2 - 4 * unit(random));
       CAPTURE(one.name);
@@ -210,7 +210,7 @@ TEST_CASE("bounded sum: forces have the accuracy asked for in random boxes") {
 
 // An unbounded box uses pairs for few charges and a mesh for many, here both for the same cloud.
 TEST_CASE("bounded sum: a cloud without sides keeps the accuracy while it expands") {
-  for (const double accuracy : {1e-2, 1e-4, 1e-6})
+  for (const double accuracy : {1e-2, 1e-6})
     for (const double size : {1.0, 1.7, 30.0}) {
       CAPTURE(accuracy);
       CAPTURE(size);
@@ -251,7 +251,7 @@ TEST_CASE("bounded sum: forces are slopes of the energy, dipoles have images") {
 
 // The force of a plate on a charge at height z above it is that of its image, q^2 / (4 z^2), and the energy half of the
 // pair's.
-TEST_CASE("bounded sum: a charge near a grounded side, beyond it, and in too thin a box") {
+TEST_CASE("bounded sum: a charge near a grounded side, beyond it, in a thin box") {
   const Enclosure enclosure{{10, 10, 10}, {o, o, o, o, g, o}};
   SourceSet sources{.lengths = enclosure.lengths, .position = {5, 5, 0.5}, .charge = {2}};
   const auto sum = sum_for(enclosure, sources, 1e-5);

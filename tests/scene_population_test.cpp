@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "src/scene/placing.hpp"
@@ -14,6 +15,47 @@ namespace scene_population_test {
 
 using namespace lichtenberg;
 using namespace lichtenberg::scene_texts;
+
+TEST_CASE("population.round_region: disk, cylinder and sphere hold all bodies") {
+  const auto inside = [](const Scene& s, Vec3 centre, double radius, bool flat) {
+    return std::ranges::all_of(s.conductors, [&](const Conductor& c) {
+      Vec3 away = c.position - centre;
+      if (flat) away.z = 0;
+      return norm(away) + c.radius <= radius * (1 + 1e-12);
+    });
+  };
+  const std::string start = box + "field.cells = 64\n", twenty = "[[population]]\ncount = 20\nradius = 0.0005\n";
+  const Scene disk = parse(start + grounded + twenty + "round_region = [0.01, 0.01, 0.005]\n");
+  CHECK(inside(disk, {0.01, 0.01, 0}, 0.005, true));
+  CHECK(overlaps_in_space(disk) == 0);
+  // The bodies fill the disk: with this seed one of them is in the outer half of its area.
+  CHECK_FALSE(inside(disk, {0.01, 0.01, 0}, 0.005 / std::sqrt(2.0), true));
+  const std::string cube =
+      "domain = { size = [0.02, 0.02, 0.02] }\nmedium = { relative_permittivity = 2.0 }\n"
+      "effects.floating_conductors = {}\n" +
+      twenty;
+  CHECK(inside(parse(cube + "round_region = [0.01, 0.01, 0.008, 0.003]\n"), {0.01, 0.01, 0.008}, 0.003, false));
+  const Scene flat =
+      parse(cube + "round_region = [0.01, 0.01, 0.006]\nregion = [[0.0, 0.0, 0.0], [0.02, 0.02, 0.0011]]\n");
+  CHECK(inside(flat, {0.01, 0.01, 0}, 0.006, true));
+  CHECK(std::ranges::all_of(flat.conductors, [](const Conductor& c) { return c.position.z <= 0.0006; }));
+}
+
+TEST_CASE("population.round_region: wrong numbers, positions and sizes are refused") {
+  const std::string start = box + "field.cells = 64\n", twenty = "[[population]]\ncount = 20\nradius = 0.0005\n";
+  const auto refused = [&](const std::string& region, std::initializer_list<std::string> parts) {
+    check_refused(start + grounded + twenty + "round_region = " + region + "\n", parts);
+  };
+  refused("[0.01, 0.01]", {"population.round_region = [0.01, 0.01] is not allowed", "[x, y, radius]"});
+  refused("[0.01, 0.01, 0.01, 0.005]", {"population.round_region", "it must be [x, y, radius]"});
+  refused("[0.01, 0.01, 0.012]", {"population.round_region", "inside the domain", "[0.04, 0.02] m"});
+  refused("[0.01, 0.01, -0.001]", {"population.round_region", "greater than 0"});
+  refused("[0.01, 0.01, 0.0004]", {"no space for even one of radius 0.0005 m"});
+  refused("[0.01, 0.01, 0.002]", {"population.count = 20 is impossible at this density"});
+  // 12 000 bodies in a disk of 100 radii: at most about 0.535 of its area, 5350.
+  check_refused(start + "[[population]]\ncount = 12000\nradius = 5e-5\nround_region = [0.01, 0.01, 0.005]\n",
+                {"population.count = 12000 is impossible at this density"});
+}
 
 TEST_CASE("population: obeys min_gap, radius, seed, region; too dense is refused") {
   const std::string start = box + "field.cells = 64\n";

@@ -98,7 +98,9 @@ TEST_CASE("potential: an invalid function of time is refused") {
   refused("{ amplitude = 1, frequency = 5, shape = \"saw\" }", {"wrong unit or type", "\"square\""});
   refused("{ table = [[0, 1], [10, 2]] }", {"gap", "0 to 10 s", "stop.time = 120"});
   refused("{ table = [[1, 1], [1000, 2]] }", {"gap", "1 to 1000 s"});
-  CHECK(has(refusal(start + electrode + "potential = { table = \"none.csv\" }\n"), "none.csv: there is no such table"));
+  refused("{ table = \"none.csv\" }", {"test.toml:", "there is no table \"none.csv\""});
+  refused("{ table = \"\" }", {"test.toml:", "there is no table"});
+  refused("{ amplitude = 1, frequency = 1e9 }", {"frequency = 1e+09 Hz", "at most 1e+07"});
   check_refused(start + electrode + "potential = { amplitude = 1, frequency = 50 }\n[mechanics]\nlargest_step = 0.01\n",
                 {"mechanics.largest_step = 0.01", "at most 0.001"});
   const Folder folder;
@@ -147,7 +149,8 @@ TEST_CASE("[[circuit]]: invalid members and sources are refused") {
   refused("electrodes = [\"b\"]\n[[circuit]]\nelectrodes = [\"left\"]\nname = \"circuit 1\"", {"is taken"});
   refused("electrodes = [\"b\"]\ncapacitance = 1e-12\n[effects.leakage]\nconductivity = 1e-12",
           {"circuit.capacitance", "effects.leakage"});
-  check_refused(box + electrostatics + disk("[0.01, 0.01]") + electrode, {"electrode.potential is missing", "electrode.charge"});
+  check_refused(box + electrostatics + disk("[0.01, 0.01]") + electrode,
+                {"electrode.potential is missing", "electrode.charge"});
   check_refused(start + electrode + "potential = 1\ncharge = 1\n", {"both a potential and a charge"});
   check_refused(start + electrode + "charge = 1e-12\n", {"net charge", "insulated box"});
   check_refused(start + other + "[[circuit]]\nelectrodes = [\"b\"]\ncurrent = 1e-12\n",

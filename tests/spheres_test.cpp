@@ -141,6 +141,40 @@ TEST_CASE("spheres: cell method and direct pair sum give equal potentials, force
   }
 }
 
+TEST_CASE("periodic spheres at accuracy 1e-11: one and two periods agree to 1e-11") {
+  SphereProblem one{.permittivity = 1};
+  one.box.lengths = {3, 3, 3};
+  one.box.sides.fill(Boundary::periodic);
+  for (int i = 0; i < 27; ++i) {
+    one.spheres.push_back(
+        {{0.5 + i % 3 + 0.1 * std::sin(i), 0.5 + i / 3 % 3, 0.5 + i / 9 + 0.1 * std::cos(2 * i)}, 0.2, i});
+    one.groups.push_back({.charge = i == 26 ? 0.0 : i % 2 == 0 ? 1.0 : -1.0});
+  }
+  // Images are summed directly for 27 spheres and by cells for 54, with other Ewald splittings.
+  SphereProblem two = one;
+  two.box.lengths.x = 6;
+  for (int i = 0; i < 27; ++i) {
+    Sphere next = one.spheres[i];
+    next.centre.x += 3, next.group += 27;
+    two.spheres.push_back(next);
+    two.groups.push_back(one.groups[i]);
+  }
+  const auto largest_difference = [&](double accuracy) {
+    const SphereSolution a = SphereSolver({.accuracy = accuracy}).solve(one),
+                         b = SphereSolver({.accuracy = accuracy}).solve(two);
+    double force = 0, potential = 0, error = 0, force_error = 0;
+    for (int i = 0; i < 27; ++i) {
+      potential = std::max(potential, std::abs(a.group_potential[i]));
+      force = std::max(force, norm(a.sphere_force[i]));
+      error = std::max(error, std::abs(a.group_potential[i] - b.group_potential[i]));
+      force_error = std::max(force_error, norm(a.sphere_force[i] - b.sphere_force[i]));
+    }
+    return std::max(error / potential, force_error / force);
+  };
+  CHECK(largest_difference(1e-11) < 1e-11);
+  CHECK(largest_difference(1e-8) > 1e-11);  // The difference is no rounding.
+}
+
 TEST_CASE("SphereSolver: history saves iterations, threads give identical bits") {
   SphereProblem problem = mixed_box();
   SphereSolver solver({.accuracy = 1e-8});

@@ -223,6 +223,14 @@ TEST_CASE("monopolar gas: its temperature solves the rate equation") {
   }
 }
 
+// (1 - 1.2 phi^(1/3))^2 = 1 - 2.4 phi^(1/3) + 1.44 phi^(2/3).
+TEST_CASE("effective_barrier: falls with the filling from that of a pair to 0") {
+  CHECK(effective_barrier(3, 0) == 3);
+  for (const double phi : {1e-3, 0.0763, 0.3})
+    CHECK(effective_barrier(3, phi) == Approx(3 * std::pow(1 - 1.2 * std::cbrt(phi), 2)).epsilon(1e-12).scale(0));
+  CHECK(effective_barrier(3, std::pow(1 / 1.2, 3)) < 1e-12);
+}
+
 TEST_CASE("monopolar gas: Haff's law without repulsion, T = U / ln t at late times") {
   CHECK(monopolar_temperature({10, 3, 0}, 5) == haff_temperature(10, 3, 5));
   CHECK(monopolar_time({10, 3, 0}, haff_temperature(10, 3, 5)) == Approx(5));

@@ -75,7 +75,7 @@ TEST_CASE("coagulate, geometric classes: mass kept, size error of second order")
 TEST_CASE("coagulation_series, constant kernel: equals the closed form") {
   const std::vector<double> times = {1, 20, 200, 2000};
   for (const double tolerance : {1e-3, 1e-4}) {
-    const CoagulationSeries found = coagulation_series(constant, times, tolerance);
+    const CoagulationSeries found = coagulation_series(constant, times, {.tolerance = tolerance});
     REQUIRE(found.size.size() == times.size());
     CHECK(found.error <= tolerance);
     for (std::size_t k = 0; k < times.size(); ++k) {
@@ -101,7 +101,7 @@ TEST_CASE("coagulation_series, ballistic aggregation: equals size-by-size soluti
 TEST_CASE("coagulation_series: the actual error is below the stated one") {
   // The constant kernel's S is known at all times, and wide classes have an error far above rounding.
   for (const double tolerance : {1e-2, 1e-3}) {
-    const CoagulationSeries found = coagulation_series(constant, std::vector{100.0, 1000.0}, tolerance);
+    const CoagulationSeries found = coagulation_series(constant, std::vector{100.0, 1000.0}, {.tolerance = tolerance});
     for (std::size_t k = 0; k < 2; ++k) CHECK(std::abs(found.size[k] / (k == 0 ? 101 : 1001) - 1) <= found.error);
   }
 }

@@ -9,7 +9,7 @@
 // constant eta converges. Its limit (D 6.36), 2 C_kk / sum_i C_ik^2, applies to a missing charge on conductor k alone
 // and is at least 2 / lambda_max for every k.
 //
-//   gradient_descent         N = 2 ... 32 floating disks, S = 96
+//   gradient_descent         N = 2 ... 32 floating disks, S = 64
 //   gradient_descent long    N = 2 ... 128, S = 192
 
 #include <Eigen/Core>
@@ -101,7 +101,7 @@ Steps critical_steps(const Eigen::MatrixXd& c) {
 
 int validate(int argc, char** argv) {
   const bool is_long = long_run_requested(argc, argv);
-  const int sites = is_long ? 192 : 96;
+  const int sites = is_long ? 192 : 64;
   // Each potential solve has sixteen times the sweeps of the source (4 n10). With the source's number, unconverged
   // potentials change the factors by up to 10 % for insulated sides and few disks.
   const RelaxationOptions options{.sites = sites, .sweeps_factor = 64};

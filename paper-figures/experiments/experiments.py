@@ -7,6 +7,7 @@ A script states its expectation, runs the program, and records rows (render_meas
 import argparse
 import json
 import os
+import re
 import sys
 import time
 from datetime import date
@@ -20,7 +21,8 @@ from ensembles import student_factor  # noqa: E402
 from figures import SOURCE, attempt, refuse, run, version_of  # noqa: E402
 
 RESULTS = SOURCE / "docs" / "measurements" / "experiments"
-__all__ = ["SOURCE", "attempt", "bounds", "mean", "open_experiment", "picture", "published", "record", "refuse", "row", "run"]
+__all__ = ["SOURCE", "attempt", "bounds", "conditions_of", "mean", "numbers_in", "open_experiment", "picture", "published",
+           "record", "recorded", "refuse", "row", "run"]
 
 
 def open_experiment(number, reference, description):
@@ -63,6 +65,22 @@ def rounded(part):
     return {**part, "value": short(part["value"]), "interval": [short(bound) for bound in part["interval"]]}
 
 
+def recorded(measures):
+    """Returns the measurement of docs/measurements/figures.json with this name."""
+    measurements = json.loads((SOURCE / "docs" / "measurements" / "figures.json").read_text(encoding="utf-8"))
+    return next(each for each in measurements if each["measures"] == measures)
+
+
+def numbers_in(text):
+    """Returns the pairs (value, half width) of each "a ± b" in a text."""
+    return [(float(value), float(half)) for value, half in re.findall(r"([-\d.]+) ± ([\d.]+)", text)]
+
+
+def conditions_of(measurement, command, seconds):
+    """Returns the conditions of an earlier measurement for record()."""
+    return {"command": command, "seconds": seconds, **{key: measurement[key] for key in ("commit", "machine", "date")}}
+
+
 def published(value, low, high, source):
     """Returns a published value. `low`, `high`: its interval, None without a bound. `source`: S (read in full), A (read
     in the abstract) or M (from memory, to be checked)."""
@@ -80,7 +98,7 @@ def row(quantity, expected, theirs, ours, reason=""):
     They agree if the intervals overlap. A row that disagrees needs a reason: the assumption that decides."""
     verdict = "agrees" if overlap(theirs["interval"], ours["interval"]) else "disagrees"
     return {"quantity": quantity, "published": rounded(theirs), "expected": expected, "ours": rounded(ours),
-            "verdict": verdict, "reason": reason}
+            "verdict": verdict, "reason": "" if verdict == "agrees" else reason}
 
 
 def machine():
@@ -90,9 +108,10 @@ def machine():
     return f"{names[0] if names else 'unknown processor'}, {os.cpu_count()} cores"
 
 
-def record(request, rows):
-    """Prints the rows of a script and writes them to its file. Exits with 1 if a row that disagrees has no reason."""
-    shared = {"command": request.script, "commit": version_of(request.program), "machine": machine(),
+def record(request, rows, conditions=None):
+    """Prints the rows of a script and writes them to its file. `conditions`: command, commit, machine, date and seconds
+    of earlier runs, from which the rows are taken. Exits with 1 if a row that disagrees has no reason."""
+    shared = conditions or {"command": request.script, "commit": version_of(request.program), "machine": machine(),
               "date": date.today().isoformat(), "seconds": round(time.monotonic() - request.started, 1)}
     rows = [{**request.shared, **each, **shared} for each in rows]
     for each in rows:

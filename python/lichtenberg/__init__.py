@@ -3,6 +3,7 @@ has examples."""
 import importlib
 
 _homes = {
+    "coagulation": ["coagulate"],
     "compiled": ["compile_effect"],
     "errors": ["Failure", "InputError"],
     "array": ["Array"],

@@ -70,11 +70,23 @@ class RunFrame:
 
 Force = Callable[[State], ArrayLike | tuple[ArrayLike, float]]
 
+class Contacts:
+    time: float
+    pair: np.ndarray
+    impact_speed: np.ndarray
+    direction: np.ndarray
+    charge: np.ndarray
+    radius: np.ndarray
+    mass: np.ndarray
+
+ChargeExchange = Callable[[Contacts], ArrayLike]
+
 class Run:
     scene: Scene
     def __init__(self, scene: AnyScene, settings: Settings = None, *, out: str | PathLike[str] | None = None,
                  record: bool = True, overwrite: bool = False, device: str = "") -> None: ...
     def add_force(self, function: Force) -> Force: ...
+    def add_charge_exchange(self, function: ChargeExchange, unit: float = 1e-3) -> ChargeExchange: ...
     def frames(self, every: float | None = None) -> Iterator[RunFrame]: ...
     def finish(self, progress: bool = False) -> Run: ...
     def save(self, path: str | PathLike[str], overwrite: bool = False) -> str: ...
@@ -91,6 +103,16 @@ class Run:
     @property
     def warnings(self) -> list[str]: ...
 
+class Coagulation:
+    time: np.ndarray
+    size: np.ndarray
+    number: np.ndarray
+    width: np.ndarray
+    error: float
+    lost: float
+
+def coagulate(kernel: Callable[[float, float], float], times: ArrayLike, *, tolerance: float = 1e-4,
+              largest: float = 1e6, stiff: bool = False) -> Coagulation: ...
 def compile_effect(source: str | PathLike[str], compiler: str | None = None) -> CompiledEffect: ...
 def conductors(position: ArrayLike, **columns: ArrayLike) -> list[dict[str, Any]]: ...
 def load(path: str | PathLike[str]) -> Result: ...

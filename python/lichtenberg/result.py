@@ -344,14 +344,15 @@ class Result:
     def _repr_png_(self):
         return self.plot()._repr_png_()
 
-    def view(self, out=None, frames=None, overwrite=False):
-        """Writes an HTML page that shows the run (`lichtenberg view`). Returns its path."""
+    def view(self, out=None, frames=None, overwrite=False, **options):
+        """Writes an HTML page that shows the run (`lichtenberg view`). The options are those of the command, as
+        colour="charge". Returns its path."""
         from .files import default_output
         from .program import call, options_of
 
         self._check_out(out)
         out = out or default_output(self.path, ".html")
-        call("view", *options_of({"out": out, "frames": frames, "overwrite": overwrite}), "--", self.path)
+        call("view", *options_of({"out": out, "frames": frames, "overwrite": overwrite, **options}), "--", self.path)
         return out
 
     def export(self, to, out=None, frames=None, overwrite=False):

@@ -83,7 +83,7 @@ class Run:
         if overwrite and out is None:
             raise InputError("overwrite=True belongs to out")
         self.scene = scene_of(scene, settings)
-        self._device, self._overwrite, self._functions = device, overwrite, []
+        self._device, self._overwrite, self._functions, self._exchanges = device, overwrite, [], []
         self._run = self._every = self._process = None
         self._ended = False
         self._path = os.path.abspath(out) if out is not None else temporary_file(self) if record else None
@@ -102,6 +102,22 @@ class Run:
         if self._run:
             raise InputError("the run has begun: add forces before its first frame")
         self._functions.append(function)
+        return function
+
+    def add_charge_exchange(self, function, unit=1e-3):
+        """Adds a law by which grains exchange charge at the beginning of a contact. function(contacts) is called after each
+        step with new contacts. It gets time, pair [n, 2] (indices), impact_speed [n], direction [n, d] (unit vectors from
+        the second grain to the first), and charge, radius and mass [n, 2], in the scene's units. It returns the charges [n]
+        that the first grains receive from the second ones.
+
+        unit: order of magnitude of such a charge. Charges are rounded to about 1e-9 of it, so that their sum is exact.
+
+        Returns the function. Throws InputError after the first frame. A run of conductors or a packing throws InputError."""
+        if not callable(function):
+            raise InputError(f"a charge exchange is a function, and {function!r} is none")
+        if self._run:
+            raise InputError("the run has begun: add charge exchange before its first frame")
+        self._exchanges.append((function, float(unit)))
         return function
 
     def frames(self, every=None):
@@ -205,6 +221,8 @@ class Run:
         prepared = scene._core
         for function in self._functions:
             prepared = prepared.with_force(function)
+        for function, unit in self._exchanges:
+            prepared = prepared.with_charge_exchange(function, unit)
         if self._device:
             prepared = prepared.on_device(self._device)
         self._run = core.load().Run(prepared, self._path or "", self._overwrite, warn)

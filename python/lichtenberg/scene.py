@@ -121,7 +121,12 @@ class Scene:
 
     def _read(self, text, name, settings, compiled):
         self._name, self._compiled = name, compiled
-        self._core = core.load().Scene.from_text(text, name, settings, compiled)
+        try:
+            self._core = core.load().Scene.from_text(text, name, settings, compiled)
+        except InputError as error:
+            if error.key == "mechanics.integrator" and "must be one of" in str(error):
+                raise InputError(f"{error}; integrators that a C++ program adds are unknown to this Python module") from None
+            raise
         for effect in compiled:
             if effect.name not in self._core.effects:
                 raise InputError(f"{name}: the scene has no table [effects.{effect.name}] for the compiled effect")

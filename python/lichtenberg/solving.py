@@ -44,7 +44,7 @@ def solve(scene, settings=None, *, capacitance=False, potential_field=False, dev
     `group` counts, and capacitance.groups, their names. With potential_field=True it has potential_field [ny, nx] and cell,
     the edge of a cell (m). Charged grains have no group, and dipole [N, 3] if they are polarized; their units are the
     scene's reduced ones. Units are the attribute `unit` of arrays, and units[name].
-    Throws InputError and Failure."""
+    Ctrl-C ends the solve with KeyboardInterrupt. Throws InputError and Failure."""
     check_device(device)
     given = scene_of(scene, settings)
     if device == "cuda" and given.is_granular:

@@ -821,10 +821,10 @@ class Page {
     return [Math.min(...depths), Math.max(...depths) - Math.min(...depths), fog];
   }
 
-  /** In the plane particles and electrodes are cut at the domain. */
+  /** In the plane particles and electrodes are cut at the domain, or at the window of a cloud that has left it. */
   clip(view, projection) {
     const corner = (point) => apply(times(projection, view), point).slice(0, 2).map((x, k) => Math.round((x + 1) / 2 * [this.canvas.width, this.canvas.height][k]));
-    const [low, high] = [corner([0, 0, 0]), corner(this.run.size)];
+    const [low, high] = this.run.about.camera.window.map(([x, y]) => corner([x, y, 0]));
     this.gl.enable(this.gl.SCISSOR_TEST);
     this.gl.scissor(low[0], low[1], high[0] - low[0], high[1] - low[1]);
   }

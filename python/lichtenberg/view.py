@@ -20,7 +20,7 @@ from .files import check_output, write_whole
 from .ground import electrodes_of, nearest_ground
 from .pictures import colours, drawing, packing, series, space
 from .pictures.conductors import name_and_potential
-from .pictures.frames import open_run
+from .pictures.frames import check_colour, open_run, read_range
 from .result import TO_GROUND, chosen_frames
 
 STEPS = 65535
@@ -51,11 +51,15 @@ def quantized(positions, low, high):
 
 
 class Page:
-    """Collects the data of the page: numbers in `about`, compressed arrays in `arrays`."""
+    """Collects the data of the page: numbers in `about`, compressed arrays in `arrays`. `colour`: quantity that the page shows
+    first, or None for that of pictures; `own_range`: range of its colours as for `plot`, "LOW,HIGH", or None."""
 
-    def __init__(self, result, frames):
+    def __init__(self, result, frames, colour=None, own_range=None):
         self.result, self.frames = result, list(frames)
         self.run = open_run(result.file, result.path)
+        check_colour(self.run, colour)
+        self.own_range = read_range(own_range)
+        self.colour = colour or self.run.default_colour(result.file, self.frames[-1])
         self.arrays = {}
         factor, prefix = drawing.prefixed(max(result.size)) if result.size.unit == "m" else (1.0, "")
         self.about = {
@@ -83,7 +87,7 @@ class Page:
         }
         self.add_positions()
         self.about["columns"] = [self.column(name) for name in self.run.quantities]
-        self.about["colour"] = self.run.default_colour(result.file, self.frames[-1])
+        self.about["colour"] = self.colour
         self.add_edges()
         self.about["electrodes"] = [{**shape, "label": name_and_potential(shape)} for shape in electrodes_of(result)]
         self.about["curves"] = list(curves_of(result))
@@ -103,7 +107,8 @@ class Page:
     def column(self, name):
         """Adds the values of a quantity in all frames, or one row if they are constant. Returns its colour scale as data."""
         file = self.result.file
-        scale = colours.scale_of(self.run.quantities[name], None, self.run.range(file, name))
+        own_range = self.own_range if name == self.colour else None
+        scale = colours.scale_of(self.run.quantities[name], own_range, self.run.range(file, name))
         values = np.array([self.run.values(file, name, k) for k in self.frames], float)
         changes = not np.array_equal(values[1:], values[:-1], equal_nan=True)
         values = values if changes else values[:1]
@@ -161,8 +166,9 @@ def camera_of(run):
     """Returns the camera of the run's pictures: centre, and the ends of the window around it. In space also axes to the right,
     up and towards the eye, angles and distance of the eye, and the box with its labels."""
     if not run.spatial:
-        size = np.array(getattr(run, "box", run.size / drawing.MM))
-        return {"centre": [*numbers(size / 2), 0], "low": numbers(-0.52 * size), "high": numbers(0.52 * size)}
+        corner, size = getattr(run, "window", (np.zeros(2), np.array(getattr(run, "box", run.size / drawing.MM))))
+        ends = {"low": numbers(-0.52 * size), "high": numbers(0.52 * size)}
+        return ends | {"centre": [*numbers(corner + size / 2), 0], "window": [numbers(corner), numbers(corner + size)]}
     corner, size = run.window
     camera = space.Camera(size, run.down)
     edges = space.edge_labels(camera, run.unit)
@@ -243,8 +249,9 @@ def curve_data(line):
     return style | {"x": numbers(line.get_xdata()), "y": numbers(line.get_ydata())}
 
 
-def write_page(result, out, frames=None, overwrite=False):
-    """Writes the page of the frames (given as in "0:100:10") and returns its path. Throws InputError and Failure."""
+def write_page(result, out, frames=None, overwrite=False, colour=None, own_range=None):
+    """Writes the page of the frames (given as in "0:100:10") and returns its path. `colour`, `own_range`: as for Page. Throws
+    InputError and Failure."""
     check_output(out, overwrite)
-    write_whole(out, Page(result, chosen_frames(result, frames)).html())
+    write_whole(out, Page(result, chosen_frames(result, frames), colour, own_range).html())
     return out

@@ -76,11 +76,11 @@ py::dict dictionary_of(const GrainAnswer& answer) {
 
 py::dict solve(const Scene& scene, bool capacitance, bool potential_field) {
   if (!scene.reference)
-    return dictionary_of(
-        compute([&] { return solve_field(scene, {.capacitance = capacitance, .potential_field = potential_field}); }));
+    return dictionary_of(compute_until_interrupt(
+        [&] { return solve_field(scene, {.capacitance = capacitance, .potential_field = potential_field}); }));
   if (capacitance || potential_field)
     throw InputError("capacitance and potential_field are for scenes of conductors: leave them out for charged grains");
-  return dictionary_of(compute([&] { return solve_grain_field(scene); }));
+  return dictionary_of(compute_until_interrupt([&] { return solve_grain_field(scene); }));
 }
 
 }  // namespace lichtenberg::python

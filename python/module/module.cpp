@@ -10,7 +10,9 @@
 
 #include "python/module/answers.hpp"
 #include "python/module/arrays.hpp"
+#include "python/module/coagulation.hpp"
 #include "python/module/compiled.hpp"
+#include "python/module/exchange.hpp"
 #include "python/module/force.hpp"
 #include "python/module/run.hpp"
 #include "solvers/error.hpp"
@@ -70,6 +72,12 @@ Scene with_force(const Scene& scene, py::function function) {
   return changed;
 }
 
+Scene with_charge_exchange(const Scene& scene, py::function function, double unit) {
+  Scene changed = scene;
+  add_charge_exchange(changed, std::move(function), unit);
+  return changed;
+}
+
 Scene on_device(const Scene& scene, const std::string& device) {
   if (!value_of<FieldDevice>(device))
     throw InputError("device = \"" + device + "\" is not allowed: it must be \"cpu\" or \"cuda\"");
@@ -97,8 +105,8 @@ void register_errors() {
 
 }  // namespace
 
-std::recursive_mutex& solver_mutex() {
-  static std::recursive_mutex mutex;
+std::recursive_timed_mutex& solver_mutex() {
+  static std::recursive_timed_mutex mutex;
   return mutex;
 }
 
@@ -109,10 +117,12 @@ PYBIND11_MODULE(_core, module) {
   using namespace lichtenberg::python;
   register_errors();
   register_state(module);
+  register_contacts(module);
   py::class_<Scene>(module, "Scene")
       .def_static("from_text", &scene_from_text, py::arg("text"), py::arg("name"), py::arg("settings"),
                   py::arg("effects"))
       .def("with_force", &with_force)
+      .def("with_charge_exchange", &with_charge_exchange)
       .def("on_device", &on_device)
       .def_readonly("text", &Scene::text)
       .def_readonly("title", &Scene::title)
@@ -131,6 +141,8 @@ PYBIND11_MODULE(_core, module) {
       .def_property_readonly("description", [](const CompiledEffect& effect) { return effect.kind->description; });
   module.def("load_effect", &load_effect, py::arg("path"));
   module.def("solve", &solve, py::arg("scene"), py::arg("capacitance"), py::arg("potential_field"));
+  module.def("coagulate", &coagulate, py::arg("kernel"), py::arg("times"), py::arg("tolerance"), py::arg("largest"),
+             py::arg("stiff"));
   register_run(module);
   module.attr("version") = lichtenberg_version().number;
   module.attr("compiler_flags") = lichtenberg_version().flags;

@@ -72,7 +72,7 @@ class Run {
   /// `file`: result file that is written as by `lichtenberg run --out`; empty: nothing is recorded. `on_warning`
   /// receives texts of warnings.
   Run(Scene scene, const std::string& file, bool overwrite, py::function on_warning) : warn_(std::move(on_warning)) {
-    compute([&] {
+    compute_until_interrupt([&] {
       scene = prepare_run(std::move(scene));
       std::optional<Recorder> recorder;
       if (!file.empty()) {

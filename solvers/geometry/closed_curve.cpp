@@ -66,6 +66,28 @@ double sector(const CurvePiece& piece) {
   return triangle + (piece.radius > 0 ? segment : -segment);
 }
 
+/// Returns the integrals of x^2/2 dy and -y^2/2 dx over a piece, by five Gauss points. Their sums over a closed curve
+/// are the integrals of x and y over the area inside.
+Vec2 moment(const CurvePiece& piece, Vec2 origin) {
+  constexpr double node[3] = {0, 0.5384693101056831, 0.9061798459386640};
+  constexpr double weight[3] = {0.5688888888888889, 0.4786286704993665, 0.2369268850561891};
+  const double angle = rotation(piece);
+  Vec2 sum;
+  for (int k = -2; k <= 2; ++k) {
+    const double share = 0.5 + (k < 0 ? -0.5 : 0.5) * node[std::abs(k)], w = 0.5 * weight[std::abs(k)];
+    Vec2 p = piece.from + share * (piece.to - piece.from), step = piece.to - piece.from;
+    if (piece.radius != 0) {
+      const Vec2 r = piece.from - piece.centre, side = perpendicular(r);
+      const Vec2 radial = std::cos(share * angle) * r + std::sin(share * angle) * side;
+      p = piece.centre + radial;
+      step = angle * perpendicular(radial);
+    }
+    p -= origin;
+    sum += w * Vec2{0.5 * p.x * p.x * step.y, -0.5 * p.y * p.y * step.x};
+  }
+  return sum;
+}
+
 /// Part of the surface: its length (m) and the angle (rad) by which its direction rotates.
 struct Stretch {
   double length, rotation;
@@ -105,7 +127,9 @@ ClosedCurve::ClosedCurve(std::vector<CurvePiece> pieces, bool hollow) : pieces_(
   for (const CurvePiece& piece : pieces_) {
     perimeter_ += length(piece);
     area_ += sector(piece);
+    centroid_ += moment(piece, pieces_[0].from);
   }
+  centroid_ = pieces_[0].from + centroid_ / area_;
   if (hollow) reverse(pieces_);
   nodes_.reserve(2 * pieces_.size());
   add_node(0, static_cast<int>(pieces_.size()));

@@ -46,7 +46,8 @@ class ClosedCurve {
   Vec2 low() const { return nodes_[0].low; }    ///< Lower left corner of the bounding rectangle
   Vec2 high() const { return nodes_[0].high; }  ///< Upper right corner of the bounding rectangle
   double perimeter() const { return perimeter_; }
-  double area() const { return area_; }  ///< Area inside the curve (m^2), also of a hollow conductor
+  Vec2 centroid() const { return centroid_; }  ///< Centroid of the area inside the curve
+  double area() const { return area_; }        ///< Area inside the curve (m^2), also of a hollow conductor
 
   /// Returns true if the conductor covers p.
   bool covers(Vec2 p) const;
@@ -89,6 +90,7 @@ class ClosedCurve {
   bool hollow_;
   std::vector<Node> nodes_;
   double perimeter_ = 0, area_ = 0;
+  Vec2 centroid_;
 };
 
 /// Makes a polygon from its corners (m), in either direction; the last corner is joined to the first. Corners are

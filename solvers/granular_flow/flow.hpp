@@ -53,7 +53,7 @@ struct Fields {
 /// is 0.
 Fields homogeneous(const Grid& grid);
 
-/// Options of `evolve`.
+/// Options of evolve(), the integration of a granular flow in time: error tolerance of its steps, report of progress.
 struct EvolveOptions {
   double tolerance = 1e-5;  ///< Error tolerance of a time step, relative and absolute
   /// Function to report progress; called with the scaled time at each computation of rates.

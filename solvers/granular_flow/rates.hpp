@@ -29,7 +29,8 @@ class Rates {
   int unknowns() const { return grid_.dimension + 3; }
   /// Converts fields to unknowns [quantity][cell]. The mean velocity, weighted by density, is subtracted.
   std::vector<double> pack(const Fields& fields) const;
-  /// Converts unknowns [quantity][cell] to fields.
+  /// Converts the unknowns [quantity][cell] of the time integration to fields of density, charge, velocity and
+  /// temperature.
   Fields unpack(std::span<const double> y) const;
 
   /// Computes the rates of the unknowns y [quantity][cell] at the scaled time `time` (tau). If n is not positive in a

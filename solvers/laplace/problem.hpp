@@ -114,6 +114,8 @@ struct LaplaceSolution {
   std::vector<double> group_potential;  ///< Potential of each group (V)
   std::vector<double> body_charge;      ///< Field charge of each body (C/m), without charge through couplings
   std::vector<Vec2> body_force;         ///< Force on each body (N/m)
+  /// Torque on each closed curve about its centroid (N), 0 for other bodies; empty if no body is a closed curve
+  std::vector<double> body_torque;
   std::array<double, 4> side_charge{};  ///< Charge on each side of the box if it is an electrode (C/m)
   double energy = 0;                    ///< Electrostatic energy of the field (J/m), eps/2 integral |grad V|^2
   long unknowns = 0;                    ///< Number of unknowns of the solver

@@ -3,7 +3,9 @@
 #include <cvode/cvode.h>
 #include <fmt/format.h>
 #include <nvector/nvector_serial.h>
+#include <sunlinsol/sunlinsol_dense.h>
 #include <sunlinsol/sunlinsol_spgmr.h>
+#include <sunmatrix/sunmatrix_dense.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
 #include <algorithm>
@@ -30,6 +32,7 @@ struct Integration {
   N_Vector y = nullptr, absolute = nullptr;
   SUNNonlinearSolver solver = nullptr;      ///< Null if stiff: CVODE provides Newton's method
   SUNLinearSolver linear_solver = nullptr;  ///< Only for stiff equations
+  SUNMatrix matrix = nullptr;               ///< Only for a given Jacobian
   void* memory = nullptr;
 };
 
@@ -37,6 +40,7 @@ Integration::~Integration() {
   CVodeFree(&memory);
   if (solver) SUNNonlinSolFree(solver);
   if (linear_solver) SUNLinSolFree(linear_solver);
+  if (matrix) SUNMatDestroy(matrix);
   N_VDestroy(y);
   N_VDestroy(absolute);
   SUNContext_Free(&context);
@@ -65,6 +69,13 @@ int rates(double time, N_Vector y, N_Vector rate, void* data) {
   return std::ranges::all_of(values(rate), [](double r) { return std::isfinite(r); }) ? 0 : try_shorter;
 }
 
+int jacobian(double time, N_Vector y, N_Vector, SUNMatrix matrix, void* data, N_Vector, N_Vector, N_Vector) {
+  return guarded(data, [&](const Ode& ode) {
+    const std::size_t size = values(y).size();
+    ode.jacobian(time, values(y), std::span(SUNDenseMatrix_Data(matrix), size * size));
+  });
+}
+
 int events(double time, N_Vector y, double* value, void* data) {
   return guarded(data, [&](const Ode& ode) {
     for (const Ode::Value& falls : ode.falls) *value++ = falls(time, values(y));
@@ -86,7 +97,13 @@ void check(const Integration& self, int flag) {
 }
 
 void set_solver(Integration& self) {
-  if (self.ode.stiff) {
+  if (self.ode.stiff && self.ode.jacobian) {
+    const sunindextype size = N_VGetLength(self.y);
+    self.matrix = SUNDenseMatrix(size, size, self.context);
+    self.linear_solver = SUNLinSol_Dense(self.y, self.matrix, self.context);
+    check(self, CVodeSetLinearSolver(self.memory, self.linear_solver, self.matrix));
+    check(self, CVodeSetJacFn(self.memory, jacobian));
+  } else if (self.ode.stiff) {
     constexpr int directions = 20;  // Krylov directions of GMRES
     self.linear_solver = SUNLinSol_SPGMR(self.y, SUN_PREC_NONE, directions, self.context);
     check(self, CVodeSetLinearSolver(self.memory, self.linear_solver, nullptr));

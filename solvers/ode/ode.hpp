@@ -18,6 +18,9 @@ struct Ode {
   double relative = 2e-14;       ///< Relative error tolerance of a step
   std::vector<Value> falls{};    ///< Event functions; the first event ends the integration
   bool stiff = false;            ///< True if some components decay much faster than the times of interest
+  /// Writes the Jacobian matrix of `rates`, df_i/dy_j in element j * size + i, for stiff equations; empty: the matrix
+  /// is not formed.
+  std::function<void(double t, std::span<const double> y, std::span<double> matrix)> jacobian{};
 };
 
 /// End of an integration: its time, and the event that caused it, if any.
@@ -29,8 +32,9 @@ struct OdeEnd {
 /// Integrates ordinary differential equations from time `start` to `end` or to the first event, and overwrites y with
 /// the solution there.
 /// The library CVODE (Cohen and Hindmarsh 1996) chooses order and step. Non-stiff equations: Adams formulas with
-/// fixed-point iteration. Stiff equations: backward differentiation formulas with Newton's method, GMRES, and Jacobian
-/// products from differences of rates. A stiff step with a rate that is not finite is repeated with a shorter step.
+/// fixed-point iteration. Stiff equations: backward differentiation formulas with Newton's method. Its linear
+/// equations are solved by LU factorization of the given Jacobian, or else by GMRES with Jacobian products from
+/// differences of rates. A stiff step with a rate that is not finite is repeated with a shorter step.
 /// Throws Failure if CVODE fails, such as with a tolerance below the rounding error. Passes on exceptions of the
 /// functions in `ode`.
 OdeEnd integrate(const Ode& ode, double start, double end, std::vector<double>& y);

@@ -18,7 +18,7 @@ class Message {
   Message() = default;
   explicit Message(std::vector<char> bytes) : bytes_(std::move(bytes)) {}
 
-  /// Appends a value.
+  /// Appends a value to the message.
   template <class T>
   void put(const T& value) {
     static_assert(std::is_trivially_copyable_v<T>);
@@ -31,7 +31,7 @@ class Message {
     put(values.size());
     for (const T& value : values) put(value);
   }
-  /// Reads the next value.
+  /// Returns the next value of the message, which must be of the type T that the sender appended.
   template <class T>
   T get() {
     T value;
@@ -39,7 +39,7 @@ class Message {
     at_ += sizeof(T);
     return value;
   }
-  /// Reads the next vector.
+  /// Returns the next vector of the message, whose elements must be of the type T that the sender appended.
   template <class T>
   std::vector<T> get_all() {
     std::vector<T> values(get<std::size_t>());

@@ -31,7 +31,7 @@ class Sum {
   /// linear, symmetric function of the dipoles, up to rounding.
   virtual void dipole_field(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team,
                             std::span<double> field);
-  /// Returns the accumulated wall times of the parts.
+  /// Returns the accumulated wall times (s) of the sum over near pairs and of the mesh; 0 if they are not measured.
   virtual SumSeconds seconds() const { return {}; }
 };
 

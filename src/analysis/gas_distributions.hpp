@@ -37,7 +37,7 @@ struct Histogram {
   double low = 0, high = 1;
   std::vector<double> density;
 
-  /// Returns the centre of a bin.
+  /// Returns the value in the middle of the bin of this index (0: the lowest bin).
   double middle(std::size_t bin) const {
     return low + (static_cast<double>(bin) + 0.5) * (high - low) / static_cast<double>(density.size());
   }

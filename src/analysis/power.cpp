@@ -32,7 +32,7 @@ Power power(const Scene& scene, const ConductorFrame& frame, std::span<const dou
   Power result;
   for (std::size_t i = 0; i < frame.potential.size(); ++i) result.source += current[i] * frame.potential[i];
   for (std::size_t i = 0; i < frame.velocity.size(); ++i) {
-    result.drag += model.drag.power(static_cast<int>(i), frame.velocity[i]);
+    result.drag += model.drag.power(static_cast<int>(i), frame.position[i], frame.velocity[i]);
     result.field += dot(frame.force[i], frame.velocity[i]);
     result.kinetic += 0.5 * mass[i] * norm2(frame.velocity[i]);
   }

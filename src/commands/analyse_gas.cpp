@@ -241,6 +241,7 @@ nlohmann::ordered_json missing_reasons(const AnalysedGas& run) {
   for (const char* name : {"mach_number", "mach_number_of_flow"})
     json[name] = "no two grains in any cell, or none that moves";
   json["density_cluster_size"] = "no dense cell";
+  json["density_structure"] = "a side is not periodic";
   json["contact_persistence"] = "the first frame, or no contacts in the frame before";
   json["aggregate_local_slope"] = "no aggregates at half the time, or one frame alone";
   json["density_local_slope"] = "no dense cell at half the time, or one frame alone";
@@ -251,7 +252,7 @@ nlohmann::ordered_json missing_reasons(const AnalysedGas& run) {
     for (const char* name : {"charge_dipole", "bound_charge_dipole"})
       json[name] = "no cluster of this size, or only clusters that span the box";
     json["charge_speed_correlation"] = "all charges equal, or all speeds";
-    json["charge_structure"] = "no grain is charged then";
+    json["charge_structure"] = "no grain is charged then, or a side is not periodic";
   } else {
     for (const char* name : {"charge_by_speed", "charge_kurtosis", "charge_speed_correlation", "charge_structure",
                              "charge_density", "charge_dipole"})

@@ -75,11 +75,11 @@ class GasAnalyser {
   /// have different numbers of grains.
   GasAnalyser(const Result& result, Scene scene);
 
-  /// Returns the properties of the run.
+  /// Returns the properties of the run that all frames share, such as title, number of grains and warnings.
   AnalysedGas run() const;
   /// Analyses all frames, including the local exponents of growth.
   std::vector<GasFrame> all() const;
-  /// Analyses the frame of this index, from 0, without the local exponents of growth.
+  /// Analyses the frame of this index, from 0. The exponents of growth, which need neighbouring frames, are left out.
   GasFrame one(int index) const;
 
  private:

@@ -45,6 +45,8 @@ void explain_scene(Explanation& out, const Scene& scene) {
   out.print("  domain               {:g} {} x {:g} {}{}\n", scene.domain.size.x, unit, scene.domain.size.y, unit,
             (scene.dimension() == 3 ? fmt::format(" x {:g} {}", scene.domain.size.z, unit) : "") +
                 (scene.domain.open ? " of free space" : ""));
+  if (const Vec3 e = scene.domain.uniform_field; norm2(e) > 0)
+    out.print("  uniform field        [{:g}, {:g}, {:g}] V/m\n", e.x, e.y, e.z);
   if (scene.reference) return out.print("  grains               {}\n", scene.conductors.size());
   out.print("  conductors           {}\n", scene.conductors.size());
   std::vector<std::string> electrodes;
@@ -54,6 +56,12 @@ void explain_scene(Explanation& out, const Scene& scene) {
                                            in_words(terminal.potential))
                          : terminal.node >= 0 ? fmt::format("{} in a circuit", terminal.name)
                                               : fmt::format("{} at {}", terminal.name, in_words(terminal.potential)));
+  constexpr std::size_t most = 12;  // a torus has many
+  if (electrodes.size() > most) {
+    const std::string last = electrodes.back();
+    electrodes.resize(most - 2);
+    electrodes.insert(electrodes.end(), {"...", last});
+  }
   out.print("  electrodes           {}\n", electrodes.empty() ? "none" : fmt::to_string(fmt::join(electrodes, ", ")));
 }
 

@@ -38,7 +38,9 @@ void explain_sums(Explanation& out, const Scene& scene) {
   Vec3 momentum{};
   double charge = 0, squares = 0, largest = 0;
   for (const Conductor& grain : scene.conductors) {
-    momentum += (4.0 / 3 * std::numbers::pi * scene.material.density * std::pow(grain.radius, 3)) * grain.velocity;
+    momentum +=
+        (4.0 / 3 * std::numbers::pi * scene.material.density * grain.material.density * std::pow(grain.radius, 3)) *
+        grain.velocity;
     charge += grain.charge, squares += grain.charge * grain.charge;
     largest = std::max(largest, std::abs(grain.charge));
   }
@@ -49,7 +51,10 @@ void explain_sums(Explanation& out, const Scene& scene) {
 }
 
 double smallest_mass(const Scene& scene) {
-  return 4.0 / 3 * std::numbers::pi * scene.material.density * std::pow(scene.smallest_radius(), 3);
+  double smallest = INFINITY;
+  for (const Conductor& grain : scene.conductors)
+    smallest = std::min(smallest, grain.material.density * std::pow(grain.radius, 3));
+  return 4.0 / 3 * std::numbers::pi * scene.material.density * smallest;
 }
 
 granular::GrainProperties grain_properties(const Scene& scene) {
@@ -345,7 +350,7 @@ void explain_grains(Explanation& out, const Scene& scene) {
               granular::device::bytes_needed(scene) / (1 << 20));
   if (initial > 0) explain_contacts(out, scene, law, initial);
   explain_polarization(out, scene, law);
-  if (prediction.collisions > 0)
+  if (prediction.collisions > 0 && surface_key(scene).empty())
     out.print("  theory               T = {:.3g} at the end, {:.3g} collisions a grain, if it stays homogeneous\n",
               prediction.temperature.back(), prediction.collisions);
   if (scene.mechanics.integrator->reads("contact_substeps")) explain_cost(out, gas, count_work(scene, law, prediction));

@@ -14,7 +14,7 @@ struct Explanation {
   std::string text;
   nlohmann::ordered_json json;
 
-  /// Appends to the text.
+  /// Appends formatted values to the text of `explain`.
   template <class... Values>
   void print(fmt::format_string<Values...> format, Values&&... values) {
     fmt::format_to(std::back_inserter(text), format, std::forward<Values>(values)...);
@@ -24,7 +24,7 @@ struct Explanation {
   void add(const std::string& name, Number value, const std::string& unit) {
     json["quantities"][name] = {{"value", value}, {"unit", unit}};
   }
-  /// Prints why a run is refused.
+  /// Appends the reason why a run of the scene is refused to the text, and stores it in the JSON.
   void refuse(const std::string& reason) {
     print("  a run                refused: {}\n", reason);
     json["refused"] = reason;

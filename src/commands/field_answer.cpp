@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "solvers/error.hpp"
+#include "solvers/geometry/closed_curve.hpp"
 #include "src/effects/conductor_frame.hpp"
 #include "src/effects/field_choice.hpp"
 #include "src/effects/groups.hpp"
@@ -236,6 +237,21 @@ std::vector<TerminalAnswer> terminals(const FieldAnswer& answer) {
   return found;
 }
 
+std::vector<CurveForce> curve_forces(const FieldAnswer& answer) {
+  constexpr double most_rotation = 0.5;  // rad within four cells: a radius of eight
+  std::vector<CurveForce> found;
+  const laplace::LaplaceSolution& solution = answer.solution;
+  for (std::size_t k = 0; k < answer.scene.electrodes.size() && !solution.body_torque.empty(); ++k) {
+    const Electrode& electrode = answer.scene.electrodes[k];
+    const double cell = std::max(answer.scene.domain.size.x, answer.scene.domain.size.y) / answer.scene.field().cells;
+    if (!electrode.curve || electrode.curve->largest_rotation(4 * cell) > most_rotation) continue;
+    const std::size_t body = answer.scene.conductors.size() + k;
+    found.push_back({electrode.name, answer.depth() * solution.body_force[body],
+                     answer.depth() * solution.body_torque[body], electrode.curve->centroid()});
+  }
+  return found;
+}
+
 std::vector<std::string> warnings_of(const FieldAnswer& answer) {
   const std::string unresolved = effects::unresolved_bodies(answer.scene);
   return unresolved.empty() ? std::vector<std::string>{} : std::vector{unresolved};
@@ -248,10 +264,14 @@ nlohmann::ordered_json summary_json(const FieldAnswer& answer) {
   json["electrodes"] = nlohmann::ordered_json::array();
   for (const auto& [name, potential, charge, group] : terminals(answer))
     json["electrodes"].push_back({{"name", name}, {"potential", potential}, {"charge", charge}, {"group", group}});
+  for (const auto& [name, force, torque, centroid] : curve_forces(answer))
+    json["electrode_forces"].push_back(
+        {{"name", name}, {"force", {force.x, force.y}}, {"torque", torque}, {"centroid", {centroid.x, centroid.y}}});
   json["energy"] = answer.energy();
   if (!answer.in_space()) json["depth"] = answer.depth();
   json["units"] = {{"position", "m"}, {"radius", "m"}, {"potential", "V"}, {"charge", "C"},
                    {"force", "N"},    {"energy", "J"}, {"depth", "m"},     {"capacitance", "F"}};
+  if (json.contains("electrode_forces")) json["units"]["torque"] = "N m";
   json["method"] = field.method->name;
   if (field.chosen_for) {
     json["accuracy"] = {{"asked", field.chosen_for->requested}, {"estimated_error", field.chosen_for->estimate}};

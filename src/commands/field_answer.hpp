@@ -17,6 +17,14 @@ struct TerminalAnswer {
   int group = 0;                     ///< row in the capacitance matrix
 };
 
+/// Force on an electrode of shape polygon, ellipse or curve, and torque about the centroid of its area.
+struct CurveForce {
+  std::string name;
+  Vec2 force;         ///< N
+  double torque = 0;  ///< N m, anticlockwise
+  Vec2 centroid;      ///< m
+};
+
 /// Capacitance matrix of equipotential groups (conductors and electrodes of one potential) and electrode sides; sides
 /// that meet count as one. Element (i, j) is the charge on i if j is at 1 V and all others are at 0 V.
 struct Capacitances {
@@ -65,6 +73,10 @@ FieldAnswer solve_field(Scene scene, RequestedParts requested);
 /// effects::terminals_of). In three dimensions, electrode sides that meet at edges have the charge NaN; their total
 /// charge comes last.
 std::vector<TerminalAnswer> terminals(const FieldAnswer& answer);
+
+/// Returns the forces on electrodes of shape polygon, ellipse or curve whose surface the grid resolves as smooth. At
+/// sharp corners the field is singular and forces are wrong by several percent, so that these electrodes are left out.
+std::vector<CurveForce> curve_forces(const FieldAnswer& answer);
 
 /// Returns reasons why the solution may be unreliable (Summary::warnings).
 std::vector<std::string> warnings_of(const FieldAnswer& answer);

@@ -56,12 +56,9 @@ FieldProblem make_field_problem(const Scene& scene) {
         fmt::format("{}: a side of the domain is in a circuit, whose potential only a run computes: "
                     "`lichtenberg run` with a short stop.time has the field at the start",
                     scene.path));
-  effects::NodeCharges charges{.charge = initial_charges(scene)};
-  for (const effects::CircuitNode& node : effects::circuit_nodes(scene)) {
-    charges.charge.resize(node.node + 1);
-    charges.charge[node.node] = node.circuit.charge;
+  effects::NodeCharges charges{.charge = effects::initial_node_charges(scene)};
+  for (const effects::CircuitNode& node : effects::circuit_nodes(scene))
     charges.capacitance.push_back(node.circuit.capacitance);
-  }
   if (scene.dimension() == 3) {
     field.spheres = effects::make_sphere_problem(scene, bodies, field.groups, charges);
     for (const laplace::Sphere& sphere : field.spheres.spheres) field.group_of_body.push_back(sphere.group);

@@ -19,7 +19,7 @@ namespace {
 constexpr double effective_mass = 0.5;  // of two grains of mass 1
 
 double mass(const Scene& scene, const Conductor& grain) {
-  return 4.0 / 3 * std::numbers::pi * scene.material.density * std::pow(grain.radius, 3);
+  return 4.0 / 3 * std::numbers::pi * scene.material.density * grain.material.density * std::pow(grain.radius, 3);
 }
 
 void check_homogeneous(const Scene& scene) {
@@ -38,6 +38,8 @@ void check_homogeneous(const Scene& scene) {
     if (std::abs(grain.radius - 0.5) > 1e-9 || std::abs(mass(scene, grain) - 1) > 1e-9)
       refuse("not all its grains have diameter and mass 1");
   if (is_driven(scene)) refuse("an effect drives its grains");
+  if (const std::string key = surface_key(scene); !key.empty())
+    refuse(fmt::format("its grains are not smooth and equal with {}", key));
 }
 
 double rms_charge(const Scene& scene) {

@@ -12,7 +12,7 @@ class Interruption {
   /// work before it.
   enum class Work { preparing, run };
 
-  /// Installs the handler.
+  /// Installs the handler of the three signals.
   explicit Interruption(Work work = Work::run);
   ~Interruption();
   Interruption(const Interruption&) = delete;

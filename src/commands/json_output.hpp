@@ -20,8 +20,8 @@ void check_different(const std::vector<std::string>& written);
 /// other than a plain file. Without `overwrite` it throws for any existing file.
 void check_outputs(const std::vector<std::string>& written, const std::vector<std::string>& read, bool overwrite);
 
-/// Throws InputError if `overwrite` is set and no file is to be written. `options`: names of the options that write
-/// files.
+/// Throws InputError if `overwrite` is set and `written`, the names of files to be written, is empty. `options`: names
+/// of the command's options that write files, for the message.
 void check_overwrite(bool overwrite, const std::vector<std::string>& written, const std::string& options);
 
 /// Target of the option `--json[=FILE]`: JSON on standard output instead of a table, or in a file in addition to the

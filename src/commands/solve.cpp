@@ -59,6 +59,16 @@ void print_terminals(const FieldAnswer& answer) {
                name);
 }
 
+void print_curve_forces(const FieldAnswer& answer) {
+  const std::vector<CurveForce> all = curve_forces(answer);
+  if (all.empty()) return;
+  fmt::print("\n{:>13} {:>13} {:>13}  on the electrode, about its centroid\n", "force x (N)", "force y (N)",
+             "torque (N m)");
+  for (const auto& [name, force, torque, centroid] : all)
+    fmt::print("{:>13.6g} {:>13.6g} {:>13.6g}  \"{}\", [{:.6g}, {:.6g}] m\n", force.x, force.y, torque, name,
+               centroid.x, centroid.y);
+}
+
 void print_capacitance(const FieldAnswer& answer) {
   const auto& [names, matrix] = answer.capacitance;
   fmt::print("\ncapacitance matrix (F): charge on the row's group when the column's is at 1 V, all others at 0 V\n");
@@ -73,6 +83,7 @@ void print_table(const FieldAnswer& answer) {
   const laplace::LaplaceSolution& solution = answer.solution;
   if (answer.size() > 0) print_conductors(answer);
   print_terminals(answer);
+  print_curve_forces(answer);
   fmt::print("\nenergy      {:.7g} J\n", answer.energy());
   if (!answer.in_space())
     fmt::print("depth       {:g} m: charges, forces and energy are those of a slab of this depth\n", answer.depth());

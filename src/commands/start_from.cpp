@@ -89,10 +89,12 @@ void start_from(const std::string& path, std::optional<int> requested_frame, Sce
   const int index = frame_of(result, requested_frame);
   check_bodies(result, scene, stop);
   const Frame frame = result.frame(index);
-  const std::vector<double> position = frame.reals("position"), velocity = frame.reals("velocity");
+  const std::vector<double> position = frame.reals("position"), velocity = frame.reals("velocity"),
+                            rotation = frame.reals("angular_velocity");
   for (std::size_t i = 0; i < scene.conductors.size(); ++i) {
     scene.conductors[i].position = vector_at(position, i);
     if (!velocity.empty()) scene.conductors[i].velocity = vector_at(velocity, i);
+    if (!rotation.empty()) scene.conductors[i].angular_velocity = vector_at(rotation, i);
   }
   check_positions(path, scene);
   if (const std::vector<double> charge = frame.reals("charge"); !charge.empty()) set_charges(charge, scene);

@@ -19,7 +19,7 @@ std::string printable(std::string_view text);
 /// Declares that the results are in files and printed output only repeats them. Output that cannot be written is then
 /// no failure of the command.
 void output_is_optional();
-/// Returns true after output_is_optional().
+/// Returns true if output_is_optional() has been called: printed output then only repeats the contents of files.
 bool is_output_optional();
 
 /// Flushes standard output. Returns the errno of the first failed write since prepare_streams(); 0 if there was none.

@@ -220,14 +220,17 @@ std::string theory_picture(const TheoryArguments& request) {
 }
 
 /// Returns the options that only some theories have, and whether each is given.
-std::array<std::pair<std::string, bool>, 7> special_options(const TheoryOptions& given) {
+std::array<std::pair<std::string, bool>, 10> special_options(const TheoryOptions& given) {
   return {{{"--restitution", given.restitution.has_value()},
            {"--charge-number", given.charge_number.has_value()},
            {"--cells", given.cells.has_value()},
            {"--seed", given.seed.has_value()},
            {"--space", given.space},
            {"--separated", given.separated},
-           {"--field", !given.field.empty()}}};
+           {"--field", !given.field.empty()},
+           {"--kernel", !given.kernel.empty()},
+           {"--repulsion", given.repulsion.has_value()},
+           {"--until", given.until.has_value()}}};
 }
 
 /// Throws Failure for two theories of one name, and for an option that TheoryOptions lacks.
@@ -317,6 +320,12 @@ Command theory_command(const std::vector<TheoryKind>& kinds) {
            {"--seed", &request->options.seed, "seed of the initial noise of hydrodynamics (default: 1)"},
            {"--field", &request->options.field,
             "VTKHDF file to write, with the last fields of hydrodynamics, for ParaView"},
+           {"--kernel", &request->options.kernel,
+            "kernel for smoluchowski: brownian, power:MU,NU for (i^MU j^NU + i^NU j^MU)/2, or a CSV file with sizes in "
+            "its first line and a row of values for each (default: those of the source)"},
+           {"--repulsion", &request->options.repulsion,
+            "energy of two equally charged grains in contact over the temperature, for --kernel (default: none)"},
+           {"--until", &request->options.until, "last time for --kernel, in units of the kernel (default: 1000)"},
            overwrite_argument(request->overwrite)},
           [request, kinds] { print_theory(*request, kinds); }};
 }

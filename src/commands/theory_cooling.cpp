@@ -182,12 +182,19 @@ TheoryAnswer monopolar_theory(const GasParameters& gas, const GasTimeSeries* run
                     .columns = {{"time", "t0", "time", times}},
                     .panels = {{"temperature", true, {}}}};
   add(table, 0, {"temperature", unit_of_energy, "equal charges", values_of(times, charged)});
+  theory::MonopolarGas screened = law;
+  screened.barrier = theory::effective_barrier(law.barrier, std::numbers::pi / 6 * gas.density);
+  const auto correlated = [&](double t) { return theory::monopolar_temperature(screened, t); };
+  add(table, 0,
+      {"temperature_effective", unit_of_energy, "effective barrier of neighbours", values_of(times, correlated)});
   add(table, 0, {"haff_temperature", unit_of_energy, "neutral", values_of(times, neutral)});
   TheoryAnswer answer{
       "monopolar", "Cooling of grains that all repel each other (G 4.1a)", common_figures(gas), {table}};
   answer.figures.push_back({"haff_time", "t0", law.tau, "tau without charges"});
   answer.figures.push_back(
       {"barrier", unit_of_energy, law.barrier, "U = K q^2/d of a pair; at late times T decreases like U / ln t"});
+  answer.figures.push_back({"effective_barrier", unit_of_energy, screened.barrier,
+                            "U (1 - 2.40 phi^(1/3) + 1.44 phi^(2/3)) with neighbours, for T below it"});
   answer.figures.push_back({"barrier_time", "t0", theory::monopolar_time(law, std::min(law.barrier, law.initial)),
                             "when T has come down to U; 0 if it starts below"});
   if (run) {

@@ -197,9 +197,17 @@ PacedGrowth paced_growth(double beta, const GasParameters& gas, const std::vecto
 }
 
 TheoryKind smoluchowski_kind() {
-  return {.name = "smoluchowski", .answer = [](const TheoryRequest& request) {
-            return smoluchowski_theory(request.gas ? &*request.gas : nullptr, request.run);
-          }};
+  return {.name = "smoluchowski",
+          .answer =
+              [](const TheoryRequest& request) {
+                const TheoryOptions& options = request.options;
+                if (!options.kernel.empty() || options.repulsion || options.until) {
+                  if (request.gas_is_given) throw InputError("--kernel needs no gas: leave --scene or the result out");
+                  return kernel_growth(options);
+                }
+                return smoluchowski_theory(request.gas ? &*request.gas : nullptr, request.run);
+              },
+          .options = {"--kernel", "--repulsion", "--until"}};
 }
 
 std::pair<double, double> stability_numbers(const TheoryRequest& request) {

@@ -15,7 +15,9 @@ struct TheoryOptions {
   std::optional<double> restitution, charge_number;
   std::optional<int> cells, seed;
   bool space = false, separated = false;
-  std::string field;  ///< output file for the final fields
+  std::string field;                       ///< output file for the final fields
+  std::string kernel;                      ///< coagulation kernel: brownian, power:MU,NU or a CSV file
+  std::optional<double> repulsion, until;  ///< of that kernel
 };
 
 /// Input of a theory of a gas of grains: gas, run for comparison, options.
@@ -30,7 +32,8 @@ struct TheoryRequest {
 /// that returns its TheoryKind, declare the function below, and add it to theory_kinds().
 struct TheoryKind {
   std::string name;
-  /// Computes the results. Throws InputError for a gas to which the theory does not apply.
+  /// Computes the figures and tables of the theory for a request. Throws InputError for a gas to which the theory does
+  /// not apply.
   TheoryAnswer (*answer)(const TheoryRequest&);
   GasParameters (*usual_gas)() = nullptr;  ///< gas without a scene; null: the theory then needs no gas
   std::vector<std::string> options{};      ///< its options of TheoryOptions, such as "--cells"
@@ -44,6 +47,9 @@ TheoryKind monopolar_kind();
 TheoryKind restitution_kind();
 /// Declares the theory `smoluchowski`: growth of aggregates by Smoluchowski's coagulation equation.
 TheoryKind smoluchowski_kind();
+/// Computes coagulation with the kernel of these options. Throws InputError for wrong ones and Failure if the solution
+/// fails.
+TheoryAnswer kernel_growth(const TheoryOptions& options);
 /// Declares the theory `kinetic`: kinetic theory of charging and coalescence.
 TheoryKind kinetic_kind();
 /// Declares the theory `stability`: linear stability of a homogeneous charged gas.

@@ -329,6 +329,10 @@ void sweep_charges(const Scene& scene, const Request& request) {
     throw InputError(scene.path +
                      ": work-precision compares methods to sum the forces of charges, but the scene has no "
                      "effects.coulomb; with --time it compares integrators");
+  const Box<3> box = scene.domain.box();
+  if (scene.dimension() != 3 || !box.periodic(0) || !box.periodic(1) || !box.periodic(2))
+    throw InputError(scene.path +
+                     ": work-precision compares sums of charges in space, in a box with periodic sides only");
   if (!request.sizes.empty())
     throw InputError("--sizes is for conductors: the meshes of charges follow from their accuracy");
   if (scene.conductors.size() < 2)

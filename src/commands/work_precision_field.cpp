@@ -22,7 +22,7 @@ using laplace::LaplaceProblem;
 using laplace::LaplaceSolution;
 using laplace::LaplaceSolver;
 
-enum Quantity { potentials, charges, forces, quantities };
+enum FieldQuantity { potentials, charges, forces, quantities };
 
 /// Largest deviation of each quantity.
 using Magnitudes = std::array<double, quantities>;

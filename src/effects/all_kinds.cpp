@@ -1,6 +1,9 @@
+#include "src/effects/adhesion.hpp"
 #include "src/effects/charge_exchange.hpp"
 #include "src/effects/coulomb.hpp"
 #include "src/effects/effects.hpp"
+#include "src/effects/flat_walls.hpp"
+#include "src/effects/friction.hpp"
 #include "src/effects/gas_drag.hpp"
 #include "src/effects/induced_dipoles.hpp"
 #include "src/effects/linear_contact.hpp"
@@ -18,6 +21,9 @@ const EffectKinds& all_kinds() {
              &SoftRepulsionOptions::kind(),
              &ViscoelasticContactOptions::kind(),
              &LinearContactOptions::kind(),
+             &FrictionOptions::kind(),
+             &AdhesionOptions::kind(),
+             &FlatWallsOptions::kind(),
              &CoulombOptions::kind(),
              &InducedDipolesOptions::kind(),
              &ChargeExchangeOptions::kind(),

@@ -6,12 +6,62 @@
 
 #include "solvers/error.hpp"
 #include "src/effects/device_forces.hpp"
+#include "src/effects/uniform_field.hpp"
 #include "src/model/checkpoint.hpp"
 #include "src/model/motion.hpp"
 #include "src/model/neighbours.hpp"
 
 namespace lichtenberg::effects {
 namespace {
+
+bool has_sign(ExchangeModel model) {
+  return model == ExchangeModel::size || model == ExchangeModel::material || model == ExchangeModel::polarization;
+}
+
+double effective_mass(const Bodies& bodies, Pair pair) {
+  return bodies.mass[pair.i] * bodies.mass[pair.j] / (bodies.mass[pair.i] + bodies.mass[pair.j]);
+}
+
+/// Returns the vector (d0) from the centre of the second grain to that of the first.
+Vec3 separation(const Bodies& bodies, Pair pair) {
+  return visit_spheres(bodies, [&](const auto& s) {
+    const auto r = s.box.difference(s.centre(pair.i), s.centre(pair.j));
+    Vec3 result{};
+    for (int k = 0; k < bodies.dimension; ++k) result[k] = r[k];
+    return result;
+  });
+}
+
+/// Throws InputError for affinities or a field that the model requires and the file lacks, or of a wrong length.
+void check_drive(const Draft& draft, const ChargeExchangeOptions& options) {
+  const auto refuse_it = [&](const std::string& key, const std::string& message) {
+    const int line = draft.line("effects.charge_exchange." + key);
+    refuse(draft.scene.path, line > 0 ? line : draft.line("effects.charge_exchange.model"),
+           "effects.charge_exchange." + key + " " + message);
+  };
+  const std::size_t tables = draft.conductors.size() + draft.populations.size();
+  if (options.model == ExchangeModel::material && options.affinities.size() != tables)
+    refuse_it("affinities", fmt::format("has {} numbers, and model = \"material\" needs one for each [[conductor]] and "
+                                        "then for each [[population]], {} in all",
+                                        options.affinities.size(), tables));
+  if (options.model != ExchangeModel::polarization) return;
+  if (!options.field && draft.scene.effects.has("uniform_field")) return;
+  if (!options.field) refuse_it("field", "is missing: model = \"polarization\" needs it or effects.uniform_field");
+  if (options.field->count != draft.domain_size.count)
+    refuse_it("field", fmt::format("has {} numbers, but the domain has {}: as many are allowed", options.field->count,
+                                   draft.domain_size.count));
+}
+
+/// Throws InputError for positive feedback without a capacity, or with one at which sums of charges are not exact.
+void check_growth(const Draft& draft, const ChargeExchangeOptions& options) {
+  constexpr double exact = 1 << 22;  // of the prefactor (charge_quantum())
+  const double most = exact * options.strength;
+  if (options.feedback > 0 && options.capacity.value_or(INFINITY) > most)
+    refuse(draft.scene.path, draft.line("effects.charge_exchange.feedback"),
+           fmt::format("effects.charge_exchange.feedback = {:g} is not allowed: charges that grow without limit need "
+                       "effects.charge_exchange.capacity, at most {:g}",
+                       options.feedback, most));
+}
 
 void check_charge_exchange(const Draft& draft) {
   const auto& options = *draft.scene.effects.find<ChargeExchangeOptions>();
@@ -22,17 +72,37 @@ void check_charge_exchange(const Draft& draft) {
                       fmt::format("is not allowed with effects.charge_exchange.model = \"{}\": it is for {}",
                                   name_of(options.model), models));
   };
-  only_with("exponent", impact, "\"impact\"");
+  const bool sign = has_sign(options.model);
+  const std::string with_sign = "\"size\", \"material\" and \"polarization\"";
+  only_with("exponent", impact || sign, "\"impact\", " + with_sign);
   only_with("each_step", impact, "\"impact\"");
-  only_with("rate", !impact && !none, "\"random-walk\" and \"contact-area\"");
+  only_with("rate", !impact && !none && !sign, "\"random-walk\" and \"contact-area\"");
+  for (const char* key : {"feedback", "memory"}) only_with(key, sign, with_sign);
+  only_with("affinities", options.model == ExchangeModel::material, "\"material\"");
+  only_with("field", options.model == ExchangeModel::polarization, "\"polarization\"");
+  check_drive(draft, options);
+  check_growth(draft, options);
   for (const char* key : {"transfer_prefactor", "capacity", "over_capacity"}) only_with(key, !none, "the other models");
   if (!options.capacity)
     refuse_if_given(draft, "effects.charge_exchange.over_capacity",
                     "needs effects.charge_exchange.capacity: add it, or leave the key out");
 }
 
-void check_capacity(const Draft& draft, Scene& scene) {
-  const auto& options = *scene.effects.find<ChargeExchangeOptions>();
+/// Sets the affinity of each grain from those of the tables, and the field from that of effects.uniform_field.
+void complete_charge_exchange(const Draft& draft, Scene& scene) {
+  auto& options = *scene.effects.find<ChargeExchangeOptions>();
+  if (const auto* external = scene.effects.find<UniformFieldOptions>();
+      external && options.model == ExchangeModel::polarization && !options.field)
+    options.field = external->field;
+  std::size_t table = 0;
+  const auto add = [&](int count) {
+    options.affinity.insert(options.affinity.end(), count, options.affinities[table++]);
+  };
+  if (options.model == ExchangeModel::material) {
+    options.affinity.clear();
+    for (std::size_t k = 0; k < draft.conductors.size(); ++k) add(1);
+    for (const PopulationDraft& population : draft.populations) add(population.count);
+  }
   if (!options.capacity) return;
   for (const Conductor& grain : scene.conductors)
     if (std::abs(grain.charge) > *options.capacity)
@@ -40,6 +110,22 @@ void check_capacity(const Draft& draft, Scene& scene) {
              fmt::format("effects.charge_exchange.capacity = {:g} is not allowed: a grain has the charge {:g} at the "
                          "start, and at least its magnitude is needed",
                          *options.capacity, grain.charge));
+}
+
+/// Returns the course of the charge difference of two grains that collide again and again (DirectedExchange).
+std::vector<ExplanationLine> explain_charge_exchange(const Scene& scene) {
+  const auto& options = *scene.effects.find<ChargeExchangeOptions>();
+  if (!has_sign(options.model)) return {};
+  const double growth = 2 * options.strength * options.feedback;
+  std::string text = fmt::format("{:g} q0 times the drive per collision of energy 1 m0 v0^2, by {}", options.strength,
+                                 name_of(options.model));
+  if (growth < 0)
+    text += fmt::format("; two grains saturate at a difference of {:.4g} q0 times the drive", -1 / options.feedback);
+  if (growth > 0)
+    text += fmt::format("; differences grow by {:.4g} per collision, up to charges of {:g} q0", 1 + growth,
+                        *options.capacity);
+  if (options.memory) text += fmt::format("; 1/e of it after {:g} collisions", *options.memory);
+  return {{"transferred charge", text}};
 }
 
 void charge_exchange_on_device(const Scene& scene, DeviceForces& forces) {
@@ -59,10 +145,11 @@ void charge_exchange_on_device(const Scene& scene, DeviceForces& forces) {
 const EffectKind& ChargeExchangeOptions::kind() {
   static const EffectKind kind = {
       .name = "charge_exchange",
-      .description = "grains in contact exchange charge at random",
+      .description = "grains in contact exchange charge",
       .help =
-          "Grains in contact transfer equal and opposite charges of random sign (Singh 2019, equations 3.45 to 3.51 "
-          "and 4.3). The energy balance includes the resulting change of the Coulomb energy (effects.coulomb).",
+          "Grains in contact transfer equal and opposite charges: of random sign (Singh 2019, equations 3.45 to 3.51 "
+          "and 4.3), or with a sign by size, material or polarization. The energy balance includes the resulting "
+          "change of the Coulomb energy (effects.coulomb).",
       .options = ChargeExchangeOptions{},
       .keys =
           {{.name = "model",
@@ -70,7 +157,11 @@ const EffectKind& ChargeExchangeOptions::kind() {
             .help = "model of the charge transfer between grains in contact. impact: once per collision (but see "
                     "each_step), of size Q (m_eff v^2)^eta with random factors, for the effective mass m_eff and the "
                     "impact speed v; random-walk: white noise of variance Q^2 rate dt in each "
-                    "step of the contact; contact-area: that noise times the contact area; none: no transfer"},
+                    "step of the contact; contact-area: that noise times the contact area; none: no transfer. With a "
+                    "sign, once "
+                    "per collision, of size Q (m_eff v^2)^eta times a drive: size: (R_i - R_j)/(R_i + R_j), so that "
+                    "larger grains become positive; material: difference of affinities; polarization: component of "
+                    "field along the contact"},
            {.name = "transfer_prefactor",
             .target = target<&ChargeExchangeOptions::strength>,
             .unit = "q0",
@@ -81,9 +172,9 @@ const EffectKind& ChargeExchangeOptions::kind() {
            {.name = "exponent",
             .target = target<&ChargeExchangeOptions::exponent>,
             // Exponent of energies, bounded to avoid overflow.
-            .range = {.low = 0, .high = 10, .low_itself = false},
-            .help = "exponent eta of the model impact, whose transferred charge is (impact energy)^eta times random "
-                    "factors"},
+            .range = {.low = 0, .high = 10},
+            .help = "exponent eta of the models with one transfer per collision, whose transferred charge is "
+                    "proportional to (impact energy)^eta"},
            {.name = "rate",
             .target = target<&ChargeExchangeOptions::rate>,
             .unit = "1/t0",
@@ -93,6 +184,31 @@ const EffectKind& ChargeExchangeOptions::kind() {
                 "time the variance of the transferred charge grows by Q^2 lambda in the model random-walk, with Q = "
                 "transfer_prefactor. In the model contact-area it grows by Q^2 lambda area^2, where area is the "
                 "contact area"},
+           {.name = "affinities",
+            .target = target<&ChargeExchangeOptions::affinities>,
+            .computed_default = "none; needed for the model material",
+            .help = "affinities of the grains for positive charge, pure numbers: one for each [[conductor]] and then "
+                    "for each [[population]], for the model material"},
+           {.name = "field",
+            .target = target<&ChargeExchangeOptions::field>,
+            .computed_default = "effects.uniform_field.field; without that effect it is needed for the model "
+                                "polarization",
+            .help = "uniform electric field that polarizes contacts in the model polarization, in any unit: the drive "
+                    "is its component along the line from one centre to the other at the end of the step. It exerts "
+                    "no force"},
+           {.name = "feedback",
+            .target = target<&ChargeExchangeOptions::feedback>,
+            .unit = "1/q0",
+            .range = {.low = -1e50, .high = 1e50},
+            .help = "number that is added to the drive of models with a sign per charge difference of the two grains. "
+                    "Negative: transfers end at the difference -drive/feedback; positive: differences grow "
+                    "exponentially, up to the capacity"},
+           {.name = "memory",
+            .target = target<&ChargeExchangeOptions::memory>,
+            .range = ranges::positive,
+            .computed_default = "none",
+            .help = "number of collisions of a grain after which its transfers are 1/e of the first one, for models "
+                    "with a sign"},
            {.name = "each_step",
             .target = target<&ChargeExchangeOptions::each_step>,
             .help = "true: the model impact transfers charge in each step of a contact, as in Singh 2019, table 3.1, "
@@ -113,11 +229,12 @@ const EffectKind& ChargeExchangeOptions::kind() {
       .periodic = true,
       .grains = true,
       .check = check_charge_exchange,
-      .complete = check_capacity,
+      .complete = complete_charge_exchange,
       .make =
           [](const Scene& scene) {
             return std::make_unique<ChargeExchange>(*scene.effects.find<ChargeExchangeOptions>(), scene.seed);
           },
+      .explain = explain_charge_exchange,
       .cost = {.evaluations_a_step =
                    [](const Scene& scene) {
                      return scene.effects.find<ChargeExchangeOptions>()->model == ExchangeModel::none ? 1.0 : 2.0;
@@ -128,6 +245,10 @@ const EffectKind& ChargeExchangeOptions::kind() {
 
 ChargeExchange::ChargeExchange(const ChargeExchangeOptions& options, std::uint64_t seed)
     : options_(options), seed_(seed) {}
+
+bool ChargeExchange::is_once_a_collision() const {
+  return (options_.model == ExchangeModel::impact && !options_.each_step) || has_sign(options_.model);
+}
 
 /// Transfers charge in new contacts, or in all contacts for models with a transfer in each step. Random numbers are
 /// selected by the pair and by the number of earlier collisions of its first grain (or of earlier steps). Each
@@ -146,13 +267,31 @@ void ChargeExchange::exchange_charges(const ContactRecord& contacts, const Bodie
   ++steps_;
 }
 
-double ChargeExchange::transfer(const GrainContact& contact, double dt, const Bodies& bodies, Random& random) const {
+double ChargeExchange::directed_transfer(const GrainContact& contact, const Bodies& bodies, double difference) const {
   const auto [i, j] = contact.pair;
+  double drive = 0;
+  if (options_.model == ExchangeModel::size) {
+    drive = size_drive(bodies.radius[i], bodies.radius[j]);
+  } else if (options_.model == ExchangeModel::material) {
+    drive = options_.affinity[i] - options_.affinity[j];
+  } else {
+    const Vec3 r = separation(bodies, contact.pair);
+    drive = dot(options_.field->value, r) / norm(r);
+  }
+  const double energy = effective_mass(bodies, contact.pair) * contact.impact_speed * contact.impact_speed;
+  const double collisions = 0.5 * static_cast<double>(collisions_[i] + collisions_[j]);
+  return DirectedExchange{options_.strength, options_.exponent, options_.feedback, options_.memory.value_or(INFINITY)}(
+      energy, drive, difference, collisions);
+}
+
+double ChargeExchange::transfer(const GrainContact& contact, double dt, const Bodies& bodies, double difference,
+                                Random& random) const {
+  const auto [i, j] = contact.pair;
+  if (has_sign(options_.model)) return directed_transfer(contact, bodies, difference);
   switch (options_.model) {
-    case ExchangeModel::impact: {
-      const double mass = bodies.mass[i] * bodies.mass[j] / (bodies.mass[i] + bodies.mass[j]);
-      return ImpactExchange{options_.strength, options_.exponent}(mass, contact.impact_speed, random);
-    }
+    case ExchangeModel::impact:
+      return ImpactExchange{options_.strength, options_.exponent}(effective_mass(bodies, contact.pair),
+                                                                  contact.impact_speed, random);
     case ExchangeModel::random_walk:
       return RandomWalkExchange{options_.strength, options_.rate}(dt, random);
     default:
@@ -169,7 +308,8 @@ void ChargeExchange::move(const GrainContact& contact, double dt, std::uint64_t 
                           std::span<double> charge) {
   const auto [i, j] = contact.pair;
   Random random({seed_, RandomPurpose::exchange, static_cast<std::uint64_t>(i), static_cast<std::uint64_t>(j), count});
-  const double dq = whole_quanta(transfer(contact, dt, bodies, random), charge_quantum(options_.strength));
+  const double dq =
+      whole_quanta(transfer(contact, dt, bodies, charge[i] - charge[j], random), charge_quantum(options_.strength));
   const ExchangedCharges after =
       effects::exchange_charges(charge[i], charge[j], dq, options_.capacity.value_or(INFINITY), options_.over_capacity);
   refused_ += dq != 0 && after.i == charge[i] && after.j == charge[j];

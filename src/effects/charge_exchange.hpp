@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "src/effects/charge_exchange_law.hpp"
 #include "src/model/effect.hpp"
@@ -12,8 +13,10 @@ namespace lichtenberg::effects {
 
 /// Model of the charge that two grains in contact transfer (Singh 2019, table 3.1). `impact`: by the impact energy,
 /// once in a collision unless `each_step` is set. `random_walk`: white noise during contact. `contact_area`: white
-/// noise times the contact area. `none`: no transfer.
-enum class ExchangeModel { impact, random_walk, contact_area, none };
+/// noise times the contact area. `none`: no transfer. The others are DirectedExchange. `size`: drive by the radii.
+/// `material`: drive by the affinities of the grains. `polarization`: drive by the direction of the contact in a
+/// uniform field (Paehtz, Herrmann and Shinbrot 2010).
+enum class ExchangeModel { impact, random_walk, contact_area, size, material, polarization, none };
 
 }  // namespace lichtenberg::effects
 
@@ -23,6 +26,9 @@ inline constexpr Named<effects::ExchangeModel> values_named<effects::ExchangeMod
     {effects::ExchangeModel::impact, "impact"},
     {effects::ExchangeModel::random_walk, "random-walk"},
     {effects::ExchangeModel::contact_area, "contact-area"},
+    {effects::ExchangeModel::size, "size"},
+    {effects::ExchangeModel::material, "material"},
+    {effects::ExchangeModel::polarization, "polarization"},
     {effects::ExchangeModel::none, "none"}};
 template <>
 inline constexpr Named<effects::OverCapacity> values_named<effects::OverCapacity>[] = {
@@ -35,9 +41,14 @@ namespace lichtenberg::effects {
 /// charge, and largest charge of a grain. Reduced units.
 struct ChargeExchangeOptions {
   ExchangeModel model = ExchangeModel::impact;
-  double strength = 4.5e-3;  ///< Q, prefactor of the transferred charge (q0)
-  double exponent = 0.83;    ///< eta, for impact
-  double rate = 1;           ///< lambda, 1/t0, for the other models
+  double strength = 4.5e-3;            ///< Q, prefactor of the transferred charge (q0)
+  double exponent = 0.83;              ///< eta, for impact and the models with a sign
+  double rate = 1;                     ///< lambda, 1/t0, for random_walk and contact_area
+  double feedback = 0;                 ///< 1/q0, for the models with a sign
+  std::optional<double> memory;        ///< number of collisions, for the models with a sign; empty: no limit
+  std::vector<double> affinities{};    ///< of each [[conductor]] and then of each [[population]], for material
+  std::vector<double> affinity{};      ///< of each grain, from `affinities`
+  std::optional<Coordinates> field{};  ///< electric field that polarizes contacts, for polarization
   /// True: the model `impact` transfers charge in each step of a contact instead of once in a collision
   bool each_step = false;
   std::optional<double> capacity;  ///< largest charge of a grain (q0); empty: no limit
@@ -46,7 +57,7 @@ struct ChargeExchangeOptions {
   static const EffectKind& kind();
 };
 
-/// Effect of random charge transfer between two grains in contact. One grain gains the charge that the other loses.
+/// Effect of charge transfer between two grains in contact. One grain gains the charge that the other loses.
 /// Transfers are multiples of a power of two (charge_quantum()), which avoids rounding errors of the total charge.
 /// OverCapacity::reset discards charge.
 class ChargeExchange : public Effect {
@@ -61,9 +72,13 @@ class ChargeExchange : public Effect {
   void summarize(const State& state, Summary& summary) const override;
 
  private:
-  bool is_once_a_collision() const { return options_.model == ExchangeModel::impact && !options_.each_step; }
-  /// Returns the charge (q0) that the second grain of the contact gives to the first in a time dt (t0).
-  double transfer(const GrainContact& contact, double dt, const Bodies& bodies, Random& random) const;
+  bool is_once_a_collision() const;
+  /// Returns the charge (q0) that the second grain of the contact gives to the first in a time dt (t0). `difference`:
+  /// charge of the first minus that of the second (q0).
+  double transfer(const GrainContact& contact, double dt, const Bodies& bodies, double difference,
+                  Random& random) const;
+  /// Returns the charge that a model with a sign transfers.
+  double directed_transfer(const GrainContact& contact, const Bodies& bodies, double difference) const;
   /// Transfers charge between the two grains of a contact. `count` numbers the transfers of a pair, to select its
   /// random numbers.
   void move(const GrainContact& contact, double dt, std::uint64_t count, const Bodies& bodies,

@@ -8,8 +8,9 @@
 
 namespace lichtenberg::effects {
 
-// Charge dq that a contact of grains i and j transfers, q_i += dq and q_j -= dq, by three models (Singh 2019, table
-// 3.1), in reduced units. Each is proportional to its strength Q, and both signs are equally likely.
+// Charge dq that a contact of grains i and j transfers, q_i += dq and q_j -= dq, in reduced units. Each law is
+// proportional to its strength Q. In three laws both signs are equally likely (Singh 2019, table 3.1); DirectedExchange
+// has the sign of its drive.
 
 /// Charge transfer as white noise during a contact: dq = Q sqrt(rate dt) w for a step dt, w Gaussian of variance 1
 /// (Singh 2019, eq. 3.45 and 3.46). Reduced units. Draws two random numbers.
@@ -50,6 +51,33 @@ struct ContactAreaExchange {
     return strength * area * std::sqrt(rate * dt) * random.normal();
   }
 };
+
+/// One charge transfer in each collision with a sign, from a drive that grain i has over grain j:
+///
+///   dq = Q (m_eff v^2)^eta (drive + feedback (q_i - q_j)) exp(-collisions / memory),
+///
+/// with the normal speed v at contact onset. Negative feedback ends the transfer at q_i - q_j = -drive / feedback
+/// (model of a condenser, Matsusaka 2010). With positive feedback charges polarize the contact further, and the
+/// difference grows by the factor 1 + 2 Q feedback per collision of unit energy (Siu 2014). The memory describes a
+/// finite supply of carriers, which each collision of a grain reduces (Duff and Lacks 2008). Reduced units.
+struct DirectedExchange {
+  double strength = 0;       ///< Q (q0)
+  double exponent = 0;       ///< eta
+  double feedback = 0;       ///< 1/q0
+  double memory = INFINITY;  ///< number of collisions after which transfers are 1/e
+
+  /// Returns the charge dq (q0) transferred from the second grain to the first. `energy`: m_eff v^2 (m0 v0^2);
+  /// `difference`: q_i - q_j (q0); `collisions`: mean number of earlier collisions of both grains.
+  LICHTENBERG_HOST_DEVICE double operator()(double energy, double drive, double difference, double collisions) const {
+    return strength * std::pow(energy, exponent) * (drive + feedback * difference) * std::exp(-collisions / memory);
+  }
+};
+
+/// Returns the drive by size: (R_i - R_j) / (R_i + R_j). The larger grain becomes positive, as in experiments with one
+/// material (Lacks and Levandovsky 2007).
+LICHTENBERG_HOST_DEVICE inline double size_drive(double radius_i, double radius_j) {
+  return (radius_i - radius_j) / (radius_i + radius_j);
+}
 
 /// Returns the contact area of two overlapping spheres: the area of the circle in which their surfaces intersect. For
 /// equal spheres of diameter d0 it is pi (xi/2) (d0 - xi/2), xi the overlap (Singh 2019, eq. 3.51, prints xi for xi/2).

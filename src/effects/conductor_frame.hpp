@@ -32,6 +32,9 @@ struct EnergyFlows {
   double by_supplies = 0, by_source = 0;  ///< received from potential sources; from the injected current
   /// Joule heating of series resistors, resistive contacts and the leaking fluid; heat of sparks and of drag.
   double series_resistors = 0, contacts = 0, leakage = 0, sparks = 0, drag = 0;
+  /// Sum over the steps of the magnitude of the energy from each potential source, if one varies in time: the energy
+  /// goes back and forth. 0 for constant sources
+  double turnover = 0;
 
   double supplied() const { return by_supplies + by_source; }
   double dissipated() const { return series_resistors + contacts + leakage + sparks + drag; }

@@ -89,23 +89,6 @@ std::vector<ExplanationLine> explain_degree(const Scene& scene) {
                        truncation->in_contact)}};
 }
 
-/// Describes how the sum treats sides that are not periodic; empty if all are.
-std::string sides_in_words(const Scene& scene) {
-  const periodic::Enclosure enclosure = enclosure_of(scene.domain);
-  if (enclosure.unbounded)
-    return fmt::format("none: the mesh follows the extents of the charges; up to {} charges are summed by pairs",
-                       periodic::BoundedSum::few);
-  std::string open, grounded;
-  for (int s = 0; s < 2 * scene.dimension(); ++s) {
-    std::string& names = enclosure.sides[s] == periodic::Side::grounded ? grounded : open;
-    if (enclosure.sides[s] != periodic::Side::periodic)
-      names += fmt::format("{}{}", names.empty() ? "" : ", ", side_names[s]);
-  }
-  std::string text = grounded.empty() ? "" : "image charges beyond " + grounded;
-  if (!open.empty()) text += fmt::format("{}empty space beyond {}", text.empty() ? "" : "; ", open);
-  return text;
-}
-
 /// Returns lines of `explain` about the mesh and the cutoff for the required accuracy; empty for other sums.
 std::vector<ExplanationLine> explain_mesh(const Scene& scene) {
   const auto& options = *scene.effects.find<CoulombOptions>();
@@ -120,7 +103,7 @@ std::vector<ExplanationLine> explain_mesh(const Scene& scene) {
                    choice.cutoff, choice.mesh.points[0], choice.mesh.points[1], choice.mesh.points[2],
                    choice.mesh.window == periodic::Window::prolate ? "prolate windows" : "splines", choice.mesh.order,
                    precision_in_words(choice, mesh_request(scene)), choice.error,
-                   is_fixed ? "at random positions" : "where the grains are")}};
+                   is_fixed || scene.domain.open ? "at random positions" : "where the grains are")}};
   if (const std::string warning = accuracy_warning(scene, choice); !warning.empty())
     explanation.push_back({"warning", warning});
   if (const std::string sides = sides_in_words(scene); !sides.empty()) explanation.push_back({"sides", sides});

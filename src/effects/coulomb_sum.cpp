@@ -37,6 +37,22 @@ periodic::Enclosure enclosure_of(const Domain& domain) {
   return enclosure;
 }
 
+std::string sides_in_words(const Scene& scene) {
+  const periodic::Enclosure enclosure = enclosure_of(scene.domain);
+  if (enclosure.unbounded)
+    return fmt::format("none: the mesh follows the extents of the charges; up to {} charges are summed by pairs",
+                       periodic::BoundedSum::few);
+  std::string open, grounded;
+  for (int s = 0; s < 2 * scene.dimension(); ++s) {
+    std::string& names = enclosure.sides[s] == periodic::Side::grounded ? grounded : open;
+    if (enclosure.sides[s] != periodic::Side::periodic)
+      names += fmt::format("{}{}", names.empty() ? "" : ", ", side_names[s]);
+  }
+  std::string text = grounded.empty() ? "" : "image charges beyond " + grounded;
+  if (!open.empty()) text += fmt::format("{}empty space beyond {}", text.empty() ? "" : "; ", open);
+  return text;
+}
+
 double longest_cutoff(const Scene& scene) {
   const auto [smallest, largest] = std::ranges::minmax(scene.conductors, {}, &Conductor::radius);
   return half_of_box(scene) * (1 - 1e-9) - 2 * (largest.radius - smallest.radius);

@@ -16,6 +16,9 @@ namespace lichtenberg::effects {
 /// Returns the box of a scene with the conditions at its sides. A plane has open sides in space.
 periodic::Enclosure enclosure_of(const Domain& domain);
 
+/// Describes for `explain` how the sum treats sides that are not periodic; empty if all are.
+std::string sides_in_words(const Scene& scene);
+
 /// Returns the largest cutoff (d0, distance of centres) of a sum over neighbour pairs: half of the shortest side minus
 /// the difference of the largest and smallest diameter. Neighbour lists use gaps between surfaces, so that pairs of
 /// large grains reach farther than pairs of small ones.

@@ -67,8 +67,10 @@ void check_functions(const Scene& scene, const EffectKind& kind) {
                                                                {"add_currents", &O::add_currents},
                                                                {"charge_relaxation_time", &O::charge_relaxation_time},
                                                                {"accept", &O::accept}};
-  static constexpr OverriddenFunction grain_functions[] = {
-      {"grain_contact", &O::grain_contact}, {"exchange_charges", &O::exchange_charges}, {"drive", &O::drive}};
+  static constexpr OverriddenFunction grain_functions[] = {{"grain_contact", &O::grain_contact},
+                                                           {"exchange_charges", &O::exchange_charges},
+                                                           {"drive", &O::drive},
+                                                           {"set_surface", &O::set_surface}};
   const Overrides& own = kind.make.overrides();
   if (!kind.grains) {
     for (const OverriddenFunction& one : grain_functions)

@@ -363,7 +363,8 @@ Electrostatics FloatingConductors::solve_in_space(const Bodies& bodies, const El
   ++solves_;
   iterations_ += solution.iterations;
   Electrostatics result = electrostatics_of(scene_, problem, solution);
-  result.carried = carried_by_resistors(groups, charges, solution.coupling_charge, 1);
+  result.carried = carried_by_resistors(
+      groups, charges, floating.empty() ? solution.coupling_charge : coupling_charges(problem, solution), 1);
   add_circuits(terminals_, charges,
                circuit_potentials(solution.group_potential, group_of_node, scene_.conductors.size()), result);
   if (is_only_behind_resistors(problem)) set_level(result, charges);

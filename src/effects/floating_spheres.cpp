@@ -71,8 +71,10 @@ void keep_contacts_apart(const Scene& scene, const std::vector<Resistor>& resist
 
 laplace::SphereProblem make_sphere_problem(const Scene& scene, const Bodies& bodies, const ElectricalGroups& groups,
                                            const NodeCharges& charges) {
-  laplace::SphereProblem problem{
-      .box = scene.domain.box(), .free_space = scene.domain.open, .permittivity = scene.medium.permittivity};
+  laplace::SphereProblem problem{.box = scene.domain.box(),
+                                 .free_space = scene.domain.open,
+                                 .uniform_field = scene.domain.uniform_field,
+                                 .permittivity = scene.medium.permittivity};
   problem.side_potential = side_potentials(scene, charges);
   NodeGroups nodes = groups_of_nodes(groups, charges, 1);
   problem.groups = std::move(nodes.groups);

@@ -9,6 +9,7 @@
 #include "solvers/disjoint_sets.hpp"
 #include "solvers/error.hpp"
 #include "solvers/geometry/box.hpp"
+#include "src/model/bodies.hpp"
 #include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::effects {
@@ -39,9 +40,15 @@ class SourceAssignment {
   /// Returns ElectricalGroups::same_source.
   std::vector<int> same_source() const {
     std::vector<int> first;
-    for (const PotentialSource& supply : supplies_)
-      first.push_back(static_cast<int>(std::ranges::find(supplies_, supply.potential, &PotentialSource::potential) -
-                                       supplies_.begin()));
+    std::multimap<double, int> by_value;  // sources that differ from earlier ones
+    for (int k = 0; k < static_cast<int>(supplies_.size()); ++k) {
+      const Signal& own = supplies_[k].potential;
+      const auto [from, to] = by_value.equal_range(own.value);
+      const auto same =
+          std::find_if(from, to, [&](const auto& other) { return supplies_[other.second].potential == own; });
+      first.push_back(same == to ? k : same->second);
+      if (same == to) by_value.emplace(own.value, k);
+    }
     return first;
   }
 
@@ -153,6 +160,12 @@ std::vector<CircuitNode> circuit_nodes(const Scene& scene) {
   return nodes;
 }
 
+std::vector<double> initial_node_charges(const Scene& scene) {
+  std::vector<double> charge = initial_charges(scene);
+  for (const CircuitNode& node : circuit_nodes(scene)) charge.push_back(node.circuit.charge);
+  return charge;
+}
+
 int node_count(const Scene& scene) {
   const auto resistors = std::ranges::count_if(scene.electrodes, [](auto& e) { return e.series_resistance > 0; });
   return static_cast<int>(scene.conductors.size() + scene.circuits.size()) + static_cast<int>(resistors);
@@ -236,12 +249,13 @@ bool shares_group(const ElectricalGroups& groups, int conductor, const Terminal&
 }
 
 bool splits_group(const ElectricalGroups& before, const ElectricalGroups& after) {
+  const auto keeps_source = [&](std::size_t i) {
+    if (before.potential[i] != after.potential[i]) return false;
+    return before.supply.empty() || before.same_source[before.supply[i]] == after.same_source[after.supply[i]];
+  };
   // A group's id is its first conductor, so every other member must still be grouped with it.
   for (std::size_t i = 0; i < before.id.size(); ++i)
-    if (after.id[i] != after.id[before.id[i]] ||
-        (before.potential[i] &&
-         (!after.potential[i] || before.same_source[before.supply[i]] != after.same_source[after.supply[i]])))
-      return true;
+    if (after.id[i] != after.id[before.id[i]] || (before.potential[i] && !keeps_source(i))) return true;
   return false;
 }
 

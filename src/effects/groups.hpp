@@ -42,6 +42,10 @@ struct CircuitNode {
 /// scene's circuits.
 std::vector<CircuitNode> circuit_nodes(const Scene& scene);
 
+/// Returns the charges (C) of all nodes at the start: those of the conductors (initial_charges), then those of the
+/// circuits' nodes.
+std::vector<double> initial_node_charges(const Scene& scene);
+
 /// Returns the number of nodes with a potential and charge of their own: conductors, and circuit_nodes().
 int node_count(const Scene& scene);
 

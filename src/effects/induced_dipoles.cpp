@@ -128,8 +128,8 @@ const EffectKind& InducedDipolesOptions::kind() {
             .range = {.low = 1, .high = InducedDipolesOptions::most},
             .help =
                 "largest degree of the multipoles of a grain, 1 for dipoles. Above 1 grains are uniformly charged "
-                "dielectric spheres, and the forces are valid up to contact. Then sum is not allowed, coulomb.sum "
-                "has no effect, and all charges must add up to 0. The command explain prints the truncation error"}},
+                "dielectric spheres, and the forces are valid up to contact. Then sum is not allowed, and coulomb.sum "
+                "has no effect. The command explain prints the truncation error"}},
       .needs = {{"coulomb", "whose field polarizes"}},
       .dimensions = {3},
       .periodic = true,

@@ -3,15 +3,12 @@
 #include "src/effects/grain_contact_effect.hpp"
 
 namespace lichtenberg::effects {
-namespace {
 
-LinearSpringLaw law_of(const LinearContactOptions& options) {
+LinearSpringLaw linear_law(const LinearContactOptions& options) {
   constexpr double effective_mass = 0.5;  // effective mass of two grains of mass 1
   if (options.damping) return {options.stiffness, *options.damping};
   return {options.stiffness, linear_damping(options.stiffness, options.restitution.value_or(0.9), effective_mass)};
 }
-
-}  // namespace
 
 const EffectKind& LinearContactOptions::kind() {
   static const EffectKind kind = {
@@ -52,7 +49,7 @@ const EffectKind& LinearContactOptions::kind() {
       .make =
           [](const Scene& scene) {
             return std::make_unique<GrainContactEffect>(LinearContactOptions::kind(),
-                                                        law_of(*scene.effects.find<LinearContactOptions>()));
+                                                        linear_law(*scene.effects.find<LinearContactOptions>()));
           },
       .device = contact_on_device};
   return kind;

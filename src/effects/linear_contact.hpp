@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "src/model/linear_spring.hpp"
 #include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::effects {
@@ -15,5 +16,8 @@ struct LinearContactOptions {
 
   static const EffectKind& kind();
 };
+
+/// Returns the contact law of these options.
+LinearSpringLaw linear_law(const LinearContactOptions& options);
 
 }  // namespace lichtenberg::effects

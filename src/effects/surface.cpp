@@ -43,8 +43,9 @@ View view_of(const Freeform& shape, Vec2 p) {
   const bool is_corner = nearest.at == piece.from || nearest.at == piece.to;
   const bool too_near = nearest.distance <= 1e-9 * shape.curve->perimeter();
   if (!is_corner || too_near || distance < 0) {
-    const double curvature = piece.radius == 0 ? 0 : 1 / piece.radius;
-    return {distance, in_space(outward(piece, nearest.at)), curvature / (1 + distance * curvature), curvature};
+    const double curvature = piece.radius == 0 ? 0 : 1 / piece.radius, share = 1 + distance * curvature;
+    const double turning = std::abs(share) > 1e-9 ? curvature / share : 0;  // 0 at the centre of a concave circle
+    return {distance, in_space(outward(piece, nearest.at)), turning, curvature};
   }
   return {distance, in_space((p - nearest.at) / distance), 1 / distance, 0};
 }

@@ -90,7 +90,8 @@ class ContactEventQueue {
   template <class IsOpen>
   void search(const Bodies& bodies, const Bounds& bounds, double horizon, double step, const IsOpen& is_open,
               parallel::Team& team);
-  /// Adds a pair that cannot touch within a time t (t0) from now, unless that time is beyond the horizon.
+  /// Adds a pair that cannot touch within a time t (t0) from now. Pairs beyond the time for which the queue is filled
+  /// (`horizon` of the search) are left out.
   void wait(Pair pair, double t);
   /// Removes the pairs that may touch within a time dt (t0) from now, and stores them in `due`. It may also take pairs
   /// that touch somewhat later.

@@ -16,6 +16,7 @@ struct ContactsFollowed {
   ContactRecord record;
   double stored_at_start = 0, stored_at_end = 0;  ///< elastic energy of all contacts
   double work = 0;                                ///< work of the slow forces
+  double rotation = 0;                            ///< change of the kinetic energy of rotation
   int searches = 0;                               ///< number of searches for candidate pairs
   double fastest_release = 0;  ///< largest relative speed (v0) that the elastic energy of a contact can give its grains
 };

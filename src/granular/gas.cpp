@@ -12,6 +12,8 @@
 #include "src/effects/effects.hpp"
 #include "src/granular/pace.hpp"
 #include "src/granular/pair_state.hpp"
+#include "src/model/surface_law.hpp"
+#include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::granular {
 namespace {
@@ -47,6 +49,14 @@ std::vector<GrainContact> contacts_at_start(const Bodies& bodies, parallel::Team
   return contacts;
 }
 
+/// Returns the surface law that the effects and materials of the scene define.
+SurfaceLaw surface_law(const Scene& scene, const Model& model) {
+  SurfaceLaw law;
+  for (const auto& effect : model.effects) effect->set_surface(law);
+  for (const Conductor& grain : scene.conductors) law.materials.push_back(grain.material);
+  return law;
+}
+
 }  // namespace
 
 Gas::Gas(const Scene& scene)
@@ -63,9 +73,13 @@ Gas::Gas(const Scene& scene)
       range = std::max(*needed, range.value_or(*needed));
   if (range) smooth_list_.emplace(*range, 1);
   model_.team = team_.get();
-  model_.bodies.image.resize(model_.bodies.position.size(), 0);  // stays 0 along axes that are not periodic
   contacts_ = contacts_at_start(model_.bodies, *team_);
+  set_rotation(scene_, surface_law(scene_, model_), model_.bodies);
   set_law();
+  if (rough_ && !scene_.mechanics.integrator->has_surface_forces)
+    throw InputError(fmt::format("{}: mechanics.integrator = \"{}\" does not compute the contacts of {}: {} is allowed",
+                                 scene_.path, name_of(scene_.mechanics.integrator), surface_key(scene_),
+                                 names_of(&IntegratorKind::has_surface_forces)));
 }
 
 Instant Gas::instant(Want want) {
@@ -77,12 +91,17 @@ Instant Gas::instant(Want want) {
 GasEnergy Gas::energy(std::optional<double> potential) {
   GasEnergy budget = budget_;
   budget.kinetic = kinetic_energy();
-  budget.contact = stored_energy(law_, model_.bodies, contacts_);
+  if (!model_.bodies.inertia.empty()) budget.rotational = rotational_energy(model_.bodies);
+  budget.contact = contact_energy();
   budget.potential = potential_energy(potential);
   return budget;
 }
 
-double Gas::mechanical_energy() const { return kinetic_energy() + stored_energy(law_, model_.bodies, contacts_); }
+double Gas::contact_energy() const {
+  return rough_ ? rough_->stored_energy(model_.bodies, contacts_) : stored_energy(law_, model_.bodies, contacts_);
+}
+
+double Gas::mechanical_energy() const { return kinetic_energy() + contact_energy(); }
 
 State Gas::state() {
   const Stopwatch stopwatch(seconds_.lists);
@@ -182,7 +201,8 @@ double Gas::fastest_impact(const Instant& now) const {
   const double impact = 2 * now.statistics.fastest;
   constexpr double rounding = 1e-6;
   if (now.release && (1 + rounding) * *now.release < impact) return impact;
-  return std::max(impact, fastest_release(law_, model_.bodies, contacts_));
+  return std::max(impact, rough_ ? rough_->fastest_release(model_.bodies, contacts_)
+                                 : fastest_release(law_, model_.bodies, contacts_));
 }
 
 ContactsFollowed Gas::advance_contacts(const Instant& now, double dt, int times, double gain) {
@@ -200,11 +220,14 @@ ContactsFollowed Gas::advance_contacts(const Instant& now, double dt, int times,
   const Stopwatch stopwatch(seconds_.contacts);
   ContactsFollowed followed = contact_motion_->advance(model_.bodies, contacts_, now.force, all, *team_);
   searches_ += followed.searches;
-  budget_.contact_error += followed.stored_at_end - followed.stored_at_start;
+  budget_.contact_error += followed.stored_at_end - followed.stored_at_start + followed.rotation;
   return followed;
 }
 
-double Gas::time_to_resolve(double impact) const { return granular::time_to_resolve(law_, impact, grain_properties_); }
+double Gas::time_to_resolve(double impact) const {
+  return rough_ ? rough_->time_to_resolve(impact, grain_properties_)
+                : granular::time_to_resolve(law_, impact, grain_properties_);
+}
 
 int Gas::contact_steps_within(const Instant& now, double dt, double gain) const {
   const double step = time_to_resolve(fastest_impact(now) + 2 * gain) / scene_.mechanics.contact_steps;
@@ -302,7 +325,15 @@ void Gas::set_law() {
     const Stage& stage = scene_.stages[stage_];
     law_ = stage.elastic ? elastic(given, stage.stiffness) : stiffer(given, stage.stiffness);
   }
-  contact_motion_ = make_contact_motion(law_, model_.bodies.dimension);
+  if (surface_key(scene_).empty()) {
+    contact_motion_ = make_contact_motion(law_, model_.bodies.dimension);
+    return;
+  }
+  const SurfaceLaw surface = surface_law(scene_, model_);
+  auto motion = make_rough_motion(law_, in_elastic_stage() ? elastic(surface) : surface);
+  rough_ = motion.get();
+  contact_motion_ = std::move(motion);
+  rough_->begin(model_.bodies);
 }
 
 Instant Gas::leave_stage(Instant now) {
@@ -344,6 +375,8 @@ Checkpoint Gas::save() const {
     pairs.insert(pairs.end(), {c.pair.i, c.pair.j, c.alone});
     touches.insert(touches.end(), {c.since, c.impact_speed});
   }
+  if (!b.inertia.empty()) checkpoint.reals["angular_velocity"] = b.angular_velocity;
+  if (rough_) rough_->save(checkpoint);
   restitution.save(checkpoint);
   model_.save(checkpoint);
   return checkpoint;
@@ -379,7 +412,9 @@ void Gas::restore(const Checkpoint& checkpoint) {
                          touches[2 * k],
                          touches[2 * k + 1],
                          pairs[3 * k + 2] != 0});
+  if (!b.inertia.empty()) b.angular_velocity = reals(checkpoint, "angular_velocity", b.angular_velocity.size());
   set_law();
+  if (rough_) rough_->restore(checkpoint);
   model_.restore(checkpoint);
 }
 

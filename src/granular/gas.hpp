@@ -11,6 +11,7 @@
 #include "src/granular/pace.hpp"
 #include "src/granular/pair_list.hpp"
 #include "src/granular/restitution_check.hpp"
+#include "src/granular/rough_motion.hpp"
 #include "src/model/checkpoint.hpp"
 #include "src/model/model.hpp"
 #include "src/scene/scene.hpp"
@@ -21,16 +22,19 @@ namespace lichtenberg::granular {
 /// the start is the energy error of the run.
 struct GasEnergy {
   double kinetic = 0;
-  double contact = 0;     ///< elastic energy of contacts
-  double potential = 0;   ///< potential energy of all effects, such as that of charges and dipoles
-  double dissipated = 0;  ///< energy dissipated by contacts since the start
-  double exchanged = 0;   ///< energy that charge exchange has given to the electric field since the start
-  double driven = 0;      ///< energy that Effect::drive and changes of stages have given to the grains since the start
+  std::optional<double> rotational{};  ///< kinetic energy of rotation; empty: grains do not rotate
+  double contact = 0;                  ///< elastic and adhesive energy of contacts
+  double potential = 0;                ///< potential energy of all effects, such as that of charges and dipoles
+  double dissipated = 0;               ///< energy dissipated by contacts since the start
+  double exchanged = 0;                ///< energy that charge exchange has given to the electric field since the start
+  double driven = 0;  ///< energy that Effect::drive and changes of stages have given to the grains since the start
   /// Part of the change of total() that the time integration of contacts causes; 0 if the integrator does not compute
   /// it.
   double contact_error = 0;
 
-  double total() const { return kinetic + contact + potential + dissipated - exchanged - driven; }
+  double total() const {
+    return kinetic + rotational.value_or(0) + contact + potential + dissipated - exchanged - driven;
+  }
 };
 
 /// Wall time (s) of the parts of a step, since this process started.
@@ -167,6 +171,8 @@ class Gas {
   /// Adds the contact events of a completed step to the counters and the energy budget.
   void record_step(ContactRecord record);
   double potential_energy(std::optional<double> known);
+  /// Returns elastic and adhesive energy of contacts (m0 v0^2).
+  double contact_energy() const;
   /// Returns kinetic energy plus elastic energy of contacts (m0 v0^2).
   double mechanical_energy() const;
   State state();
@@ -180,6 +186,7 @@ class Gas {
   Model model_;
   GrainContactLaw law_;
   std::unique_ptr<ContactMotion> contact_motion_;
+  RoughMotion* rough_ = nullptr;         ///< contact_motion_ if the scene has surface forces; null otherwise
   PairList list_;                        ///< candidate pairs of contacts
   std::optional<PairList> smooth_list_;  ///< pairs for smooth forces; empty: not needed
   std::vector<GrainContact> contacts_;   ///< in ascending order of pairs

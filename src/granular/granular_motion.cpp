@@ -33,6 +33,16 @@ void check_shortest(const Scene& scene) {
                     scene.path, step, end, end / step, most_steps));
 }
 
+/// Returns the angular velocities of all grains as vectors in space, [N * 3].
+std::vector<double> spins(const Bodies& bodies) {
+  std::vector<double> all;
+  for (int i = 0; i < bodies.size(); ++i) {
+    const Vec3 w = spin_of(bodies, i);
+    all.insert(all.end(), {w.x, w.y, w.z});
+  }
+  return all;
+}
+
 /// Throws Failure if the run would take more than most_steps steps.
 void check_pace(const Gas& gas, double end, double step) {
   if ((end - gas.time()) <= most_steps * step) return;
@@ -293,6 +303,7 @@ Frame GranularMotion::Implementation::frame(std::optional<double> potential) {
   for (std::size_t k = 0; k < b.momentum.size(); ++k) velocity.push_back(b.momentum[k] / b.mass[k / b.dimension]);
   frame.add_vectors("position", "d0", b.position, b.dimension);
   frame.add_vectors("velocity", "v0", velocity, b.dimension);
+  if (!b.inertia.empty()) frame.add_vectors("angular_velocity", "1/t0", spins(b), 3);
   std::vector<std::int32_t> image;
   for (int i = 0; i < b.size(); ++i)
     for (int k = 0; k < 3; ++k) image.push_back(k < b.dimension ? b.image[i * b.dimension + k] : 0);
@@ -311,6 +322,7 @@ Frame GranularMotion::Implementation::frame(std::optional<double> potential) {
                                     {"exchanged_energy", energy.exchanged},
                                     {"driven_energy", energy.driven}})
     frame.add_system(name, "m0 v0^2", value);
+  if (energy.rotational) frame.add_system("rotational_energy", "m0 v0^2", *energy.rotational);
   frame.add_system("collisions", "1", host_gas.collisions);
   host_gas.model().add_columns(host_gas.time(), frame);
   return frame;

@@ -39,7 +39,9 @@ std::optional<HomogeneousGas> HomogeneousGas::of(const Gas& gas) {
   const Bodies& bodies = gas.bodies();
   const bool driven = is_driven(gas.scene());
   constexpr int fewest = 100;  // with fewer, the temperature fluctuates by more than sqrt(2 / 3N), 8 %
-  if (bodies.size() < fewest || !are_unit_grains(bodies) || driven || !(gas.fastest() > 0)) return {};
+  if (bodies.size() < fewest || !are_unit_grains(bodies) || driven || !(gas.fastest() > 0) ||
+      !surface_key(gas.scene()).empty())
+    return {};
   return HomogeneousGas(gas);
 }
 

@@ -45,8 +45,10 @@ void add_state(Columns& columns) {
   columns.whole("collisions", [](const Note& n) { return n.collisions; });
 }
 
-void add_energies(Columns& columns) {
+void add_energies(Columns& columns, std::span<const Note> notes) {
   columns.real("kinetic_energy", energy_unit, [](const Note& n) { return n.energy.kinetic; });
+  if (!notes.empty() && notes.front().energy.rotational)
+    columns.real("rotational_energy", energy_unit, [](const Note& n) { return *n.energy.rotational; });
   columns.real("contact_energy", energy_unit, [](const Note& n) { return n.energy.contact; });
   columns.real("potential_energy", energy_unit, [](const Note& n) { return n.energy.potential; });
   columns.real("dissipated_energy", energy_unit, [](const Note& n) { return n.energy.dissipated; });
@@ -149,7 +151,7 @@ ColumnGroup columns_of(std::span<const Note> notes, const std::optional<Homogene
   Columns columns(notes);
   columns.real("time", "t0", [](const Note& n) { return n.time; });
   add_state(columns);
-  add_energies(columns);
+  add_energies(columns, notes);
   add_clusters(columns);
   if (theory) add_expectations(columns, *theory);
   return {"gas", columns.take()};

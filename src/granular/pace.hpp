@@ -69,7 +69,8 @@ LICHTENBERG_HOST_DEVICE inline double time_for(double path, double speed, double
   return 2 * path / (speed + std::sqrt(speed * speed + 2 * acceleration * path));
 }
 
-/// Limits of the outer step of multiple time stepping (multirate), in reduced units.
+/// Limits of the outer step (from one evaluation of the smooth forces to the next) of multiple time stepping
+/// (multirate), in reduced units.
 struct StepBounds {
   double requested = INFINITY;                 ///< mechanics.step; infinite: the step follows from `path`
   double stability_limit = INFINITY;           ///< max_outer_step(): quarter period of a bound pair
@@ -77,9 +78,10 @@ struct StepBounds {
   double acceleration = 0;                     ///< largest by slow forces; used only if `requested` is infinite
 };
 
-/// Returns the longest outer step (t0) within the limits. contact_step(gain) is the contact substep (t0) if impact
-/// speeds increase by `gain` (v0). Without a requested step, the outer step is at least one contact substep, because a
-/// shorter one gains no accuracy; only the stability limit can shorten it further.
+/// Returns the longest outer step (t0) within the limits. An outer step lasts from one evaluation of the smooth forces
+/// to the next. contact_step(gain) is the contact substep (t0) if impact speeds increase by `gain` (v0). Without a
+/// requested step, the outer step is at least one contact substep, because a shorter one gains no accuracy; only the
+/// stability limit can shorten it further.
 template <class ContactStep>
 LICHTENBERG_HOST_DEVICE double longest_step_within(const StepBounds& bounds, const ContactStep& contact_step) {
   const auto& [requested, stability_limit, path, speed, acceleration] = bounds;
@@ -91,9 +93,10 @@ LICHTENBERG_HOST_DEVICE double longest_step_within(const StepBounds& bounds, con
   return speed * most > path ? path / speed : most;
 }
 
-/// Returns a limit of the outer step (t0) of constant forces (multirate) that keeps the oscillation of bound pairs
-/// stable. It is a quarter of the period of two grains about their equilibrium overlap; infinite without an attraction.
-/// `attraction`: largest attractive force in contact; `effective_mass`: m_i m_j / (m_i + m_j), in reduced units.
+/// Returns a limit of the outer step (t0), over which forces except contacts are constant (multirate), that keeps the
+/// oscillation of bound pairs stable. It is a quarter of the period of two grains about their equilibrium overlap;
+/// infinite without an attraction. `attraction`: largest attractive force in contact; `effective_mass`: m_i m_j / (m_i
+/// + m_j), in reduced units.
 template <class Law>
 LICHTENBERG_HOST_DEVICE double max_outer_step(const Law& law, double attraction, double effective_mass) {
   if (!(attraction > 0)) return INFINITY;

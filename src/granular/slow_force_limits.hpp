@@ -18,9 +18,9 @@ double path_by_length(const Scene& scene);
 double path_by_accuracy(const Scene& scene);
 /// Returns the sum of the attractions of two grains in contact by all effects of the scene.
 ContactAttraction contact_attraction(const Scene& scene);
-/// Returns a limit of the outer step (t0) of constant slow forces that keeps the oscillation of bound pairs stable: a
-/// quarter of its period. `charge`: largest charge (q0); `lightest`: smallest mass (m0); infinite without an
-/// attraction.
+/// Returns a limit of the outer step (t0), over which slow forces (all except contacts) are constant, that keeps the
+/// oscillation of bound pairs stable: a quarter of its period. `charge`: largest charge (q0); `lightest`: smallest mass
+/// (m0); infinite without an attraction.
 double max_outer_step(const ContactAttraction& attraction, const GrainContactLaw& law, double charge, double lightest);
 
 }  // namespace lichtenberg::granular

@@ -78,7 +78,9 @@ std::string collisions_line(const Gas& gas, const Note& now) {
 }
 
 std::string energy_line(const GasEnergy& e, double error) {
-  std::string text = fmt::format("{:.6g} kinetic, {:.4g} in contacts", e.kinetic, e.contact);
+  std::string text = fmt::format("{:.6g} kinetic, ", e.kinetic);
+  if (e.rotational) text += fmt::format("{:.4g} of rotation, ", *e.rotational);
+  text += fmt::format("{:.4g} in contacts", e.contact);
   if (e.potential != 0) text += fmt::format(", {:.4g} of charges", e.potential);
   text += fmt::format("; {:.6g} dissipated", e.dissipated);
   if (e.exchanged != 0) text += fmt::format(", {:.4g} gained by exchange", e.exchanged);
@@ -156,8 +158,8 @@ void add_quantities(const Gas& gas, const Note& now, double energy_error, Summar
 /// The converted energy is the largest of kinetic, dissipated, exchanged and driven energy.
 std::string energy_warning(const Gas& gas, const GasEnergy& energy, double error, double at_start) {
   constexpr double allowed = 1e-2;  // ten times the error of default contact substeps
-  const double turned_over =
-      std::max({energy.kinetic, energy.dissipated, std::abs(energy.exchanged), std::abs(energy.driven)});
+  const double turned_over = std::max({energy.kinetic, energy.rotational.value_or(0), energy.dissipated,
+                                       std::abs(energy.exchanged), std::abs(energy.driven)});
   const double scale = turned_over > 0 ? turned_over : std::abs(at_start);
   if (std::abs(error) <= allowed * scale) return "";
   const IntegratorKind& integrator = gas.scene().mechanics.kind();

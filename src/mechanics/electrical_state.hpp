@@ -32,6 +32,9 @@ struct ElectricalState {
   effects::ElectricalGroups groups;
   effects::Charges charges;
   CarriedCharges carried;
+  /// C, by terminal: charge that came from conductors through contacts of finite conductance since the start; empty
+  /// without circuits
+  std::vector<double> received;
   effects::Electrostatics field;                ///< of the last accepted solve; without potentials before the first
   effects::ExtrapolatedField extrapolated;      ///< extrapolated field that acts on the bodies
   std::optional<EnergyBudget> energy;           ///< empty in a scene without a circuit

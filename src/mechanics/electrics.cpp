@@ -14,13 +14,6 @@ namespace lichtenberg::mechanics {
 
 namespace {
 
-/// Adds the circuits' nodes with their charge at the start.
-std::vector<double> with_circuits(std::vector<double> charge, const Scene& scene) {
-  charge.resize(effects::node_count(scene));
-  for (const effects::CircuitNode& node : effects::circuit_nodes(scene)) charge[node.node] = node.circuit.charge;
-  return charge;
-}
-
 /// Returns NodeCharges::capacitance.
 std::vector<double> capacitances(const std::vector<effects::CircuitNode>& circuits) {
   std::vector<double> capacitance;
@@ -46,13 +39,14 @@ Electrics::Electrics(const Scene& scene, Model& model, effects::FloatingConducto
       signals_(varying_signals(scene)),
       relaxation_time_(model.charge_relaxation_time()),
       resistors_(scene, model, discharge, terminals_, supplies_, now_),
-      now_{.charges = {with_circuits(initial_charges(scene), scene), supplies_.size()}} {
+      now_{.charges = {effects::initial_node_charges(scene), supplies_.size()}} {
   const std::size_t n = model.bodies.size();
   now_.extrapolated = {.force = std::vector<Vec3>(n),
                        .force_rate = std::vector<Vec3>(n),
                        .charge = std::vector<double>(n),
                        .charge_rate = std::vector<double>(n)};
   if (effects::has_circuit(scene)) now_.energy.emplace(scene, relaxation_time_);
+  if (!scene.circuits.empty()) now_.received.resize(terminals_.size());
   field_.follow(now_.extrapolated);
 }
 
@@ -240,6 +234,10 @@ std::vector<TerminalReading> Electrics::terminals() const {
     readings[k].surface_potential = k < surface.size() ? surface[k] : readings[k].potential;
     readings[k].delivered = now_.energy->delivered()[k];
   }
+  // Charge that an electrode's circuit has delivered to it; unknown if ideal contacts join it with conductors.
+  const bool known = !discharge_ || effects::sharing_effect(scene_);
+  for (std::size_t t = 0; t < terminals_.size(); ++t)
+    if (!supplies_[t].is_source) readings[t].delivered = known ? now_.field.terminal_charge[t] - now_.received[t] : NAN;
   for (std::size_t c = 0; c < circuits_.size(); ++c) {
     const auto& [node, supply, circuit] = circuits_[c];
     if (static_cast<std::size_t>(supply) < terminals_.size()) continue;  // an electrode behind a series resistor
@@ -253,6 +251,7 @@ std::vector<TerminalReading> Electrics::terminals() const {
 void Electrics::save(Checkpoint& checkpoint) const {
   checkpoint.reals["charge_ledger"] = now_.charges.save();
   resistors_.save(checkpoint);
+  if (!now_.received.empty()) checkpoint.reals["charge_received"] = now_.received;
   if (now_.energy) checkpoint.reals["energy_book"] = now_.energy->save();
   checkpoint.reals["largest_force_and_speed"] = {now_.largest_force, now_.largest_speed};
   std::vector<std::int64_t>& contacts = checkpoint.integers["contacts"];
@@ -275,6 +274,7 @@ void Electrics::restore(const Checkpoint& checkpoint, double time) {
   }
   now_.groups = effects::electrical_groups(scene_, now_.contacts);
   resistors_.restore(checkpoint);
+  if (!now_.received.empty()) now_.received = reals(checkpoint, "charge_received", now_.received.size());
   if (!now_.energy) return;
   now_.energy->restore(reals(checkpoint, "energy_book", now_.energy->saved_size()));
   now_.recorded_positions = model_.bodies.position;

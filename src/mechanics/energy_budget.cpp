@@ -55,6 +55,7 @@ void EnergyBudget::record_charges(const Instant& now, std::span<const double> me
     }
     delivered_[k] += delivered;
     flows_.by_supplies += delivered * potential;
+    if (!now.supply_potential.empty()) flows_.turnover += std::abs(delivered * potential);
   }
   std::ranges::fill(injected_, 0.0);
   std::ranges::fill(leaked_, 0.0);
@@ -110,7 +111,8 @@ void EnergyBudget::record_merger(Instant now, double work) {
 }
 
 std::size_t EnergyBudget::saved_size() const {
-  return 9 + 2 * (injected_.size() + terminals_.size() + supplies_.size());
+  const bool varies = !effects::potentials_at(supplies_, 0, true).empty();
+  return 9 + 2 * (injected_.size() + terminals_.size() + supplies_.size()) + (varies ? 1 : 0);
 }
 
 std::vector<double> EnergyBudget::save() const {
@@ -120,6 +122,7 @@ std::vector<double> EnergyBudget::save() const {
   for (const std::vector<double>* part :
        {&last_.potential, &last_.terminal_charge, &last_.drained, &delivered_, &potential_rate_, &terminal_rate_})
     saved.insert(saved.end(), part->begin(), part->end());
+  if (saved.size() < saved_size()) saved.push_back(flows_.turnover);
   return saved;
 }
 
@@ -136,6 +139,7 @@ void EnergyBudget::restore(std::span<const double> saved) {
   delivered_ = take(supplies_.size());
   potential_rate_ = take(injected_.size());
   terminal_rate_ = take(terminals_.size());
+  if (!saved.empty()) flows_.turnover = saved.front();
 }
 
 }  // namespace lichtenberg::mechanics

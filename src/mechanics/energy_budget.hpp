@@ -47,7 +47,7 @@ class EnergyBudget {
   /// Sets the rates of potentials to 0 until the next record, after a jump of the field that is no group merge.
   void reset_rates();
 
-  /// Adds heat of drag (J).
+  /// Adds heat that drag has produced (J) to the budget.
   void add_drag(double joule) { flows_.drag += joule; }
 
   /// Returns the energies supplied and converted to heat since the start (J).
@@ -57,7 +57,7 @@ class EnergyBudget {
   /// Returns the complete state after a record as numbers, for a checkpoint: energies (J), time (s), last potentials
   /// and charges with their rates, and the charges collected and delivered by each source (C).
   std::vector<double> save() const;
-  /// Returns the length of save(): 9 + 2 (nodes + terminals + sources).
+  /// Returns the length of save(): 9 + 2 (nodes + terminals + sources), and 1 more with sources that vary in time.
   std::size_t saved_size() const;
   /// Restores a state from save(); `saved` must have saved_size() numbers.
   void restore(std::span<const double> saved);

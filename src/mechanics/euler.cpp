@@ -58,7 +58,7 @@ void Euler::mechanical_steps(double time, double end) {
     context_.model.forces(time + k * dt, force_);
     if (losses) drag_work += context_.model.dissipated_power(time + k * dt) * dt;
     for (int i = 0; !drag.is_linear() && i < bodies.size(); ++i)
-      drag_work += drag.nonlinear_power(i, norm(velocity_in_space(bodies, i))) * dt;
+      drag_work += drag.nonlinear_power(i, position_in_space(bodies, i), velocity_in_space(bodies, i)) * dt;
     for (std::size_t c = 0; c < force_.size(); ++c) {
       drag_work += drag.linear()[c / bodies.dimension] *
                    std::pow(bodies.momentum[c] / bodies.mass[c / bodies.dimension], 2) * dt;

@@ -232,6 +232,8 @@ void ResistorCurrents::commit_charges(const Trial& trial) {
     remaining[k] = step.weight * current[k] + step.inherited * remaining[k];
     total[k] = step.total_weight * current[k] + step.total_inherited * total[k];
     now_.charges.transfer(resistors[k], remaining[k], total[k]);
+    if (const int terminal = resistors[k].partner - model_.bodies.size(); terminal >= 0 && !now_.received.empty())
+      now_.received[terminal] += total[k];
   }
   last_step = trial.time - now_.time;
   noise = 0;

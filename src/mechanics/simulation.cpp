@@ -332,7 +332,7 @@ std::vector<std::string> Simulation::warnings() {
 }
 
 mechanics::Outcome Simulation::Implementation::outcome(bool stationary) {
-  const std::vector<double> charge = initial_charges(scene);
+  const std::vector<double> charge = effects::initial_node_charges(scene);
   mechanics::Outcome result{.frame = now(),
                             .network = {},
                             .stationary = stationary,

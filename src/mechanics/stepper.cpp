@@ -94,15 +94,18 @@ void record_drag(const StepperContext& context, Cvode& cvode) {
                                                   const std::vector<double>& momentum) {
     double work = losses ? heat_of_losses(model, dt, position, momentum) : 0;
     for (int i = 0; i < bodies.size(); ++i) {
-      double before2 = 0, middle2 = 0, after2 = 0;
-      for (int c = i * bodies.dimension; c < (i + 1) * bodies.dimension; ++c) {
+      Vec3 velocity[3], point[3];  // at the start, in the middle and at the end
+      for (int k = 0, c = i * bodies.dimension; k < bodies.dimension; ++k, ++c) {
         const double before = momentum[c] / bodies.mass[i], after = bodies.momentum[c] / bodies.mass[i];
         const double middle = 1.5 * (bodies.position[c] - position[c]) / dt - 0.25 * (before + after);
         work += drag.linear()[i] * dt / 6 * (before * before + 4 * middle * middle + after * after);
-        before2 += before * before, middle2 += middle * middle, after2 += after * after;
+        velocity[0][k] = before, velocity[1][k] = middle, velocity[2][k] = after;
+        point[0][k] = position[c], point[2][k] = bodies.position[c];
+        point[1][k] = 0.5 * (position[c] + bodies.position[c]) + dt / 8 * (before - after);
       }
-      const auto power = [&](double speed2) { return drag.nonlinear_power(i, std::sqrt(speed2)); };
-      if (!drag.is_linear(i)) work += dt / 6 * (power(before2) + 4 * power(middle2) + power(after2));
+      if (drag.is_linear(i)) continue;
+      const auto power = [&](int k) { return drag.nonlinear_power(i, point[k], velocity[k]); };
+      work += dt / 6 * (power(0) + 4 * power(1) + power(2));
     }
     energy->add_drag(work);
   };

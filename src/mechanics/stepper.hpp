@@ -74,9 +74,8 @@ std::unique_ptr<Stepper> make_stepper(const StepperContext& context);
 Cvode make_cvode(const Scene& scene, Model& model);
 
 /// Makes CVODE add the heat of drag and of losses in contacts to the energy balance after each step, if the scene has a
-/// circuit and such losses. The
-/// heat is the integral of force times speed by Simpson's rule. The velocity in the middle of a step follows from the
-/// positions and velocities at its ends.
+/// circuit and such losses. The heat is the integral of force times speed by Simpson's rule. The position and
+/// velocity in the middle of a step follow from those at its ends.
 void record_drag(const StepperContext& context, Cvode& cvode);
 
 }  // namespace lichtenberg::mechanics

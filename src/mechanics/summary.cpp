@@ -35,10 +35,10 @@ double relative_charge_imbalance(const Outcome& outcome) {
   return charge_imbalance(outcome) / largest;
 }
 
-/// Returns the converted energy (J): the larger of supplied energy and heat.
+/// Returns the converted energy (J): the largest of supplied energy, heat, and energy that went back and forth.
 double energy_throughput(const Outcome& outcome) {
   const EnergyFlows& flows = outcome.frame.energy_balance->flows;
-  return std::max(std::abs(flows.by_supplies) + std::abs(flows.by_source), flows.dissipated());
+  return std::max({std::abs(flows.by_supplies) + std::abs(flows.by_source), flows.dissipated(), flows.turnover});
 }
 
 /// Returns the noise (J) of the energy balance: the difference between two field solves of the same state.

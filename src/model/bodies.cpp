@@ -88,7 +88,8 @@ Bodies make_bodies(const Scene& scene) {
   for (const Conductor& conductor : scene.conductors) {
     const double r = conductor.radius;
     const double inertia = conductor.fixed ? fixed_inertia : 1;
-    const double mass = inertia * (4.0 / 3.0 * std::numbers::pi * scene.material.density * r * r * r);
+    const double mass =
+        inertia * (4.0 / 3.0 * std::numbers::pi * (scene.material.density * conductor.material.density) * r * r * r);
     for (int k = 0; k < bodies.dimension; ++k) {
       bodies.position.push_back(conductor.position[k]);
       bodies.momentum.push_back(mass * conductor.velocity[k]);
@@ -96,6 +97,7 @@ Bodies make_bodies(const Scene& scene) {
     bodies.mass.push_back(mass);
     bodies.radius.push_back(r);
   }
+  if (scene.reference) bodies.image.resize(bodies.position.size(), 0);  // grains record images along all axes
   wrap(bodies);
   return bodies;
 }

@@ -26,6 +26,10 @@ struct Bodies {
   /// Number of periods by which each particle has crossed the periodic box along each axis, [N * dimension]; empty
   /// unless the box is periodic.
   std::vector<int> image;
+  /// Angular velocity (1/s), [N * 3], or [N] in two dimensions; empty unless the particles rotate
+  /// (Effect::set_surface).
+  std::vector<double> angular_velocity{};
+  std::vector<double> inertia{};  ///< moment of inertia (kg m^2), [N]; empty like angular_velocity
 
   int size() const { return static_cast<int>(radius.size()); }
 };

@@ -37,6 +37,16 @@ void check_nonlinear(const DragLaw& law) {
   }
 }
 
+/// Adds a part of a drag law to the sum of earlier parts.
+template <class Result, class Argument, class Add>
+void append(std::function<Result(Argument)>& sum, const std::function<Result(Argument)>& part, const Add& add) {
+  if (!sum) {
+    sum = part;
+    return;
+  }
+  sum = [one = std::move(sum), other = part, add](Argument argument) { return add(one(argument), other(argument)); };
+}
+
 }  // namespace
 
 bool Drag::add(int body, const DragLaw& law) {
@@ -44,22 +54,25 @@ bool Drag::add(int body, const DragLaw& law) {
     throw InputError(fmt::format("the drag of a body is {:g} kg/s: it must be at least 0", law.linear));
   if (law.nonlinear) check_nonlinear(law);
   linear_[body] += law.linear;
-  if (!law.nonlinear) return law.linear > 0;
-  nonlinear_.resize(linear_.size());
-  auto& sum = nonlinear_[body];
-  if (!sum) {
-    sum = law.nonlinear;
-  } else {
-    sum = [one = std::move(sum), other = law.nonlinear](double speed) {
-      const DragForce a = one(speed), b = other(speed);
+  if (law.nonlinear) {
+    nonlinear_.resize(linear_.size());
+    append(nonlinear_[body], law.nonlinear, [](const DragForce& a, const DragForce& b) {
       return DragForce{a.force + b.force, a.slope + b.slope};
-    };
+    });
   }
-  return true;
+  if (law.by_position) {
+    by_position_.resize(linear_.size());
+    append(by_position_[body], law.by_position, [](Vec3 a, Vec3 b) { return a + b; });
+  }
+  return law.linear > 0 || law.nonlinear || law.by_position;
 }
 
 DragForce Drag::nonlinear(int body, double speed) const {
-  return is_linear(body) ? DragForce{} : nonlinear_[body](speed);
+  return nonlinear_.empty() || !nonlinear_[body] ? DragForce{} : nonlinear_[body](speed);
+}
+
+Vec3 Drag::by_position(int body, Vec3 position) const {
+  return by_position_.empty() || !by_position_[body] ? Vec3{} : by_position_[body](position);
 }
 
 double Drag::resistance(int body, double speed) const {
@@ -67,11 +80,17 @@ double Drag::resistance(int body, double speed) const {
   return linear_[body] + (speed > 0 ? std::min(slope, force / speed) : slope);
 }
 
-double Drag::power(int body, Vec3 velocity) const {
-  return linear_[body] * norm2(velocity) + nonlinear_power(body, norm(velocity));
+double Drag::power(int body, Vec3 position, Vec3 velocity) const {
+  return linear_[body] * norm2(velocity) + nonlinear_power(body, position, velocity);
 }
 
-double Drag::nonlinear_power(int body, double speed) const { return nonlinear(body, speed).force * speed; }
+double Drag::nonlinear_power(int body, Vec3 position, Vec3 velocity) const {
+  const double speed = norm(velocity);
+  double power = nonlinear(body, speed).force * speed;
+  const Vec3 coefficient = by_position(body, position);
+  for (int k = 0; k < 3; ++k) power += coefficient[k] * velocity[k] * velocity[k];
+  return power;
+}
 
 void Drag::add_forces(const State& state, std::span<double> force) const {
   const Bodies& b = state.bodies;
@@ -83,6 +102,9 @@ void Drag::add_forces(const State& state, std::span<double> force) const {
     if (speed == 0) return;
     const double more = nonlinear(i, speed).force / (speed * b.mass[i]);
     for (int k = first; k < end; ++k) force[k] -= more * b.momentum[k];
+    if (by_position_.empty()) return;
+    const Vec3 here = by_position(i, position_in_space(b, i));
+    for (int k = first; k < end; ++k) force[k] -= here[k - first] / b.mass[i] * b.momentum[k];
   });
 }
 
@@ -98,6 +120,9 @@ void Drag::add_jacobian(const State& state, ForceJacobian& jacobian) const {
     const double across = speed > 0 ? force / speed : slope;
     const std::array<double, 3> along = {n[0], n[1], n[2]};
     jacobian.add_drag(i, std::span(along).first(b.dimension), -slope / b.mass[i], -across / b.mass[i]);
+    const Vec3 here = by_position(i, position_in_space(b, i));
+    for (int k = 0; k < b.dimension; ++k)
+      jacobian.by_momentum.push_back({i * b.dimension + k, i * b.dimension + k, -here[k] / b.mass[i]});
   });
 }
 

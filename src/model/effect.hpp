@@ -20,6 +20,7 @@ struct EffectKind;
 struct Frame;
 struct GrainContactLaw;
 struct Summary;
+struct SurfaceLaw;
 
 /// Data that an effect requires from the model. The model allocates and computes only quantities that some effect of
 /// the scene requires.
@@ -113,9 +114,10 @@ class Effect {
   /// ones. Additional marks cost time but no accuracy.
   virtual void mark_interacting(const Bodies& bodies, std::span<const double> travel,
                                 std::vector<bool>& interacting) const;
-  /// Returns the drag law of a body, which must not depend on time or position. The model adds the drag force and its
-  /// derivative, and counts its heat in the energy balance. add_forces() and mark_interacting() must leave drag out. An
-  /// effect of grains overrides drive() instead.
+  /// Returns the drag law of a body, which must not depend on time, velocity or the present position; a drag that
+  /// varies with the position is DragLaw::by_position. The model adds the drag force and its derivative, and counts its
+  /// heat in the energy balance. add_forces() and mark_interacting() must leave drag out. An effect of grains overrides
+  /// drive() instead.
   virtual DragLaw drag(const Bodies& bodies, int body) const { return (void)bodies, (void)body, DragLaw{}; }
 
   /// Adds the currents that the effect injects into the bodies to `current` (A, [N]). State::neighbours is empty.
@@ -128,6 +130,8 @@ class Effect {
 
   /// Returns the contact law of the grains, if this effect defines it; null otherwise.
   virtual const GrainContactLaw* grain_contact() const { return nullptr; }
+  /// Sets the parts of the surface law of grains (friction, adhesion, walls) that this effect defines.
+  virtual void set_surface(SurfaceLaw& law) const { (void)law; }
   /// Transfers charge between grains in contact by changing `charge` (reduced units, [N]). `bodies` still has the
   /// charges before the exchange.
   virtual void exchange_charges(const ContactRecord& contacts, const Bodies& bodies, std::span<double> charge) {

@@ -73,10 +73,10 @@ struct LinearSpringLaw {
   }
   /// Returns the law with all forces multiplied by `by`.
   LICHTENBERG_HOST_DEVICE LinearSpringLaw times(double by) const { return {by * stiffness, by * damping}; }
-  /// Returns the law without damping and with A multiplied by `by`.
+  /// Returns the law without damping (B = 0) and with the stiffness A multiplied by `by`.
   LinearSpringLaw undamped(double by) const { return {stiffness * by, 0}; }
-  /// Returns the law with A multiplied by `by` and B by sqrt(by). The restitution coefficient, which depends only on
-  /// B^2/A and the effective mass, is unchanged.
+  /// Returns the law with the stiffness A multiplied by `by` and the damping B by sqrt(by). The restitution
+  /// coefficient, which depends only on B^2/A and the effective mass, is unchanged.
   LinearSpringLaw stiffer(double by) const { return {stiffness * by, damping * std::sqrt(by)}; }
 };
 

@@ -105,7 +105,8 @@ namespace {
 
 /// Throws InputError if an effect has given two laws of drag for two velocities of a body.
 void check_independence(const Effect& effect, const DragLaw& law, const DragLaw& other) {
-  bool is_same = law.linear == other.linear && !law.nonlinear == !other.nonlinear;
+  bool is_same =
+      law.linear == other.linear && !law.nonlinear == !other.nonlinear && !law.by_position == !other.by_position;
   for (double speed = 1e-6; is_same && law.nonlinear && speed < 100; speed *= 10)  // the speeds of Drag::add
     is_same = law.nonlinear(speed).force == other.nonlinear(speed).force;
   if (!is_same)

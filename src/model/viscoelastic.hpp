@@ -60,7 +60,7 @@ struct ViscoelasticLaw {
   }
   /// Returns the law with all forces multiplied by `by`.
   LICHTENBERG_HOST_DEVICE ViscoelasticLaw times(double by) const { return {by * elastic, by * dissipative}; }
-  /// Returns the law without damping and with E multiplied by `stiffness`.
+  /// Returns the law without damping and with the elastic coefficient E multiplied by `stiffness`.
   ViscoelasticLaw undamped(double stiffness) const { return {elastic * stiffness, 0}; }
   /// Returns the law with E multiplied by `stiffness` and D by stiffness^(3/5). The restitution coefficient is
   /// unchanged, since it depends only on (D/E) (E/m_eff)^(2/5) v^(1/5), v the impact speed.

@@ -14,7 +14,7 @@ namespace lichtenberg {
 /// write fails. The destructor removes the partial file.
 class NewFile {
  public:
-  /// Creates the empty partial file.
+  /// Creates an empty file under the temporary name `path`.partial-PID.
   explicit NewFile(std::string path);
   NewFile(const NewFile&) = delete;
   ~NewFile();
@@ -66,7 +66,8 @@ class OpenFile {
 };
 
 /// Throws InputError if no file can be created at `path`: its folder is missing or not writable, or its name is too
-/// long with the suffix of a NewFile. Also throws if the path is a folder, a link, a device, a pipe or an existing scene
+/// long with the suffix of a NewFile. Also throws if the path is a folder, a link, a device, a pipe or an existing
+/// scene
 /// (.toml).
 void check_writable(const std::string& path);
 

@@ -184,6 +184,13 @@ void check_signals(const Draft& draft) {
                  " is a function of time, which needs the table [effects.floating_conductors]: add it, or give a "
                  "number");
     const Waveform& wave = *signal.waveform;
+    constexpr double most = 1e7;
+    if (wave.shape != Waveform::Shape::points && wave.frequency * scene.stop.time > most)
+      refuse(
+          scene.path, draft.line(key),
+          fmt::format("{} has frequency = {:g} Hz, which makes {:.2g} periods up to stop.time = {:g} s: at most {:g} "
+                      "are allowed",
+                      key, wave.frequency, wave.frequency * scene.stop.time, scene.stop.time, most));
     if (wave.covers_run && (wave.points.front().x > 0 || wave.points.back().x < scene.stop.time))
       refuse(scene.path, draft.line(key),
              fmt::format("{} has a table from {:g} to {:g} s, which leaves a gap in the run from 0 to stop.time = {:g} "

@@ -49,24 +49,37 @@ toml::table parse_document(const std::string& text, const std::string& path) {
   }
 }
 
-bool insert_tables(toml::table& document, const std::string& folder) {
+namespace {
+
+/// Reads the points of a table of the scene's file `path`.
+toml::array points_of(const toml::node& file, const std::string& path) {
+  toml::array points;
+  try {
+    const auto table = std::filesystem::path(path).parent_path() / *file.value<std::string>();
+    for (const Vec2 point : read_points(table.string())) points.push_back(toml::array{point.x, point.y});
+  } catch (const InputError& error) {
+    throw InputError(fmt::format("{}:{}: {}", path, file.source().begin.line, error.what()));
+  }
+  return points;
+}
+
+}  // namespace
+
+bool insert_tables(toml::table& document, const std::string& path) {
   bool any = false;
   for (auto&& [name, node] : document) {
     if (toml::array* list = node.as_array())
       for (toml::node& element : *list)
-        if (toml::table* inner = element.as_table()) any = insert_tables(*inner, folder) || any;
+        if (toml::table* inner = element.as_table()) any = insert_tables(*inner, path) || any;
     toml::table* const inner = node.as_table();
     if (!inner) continue;
     const bool source = name == "potential" || name == "current";
     const toml::node* file = source ? inner->get("table") : nullptr;
     if (!file || !file->is_string()) {
-      any = insert_tables(*inner, folder) || any;
+      any = insert_tables(*inner, path) || any;
       continue;
     }
-    toml::array points;
-    for (const Vec2 point : read_points((std::filesystem::path(folder) / *file->value<std::string>()).string()))
-      points.push_back(toml::array{point.x, point.y});
-    inner->insert_or_assign("table", std::move(points));
+    inner->insert_or_assign("table", points_of(*file, path));
     any = true;
   }
   return any;

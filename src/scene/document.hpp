@@ -25,9 +25,9 @@ std::string shown(const toml::node& node);
 void apply(const std::vector<Setting>& settings, const Schema& schema, toml::table& document);
 
 /// Replaces each file of points, table = "file.csv" in a potential or a current, by its points, so that a scene's text
-/// is complete. Names are relative to `folder`. Returns true if it has replaced any. Throws the exceptions of
-/// read_points() (signal.hpp).
-bool insert_tables(toml::table& document, const std::string& folder);
+/// is complete. Names are relative to the folder of the scene's file, `path`. Returns true if it has replaced any.
+/// Throws the exceptions of read_points() (signal.hpp), with the line in the scene's file.
+bool insert_tables(toml::table& document, const std::string& path);
 
 /// Converts a TOML document to the text of a scene file, without comments.
 std::string text_of(const toml::table& document);

@@ -42,7 +42,7 @@ struct ElectrodeDraft {
   Vec2 centre{}, from{}, to{};
   Coordinates position{};  ///< centre of a sphere
   std::string side{};
-  double at = 0, radius = 0, width = 0;
+  double at = 0, radius = 0, width = 0, wire_radius = 0;
   int circuit = -1;  ///< index into Scene::circuits, set by connect_circuits()
   std::vector<Vec2> points{};  ///< of a polygon or curve
   Vec2 semi_axes{};
@@ -60,6 +60,7 @@ struct ConductorDraft {
   std::optional<double> charge{};
   std::optional<std::string> group{};
   std::optional<double> young{}, poisson{};  ///< Young's modulus (Pa) and Poisson's ratio of the material
+  std::optional<Coordinates> angular_velocity{};
 };
 
 /// A [[group]] of a scene file as written: conductors connected by a wire.
@@ -121,6 +122,11 @@ struct PopulationDraft {
   std::optional<double> temperature{};       ///< m0 v0^2, granular temperature of the initial velocities
   double min_gap = 0;                        ///< m, to every other conductor, electrode and side of the domain
   std::optional<Region> region{};
+  /// Disk or vertical cylinder [x, y, radius], or sphere [x, y, z, radius] (m) that also contains the conductors;
+  /// empty: none
+  std::vector<double> round_region{};
+  std::optional<double> rotational_temperature{};  ///< m0 v0^2, of the initial angular velocities
+  GrainMaterial material{};
 };
 
 /// The table [field] of a scene file as written.
@@ -137,6 +143,7 @@ struct Draft {
   Scene scene;  ///< values that need no further processing
   std::int64_t seed = static_cast<std::int64_t>(Scene{}.seed);
   Coordinates domain_size;
+  std::optional<Coordinates> uniform_field;
   std::optional<double> relative_permittivity, permittivity, viscosity, depth;
   std::optional<double> position_tolerance, largest_step;
   FieldDraft field;

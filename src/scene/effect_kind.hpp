@@ -38,6 +38,7 @@ struct Overrides {
   bool add_forces = false, stored_energy = false;
   bool drag = false, add_currents = false, charge_relaxation_time = false;
   bool grain_contact = false, exchange_charges = false, drive = false, accept = false;
+  bool set_surface = false;
 };
 
 /// Determines the functions of Effect that the class E overrides. A function that E inherits has the same pointer type
@@ -58,6 +59,7 @@ constexpr Overrides overrides_of() {
     requires same_as<decltype(&E::exchange_charges), decltype(&Base::exchange_charges)>;
   };
   own.drive = !requires { requires same_as<decltype(&E::drive), decltype(&Base::drive)>; };
+  own.set_surface = !requires { requires same_as<decltype(&E::set_surface), decltype(&Base::set_surface)>; };
   own.accept = !requires { requires same_as<decltype(&E::accept), decltype(&Base::accept)>; };
   return own;
 }
@@ -170,6 +172,13 @@ std::optional<double> least_in(const Scene& scene, double (*StepLimits::*number)
 /// Returns true if an effect of the scene defines Effect::drive (a force or gas drag on grains). Theories of free
 /// cooling do not apply then.
 bool is_driven(const Scene& scene);
+
+/// Returns the first effect of the scene that defines Effect::set_surface (friction, adhesion or walls of grains); null
+/// without one. Theories of smooth grains do not apply then.
+const EffectKind* surface_effect(const Effects& effects);
+/// Returns the table or key of the scene because of which contacts are not those of smooth grains of one material, such
+/// as "effects.friction"; empty: they are.
+std::string surface_key(const Scene& scene);
 
 /// Throws InputError for the effect `name` because it requires `needed`, which the scene lacks: "effects.NAME needs
 /// NEEDED: add it, or leave the effect out".

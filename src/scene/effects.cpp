@@ -35,6 +35,21 @@ std::optional<double> least_in(const Scene& scene, double (*StepLimits::*number)
   return least;
 }
 
+const EffectKind* surface_effect(const Effects& effects) {
+  for (const Effects::Entry& entry : effects)
+    if (entry.kind->make.overrides().set_surface) return entry.kind;
+  return nullptr;
+}
+
+std::string surface_key(const Scene& scene) {
+  if (const EffectKind* effect = surface_effect(scene.effects)) return "effects." + effect->name;
+  for (const Conductor& grain : scene.conductors) {
+    if (grain.material.stiffness != 1) return "relative_stiffness";
+    if (grain.material.damping != 1) return "relative_damping";
+  }
+  return "";
+}
+
 bool is_driven(const Scene& scene) {
   return std::ranges::any_of(scene.effects,
                              [](const Effects::Entry& entry) { return entry.kind->make.overrides().drive; });

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <set>
+#include <span>
 #include <type_traits>
 
 #include <fmt/format.h>
@@ -159,30 +161,95 @@ void check_corners(const Draft& draft) {
                            sides[along].potential.value, draft.domain_size.count == 3 ? "an edge" : "a corner"));
 }
 
-/// Checks an electrode in three dimensions: its shape, and its distance from the sides and from other electrodes.
-void check_sphere(const Draft& draft, const ElectrodeDraft& written, const std::vector<Electrode>& others) {
+/// A fixed sphere of an electrode in three dimensions.
+struct FixedSphere {
+  Vec3 centre;
+  double radius = 0;
+};
+
+/// Returns the closed chain of spheres for a torus around the z axis (docs/numerics/spheres.md). A chain of touching
+/// spheres has the capacitance of a torus whose wire has 0.8815 of their radius. With gaps, where the spheres have the
+/// part f of the radius of touching ones, it is 0.8815 - 0.24 (1 - f).
+std::vector<FixedSphere> spheres_of_torus(const ElectrodeDraft& torus) {
+  constexpr double touching = 0.8815, by_gap = 0.24;
+  const int count = static_cast<int>(std::numbers::pi / std::asin(torus.wire_radius / touching / torus.radius));
+  const double half_distance = torus.radius * std::sin(std::numbers::pi / count);
+  const double part = torus.wire_radius / touching / half_distance;
+  const double radius = std::min(half_distance, torus.wire_radius / (touching - by_gap * (1 - part)));
+  std::vector<FixedSphere> spheres;
+  for (int k = 0; k < count; ++k) {
+    const double angle = 2 * std::numbers::pi * k / count;
+    spheres.push_back(
+        {torus.position.value + torus.radius * Vec3{std::cos(angle), std::sin(angle), 0}, radius * (1 - 1e-12)});
+  }
+  return spheres;
+}
+
+/// Checks the shape of an electrode, which the dimension of the domain must allow, and its keys in three dimensions.
+void check_dimension_of(const Draft& draft, const ElectrodeDraft& written) {
   const auto refuse_it = [&](const std::string& message) { refuse(draft.scene.path, written.line, message); };
   const int dimension = draft.domain_size.count;
-  if ((written.shape == "sphere") != (dimension == 3))
+  const bool in_space = written.shape == "sphere" || written.shape == "torus";
+  if (in_space != (dimension == 3))
     refuse_it(fmt::format("electrode.shape = \"{}\" is not allowed in {} dimensions: {}", written.shape,
                           dimension == 3 ? "three" : "two",
-                          dimension == 3 ? "\"sphere\" is, and sides of the domain can be electrodes"
+                          dimension == 3 ? "\"sphere\" and \"torus\" are, and sides of the domain can be electrodes"
                                          : "\"disk\", \"half-disk\", \"bar\", \"ring\", \"polygon\", "
                                            "\"ellipse\" and \"curve\" are"));
   if (dimension == 2) return;
   if (written.position.count != 3)
     refuse_it("electrode.position has 2 numbers, but the domain has 3: both must have the same number");
-  const Vec3 p = written.position.value, size = draft.scene.domain.size;
+  if (written.shape == "sphere") return;
+  if (written.wire_radius > written.radius / 8)
+    refuse_it(
+        fmt::format("electrode.wire_radius = {:g} is not allowed: it must be at most an eighth of the torus's "
+                    "radius, {:g} m",
+                    written.wire_radius, written.radius / 8));
+  if (written.series_resistance || written.circuit >= 0)
+    refuse_it(
+        "an electrode with shape = \"torus\" consists of separate spheres: a series_resistance, a charge and a circuit "
+        "are not allowed");
+}
+
+/// Checks a sphere of an electrode in three dimensions: its distance from the sides and from other electrodes.
+void check_sphere(const Draft& draft, const ElectrodeDraft& written, const FixedSphere& sphere,
+                  std::span<const Electrode> others) {
+  const auto refuse_it = [&](const std::string& message) { refuse(draft.scene.path, written.line, message); };
+  const Vec3 p = sphere.centre, size = draft.scene.domain.size;
   const Box<3> box = draft.scene.domain.box();
   for (int k = 0; k < 3; ++k)
-    if (box.periodic(k) ? p[k] < 0 || p[k] > size[k] : p[k] <= written.radius || p[k] >= size[k] - written.radius)
+    if (box.periodic(k) ? p[k] < 0 || p[k] > size[k] : p[k] <= sphere.radius || p[k] >= size[k] - sphere.radius)
       refuse_it(
-          fmt::format("electrode.position = [{:g}, {:g}, {:g}] m is not allowed: this sphere is on or through a "
+          fmt::format("electrode.position = [{:g}, {:g}, {:g}] m is not allowed: this {} is on or through a "
                       "side of the domain, which goes to [{:g}, {:g}, {:g}] m",
-                      p.x, p.y, p.z, size.x, size.y, size.z));
+                      written.position.value.x, written.position.value.y, written.position.value.z, written.shape,
+                      size.x, size.y, size.z));
   for (const Electrode& other : others)
-    if (norm(box.difference(p, other.centre())) <= written.radius + std::get<Disk>(other.shape).radius)
+    if (norm(box.difference(p, other.centre())) <= sphere.radius + std::get<Disk>(other.shape).radius)
       refuse_it(fmt::format("this electrode touches the electrode \"{}\": fixed spheres must not touch", other.name));
+}
+
+/// Appends the spheres of an electrode in three dimensions.
+void add_spheres(const Draft& draft, const ElectrodeDraft& written, const std::string& name,
+                 std::vector<Electrode>& electrodes) {
+  const bool torus = written.shape == "torus";
+  const std::vector<FixedSphere> spheres =
+      torus ? spheres_of_torus(written) : std::vector<FixedSphere>{{written.position.value, written.radius}};
+  const std::size_t others = electrodes.size();
+  for (const FixedSphere& sphere : spheres) {
+    check_sphere(draft, written, sphere, std::span(electrodes).first(others));
+    electrodes.push_back({torus ? fmt::format("{} {}", name, electrodes.size() - others + 1) : name,
+                          Disk{plane(sphere.centre), sphere.radius}, written.potential.value_or(0),
+                          written.series_resistance.value_or(0), sphere.centre.z, written.circuit});
+  }
+}
+
+/// Makes an electrode of the plane, and checks its position.
+Electrode make_plane_electrode(const Draft& draft, const ElectrodeDraft& written, const std::string& name) {
+  const std::shared_ptr<const ClosedCurve> curve = is_freeform(written) ? make_freeform(draft, written, name) : nullptr;
+  const Shape shape = curve ? Shape(Freeform{curve.get()}) : build_shape(written, plane(draft.scene.domain.size));
+  if (!curve) check_position(draft, written, shape);
+  return {name, shape, written.potential.value_or(0), written.series_resistance.value_or(0), 0, written.circuit, curve};
 }
 
 void check_short_circuits(const Draft& draft, const std::vector<Electrode>& electrodes) {
@@ -228,20 +295,19 @@ std::vector<Electrode> build_electrodes(const Draft& draft) {
   std::vector<Electrode> electrodes;
   std::set<std::string> names;
   const std::vector<std::string> all_names = names_of_electrodes(draft);
-  for (const ElectrodeDraft& written : draft.electrodes) {
-    check_sphere(draft, written, electrodes);
-    const bool sphere = written.shape == "sphere";
-    const std::string& name = all_names[electrodes.size()];
-    const std::shared_ptr<const ClosedCurve> curve =
-        is_freeform(written) ? make_freeform(draft, written, name) : nullptr;
-    const Shape shape = sphere  ? Shape(Disk{plane(written.position.value), written.radius})
-                        : curve ? Shape(Freeform{curve.get()})
-                                : build_shape(written, plane(draft.scene.domain.size));
-    if (!sphere && !curve) check_position(draft, written, shape);
-    if (!names.insert(name).second)
-      refuse(draft.scene.path, written.line, fmt::format("electrode.name = \"{}\" is taken: names must differ", name));
-    electrodes.push_back({name, shape, written.potential.value_or(0), written.series_resistance.value_or(0),
-                          written.position.value.z, written.circuit, curve});
+  const bool in_space = draft.domain_size.count == 3;
+  for (std::size_t e = 0; e < draft.electrodes.size(); ++e) {
+    const ElectrodeDraft& written = draft.electrodes[e];
+    check_dimension_of(draft, written);
+    const std::size_t first = electrodes.size();
+    if (in_space)
+      add_spheres(draft, written, all_names[e], electrodes);
+    else
+      electrodes.push_back(make_plane_electrode(draft, written, all_names[e]));
+    for (std::size_t k = first; k < electrodes.size(); ++k)
+      if (!names.insert(electrodes[k].name).second)
+        refuse(draft.scene.path, written.line,
+               fmt::format("electrode.name = \"{}\" is taken: names must differ", electrodes[k].name));
   }
   draft.domain_size.count == 3 ? check_corners(draft) : check_short_circuits(draft, electrodes);
   return electrodes;

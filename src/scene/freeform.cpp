@@ -74,9 +74,9 @@ std::shared_ptr<const ClosedCurve> make_freeform(const Draft& draft, const Elect
     refuse_it(fmt::format("{} the domain, which goes from [0, 0] to [{:g}, {:g}] m",
                           curve->hollow() ? "does not reach into" : "lies outside", size.x, size.y));
   const double cell = std::max(size.x, size.y) / draft.field.options.cells;
-  constexpr double most_cells = 8;  // A tip of 14 degrees is thinner than a cell over this length
+  constexpr double most_thin_cells = 8;  // A tip of 14 degrees is thinner than a cell over this length
   const ClosedCurve::ThinParts thin = draft.field.accuracy ? ClosedCurve::ThinParts{} : curve->thin_parts(cell);
-  if (thin.longest > most_cells * cell || thin.all > 0.5 * curve->perimeter())
+  if (thin.longest > most_thin_cells * cell || thin.all > 0.5 * curve->perimeter())
     refuse_it(
         fmt::format("is thinner than a cell of the field's grid, {:.3g} m, over {:.3g} m of its surface: use more "
                     "field.cells or make it thicker",

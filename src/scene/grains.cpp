@@ -126,9 +126,11 @@ void check_conductors(const Draft& draft) {
   for (const Effects::Entry& entry : draft.scene.effects)
     if (entry.kind->grains)
       refuse_effect(draft, entry.kind->name, "the table [units], which makes the scene one of grains");
-  for (const char* key :
-       {"equilibration", "population.temperature", "population.charge_distribution", "population.charge_exponent",
-        "mechanics.step", "mechanics.contact_substeps", "mechanics.threads"})
+  for (const char* key : {"equilibration", "population.temperature", "population.charge_distribution",
+                          "population.charge_exponent", "mechanics.step", "mechanics.contact_substeps",
+                          "mechanics.threads", "conductor.angular_velocity", "population.rotational_temperature",
+                          "conductor.relative_density", "population.relative_density", "conductor.relative_stiffness",
+                          "population.relative_stiffness", "conductor.relative_damping", "population.relative_damping"})
     refuse_if_given(draft, key,
                     "needs the table [units], which makes the scene one of grains: add it, or leave the key out");
   if (!draft.scene.mechanics.integrator->moves_conductors)
@@ -151,17 +153,40 @@ void check_mechanics(const Draft& draft) {
     refuse_if_given(draft, "mechanics.relative_tolerance",
                     fmt::format("is not allowed with mechanics.integrator = \"{}\": of grains it is for \"cvode\"",
                                 name_of(integrator)));
+  if (const EffectKind* effect = surface_effect(draft.scene.effects);
+      effect && draft.line("mechanics.integrator") > 0 && !integrator->has_surface_forces)
+    refuse(
+        draft.scene.path, draft.line("mechanics.integrator"),
+        fmt::format("mechanics.integrator = \"{}\" is not allowed with effects.{}, whose forces it does not compute: "
+                    "{} is allowed",
+                    name_of(integrator), effect->name, names_of(&IntegratorKind::has_surface_forces)));
   if (!integrator->reads("contact_substeps"))
     refuse_if_given(
         draft, "mechanics.contact_substeps",
         fmt::format("is not allowed with mechanics.integrator = \"{}\": it is for \"multirate\"", name_of(integrator)));
 }
 
-/// Throws InputError for sides of the domain that the integrator of grains does not support.
+/// Throws InputError for angular velocities of grains that do not rotate, or that have components in the plane of a
+/// domain of two dimensions.
+void check_rotation(const Draft& draft) {
+  if (!draft.scene.effects.has("friction"))
+    for (const char* key : {"conductor.angular_velocity", "population.rotational_temperature"})
+      refuse_if_given(
+          draft, key,
+          "needs the table [effects.friction], without which grains do not rotate: add it, or leave the key "
+          "out");
+  for (const ConductorDraft& conductor : draft.conductors) {
+    if (!conductor.angular_velocity) continue;
+    const auto& [w, count] = *conductor.angular_velocity;
+    if (count != 3 || (draft.scene.dimension() == 2 && (w.x != 0 || w.y != 0)))
+      refuse(draft.scene.path, conductor.line,
+             "conductor.angular_velocity must have three numbers, of which the first two are 0 in two dimensions");
+  }
+}
+
+/// Throws InputError for sides of the domain that a scene of grains does not support.
 void check_sides(const Draft& draft) {
   const Domain& domain = draft.scene.domain;
-  const Integrator integrator =
-      draft.line("mechanics.integrator") > 0 ? draft.scene.mechanics.integrator : Integrator::multirate;
   for (int s = 0; s < 2 * draft.scene.dimension() && !domain.open; ++s) {
     const auto refuse_it = [&](const std::string& message) {
       const std::string key = fmt::format("domain.{}", side_names[s]);
@@ -171,12 +196,10 @@ void check_sides(const Draft& draft) {
     if (domain.sides[s].periodic) continue;
     if (domain.sides[s].potential != 0)
       refuse_it("in a scene of grains (with [units]): a conducting side is grounded, { potential = 0 }");
-    const std::string with_walls = names_of(&IntegratorKind::meets_walls);
-    if (!integrator->meets_walls)
+    if (!draft.scene.effects.has("flat_walls"))
       refuse_it(
-          fmt::format("with mechanics.integrator = \"{}\", for which grains have no walls: \"periodic\"{} or "
-                      "domain.unbounded = true is needed",
-                      name_of(integrator), with_walls.empty() ? "" : ", the integrator " + with_walls));
+          "without the table [effects.flat_walls], with which grains meet walls: add it, or use \"periodic\" or "
+          "domain.unbounded = true");
   }
 }
 
@@ -197,6 +220,7 @@ void check_grains(const Draft& draft) {
            fmt::format("mechanics.integrator = \"{}\" is not allowed with [units]: {} are",
                        name_of(draft.scene.mechanics.integrator), names_of(&IntegratorKind::moves_grains)));
   check_mechanics(draft);
+  check_rotation(draft);
   check_sides(draft);
 }
 
@@ -229,6 +253,8 @@ void fill_in_grains(Draft& draft) {
   scene.stop.stationary = false;
   for (PopulationDraft& population : draft.populations)
     if (!population.radius && population.radii.empty()) population.radius = Interval{0.5, 0.5};
+  for (ConductorDraft& conductor : draft.conductors)
+    if (conductor.angular_velocity) conductor.conductor.angular_velocity = conductor.angular_velocity->value;
 }
 
 void fill_in_steps(const Draft& draft, Scene& scene) {
@@ -284,7 +310,9 @@ void check_stages(const Draft& draft) {
 /// this temperature.
 void set_temperature(Scene& scene, std::size_t first, std::size_t end, double temperature) {
   const int d = scene.dimension();
-  const auto mass = [&](const Conductor& c) { return c.radius * c.radius * c.radius; };  // mass in arbitrary units
+  const auto mass = [&](const Conductor& c) {
+    return c.material.density * c.radius * c.radius * c.radius;
+  };  // mass in arbitrary units
   Vec3 momentum{};
   double all = 0;
   for (std::size_t i = first; i < end; ++i) {

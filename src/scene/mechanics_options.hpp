@@ -33,7 +33,8 @@ struct IntegratorKind {
   bool takes_any_step = false;  ///< true if the force accuracy of effects can set the step
   std::size_t most_grains = 0;  ///< largest number of grains that it can move; 0: no limit
   bool is_on_device = false;    ///< true if it has a CUDA implementation
-  bool meets_walls = false;     ///< true if sides of the domain that are not periodic are walls for its grains
+  /// True if it computes friction, adhesion and walls (Effect::set_surface)
+  bool has_surface_forces = false;
 
   /// Returns true if the integrator reads this key of [mechanics].
   constexpr bool reads(std::string_view key) const { return std::ranges::find(keys, key) != keys.end(); }
@@ -121,7 +122,8 @@ inline constexpr IntegratorKind multirate = {.name = "multirate",
                                              .keys = {"step", "contact_substeps", "threads"},
                                              .usual_step = 0.05,
                                              .takes_any_step = true,
-                                             .is_on_device = true};
+                                             .is_on_device = true,
+                                             .has_surface_forces = true};
 inline constexpr IntegratorKind verlet = {
     .name = "verlet", .moves_grains = true, .keys = {"step", "threads"}, .usual_step = 0.005};
 inline constexpr IntegratorKind gear = {

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "src/scene/electrodes.hpp"
 #include "src/scene/radii.hpp"
@@ -67,14 +68,36 @@ struct CentreBox {
   Vec3 lower, upper;
 };
 
+/// Round region of a population: a sphere, or a cylinder (in two dimensions a disk) whose axis is along z.
+struct RoundRegion {
+  explicit RoundRegion(const std::vector<double>& numbers)
+      : axes(static_cast<int>(numbers.size()) - 1), radius(numbers.empty() ? INFINITY : numbers.back()) {
+    for (int k = 0; k < axes; ++k) centre[k] = numbers[k];
+  }
+  /// Returns true if a sphere with this centre and radius is inside; always true without a region.
+  bool contains(Vec3 position, double sphere_radius) const {
+    Vec3 away = position - centre;
+    for (int k = std::max(axes, 0); k < 3; ++k) away[k] = 0;
+    return axes < 0 || norm(away) + sphere_radius <= radius;
+  }
+
+  int axes;  ///< 2 or 3; -1: none
+  Vec3 centre{};
+  double radius;
+};
+
 CentreBox centre_box_for(double radius, const PopulationDraft& population, const Domain& domain) {
   const Box<3> box = domain.box();
   const double from_side = radius + population.min_gap;
   CentreBox centre_box{{}, box.lengths};
+  const RoundRegion round(population.round_region);
+  for (int k = 0; k < round.axes; ++k)
+    centre_box.lower[k] = std::max(centre_box.lower[k], round.centre[k] - round.radius + radius),
+    centre_box.upper[k] = std::min(centre_box.upper[k], round.centre[k] + round.radius - radius);
   for (int k = 0; k < 3; ++k) {
     if (population.region && k < population.region->axes())
-      centre_box.lower[k] = population.region->lower.value[k] + radius,
-      centre_box.upper[k] = population.region->upper.value[k] - radius;
+      centre_box.lower[k] = std::max(centre_box.lower[k], population.region->lower.value[k] + radius),
+      centre_box.upper[k] = std::min(centre_box.upper[k], population.region->upper.value[k] - radius);
     if (box.periodic(k)) continue;
     centre_box.lower[k] = std::max(centre_box.lower[k], from_side);
     centre_box.upper[k] = std::min(centre_box.upper[k], box.lengths[k] - from_side);
@@ -114,19 +137,45 @@ std::optional<Conductor> find_free_position(double radius, const PopulationDraft
   for (int k = 0; k < dimension; ++k)
     if (centre_box.lower[k] > centre_box.upper[k]) return {};
   if (!fits(radius, population.min_gap, domain.box())) return {};
+  const RoundRegion round(population.round_region);
   for (int attempt = 0; attempt < tries_per_conductor && tries_left > 0; ++attempt, --tries_left) {
     constexpr int tries_per_stop_request = 1 << 12;  // tries between two stop requests: about a millisecond
     if (attempt % tries_per_stop_request == 0 && stop && stop()) throw Stopped{};
-    Conductor conductor{
-        .radius = radius, .charge = population.charge, .relative_resistivity = population.relative_resistivity};
+    Conductor conductor{.radius = radius,
+                        .charge = population.charge,
+                        .relative_resistivity = population.relative_resistivity,
+                        .material = population.material};
     conductor.position.x = random.between(centre_box.lower.x, centre_box.upper.x);
     conductor.position.y = random.between(centre_box.lower.y, centre_box.upper.y);
     if (dimension == 3) conductor.position.z = random.between(centre_box.lower.z, centre_box.upper.z);
-    if (!clear_of(obstacles, conductor, population.min_gap)) continue;
+    if (!round.contains(conductor.position, radius) || !clear_of(obstacles, conductor, population.min_gap)) continue;
     if (population.overlapping || !obstacles.placed.conflict(sphere_of(conductor), population.min_gap))
       return conductor;
   }
   return {};
+}
+
+/// Checks that a round region has three numbers, or four in space, and is inside the domain.
+void check_round_region(const Draft& draft, const PopulationDraft& population) {
+  if (population.round_region.empty()) return;
+  const int dimension = draft.domain_size.count, count = static_cast<int>(population.round_region.size());
+  const Vec3 size = draft.scene.domain.size;
+  const auto refuse_it = [&](const std::string& allowed) {
+    refuse(draft.scene.path, population.line,
+           fmt::format("population.round_region = [{:g}] is not allowed: {}", fmt::join(population.round_region, ", "),
+                       allowed));
+  };
+  if (count != 3 && !(count == 4 && dimension == 3))
+    refuse_it(fmt::format("it must be [x, y, radius]{}", dimension == 3 ? " or [x, y, z, radius]" : ""));
+  const RoundRegion round(population.round_region);
+  bool inside = round.radius > 0;
+  for (int k = 0; k < round.axes; ++k)
+    inside &= round.centre[k] - round.radius >= 0 && round.centre[k] + round.radius <= size[k];
+  if (!inside)
+    refuse_it(
+        fmt::format("its radius must be greater than 0, and it must be inside the domain, which goes from {} to "
+                    "{} {}",
+                    at(Vec3{}, dimension), at(size, dimension), draft.scene.units().length));
 }
 
 void check_population(const Draft& draft, const PopulationDraft& population) {
@@ -135,6 +184,7 @@ void check_population(const Draft& draft, const PopulationDraft& population) {
     refuse(draft.scene.path, population.line,
            fmt::format("population.count = {} is not allowed: it must be at most {}, or 1e7 of grains, with [units]",
                        population.count, most_conductors));
+  check_round_region(draft, population);
   if (!population.region) return;
   const int axes = population.region->axes();
   const Vec3 lower = population.region->lower.value, upper = population.region->upper.value;
@@ -168,6 +218,8 @@ double most_that_fit(const PopulationDraft& population, const Domain& domain) {
     if (length < thin * across) return INFINITY;
     most *= length / across + (bounded ? 1 : 0);  // spheres extend beyond the box of their centres
   }
+  if (!population.round_region.empty())  // share of a disk or sphere in its bounding box
+    most *= std::numbers::pi / (population.round_region.size() == 3 ? 4 : 6);
   return most;
 }
 
@@ -333,7 +385,8 @@ std::vector<Conductor> conductors_at(const Draft& draft, const std::vector<Condu
       conductors.push_back({.position = body.position,
                             .radius = body.radius,
                             .charge = population.charge,
-                            .relative_resistivity = population.relative_resistivity});
+                            .relative_resistivity = population.relative_resistivity,
+                            .material = population.material});
     }
   }
   return conductors;

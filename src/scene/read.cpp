@@ -93,7 +93,8 @@ class Reader {
       if (!std::ranges::all_of(numbers(value), [&](double number) { return key.range.contains(number); }))
         refuse_value(path, key, node, "is not allowed");
       const auto has_size = [&](double number) {
-        return (is_vector<std::decay_t<decltype(value)>> && std::abs(number) < smallest_size) ||
+        return (is_vector<std::decay_t<decltype(value)>> && std::abs(number) < smallest_size &&
+                key.range.contains(0)) ||
                key.range.allows_size_of(number);
       };
       if (const std::string fault = fault_of(value); !fault.empty())
@@ -205,7 +206,7 @@ Draft read_draft(const std::string& text, const std::string& path, const EffectK
     if (const std::string name = without_old_names(setting.key, schema); name != setting.key)
       draft.scene.warnings.push_back(old_name_warning(setting.key, name));
   apply(settings, schema, document);
-  const bool tables = insert_tables(document, std::filesystem::path(path).parent_path().string());
+  const bool tables = insert_tables(document, path);
   draft.scene.path = path;
   draft.scene.text = settings.empty() && !tables ? text : text_of(document);
   Reader(schema, draft).read_document(document);

@@ -19,6 +19,7 @@
 #include "src/field_methods/field_options.hpp"
 #include "src/scene/choice.hpp"
 #include "src/scene/effects.hpp"
+#include "src/scene/grain_material.hpp"
 #include "src/scene/mechanics_options.hpp"
 #include "src/scene/signal.hpp"
 
@@ -42,6 +43,8 @@ struct Domain {
   std::array<DomainSide, 6> sides;
   bool walled = true;  ///< packings: the sides are walls
   bool open = false;   ///< no sides: free space, where the potential tends to 0 at infinity
+  /// External uniform field E (V/m) of free space, with the potential -E.r, which is 0 at the origin
+  Vec3 uniform_field{};
 
   int dimension() const { return size.z > 0 ? 3 : 2; }
 
@@ -101,6 +104,8 @@ struct Conductor {
   int group = -1;                   ///< index into Scene::groups, -1: no prescribed group
   double relative_resistivity = 1;  ///< resistivity of its material, in units of NetworkOptions::parameters
   bool fixed = false;               ///< true: fixed at its position
+  Vec3 angular_velocity{};          ///< 1/t0, of a grain with friction; along z in two dimensions
+  GrainMaterial material{};         ///< of a grain
 };
 
 /// Returns the distance (m) of the conductor's centre from the wall; negative beyond the wall.

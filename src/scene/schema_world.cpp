@@ -37,30 +37,38 @@ Table domain() {
       "side of the domain: insulating (no field through it), an electrode at a potential, or periodic: bodies that "
       "leave through it enter through the opposite side";
   const std::string in_space = help + "; in three dimensions";
-  return {.path = "domain",
-          .kind = required,
-          .help = "The rectangle [0, size x] x [0, size y] filled with fluid; with a third number of size a cuboid.",
-          .keys = {
-              {.name = "size",
-               .target = [](Draft& d) { return &d.domain_size; },
-               .unit = "m",
-               .range = {.low = smallest_size, .high = largest_size},
-               .required = true,
-               .help = "lengths of the domain's sides in m, along x (left to right), y (bottom to top) and, in three "
-                       "dimensions, z (front to back)"},
-              side<0>(help),
-              side<1>(help),
-              side<2>(help),
-              side<3>(help),
-              side<4>(in_space),
-              side<5>(in_space),
-              {.name = "unbounded",
-               .target = [](Draft& d) { return &d.scene.domain.open; },
-               .help = "true: the domain has no sides and is free space in three dimensions, with a potential of 0 at "
-                       "infinity and any net charge; domain.size is then the size of the region of initial positions. "
-                       "Needs floating_conductors or [units]; grains may also move in a plane",
-               .old_name = "open"},
-          }};
+  return {
+      .path = "domain",
+      .kind = required,
+      .help = "The rectangle [0, size x] x [0, size y] filled with fluid; with a third number of size a cuboid.",
+      .keys = {
+          {.name = "size",
+           .target = [](Draft& d) { return &d.domain_size; },
+           .unit = "m",
+           .range = {.low = smallest_size, .high = largest_size},
+           .required = true,
+           .help = "lengths of the domain's sides in m, along x (left to right), y (bottom to top) and, in three "
+                   "dimensions, z (front to back)"},
+          side<0>(help),
+          side<1>(help),
+          side<2>(help),
+          side<3>(help),
+          side<4>(in_space),
+          side<5>(in_space),
+          {.name = "unbounded",
+           .target = [](Draft& d) { return &d.scene.domain.open; },
+           .help = "true: the domain has no sides and is free space in three dimensions, with a potential of 0 at "
+                   "infinity and any net charge; domain.size is then the size of the region of initial positions. "
+                   "Needs floating_conductors or [units]; grains may also move in a plane",
+           .old_name = "open"},
+          {.name = "uniform_field",
+           .target = [](Draft& d) { return &d.uniform_field; },
+           .unit = "V/m",
+           .range = {.low = -largest_size, .high = largest_size},
+           .computed_default = "[0, 0, 0]",
+           .help = "external uniform field E = [x, y, z] in V/m, far from all conductors; its potential -E.r is 0 at "
+                   "the origin. Needs unbounded = true"},
+      }};
 }
 
 Table medium() {
@@ -123,12 +131,12 @@ std::vector<Key> electrode_source_keys() {
        .help = "name of the electrode in messages and results"},
       {.name = "shape",
        .target = [](Draft& d) { return &d.electrodes.back().shape; },
-       .texts = {"disk", "half-disk", "bar", "ring", "polygon", "ellipse", "curve", "sphere"},
+       .texts = {"disk", "half-disk", "bar", "ring", "polygon", "ellipse", "curve", "sphere", "torus"},
        .required = true,
        .help = "shape of the electrode. disk: a whole disk; half-disk: a disk centred on a side of the domain; bar: a "
                "straight bar with flat ends; ring: conducting outside its circle; polygon: through points in order; "
-               "curve: a "
-               "smooth closed curve through points; sphere: the only shape in three dimensions"},
+               "curve: a smooth closed curve through points. In three dimensions sphere, or torus: a wire loop around "
+               "the z axis, as a closed chain of spheres whose electrodes are named \"NAME 1\", \"NAME 2\", ..."},
       {.name = "potential",
        .target = [](Draft& d) { return &d.electrodes.back().potential; },
        .unit = "V",
@@ -161,14 +169,22 @@ std::vector<Key> electrode_shape() {
       {.name = "position",
        .target = [](Draft& d) { return &d.electrodes.back().position; },
        .unit = "m",
-       .shapes = {"sphere"},
-       .help = "position of the sphere's centre, in m"},
+       .shapes = {"sphere", "torus"},
+       .help = "position of the centre of the sphere or torus, in m"},
       {.name = "radius",
        .target = [](Draft& d) { return &d.electrodes.back().radius; },
        .unit = "m",
        .range = positive,
-       .shapes = {"disk", "half-disk", "ring", "sphere"},
-       .help = "radius of the disk, the half-disk, the ring's circle or the sphere, in m"},
+       .shapes = {"disk", "half-disk", "ring", "sphere", "torus"},
+       .help = "radius of the disk, the half-disk, the ring's circle, the sphere or the circle in the middle of the "
+               "torus's wire, in m"},
+      {.name = "wire_radius",
+       .target = [](Draft& d) { return &d.electrodes.back().wire_radius; },
+       .unit = "m",
+       .range = positive,
+       .shapes = {"torus"},
+       .help = "radius of the torus's wire, in m, at most an eighth of its radius. The spheres of the chain have 1.134 "
+               "times this radius, so that the capacitance is that of the torus within 0.2 %"},
       {.name = "side",
        .target = [](Draft& d) { return &d.electrodes.back().side; },
        .texts = {"left", "right", "bottom", "top"},
@@ -292,6 +308,31 @@ std::vector<Key> material_keys(KeyTarget relative_resistivity) {
   };
 }
 
+GrainMaterial& material_of_conductor(Draft& d) { return d.conductors.back().conductor.material; }
+GrainMaterial& material_of_population(Draft& d) { return d.populations.back().material; }
+
+/// Returns the keys of a grain's material. `material`: material in the draft of a conductor or population.
+template <GrainMaterial& (*material)(Draft&)>
+std::vector<Key> grain_material_keys() {
+  constexpr Range factor = {.low = 1e-6, .high = 1e6};
+  return {
+      {.name = "relative_density",
+       .target = [](Draft& d) { return &material(d).density; },
+       .range = factor,
+       .help = "density of a grain relative to material.density"},
+      {.name = "relative_stiffness",
+       .target = [](Draft& d) { return &material(d).stiffness; },
+       .range = factor,
+       .help =
+           "stiffness of the contact of two such grains relative to that of the contact law; the elastic constants of "
+           "two materials add like springs in series"},
+      {.name = "relative_damping",
+       .target = [](Draft& d) { return &material(d).damping; },
+       .range = factor,
+       .help = "ratio of damping to stiffness of the contact of two such grains, relative to that of the contact law"},
+  };
+}
+
 std::vector<Key> conductor_sphere() {
   return {
       {.name = "position",
@@ -320,6 +361,12 @@ std::vector<Key> conductor_state() {
        .unit = "m/s",
        .computed_default = "0 along each axis",
        .help = "velocity of the conductor at the start, in m/s"},
+      {.name = "angular_velocity",
+       .target = [](Draft& d) { return &d.conductors.back().angular_velocity; },
+       .unit = "1/t0",
+       .computed_default = "0 about each axis",
+       .help = "angular velocity of a grain at the start, in reduced units (1/t0): three numbers, in two dimensions "
+               "[0, 0, w]; needs [effects.friction]"},
       {.name = "fixed",
        .target = [](Draft& d) { return &d.conductors.back().conductor.fixed; },
        .help = "true: the conductor does not move",
@@ -341,7 +388,7 @@ Table conductor() {
           .keys = joined({conductor_sphere(), material_keys<&Draft::conductors>([](Draft& d) {
                             return &d.conductors.back().conductor.relative_resistivity;
                           }),
-                          conductor_state()})};
+                          grain_material_keys<material_of_conductor>(), conductor_state()})};
 }
 
 Table group() {
@@ -497,6 +544,13 @@ std::vector<Key> population_places() {
        .computed_default = "0: at rest",
        .help = "initial temperature of grains, in reduced units (m0 v0^2): each velocity component is Gaussian, with a "
                "variance of temperature over mass, and the momenta add up to 0"},
+      {.name = "rotational_temperature",
+       .target = [](Draft& d) { return &d.populations.back().rotational_temperature; },
+       .unit = "m0 v0^2",
+       .range = not_negative,
+       .computed_default = "0: no rotation",
+       .help = "initial rotational temperature of grains, in reduced units (m0 v0^2): each component of the angular "
+               "velocity is Gaussian, with a variance of temperature over moment of inertia; needs [effects.friction]"},
       {.name = "min_gap",
        .target = [](Draft& d) { return &d.populations.back().min_gap; },
        .unit = "m",
@@ -509,6 +563,12 @@ std::vector<Key> population_places() {
        .computed_default = "the whole domain",
        .help = "lower and upper corner in m of the rectangle or cuboid that contains the bodies at the start; in three "
                "dimensions a rectangle extends from front to back"},
+      {.name = "round_region",
+       .target = [](Draft& d) { return &d.populations.back().round_region; },
+       .unit = "m",
+       .computed_default = "none",
+       .help = "disk [x, y, radius] in m that contains the bodies at the start, in three dimensions a cylinder from "
+               "front to back, or there a sphere [x, y, z, radius]; with region the bodies are in both"},
   };
 }
 
@@ -522,7 +582,7 @@ Table population() {
           .keys = joined({population_radii(), material_keys<&Draft::populations>([](Draft& d) {
                             return &d.populations.back().relative_resistivity;
                           }),
-                          population_charges(), population_places()})};
+                          grain_material_keys<material_of_population>(), population_charges(), population_places()})};
 }
 
 }  // namespace

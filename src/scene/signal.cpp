@@ -112,7 +112,7 @@ double Signal::largest() const { return waveform ? waveform->largest() : std::ab
 
 std::vector<Vec2> read_points(const std::string& path) {
   std::error_code error;
-  if (!std::filesystem::is_regular_file(path, error)) throw InputError(path + ": there is no such table");
+  if (!std::filesystem::is_regular_file(path, error)) throw InputError(fmt::format("there is no table \"{}\"", path));
   std::ifstream file(path);
   std::vector<Vec2> points;
   std::string line;

@@ -43,9 +43,23 @@ void check_sides(const Draft& draft, int dimension) {
   }
 }
 
+/// Checks that a uniform field is in free space and has three components.
+void check_uniform_field(const Draft& draft) {
+  if (!draft.uniform_field) return;
+  const auto refuse_it = [&](const std::string& message) {
+    refuse(draft.scene.path, draft.line("domain.uniform_field"), "domain.uniform_field " + message);
+  };
+  if (draft.scene.reference) refuse_it("is not allowed with [units]: effects.uniform_field is the field on grains");
+  if (!draft.scene.domain.open)
+    refuse_it(
+        "needs domain.unbounded = true: in a box, two opposite sides with different potentials make a uniform field");
+  if (draft.uniform_field->count != 3) refuse_it("has 2 numbers, but the domain has 3: both must have the same number");
+}
+
 /// Checks that free space has no sides, and except for grains a field and three dimensions.
 void check_open(const Draft& draft, int dimension) {
   const Domain& domain = draft.scene.domain;
+  check_uniform_field(draft);
   if (!domain.open) return;
   const auto refuse_it = [&](const std::string& key, const std::string& message) {
     refuse(draft.scene.path, draft.line(key), message);
@@ -101,6 +115,7 @@ void set_dimension(Draft& draft) {
   Domain& domain = draft.scene.domain;
   const int dimension = draft.domain_size.count;
   domain.size = draft.domain_size.value;
+  if (draft.uniform_field) domain.uniform_field = draft.uniform_field->value;
   check_sides(draft, dimension);
   check_open(draft, dimension);
   check_effects(draft, dimension);

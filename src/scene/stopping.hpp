@@ -4,12 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "solvers/stop.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg {
-
-/// Exception that ends the reading of a scene after a stop request.
-struct Stopped {};
 
 /// Function that is called while conductors are placed, which may take minutes. If it returns true, Stopped is thrown.
 /// May be empty.

@@ -35,20 +35,25 @@ std::string position_text(const Scene& scene, const Conductor& conductor) {
                                 : fmt::format("[{:g}, {:g}]", p.x, p.y);
 }
 
-/// Checks pairs with a sweep along x: only pairs with overlapping extents along x are compared.
+/// Checks pairs with a sweep along x: only pairs with overlapping extents along x are compared. On a periodic x axis
+/// the sweep continues with the images beyond the right side.
 void check_pairs(const Draft& draft, const Scene& scene, const auto& refuse_it) {
   std::vector<std::size_t> order(draft.conductors.size());
   std::iota(order.begin(), order.end(), 0);
   const auto left_end = [&](std::size_t i) { return scene.conductors[i].position.x - scene.conductors[i].radius; };
   std::ranges::sort(order, {}, left_end);
-  for (std::size_t a = 0; a < order.size(); ++a) {
+  const Box<3> box = scene.domain.box();
+  const std::size_t n = order.size();
+  for (std::size_t a = 0; a < n; ++a) {
     const Conductor& one = scene.conductors[order[a]];
     const double slack = touching_slack * one.radius, reach = one.position.x + one.radius + slack;
-    for (std::size_t b = a + 1; b < order.size() && left_end(order[b]) <= reach; ++b) {
-      const Conductor& other = scene.conductors[order[b]];
-      if (gap(one, other, scene.domain.box()) <= slack && !one_potential(scene, one, other))
-        refuse_it(order[a], fmt::format("the one at {} m (line {})", position_text(scene, other),
-                                        draft.conductors[order[b]].line));
+    for (std::size_t k = a + 1; k < (box.periodic(0) ? a + n : n); ++k) {
+      const std::size_t b = order[k % n];
+      if (left_end(b) + (k < n ? 0 : box.lengths.x) > reach) break;
+      const Conductor& other = scene.conductors[b];
+      if (gap(one, other, box) <= slack && !one_potential(scene, one, other))
+        refuse_it(order[a],
+                  fmt::format("the one at {} m (line {})", position_text(scene, other), draft.conductors[b].line));
     }
   }
 }

@@ -37,7 +37,7 @@ class Minimization : public Motion {
   /// Returns contacts, coordination and pressure of the present packing.
   const analysis::Packing& packing();
 
-  /// Returns the number of the iteration.
+  /// Returns the number of iterations so far, which takes the place of the time of other motions.
   double time() const override { return static_cast<double>(iteration()); }
   std::string time_unit() const override { return "1"; }
   /// Returns the number of the iteration of the next frame, at most minimize.max_iterations. It is the next multiple of

@@ -40,6 +40,11 @@ double x_of(double log_h_wanted) {
 
 }  // namespace
 
+double effective_barrier(double barrier, double filling) {
+  const double x = std::cbrt(filling);
+  return barrier * std::max(1 - 2.40 * x + 1.44 * x * x, 0.0);
+}
+
 double log_h(double x) {
   return x < 50 ? std::log(series(x)) + 0.5 * std::log(x) : x + std::log(asymptotic(x)) - std::log(2 * std::sqrt(x));
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 #include "solvers/ode/ode.hpp"
 
@@ -54,6 +55,26 @@ void merge(std::span<const Merger> mergers, std::span<const double> sizes, std::
     }
 }
 
+/// Computes the derivatives of the rates of merge() by all numbers, in columns of y.size() elements.
+void merge_jacobian(std::span<const Merger> mergers, std::span<const double> sizes, std::span<const double> y,
+                    std::span<double> matrix) {
+  std::ranges::fill(matrix, 0.0);
+  const Merger* merger = mergers.data();
+  for (std::size_t i = 0; i < sizes.size(); ++i)
+    for (std::size_t j = 0; j <= i; ++j, ++merger)
+      for (const auto& [by, slope] : {std::pair{i, merger->rate * y[j]}, {j, merger->rate * y[i]}}) {
+        double* column = matrix.data() + by * y.size();
+        column[i] -= slope;
+        column[j] -= slope;
+        if (merger->into < 0) {
+          column[sizes.size()] += slope * (sizes[i] + sizes[j]);
+          continue;
+        }
+        column[merger->into] += slope * merger->share;
+        if (merger->share < 1) column[merger->into + 1] += slope * (1 - merger->share);
+      }
+}
+
 Ode coagulation_ode(std::span<const Merger> mergers, std::span<const double> sizes, double most_lost) {
   Ode ode{.rates = [=](double, std::span<const double> y, std::span<double> rate) { merge(mergers, sizes, y, rate); },
           .absolute = {},
@@ -64,12 +85,13 @@ Ode coagulation_ode(std::span<const Merger> mergers, std::span<const double> siz
   return ode;
 }
 
-CoagulationSeries series_in_classes(const Kernel& kernel, std::span<const double> times, double ratio) {
+CoagulationSeries series_in_classes(const Kernel& kernel, std::span<const double> times, double ratio,
+                                    const CoagulationOptions& options) {
   constexpr int one_by_one = 60;
-  constexpr double largest = 1e6;
-  const std::vector<double> sizes = size_classes(one_by_one, ratio, largest);
+  constexpr double most_lost = 1e-9;
+  const std::vector<double> sizes = size_classes(one_by_one, ratio, options.largest);
   CoagulationSeries series{.ratio = ratio};
-  for (const SizeDistribution& found : coagulate(kernel, sizes, times)) {
+  for (const SizeDistribution& found : coagulate(kernel, sizes, times, most_lost, options.stiff)) {
     series.size.push_back(found.mean_size(sizes));
     series.number.push_back(found.moment(sizes, 0));
     series.lost = found.lost;
@@ -126,26 +148,40 @@ double SizeDistribution::moment(std::span<const double> sizes, double power) con
 double SizeDistribution::mean_size(std::span<const double> sizes) const { return moment(sizes, 2) / moment(sizes, 1); }
 
 std::vector<SizeDistribution> coagulate(const Kernel& kernel, std::span<const double> sizes,
-                                        std::span<const double> times, double most_lost) {
+                                        std::span<const double> times, double most_lost, bool stiff) {
   const std::vector<Merger> mergers = all_mergers(kernel, sizes);
   std::vector<double> start(sizes.size() + 1);
   start[0] = 1;
   std::vector<SizeDistribution> found;
-  for (const auto& y : integrate(coagulation_ode(mergers, sizes, most_lost), 0, start, times))
+  Ode ode = coagulation_ode(mergers, sizes, most_lost);
+  if (stiff) {
+    ode.stiff = true, ode.relative = 1e-7;
+    ode.jacobian = [&](double, std::span<const double> y, std::span<double> matrix) {
+      merge_jacobian(mergers, sizes, y, matrix);
+    };
+  }
+  for (const auto& y : integrate(ode, 0, start, times))
     found.push_back({times[found.size()], {y.begin(), y.end() - 1}, y.back()});
   return found;
 }
 
-CoagulationSeries coagulation_series(const Kernel& kernel, std::span<const double> times, double tolerance) {
+std::vector<double> CoagulationSeries::relative_width() const {
+  std::vector<double> width;
+  for (std::size_t k = 0; k < size.size(); ++k) width.push_back(std::sqrt(std::max(size[k] * number[k] - 1, 0.0)));
+  return width;
+}
+
+CoagulationSeries coagulation_series(const Kernel& kernel, std::span<const double> times,
+                                     const CoagulationOptions& options) {
   constexpr double widest = 0.24, narrowest = 0.0075;
-  CoagulationSeries plain = series_in_classes(kernel, times, 1 + widest), best;
+  CoagulationSeries plain = series_in_classes(kernel, times, 1 + widest, options), best;
   for (double width = widest / 2; width >= narrowest; width /= 2) {
-    CoagulationSeries finer = series_in_classes(kernel, times, 1 + width);
+    CoagulationSeries finer = series_in_classes(kernel, times, 1 + width, options);
     CoagulationSeries next = extrapolated(plain, finer);
     // The remaining error is of second order in the width or higher: at most a third of the last change.
     next.error = best.size.empty() ? INFINITY : largest_relative_difference(best.size, next.size) / 3;
     plain = std::move(finer), best = std::move(next);
-    if (best.error <= tolerance) break;
+    if (best.error <= options.tolerance) break;
   }
   return best;
 }

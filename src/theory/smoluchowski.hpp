@@ -49,9 +49,10 @@ struct SizeDistribution {
 /// these times (ascending, >= 0), to 1e-7 except for the error of missing sizes. An aggregate of intermediate size is
 /// divided between two classes such that number and mass are conserved (fixed pivots, Kumar and Ramkrishna 1996). S is
 /// then too large by about (ratio - 1)^2. If more than `most_lost` of the mass is lost beyond the largest size, the
-/// integration ends and fewer distributions are returned.
+/// integration ends and fewer distributions are returned. `stiff`: for kernels that differ by many orders of magnitude;
+/// the distribution is then accurate to 1e-5.
 std::vector<SizeDistribution> coagulate(const Kernel& kernel, std::span<const double> sizes,
-                                        std::span<const double> times, double most_lost = 1e-9);
+                                        std::span<const double> times, double most_lost = 1e-9, bool stiff = false);
 
 /// Mean size and number of aggregates over time, extrapolated to infinitely narrow size classes.
 struct CoagulationSeries {
@@ -60,12 +61,23 @@ struct CoagulationSeries {
   double lost = 0;             ///< fraction of the mass in sizes beyond the largest
   double error = 0;            ///< estimated relative error of S due to the class widths
   double ratio = 0;            ///< ratio of neighbouring sizes in the finest classes used
+
+  /// Returns the standard deviation of the sizes of aggregates over their mean, at each time: sqrt(S number - 1).
+  std::vector<double> relative_width() const;
+};
+
+/// Accuracy and limits of coagulation_series().
+struct CoagulationOptions {
+  double tolerance = 1e-4;  ///< relative error of S by the class widths
+  double largest = 1e6;     ///< largest size of an aggregate
+  bool stiff = false;       ///< as in coagulate()
 };
 
 /// Computes mean size S and number of aggregates at these times (ascending, >= 0) from Smoluchowski's equation, in size
-/// classes up to a million grains. The error of geometric classes is quadratic in their width, so values of two widths
-/// are extrapolated to zero width (Richardson). Widths are halved until two extrapolations of S differ by at most three
-/// times `tolerance` (relative), or the ratio is 1.0075.
-CoagulationSeries coagulation_series(const Kernel& kernel, std::span<const double> times, double tolerance = 1e-4);
+/// classes up to `options.largest` grains. The error of geometric classes is quadratic in their width, so values of two
+/// widths are extrapolated to zero width (Richardson). Widths are halved until two extrapolations of S differ by at
+/// most three times the tolerance, or the ratio is 1.0075.
+CoagulationSeries coagulation_series(const Kernel& kernel, std::span<const double> times,
+                                     const CoagulationOptions& options = {});
 
 }  // namespace lichtenberg::theory

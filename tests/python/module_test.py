@@ -33,6 +33,15 @@ FALL = {  # one disk without forces of its own
     "stop": {"time": 0.2, "stationary": False},
     "output": {"every": 0.05, "picture": False},
 }
+COLLISION = {  # two grains that collide head-on
+    "units": {},
+    "domain": {"size": [12, 12, 12],
+               **{side: "periodic" for side in ("left", "right", "bottom", "top", "front", "back")}},
+    "conductor": [{"position": [5.4, 6, 6], "velocity": [1, 0, 0], "radius": 0.5},
+                  {"position": [6.6, 6, 6], "velocity": [-1, 0, 0], "radius": 0.5, "charge": 0.25}],
+    "effects": {"viscoelastic_contact": {}, "charge_exchange": {"model": "none"}},
+    "stop": {"time": 1},
+}
 
 
 def run_command(scene_text, folder):
@@ -42,7 +51,6 @@ def run_command(scene_text, folder):
     out = str(Path(folder) / "command.h5")
     subprocess.run([program, "run", str(scene), "--out", out, "--quiet"], check=True)
     return li.load(out)
-
 
 class Scenes(unittest.TestCase):
     def test_path_dictionary_and_tables_give_the_same_scene(self):
@@ -68,6 +76,11 @@ class Scenes(unittest.TestCase):
         with self.assertRaises(li.InputError) as caught:
             li.Scene("missing.toml")
         self.assertEqual((caught.exception.file, caught.exception.key), ("missing.toml", None))
+
+    def test_an_integrator_of_another_program_is_refused_with_the_reason(self):
+        with self.assertRaisesRegex(li.InputError, "must be one of .*; integrators that a C\\+\\+ program adds are unknown") as caught:
+            li.Scene(TWO_DISKS, {"mechanics.integrator": "heun"})
+        self.assertEqual(caught.exception.key, "mechanics.integrator")
 
     def test_bad_sources_are_refused(self):
         def refused(words, *arguments, **named):
@@ -262,6 +275,56 @@ class Runs(unittest.TestCase):
             run.add_force(wrong)
             with self.assertRaisesRegex(li.InputError, "an energy that is no finite number"):
                 run.finish()
+
+    def test_charge_exchange_of_a_function_is_applied_exactly(self):
+        seen = []
+        run = li.Run(COLLISION, record=False)
+
+        @run.add_charge_exchange
+        def by_speed(contacts):
+            seen.append(contacts)
+            return 0.01 * contacts.impact_speed * contacts.direction[:, 0]
+        frames = list(run.frames())
+        self.assertEqual(len(seen), 1)
+        self.assertEqual(seen[0].pair.tolist(), [[0, 1]])
+        self.assertEqual(seen[0].charge.tolist(), [[0, 0.25]])
+        self.assertEqual(seen[0].radius.tolist(), [[0.5, 0.5]])
+        self.assertAlmostEqual(seen[0].impact_speed[0], 2, 12)
+        self.assertEqual(seen[0].direction.tolist(), [[-1, 0, 0]])
+        charge = frames[-1].charge
+        self.assertAlmostEqual(float(charge[0]), -0.02, 11)
+        self.assertEqual(float(charge[0] + charge[1]), 0.25)
+
+    def test_faulty_charge_exchange_is_refused(self):
+        with self.assertRaisesRegex(li.InputError, "is none"):
+            li.Run(FALL).add_charge_exchange(3)
+        run = li.Run(FALL, record=False)
+        run.add_charge_exchange(lambda contacts: 0)
+        with self.assertRaisesRegex(li.InputError, "only grains exchange charge"):
+            run.finish()
+        for function, text in ((lambda contacts: "text", "an array of charges"), (lambda contacts: [0] * 10**4, "charges, one"),
+                               (lambda contacts: np.full(len(contacts.pair), np.nan), "not finite")):
+            run = li.Run(COLLISION, record=False)
+            run.add_charge_exchange(function)
+            with self.assertRaisesRegex(li.InputError, text):
+                run.finish()
+        run = li.Run(COLLISION, record=False)
+        run.add_charge_exchange(lambda contacts: np.zeros(len(contacts.pair)), unit=0)
+        with self.assertRaisesRegex(li.InputError, "must be positive"):
+            run.finish()
+
+    def test_coagulation_with_a_constant_kernel_is_the_closed_form(self):
+        found = li.coagulate(lambda i, j: 1.0, [1, 20, 200], tolerance=1e-3)
+        self.assertLessEqual(found.error, 1e-3)
+        for t, size, number, width in zip(found.time, found.size, found.number, found.width):
+            self.assertLess(abs(size / (1 + t) - 1), 1e-3)
+            self.assertLess(abs(number * (2 + t) / 2 - 1), 1e-6)
+            self.assertAlmostEqual(width**2, size * number - 1, 9)
+        for kernel, times in ((lambda i, j: -1.0, [1]), (lambda i, j: 1.0, [2, 1]), (lambda i, j: 1.0, []), (1, [1])):
+            with self.assertRaises(li.InputError):
+                li.coagulate(kernel, times)
+        with self.assertRaises(ZeroDivisionError):
+            li.coagulate(lambda i, j: 1 / 0, [1])
 
     def test_forces_on_a_packing_are_refused(self):
         run = li.Run(str(SOURCE / "scenes/packing.toml"), record=False)
@@ -472,6 +535,27 @@ threads = [threading.Thread(target=lambda: found.append(lichtenberg.solve({TWO_D
 [thread.join() for thread in threads]
 assert len(found) == 4, found"""
         subprocess.run([sys.executable, "-c", program], check=True)
+
+    def test_an_interrupt_ends_a_solve(self):
+        # Each solve takes minutes.
+        plane = f"{str(SOURCE / 'scenes/dendrite.toml')!r}, {{'field.cells': 2048, 'field.tolerance': 1e-12}}"
+        multipole = f"{str(SOURCE / 'scenes/dendrite.toml')!r}, {{'field.method': 'multipole', 'field.tolerance': 1e-12}}"
+        space = f"{str(SOURCE / 'scenes/dendrite-3d.toml')!r}, {{'field.accuracy': 1e-8}}"
+        for scene in (plane, multipole, space):
+            with self.subTest(scene):
+                program = textwrap.dedent(f"""
+                    import os, signal, sys, threading; sys.path.insert(0, {str(SOURCE / "python")!r})
+                    import lichtenberg as li
+                    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have let it be ignored
+                    threading.Timer(2, os.kill, (os.getpid(), signal.SIGINT)).start()
+                    try:
+                        li.solve({scene}, capacitance=True)
+                    except KeyboardInterrupt:
+                        print("interrupted")
+                        print("solved", li.solve({TWO_DISKS!r}).energy > 0)
+                    """)
+                ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=300)
+                self.assertEqual(ended.stdout, "interrupted\nsolved True\n", ended.stderr)
 
     def test_an_interrupt_ends_a_step(self):
         program = textwrap.dedent(f"""

@@ -376,5 +376,16 @@ class Space(PicturesTest):
         self.check_refused("it must be an axis and a position on it", "plot", "scene.h5", "--cut", "w=1")
 
 
+class Gas(unittest.TestCase):
+    def test_charge_and_cluster_give_different_pictures(self):
+        for colour in ("charge", "cluster"):
+            status, _, complaint = runs.command("plot", runs.gas(), "--colour", colour, "--out", f"{colour}.png")
+            self.assertEqual(status, 0, complaint)
+        self.assertNotEqual(*((runs.FOLDER / f"{colour}.png").read_bytes() for colour in ("charge", "cluster")))
+        status, _, complaint = runs.command("plot", runs.gas(), "--colour", "size")
+        self.assertEqual(status, 2)
+        self.assertIn("has no size to colour by: it has charge, cluster", complaint)
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -98,6 +98,12 @@ class ReleaseTest(unittest.TestCase):
                 (self.tree / name).write_text(FILES[name])
                 self.commit()
 
+    def test_changes_of_no_version_are_refused(self):
+        text = FILES["CHANGELOG.md"].replace("## 1.2.3", "## Unreleased\n\n- newer\n\n## 1.2.3")
+        (self.tree / "CHANGELOG.md").write_text(text)
+        self.commit()
+        self.check_refused("CHANGELOG.md has a section Unreleased: move its lines to the section of the version")
+
     def test_a_file_without_a_version_is_refused(self):
         (self.tree / "CITATION.cff").write_text("title: lichtenberg\n")
         self.commit()

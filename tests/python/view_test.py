@@ -21,7 +21,7 @@ from lichtenberg.pictures import frames, series, space
 
 @cache
 def page_of(path, *options):
-    out = runs.FOLDER / f"{os.path.basename(path)}{len(options)}.html"
+    out = runs.FOLDER / f"{os.path.basename(path)}{''.join(options)}.html"
     status, answer, complaint = runs.command("view", path, "--out", out, "--overwrite", *options)
     assert status == 0, complaint
     assert "MB" in answer
@@ -83,6 +83,27 @@ class PictureTest(unittest.TestCase):
                 self.assertIn(column["label"], words)
                 ticks = {text.translate(NORMAL) for _, text in column["bar"]["ticks"]}
                 self.assertLessEqual(ticks, words)
+
+    def test_colour_and_range_are_those_of_plot(self):
+        for colour, own_range in [("charge", "-1e-12,4e-12"), ("force", "1e-9,1e-6"), ("potential", None), (None, "-20,30")]:
+            options = [f"--colour={colour}"] * bool(colour) + [f"--range={own_range}"] * bool(own_range)
+            about, _ = stored(page_of(runs.seedling(), *options))
+            shown = next(column for column in about["columns"] if column["name"] == about["colour"])
+            scale = frames.common_scale([frames.read_run(runs.seedling())], colour or about["colour"], own_range)
+            self.assertEqual(about["colour"], colour or "potential")
+            self.assertEqual((shown["low"], shown["high"], shown["beyond"]), (scale.low, scale.high, scale.beyond))
+            words = svg_of(runs.seedling(), *options)
+            self.assertLessEqual({text.translate(NORMAL) for _, text in shown["bar"]["ticks"]}, words)
+            plain = stored(page_of(runs.seedling()))[0]["columns"]  # Other columns keep their scales.
+            others = [[column for column in each if column["name"] != about["colour"]] for each in (about["columns"], plain)]
+            self.assertEqual(*others)
+
+    def test_wrong_colours_and_ranges_have_the_message_of_plot(self):
+        for options in ("--colour=volume", "--range=5,-5", "--range=5", "--range=0,inf", "--colour=cluster --range=0,1",
+                        "--colour=force --range=-1,1"):  # fmt: skip
+            refused = [runs.command(command, *options.split(" "), runs.seedling()) for command in ("view", "plot")]
+            self.assertEqual(refused[0], refused[1])
+            self.assertEqual(refused[0][0], 2)
 
     def test_range_is_that_of_the_run_for_any_frames(self):
         for path in (runs.seedling(), runs.gas()):
@@ -223,8 +244,10 @@ class ArraysTest(unittest.TestCase):
             "disk": {"shape": "disk", "centre": [2, 8], "radius": 1},
             "ring": {"shape": "ring", "centre": [5, 5], "radius": 5},
             "bar": {"shape": "bar", "from": [8, 4], "to": [8, 6], "width": 1},
+            "polygon": {"shape": "polygon", "points": [[3, 3], [5, 3], [5, 5], [3, 5]]},
         }
-        nearest = {"side": ([1, 2], [1, 0]), "disk": ([2, 6], [2, 7]), "ring": ([5, 8], [5, 10]), "bar": ([6, 5], [7.5, 5])}
+        nearest = {"side": ([1, 2], [1, 0]), "disk": ([2, 6], [2, 7]), "ring": ([5, 8], [5, 10]), "bar": ([6, 5], [7.5, 5]),
+                   "polygon": ([5.5, 4], [5, 4])}
         for name, (point, expected) in nearest.items():
             np.testing.assert_allclose(nearest_ground(np.array([point], float), [shapes[name]])[0], expected, atol=1e-14)
         points, expected = (np.array(each, float) for each in zip(*(nearest[name] for name in ("side", "disk", "bar"))))

@@ -1,6 +1,6 @@
 // Measures Coulomb sums of charges +1 and -1 at random positions in a periodic cube: cost of a mesh evaluation by part,
 // and cost of Ewald's sum. Compares requested, estimated and realised error. --dipoles: additional cost of mutual
-// polarization.
+// polarization. --sides: forces with open and grounded sides.
 #include "solvers/periodic/accuracy.hpp"
 
 #include <fmt/format.h>
@@ -12,6 +12,7 @@
 #include <ctime>
 #include <random>
 
+#include "solvers/periodic/bounded.hpp"
 #include "solvers/periodic/dipoles.hpp"
 #include "solvers/periodic/ewald.hpp"
 #include "solvers/periodic/mesh.hpp"
@@ -225,6 +226,32 @@ void measure_dipoles(const Options& options) {
     for (const double accuracy : options.accuracies) measure_dipoles(gas(size, options.density), accuracy, options);
 }
 
+void measure_sides(const Options& options) {
+  constexpr Side p = Side::periodic, o = Side::open, g = Side::grounded;
+  const std::vector<std::pair<std::string, Enclosure>> kinds = {{"periodic", {.sides = {p, p, p, p, p, p}}},
+                                                                {"open along z", {.sides = {p, p, p, p, o, o}}},
+                                                                {"grounded along z", {.sides = {p, p, p, p, g, g}}},
+                                                                {"grounded at z = 0", {.sides = {p, p, p, p, g, o}}},
+                                                                {"open", {.sides = {o, o, o, o, o, o}}}};
+  fmt::print("{:>8} {:>8} {:>18} {:>8} {:>12} {:>10}\n", "charges", "request", "sides", "cutoff", "mesh", "forces, ms");
+  for (const int size : options.sizes)
+    for (const double accuracy : options.accuracies) {
+      const Gas of = gas(size, options.density);
+      for (auto [name, enclosure] : kinds) {
+        enclosure.lengths = of.lengths;
+        const MeshRequest request{.accuracy = accuracy, .charges = size, .lengths = of.lengths};
+        const MeshChoice choice = choose_quick_mesh(enclosure.request(request));
+        BoundedSum sum(request, enclosure, choice);
+        std::vector<double> force;
+        const Milliseconds time =
+            milliseconds(options.repeats, [&] { sum.forces(of, {}, parallel::Team::single(), force); });
+        fmt::print("{:>8} {:>8.0e} {:>18} {:>8.3f} {:>12} {:>10.2f}\n", size, accuracy, name, choice.cutoff,
+                   fmt::format("{}x{}x{}", choice.mesh.points[0], choice.mesh.points[1], choice.mesh.points[2]),
+                   time.processors);
+      }
+    }
+}
+
 void header() {
   fmt::print(
       "{:>8} {:>7} {:>3} {:>4} {:>4} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>8} {:>9} {:>9} {:>8} {:>8}\n",
@@ -248,10 +275,16 @@ int main(int argc, char** argv) {
   program.add_option("--mesh", by_hand, "cutoff, order, points a side, band limit")->delimiter(',');
   bool dipoles = false;
   program.add_flag("--dipoles", dipoles, "induced dipoles instead of charges alone");
+  bool sides = false;
+  program.add_flag("--sides", sides, "open and grounded sides");
   CLI11_PARSE(program, argc, argv);
   fmt::print("{}\n", benchmarks::machine());
   if (dipoles) {
     measure_dipoles(options);
+    return 0;
+  }
+  if (sides) {
+    measure_sides(options);
     return 0;
   }
   for (const int size : options.sizes) {

@@ -5,21 +5,23 @@ from ..errors import InputError
 from ..messages import write_error
 from . import argument, frames_argument, overwrite_argument
 
+COLOUR = argument(
+    "--colour",
+    "quantity of the colours; conductors: potential, charge, force, cluster (of those in contact), "
+    "current (to the ground), strahler (order of the branch), connection_time (time of connection to the tree), "
+    "speed; gases: charge, cluster, force, speed; packings: force; any other column of particles by its name (default: potential or charge, "
+    "unless all is 0 or the same)",
+    offered=["potential", "charge", "force", "cluster", "current", "strahler", "connection_time", "speed"],
+)
+RANGE = argument(
+    "--range",
+    "LOW,HIGH: range of the colours, in the file's units without prefix, as in --range=-200,200 (default: that of the "
+    "whole run, all frames together)",
+)
 # Arguments that plot and film share for pictures of frames.
 FRAME_ARGUMENTS = [
-    argument(
-        "--colour",
-        "quantity of the colours; conductors: potential, charge, force, cluster (of those in contact), "
-        "current (to the ground), strahler (order of the branch), connection_time (time of connection to the tree), "
-        "speed; gases: charge, cluster, force, speed; packings: force; any other column of particles by its name (default: potential or charge, "
-        "unless all is 0 or the same)",
-        offered=["potential", "charge", "force", "cluster", "current", "strahler", "connection_time", "speed"],
-    ),
-    argument(
-        "--range",
-        "LOW,HIGH: range of the colours, in the file's units without prefix, as in --range=-200,200 (default: that of the "
-        "whole run, all frames together)",
-    ),
+    COLOUR,
+    RANGE,
     argument("--cmap", "colour map by matplotlib's name, as viridis"),
     argument("--cut", "AXIS=POSITION: in space, show only the part behind this plane, as in --cut z=0.005"),
     overwrite_argument(),

@@ -1,4 +1,5 @@
 """Pictures of conductors: colours, electrodes, the tree, and in a plane the field."""
+import re
 import tomllib
 
 import numpy as np
@@ -184,7 +185,7 @@ class ConductorsInSpace(Conductors):
         space.draw(axes, all_positions, radius, faces, self.window, self.unit, self.cut, sides, self.down)
         marks = scale.legend(values) if scale else []
         if self.electrodes:
-            marks.append(Patch(color=self.ELECTRODE, label=", ".join(map(name_and_potential, self.electrodes))))
+            marks.append(Patch(color=self.ELECTRODE, label=", ".join(map(name_and_potential, without_parts(self.electrodes)))))
         if snapshot.connected.any() and not self.cut:
             self.draw_paths(axes, position, snapshot.successor)
             marks.append(Line2D([], [], color=INK, linewidth=1.0, label=f"path to {self.all_supplies}"))
@@ -198,6 +199,17 @@ class ConductorsInSpace(Conductors):
         end[last] = ground.nearest_ground(position[start[last]], self.electrodes)
         lines = space.Camera(self.box, self.down).project(np.stack([position[start], end], axis=1))
         axes.add_collection(LineCollection(lines, colors=INK, linewidths=1.0, zorder=4))
+
+
+def without_parts(electrodes):
+    """Returns the electrodes with one in place of the numbered spheres of a torus, under the torus's name."""
+    torus, most = re.compile(r"^(.*) \d+$"), 8
+    stems = [found[1] if (found := torus.match(each["name"])) else None for each in electrodes]
+    shown = {}
+    for stem, each in zip(stems, electrodes):
+        name = stem if stem is not None and stems.count(stem) > most else each["name"]
+        shown.setdefault(name, {**each, "name": name})
+    return list(shown.values())
 
 
 def name_and_potential(electrode):

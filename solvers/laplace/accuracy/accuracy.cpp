@@ -35,21 +35,27 @@ bool reaches_a_side(const Ring& ring, Vec2 size) {
   return ring.radius >= std::min({c.x, size.x - c.x, c.y, size.y - c.y});
 }
 
+bool reaches_a_side(const ClosedCurve& curve, Vec2 size) {
+  return std::min(curve.low().x, curve.low().y) <= 0 || curve.high().x >= size.x || curve.high().y >= size.y;
+}
+
 /// Returns the order of the error for a corner of this exterior angle. With w = pi + angle of fluid around the corner
 /// the potential varies like r^(pi/w), and fluxes through cells of size h are wrong by h^(2 pi/w).
 double order_at_corner(double angle) { return 2 * std::numbers::pi / (std::numbers::pi + angle); }
 
 /// Returns the order of the error, h^order, on grids of cells down from this size (m). A bar has corners of pi / 2. A
-/// closed curve has a corner where the direction of its surface rotates much within a cell. If a rim reaches a side of
-/// the box, cells with faces on the covered part treat these as insulating: first order.
+/// closed curve has a corner where the direction of its surface rotates much within a cell. If a rim or a curve reaches
+/// a side of the box, cells with faces on the covered part treat these as insulating: first order.
 double order_of(const LaplaceProblem& problem, double cell) {
   constexpr double little = 0.5;  // A circle of two cells' radius: errors decrease regularly
   double order = 2;
   for (const Body& body : problem.bodies) {
     if (std::holds_alternative<Bar>(body.shape)) order = std::min(order, 4.0 / 3);
-    if (const auto* freeform = std::get_if<Freeform>(&body.shape))
+    if (const auto* freeform = std::get_if<Freeform>(&body.shape)) {
       if (const double rotation = freeform->curve->largest_rotation(cell); rotation > little)
         order = std::min(order, order_at_corner(rotation));
+      if (reaches_a_side(*freeform->curve, problem.size)) order = 1;
+    }
     const Ring* ring = std::get_if<Ring>(&body.shape);
     if (ring && reaches_a_side(*ring, problem.size)) order = 1;
   }

@@ -111,6 +111,13 @@ void covered_columns(const Outline& body, int j, int from, int to, std::vector<c
   }
 }
 
+Vec2 curve_arm(const Outline& body, Vec2 p, Vec2 e) {
+  if (body.kind != Outline::Kind::curve) return {};
+  const Crossing crossing = cross_curve(body, p + e, -e);
+  if (!crossing.piece) return body.curve->nearest(body.cell * (p + e)).at / body.cell;
+  return (crossing.piece->radius != 0 ? crossing.piece->centre : crossing.at) / body.cell;
+}
+
 PairConductance curve_conductor_link(const Outline& body, Vec2 p, Vec2 e, double length, const Outline* other) {
   const Vec2 q = p + length * e;
   const SurfaceCircle a = other ? surface_circle(body, p, e, *other) : curve_circle(body, p, e, nullptr);

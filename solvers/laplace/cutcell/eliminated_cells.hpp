@@ -51,7 +51,7 @@ struct EliminatedCells {
   /// Indices in Level::links of all links that `links` contains.
   std::vector<int> link_of_level;
 
-  /// Removes all cells.
+  /// Empties the list of eliminated cells and of their links.
   void clear();
   /// Appends the cells of another list `more` and their links (conductances to conductors).
   void append(const EliminatedCells& more);

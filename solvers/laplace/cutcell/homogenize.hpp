@@ -9,11 +9,11 @@
 
 namespace lichtenberg::laplace {
 
-/// Chooses how a coarse grid of the preconditioner represents conductors. Small floating sets of bodies become part of
-/// an effective medium and have no unknown (`level.absorbed`). Other bodies that the grid does not resolve become
-/// subgrid conductors, represented by disks. `agglomerates`: sets of groups (bodies with one potential) treated
-/// together; `finer`: the grid of cells half as large, or null. `bodies` must contain the outlines and receives the
-/// choice.
+/// Chooses how a coarse grid of the preconditioner represents conductors. Small floating sets of bodies have no unknown
+/// (`level.absorbed`). They become part of an effective medium, whose conductances contain their effect. Other bodies
+/// that the grid does not resolve become subgrid conductors, represented by disks. `agglomerates`: sets of groups
+/// (bodies with one potential) treated together; `finer`: the grid of cells half as large, or null. `bodies` must
+/// contain the outlines and receives the choice.
 void choose_unknowns(const LaplaceProblem& problem, const Agglomerates& agglomerates, const Level* finer,
                      GridBodies& bodies, Level& level);
 

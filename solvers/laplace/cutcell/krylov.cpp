@@ -8,6 +8,7 @@
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/conjugate_gradients.hpp"
 #include "solvers/parallel/petsc.hpp"
+#include "solvers/stop.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -22,6 +23,10 @@ int most_iterations(KSP ksp) {
 PetscErrorCode stop_test(KSP ksp, PetscInt iteration, PetscReal norm, KSPConvergedReason* reason, void* context) {
   auto& krylov = *static_cast<Krylov*>(context);
   StopCriterion& criterion = krylov.criterion;
+  if (StopRequestScope::requested()) {  // Krylov::solve throws Stopped
+    *reason = KSP_DIVERGED_BREAKDOWN;
+    return 0;
+  }
   if (!krylov.has_natural_norm) {
     try {
       norm = krylov.natural_norm_of_iterate();
@@ -203,6 +208,7 @@ KSPConvergedReason Krylov::solve_with_restarts() {
     KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
     stall.start(norm);
     parallel::check_petsc(KSPSolve(ksp, b, x));
+    stop_if_requested();
     parallel::check_petsc(KSPGetConvergedReason(ksp, &reason));
     parallel::check_petsc(KSPGetIterationNumber(ksp, &iterations));
     iterations_before += static_cast<int>(iterations);
@@ -222,6 +228,7 @@ void Krylov::solve(LaplaceSolution& solution) {
   PetscInt iterations = 0;
   if (has_natural_norm) {
     parallel::check_petsc(KSPSolve(ksp, b, x));
+    stop_if_requested();
     parallel::check_petsc(KSPGetConvergedReason(ksp, &reason));
     parallel::check_petsc(KSPGetIterationNumber(ksp, &iterations));
   } else {

@@ -36,6 +36,15 @@ struct RowLink {
   std::int32_t link;
 };
 
+/// Point of a closed curve on which the derivative of a link acts as a force does (curve_arm in surface_links.hpp). The
+/// torque is the cross product of its position and the derivative.
+struct LinkArm {
+  /// Index of the link in Level::links.
+  int link;
+  /// Position in cells.
+  Vec2 at;
+};
+
 /// Derivative of a link's conductance with respect to the position of another body, at the opposite side of the link's
 /// fluid cell (correct_for_opposed_surface in surface_links.hpp).
 struct CrossGradient {
@@ -44,6 +53,8 @@ struct CrossGradient {
   int body;
   /// Derivative of the link's conductance with respect to the position of `body` (per cell width).
   Vec2 gradient;
+  /// LinkArm of `body`.
+  Vec2 arm{};
 };
 
 /// Direct link between two close conductors of different groups, without a fluid cell between them. The conductance is
@@ -52,6 +63,8 @@ struct PairLink {
   int body_a, body_b;
   double conductance;
   Vec2 gradient_a, gradient_b;
+  /// LinkArm of both bodies.
+  Vec2 arm_a{}, arm_b{};
 };
 
 /// Link between an electrode side of the box and a fluid cell or a conductor. For a fluid cell, `cell` is its slot
@@ -65,6 +78,8 @@ struct SideLink {
   double potential;
   /// Derivative of the conductance with respect to the body's position (per cell width).
   Vec2 gradient;
+  /// LinkArm of the body.
+  Vec2 arm{};
 };
 
 /// Coupling (lumped capacitance) between a floating group and a group of given potential, as a conductance. A floating
@@ -136,6 +151,8 @@ struct Level {
   std::vector<RowLink> row_links;
   std::vector<int> row_start;
   std::vector<CrossGradient> cross_gradients;
+  /// Points of attack of the links to closed curves.
+  std::vector<LinkArm> arms;
   /// Direct links between bodies of different groups.
   std::vector<PairLink> pairs;
   std::vector<SideLink> side_links;

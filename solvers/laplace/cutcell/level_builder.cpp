@@ -97,7 +97,8 @@ void link_sides(const LaplaceProblem& problem, const GridBodies& bodies, Level& 
       } else {
         const int body = level.owner[slot].body();
         const PairConductance c = conductor_link(bodies.outlines[body], centre, e, 0.5, nullptr);
-        level.side_links.push_back({-1, body, side, c.value, potential, c.gradient_a});
+        const Vec2 arm = curve_arm(bodies.outlines[body], centre, e);
+        level.side_links.push_back({-1, body, side, c.value, potential, c.gradient_a, arm});
       }
     }
   }
@@ -122,6 +123,7 @@ void LevelBuilder::join_parts(Level& level, parallel::Team& team) {
   const int parts = assignment_.parts();
   std::vector<std::size_t> first_covered(parts + 1, 0), first_link(parts + 1, 0);
   level.cross_gradients.clear();
+  level.arms.clear();
   level.pairs.clear();
   level.covered_start.assign(bodies_.outlines.size() + 1, 0);
   level.link_start.assign(bodies_.outlines.size() + 1, 0);
@@ -133,6 +135,7 @@ void LevelBuilder::join_parts(Level& level, parallel::Team& team) {
       cross.link += static_cast<int>(first_link[k]);
       level.cross_gradients.push_back(cross);
     }
+    for (LinkArm arm : part.arms) level.arms.push_back({arm.link + static_cast<int>(first_link[k]), arm.at});
     level.pairs.insert(level.pairs.end(), part.pairs.begin(), part.pairs.end());
     const std::span<const BodyPiece> pieces = assignment_.pieces(k);
     for (std::size_t n = 0; n < pieces.size(); ++n) {

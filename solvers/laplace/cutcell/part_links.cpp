@@ -31,6 +31,7 @@ void PartLinks::clear() {
   links.clear();
   link_row.clear();
   cross_gradients.clear();
+  arms.clear();
   pairs.clear();
 }
 
@@ -131,12 +132,15 @@ void PartLinker::link_fluid_cell(CellIndex cell, int side, std::ptrdiff_t slot) 
   const bool in_batches = uses_batches();
   const Conductance c = in_batches ? Conductance{} : fluid_link(outline, centre_of(fluid), -e, formula_);
   links_.links.push_back({slot, body_, c.value, c.gradient});
+  if (outline.kind == Outline::Kind::curve) links_.arms.push_back({link, curve_arm(outline, centre_of(cell), e)});
   if (in_batches) add_pending(link, centre_of(fluid) - outline.centre, -e);
 }
 
 void PartLinker::link_conductor(CellIndex cell, Vec2 e, int other) {
   const PairConductance c = conductor_link(bodies_.outlines[body_], centre_of(cell), e, 1.0, &bodies_.outlines[other]);
-  links_.pairs.push_back({body_, other, c.value, c.gradient_a, c.gradient_b});
+  const Vec2 arm = curve_arm(bodies_.outlines[body_], centre_of(cell), e);
+  const Vec2 arm_of_other = curve_arm(bodies_.outlines[other], centre_of(cell) + e, -e);
+  links_.pairs.push_back({body_, other, c.value, c.gradient_a, c.gradient_b, arm, arm_of_other});
 }
 
 /// Adds a link to the batch of pending ones. `centre`: the fluid cell's centre relative to the body's; e: direction
@@ -176,7 +180,8 @@ void PartLinker::couple_opposed_surfaces() {
     if (!squeezed.close) continue;
     link.conductance = c.value;
     link.gradient = c.gradient;
-    links_.cross_gradients.push_back({opposed.link, opposed.other, squeezed.partner_gradient});
+    const Vec2 arm = curve_arm(bodies_.outlines[opposed.other], centre_of(opposed.cell) + 2.0 * opposed.e, -opposed.e);
+    links_.cross_gradients.push_back({opposed.link, opposed.other, squeezed.partner_gradient, arm});
   }
   opposed_.clear();
 }

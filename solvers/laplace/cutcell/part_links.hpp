@@ -40,6 +40,8 @@ struct PartLinks {
   /// Derivatives with respect to bodies on the other side of a gap. CrossGradient::link counts from the part's first
   /// link.
   std::vector<CrossGradient> cross_gradients;
+  /// Points of attack of the links to closed curves. LinkArm::link counts from the part's first link.
+  std::vector<LinkArm> arms;
   std::vector<PairLink> pairs;
 };
 

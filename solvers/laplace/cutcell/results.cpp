@@ -2,7 +2,44 @@
 
 #include <algorithm>
 
+#include "solvers/geometry/closed_curve.hpp"
+
 namespace lichtenberg::laplace {
+
+namespace {
+
+/// Computes the torques on closed curves about their centroids, by virtual work as the forces. `potential(body)`,
+/// `fluid(link)`: potentials of a body and of a link's fluid cell (V).
+template <class Potential, class Fluid>
+void add_torques(const LaplaceProblem& problem, const Level& level, const Potential& potential, const Fluid& fluid,
+                 LaplaceSolution& solution) {
+  solution.body_torque.assign(problem.bodies.size(), 0.0);
+  std::vector<Vec2> pivot(problem.bodies.size());
+  for (std::size_t body = 0; body < problem.bodies.size(); ++body)
+    if (const auto* freeform = std::get_if<Freeform>(&problem.bodies[body].shape))
+      pivot[body] = freeform->curve->centroid();
+  const auto add = [&](int body, double difference, Vec2 arm, Vec2 gradient) {
+    if (!std::holds_alternative<Freeform>(problem.bodies[body].shape)) return;
+    const double stress = 0.5 * problem.permittivity * difference * difference / level.h;
+    solution.body_torque[body] += stress * cross(level.h * arm - pivot[body], gradient);
+  };
+  const auto across = [&](const FluidLink& link) { return potential(link.body) - fluid(link); };
+  for (const LinkArm& arm : level.arms) {
+    const FluidLink& link = level.links[arm.link];
+    add(link.body, across(link), arm.at, link.gradient);
+  }
+  for (const CrossGradient& each : level.cross_gradients)
+    add(each.body, across(level.links[each.link]), each.arm, each.gradient);
+  for (const PairLink& pair : level.pairs) {
+    const double difference = potential(pair.body_a) - potential(pair.body_b);
+    add(pair.body_a, difference, pair.arm_a, pair.gradient_a);
+    add(pair.body_b, difference, pair.arm_b, pair.gradient_b);
+  }
+  for (const SideLink& link : level.side_links)
+    if (link.body >= 0) add(link.body, link.potential - potential(link.body), link.arm, link.gradient);
+}
+
+}  // namespace
 
 void evaluate(const LaplaceProblem& problem, const Level& level, const double* cell, double scale,
               LaplaceSolution& solution, parallel::Team& team) {
@@ -37,6 +74,10 @@ void evaluate(const LaplaceProblem& problem, const Level& level, const double* c
     solution.body_force[pair.body_a] += (stress * difference * difference) * pair.gradient_a;
     solution.body_force[pair.body_b] += (stress * difference * difference) * pair.gradient_b;
   }
+  solution.body_torque.clear();
+  if (!level.arms.empty())
+    add_torques(
+        problem, level, potential, [&](const FluidLink& link) { return scale * cell[link.cell]; }, solution);
   double energy = 0;
   for (const SideLink& link : level.side_links) {
     const double difference = link.potential - (link.cell >= 0 ? scale * cell[link.cell] : potential(link.body));

@@ -22,6 +22,7 @@
 #include "solvers/laplace/cutcell/wavefront.hpp"
 #include "solvers/parallel/huge_pages.hpp"
 #include "solvers/parallel/petsc.hpp"
+#include "solvers/stop.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -182,6 +183,7 @@ void CpuSolver::finish(const LaplaceProblem& problem, LaplaceSolution& solution)
   evaluate(order.sorted(), *level, x.data(), unit_, solution, team);
   order.restore(solution.body_charge);
   order.restore(solution.body_force);
+  if (!solution.body_torque.empty()) order.restore(solution.body_torque);
   store(problem, solution);
   if (followed) followed_then = followed->potentials();
 }
@@ -220,10 +222,13 @@ LaplaceSolution CutCellBackend::solve(const LaplaceProblem& problem) {
     prepare(problem);
     LaplaceSolution solution;
     do {
+      stop_if_requested();
       discretize(problem);
       solution.seconds.setup = seconds();
       choose_unit(problem);
+      stop_if_requested();
       begin(problem, solution);
+      stop_if_requested();
       iterate(solution);
       solution.seconds.solve = seconds() - solution.seconds.setup;
     } while (!is_complete());

@@ -198,6 +198,10 @@ PairConductance curve_conductor_link(const Outline& body, Vec2 p, Vec2 e, double
 /// Returns the circle that represents the curve's surface at the exit of the line from the covered point p in direction
 /// e, towards the body `facing`.
 SurfaceCircle curve_circle(const Outline& body, Vec2 p, Vec2 e, const Outline* facing);
+/// Returns the point of the curve on which the derivative of a link acts (LinkArm). The link starts at the covered cell
+/// centre p and runs in direction e. The point is the centre of a circular piece, or the point where the line leaves
+/// the curve. The result is 0 for other shapes.
+Vec2 curve_arm(const Outline& body, Vec2 p, Vec2 e);
 /// Returns true if two circles face each other so that the gap between them widens on both sides, as gap_conductance
 /// assumes, and if both are wider than a cell.
 LICHTENBERG_HOST_DEVICE inline bool is_channel(const SurfaceCircle& a, const SurfaceCircle& b) {

@@ -5,6 +5,7 @@
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/multipole/system.hpp"
+#include "solvers/stop.hpp"
 
 namespace lichtenberg::laplace::multipole {
 class SystemMatrix;
@@ -72,6 +73,7 @@ struct generic_product_impl<lichtenberg::laplace::multipole::SystemMatrix, Right
   template <class Result>
   static void scaleAndAddTo(Result& result, const lichtenberg::laplace::multipole::SystemMatrix& matrix, const Right& x,
                             double alpha) {
+    lichtenberg::stop_if_requested();
     result.noalias() += alpha * (matrix.system() * x);
   }
 };

@@ -6,7 +6,7 @@ namespace lichtenberg::laplace::multipole {
 
 class System;
 
-/// Convergence data of solve_krylov().
+/// Number of iterations of solve_krylov() and the residual that it reached.
 struct KrylovResult {
   int iterations = 0;
   double residual = 0;  ///< Norm of the preconditioned residual over that of the preconditioned right-hand side

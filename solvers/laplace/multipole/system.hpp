@@ -56,7 +56,7 @@ class System {
   Eigen::VectorXd extra(const Eigen::VectorXd& x) const { return x.tail(unknown_.others); }
   /// Returns the multipole coefficients (V) of every source for the unknowns x, including given charges.
   std::vector<Complex> coefficients(const Eigen::VectorXd& x) const;
-  /// Potentials of a solution.
+  /// Potentials of the groups (bodies with one potential) for a solution of the system.
   struct Potentials {
     std::vector<double> group;  ///< Potential of each group (V)
     double level = 0;           ///< Constant (V) added to the potential of sources and walls

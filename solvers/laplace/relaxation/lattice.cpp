@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "solvers/laplace/problem.hpp"
+#include "solvers/stop.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -80,6 +81,7 @@ void Lattice::mirror_all() {
 void Lattice::relax(int sweeps, double omega) {
   mirror_all();
   for (int sweep = 0; sweep < sweeps; ++sweep) {
+    stop_if_requested();
     // The black row below follows as soon as the red rows around it are updated: one pass over memory for both colours.
     for (int j = 0; j <= ny_; ++j) {
       if (j < ny_) relax_row(0, j, omega);

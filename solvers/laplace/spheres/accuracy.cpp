@@ -93,13 +93,30 @@ SphereSolution reference_for(const SphereProblem& problem, double accuracy, doub
 
 }  // namespace
 
-Scales scales_of(const SphereProblem& problem, const SphereSolution& solution) {
+namespace {
+
+/// Returns the largest potential difference (V) between groups, electrodes and infinity. In a uniform field, potentials
+/// are measured from the field's own potential at the sphere, and the field's difference over all spheres also counts.
+double potential_scale(const SphereProblem& problem, const SphereSolution& solution) {
   std::vector<double> potentials = solution.group_potential;
+  const double uniform = problem.free_space ? norm(problem.uniform_field) : 0;
+  if (uniform > 0) {
+    potentials.clear();
+    for (const Sphere& sphere : problem.spheres)
+      potentials.push_back(solution.group_potential[sphere.group] + dot(problem.uniform_field, sphere.centre));
+  }
   if (problem.free_space) potentials.push_back(0);
   for (int side = 0; side < 6 && !problem.free_space; ++side)
     if (problem.box.sides[side] == Boundary::electrode) potentials.push_back(problem.side_potential[side]);
+  const double difference = largest_difference(potentials);
+  return uniform > 0 ? std::max(difference, uniform * longest_side(problem)) : difference;
+}
+
+}  // namespace
+
+Scales scales_of(const SphereProblem& problem, const SphereSolution& solution) {
   Scales scales;
-  scales.potential = largest_difference(potentials);
+  scales.potential = potential_scale(problem, solution);
   const double unit = share_of_rounding * problem.permittivity * scales.potential;
   scales.charge_rounding = unit * longest_side(problem);
   scales.force_rounding = unit * scales.potential;

@@ -8,7 +8,8 @@
 namespace lichtenberg::laplace {
 
 /// Computes the scales that make errors relative (../measure.hpp). They are the largest potential difference between
-/// groups, electrodes and (in free space) infinity, the largest charge, and the largest force on a movable sphere.
+/// groups, electrodes and (in free space) infinity, the largest charge, and the largest force on a movable sphere. In a
+/// uniform field the first is at least its difference over the extent of all spheres.
 Scales scales_of(const SphereProblem& problem, const SphereSolution& solution);
 /// Computes the relative error of a solution compared with a reference. It is the largest difference of a group
 /// potential, a charge or a force on a movable sphere, each divided by its scale. Differences of charges and forces

@@ -20,7 +20,7 @@ class CellField {
   void add(const double* multipoles, double* local, parallel::Team& team) const;
 
  private:
-  /// Site in a cell.
+  /// Site (centre of an expansion: a sphere or a point) with its cell and its displacement from the cell's centre.
   struct Member {
     int site = 0, cell = 0, degree = 0;
     Vec3 displacement;  ///< Displacement from the cell's centre to the site's centre (m)

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "solvers/error.hpp"
+#include "solvers/stop.hpp"
 
 namespace lichtenberg::laplace::spheres {
 
@@ -275,7 +276,9 @@ Fields::Fields(const SphereProblem& problem, const Mirrors& mirrors, const Spher
     range_ = choose_range(mirrors, sites_);
   const std::vector<NearPair> pairs = near_pairs(sites_);
   choose_degrees(problem, pairs, team);
+  stop_if_requested();
   near_ = std::make_unique<NearField>(sites_, sites_, pairs, narrowness_ * accuracy, team);
+  stop_if_requested();
   if (cells_) {
     convolution_ = past && past->convolution_ && past->convolution_->fits(mirrors, *cells_, accuracy)
                        ? past->convolution_

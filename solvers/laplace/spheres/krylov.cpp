@@ -11,6 +11,7 @@
 
 #include "solvers/error.hpp"
 #include "solvers/parallel/petsc.hpp"
+#include "solvers/stop.hpp"
 
 namespace lichtenberg::laplace::spheres {
 namespace {
@@ -144,6 +145,13 @@ bool stops_by_residual(KSP ksp) {
   return cg == PETSC_TRUE && norm == KSP_NORM_UNPRECONDITIONED;
 }
 
+/// Ends the iteration after a stop request; otherwise PETSc's own test.
+PetscErrorCode stop_test(KSP ksp, PetscInt iteration, PetscReal norm, KSPConvergedReason* reason, void* context) {
+  if (!StopRequestScope::requested()) return KSPConvergedDefault(ksp, iteration, norm, reason, context);
+  *reason = KSP_DIVERGED_BREAKDOWN;
+  return 0;
+}
+
 struct SolveOutcome {
   KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
   PetscInt iterations = 0;
@@ -172,6 +180,7 @@ SolveOutcome refine(Objects& petsc, double goal) {
     check_petsc(
         KSPSetTolerances(petsc.ksp, margin * goal / outcome.residual, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
     check_petsc(KSPSolve(petsc.ksp, petsc.left, petsc.step));
+    stop_if_requested();
     check_petsc(VecAXPY(petsc.x, 1, petsc.step));
     check_petsc(MatMult(petsc.matrix, petsc.x, petsc.left));
     check_petsc(VecAYPX(petsc.left, -1, petsc.b));
@@ -209,10 +218,14 @@ KrylovResult conjugate_gradients(const Shell& shell, double* right_hand_side, do
   check_petsc(KSPSetNormType(petsc.ksp, KSP_NORM_UNPRECONDITIONED));
   check_petsc(KSPSetOperators(petsc.ksp, petsc.matrix, petsc.matrix));
   check_petsc(KSPSetTolerances(petsc.ksp, 0, goal, PETSC_DEFAULT, 2000));
+  void* test_context = nullptr;
+  check_petsc(KSPConvergedDefaultCreate(&test_context));
+  check_petsc(KSPSetConvergenceTest(petsc.ksp, stop_test, test_context, KSPConvergedDefaultDestroy));
   check_petsc(KSPSetFromOptions(petsc.ksp));
   SolveOutcome outcome;
   if (stops_by_residual(petsc.ksp)) {
     check_petsc(KSPSolve(petsc.ksp, petsc.b, petsc.x));
+    stop_if_requested();
     outcome = outcome_of(petsc.ksp);
   } else {
     outcome = refine(petsc, goal);

@@ -4,7 +4,7 @@
 
 namespace lichtenberg::laplace::spheres {
 
-/// Convergence data of solve_krylov().
+/// Number of iterations of solve_krylov() and the residual that it reached.
 struct KrylovResult {
   int iterations = 0;
   double residual = 0;  ///< Relative to the norm of the right-hand side and the given charges

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "solvers/stop.hpp"
+
 namespace lichtenberg::laplace::spheres {
 
 void irregular_harmonics(Vec3 r, int degree, double* value) {
@@ -40,7 +42,8 @@ std::array<Complex, 2> complex_coefficients(int m) {
 }  // namespace
 
 Coupling::Coupling(int degree) : degree_(degree), terms_((degree + 1) * (degree + 1)) {
-  for (int l = 0; l <= degree; ++l)
+  for (int l = 0; l <= degree; ++l) {
+    stop_if_requested();
     for (int t = 0; l + t <= degree; ++t) {
       std::vector<Term>& terms = terms_[l * (degree + 1) + t];
       for (int n = -t; n <= t; ++n)
@@ -67,6 +70,7 @@ Coupling::Coupling(int degree) : degree_(degree), terms_((degree + 1) * (degree 
             if (m == 0 || n == 0) break;
           }
     }
+  }
 }
 
 template <class T>

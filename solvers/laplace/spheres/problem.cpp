@@ -19,6 +19,19 @@ std::vector<char> reached_by_field(const SphereProblem& problem) {
   return reached;
 }
 
+/// Returns the sum of the given charges (C); 0 if it is within their rounding.
+double net_charge(const SphereProblem& problem) {
+  double charge = 0, magnitude = 0;
+  for (const Group& group : problem.groups) {
+    if (!group.floating) continue;
+    charge += group.charge;
+    magnitude += std::abs(group.charge);
+  }
+  return std::abs(charge) > 1e-10 * magnitude ? charge : 0;
+}
+
+bool is_periodic(const Box<3>& box) { return box.periodic(0) && box.periodic(1) && box.periodic(2); }
+
 [[noreturn]] void refuse(const std::string& sentence) { throw InputError(sentence); }
 
 bool is_positive(double number) { return number > 0 && std::isfinite(number); }
@@ -100,17 +113,14 @@ void check_groups(const SphereProblem& problem) {
       refuse(fmt::format("group {}: a dielectric sphere must be alone in a floating group", sphere.group));
   check_couplings(problem);
   const std::vector<char> reached = reached_by_field(problem);
-  double charge = 0, magnitude = 0;
   for (std::size_t g = 0; g < members.size(); ++g) {
     if (!std::isfinite(problem.groups[g].floating ? problem.groups[g].charge : problem.groups[g].potential))
       refuse(fmt::format("group {}: its charge or potential must be finite", g));
-    if (!problem.groups[g].floating) continue;
-    if (!reached[g]) refuse(fmt::format("group {} has no sphere, and is coupled to none that has", g));
-    charge += problem.groups[g].charge;
-    magnitude += std::abs(problem.groups[g].charge);
+    if (problem.groups[g].floating && !reached[g])
+      refuse(fmt::format("group {} has no sphere, and is coupled to none that has", g));
   }
-  // Tolerance for the rounding of a sum of given charges.
-  if (!problem.has_ground() && std::abs(charge) > 1e-10 * magnitude)
+  const double charge = net_charge(problem);
+  if (!problem.has_ground() && !is_periodic(problem.box) && charge != 0)
     refuse(fmt::format(
         "no side is an electrode and no group has a given potential, so the charges must sum to zero, not {:.6g} C",
         charge));
@@ -128,6 +138,10 @@ bool SphereProblem::has_ground() const {
   for (std::size_t g = 0; g < groups.size(); ++g)
     if (!groups[g].floating && reached[g]) return true;
   return false;
+}
+
+double SphereProblem::neutralized_charge() const {
+  return is_periodic(box) && !free_space && !has_ground() ? net_charge(*this) : 0;
 }
 
 void SphereProblem::check() const {

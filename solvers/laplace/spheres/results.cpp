@@ -70,6 +70,9 @@ void add_charges_and_forces(const SphereProblem& problem, const std::vector<Site
     solution.sphere_force.push_back(scale * force(a, sites[i].degree, response.values.data() + response_start[i],
                                                   sites[i].degree + response.extra_degrees));
     solution.energy += 0.5 * solution.sphere_charge[i] * solution.group_potential[problem.spheres[i].group];
+    if (problem.free_space)  // Half of the energy of the sphere's surface charge in the uniform field
+      solution.energy += 0.5 * (solution.sphere_charge[i] * wall.at(problem.spheres[i].centre) +
+                                dot(solution.sphere_dipole[i], wall.slope));
   }
   add_side_charges(problem, wall, solution);
   if (wall.axis < 0) {  // All electrodes have the same potential

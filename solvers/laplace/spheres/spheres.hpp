@@ -39,7 +39,7 @@ struct SphereProblem {
   Box<3> box;
   std::array<double, 6> side_potential{};  ///< Potential (V) of the electrodes
   bool free_space = false;
-  Vec3 uniform_field{};     ///< Field (V/m) at infinity in free space
+  Vec3 uniform_field{};     ///< Field E (V/m) at infinity in free space, of potential -E.r; ignored in a box
   double permittivity = 0;  ///< Permittivity (F/m); required
   std::vector<Sphere> spheres;
   std::vector<Group> groups;
@@ -49,15 +49,18 @@ struct SphereProblem {
   /// Returns true if an electrode side, or infinity in free space (where V is 0), absorbs the remaining charge.
   bool grounded() const;
   /// Returns true if the problem determines the level of the potential: grounded(), or a sphere has a given potential
-  /// or is coupled to such a group. Otherwise the charges must sum to zero.
+  /// or is coupled to such a group. Otherwise the charges must sum to zero, unless all sides are periodic.
   bool has_ground() const;
+  /// Returns the sum of the charges (C) that a uniform background neutralizes, in a box that is periodic along all axes
+  /// and has no ground; otherwise 0. With a background the mean potential over the box is 0.
+  double neutralized_charge() const;
   /// Checks the problem; throws InputError unless all of this holds. All numbers are finite; lengths, radii and the
   /// permittivity are positive. An axis is periodic on both sides or on none. Spheres do not touch or cross electrode
   /// sides, and cross insulating sides by at most 1 % of their radius. Each sphere has a group. A coupling joins two
   /// different groups and has a finite capacitance of at least 0. A floating group has a sphere, or is coupled to a
   /// group with a sphere. Conductors of different groups do not touch; other spheres overlap by at most 1 % of the
   /// smaller radius. A dielectric is alone in a floating group and has a relative permittivity above 1. Without ground
-  /// the charges sum to zero.
+  /// the charges sum to zero, or all sides are periodic.
   void check() const;
 };
 
@@ -69,7 +72,8 @@ struct SphereForecast {
 
 /// Results of a field solve for spheres.
 struct SphereSolution {
-  /// Potential (V) of each group; if nothing fixes the level, the mean over the spheres is 0. For a dielectric: the
+  /// Potential (V) of each group; if nothing fixes the level, the mean over the spheres is 0,
+  /// or with a background that over the box. For a dielectric: the
   /// mean over its surface.
   std::vector<double> group_potential;
   std::vector<double> sphere_charge;  ///< Charge (C) of each sphere
@@ -81,7 +85,9 @@ struct SphereSolution {
   /// Charge (C) through each coupling from a to b. Charges of floating groups balance to the rounding of the largest
   /// possible charge through a coupling.
   std::vector<double> coupling_charge;
-  double energy = 0;    ///< Energy (J), eps/2 integral of E^2: half of the sum of charge times potential
+  /// Energy (J): half of the sum of charge times potential, eps/2 integral of E^2. In a uniform field half of the
+  /// energy of the surface charges in that field is added, so that a neutral sphere of dipole p has -p.E/2.
+  double energy = 0;
   double residual = 0;  ///< Residual of the iteration, relative to the right-hand side and the given charges
   int degree = 0;       ///< Degree of the highest harmonic on any sphere
   long unknowns = 0;    ///< Number of unknowns

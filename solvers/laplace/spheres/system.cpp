@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "solvers/laplace/spheres/results.hpp"
+#include "solvers/stop.hpp"
 
 namespace lichtenberg::laplace::spheres {
 namespace {
@@ -33,6 +34,7 @@ System::System(const SphereProblem& problem, const SphereOptions& options, paral
       start_(starts(sites_)),
       team_(&team),
       constraints_(problem_, start_, first_coupling()) {
+  stop_if_requested();
   const bool conductors = std::ranges::all_of(problem.spheres, &Sphere::is_conductor);
   if (!conductors || constraints_.coupling_count() > 0) return;  // The coarse equations exclude dielectrics, couplings
   charges_and_dipoles_ = fields_->charges_and_dipoles(past ? past->charges_and_dipoles_ : nullptr, team);
@@ -225,7 +227,8 @@ SphereSolution System::results(const std::vector<double>& x) const {
   for (int k = 0; k < size(); ++k) missed[k] = y[k] - missed[k];
   solution.group_potential = constraints_.potentials(missed.data());
   solution.coupling_charge = constraints_.carried(x.data());
-  if (!problem_.has_ground()) {
+  const double neutralized = problem_.neutralized_charge();
+  if (!problem_.has_ground() && neutralized == 0) {
     double mean = 0;
     for (const Sphere& sphere : problem_.spheres) mean += solution.group_potential[sphere.group] / sites_.size();
     for (double& value : solution.group_potential) value -= mean;
@@ -234,6 +237,12 @@ SphereSolution System::results(const std::vector<double>& x) const {
   add_charges_and_forces(problem_, sites_, a, response(x, a, missed), wall_, solution);
   add_correction_forces(x.data(), a.data(), solution);
   add_reflected_forces(a.data(), solution);
+  // The field of the background increases linearly with the position, and the sum over multipoles omits the part whose
+  // divergence is not 0: -charge / (3 eps V) times the position.
+  const Vec3 lengths = problem_.box.lengths;
+  for (std::size_t i = 0; i < sites_.size() && neutralized != 0; ++i)
+    solution.sphere_force[i] -=
+        neutralized / (3 * problem_.permittivity * lengths.x * lengths.y * lengths.z) * solution.sphere_dipole[i];
   return solution;
 }
 

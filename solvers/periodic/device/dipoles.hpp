@@ -73,7 +73,7 @@ struct DipoleArrays {
   Vec3* earlier[dipole_history];
   FieldSample* force;
 
-  /// Returns the data of grain i.
+  /// Returns a copy of the dipole data of grain i: dipole, dipoles of earlier steps, and force.
   LICHTENBERG_HOST_DEVICE DipoleGrain take(int i) const {
     DipoleGrain grain{.dipole = dipole[i], .earlier = {}, .force = force[i]};
     for (int k = 0; k < dipole_history; ++k) grain.earlier[k] = earlier[k][i];
@@ -94,7 +94,7 @@ struct PartSizes {
   LICHTENBERG_HOST_DEVICE int operator()(int p) const { return n - p * a_part < a_part ? n - p * a_part : a_part; }
 };
 
-/// Sum of numbers for sum_segments().
+/// Sum of double-precision numbers, one per segment, as the executors' sum_segments() needs it.
 struct OneSum {
   double value = 0;
 

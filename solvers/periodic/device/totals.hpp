@@ -21,7 +21,7 @@ struct Totals {
     return *this;
   }
   friend LICHTENBERG_HOST_DEVICE Totals operator+(Totals a, const Totals& b) { return a += b; }
-  /// Adds other sums atomically.
+  /// Adds other sums to these by atomic additions, so that many threads may do so at once.
   LICHTENBERG_HOST_DEVICE void add(const Totals& t) {
     parallel::add_atomically(&x, t.x), parallel::add_atomically(&y, t.y), parallel::add_atomically(&z, t.z);
     parallel::add_atomically(&square, t.square), parallel::add_atomically(&charge, t.charge);

@@ -84,7 +84,8 @@ constexpr int no_end = -1;
 struct GrainPair {
   int lower = 0, higher = 0;
 };
-/// A candidate pair of an outer step: two grains in contact, or separate grains that may touch in the step.
+/// A candidate pair of an outer step (from one evaluation of the smooth forces to the next): two grains in contact, or
+/// separate grains that may touch in the step.
 struct alignas(16) NearPair : GrainPair {
   int entry = 0;  ///< entry of the neighbour table, which has the data of the contact
   int due = 0;    ///< first substep in which the pair may touch; `open`: in contact
@@ -115,7 +116,8 @@ struct ContactsView {
   int* next = nullptr;  ///< [2 * entries], next element in the linked list of a grain's new contacts
 };
 
-/// Results of outer steps from which the next step is chosen, and errors, for the host. Reduced units.
+/// Results of outer steps (from one evaluation of the smooth forces to the next), from which the next step is chosen,
+/// and errors, for the host. Reduced units.
 struct StepResults {
   std::int64_t begun = 0, transfers = 0;  ///< numbers of contact onsets and charge transfers in the step
   double speed2 = 0;                      ///< square of the largest speed
@@ -140,7 +142,7 @@ struct Extremes {
   double overlap = 0;  ///< largest ratio of overlap to sum of radii
 };
 
-/// Parameters of an outer step on a device, in reduced units.
+/// Parameters of an outer step (from one evaluation of the smooth forces to the next) on a device, in reduced units.
 struct StepParameters {
   double begin = 0;             ///< start of the outer step (t0)
   double outer = 0;             ///< length of the outer step (t0)
@@ -162,9 +164,10 @@ struct LawOfPair {
   }
 };
 
-/// Contact substeps of an outer step on a device, as functions for single grains and pairs that kernels call. A substep
-/// runs activate_pair() for the due candidate pairs, then add_halfway_force() and integrate() for active pairs. move()
-/// moves each grain after the integration of its active pairs. Reduced units.
+/// Contact substeps of an outer step (from one evaluation of the smooth forces to the next) on a device, as functions
+/// for single grains and pairs that kernels call. A substep runs activate_pair() for the due candidate pairs, then
+/// add_halfway_force() and integrate() for active pairs. move() moves each grain after the integration of its active
+/// pairs. Reduced units.
 template <class Law>
 struct ContactSteps {
   using Motion = PairMotion<3, LawOfPair<Law>>;
@@ -205,7 +208,8 @@ struct ContactSteps {
     return law.scale(grains.radius[p.lower], grains.radius[p.higher]);
   }
 
-  /// Returns true if the pair of entry e of the neighbour table is in contact or may touch within the outer step.
+  /// Returns true if the pair of entry e of the neighbour table is in contact or may touch within the outer step. An
+  /// outer step lasts from one evaluation of the smooth forces to the next.
   LICHTENBERG_HOST_DEVICE bool is_near(int e) const {
     return come_within(contacts.owner[e], contacts.table.partner[e], static_cast<float>(parameters->reach));
   }

@@ -33,9 +33,10 @@ class DeviceGas {
   void store(Checkpoint& checkpoint) const { device::store(snapshot(), checkpoint); }
   virtual double potential_energy() = 0;
   virtual double time() const = 0;
-  /// Advances the gas towards `time` (t0) by at most `most` outer steps, or by one step if external drives
-  /// (Effect::drive) act. Throws Failure if contacts are too short for the step, or if grains fly through each other.
-  /// Throws Failure if positions are not finite, or if induced dipoles cannot be computed.
+  /// Advances the gas towards `time` (t0) by at most `most` outer steps (from one evaluation of the smooth forces to
+  /// the next), or by one step if external drives (Effect::drive) act. Throws Failure if contacts are too short for the
+  /// step, or if grains fly through each other. Throws Failure if positions are not finite, or if induced dipoles
+  /// cannot be computed.
   virtual void step(double time, int most = 1) = 0;
   virtual StepCounts counts() const = 0;
 };

@@ -24,8 +24,8 @@ struct PositionWrap {
   }
 };
 
-/// Kernel of an outer step: lists the candidate pairs (in contact, or may touch), then runs all contact substeps. It
-/// returns at once if no step has been chosen (*go is 0).
+/// Kernel of an outer step (from one evaluation of the smooth forces to the next). Lists the candidate pairs (in
+/// contact, or may touch), then runs all contact substeps. It returns at once if no step has been chosen (*go is 0).
 template <class Law>
 struct FollowContacts {
   ContactSteps<Law> steps;

@@ -73,7 +73,8 @@ class GasImpl final : public DeviceGas {
                gas_.law);
   }
 
-  /// Makes up to `most` outer steps until `time` (t0). `whole`: makes a single step to `time`.
+  /// Makes up to `most` outer steps (from one evaluation of the smooth forces to the next) until `time` (t0). `whole`:
+  /// makes a single step to `time`.
   template <class Law>
   void steps(const Law& law, double time, int most, bool whole) {
     Progress& now = progress_.host();
@@ -89,8 +90,8 @@ class GasImpl final : public DeviceGas {
       record_progress(now);
     }
   }
-  /// Begins a series of outer steps. The host chooses the first step, and the device the others, until the neighbour
-  /// lists become invalid.
+  /// Begins a series of outer steps (from one evaluation of the smooth forces to the next). The host chooses the first
+  /// step, and the device the others, until the neighbour lists become invalid.
   template <class Law>
   void begin_steps(const Law& law) {
     choose_first(law);
@@ -99,8 +100,8 @@ class GasImpl final : public DeviceGas {
     results_.send();
     store_slow_forces();
   }
-  /// Chooses the first outer step of a series, and rebuilds the neighbour lists if needed. Throws Failure if contacts
-  /// are too short for the step.
+  /// Chooses the first outer step (from one evaluation of the smooth forces to the next) of a series, and rebuilds the
+  /// neighbour lists if needed. Throws Failure if contacts are too short for the step.
   template <class Law>
   void choose_first(const Law& law) {
     Progress& now = progress_.host();
@@ -128,8 +129,8 @@ class GasImpl final : public DeviceGas {
   }
 
   bool is_driven() const { return !gas_.elastic && !drives_.empty(); }
-  /// Makes one outer step until at most `time` (t0), with half a step of Effect::drive before and after it. The host
-  /// waits for the results of both half steps.
+  /// Makes one outer step (from one evaluation of the smooth forces to the next) until at most `time` (t0), with half a
+  /// step of Effect::drive before and after it. The host waits for the results of both half steps.
   template <class Law>
   void step_driven(const Law& law, double time) {
     Progress& now = progress_.host();
@@ -261,9 +262,10 @@ class GasImpl final : public DeviceGas {
     run_->for_each(gas_.n, [=] LICHTENBERG_HOST_DEVICE(int s) { g.slow_force[s] = force(s); });
   }
 
-  /// Records the kernels of an outer step (on a device as a CUDA graph), to be executed many times. The device chooses
-  /// the next step (ChooseNext), and the host starts several graphs ahead. Graphs without a chosen step compute the
-  /// forces again and leave the state of the gas unchanged.
+  /// Records the kernels of an outer step, to be executed many times; on a device as a CUDA graph. An outer step lasts
+  /// from one evaluation of the smooth forces to the next. The device chooses the next step (ChooseNext), and the host
+  /// starts several graphs ahead. Graphs without a chosen step compute the forces again and leave the state of the gas
+  /// unchanged.
   template <class Law>
   void record(const Law& law) {
     Progress* now = progress_.device();
@@ -274,7 +276,8 @@ class GasImpl final : public DeviceGas {
                            dipoles_ ? dipoles_->unstable() : nullptr, exchanges});
     if (exchanges) run_->when(&now->exchanged, [&] { recharge(true); });
   }
-  /// Lists candidate pairs and runs the contact substeps of the chosen outer step.
+  /// Lists candidate pairs and runs the contact substeps of the chosen outer step (from one evaluation of the smooth
+  /// forces to the next).
   template <class Law>
   void follow(const Law& law) {
     run_->run_cooperative(
@@ -326,7 +329,8 @@ class GasImpl final : public DeviceGas {
           const Vec3 now = force(s), at = g.position[s];
           const Vec3 p = g.momentum[s] + (0.5 * parameters->outer) * (now - g.slow_force[s]);
           g.momentum[s] = p, g.slow_force[s] = now;
-          // The ended contacts are in the statistics now. Reset, so that a graph without a step does not count them again.
+          // The ended contacts are in the statistics now. Reset, so that a graph without a step does not count them
+          // again.
           if (s == 0) budget->energy = force.energy(), results->ended = 0;
           std::int64_t& moved = g.moved_charge[s];
           if (moved != 0) g.charge[s] += quantum * static_cast<double>(moved), moved = 0;

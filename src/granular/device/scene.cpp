@@ -53,6 +53,7 @@ void check_scene(const Scene& scene, Target target) {
   if (!scene.mechanics.integrator->is_on_device)
     refuse_on_device(scene, fmt::format("mechanics.integrator = \"{}\"", name_of(scene.mechanics.integrator)));
   device_forces(scene, target);
+  if (const std::string key = surface_key(scene); !key.empty()) refuse_on_device(scene, key + " of grains");
 }
 
 double bytes_needed(const Scene& scene) { return bytes_needed(scene, device_forces(scene, Target::host)); }

@@ -35,7 +35,8 @@ struct GrainRecord {
   int unused = 0;
 };
 
-/// Counters since the start of the run: outer steps, contact substeps, contact onsets, charge transfers, Coulomb sums.
+/// Counters since the start of the run: outer steps (from one evaluation of the smooth forces to the next), contact
+/// substeps, contact onsets, charge transfers, Coulomb sums.
 struct Counters {
   std::int64_t steps = 0, contact_steps = 0, collisions = 0, transfers = 0, evaluations = 0;
 };

@@ -213,27 +213,30 @@ struct Panel {
   CoarsestView coarsest;
   int from;
 
-  /// Returns the size of the scratch memory (number of doubles).
+  /// Returns the size of the scratch memory of the inversion (number of doubles).
   static constexpr std::size_t scratch(std::size_t unknowns) { return width * (2 * unknowns + width); }
 
-  /// Returns the number of unknowns.
+  /// Returns the number of unknowns of the coarsest grid, the rows of the matrix.
   LICHTENBERG_HOST_DEVICE int all() const { return grid.number[Items::coarse_unknowns]; }
-  /// Returns the number of the panel's rows.
+  /// Returns the number of rows of the panel (successive rows and columns that are eliminated together).
   LICHTENBERG_HOST_DEVICE int own() const { return all() - from < width ? all() - from : width; }
-  /// Returns true if row a belongs to the panel.
+  /// Returns true if row a belongs to the panel (rows that are eliminated together).
   LICHTENBERG_HOST_DEVICE bool has(int a) const { return a >= from && a < from + width; }
   /// Returns a pointer to the matrix entry in row a and column b.
   LICHTENBERG_HOST_DEVICE double* entry(int a, int b) const {
     return coarsest.precise_inverse + static_cast<std::ptrdiff_t>(a) * all() + b;
   }
-  /// Returns a pointer to the inverse of the panel's diagonal square, by rows.
+  /// Returns a pointer to the inverse of the square submatrix in which the rows of the panel (rows and columns that are
+  /// eliminated together) cross its columns. It is stored by rows.
   LICHTENBERG_HOST_DEVICE double* square() const { return coarsest.scratch; }
-  /// Returns a pointer to row p of the product of square() and the panel's rows.
+  /// Returns a pointer to row p of the product of square() and the rows of the panel (rows that are eliminated
+  /// together).
   LICHTENBERG_HOST_DEVICE double* row(int p) const { return square() + width * width + p * all(); }
-  /// Returns a pointer to column p of the panel before the elimination.
+  /// Returns a pointer to column p of the panel (columns that are eliminated together) before the elimination.
   LICHTENBERG_HOST_DEVICE double* column(int p) const { return row(width) + p * all(); }
 
-  /// Inverts the panel's diagonal square in a block's memory.
+  /// Inverts the square submatrix on the diagonal that belongs to the panel (rows and columns that are eliminated
+  /// together). One thread block does so in its fast memory.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int) const {
     const int n = own();
@@ -256,7 +259,7 @@ struct Panel {
     row(p)[b] = sum;
     column(p)[b] = *entry(b, from + p);
   }
-  /// Computes the matrix entry (a, b) after the elimination of the panel's rows.
+  /// Computes the matrix entry (a, b) after the elimination of the panel (a set of successive rows and columns).
   LICHTENBERG_HOST_DEVICE void eliminate(int a, int b) const {
     if (a >= all() || b >= all() || own() <= 0) return;
     if (has(a)) {

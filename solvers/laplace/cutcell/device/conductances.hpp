@@ -49,7 +49,7 @@ void make_links(const Executor& run, ProblemView problem, GridView grid) {
 }
 
 /// Computes the conductances of the faces between fluid cells (outside all bodies) on a grid with an effective medium.
-/// They are stored with the left or lower cell.
+/// Its conductances include small bodies without unknowns. They are stored with the left or lower cell.
 template <class Executor>
 void make_faces(const Executor& run, GridView grid) {
   run.for_each(grid.layout.ny, grid.layout.nx, [=] LICHTENBERG_HOST_DEVICE(int j, int i) {
@@ -66,8 +66,9 @@ void make_faces(const Executor& run, GridView grid) {
   });
 }
 
-/// Computes the face conductances and the matrix diagonals on a grid with an effective medium. The diagonals are stored
-/// as 1 / (sum of conductances) of each cell, those of boundary cells (fluid cells next to a conductor) also as sums.
+/// Computes the face conductances and the matrix diagonals on a grid with an effective medium, whose conductances
+/// include small bodies without unknowns. The diagonals are stored as 1 / (sum of conductances) of each cell, those of
+/// boundary cells (fluid cells next to a conductor) also as sums.
 template <class Executor>
 void make_medium_diagonals(const Executor& run, ProblemView problem, GridView grid) {
   make_faces(run, grid);

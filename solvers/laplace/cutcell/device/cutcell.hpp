@@ -337,7 +337,8 @@ class CutCell : public DeviceSolver {
       fix_potential_level(*run_, problem, grid, v, report_->potential.device + problem.groups);
   }
 
-  /// Computes the results on the device, fetches them and checks the capacity of the arrays.
+  /// Computes charges, forces and energy on the device and copies them with the potentials to the host. Checks that no
+  /// array of the device was too small.
   void finish_on_device() {
     run_->mark(moments_->iterated);
     run_as_graph(recordings_.end, [this] { evaluate(); });

@@ -100,7 +100,8 @@ void restrict_group_residuals(const Executor& run, ProblemView problem, GridView
 }
 
 /// Distributes the residuals of groups (bodies with one potential) to the right-hand side of the four cells around
-/// each. It does so for groups that are unknowns of the next finer grid and part of this grid's effective medium.
+/// each. It does so for groups that are unknowns of the next finer grid and part of this grid's effective medium (cells
+/// whose conductances include small bodies without unknowns).
 template <class Executor>
 void restrict_absorbed(const Executor& run, GridView grid) {
   run.for_each(grid.layout.ny, grid.layout.nx, [=] LICHTENBERG_HOST_DEVICE(int j, int i) {
@@ -124,8 +125,8 @@ void restrict_charges(const Executor& run, ProblemView problem, GridView grid) {
 }
 
 /// Computes the potential at the centre of group g by bilinear interpolation between four cells. The group is part of
-/// the grid's effective medium and has no unknown potential. potential(slot) returns a cell's potential; slot: memory
-/// index. A group is a set of bodies with one potential.
+/// the grid's effective medium (cells whose conductances include small bodies without unknowns). potential(slot)
+/// returns a cell's potential; slot: memory index. A group is a set of bodies with one potential.
 template <class Potential>
 LICHTENBERG_HOST_DEVICE float absorbed_potential(const ProblemView& problem, const GridView& grid, int g,
                                                  Potential potential) {
@@ -136,7 +137,8 @@ LICHTENBERG_HOST_DEVICE float absorbed_potential(const ProblemView& problem, con
 }
 
 /// Computes the potentials phi of groups (bodies with one potential) by interpolation, for the correction of the next
-/// finer grid. It does so for groups that are unknowns of that grid and part of this grid's effective medium.
+/// finer grid. It does so for groups that are unknowns of that grid and part of this grid's effective medium (cells
+/// whose conductances include small bodies without unknowns).
 template <class Executor>
 void interpolate_absorbed(const Executor& run, ProblemView problem, GridView grid) {
   for_each_item(run, grid, Items::newly_absorbed, [=] LICHTENBERG_HOST_DEVICE(int m) {

@@ -7,7 +7,8 @@
 namespace lichtenberg::laplace::device {
 
 /// Returns true if the body's potential is given or an unknown of this grid. Returns false if the body's group (bodies
-/// with one potential) is part of the grid's effective medium.
+/// with one potential) is part of the grid's effective medium (cells whose conductances include small bodies without
+/// unknowns).
 LICHTENBERG_HOST_DEVICE inline bool has_potential(const ProblemView& problem, const GridView& grid, int body) {
   return !grid.has_medium || !grid.medium.absorbed[problem.group_of[body]];
 }

@@ -17,7 +17,7 @@ LICHTENBERG_HOST_DEVICE inline int strips_of(const CellRange& range) {
 }
 
 /// Returns true if a body is a subgrid conductor (../medium.hpp). It is a body that the grid does not resolve and that
-/// is no part of the effective medium.
+/// is no part of the effective medium (cells whose conductances include small bodies without unknowns).
 LICHTENBERG_HOST_DEVICE inline bool is_subgrid_body(const ProblemView& problem, const GridView& grid, int body) {
   return !grid.bodies.resolved[body] && !grid.medium.absorbed[problem.group_of[body]];
 }

@@ -55,7 +55,7 @@ class Follower {
     double* change = change_.data();
     run_.for_each(size(), [=] LICHTENBERG_HOST_DEVICE(int k) { change[k] = (now.potential(k) - then[k]) / scale; });
   }
-  /// Returns device pointers to the change that compare() has computed.
+  /// Returns device pointers to the change of potentials between two solves that compare() has computed.
   ChangeView change() const { return {layout_, change_.data(), change_.data() + layout_.size()}; }
 
  private:

@@ -116,7 +116,8 @@ class DeviceGrid {
   }
 
   /// Computes the bodies' outlines in cells and the groups (bodies with one potential) that become part of the grid's
-  /// effective medium. `finer`: the next finer grid, with outlines; null for the finest.
+  /// effective medium (cells whose conductances include small bodies without unknowns). `finer`: the next finer grid,
+  /// with outlines; null for the finest.
   void outline(const ProblemView& problem, const GridView* finer) {
     outline_bodies(run_, problem, view());
     if (view().has_medium)

@@ -28,15 +28,17 @@ struct SortArrays {
   int *key, *index;  ///< of the items
 };
 
-/// Decision whether the grid's effective medium absorbs a group (bodies with one potential), which then has no unknown
-/// potential. `finer_absorbed`: the decisions on the next finer grid; null: none absorbed.
+/// Decision whether a group (bodies with one potential) becomes part of the grid's effective medium: its bodies then
+/// only change the conductances of cells, and it has no unknown. `finer_absorbed`: the decisions on the next finer
+/// grid; null: none absorbed.
 struct Absorb {
   ProblemView problem;
   GridView grid;
   const int* finer_absorbed;
   SortArrays sort;
-  /// Decides whether the grid's effective medium absorbs group g (bodies with one potential), and writes the group's
-  /// sort key. `extent`: bounding rectangle of the agglomerate of g (SetsView).
+  /// Decides whether group g (bodies with one potential) becomes part of the grid's effective medium (cells whose
+  /// conductances include small bodies without unknowns). Writes the group's sort key. `extent`: bounding rectangle of
+  /// the agglomerate of g (SetsView).
   LICHTENBERG_HOST_DEVICE void operator()(int g, const Extent& extent) const {
     const double width = extent.high_x - extent.low_x, height = extent.high_y - extent.low_y;
     const bool held = problem.sets.held ? problem.sets.held[g] : !problem.floating[g];
@@ -49,10 +51,10 @@ struct Absorb {
   }
 };
 
-/// Finds the groups (bodies with one potential) that become part of the grid's effective medium, without an unknown
-/// potential. They belong to small floating agglomerates (SetsView) of bodies that the grid does not resolve.
-/// `finer_absorbed`: the decisions on the next finer grid; null: none absorbed. `sort`: receives the bin (the four
-/// cells around) of each group that this grid absorbs but the next finer grid does not.
+/// Finds the groups (bodies with one potential) that become part of the grid's effective medium (cells whose
+/// conductances include small bodies without unknowns). They belong to small floating agglomerates (SetsView) of bodies
+/// that the grid does not resolve. `finer_absorbed`: the decisions on the next finer grid; null: none absorbed. `sort`:
+/// receives the bin (the four cells around) of each group that this grid absorbs but the next finer grid does not.
 template <class Executor>
 void absorb_groups(const Executor& run, ProblemView problem, GridView grid, const int* finer_absorbed,
                    SortArrays sort) {

@@ -100,7 +100,7 @@ class LinkEnd {
   }
   /// Returns true if the body is a subgrid conductor (a body too small for the grid).
   LICHTENBERG_HOST_DEVICE constexpr bool is_subgrid_conductor() const { return code_ < 0; }
-  /// Returns the index of the body.
+  /// Returns the index of the body at which the link ends.
   LICHTENBERG_HOST_DEVICE constexpr int body() const { return (code_ < 0 ? -1 - code_ : code_) / 4; }
   /// Returns the side of the fluid cell towards the body; not for a subgrid conductor (a body too small for the grid).
   LICHTENBERG_HOST_DEVICE constexpr int side() const { return code_ % 4; }

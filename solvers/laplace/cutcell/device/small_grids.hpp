@@ -48,7 +48,8 @@ struct SmallGrids {
   /// Returns the size of the block's memory (bytes).
   std::size_t bytes() const { return small[last - first].end() * sizeof(float); }
 
-  /// Runs the V-cycle on the small grids, from the residual on grid `first` to its potentials v.
+  /// Runs the V-cycle on the grids from number `first` on, which fit into a block's fast memory, from the residual on
+  /// grid `first` to its potentials v.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int) const {
     for (int l = first; l <= last; ++l) load(block, l);
@@ -138,8 +139,9 @@ struct SmallGrids {
   }
 
   /// Distributes the residuals (`charge`) of groups that become part of grid l's effective medium to the right-hand
-  /// sides f of the four cells around. Adds f of covered cells (inside conductors) to the `charge` of their group. Then
-  /// relaxes the groups, before the cells use their potentials. A group is a set of bodies with one potential.
+  /// sides f of the four cells around. An effective medium contains small bodies without unknowns in its conductances.
+  /// Adds f of covered cells (inside conductors) to the `charge` of their group. Then relaxes the groups, before the
+  /// cells use their potentials. A group is a set of bodies with one potential.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void collect(const Block& block, int l) const {
     const GridView& here = grid[l];
@@ -315,8 +317,8 @@ struct SmallGrids {
   }
 
   /// Prepares grid l as source of bilinear interpolation. Sets covered cells (inside conductors) to their group's
-  /// potential. Interpolates the potentials of groups that become part of the effective medium on grid l. A group is a
-  /// set of bodies with one potential.
+  /// potential. Interpolates the potentials of groups that become part of the effective medium (cells whose
+  /// conductances include small bodies without unknowns) on grid l. A group is a set of bodies with one potential.
   template <class Block>
   LICHTENBERG_HOST_DEVICE void finish(const Block& block, int l) const {
     const GridView& here = grid[l];

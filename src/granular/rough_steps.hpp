@@ -1,0 +1,335 @@
+#pragma once
+
+#include <algorithm>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "src/granular/active_grains.hpp"
+#include "src/granular/contact_motion.hpp"
+#include "src/granular/contact_schedule.hpp"
+#include "src/granular/contacts.hpp"
+#include "src/granular/rough_laws.hpp"
+
+namespace lichtenberg::granular {
+
+/// Substeps with one set of candidate pairs.
+struct RoughChunk {
+  double begin = 0, h = 0;             ///< start and substep (t0)
+  int steps = 1;                       ///< largest number of substeps
+  double speed = 0;                    ///< v0: the substeps end early if a grain becomes faster
+  std::span<const double> slow_force;  ///< constant forces, [N * d] or empty
+  std::span<const Pair> pairs;         ///< all pairs that may touch
+  const Neighbourhoods& neighbours;    ///< of these pairs
+};
+
+/// Velocity Verlet substeps of rough grains. Forces at the end of a substep depend on velocities, which are predicted
+/// with the forces at its start. In a substep in which a contact begins or ends, its force acts during the part of the
+/// substep that the overlap gives. Jumps of the force (adhesion, dashpots) then cause errors of second order. A contact
+/// that begins and ends in one substep is not found.
+template <class Law>
+class RoughSteps {
+ public:
+  RoughSteps(const RoughLaws<Law>& laws, const Bodies& bodies, const RoughSides& sides)
+      : laws_(laws), bodies_(bodies), sides_(sides), nearest_(box_of(bodies)) {}
+
+  /// Returns the box of the bodies, without periods along z in two dimensions.
+  static Box<3> box_of(const Bodies& bodies) {
+    Box<3> box = bodies.box;
+    if (bodies.dimension == 2) box.sides[4] = box.sides[5] = Boundary::wall;
+    return box;
+  }
+
+  /// Advances the bodies (those of the constructor) by at most `chunk.steps` substeps. `open`: open contacts in
+  /// ascending order of pairs. Adds events, dissipated energy and work to `followed`. Returns the number of substeps.
+  int advance(Bodies& bodies, std::vector<RoughOpen>& open, const RoughChunk& chunk, ContactsFollowed& followed) {
+    chunk_ = &chunk, followed_ = &followed;
+    h_ = chunk.h;
+    grains_.begin(bodies, chunk.slow_force, h_);
+    activations_.begin(chunk.steps), tests_.begin(chunk.steps);
+    for (RoughOpen& one : open) bind(one, 0);
+    predict();
+    for (RoughOpen& one : open) evaluate_first(one);
+    int done = 0;
+    for (bool valid = true; valid && done < chunk.steps; ++done) valid = substep(open, done);
+    followed.work += grains_.finish(bodies, done);
+    return done;
+  }
+
+ private:
+  /// Geometry of a contact at one instant.
+  struct Geometry {
+    Vec3 normal;
+    double overlap = 0;
+    double arm = 0, other_arm = 0;  ///< distances of the contact from the centres of i and of its partner
+  };
+
+  Vec3 separation(Pair pair, int n) const { return nearest(grains_.position(pair.j, n) - grains_.position(pair.i, n)); }
+  Vec3 nearest(Vec3 r) const {
+    for (int k = 0; k < 3; ++k) r[k] = nearest_(r[k], k);
+    return r;
+  }
+
+  /// Makes a grain active at the instant n, and schedules tests of the gaps to its neighbours. Returns its index.
+  int activate(int grain, int n) {
+    if (const int index = grains_.index_of(grain); index >= 0) return index;
+    const Vec3 centre = grains_.position(grain, n);
+    const double within = bodies_.radius[grain] + 2 * chunk_->speed * h_ * (chunk_->steps - n);
+    for (const int other : chunk_->neighbours.of(grain)) {
+      if (grains_.index_of(other) >= 0) continue;  // that grain has scheduled the pair
+      const double square = norm2(nearest(grains_.position(other, n) - centre)), far = within + bodies_.radius[other];
+      if (square > far * far) continue;
+      const Pair pair{std::min(grain, other), std::max(grain, other)};
+      schedule(pair, std::sqrt(square) - reach(bodies_, pair), n);
+    }
+    return grains_.activate(grain, n);
+  }
+  /// Schedules the next test of a pair that has this gap at the instant n.
+  void schedule(Pair pair, double gap, int n) {
+    tests_.add(n + std::max(1.0, std::floor(gap / (2 * chunk_->speed * h_))), pair);
+  }
+  /// Makes the grains of a contact active at the instant n.
+  void bind(RoughOpen& one, int n) {
+    const auto [i, j] = one.contact.pair;
+    one.i = activate(i, n), one.j = j < bodies_.size() ? activate(j, n) : -1;
+    ++grains_.active()[one.i].contacts;
+    if (one.j >= 0) ++grains_.active()[one.j].contacts;
+  }
+
+  /// Schedules the activation of free grains that come into contact.
+  void predict() {
+    const double longest = chunk_->steps * h_;
+    travel_.resize(bodies_.size());
+    for (int i = 0; i < bodies_.size(); ++i) {
+      const auto& [x, v, a] = grains_.flight(i);
+      travel_[i] = longest * (norm(v) + 0.5 * longest * norm(a));
+    }
+    for (const Pair pair : chunk_->pairs) {
+      const auto [i, j] = pair;
+      if (grains_.index_of(i) >= 0 || grains_.index_of(j) >= 0) continue;
+      const ActiveGrains::Flight &a = grains_.flight(i), &b = grains_.flight(j);
+      const Vec3 r = nearest(b.position - a.position);
+      const double sum = reach(bodies_, pair), far = sum + travel_[i] + travel_[j];
+      if (norm2(r) > far * far) continue;
+      const RelativeFlight relative{r, b.velocity - a.velocity, b.acceleration - a.acceleration};
+      const double time = earliest_contact(relative, sum, longest);
+      if (time < longest) activations_.add(std::floor(time / h_), pair);
+    }
+    for (int i = 0; sides_.any() && i < bodies_.size(); ++i)
+      sides_.visit(grains_.position(i, 0), bodies_.radius[i], [&](int, double gap) {
+        if (gap < travel_[i]) activations_.add(0, {i, i});
+      });
+  }
+
+  /// Advances the active grains by substep n. Returns false if a grain has become faster than the bound.
+  bool substep(std::vector<RoughOpen>& open, int n) {
+    for (const auto [i, j] : activations_.due(n))
+      if (grains_.index_of(i) < 0 && grains_.index_of(j) < 0) activate(i, n), activate(j, n);
+    for (ActiveGrain& one : grains_.active()) {
+      kick(one);
+      one.position += h_ * one.velocity;
+    }
+    find_contacts(open, n);
+    for (ActiveGrain& one : grains_.active()) {
+      one.predicted_velocity = one.velocity + 0.5 * h_ * (one.per_mass * one.force + one.slow);
+      one.predicted_spin = one.spin + (0.5 * h_ * one.per_inertia) * one.torque;
+      one.force = one.torque = one.impulse = one.angular_impulse = {};
+    }
+    for (RoughOpen& one : open) evaluate(one, n);
+    std::erase_if(open, [](const RoughOpen& one) { return !one.open; });
+    double fastest = 0;
+    for (ActiveGrain& one : grains_.active()) {
+      kick(one);
+      one.velocity += one.per_mass * one.impulse;
+      one.spin += one.per_inertia * one.angular_impulse;
+      fastest = std::max(fastest, norm2(one.velocity));
+    }
+    return fastest <= chunk_->speed * chunk_->speed;
+  }
+  /// Applies forces and torques for half a substep.
+  void kick(ActiveGrain& one) const {
+    one.velocity += 0.5 * h_ * (one.per_mass * one.force + one.slow);
+    one.spin += (0.5 * h_ * one.per_inertia) * one.torque;
+  }
+
+  /// Adds the contacts that have begun in substep n to the open ones.
+  void find_contacts(std::vector<RoughOpen>& open, int n) {
+    begun_.clear();
+    for (const Pair pair : tests_.due(n + 1)) {
+      const double gap = norm(separation(pair, n + 1)) - reach(bodies_, pair);
+      gap < 0 ? begin_contact(open, pair, n) : schedule(pair, gap, n + 1);
+    }
+    for (std::size_t k = 0; sides_.any() && k < grains_.active().size(); ++k) {
+      const ActiveGrain one = grains_.active()[k];
+      sides_.visit(one.position, one.radius, [&](int side, double gap) {
+        if (gap < 0) begin_contact(open, {one.grain, bodies_.size() + side}, n);
+      });
+    }
+    if (begun_.empty()) return;
+    std::ranges::sort(begun_, {}, pair_of);
+    const auto old = static_cast<std::ptrdiff_t>(open.size());
+    open.insert(open.end(), begun_.begin(), begun_.end());
+    std::ranges::inplace_merge(open, open.begin() + old, {}, pair_of);
+  }
+  static Pair pair_of(const RoughOpen& one) { return one.contact.pair; }
+
+  void begin_contact(std::span<const RoughOpen> open, Pair pair, int n) {
+    if (std::ranges::binary_search(open, pair, {}, pair_of) || std::ranges::find(begun_, pair, pair_of) != begun_.end())
+      return;
+    RoughOpen one = laws_.opened(bodies_, {.pair = pair});
+    one.fresh = true;
+    for (const int grain : {pair.i, pair.j})
+      if (grain < bodies_.size() && grains_.index_of(grain) < 0) {
+        ActiveGrain& active = grains_.active()[activate(grain, n + 1)];
+        active.velocity -= 0.5 * h_ * active.slow;  // the second half of this substep follows
+      }
+    bind(one, n + 1);
+    begun_.push_back(one);
+  }
+
+  Geometry geometry_of(const RoughOpen& one) const {
+    const ActiveGrain& a = grains_.active()[one.i];
+    if (one.j < 0) {
+      const int side = one.contact.pair.j - bodies_.size();
+      const double gap = sides_.gap(a.position, a.radius, side);
+      return {RoughSides::normal(side), -gap, a.radius + gap, 0};
+    }
+    const ActiveGrain& b = grains_.active()[one.j];
+    const Vec3 r = nearest(b.position - a.position);
+    const double distance = norm(r), sum = a.radius + b.radius;
+    if (distance < too_close * sum) refuse_flight_through(one.contact);
+    return {r / distance, sum - distance, distance * a.radius / sum, distance * b.radius / sum};
+  }
+  /// Returns the relative motion of the surfaces, with the velocities in the middle of the substep or with those
+  /// predicted for its end.
+  SurfaceMotion motion_of(const RoughOpen& one, const Geometry& geometry, bool predicted) const {
+    const auto velocity = [&](int k) {
+      const ActiveGrain& grain = grains_.active()[k];
+      return predicted ? grain.predicted_velocity : grain.velocity;
+    };
+    const auto spin = [&](int k) {
+      const ActiveGrain& grain = grains_.active()[k];
+      return predicted ? grain.predicted_spin : grain.spin;
+    };
+    Vec3 v = velocity(one.i), w = spin(one.i), turning = geometry.arm * w;
+    if (one.j >= 0) v -= velocity(one.j), w -= spin(one.j), turning += geometry.other_arm * spin(one.j);
+    const Vec3 n = geometry.normal, surface = v + cross(turning, n);
+    return {n, geometry.overlap, dot(v, n), surface - dot(surface, n) * n, w - dot(w, n) * n, h_};
+  }
+  static double energy_of(const TangentialSpring& spring) { return 0.5 * spring.stiffness * norm2(spring.elongation); }
+
+  /// Computes the forces of an open contact at the first instant, without a change of its spring.
+  void evaluate_first(RoughOpen& one) {
+    const Geometry geometry = geometry_of(one);
+    TangentialSpring spring{one.spring.elongation, 0};
+    one.now = laws_.of(bodies_, one.contact.pair).forces(one.constants, motion_of(one, geometry, false), {}, spring);
+    one.spring.stiffness = spring.stiffness, one.overlap = geometry.overlap;
+    add(one, geometry, one.now, &ActiveGrain::force, &ActiveGrain::torque);
+  }
+
+  /// Computes the forces of a contact at the end of substep n.
+  void evaluate(RoughOpen& one, int n) {
+    const Geometry geometry = geometry_of(one);
+    const SurfaceMotion half = motion_of(one, geometry, false);
+    if (geometry.overlap <= one.last_overlap && !one.fresh) return end(one, geometry, half, n);
+    const ActiveGrain& a = grains_.active()[one.i];
+    if (a.contacts > 1 || (one.j >= 0 && grains_.active()[one.j].contacts > 1)) one.contact.alone = false;
+    one.fresh ? begin(one, geometry, half, n) : proceed(one, geometry, half);
+    one.overlap = geometry.overlap, one.fresh = false;
+    followed_->record.largest_overlap =
+        std::max(followed_->record.largest_overlap,
+                 geometry.overlap / (one.j < 0 ? 2 * a.radius : reach(bodies_, one.contact.pair)));
+  }
+
+  /// Computes the forces at the end of a substep during which the contact lasts.
+  void proceed(RoughOpen& one, const Geometry& geometry, const SurfaceMotion& half) {
+    const SurfaceForces before = one.now;
+    const double stored = energy_of(one.spring);
+    const Vec3 path = h_ * half.sliding;
+    one.now =
+        laws_.of(bodies_, one.contact.pair).forces(one.constants, motion_of(one, geometry, true), path, one.spring);
+    add(one, geometry, one.now, &ActiveGrain::force, &ActiveGrain::torque);
+    followed_->record.dissipated +=
+        0.5 * h_ *
+            (before.normal.dissipated + one.now.normal.dissipated + before.rolling_power + one.now.rolling_power) -
+        0.5 * dot(before.tangential + one.now.tangential, path) + stored - energy_of(one.spring);
+  }
+
+  /// Computes the forces at the end of the substep in which the contact has begun. They act during a part of it.
+  void begin(RoughOpen& one, const Geometry& geometry, const SurfaceMotion& half, int n) {
+    const double share = std::clamp(geometry.overlap / (h_ * half.closing), 0.0, 1.0);
+    one.contact.since = chunk_->begin + (n + 1 - share) * h_, one.contact.impact_speed = std::max(0.0, half.closing);
+    if (one.j >= 0) followed_->record.begun.push_back(one.contact);
+    const RoughContactLaw<Law>& law = laws_.of(bodies_, one.contact.pair);
+    SurfaceMotion first = half;
+    first.overlap = 0;
+    TangentialSpring unstretched;
+    const SurfaceForces onset = law.forces(one.constants, first, {}, unstretched);
+    const Vec3 path = share * h_ * half.sliding;
+    one.now = law.forces(one.constants, motion_of(one, geometry, true), path, one.spring);
+    add(one, geometry, one.now, &ActiveGrain::force, &ActiveGrain::torque);
+    // Impulse share/2 h (onset + end), of which the regular half step gives h/2 end.
+    const double part = 0.5 * share * h_;
+    SurfaceForces rest;
+    rest.normal.force = part * onset.normal.force + (part - 0.5 * h_) * one.now.normal.force;
+    rest.tangential = part * onset.tangential + (part - 0.5 * h_) * one.now.tangential;
+    rest.couple = part * onset.couple + (part - 0.5 * h_) * one.now.couple;
+    add(one, geometry, rest, &ActiveGrain::impulse, &ActiveGrain::angular_impulse);
+    followed_->record.dissipated +=
+        part * (onset.normal.dissipated + one.now.normal.dissipated + onset.rolling_power + one.now.rolling_power) -
+        0.5 * dot(onset.tangential + one.now.tangential, path) - energy_of(one.spring);
+  }
+
+  /// Ends a contact in substep n. Its forces act during a part of the substep.
+  void end(RoughOpen& one, const Geometry& geometry, const SurfaceMotion& half, int n) {
+    const RoughContactLaw<Law>& law = laws_.of(bodies_, one.contact.pair);
+    const double share = std::clamp((one.overlap - one.last_overlap) / (one.overlap - geometry.overlap), 0.0, 1.0);
+    const NormalContact last = law.normal_contact(one.constants, one.last_overlap, half.closing);
+    const double mean = law.mean_tangential(one.now, last.pressing);
+    // Impulse share/2 h (start + end), of which the regular half step has given h/2 start.
+    const double part = 0.5 * share * h_;
+    SurfaceForces rest = one.now;
+    rest.normal.force = (part - 0.5 * h_) * one.now.normal.force + part * last.force;
+    rest.tangential *= 2 * part * mean - 0.5 * h_;
+    rest.couple *= part - 0.5 * h_;
+    add(one, geometry, rest, &ActiveGrain::impulse, &ActiveGrain::angular_impulse);
+    followed_->record.dissipated += part * (one.now.normal.dissipated + last.dissipated + one.now.rolling_power) +
+                                    last.stored - 2 * part * mean * dot(one.now.tangential, half.sliding) +
+                                    energy_of(one.spring);
+    one.open = false;
+    --grains_.active()[one.i].contacts;
+    if (one.j < 0) return;
+    --grains_.active()[one.j].contacts;
+    const double release = rest.normal.force / reduced_mass(bodies_, one.contact.pair) - half.closing;
+    const Vec3 v = grains_.active()[one.i].velocity - grains_.active()[one.j].velocity;
+    const double across = norm(v - dot(v, geometry.normal) * geometry.normal);
+    followed_->record.ended.push_back({one.contact, release, chunk_->begin + (n + share) * h_, across});
+    tests_.add(n + 2, one.contact.pair);
+  }
+
+  /// Adds the forces of a contact to a force and a torque of its grains.
+  void add(const RoughOpen& one, const Geometry& geometry, const SurfaceForces& forces, Vec3 ActiveGrain::*linear,
+           Vec3 ActiveGrain::*angular) {
+    const Vec3 force = forces.tangential - forces.normal.force * geometry.normal,
+               turning = cross(geometry.normal, forces.tangential);
+    ActiveGrain& a = grains_.active()[one.i];
+    a.*linear += force, a.*angular += geometry.arm * turning + forces.couple;
+    if (one.j < 0) return;
+    ActiveGrain& b = grains_.active()[one.j];
+    b.*linear -= force, b.*angular += geometry.other_arm * turning - forces.couple;
+  }
+
+  const RoughLaws<Law>& laws_;
+  const Bodies& bodies_;
+  const RoughSides& sides_;
+  NearestImage<3> nearest_;
+  const RoughChunk* chunk_ = nullptr;
+  ContactsFollowed* followed_ = nullptr;
+  double h_ = 0;
+  ActiveGrains grains_;
+  ContactSchedule activations_, tests_;
+  std::vector<double> travel_;
+  std::vector<RoughOpen> begun_;
+};
+
+}  // namespace lichtenberg::granular

@@ -18,11 +18,11 @@ SCOPE = next((HOME / "docs").glob("what-*.md"))
 EXAMPLES = HOME / "docs/reference/commands.toml"
 # Kinds of scene that read a table. A table of the page SCOPE has those of effects.
 ALL_KINDS = "conductors, packings, grains"
-KINDS = {"(top of the file)": ALL_KINDS, "[domain]": ALL_KINDS, "[medium]": "conductors", "[material]": "conductors",
-         "[[electrode]]": "conductors", "[[circuit]]": "conductors", "[[wall]]": "packings",
-         "[[conductor]]": ALL_KINDS, "[[group]]": "conductors", "[[population]]": ALL_KINDS,
-         "[units]": "grains", "[[equilibration]]": "grains", "[effects]": ALL_KINDS,
-         "[minimize]": "packings", "[field]": "conductors", "[mechanics]": "conductors, grains",
+KINDS = {"(top of the file)": ALL_KINDS, "[domain]": ALL_KINDS, "[medium]": "conductors",
+         "[material]": "conductors, packings", "[[electrode]]": "conductors", "[[circuit]]": "conductors",
+         "[[wall]]": "packings", "[[conductor]]": ALL_KINDS, "[[group]]": "conductors", "[[population]]": ALL_KINDS,
+         "[units]": "grains", "[[equilibration]]": "grains", "[effects]": ALL_KINDS, "[minimize]": "packings",
+         "[compression]": "packings", "[field]": "conductors", "[mechanics]": "conductors, grains",
          "[network]": "packings", "[output]": ALL_KINDS, "[stop]": "conductors, grains"}
 TYPES = re.compile(r'(?:one of "|a number|an integer|true or false|a text|two numbers|a list|two corners|"periodic", )')
 CPP_PAGES = {  # by page: title, and the entities by directive of Breathe in the order of the page
@@ -140,7 +140,8 @@ def example_of(header):
 def kinds_of_effects():
     """Returns the kinds of scene by effect, from the table of effects of the page SCOPE."""
     text = SCOPE.read_text()
-    return dict(re.findall(r"^\| ?`([a-z_]+)` ?\| ?(conductors|packings|grains) ?\|", text, re.MULTILINE))
+    kinds = r"(conductors|packings|grains|conductors, packings)"
+    return dict(re.findall(rf"^\| ?`([a-z_]+)` ?\| ?{kinds} ?\|", text, re.MULTILINE))
 
 
 def kinds_of(header):

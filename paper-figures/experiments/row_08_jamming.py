@@ -17,9 +17,9 @@ FRACTION = ("The packing fraction at jamming is that of a fast quench, 0.84 of d
             "below, because 1024 particles jam earlier than many.")
 CONTACTS = "At jamming 2d contacts a particle, less 2(d - 1)/N for N particles with load."
 EXPONENT = "The excess contacts grow with the square root of the excess packing fraction."
-SYSTEMS = {"disks": (2, 10, published(0.84, 0.835, 0.845, "A"), published(4, 3.98, 4.02, "A"),
+SYSTEMS = {"disks": (2, 6, published(0.84, 0.835, 0.845, "A"), published(4, 3.98, 4.02, "A"),
                      published(0.5, 0.47, 0.53, "M")),
-           "spheres": (3, 6, published(0.64, 0.635, 0.645, "A"), published(6, 5.97, 6.03, "A"),
+           "spheres": (3, 4, published(0.64, 0.635, 0.645, "A"), published(6, 5.97, 6.03, "A"),
                        published(0.5, 0.47, 0.53, "M"))}
 
 

@@ -107,8 +107,8 @@ def read_network(file, model):
     found = [(w[0] * moved, w[1]) if w else None for w in found]
     ends = resistor_ends(group, position, radius, found)
     period = np.where(drawing.periodic_axes(file["particles/conductors"], len(size)), size, np.inf)
-    apart = ends[:, 1, : len(size)] - ends[:, 0, : len(size)]  # across a periodic side: to the nearest image
-    ends[:, 1, : len(size)] -= np.where(np.isfinite(period), size, 0) * np.round(apart / period)
+    separation = ends[:, 1, : len(size)] - ends[:, 0, : len(size)]  # across a periodic side: to the nearest image
+    ends[:, 1, : len(size)] -= np.where(np.isfinite(period), size, 0) * np.round(separation / period)
     potential = group["potential"][()]
     lines = [wall_line(w[0][:2], w[1][:2], size[:2]) if w else int(name) for w, name in zip(found, names)]
     if spatial:

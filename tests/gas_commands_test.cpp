@@ -349,7 +349,8 @@ TEST_CASE("gas commands: impossible requests are refused with an error message")
   CHECK_MESSAGE(!contains(at_rest.out, "nan"), at_rest.out);
   folder.write("large.toml", replaced(scene, "count = 60", "count = 1\nradius = 1.6"));
   refused("run large.toml",
-          "large.toml:5: domain.size = 6 d0 along its shortest periodic side is not allowed with a grain of diameter 3.2 d0");
+          "large.toml:5: domain.size = 6 d0 along its shortest periodic side is not allowed with a grain of diameter "
+          "3.2 d0");
   // With K q^2 = 4 a quarter of 2 pi sqrt(0.5 / (1.5 * 278.6^(2/3) 4^(1/3))) is 0.110.
   folder.write("held.toml", replaced(replaced(scene, "temperature = 1", "temperature = 1\ncharge = 2"), "[output]",
                                      "[mechanics]\nstep = 0.2\n[output]"));

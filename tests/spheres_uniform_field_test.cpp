@@ -65,8 +65,8 @@ TEST_CASE("sphere in a uniform field: dipole, potential, energy and force") {
 }
 
 TEST_CASE("two neutral spheres in a field: dipole and force of the closed form") {
-  // The force is half of the dipole's derivative by the distance. A difference of fourth order at 1e-3 of the gap has an
-  // error of about 1e-11. Rounding of the sums over the step is below 1e-10.
+  // The force is half of the dipole's derivative by the distance. A difference of fourth order at 1e-3 of the gap has
+  // an error of about 1e-11. Rounding of the sums over the step is below 1e-10.
   for (const double accuracy : {1e-4, 1e-8})
     for (const double gap : {2.0, 0.3, 0.02}) {
       CAPTURE(gap);

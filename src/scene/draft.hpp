@@ -43,7 +43,7 @@ struct ElectrodeDraft {
   Coordinates position{};  ///< centre of a sphere
   std::string side{};
   double at = 0, radius = 0, width = 0, wire_radius = 0;
-  int circuit = -1;  ///< index into Scene::circuits, set by connect_circuits()
+  int circuit = -1;            ///< index into Scene::circuits, set by connect_circuits()
   std::vector<Vec2> points{};  ///< of a polygon or curve
   Vec2 semi_axes{};
   double angle = 0;  ///< degrees

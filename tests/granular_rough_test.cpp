@@ -143,17 +143,34 @@ TEST_CASE("rolling resistance: a rolling sphere decelerates by 5/7 mu_r g") {
 
 // Between two elastic walls the period is two flights and two half periods of the spring, pi sqrt(m/A).
 TEST_CASE("grain between two walls: it bounces with the known period") {
-  constexpr double stiffness = 1e4, speed = 0.8;
-  Scene scene = cube(4);
-  scene.effects.add(effects::LinearContactOptions{.stiffness = 1, .damping = 0});
-  add_walls(scene, {0}, {.stiffness = stiffness});
-  grains::add(scene, {2, 2, 2}, {speed, 0, 0});
-  const double period = 2 * (4 - 1) / speed + 2 * std::numbers::pi / std::sqrt(stiffness);
+  for (const double stiffer : {1.0, 4.0}) {
+    CAPTURE(stiffer);
+    constexpr double stiffness = 1e3, speed = 0.8;
+    Scene scene = cube(4);
+    scene.effects.add(effects::LinearContactOptions{.stiffness = 1, .damping = 0});
+    add_walls(scene, {0}, {.stiffness = stiffness});
+    if (stiffer > 1) scene.stages = {{.duration = 200, .stiffness = stiffer}};
+    grains::add(scene, {2, 2, 2}, {speed, 0, 0});
+    const double period = 2 * (4 - 1) / speed + 2 * std::numbers::pi / std::sqrt(stiffer * stiffness);
+    Run run(scene);
+    run.to(10 * period);
+    CHECK(run.gas.bodies().position[0] == Approx(2).epsilon(1e-3));
+    CHECK(run.gas.bodies().momentum[0] == Approx(speed).epsilon(1e-4));
+    CHECK(run.gas.energy().total() == Approx(0.5 * speed * speed).epsilon(1e-4));
+  }
+}
+
+TEST_CASE("elastic stage: walls of their own material dissipate no energy") {
+  Scene scene = frictional(4, {.stiffness = 1e3, .restitution = 0.5}, {.coefficient = 0.5});
+  add_walls(scene, {0}, {.damping = 10, .friction = 0.3});
+  scene.stages = {{.duration = 8}};
+  grains::add(scene, {2, 2, 2}, {0.8, 0.3, 0});
   Run run(scene);
-  run.to(10 * period);
-  CHECK(run.gas.bodies().position[0] == Approx(2).epsilon(1e-3));
-  CHECK(run.gas.bodies().momentum[0] == Approx(speed).epsilon(1e-4));
-  CHECK(run.gas.energy().total() == Approx(0.5 * speed * speed).epsilon(1e-4));
+  run.to(7);
+  CHECK(run.gas.energy().dissipated == 0);
+  CHECK(norm(granular::spin_of(run.gas.bodies(), 0)) == 0);
+  run.to(12);
+  CHECK(run.gas.energy().dissipated > 0.1);
 }
 
 TEST_CASE("wall of its own material: the restitution is that of the wall") {

@@ -1,6 +1,7 @@
 // Tests of friction and rotation of grains: collisions of two spheres, sliding and rolling on a wall.
 #include <doctest/doctest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -98,6 +99,29 @@ TEST_CASE("oblique collision: momentum and angular momentum are conserved") {
   CHECK(norm(found.after.linear - found.before.linear) < 1e-13);
   CHECK(norm(found.after.angular - found.before.angular) < 1e-12);
   CHECK(found.after.angular.z != Approx(0));
+}
+
+// Dashpots act with predicted velocities, too large by (w h)^2 / 2 = pi^2 / (2 n^2). The other errors are of the order
+// of 1 - e = 0.1 of this one, or of n^-2.5.
+TEST_CASE("rough contact: the energy error is pi^2/2 (1 - e^2)/n^2 at weak damping") {
+  for (const double e : {0.95, 0.9})
+    for (const int n : {16, 32, 64}) {
+      CAPTURE(e);
+      CAPTURE(n);
+      double worst = 0;
+      for (int k = 0; k < 5; ++k) {
+        Scene scene = cube(10);
+        scene.effects.add(effects::LinearContactOptions{.stiffness = 1e5, .restitution = e});
+        add_walls(scene, {2});
+        scene.mechanics.contact_steps = n;
+        add_pair(scene, 1, 0.013 + 0.0017 * k);
+        Run run(scene);
+        run_collision(run);
+        worst = std::max(worst, std::abs(run.gas.energy().total() / 0.25 - 1));
+      }
+      MESSAGE("e = " << e << ", n = " << n << ": " << worst);
+      CHECK(worst == Approx(0.5 * std::numbers::pi * std::numbers::pi * (1 - e * e) / (n * n)).epsilon(0.15));
+    }
 }
 
 namespace {

@@ -165,7 +165,9 @@ TEST_CASE("[[circuit]]: invalid members and sources are refused") {
       "}\n" +
           electrostatics + disk("[0.01, 0.01]") +
           "[[circuit]]\nelectrodes = [\"left\"]\npotential = 0\nresistance = 1\n",
-      {"touches", "corner"});
+      {"the left side of the domain in a circuit touches the bottom side at 0 V", "corner"});
+  check_refused(start + electrode + "potential = 0\n" + electrode + "potential = { amplitude = 1, frequency = 50 }\n",
+                {"at 0 V at the start, varying in time touches", "at 0 V: electrodes that touch"});
 }
 
 }  // namespace scene_signal_test

@@ -41,6 +41,11 @@ TEST_CASE("Waveform: polygon has jumps, constant ends, exact integrals") {
   CHECK(wave.integral(0, 4) == doctest::Approx(1 + 1.5 + 0 + 1));
   CHECK(wave.largest() == 4);
   CHECK(Signal(wave).value == 2);
+  // A distant end does not change early points.
+  const Waveform held{.points = {{0, 0}, {1e-4, 1000}, {1e9, 1000}}};
+  CHECK(held.at(0, true) == 0);
+  CHECK(held.at(5e-5, true) == 500);
+  CHECK(held.next_corner(0) == 1e-4);
 }
 
 TEST_CASE("Waveform: sine and square have their period, phase and integral") {

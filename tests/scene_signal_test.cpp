@@ -100,6 +100,7 @@ TEST_CASE("potential: an invalid function of time is refused") {
   refused("{ ramp = [[0, 1], [1, 2]], offset = 3 }", {"wrong unit or type"});
   refused("{ amplitude = 1 }", {"wrong unit or type", "frequency"});
   refused("{ amplitude = 1, frequency = 0 }", {"frequency must be greater than 0"});
+  refused("{ amplitude = 1, frequency = 5, phase = 361 }", {"phase must be from -360 to 360 degrees"});
   refused("{ amplitude = 1, frequency = 5, shape = \"saw\" }", {"wrong unit or type", "\"square\""});
   refused("{ table = [[0, 1], [10, 2]] }", {"gap", "0 to 10 s", "stop.time = 120"});
   refused("{ table = [[1, 1], [1000, 2]] }", {"gap", "1 to 1000 s"});

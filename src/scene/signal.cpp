@@ -87,7 +87,8 @@ double Waveform::largest() const {
 }
 
 std::string Waveform::fault() const {
-  if (shape != Shape::points) return frequency > 0 ? "" : "its frequency must be greater than 0 Hz";
+  if (shape != Shape::points && !(frequency > 0)) return "its frequency must be greater than 0 Hz";
+  if (shape != Shape::points) return std::abs(phase) <= 360 ? "" : "its phase must be from -360 to 360 degrees";
   if (points.size() < 2) return fmt::format("it has {} points, and at least 2 are needed", points.size());
   for (std::size_t k = 1; k < points.size(); ++k) {
     if (points[k].x < points[k - 1].x)

@@ -166,7 +166,7 @@ TEST_CASE("device friction: the CPU continues from a checkpoint of the device") 
   CHECK(largest_difference(found.reals.at("angular_velocity"), expected.reals.at("angular_velocity")) < 1e-6);
 }
 
-TEST_CASE("device friction: momentum and angular momentum of a collision are conserved") {
+TEST_CASE("device friction: a collision conserves both momenta") {
   Scene scene = grains::frictional(40, {.stiffness = 1e4, .restitution = 0.9}, {.coefficient = 0.5});
   grains::add(scene, {19, 20, 20}, {1, 0.3, 0});
   grains::add(scene, {21, 20.4, 20}, {-1, 0, 0.2});

@@ -56,7 +56,7 @@ LICHTENBERG_HOST_DEVICE inline SurfaceLoad load_of(const SurfaceGeometry& geomet
 template <class Law>
 struct RoughSubstep {
   /// A substep in which the contact acts during a part only, at the end (onset) or at the start.
-  struct Part {
+  struct PartialSubstep {
     double share = 1;         ///< part of the substep
     SurfaceForces impulse{};  ///< in addition to the impulse of the half steps with the forces at start and end
     double dissipated = 0;    ///< energy
@@ -83,9 +83,9 @@ struct RoughSubstep {
   }
 
   /// Computes the forces `now` at the end of the substep in which the contact has begun.
-  LICHTENBERG_HOST_DEVICE Part begin(const SurfaceMotion& half, const SurfaceMotion& end, TangentialSpring& spring,
-                                     SurfaceForces& now) const {
-    Part made;
+  LICHTENBERG_HOST_DEVICE PartialSubstep begin(const SurfaceMotion& half, const SurfaceMotion& end,
+                                               TangentialSpring& spring, SurfaceForces& now) const {
+    PartialSubstep made;
     made.share = within_one(half.overlap / (h * half.closing));
     SurfaceMotion first = half;
     first.overlap = 0;
@@ -106,9 +106,9 @@ struct RoughSubstep {
 
   /// Ends a contact that had the forces `now` and the overlap `before` at the start of the substep. `last`: overlap at
   /// which contacts end.
-  LICHTENBERG_HOST_DEVICE Part end(const SurfaceMotion& half, double before, double last,
-                                   const TangentialSpring& spring, const SurfaceForces& now) const {
-    Part made;
+  LICHTENBERG_HOST_DEVICE PartialSubstep end(const SurfaceMotion& half, double before, double last,
+                                             const TangentialSpring& spring, const SurfaceForces& now) const {
+    PartialSubstep made;
     made.share = within_one((before - last) / (before - half.overlap));
     const NormalContact separating = law.normal_contact(constants, last, half.closing);
     const double mean = law.mean_tangential(now, separating.pressing);

@@ -34,7 +34,7 @@ struct RoughView {
 };
 
 /// Contact substeps of rough grains in an outer step (from one evaluation of the smooth forces to the next) on a
-/// device, as functions for single grains and pairs that kernels call. Reduced units.
+/// device. Kernels call its functions for single grains and pairs. Reduced units.
 template <class Law>
 struct RoughContactSteps : ContactSteps<RoughLaw<Law>> {
   using Smooth = ContactSteps<RoughLaw<Law>>;

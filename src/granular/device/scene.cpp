@@ -43,7 +43,7 @@ double bytes_needed(const Scene& scene, const DeviceForces& forces) {
   constexpr double start = 300e6;
   const bool rough = !surface_key(scene).empty();
   double a_grain = 630, an_entry = 210;
-  if (rough) a_grain += 280, an_entry += 60;
+  if (rough) a_grain += 280, an_entry += 85;
   if (scene.effects.has<effects::FlatWallsOptions>())
     for (int side = 0; side < 6; ++side)
       if (!scene.domain.sides[side].periodic) a_grain += 190;

@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "solvers/error.hpp"
@@ -184,6 +185,29 @@ TEST_CASE("device friction: a collision conserves both momenta") {
   CHECK(norm(after.linear - before.linear) < 1e-13);
   CHECK(norm(after.angular - before.angular) < 34 * 100 * 0x1p-52 * 10);
   CHECK(norm(granular::spin_of(cpu.gas.bodies(), 1)) > 0.1);
+}
+
+// A row of ever lighter grains: each hits the next one, all within one step. The last one becomes four times as fast as
+// any before, and hits another at a distance in the same step.
+TEST_CASE("device friction: a chain of collisions in a step misses no contact") {
+  Scene scene = grains::frictional(30, {.stiffness = 1e7, .damping = 0}, {.coefficient = 0.5});
+  scene.mechanics.step = 0.02;
+  double x = 10;
+  for (const auto& [radius, speed, gap] :
+       {std::array{2.0, 4.0, 0.001}, {0.7, 0.0, 0.001}, {0.25, 0.0, 0.001}, {0.1, 0.0, 0.1}, {0.1, 0.0, 0.0}}) {
+    scene.conductors.push_back({.position = {x + radius, 15, 15}, .velocity = {speed, 0, 0}, .radius = radius});
+    x += 2 * radius + gap;
+  }
+  grains::Run cpu(scene);
+  const Checkpoint start = cpu.gas.save();
+  const Device device = loaded(scene, cpu, start);
+  cpu.step(10), device->step(10);
+  REQUIRE(device->time() == cpu.gas.time());
+  const Checkpoint expected = cpu.gas.save(), found = stored(*device, start);
+  CHECK(cpu.gas.collisions >= 4);
+  CHECK(found.integers.at("counters") == expected.integers.at("counters"));
+  for (int i = 0; i < 5; ++i)
+    CHECK(found.reals.at("momentum")[3 * i] == doctest::Approx(expected.reals.at("momentum")[3 * i]).epsilon(1e-3));
 }
 
 TEST_CASE("device friction: an elastic stage has walls, but no friction") {

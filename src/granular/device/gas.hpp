@@ -134,6 +134,10 @@ class GasImpl final : public DeviceGas {
     energy_known_ = gas_.options.exchanges || dipoles_;
     now.steps = now.exchanges = 0;
     now.contact_steps = now.begun = now.transfers = 0;
+    if (now.outran)
+      throw Failure(gas_.options.path + ": at t = " + std::to_string(gas_.time) +
+                    " t0 contacts have accelerated a grain so much that it has moved beyond its neighbours within a "
+                    "step: a shorter mechanics.step is needed");
     check_results();
   }
 
@@ -469,10 +473,6 @@ class GasImpl final : public DeviceGas {
       throw Failure("grain " + std::to_string(passed - 1) +
                     " and another fly through each other: the contact is too soft for their impact; a larger "
                     "stiffness, of a stage its equilibration.stiffness, or a lower temperature is needed");
-    if (const int outran = results_.host().outran; outran)
-      throw Failure(gas_.options.path + ": at t = " + std::to_string(gas_.time) + " t0 contacts have made grain " +
-                    std::to_string(outran - 1) +
-                    " more than twice as fast as any grain before within a step: a shorter mechanics.step is needed");
     if (results_.host().lost)
       throw Failure(gas_.options.path + ": from t = " + std::to_string(gas_.time) +
                     " t0 on the grains' positions are not finite");

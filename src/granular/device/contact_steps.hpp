@@ -17,6 +17,7 @@
 #include "src/granular/device/restitution.hpp"
 #include "src/granular/pair_motion.hpp"
 #include "src/model/fixed_point_vec.hpp"
+#include "src/model/rough_contact.hpp"
 
 namespace lichtenberg::granular::device {
 
@@ -99,6 +100,13 @@ struct alignas(16) ActivePair : GrainPair {
   int touching = 0;  ///< 1: in contact at the start of the substep
 };
 
+/// State of a contact of rough grains between two substeps: forces, stiffness of the tangential spring, overlap, and
+/// the energy dissipated since the start of the outer step.
+struct RoughContactState {
+  SurfaceForces now;
+  double stiffness = 0, overlap = 0, dissipated = 0;
+};
+
 /// Pointers to the arrays of candidate pairs, active pairs and contacts in device memory. Reduced units.
 struct ContactsView {
   TableView table;                                   ///< neighbour table with each pair once
@@ -113,7 +121,9 @@ struct ContactsView {
   /// Contact force on the higher grain of an active pair at the start and in the middle of a substep. first: relative
   /// acceleration by all other forces at the start.
   Vec3 *force = nullptr, *halfway = nullptr, *first = nullptr;
-  int* next = nullptr;  ///< [2 * entries], next element in the linked list of a grain's new contacts
+  int* next = nullptr;     ///< [2 * entries], next element in the linked list of a grain's new contacts
+  Vec3* spring = nullptr;  ///< [entries], elongation of the tangential spring; null for smooth grains, as `rough`
+  RoughContactState* rough = nullptr;
 };
 
 /// Results of outer steps (from one evaluation of the smooth forces to the next), from which the next step is chosen,
@@ -129,6 +139,7 @@ struct StepResults {
   int lost = 0;                          ///< not 0: a position or velocity is not finite
   int pairs = 0, active = 0, ended = 0;  ///< numbers of candidate pairs, active pairs and ended isolated contacts
   int passed = 0;                        ///< 1 + number of a grain through which another has passed; 0: none
+  int outran = 0;                        ///< 1 + number of a rough grain that was faster than the lists allow; 0: none
 
   /// Resets the results that accumulate in a step: the counts and `impact2`.
   LICHTENBERG_HOST_DEVICE void begin_step() {
@@ -338,7 +349,7 @@ struct ContactSteps {
     restitution.count(law, scale(p), 1 / inverse_mass(p), reach(p), contact);
   }
 
- private:
+ protected:
   /// Returns true if the separate candidate pair k may come into contact in substep `step`. If not, sets the first
   /// substep in which it may touch.
   LICHTENBERG_HOST_DEVICE bool may_come_into_contact(int k, const NearPair& p, int step) const {

@@ -18,7 +18,8 @@ struct DeviceForces {
   double strength = 0;                              ///< K, coupling constant of the Coulomb sum
   double polarizability = 0, dipole_tolerance = 0;  ///< of induced dipoles; 0: no dipoles
   bool charged = false, exchanges = false;          ///< true if grains have charges, and if they exchange charge
-  ImpactExchange exchange{};
+  CollisionExchange exchange{};
+  std::vector<double> affinity{};                 ///< of each grain, for the exchange by material
   std::vector<DeviceForm<DeviceDrive>> drives{};  ///< external drives of grains (src/model/drive_part.hpp)
   std::vector<DevicePartForm> parts{};            ///< pair forces (device_pair.hpp)
   double bytes = 0;                               ///< estimated device memory for these computations

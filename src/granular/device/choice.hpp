@@ -55,6 +55,7 @@ struct Progress {
   double stability_limit = INFINITY;
   /// Numbers of contact substeps, contact onsets and charge transfers in the series.
   std::int64_t contact_steps = 0, begun = 0, transfers = 0;
+  std::int64_t refused = 0;      ///< number of transfers that the capacity has refused
   int left = 0;                  ///< largest number of further steps
   int whole = 0;                 ///< 1: the next step ends at `target`
   int go = 0;                    ///< 1: a step has been chosen and the lists are valid for it
@@ -80,7 +81,7 @@ template <class Law>
 LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const StepResults& results, Progress& now,
                                     StepParameters& next) {
   now.go = 0;
-  if (!now.wanted() || results.passed || results.lost) return;
+  if (!now.wanted() || results.passed || results.lost || results.overfull) return;
   if (results.charge != now.limit_charge) {
     now.limit_charge = results.charge;
     now.stability_limit = max_outer_step(rule.law, rule.attraction(results.charge), 0.5 * rule.lightest);
@@ -114,7 +115,8 @@ LICHTENBERG_HOST_DEVICE inline void count_step(const StepResults& results, const
   now.time = now.end;
   --now.left, ++now.steps;
   now.contact_steps += made.steps, now.begun += results.begun, now.transfers += results.transfers;
-  now.exchanged = exchanges && results.transfers > 0;
+  now.refused += results.refused;
+  now.exchanged = exchanges && results.transfers > results.unchanged;
   now.exchanges += now.exchanged;
 }
 

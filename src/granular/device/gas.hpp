@@ -16,6 +16,7 @@
 #include "src/granular/device/follow_contacts.hpp"
 #include "src/granular/device/induced.hpp"
 #include "src/granular/device/lists.hpp"
+#include "src/granular/device/ordered_exchange.hpp"
 #include "src/granular/device/snapshot_memory.hpp"
 
 namespace lichtenberg::granular::device {
@@ -34,6 +35,7 @@ class GasImpl final : public DeviceGas {
     for (const auto& form : options.parts) parts_.push_back(form.make(*run_));
     for (const auto& form : options.drives) drives_.push_back(form.make(*run_));
     pair_units_ = units_of_parts();
+    affinity_.upload(options.affinity);
   }
 
   void load(const Checkpoint& checkpoint, const GrainContactLaw& law, bool elastic, double stage_begin) override {
@@ -120,11 +122,11 @@ class GasImpl final : public DeviceGas {
     Counters& count = gas_.count;
     count.steps += now.steps, counts_.steps += now.steps;
     count.contact_steps += now.contact_steps, counts_.contact_steps += now.contact_steps;
-    count.collisions += now.begun, count.transfers += now.transfers;
+    count.collisions += now.begun, count.transfers += now.transfers, count.refused += now.refused;
     if (sums_) count.evaluations += now.steps + now.exchanges, counts_.evaluations += now.steps + now.exchanges;
     energy_known_ = gas_.options.exchanges || dipoles_;
     now.steps = now.exchanges = 0;
-    now.contact_steps = now.begun = now.transfers = 0;
+    now.contact_steps = now.begun = now.transfers = now.refused = 0;
     check_results();
   }
 
@@ -271,6 +273,8 @@ class GasImpl final : public DeviceGas {
     Progress* now = progress_.device();
     const bool exchanges = has_slow_forces() && gas_.options.exchanges;
     follow(law);
+    if (gas_.exchanges_in_order() && !gas_.elastic)
+      exchange_in_order(*run_, contact_steps(law), gas_.options.exchange, affinity_.data(), &now->go);
     run_->run_concurrently([&] { follow_charges(); }, [&] { find_impacts(law); });
     finish(ChooseNext<Law>{rule(law), results_.device(), parameters_.device(), now,
                            dipoles_ ? dipoles_->unstable() : nullptr, exchanges});
@@ -368,6 +372,7 @@ class GasImpl final : public DeviceGas {
             gas_.view().charge,
             gas_.view().inverse_mass,
             gas_.view().number,
+            &gas_.view().image->x,
             lists_.in_reach()};
   }
   bool has_slow_forces() const { return sums_ || !parts_.empty(); }
@@ -412,11 +417,11 @@ class GasImpl final : public DeviceGas {
             .results = results_.device(),
             .extremes = gas_.extremes.data(),
             .restitution = gas_.restitution.view(),
-            .exchange = gas_.options.exchange,
+            .exchange = gas_.options.exchange.impact,
             .units = gas_.units,
             .inverse_units = gas_.units.inverse(),
             .seed = gas_.options.seed,
-            .exchanges = gas_.options.exchanges && !gas_.elastic};
+            .exchanges = gas_.options.exchanges && !gas_.exchanges_in_order() && !gas_.elastic};
   }
 
   template <class Law>
@@ -441,6 +446,9 @@ class GasImpl final : public DeviceGas {
       throw Failure("grain " + std::to_string(passed - 1) +
                     " and another fly through each other: the contact is too soft for their impact; a larger "
                     "stiffness, of a stage its equilibration.stiffness, or a lower temperature is needed");
+    if (results_.host().overfull)
+      throw Failure(gas_.options.path + ": at t = " + std::to_string(gas_.time) +
+                    " t0 more contacts begin in a step than there are near pairs: a shorter mechanics.step is needed");
     if (results_.host().lost)
       throw Failure(gas_.options.path + ": from t = " + std::to_string(gas_.time) +
                     " t0 on the grains' positions are not finite");
@@ -454,6 +462,7 @@ class GasImpl final : public DeviceGas {
   std::vector<std::unique_ptr<DevicePart>> parts_;
   std::vector<std::unique_ptr<DeviceDrive>> drives_;
   PairUnits pair_units_;
+  Array<double> affinity_{*run_};  ///< of each grain by its number, for the exchange of charge by material
   mutable SnapshotMemories<Executor> memories_{*run_};
   parallel::Mirrored<StepResults, Executor> results_{*run_};
   parallel::Mirrored<StepParameters, Executor> parameters_{*run_};

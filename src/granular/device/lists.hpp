@@ -113,7 +113,8 @@ class GasLists {
     const TableView table = table_.view(), partners = partners_.view(), in_reach = in_reach_.view();
     const ContactsView c = view();
     return {{table.start, table.partner, partners.start, partners.partner, in_reach.start, in_reach.partner, c.since,
-             c.impact_speed, c.alone, c.owner, c.near, c.active, c.state, c.scale, c.force, c.halfway, c.first, c.next},
+             c.impact_speed, c.alone, c.owner, c.near, c.active, c.state, c.scale, c.force, c.halfway, c.first, c.next,
+             c.onset},
             near_.capacity(),
             table.columns,
             partners.columns,
@@ -149,6 +150,7 @@ class GasLists {
     contacts_.resize(entries, c.since, c.impact_speed, c.alone, c.owner, c.active, c.state, c.scale);
     contacts_.resize(entries, c.force, c.halfway, c.first);
     contacts_.resize(2 * entries, c.next);
+    if (state_->exchanges_in_order()) contacts_.resize(entries, c.onset);
     const TableView table = table_.view();
     int* owner = c.owner;
     run_->for_each(state_->n, [=] LICHTENBERG_HOST_DEVICE(int s) {

@@ -28,7 +28,7 @@ struct GasState {
     smallest_radius = *std::ranges::min_element(options.radius);
     lightest = *std::ranges::min_element(options.mass);
     units.energy = energy_quantum(n);
-    if (options.exchanges) units.charge = effects::charge_quantum(options.exchange.strength);
+    if (options.exchanges) units.charge = effects::charge_quantum(options.exchange.impact.strength);
     field_energy.resize(1);
     extremes.resize(1);
     spare.resize(n);
@@ -72,7 +72,8 @@ struct GasState {
     if (options.exchanges) {
       const auto& before = integers(checkpoint, "effects.charge_exchange.collisions");
       if (before.size() == size) collided = before;
-      count.transfers = integers(checkpoint, "effects.charge_exchange.counters").at(1);
+      const auto& transfers = integers(checkpoint, "effects.charge_exchange.counters");
+      count.transfers = transfers.at(1), count.refused = transfers.at(2);
     }
     upload(g.collisions, collided);
     upload(g.begun, std::vector<int>(size, no_end));
@@ -93,6 +94,8 @@ struct GasState {
   }
 
   const GrainsView& view() const { return grains.view; }
+  /// Returns true if grains exchange charge in transfers that depend on earlier ones.
+  bool exchanges_in_order() const { return options.exchanges && options.exchange.in_order(); }
   /// Returns the index in the scene of each sorted grain.
   std::vector<int> numbers() const {
     std::vector<int> all(n);

@@ -81,7 +81,7 @@ template <class Law>
 LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const StepResults& results, Progress& now,
                                     StepParameters& next) {
   now.go = 0;
-  if (!now.wanted() || results.passed || results.lost || results.overfull) return;
+  if (!now.wanted() || results.passed || results.lost || results.overfull || results.crossed) return;
   if (results.charge != now.limit_charge) {
     now.limit_charge = results.charge;
     now.stability_limit = max_outer_step(rule.law, rule.attraction(results.charge), 0.5 * rule.lightest);
@@ -105,7 +105,7 @@ LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const StepResults
           2 * now.travel,
           2 * rule.max_contact_acceleration(impact + 2 * gain) + acceleration,
           static_cast<int>(steps)};
-  now.go = !(std::sqrt(results.moved2) + now.travel > 0.5 * rule.skin);
+  now.go = !(results.outgrown || std::sqrt(results.moved2) + now.travel > 0.5 * rule.skin);
 }
 
 /// Adds the completed outer step to the counters of a series, and sets the time to its end. `made`: parameters of the

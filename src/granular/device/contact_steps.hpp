@@ -144,6 +144,8 @@ struct StepResults {
   int pairs = 0, active = 0, ended = 0;  ///< numbers of candidate pairs, active pairs and ended isolated contacts
   int passed = 0;                        ///< 1 + number of a grain through which another has passed; 0: none
   int onsets = 0, overfull = 0;          ///< number of listed onsets; not 0: the list has been too short
+  /// 1 + index of a side that a charge has crossed, and 1 if the mesh no longer fits an unbounded cloud; otherwise 0.
+  int crossed = 0, outgrown = 0;
 
   /// Resets the results that accumulate in a step: the counts and `impact2`.
   LICHTENBERG_HOST_DEVICE void begin_step() {
@@ -191,7 +193,7 @@ struct ContactSteps {
   ContactsView contacts;
   Law law;
   NearestImage<3> nearest;
-  float unit_length[3];  ///< lengths of the box, over 2^32
+  float unit_length[3];  ///< search lengths, over 2^32
   const StepParameters* parameters;
   StepResults* results;
   Extremes* extremes;
@@ -200,6 +202,7 @@ struct ContactSteps {
   FixedPointScale units, inverse_units;
   std::uint64_t seed = 0;
   bool exchanges = false;
+  Vec3 units_per_length;  ///< 2^32 over the search lengths (1/d0)
 
   /// Returns the sum of the radii of a pair (d0).
   LICHTENBERG_HOST_DEVICE double reach(const GrainPair& p) const {
@@ -332,7 +335,7 @@ struct ContactSteps {
   }
   /// Sets the fixed-point position of grain s for neighbour searches; `position` in d0.
   LICHTENBERG_HOST_DEVICE void locate(int s, Vec3 position) const {
-    grains.compact[s].at = fixed_point_position(position, units_per_box * nearest.inverse_length);
+    grains.compact[s].at = fixed_point_position(position, units_per_length);
   }
 
   /// Ends the contact of candidate pair k after the last substep if the grains have separated. Returns the square of

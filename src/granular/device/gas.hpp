@@ -12,6 +12,7 @@
 
 #include "solvers/error.hpp"
 #include "solvers/stopwatch.hpp"
+#include "src/granular/device/bounds.hpp"
 #include "src/granular/device/choice.hpp"
 #include "src/granular/device/follow_contacts.hpp"
 #include "src/granular/device/induced.hpp"
@@ -36,6 +37,7 @@ class GasImpl final : public DeviceGas {
     for (const auto& form : options.drives) drives_.push_back(form.make(*run_));
     pair_units_ = units_of_parts();
     affinity_.upload(options.affinity);
+    bounds_ = {options.tables && options.enclosure.unbounded, gas_.box};
   }
 
   void load(const Checkpoint& checkpoint, const GrainContactLaw& law, bool elastic, double stage_begin) override {
@@ -113,7 +115,7 @@ class GasImpl final : public DeviceGas {
                     " t0 contacts are too short for steps of mechanics.step: softer contacts (stiffness), or a far "
                     "shorter mechanics.step, is needed");
     if (now.go) return;
-    arrange(now.travel);
+    if (arrange(now.travel)) start(law);
     choose(rule(law), results_.host(), now, parameters_.host());
   }
   /// Adds the completed steps of a series to the counters, and throws Failure if a step failed.
@@ -171,12 +173,18 @@ class GasImpl final : public DeviceGas {
   /// Prepares the first step after load(): neighbour lists, forces, and contacts of grains that overlap.
   void begin() {
     arrange(0);
-    if (has_slow_forces()) recharge_once();
-    energy_known_ = true;
-    std::visit([&](const auto& law) { begin(law); }, gas_.law);
-    run_->wait();
+    std::visit([&](const auto& law) { start(law); }, gas_.law);
     gas_.count.collisions += results_.host().begun;
     check_results();
+  }
+  /// Computes forces and the results of a step at the present positions, after load() or with a new mesh. The next step
+  /// thus depends on the present state only.
+  template <class Law>
+  void start(const Law& law) {
+    if (has_slow_forces()) recharge_once();
+    energy_known_ = true;
+    begin(law);
+    run_->wait();
   }
   template <class Law>
   void begin(const Law& law) {
@@ -188,6 +196,7 @@ class GasImpl final : public DeviceGas {
     progress_.send();
     follow(law);  // contacts of grains that overlap
     find_impacts(law);
+    if (has_bounds()) check_bounds(*run_, gas_.view(), bounds_, results_.device());
     finish(NoAction());
     results_.fetch();
   }
@@ -198,10 +207,12 @@ class GasImpl final : public DeviceGas {
     run_->run(recording, [&] { recharge(false, solved); });
     run_->wait();
   }
-  /// Sorts the grains and rebuilds the neighbour lists; `travel`: bound on displacements in the next step (d0).
-  void arrange(double travel) {
+  /// Sorts the grains and rebuilds the neighbour lists; `travel`: bound on displacements in the next step (d0). Returns
+  /// true if an unbounded cloud has got a new mesh.
+  bool arrange(double travel) {
     const Stopwatch stopwatch(counts_.list_seconds);
     ++counts_.lists;
+    const bool fresh = fit_mesh();
     lists_.arrange(travel, sums_, dipoles_);
     find_pair_forces();
     results_.host().moved2 = 0;
@@ -209,6 +220,23 @@ class GasImpl final : public DeviceGas {
       step_.clear();
       recorded_ = std::move(kernels);
     }
+    return fresh;
+  }
+  /// Makes the mesh of an unbounded cloud for its extents, if it has another one. Returns true if it is new. As on the
+  /// CPU it depends on the extents only, so that resumed runs have identical bits.
+  bool fit_mesh() {
+    GasOptions& options = gas_.options;
+    if (!bounds_.unbounded || !sums_) return false;
+    const Span span = span_of(*run_, gas_.view());
+    if (!bounds_.outgrown(span)) return false;
+    if (!(norm(span.high - span.low) < INFINITY)) throw Failure(options.path + ": positions of grains are not finite");
+    bounds_.surround(span);
+    options.tables = cloud_tables(options, bounds_.most);
+    sums_.emplace(*run_, *options.tables);
+    gas_.search_lengths = options.tables->mesh.lengths;
+    lists_.divide();
+    step_.clear();
+    return true;
   }
 
   /// Computes smooth forces and potential energy after a change of charges or of the order of grains. `by_exchange`:
@@ -276,6 +304,7 @@ class GasImpl final : public DeviceGas {
     if (gas_.exchanges_in_order() && !gas_.elastic)
       exchange_in_order(*run_, contact_steps(law), gas_.options.exchange, affinity_.data(), &now->go);
     run_->run_concurrently([&] { follow_charges(); }, [&] { find_impacts(law); });
+    if (has_bounds()) check_bounds(*run_, gas_.view(), bounds_, results_.device());
     finish(ChooseNext<Law>{rule(law), results_.device(), parameters_.device(), now,
                            dipoles_ ? dipoles_->unstable() : nullptr, exchanges});
     if (exchanges) run_->when(&now->exchanged, [&] { recharge(true); });
@@ -376,6 +405,7 @@ class GasImpl final : public DeviceGas {
             lists_.in_reach()};
   }
   bool has_slow_forces() const { return sums_ || !parts_.empty(); }
+  bool has_bounds() const { return sums_ && !gas_.options.enclosure.is_periodic(); }
 
   ForceView forces() const {
     ForceView view;
@@ -407,7 +437,7 @@ class GasImpl final : public DeviceGas {
   }
   template <class Law>
   ContactSteps<Law> contact_steps(const Law& law) const {
-    const auto unit_length = [&](int k) { return static_cast<float>(gas_.box.lengths[k] / units_per_box); };
+    const auto unit_length = [&](int k) { return static_cast<float>(gas_.search_lengths[k] / units_per_box); };
     return {.grains = gas_.view(),
             .contacts = lists_.view(),
             .law = law,
@@ -421,7 +451,8 @@ class GasImpl final : public DeviceGas {
             .units = gas_.units,
             .inverse_units = gas_.units.inverse(),
             .seed = gas_.options.seed,
-            .exchanges = gas_.options.exchanges && !gas_.exchanges_in_order() && !gas_.elastic};
+            .exchanges = gas_.options.exchanges && !gas_.exchanges_in_order() && !gas_.elastic,
+            .units_per_length = gas_.units_per_length()};
   }
 
   template <class Law>
@@ -446,6 +477,13 @@ class GasImpl final : public DeviceGas {
       throw Failure("grain " + std::to_string(passed - 1) +
                     " and another fly through each other: the contact is too soft for their impact; a larger "
                     "stiffness, of a stage its equilibration.stiffness, or a lower temperature is needed");
+    if (const int side = results_.host().crossed)
+      throw Failure(gas_.options.path + ": at t = " + std::to_string(gas_.time) +
+                    " t0 a charge has left the domain through the " + std::string(side_names[side - 1]) +
+                    " side: contacts with the sides must be stiffer, or steps shorter");
+    if (bounds_.unbounded && 2 * progress_.host().travel > ChargeBounds::growth)
+      throw Failure(gas_.options.path + ": at t = " + std::to_string(gas_.time) +
+                    " t0 grains of an unbounded cloud move too far in a step: a shorter mechanics.step is needed");
     if (results_.host().overfull)
       throw Failure(gas_.options.path + ": at t = " + std::to_string(gas_.time) +
                     " t0 more contacts begin in a step than there are near pairs: a shorter mechanics.step is needed");
@@ -462,6 +500,7 @@ class GasImpl final : public DeviceGas {
   std::vector<std::unique_ptr<DevicePart>> parts_;
   std::vector<std::unique_ptr<DeviceDrive>> drives_;
   PairUnits pair_units_;
+  ChargeBounds bounds_;
   Array<double> affinity_{*run_};  ///< of each grain by its number, for the exchange of charge by material
   mutable SnapshotMemories<Executor> memories_{*run_};
   parallel::Mirrored<StepResults, Executor> results_{*run_};

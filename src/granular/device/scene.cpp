@@ -6,6 +6,7 @@
 #include "solvers/error.hpp"
 #include "src/effects/device_forces.hpp"
 #include "src/effects/effects.hpp"
+#include "src/granular/device/bounds.hpp"
 #include "src/granular/device/device.hpp"
 #include "src/granular/device/gas_parts.hpp"
 #include "src/granular/slow_force_limits.hpp"
@@ -48,8 +49,9 @@ double bytes_needed(const Scene& scene, const DeviceForces& forces) {
 void check_scene(const Scene& scene, Target target) {
   if (!scene.reference) refuse_on_device(scene, "scenes without [units], except for their field");
   if (scene.dimension() != 3) refuse_on_device(scene, "grains in the plane");
-  if (!scene.domain.box().periodic(0) || !scene.domain.box().periodic(1) || !scene.domain.box().periodic(2))
-    refuse_on_device(scene, "grains in a domain that is not periodic along all axes");
+  const Box<3> box = scene.domain.box();
+  if (!scene.domain.open && !(box.periodic(0) && box.periodic(1) && box.periodic(2)))
+    refuse_on_device(scene, "grains in a domain with walls");
   if (!scene.mechanics.integrator->is_on_device)
     refuse_on_device(scene, fmt::format("mechanics.integrator = \"{}\"", name_of(scene.mechanics.integrator)));
   device_forces(scene, target);
@@ -61,16 +63,24 @@ double bytes_needed(const Scene& scene) { return bytes_needed(scene, device_forc
 GasOptions gas_options(const Scene& scene) {
   const Bodies bodies = make_bodies(scene);
   GasOptions options{device_forces(scene, Target::host)};
-  options.lengths = bodies.box.lengths;
+  options.lengths = bodies.box.lengths, options.sides = bodies.box.sides;
   options.mass = bodies.mass, options.radius = bodies.radius;
   options.step = scene.mechanics.step, options.contact_steps = scene.mechanics.contact_steps;
   options.seed = scene.seed, options.path = scene.path;
   options.bytes = bytes_needed(scene, options);
   if (const auto& mesh = options.mesh)
-    options.tables = periodic::device::make_tables(mesh->mesh, periodic::prolate_cloud(mesh->band_limit, mesh->cutoff));
+    options.tables = periodic::device::make_tables(mesh->mesh, periodic::prolate_cloud(mesh->band_limit, mesh->cutoff),
+                                                   options.enclosure);
   options.max_path = std::isinf(options.step) ? path_by_accuracy(scene) : path_by_length(scene);
   options.attraction = contact_attraction(scene);
   return options;
+}
+
+periodic::device::MeshTables cloud_tables(const GasOptions& options, Vec3 extents) {
+  constexpr double more = ChargeBounds::growth;
+  const periodic::MeshChoice choice =
+      periodic::choose_cloud_mesh(extents + Vec3{more, more, more}, options.request, options.enclosure);
+  return periodic::device::make_tables(choice.mesh, choice.cloud(), options.enclosure);
 }
 
 void check_memory(const GasOptions& options, double free) {

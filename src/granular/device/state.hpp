@@ -23,7 +23,9 @@ struct GasState {
 
   GasState(const Executor& executor, const GasOptions& o)
       : run(&executor), options(o), n(static_cast<int>(o.mass.size())), box{o.lengths} {
-    box.sides.fill(Boundary::periodic);
+    box.sides = options.sides;
+    for (int k = 0; k < 3; ++k) search_lengths[k] = (box.periodic(k) ? 1 : 2) * box.lengths[k];
+    if (options.tables) search_lengths = options.tables->mesh.lengths;
     largest_radius = *std::ranges::max_element(options.radius);
     smallest_radius = *std::ranges::min_element(options.radius);
     lightest = *std::ranges::min_element(options.mass);
@@ -144,9 +146,10 @@ struct GasState {
     return total.download().front();
   }
 
-  /// Returns the number of units of fixed-point positions per length (1/d0), 2^32 / box length, for each axis.
+  /// Returns the number of units of fixed-point positions per length (1/d0), 2^32 over the search length, for each
+  /// axis.
   Vec3 units_per_length() const {
-    return {units_per_box / box.lengths.x, units_per_box / box.lengths.y, units_per_box / box.lengths.z};
+    return {units_per_box / search_lengths.x, units_per_box / search_lengths.y, units_per_box / search_lengths.z};
   }
   static constexpr int a_part = 256;  ///< number of grains in a segment of sums over all grains
   /// Returns the number of grains in segment p of n grains.
@@ -156,6 +159,10 @@ struct GasState {
   GasOptions options;
   int n;
   Box<3> box;
+  /// Periods (d0) of neighbour searches: lengths of the box, and longer ones between sides that are not periodic. There
+  /// they are those of the mesh of charges, or twice the length. Searches can find pairs beyond these sides, which are
+  /// too distant to act on each other.
+  Vec3 search_lengths;
   GrainContactLaw law;
   bool elastic = false;  ///< true in an elastic stage: no charge is exchanged, and no drive acts
   double largest_radius = 0, smallest_radius = 0, lightest = 0;

@@ -117,6 +117,8 @@ struct RoughContactSteps : ContactSteps<RoughLaw<Law>> {
     if (made.part) add_impulses(p, load_of(geometry, made.impulse));
     const bool others = rough.touched[p.lower] > open || rough.touched[p.higher] > open;
     if (!open) begin(k, p, half.closing, step + 1 - made.share);
+    if (!open && contacts.onset)
+      this->list_onset(parameters->begin + step * substep(), k, contacts.impact_speed[p.entry]);
     if (others) contacts.alone[p.entry] = 0;
     if (made.ended) {
       if (contacts.alone[p.entry]) note_end(p, half, made, parameters->begin + (step + made.share) * substep());

@@ -56,6 +56,7 @@ struct Progress {
   double stability_limit = INFINITY;
   /// Numbers of contact substeps, contact onsets and charge transfers in the series.
   std::int64_t contact_steps = 0, begun = 0, transfers = 0;
+  std::int64_t refused = 0;      ///< number of transfers that the capacity has refused
   int left = 0;                  ///< largest number of further steps
   int whole = 0;                 ///< 1: the next step ends at `target`
   int go = 0;                    ///< 1: a step has been chosen and the lists are valid for it
@@ -84,7 +85,7 @@ LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const StepResults
                                     StepParameters& next) {
   now.go = 0;
   if constexpr (is_rough<Law>) now.outran = results.moved2 > 0.25 * rule.skin * rule.skin;
-  if (!now.wanted() || results.passed || now.outran || results.lost) return;
+  if (!now.wanted() || results.passed || now.outran || results.lost || results.overfull || results.crossed) return;
   if (results.charge != now.limit_charge) {
     now.limit_charge = results.charge;
     now.stability_limit = max_outer_step(rule.law, rule.attraction(results.charge), 0.5 * rule.lightest);
@@ -110,7 +111,7 @@ LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const StepResults
           2 * now.travel,
           2 * rule.max_contact_acceleration(impact + 2 * gain) + acceleration,
           static_cast<int>(steps)};
-  now.go = !(std::sqrt(results.moved2) + now.travel > 0.5 * rule.skin);
+  now.go = !(results.outgrown || std::sqrt(results.moved2) + now.travel > 0.5 * rule.skin);
 }
 
 /// Adds the completed outer step to the counters of a series, and sets the time to its end. `made`: parameters of the
@@ -120,7 +121,8 @@ LICHTENBERG_HOST_DEVICE inline void count_step(const StepResults& results, const
   now.time = now.end;
   --now.left, ++now.steps;
   now.contact_steps += made.steps, now.begun += results.begun, now.transfers += results.transfers;
-  now.exchanged = exchanges && results.transfers > 0;
+  now.refused += results.refused;
+  now.exchanged = exchanges && results.transfers > results.unchanged;
   now.exchanges += now.exchanged;
 }
 

@@ -44,6 +44,9 @@ LICHTENBERG_HOST_DEVICE inline FixedPointPosition fixed_point_position(Vec3 posi
           fixed_point_coordinate(position.z, units_per_length.z)};
 }
 
+/// Computes the tables of the mesh for an unbounded cloud of charges. `extents`: the largest extents of the cloud (d0)
+/// for which it is used, except for growth in a step.
+periodic::device::MeshTables cloud_tables(const GasOptions& options, Vec3 extents);
 /// Returns the parameters of a gas for a scene that check_scene() accepts.
 GasOptions gas_options(const Scene& scene);
 /// Throws Failure if a device with `free` bytes of free memory lacks memory for a gas. The message has the number of

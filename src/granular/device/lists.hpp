@@ -48,7 +48,7 @@ class GasLists {
   explicit GasLists(GasState<Executor>& state)
       : run_(state.run),
         state_(&state),
-        cells_(*run_, state.search_lengths, cell_edges(state.options)),
+        cells_(*run_, state.search_lengths, cell_edges(state)),
         table_(*run_),
         partners_(*run_),
         in_reach_(*run_) {
@@ -61,13 +61,16 @@ class GasLists {
   double skin() const { return skin_; }
   /// Returns the neighbour table of near charges (Coulomb sum). It has all partners of each grain within the cutoff,
   /// and some beyond it.
-  TableView partners() const { return partners_.view(); }
+  TableView partners() const { return near_charges_; }
   /// Returns the neighbour table of the pair force laws. It has all partners of each grain within the largest cutoff of
   /// the laws, and some beyond it.
   TableView in_reach() const { return in_reach_.view(); }
   /// Returns the number of entries of the table of candidate pairs. The arrays of candidate and of active pairs have
   /// this length.
   long entries() const { return static_cast<long>(near_.size()); }
+
+  /// Divides new search lengths of the gas into cells.
+  void divide() { cells_ = CellGrid<Executor>(*run_, state_->search_lengths, cell_edges(*state_)); }
 
   /// Sorts the grains and rebuilds the neighbour lists. `travel`: bound on displacements in the next step (d0), from
   /// which the skin follows. The contacts and the data of `sums` and `dipoles` are kept.
@@ -117,16 +120,17 @@ class GasLists {
     return view;
   }
   Kernels kernels() const {
-    const TableView table = table_.view(), partners = partners_.view(), in_reach = in_reach_.view();
+    const TableView table = table_.view(), partners = near_charges_, in_reach = in_reach_.view();
     const ContactsView c = view();
-    return {{table.start,    table.partner, partners.start, partners.partner, in_reach.start, in_reach.partner, c.since,
-             c.impact_speed, c.alone,       c.owner,        c.near,           c.active,       c.state,          c.scale,
-             c.force,        c.halfway,     c.first,        c.next,           c.spring,       c.rough},
-            near_.capacity(),
-            table.columns,
-            partners.columns,
-            in_reach.columns,
-            skin_};
+    return {
+        {table.start,    table.partner, partners.start, partners.partner, in_reach.start, in_reach.partner, c.since,
+         c.impact_speed, c.alone,       c.owner,        c.near,           c.active,       c.state,          c.scale,
+         c.force,        c.halfway,     c.first,        c.next,           c.onset,        c.spring,         c.rough},
+        near_.capacity(),
+        table.columns,
+        partners.columns,
+        in_reach.columns,
+        skin_};
   }
 
   // Public because nvcc requires it of functions with kernels.
@@ -145,8 +149,12 @@ class GasLists {
     table_.build(gas.n, cells_.view(), gas.search_lengths, 2 * gas.largest_radius + skin_, position_of, true);
     if (reach_ > 0) in_reach_.build(gas.n, cells_.view(), gas.search_lengths, reach_ + skin_, position_of);
     if (!sums) return;
-    partners_.build(gas.n, cells_.view(), gas.search_lengths, sums->cutoff() + skin_, position_of);
-    sums->arrange(gas.n, cells_.view(), 0.5 * skin_);
+    sums->arrange(gas.n, cells_.view(), 0.5 * skin_, position_of);
+    if (sums->has_images())
+      near_charges_ = sums->image_partners();
+    else
+      partners_.build(gas.n, cells_.view(), gas.search_lengths, sums->cutoff() + skin_, position_of),
+          near_charges_ = partners_.view();
   }
   /// Allocates the arrays for the entries of the table of candidate pairs and for active pairs. Sets the owner of each
   /// entry.
@@ -160,6 +168,7 @@ class GasLists {
     else
       contacts_.resize(entries, c.state, c.scale, c.force, c.halfway, c.first);
     contacts_.resize(2 * entries, c.next);
+    if (state_->exchanges_in_order()) contacts_.resize(entries, c.onset);
     const TableView table = table_.view();
     int* owner = c.owner;
     run_->for_each(state_->n, [=] LICHTENBERG_HOST_DEVICE(int s) {
@@ -231,9 +240,9 @@ class GasLists {
     return springs;
   }
 
-  static Vec3 cell_edges(const GasOptions& options) {
-    if (options.tables) return periodic::device::cell_edges(*options.tables, 0.6);
-    return contact_cell_edges(options.lengths, static_cast<int>(options.mass.size()));
+  static Vec3 cell_edges(const GasState<Executor>& state) {
+    if (state.options.tables) return periodic::device::cell_edges(*state.options.tables, 0.6);
+    return contact_cell_edges(state.search_lengths, state.n);
   }
 
   const Executor* run_;
@@ -241,7 +250,8 @@ class GasLists {
   double skin_ = 0;
   bool loaded_ = false;  ///< true: the table has the open contacts; false: only open_ has them
   CellGrid<Executor> cells_;
-  NeighbourTable<Executor> table_, partners_;  ///< candidate pairs; near charges
+  NeighbourTable<Executor> table_, partners_;  ///< candidate pairs; near charges without images
+  TableView near_charges_;                     ///< near charges; with images those of the sum
   NeighbourTable<Executor> in_reach_;          ///< partners of pair laws
   double reach_ = 0;                           ///< d0, largest cutoff of these laws
 

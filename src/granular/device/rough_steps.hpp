@@ -42,7 +42,6 @@ struct RoughContactSteps : ContactSteps<RoughLaw<Law>> {
       Smooth::parameters, Smooth::restitution, Smooth::results, Smooth::units;
 
   RoughView rough;
-  Vec3 units_per_length;  ///< of fixed-point positions (1/d0)
 
   /// Returns the assumed bound on the speeds of grains in the outer step.
   LICHTENBERG_HOST_DEVICE double bound_on_speeds() const { return parameters->reach / (2 * parameters->outer); }
@@ -98,7 +97,7 @@ struct RoughContactSteps : ContactSteps<RoughLaw<Law>> {
       p += kick, w += turn;
       const Vec3 position = grains.position[s] + h * over * p;
       grains.position[s] = position;
-      grains.compact[s].at = fixed_point_position(position, units_per_length);
+      this->locate(s, position);
       rough.predicted_velocity[s] = over * (p + kick), rough.predicted_spin[s] = w + turn;
     }
     grains.momentum[s] = p, rough.spin[s] = w;
@@ -122,6 +121,8 @@ struct RoughContactSteps : ContactSteps<RoughLaw<Law>> {
     if (made.part) add_impulses(p, load_of(geometry, made.impulse));
     const bool others = rough.touched[p.lower] > open || rough.touched[p.higher] > open;
     if (!open) begin(k, p, half.closing, step + 1 - made.share);
+    if (!open && contacts.onset)
+      this->list_onset(parameters->begin + step * substep(), k, contacts.impact_speed[p.entry]);
     if (others) contacts.alone[p.entry] = 0;
     if (made.ended) {
       if (contacts.alone[p.entry]) note_end(p, half, made, parameters->begin + (step + made.share) * substep());

@@ -8,6 +8,7 @@
 #include "src/effects/device_forces.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/flat_walls.hpp"
+#include "src/granular/device/bounds.hpp"
 #include "src/granular/device/device.hpp"
 #include "src/granular/device/gas_parts.hpp"
 #include "src/granular/slow_force_limits.hpp"
@@ -56,14 +57,6 @@ double bytes_needed(const Scene& scene, const DeviceForces& forces) {
 void check_scene(const Scene& scene, Target target) {
   if (!scene.reference) refuse_on_device(scene, "scenes without [units], except for their field");
   if (scene.dimension() != 3) refuse_on_device(scene, "grains in the plane");
-  const bool walls = scene.effects.has<effects::FlatWallsOptions>();
-  for (int k = 0; k < 3; ++k)
-    if (!scene.domain.box().periodic(k)) {
-      if (!walls)
-        refuse_on_device(scene, "grains in a domain that is not periodic along all axes, without effects.flat_walls");
-      if (scene.effects.has<effects::CoulombOptions>())
-        refuse_on_device(scene, "effects.coulomb in a domain that is not periodic along all axes");
-    }
   if (!scene.mechanics.integrator->is_on_device)
     refuse_on_device(scene, fmt::format("mechanics.integrator = \"{}\"", name_of(scene.mechanics.integrator)));
   device_forces(scene, target);
@@ -81,10 +74,18 @@ GasOptions gas_options(const Scene& scene) {
   options.seed = scene.seed, options.path = scene.path;
   options.bytes = bytes_needed(scene, options);
   if (const auto& mesh = options.mesh)
-    options.tables = periodic::device::make_tables(mesh->mesh, periodic::prolate_cloud(mesh->band_limit, mesh->cutoff));
+    options.tables = periodic::device::make_tables(mesh->mesh, periodic::prolate_cloud(mesh->band_limit, mesh->cutoff),
+                                                   options.enclosure);
   options.max_path = std::isinf(options.step) ? path_by_accuracy(scene) : path_by_length(scene);
   options.attraction = contact_attraction(scene);
   return options;
+}
+
+periodic::device::MeshTables cloud_tables(const GasOptions& options, Vec3 extents) {
+  constexpr double more = ChargeBounds::growth;
+  const periodic::MeshChoice choice =
+      periodic::choose_cloud_mesh(extents + Vec3{more, more, more}, options.request, options.enclosure);
+  return periodic::device::make_tables(choice.mesh, choice.cloud(), options.enclosure);
 }
 
 void check_memory(const GasOptions& options, double free) {

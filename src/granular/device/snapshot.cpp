@@ -74,7 +74,10 @@ void store(const Snapshot& snapshot, Checkpoint& checkpoint) {
   store_contacts(snapshot, checkpoint);
   if (snapshot.rough) store_rotation(*snapshot.rough, checkpoint);
   const Counters& count = snapshot.count;
-  if (snapshot.exchanges) checkpoint.integers["effects.charge_exchange.counters"].at(1) = count.transfers;
+  if (snapshot.exchanges) {
+    std::vector<std::int64_t>& transfers = checkpoint.integers["effects.charge_exchange.counters"];
+    transfers.at(1) = count.transfers, transfers.at(2) = count.refused;
+  }
   if (snapshot.sums) checkpoint.integers["effects.coulomb.counters"].at(0) = count.evaluations;
   checkpoint.reals["time"] = {snapshot.time};
   checkpoint.integers["counters"] = {count.steps, count.contact_steps, count.collisions};

@@ -55,9 +55,9 @@ struct RoughSnapshot {
 };
 
 /// Counters since the start of the run: outer steps (from one evaluation of the smooth forces to the next), contact
-/// substeps, contact onsets, charge transfers, Coulomb sums.
+/// substeps, contact onsets, charge transfers, refused transfers, Coulomb sums.
 struct Counters {
-  std::int64_t steps = 0, contact_steps = 0, collisions = 0, transfers = 0, evaluations = 0;
+  std::int64_t steps = 0, contact_steps = 0, collisions = 0, transfers = 0, refused = 0, evaluations = 0;
 };
 
 /// Copy of the state of a gas on a device at one instant in host memory, as needed for a checkpoint. Reduced units.

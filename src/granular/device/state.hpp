@@ -26,11 +26,12 @@ struct GasState {
       : run(&executor), options(o), n(static_cast<int>(o.mass.size())), box{o.lengths} {
     box.sides = options.sides;
     for (int k = 0; k < 3; ++k) search_lengths[k] = (box.periodic(k) ? 1 : 2) * box.lengths[k];
+    if (options.tables) search_lengths = options.tables->mesh.lengths;
     largest_radius = *std::ranges::max_element(options.radius);
     smallest_radius = *std::ranges::min_element(options.radius);
     lightest = *std::ranges::min_element(options.mass);
     units.energy = energy_quantum(n);
-    if (options.exchanges) units.charge = effects::charge_quantum(options.exchange.strength);
+    if (options.exchanges) units.charge = effects::charge_quantum(options.exchange.impact.strength);
     field_energy.resize(1);
     extremes.resize(1);
     spare.resize(n);
@@ -76,7 +77,8 @@ struct GasState {
     if (options.exchanges) {
       const auto& before = integers(checkpoint, "effects.charge_exchange.collisions");
       if (before.size() == size) collided = before;
-      count.transfers = integers(checkpoint, "effects.charge_exchange.counters").at(1);
+      const auto& transfers = integers(checkpoint, "effects.charge_exchange.counters");
+      count.transfers = transfers.at(1), count.refused = transfers.at(2);
     }
     upload(g.collisions, collided);
     upload(g.begun, std::vector<int>(size, no_end));
@@ -97,6 +99,8 @@ struct GasState {
   }
 
   const GrainsView& view() const { return grains.view; }
+  /// Returns true if grains exchange charge in transfers that depend on earlier ones.
+  bool exchanges_in_order() const { return options.exchanges && options.exchange.in_order(); }
   /// Returns the index in the scene of each sorted grain.
   std::vector<int> numbers() const {
     std::vector<int> all(n);
@@ -159,8 +163,9 @@ struct GasState {
   GasOptions options;
   int n;
   Box<3> box;
-  /// Periods (d0) of neighbour searches: lengths of the box, and twice the length between walls. Grains at opposite
-  /// walls are thus not neighbours.
+  /// Periods (d0) of neighbour searches: lengths of the box, and longer ones between sides that are not periodic. There
+  /// they are those of the mesh of charges, or twice the length. Searches can find pairs beyond these sides, which are
+  /// too distant to act on each other.
   Vec3 search_lengths;
   GrainContactLaw law;
   bool elastic = false;  ///< true in an elastic stage: no charge is exchanged, and no drive acts

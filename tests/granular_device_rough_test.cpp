@@ -47,12 +47,20 @@ Scene sticky_gas(AdhesionModel model) {
   scene.effects.add(effects::AdhesionOptions{.model = model, .surface_energy = 0.5});
   return scene;
 }
-/// Grains that fall onto the walls of a box, which have their own material.
+/// Grains that fall onto the walls of a box, which have their own material, as have some grains. `adhesive`: with
+/// adhesion, and walls on all sides.
 Scene walled_gas(bool adhesive) {
   Scene scene = frictional_gas(100, 7, 2);
+  for (std::size_t i = 0; i < scene.conductors.size(); i += 3)
+    scene.conductors[i].material = {.density = 2, .stiffness = 3, .damping = 0.5};
   scene.effects.add(effects::UniformForceOptions{.acceleration = {{0.5, 0, -3}, 0}});
-  if (adhesive) scene.effects.add(effects::AdhesionOptions{.model = AdhesionModel::jkr, .surface_energy = 0.5});
-  grains::add_walls(scene, {0, 2}, {.stiffness = 600, .damping = 20, .friction = 0.2});
+  const effects::FlatWallsOptions walls{.stiffness = 600, .damping = 20, .friction = 0.2};
+  if (!adhesive) {
+    grains::add_walls(scene, {0, 2}, walls);
+    return scene;
+  }
+  scene.effects.add(effects::AdhesionOptions{.model = AdhesionModel::jkr, .surface_energy = 0.5});
+  grains::add_walls(scene, {0, 1, 2}, walls);
   return scene;
 }
 /// Mixture of two sizes and two materials.

@@ -118,7 +118,6 @@ def properties(values):
         return "text", "-", kind.removeprefix("one of "), default
     if "{" in kind:  # a side of the domain
         return "text or table", "V", kind.removesuffix(" in V"), default
-    kind = kind.replace("a list of numbers, not empty", "a non-empty list of numbers")
     limits = "(?:at least|at most|greater|less|not empty|without).*"
     found = re.fullmatch(rf"(.*?(?:\[.*\])?)(?: in ([^,]+?))?(?:, ({limits}))?", kind)
     return found[1], found[2] or "-", found[3] or "-", default

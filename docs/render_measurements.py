@@ -274,7 +274,8 @@ def experiments():
     lines = ["# Published experiments", "", "Published values and those of this program, with intervals: of 95 % over "
              "several runs, of the numerical error for one. A row agrees if both intervals have a common point. "
              f"{agreeing} of {len(rows)} rows of {len({row['row'] for row in rows})} experiments agree. Published "
-             "values are from the paper (S), its abstract (A) or from memory (M), to be checked. "
+             "values are from the paper (S), its abstract (A) or from memory (M), to be checked. Where a publication "
+             "states no interval, it is that of the last digit, or the row says that it is assumed. "
              "`docs/render_measurements.py` writes this page from `docs/measurements/experiments`.", "",
              "|row|reference|quantity|published|ours|verdict|", "|-|-|-|-|-|-|"]
     for row in rows:

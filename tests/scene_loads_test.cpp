@@ -49,8 +49,9 @@ TEST_CASE("compression: lists, sides and pressures that cannot be are refused") 
   CHECK(refusal(loads("pressure = [0.1, 0.2]\nplate = \"top\"\n")) == "");
   check_refused(loads(""), {"[compression] has none of the lists"});
   check_refused(loads("pressure = [0.1]\nfilling = [0.5]\n"), {"[compression] has several of the lists"});
+  check_refused(loads("filling = [0.5]\ntolerance = 1e-4\n"), {"compression.tolerance is not allowed", "filling"});
   check_refused(loads("pressure = [0.0]\n"), {"compression.pressure = [0] is not allowed", "greater than 0"});
-  check_refused(loads("pressure = []\n"), {"compression.pressure", "not empty"});
+  check_refused(loads("pressure = []\n"), {"compression.pressure", "non-empty"});
   check_refused(loads("filling = [1.1]\n"), {"compression.filling", "at most 1"});
   check_refused(loads("pressure = [1e-9]\n"), {"compression.pressure = 1e-09 is not allowed", "at least 4e-06"});
   check_refused(loads("filling = [0.5]\nplate = \"left\"\n"), {"compression.plate = \"left\"", "\"right\""});

@@ -21,8 +21,8 @@ from ensembles import student_factor  # noqa: E402
 from figures import SOURCE, attempt, refuse, run, version_of  # noqa: E402
 
 RESULTS = SOURCE / "docs" / "measurements" / "experiments"
-__all__ = ["SOURCE", "attempt", "bounds", "conditions_of", "mean", "numbers_in", "open_experiment", "picture", "published",
-           "record", "recorded", "refuse", "row", "run"]
+__all__ = ["SOURCE", "attempt", "bounds", "conditions_of", "mean", "numbers_in", "open_experiment", "periodic_box", "picture",
+           "published", "record", "recorded", "refuse", "row", "run"]
 
 
 def open_experiment(number, reference, description):
@@ -41,6 +41,12 @@ def open_experiment(number, reference, description):
     found.script = f"paper-figures/experiments/{Path(sys.argv[0]).name}{' --quick' if found.quick else ''}"
     found.started = time.monotonic()
     return found
+
+
+def periodic_box(edge):
+    """Returns the first lines of a scene of grains in a periodic cube of this edge (d0)."""
+    sides = [f'{name} = "periodic"' for name in ("left", "right", "bottom", "top", "front", "back")]
+    return "\n".join(["[units]", "[domain]", f"size = [{edge!r}, {edge!r}, {edge!r}]", *sides, ""])
 
 
 def mean(values):

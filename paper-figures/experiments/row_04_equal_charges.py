@@ -11,7 +11,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-from experiments import mean, open_experiment, picture, published, record, row, run
+from experiments import mean, open_experiment, periodic_box, picture, published, record, row, run
 
 GRAINS, RESTITUTION = 343, 0.8
 EXPECTED_HAFF = "Far above the barrier the gas cools as without charges: T ~ (1 + t/tau)^-2."
@@ -21,16 +21,7 @@ EXPECTED_EARLY = "The same barrier describes the rate at temperatures near U."
 # Filling -> (end of the run, number of seeds). A thinner gas takes longer to cool below the barrier.
 FILLINGS = {0.0763: (2000, 3), 0.15: (1000, 3)}
 
-SCENE = """
-[units]
-[domain]
-size = [{edge!r}, {edge!r}, {edge!r}]
-left = "periodic"
-right = "periodic"
-bottom = "periodic"
-top = "periodic"
-front = "periodic"
-back = "periodic"
+GAS = """
 [[population]]
 count = {grains}
 temperature = {temperature}
@@ -57,8 +48,9 @@ def temperatures(program, filling, temperature, barrier, end, seed, stiffness=10
     edge = (GRAINS * math.pi / (6 * filling)) ** (1 / 3)
     with tempfile.TemporaryDirectory() as folder:
         scene, result = Path(folder) / "gas.toml", Path(folder) / "gas.h5"
-        scene.write_text(SCENE.format(edge=edge, grains=GRAINS, temperature=temperature, barrier=barrier, end=20 + end,
-                                      stiffness=stiffness, restitution=RESTITUTION, every=min(10, end / 40)))
+        scene.write_text(periodic_box(edge) + GAS.format(
+            grains=GRAINS, temperature=temperature, barrier=barrier, end=20 + end, stiffness=stiffness,
+            restitution=RESTITUTION, every=min(10, end / 40)))
         run(program, "run", scene, "--quiet", "--set", f"seed={seed}", "--out", result)
         with h5py.File(result) as file:
             energy = file["observables/kinetic_energy"]

@@ -53,7 +53,7 @@ def main():
         reason = "more than N = 1024 particles, or slower cooling, would jam later"
         rows.append(row(f"packing fraction at jamming, {name}", FRACTION, fraction, mean([f[0] for f, _ in runs]), reason))
         reason = "contacts with overlaps below 1e-9 diameters do not count"
-        rows.append(row(f"contacts a particle at jamming, {name}", CONTACTS, contacts, mean([z[0] for _, z in runs]),
+        rows.append(row(f"contacts a particle at jamming, {name} (interval assumed)", CONTACTS, contacts, mean([z[0] for _, z in runs]),
                         reason))
         reason = "rearrangements under load, which open contacts, in samples of 1024 particles"
         rows.append(row(f"exponent of the excess contacts, {name}", EXPONENT, power,

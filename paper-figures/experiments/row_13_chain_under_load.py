@@ -59,9 +59,9 @@ def main():
                 found["clean"]),
             row("exponent of R(p) of a packing of clean smooth spheres against theory of one contact", PACKING, THEORY,
                 mean(packings), "contacts that close under load add paths"),
-            row("exponent of R(F) of clean smooth spheres against the measured one", HERTZ, BEYOND, found["clean"],
+            row("exponent of R(F) of clean smooth spheres against the measured one (interval assumed)", HERTZ, BEYOND, found["clean"],
                 "no film and no roughness, which the authors name as the cause"),
-            row("exponent of R(F) of spheres with a film against the measured one", FILM, BEYOND, found["film"])]
+            row("exponent of R(F) of spheres with a film against the measured one (interval assumed)", FILM, BEYOND, found["film"])]
 
     def draw(axes):
         for name, (force, resistance) in curves.items():

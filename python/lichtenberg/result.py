@@ -89,6 +89,14 @@ class Frame:
         """In units of result.time.unit; for a packing, the number of the iteration or load."""
         return float(self.result.time[self.index])
 
+    @property
+    def size(self):
+        """[2] or [3] size of the domain in this frame: that of the load, if a packing has loads."""
+        loads = [self.result.observables.get(f"size_{axis}") for axis in "xyz"[: self.result.dimension]]
+        if loads[0] is None:
+            return self.result.size
+        return Array([sizes[self.index] for sizes in loads], loads[0].unit)
+
     def __getitem__(self, name):
         """[N] or [N, 3] values of a column of the particles. Throws InputError if the result has no such column."""
         return self.result.read_column(name, self.index)
@@ -230,7 +238,7 @@ class Result:
 
     @cached_property
     def size(self):
-        """[2] or [3] size of the domain, whose lower corner is the origin."""
+        """[2] or [3] size of the domain of the scene, whose lower corner is the origin. Loads change it: Frame.size."""
         domain = self.file["scene/domain"]
         lengths = [*domain["size"][()]]
         if len(lengths) < self.dimension:  # older files store the third component separately

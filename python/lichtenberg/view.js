@@ -327,6 +327,11 @@ class Run {
     this.extent = about.high.map((high, k) => high - about.low[k]);
   }
 
+  /** Returns the size of the domain in a frame, three numbers. */
+  sizeAt(frame) {
+    return this.about.sizes ? [...this.about.sizes[frame], 0].slice(0, 3) : this.size;
+  }
+
   async unpack(arrays) {
     const { count } = this.about;
     this.places = await unpacked(arrays.places, 2, 3 * count);
@@ -386,7 +391,7 @@ class Run {
       if (inside) this.putPlace(result, used + 3, frame, j);
       else for (let k = 0; k < 3; k++) result[used + 3 + k] = this.ground[3 * ground + k];
       ground += !inside;
-      this.shorten(result, used);
+      this.shorten(result, used, this.sizeAt(frame));
       used += 6;
     }
     return result.subarray(0, used);
@@ -398,9 +403,9 @@ class Run {
   }
 
   /** An edge's second end goes to its image nearest to the first. */
-  shorten(result, at) {
+  shorten(result, at, size) {
     for (let k = 0; k < 3; k++) {
-      const length = this.about.periodic[k] ? this.size[k] : 0;
+      const length = this.about.periodic[k] ? size[k] : 0;
       if (length > 0) result[at + 3 + k] -= Math.round((result[at + 3 + k] - result[at + k]) / length) * length;
     }
   }
@@ -569,7 +574,6 @@ class Page {
     this.held.set("radius", Float32Array.from(spheres, ({ radius }) => radius), 1, this.gl.FLOAT);
     const grey = channels(this.electrodeColour);
     this.held.set("colour", Uint8Array.from(spheres.flatMap(() => [...grey, 255])), 4, this.gl.UNSIGNED_BYTE);
-    this.lines.outlines.ends(new Float32Array(edgesBetween(...about.camera.box ?? [[0, 0, 0], this.run.size])));
     this.lines.electrodes.ends(new Float32Array(about.electrodes.flatMap(sideLines)));
     this.areas = new Areas(this.gl, new Float32Array(about.electrodes.flatMap(areas)));
   }
@@ -694,6 +698,8 @@ class Page {
   show(frame) {
     const { about } = this.run;
     this.frame = Math.max(0, Math.min(about.time.length - 1, frame));
+    const box = (about.sizes ? null : about.camera.box) ?? [[0, 0, 0], this.run.sizeAt(this.frame)];
+    this.lines.outlines.ends(new Float32Array(edgesBetween(...box)));
     const three = 3 * about.count;
     this.particles.set("place", this.run.places.subarray(this.frame * three, (this.frame + 1) * three), 3, this.gl.UNSIGNED_SHORT);
     this.particles.set("colour", this.colours(), 4, this.gl.UNSIGNED_BYTE);

@@ -61,6 +61,7 @@ class Page:
         self.own_range = read_range(own_range)
         self.colour = colour or self.run.default_colour(result.file, self.frames[-1])
         self.arrays = {}
+        loaded = "size_x" in result.observables  # a packing with loads, each in its own domain
         factor, prefix = drawing.prefixed(max(result.size)) if result.size.unit == "m" else (1.0, "")
         self.about = {
             "title": result.title or Path(result.path).name,
@@ -73,13 +74,14 @@ class Page:
             "lengthFactor": factor,
             "lengthUnit": prefix + drawing.in_symbols(result.size.unit),
             "size": numbers(result.size),
+            "sizes": [numbers(result.frame(k).size) for k in self.frames] if loaded else None,
             "periodic": result.periodic,
             "scene": result.scene,
             "provenance": result.provenance,
             "warnings": result.warnings,
             "summary": {name: value if np.isfinite(value) else None for name, value in result.summary.items()},
             "camera": camera_of(self.run),
-            "images": hasattr(self.run, "with_images") and result.dimension == 2,
+            "images": not loaded and result.dimension == 2,
             "paleColour": colours.PALE,
             "plainColour": drawing.STEEL,
             "path": f"path to {getattr(self.run, 'all_supplies', 'the ground')}",

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "solvers/error.hpp"
 #include "src/commands/reading.hpp"
@@ -34,6 +35,23 @@ void check_bodies(const Result& result, const Scene& scene, const StopRequest& s
   if (there.dimension() != scene.dimension() ||
       (!from_packing && there.reference.has_value() != scene.reference.has_value()))
     refuse_it(fmt::format("it is of another kind of scene than {}", scene.path));
+}
+
+/// Throws InputError for a frame of a packing with loads whose domain is not that of the scene.
+void check_size(const Result& result, int index, const Scene& scene) {
+  std::vector<double> size;
+  bool equal = true;
+  for (int k = 0; k < scene.dimension(); ++k) {
+    const std::vector<double> side = result.observable(fmt::format("size_{}", "xyz"[k]), index);
+    if (side.empty()) return;
+    size.push_back(side.front());
+    equal = equal && std::abs(size[k] - scene.domain.size[k]) <= 1e-9 * size[k];
+  }
+  if (equal || scene.domain.open) return;
+  throw InputError(
+      fmt::format("--from {} is not allowed: the load of frame {} has another domain than the scene {}; give the scene "
+                  "domain.size = [{}]",
+                  result.path(), index, scene.path, fmt::join(size, ", ")));
 }
 
 /// Throws InputError for positions outside the domain and for grains that overlap by more than a radius. Contacts never
@@ -88,6 +106,7 @@ void start_from(const std::string& path, std::optional<int> requested_frame, Sce
   warn_if_changed(result.file());
   const int index = frame_of(result, requested_frame);
   check_bodies(result, scene, stop);
+  check_size(result, index, scene);
   const Frame frame = result.frame(index);
   const std::vector<double> position = frame.reals("position"), velocity = frame.reals("velocity"),
                             rotation = frame.reals("angular_velocity");

@@ -49,6 +49,9 @@ void check_load_keys(const Draft& draft) {
     refuse(draft.scene.path, line,
            fmt::format("[compression] has {} of the lists pressure, filling and excess: it must have one",
                        lists == 0 ? "none" : "several"));
+  if (!compression.filling.empty())
+    refuse_if_given(draft, "compression.tolerance",
+                    "is not allowed with compression.filling, as no pressure is sought: leave it out");
   refuse_if_given(draft, "minimize.record_every",
                   "is not allowed with [compression], which records each load: leave it out");
   check_sides_of_loads(draft);

@@ -91,15 +91,15 @@ void check_ignored_keys(const Draft& draft) {
   struct IgnoredKey {
     std::string key, why, instead;
   };
-  const std::string side =
+  const std::string side_remedy =
       "leave it out, or make it periodic; the sides are walls unless effects.soft_repulsion.box = false";
   const std::vector<IgnoredKey> all = {
-      {"domain.left", uncharged, side},
-      {"domain.right", uncharged, side},
-      {"domain.bottom", uncharged, side},
-      {"domain.top", uncharged, side},
-      {"domain.front", uncharged, side},
-      {"domain.back", uncharged, side},
+      {"domain.left", uncharged, side_remedy},
+      {"domain.right", uncharged, side_remedy},
+      {"domain.bottom", uncharged, side_remedy},
+      {"domain.top", uncharged, side_remedy},
+      {"domain.front", uncharged, side_remedy},
+      {"domain.back", uncharged, side_remedy},
       {"medium", "there is no fluid", "leave it out"},
       {"material", "nothing has a mass", "leave it out, or add the table [effects.gravity]"},
       {"field", uncharged, "leave it out"},

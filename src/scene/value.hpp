@@ -117,7 +117,7 @@ inline bool read(const toml::node& node, std::vector<double>& value) {
     if (!read((*list)[k], value[k])) return false;
   return !value.empty();
 }
-inline const char* type_name(const std::vector<double>&) { return "a list of numbers, not empty"; }
+inline const char* type_name(const std::vector<double>&) { return "a non-empty list of numbers"; }
 inline std::string show(const std::vector<double>& value) { return fmt::format("[{}]", fmt::join(value, ", ")); }
 inline std::vector<double> numbers(const std::vector<double>& value) { return value; }
 
@@ -272,7 +272,7 @@ inline bool read(const toml::node& node, std::vector<std::string>& value) {
     if (!read((*list)[k], value[k])) return false;
   return !value.empty();
 }
-inline const char* type_name(const std::vector<std::string>&) { return "a list of texts, not empty"; }
+inline const char* type_name(const std::vector<std::string>&) { return "a non-empty list of texts"; }
 inline std::string show(const std::vector<std::string>& value) { return fmt::format("[{}]", fmt::join(value, ", ")); }
 inline std::vector<double> numbers(const std::vector<std::string>&) { return {}; }
 

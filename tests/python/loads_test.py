@@ -4,10 +4,12 @@ import signal
 import subprocess
 import time
 import unittest
+from functools import cache
 
 import h5py
 import numpy as np
 import runs
+from lichtenberg import load, view
 
 CHAIN = """
 [domain]
@@ -51,6 +53,11 @@ picture = false
 """
 
 
+@cache
+def loaded_disks():
+    return runs.made("disks", DISKS)
+
+
 class Loads(unittest.TestCase):
     def test_chain_has_the_resistance_of_hertz_at_each_load(self):
         chain = runs.made("chain", CHAIN)
@@ -88,7 +95,7 @@ class Loads(unittest.TestCase):
         self.assertEqual((status, "the pressure 1e+09 is not reached" in complaint), (2, True), complaint)
 
     def test_pictures_of_loads_have_their_own_domain(self):
-        disks = runs.made("disks", DISKS)
+        disks = loaded_disks()
         for words in (["plot", disks], ["plot", disks, "--frame", "1"], ["network", disks]):
             status, _, complaint = runs.program(*words, "--overwrite")
             self.assertEqual(status, 0, complaint)
@@ -96,6 +103,32 @@ class Loads(unittest.TestCase):
             edges = file["particles/conductors/box/edges/value"][:, 0, 0]
             self.assertEqual(list(edges), list(file["observables/size_x/value"]))
             self.assertLess(edges[2], edges[1])
+
+    def test_run_from_a_load_needs_its_domain(self):
+        disks = loaded_disks()
+        with load(disks) as result:
+            size = result.frame(1).size.tolist()
+        (runs.FOLDER / "next.toml").write_text(DISKS)
+        start = ["run", "next.toml", "--quiet", "--overwrite", "--from", disks, "--frame", "1"]
+        status, _, complaint = runs.program(*start)
+        self.assertEqual((status, f"domain.size = [{size[0]}, {size[1]}]" in complaint), (2, True), complaint)
+        status, _, complaint = runs.program(*start, "--set", f"domain.size={size}")
+        self.assertEqual(status, 0, complaint)
+        with load(runs.FOLDER / "next.h5") as result:
+            self.assertEqual(result.size.tolist(), size)
+            self.assertAlmostEqual(float(result.observables["packing_fraction"][0]), 0.86, delta=1e-12)
+
+    def test_exported_box_and_page_have_the_size_of_each_load(self):
+        disks = loaded_disks()
+        out = runs.FOLDER / "disks.xyz"
+        status, _, complaint = runs.command("export", disks, "--to", "xyz", "--out", out, "--overwrite")
+        self.assertEqual(status, 0, complaint)
+        with load(disks) as result:
+            sizes = [frame.size.tolist() for frame in result]
+            self.assertLess(sizes[2][0], sizes[1][0])
+            np.testing.assert_allclose(view.Page(result, range(3)).about["sizes"], sizes, rtol=1e-5)  # it has six digits
+        boxes = [line.split('"')[1].split() for line in out.read_text().splitlines() if line.startswith("Lattice")]
+        self.assertEqual([[box[0], box[4]] for box in boxes], [[f"{length:.10g}" for length in size] for size in sizes])
 
     def test_interrupted_run_resumes_with_identical_loads(self):
         whole = runs.made("whole", DISKS.replace("0.88]", "0.861, 0.862, 0.863, 0.864, 0.865]"))

@@ -25,7 +25,7 @@ def xyz_frame(frame):
     properties = ":".join(
         f"{name}:{kinds[values.dtype.kind]}:{values.shape[1] if values.ndim > 1 else 1}" for name, values in named.items()
     )
-    head = f'Lattice="{lattice(result)}" pbc="{" ".join("FT"[axis] for axis in result.periodic)}" Properties={properties}'
+    head = f'Lattice="{lattice(frame)}" pbc="{" ".join("FT"[axis] for axis in result.periodic)}" Properties={properties}'
     units = f'Time={frame.time:.10g} length_unit="{result.size.unit}" time_unit="{result.time.unit}"'
     blocks = [values.reshape(len(values), -1) for values in named.values()]
     words = [as_words(block) for block in blocks]
@@ -40,9 +40,9 @@ def as_words(block):
     return [[str(value) for value in column] for column in block.T.tolist()]
 
 
-def lattice(result):
-    """Returns the box vectors; the depth of a plane box is the largest particle diameter."""
-    lengths = [*np.asarray(result.size), 2 * float(result["radius"].max(initial=0))][:3]
+def lattice(frame):
+    """Returns the box vectors of a frame; the depth of a plane box is the largest particle diameter."""
+    lengths = [*np.asarray(frame.size), 2 * float(frame.result["radius"].max(initial=0))][:3]
     return " ".join(f"{lengths[i]:.10g}" if i == j else "0" for i in range(3) for j in range(3))
 
 

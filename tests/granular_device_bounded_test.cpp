@@ -10,6 +10,7 @@
 #include "src/granular/device/gas.hpp"
 #include "tests/device_gases.hpp"
 #include "tests/message.hpp"
+#include "tests/rough_grains.hpp"
 
 namespace granular_device_bounded_test {
 
@@ -24,13 +25,13 @@ Checkpoint stored(const granular::device::DeviceGas& device, Checkpoint checkpoi
   return checkpoint;
 }
 
-/// Returns the gas of a scene, also between sides, without walls.
+/// Returns the gas of a scene, also of one between sides without walls.
 std::unique_ptr<granular::device::DeviceGas> loaded(const Scene& scene, const Checkpoint& from) {
   using Host = parallel::HostExecutor;
   const grains::Run cpu(scene);
   std::unique_ptr<granular::device::DeviceGas> device =
       std::make_unique<granular::device::GasImpl<Host>>(std::make_unique<Host>(), granular::device::gas_options(scene));
-  device->load(from, cpu.gas.law(), false);
+  device->load(from, cpu.gas.law(), false, 0, cpu.gas.surface());
   return device;
 }
 
@@ -135,39 +136,42 @@ TEST_CASE("device, unbounded: batches and resumed runs have same bits as meshes 
   }
 }
 
-// Grains between sides, which they do not reach.
 TEST_CASE("device, open and grounded sides: steps equal the CPU's, batches have same bits") {
   for (const bool grounded : {false, true}) {
     CAPTURE(grounded);
-    Scene scene = gas(80, 7, 0.5);
-    scene.domain.size.z = 11;
-    scene.domain.sides[4] = {.electrode = grounded}, scene.domain.sides[5] = {};
-    for (std::size_t i = 0; i < scene.conductors.size(); ++i) {
-      scene.conductors[i].position.z += 2;
-      scene.conductors[i].charge = i % 3 ? 1 : -1;
-    }
+    Scene scene = gas(80, 7, 2);
+    grains::add_walls(scene, {2}, {.stiffness = 600, .damping = 20});
+    scene.domain.sides[4].electrode = grounded;
+    for (std::size_t i = 0; i < scene.conductors.size(); ++i) scene.conductors[i].charge = i % 2 ? 1 : -1;
     scene.effects.add(effects::CoulombOptions{.accuracy = 1e-6});
     scene.effects.add(effects::ChargeExchangeOptions{.strength = 0.05});
+    if (grounded)  // transfers that depend on earlier ones
+      *scene.effects.find<effects::ChargeExchangeOptions>() = {.model = effects::ExchangeModel::polarization,
+                                                               .strength = 0.05,
+                                                               .feedback = -0.2,
+                                                               .field = Coordinates{{0, 0, 1}, 3}};
     grains::Run cpu(scene);
     const Checkpoint start = cpu.gas.save();
     const auto device = loaded(scene, start), many = loaded(scene, start), resumed = loaded(scene, start);
     CHECK(device->potential_energy() == Approx(cpu.gas.energy().potential).epsilon(1e-5));
-    for (int n = 0; n < 20; ++n) {
-      if (n == 11) resumed->load(stored(*device, start), cpu.gas.law(), false);
+    for (int n = 0; n < 25; ++n) {
+      if (n == 11) resumed->load(stored(*device, start), cpu.gas.law(), false, 0, cpu.gas.surface());
       cpu.step(10), device->step(10);
     }
     const Checkpoint expected = cpu.gas.save(), found = stored(*device, start);
-    CHECK(cpu.gas.collisions > 5);
+    CHECK(cpu.gas.collisions > 10);
     CHECK(found.integers.at("counters") == expected.integers.at("counters"));
     CHECK(found.integers.at("image") == expected.integers.at("image"));
+    CHECK(found.integers.at("effects.charge_exchange.counters") ==
+          expected.integers.at("effects.charge_exchange.counters"));
     // As in a periodic domain (granular_device_test.cpp).
     const double most = std::sqrt(2) * 1e-6 * 0.4 * 10 * 3;
     CHECK(largest_difference(found.reals.at("position"), expected.reals.at("position")) < most);
     CHECK(largest_difference(found.reals.at("momentum"), expected.reals.at("momentum")) < most);
     CHECK(sum(found.reals.at("charge")) == sum(start.reals.at("charge")));
     CHECK(found.reals.at("book")[1] == Approx(expected.reals.at("book")[1]).epsilon(1e-4));
-    for (const int n : {4, 1, 15}) many->step(10, n);
-    resumed->step(10, 9);
+    for (const int n : {4, 1, 20}) many->step(10, n);
+    resumed->step(10, 14);
     for (const auto& other : {many.get(), resumed.get()}) {
       const Checkpoint same = stored(*other, start);
       CHECK(same.reals == found.reals);
@@ -197,9 +201,11 @@ TEST_CASE("device, not periodic: dipoles and walls that it lacks are refused by 
   Scene scene = polarized_gas();
   unbound(scene);
   CHECK(sentence(scene).find("does not support effects.induced_dipoles in an unbounded domain") != std::string::npos);
-  scene = charged_gas(10, 8, 1);
-  scene.domain.sides[5] = scene.domain.sides[4] = {};
-  CHECK(sentence(scene).find("does not support grains in a domain with walls") != std::string::npos);
+  scene = polarized_gas();
+  grains::add_walls(scene, {0});
+  CHECK(sentence(scene) == "");
+  scene.domain.sides[1].electrode = true;
+  CHECK(sentence(scene).find("does not support effects.induced_dipoles between grounded sides") != std::string::npos);
 }
 
 }  // namespace granular_device_bounded_test

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "src/granular/device/contact_steps.hpp"
+#include "src/granular/device/rough_law.hpp"
 #include "src/granular/pace.hpp"
 #include "src/scene/contact_attraction.hpp"
 
@@ -81,7 +82,8 @@ template <class Law>
 LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const StepResults& results, Progress& now,
                                     StepParameters& next) {
   now.go = 0;
-  if (!now.wanted() || results.passed || results.lost || results.overfull || results.crossed) return;
+  const bool failed = results.passed || results.outran || results.lost || results.overfull || results.crossed;
+  if (!now.wanted() || failed) return;
   if (results.charge != now.limit_charge) {
     now.limit_charge = results.charge;
     now.stability_limit = max_outer_step(rule.law, rule.attraction(results.charge), 0.5 * rule.lightest);
@@ -99,6 +101,8 @@ LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const StepResults
   if (now.unresolved) return;
   // Twice the largest speed is a bound on speeds after a collision.
   now.travel = 2 * (speed + gain) * dt;
+  if constexpr (is_rough<Law>)  // the sum of those by stored and adhesive energy, for slow grains
+    now.travel += 2 * (std::sqrt(results.impact2) + rule.law.adhesive_speed) * dt;
   next = {now.time,
           dt,
           dt / steps,

@@ -17,6 +17,7 @@
 #include "src/granular/device/restitution.hpp"
 #include "src/granular/pair_motion.hpp"
 #include "src/model/fixed_point_vec.hpp"
+#include "src/model/rough_contact.hpp"
 
 namespace lichtenberg::granular::device {
 
@@ -110,6 +111,13 @@ struct ContactOnset {
   int state = waiting;
 };
 
+/// State of a contact of rough grains between two substeps: forces, stiffness of the tangential spring, overlap, and
+/// the energy dissipated since the start of the outer step.
+struct RoughContactState {
+  SurfaceForces now;
+  double stiffness = 0, overlap = 0, dissipated = 0;
+};
+
 /// Pointers to the arrays of candidate pairs, active pairs and contacts in device memory. Reduced units.
 struct ContactsView {
   TableView table;                                   ///< neighbour table with each pair once
@@ -126,6 +134,8 @@ struct ContactsView {
   Vec3 *force = nullptr, *halfway = nullptr, *first = nullptr;
   int* next = nullptr;            ///< [2 * entries], next element in the linked list of a grain's new contacts
   ContactOnset* onset = nullptr;  ///< [entries], new contacts of the outer step; null: not needed
+  Vec3* spring = nullptr;  ///< [entries], elongation of the tangential spring; null for smooth grains, as `rough`
+  RoughContactState* rough = nullptr;
 };
 
 /// Results of outer steps (from one evaluation of the smooth forces to the next), from which the next step is chosen,
@@ -143,6 +153,7 @@ struct StepResults {
   int lost = 0;                          ///< not 0: a position or velocity is not finite
   int pairs = 0, active = 0, ended = 0;  ///< numbers of candidate pairs, active pairs and ended isolated contacts
   int passed = 0;                        ///< 1 + number of a grain through which another has passed; 0: none
+  int outran = 0;                        ///< 1 + number of a rough grain that was faster than the lists allow; 0: none
   int onsets = 0, overfull = 0;          ///< number of listed onsets; not 0: the list has been too short
   /// 1 + index of a side that a charge has crossed, and 1 if the mesh no longer fits an unbounded cloud; otherwise 0.
   int crossed = 0, outgrown = 0;
@@ -357,8 +368,8 @@ struct ContactSteps {
     restitution.count(law, scale(p), 1 / inverse_mass(p), reach(p), contact);
   }
 
- private:
-  /// Lists a new contact of the outer step.
+ protected:
+  /// Lists a new contact of the outer step. `time`: start of the substep (t0).
   LICHTENBERG_HOST_DEVICE void list_onset(double time, int near, double impact_speed) const {
     const int index = parallel::take_index(&results->onsets);
     if (index < contacts.table.end(grains.count - 1))

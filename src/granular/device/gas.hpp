@@ -18,6 +18,7 @@
 #include "src/granular/device/induced.hpp"
 #include "src/granular/device/lists.hpp"
 #include "src/granular/device/ordered_exchange.hpp"
+#include "src/granular/device/rough_state.hpp"
 #include "src/granular/device/snapshot_memory.hpp"
 
 namespace lichtenberg::granular::device {
@@ -31,6 +32,7 @@ class GasImpl final : public DeviceGas {
  public:
   GasImpl(std::unique_ptr<Executor> run, const GasOptions& options)
       : run_(std::move(run)), gas_(*run_, checked(*run_, options)), lists_(gas_) {
+    if (options.rough) rough_.emplace(*run_);
     if (options.tables) sums_.emplace(*run_, *options.tables);
     if (options.polarizability > 0) dipoles_.emplace(*run_, *sums_, options.polarizability, options.dipole_tolerance);
     for (const auto& form : options.parts) parts_.push_back(form.make(*run_));
@@ -40,8 +42,15 @@ class GasImpl final : public DeviceGas {
     bounds_ = {options.tables && options.enclosure.unbounded, gas_.box};
   }
 
-  void load(const Checkpoint& checkpoint, const GrainContactLaw& law, bool elastic, double stage_begin) override {
-    gas_.load(checkpoint, law, elastic, stage_begin);
+  void load(const Checkpoint& checkpoint, const GrainContactLaw& law, bool elastic, double stage_begin,
+            const SurfaceLaw* surface) override {
+    if (rough_) {
+      const LawOnDevice rough = rough_law(law, *surface, gas_.grain_properties(), gas_.largest_radius);
+      gas_.load(checkpoint, law, elastic, stage_begin, rough.force_ratio);
+      rough_->load(checkpoint, *surface, rough, gas_);
+    } else {
+      gas_.load(checkpoint, law, elastic, stage_begin);
+    }
     step_.clear();
     lists_.load(checkpoint);
     if (dipoles_) load_dipoles(checkpoint, gas_.n, *dipoles_);
@@ -58,6 +67,7 @@ class GasImpl final : public DeviceGas {
     now.restitution = gas_.restitution.saved();
     now.charged = gas_.options.charged, now.exchanges = gas_.options.exchanges;
     now.sums = gas_.options.tables.has_value();
+    if (rough_) now.rough = rough_->snapshot(gas_.view(), lists_.springs());
     if (dipoles_) now.dipoles = dipole_writer(gas_, *sums_, *dipoles_);
     return now;
   }
@@ -73,8 +83,7 @@ class GasImpl final : public DeviceGas {
   void step(double time, int most) override {
     const Stopwatch stopwatch(counts_.seconds);
     if (lists_.skin() == 0) begin();
-    std::visit([&](const auto& law) { is_driven() ? step_driven(law, time) : steps(law, time, most, false); },
-               gas_.law);
+    with_law([&](const auto& law) { is_driven() ? step_driven(law, time) : steps(law, time, most, false); });
   }
 
   /// Makes up to `most` outer steps (from one evaluation of the smooth forces to the next) until `time` (t0). `whole`:
@@ -173,7 +182,7 @@ class GasImpl final : public DeviceGas {
   /// Prepares the first step after load(): neighbour lists, forces, and contacts of grains that overlap.
   void begin() {
     arrange(0);
-    std::visit([&](const auto& law) { start(law); }, gas_.law);
+    with_law([&](const auto& law) { start(law); });
     gas_.count.collisions += results_.host().begun;
     check_results();
   }
@@ -214,6 +223,7 @@ class GasImpl final : public DeviceGas {
     ++counts_.lists;
     const bool fresh = fit_mesh();
     lists_.arrange(travel, sums_, dipoles_);
+    if (rough_) rough_->permute(lists_.order());
     find_pair_forces();
     results_.host().moved2 = 0;
     if (auto kernels = lists_.kernels(); !(kernels == recorded_)) {
@@ -302,7 +312,7 @@ class GasImpl final : public DeviceGas {
     const bool exchanges = has_slow_forces() && gas_.options.exchanges;
     follow(law);
     if (gas_.exchanges_in_order() && !gas_.elastic)
-      exchange_in_order(*run_, contact_steps(law), gas_.options.exchange, affinity_.data(), &now->go);
+      exchange_in_order(*run_, smooth_steps(law), gas_.options.exchange, affinity_.data(), &now->go);
     run_->run_concurrently([&] { follow_charges(); }, [&] { find_impacts(law); });
     if (has_bounds()) check_bounds(*run_, gas_.view(), bounds_, results_.device());
     finish(ChooseNext<Law>{rule(law), results_.device(), parameters_.device(), now,
@@ -316,6 +326,11 @@ class GasImpl final : public DeviceGas {
     run_->run_cooperative(
         FollowContacts<Law>{contact_steps(law), {gas_.box, gas_.units_per_length()}, &progress_.device()->go});
   }
+  template <class Law>
+  void follow(const RoughLaw<Law>& law) {
+    run_->run_cooperative(
+        FollowRough<Law>{contact_steps(law), {gas_.box, gas_.units_per_length()}, &progress_.device()->go});
+  }
   /// Computes smooth forces at the positions after the contact substeps.
   void follow_charges() {
     if (dipoles_)
@@ -328,7 +343,7 @@ class GasImpl final : public DeviceGas {
   /// with the restitution coefficient of the law.
   template <class Law>
   void find_impacts(const Law& law) {
-    const ContactSteps<Law> steps = contact_steps(law);
+    const auto steps = contact_steps(law);
     StepResults* results = results_.device();
     const int parts = std::max(gas_.n / 16, 1);
     run_->sum_segments(
@@ -435,8 +450,21 @@ class GasImpl final : public DeviceGas {
     };
     return {quantum(most.force), quantum(most.energy)};
   }
+  /// Calls use(law) with the contact law of the grains.
+  template <class Use>
+  void with_law(const Use& use) {
+    rough_ ? std::visit(use, rough_->law()) : std::visit(use, gas_.law);
+  }
+  template <class Law>
+  RoughContactSteps<Law> contact_steps(const RoughLaw<Law>& law) const {
+    return {smooth_steps(law), rough_->view()};
+  }
   template <class Law>
   ContactSteps<Law> contact_steps(const Law& law) const {
+    return smooth_steps(law);
+  }
+  template <class Law>
+  ContactSteps<Law> smooth_steps(const Law& law) const {
     const auto unit_length = [&](int k) { return static_cast<float>(gas_.search_lengths[k] / units_per_box); };
     return {.grains = gas_.view(),
             .contacts = lists_.view(),
@@ -461,7 +489,7 @@ class GasImpl final : public DeviceGas {
             gas_.options.step,
             gas_.options.max_path,
             static_cast<double>(gas_.options.contact_steps),
-            {gas_.lightest, gas_.smallest_radius, typical_impact(gas_.options.mass.size())},
+            gas_.grain_properties(),
             gas_.largest_radius,
             gas_.lightest,
             gas_.options.attraction,
@@ -477,6 +505,10 @@ class GasImpl final : public DeviceGas {
       throw Failure("grain " + std::to_string(passed - 1) +
                     " and another fly through each other: the contact is too soft for their impact; a larger "
                     "stiffness, of a stage its equilibration.stiffness, or a lower temperature is needed");
+    if (const int outran = results_.host().outran; outran)
+      throw Failure(gas_.options.path + ": at t = " + std::to_string(gas_.time) + " t0 contacts have made grain " +
+                    std::to_string(outran - 1) +
+                    " more than twice as fast as any grain before within a step: a shorter mechanics.step is needed");
     if (const int side = results_.host().crossed)
       throw Failure(gas_.options.path + ": at t = " + std::to_string(gas_.time) +
                     " t0 a charge has left the domain through the " + std::string(side_names[side - 1]) +
@@ -497,6 +529,7 @@ class GasImpl final : public DeviceGas {
   GasLists<Executor> lists_;
   typename GasLists<Executor>::Sums sums_;
   typename GasLists<Executor>::Dipoles dipoles_;
+  std::optional<RoughOn<Executor>> rough_;
   std::vector<std::unique_ptr<DevicePart>> parts_;
   std::vector<std::unique_ptr<DeviceDrive>> drives_;
   PairUnits pair_units_;

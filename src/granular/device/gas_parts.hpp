@@ -25,6 +25,7 @@ using periodic::device::Totals;
 struct GasOptions : effects::DeviceForces {
   Vec3 lengths;                      ///< box lengths (d0)
   std::array<Boundary, 6> sides{};   ///< periodic, or walls
+  bool rough = false;                ///< grains have friction, adhesion, walls or several materials
   std::vector<double> mass, radius;  ///< [N]
   double step = 0;                   ///< largest outer step (t0); infinite: follows from `max_path`
   double max_path = 0;               ///< largest path of the fastest grain in an outer step (d0)

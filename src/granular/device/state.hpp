@@ -11,6 +11,7 @@
 #include "src/granular/device/contact_steps.hpp"
 #include "src/granular/device/device.hpp"
 #include "src/granular/device/gas_parts.hpp"
+#include "src/granular/pace.hpp"
 
 namespace lichtenberg::granular::device {
 
@@ -43,8 +44,10 @@ struct GasState {
   }
 
   /// Loads the state from a checkpoint of Gas, except contacts. `with`: contact law; `in_elastic_stage`: true if no
-  /// charge is exchanged and no drive acts; `stage_begin`: time since which the law applies (t0).
-  void load(const Checkpoint& checkpoint, const GrainContactLaw& with, bool in_elastic_stage, double stage_begin) {
+  /// charge is exchanged and no drive acts; `stage_begin`: time since which the law applies (t0). `force_ratio`:
+  /// largest forces over those of two grains with the law.
+  void load(const Checkpoint& checkpoint, const GrainContactLaw& with, bool in_elastic_stage, double stage_begin,
+            double force_ratio = 1) {
     law = with;
     restitution.load(lichtenberg::reals(checkpoint, "restitution_check", 3 * RestitutionCheck::decades), stage_begin,
                      n);
@@ -58,7 +61,7 @@ struct GasState {
     for (const double mass : options.mass) over.push_back(1 / mass);
     upload(g.inverse_mass, over);
     upload(g.radius, options.radius);
-    choose_units();
+    choose_units(force_ratio);
     upload(g.charge, options.charged ? reals("charge", size) : std::vector<double>(size));
     const auto& turned = integers(checkpoint, "image");
     std::vector<ImageCount> around(size);
@@ -151,6 +154,7 @@ struct GasState {
   Vec3 units_per_length() const {
     return {units_per_box / search_lengths.x, units_per_box / search_lengths.y, units_per_box / search_lengths.z};
   }
+  GrainProperties grain_properties() const { return {lightest, smallest_radius, typical_impact(options.mass.size())}; }
   static constexpr int a_part = 256;  ///< number of grains in a segment of sums over all grains
   /// Returns the number of grains in segment p of n grains.
   LICHTENBERG_HOST_DEVICE static int part(int n, int p) { return n - p * a_part < a_part ? n - p * a_part : a_part; }
@@ -196,13 +200,13 @@ struct GasState {
   /// about 2^-58 of a very large contact force, so that a sum may be 2^5 times this force. For impulses it is about
   /// 2^-52 of the largest mass times v0, and for shifts (displacement times mass) about 2^-54 of the largest mass times
   /// d0.
-  void choose_units() {
+  void choose_units(double force_ratio) {
     const double heaviest = *std::ranges::max_element(options.mass);
     const double force = std::visit(
         [&](const auto& one) {
           const ContactParts most = one.parts(largest_radius, one.scale(largest_radius, largest_radius));
           constexpr double fast = 100;  // v0; a faster grain would pass through others
-          return most.elastic + fast * most.damping;
+          return force_ratio * (most.elastic + fast * most.damping);
         },
         law);
     const auto power = [](double value) { return static_cast<int>(std::ceil(std::log2(value))); };

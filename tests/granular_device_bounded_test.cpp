@@ -110,7 +110,7 @@ TEST_CASE("device, unbounded: steps of an exploding charged cloud equal the CPU'
   CHECK(cpu.gas.energy().potential == Approx(device->potential_energy()).epsilon(1e-5));
 }
 
-TEST_CASE("device, unbounded: batches and resumed runs have same bits as meshes change") {
+TEST_CASE("device, unbounded: resumed runs and batches have the same bits") {
   const Scene scene = exploding(1e-3);
   const grains::Run cpu(scene);
   const Checkpoint start = cpu.gas.save();
@@ -136,7 +136,7 @@ TEST_CASE("device, unbounded: batches and resumed runs have same bits as meshes 
   }
 }
 
-TEST_CASE("device, open and grounded sides: steps equal the CPU's, batches have same bits") {
+TEST_CASE("device, open and grounded sides: steps equal the CPU's") {
   for (const bool grounded : {false, true}) {
     CAPTURE(grounded);
     Scene scene = gas(80, 7, 2);
@@ -194,7 +194,7 @@ TEST_CASE("device, open sides: a charge beyond a side ends the run with its name
   CHECK_MESSAGE(message.find("a charge has left the domain through the top side") != std::string::npos, message);
 }
 
-TEST_CASE("device, not periodic: dipoles and walls that it lacks are refused by name") {
+TEST_CASE("device, not periodic: dipoles that it lacks are refused") {
   const auto sentence = [](const Scene& scene) {
     return message_of([&] { granular::device::check_scene(scene, granular::device::Target::host); });
   };

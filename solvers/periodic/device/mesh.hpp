@@ -187,7 +187,7 @@ class MeshPart {
   Fft<Executor> fft_;
   parallel::Array<float, Executor> factor_;
   parallel::Array<int, Executor> whole_;          ///< Integer mesh
-  parallel::Array<std::int64_t, Executor> wide_;  ///< The same for boxes that are not periodic, if is_wide_
+  parallel::Array<std::int64_t, Executor> wide_;  ///< Integer mesh with 64 bits, if is_wide_
   bool is_wide_ = false;
   parallel::Array<float, Executor> real_, modes_;
   parallel::Array<int, Executor> first_, charge_;  ///< Charges of the tiles: index of the first, and list

@@ -272,4 +272,13 @@ TEST_CASE("device friction: ordered charge exchange equals the CPU's") {
   compare(scene, 40, 1e-7);
 }
 
+TEST_CASE("device walls: sides that are not periodic without walls are refused") {
+  Scene scene = walled_gas(false);
+  CHECK_NOTHROW(granular::device::check_scene(scene));
+  scene.effects = {};
+  scene.effects.add(effects::LinearContactOptions{.stiffness = 1e4});
+  CHECK(message_of([&] { granular::device::check_scene(scene); }).find("without effects.flat_walls") !=
+        std::string::npos);
+}
+
 }  // namespace granular_device_rough_test

@@ -369,7 +369,7 @@ struct ContactSteps {
   }
 
  protected:
-  /// Lists a new contact of the outer step.
+  /// Lists a new contact of the outer step. `time`: start of the substep (t0).
   LICHTENBERG_HOST_DEVICE void list_onset(double time, int near, double impact_speed) const {
     const int index = parallel::take_index(&results->onsets);
     if (index < contacts.table.end(grains.count - 1))

@@ -39,7 +39,7 @@ template <class Law>
 struct RoughContactSteps : ContactSteps<RoughLaw<Law>> {
   using Smooth = ContactSteps<RoughLaw<Law>>;
   using Smooth::contacts, Smooth::exchanges, Smooth::extremes, Smooth::grains, Smooth::inverse_units, Smooth::law,
-      Smooth::parameters, Smooth::restitution, Smooth::results, Smooth::units;
+      Smooth::parameters, Smooth::restitution, Smooth::results, Smooth::units, Smooth::units_per_length;
 
   RoughView rough;
 
@@ -120,9 +120,7 @@ struct RoughContactSteps : ContactSteps<RoughLaw<Law>> {
                               contacts.spring[p.entry], state);
     if (made.part) add_impulses(p, load_of(geometry, made.impulse));
     const bool others = rough.touched[p.lower] > open || rough.touched[p.higher] > open;
-    if (!open) begin(k, p, half.closing, step + 1 - made.share);
-    if (!open && contacts.onset)
-      this->list_onset(parameters->begin + step * substep(), k, contacts.impact_speed[p.entry]);
+    if (!open) begin(k, p, half.closing, step, made.share);
     if (others) contacts.alone[p.entry] = 0;
     if (made.ended) {
       if (contacts.alone[p.entry]) note_end(p, half, made, parameters->begin + (step + made.share) * substep());
@@ -266,13 +264,14 @@ struct RoughContactSteps : ContactSteps<RoughLaw<Law>> {
     }
     note_dissipated(s, step, made.ended, state);
   }
-  /// Records the onset of the contact of candidate pair k after `steps` substeps.
-  LICHTENBERG_HOST_DEVICE void begin(int k, const NearPair& p, double closing, double steps) const {
+  /// Records the onset of the contact of candidate pair k in the last part of substep `step`, which is `share` of it.
+  LICHTENBERG_HOST_DEVICE void begin(int k, const NearPair& p, double closing, int step, double share) const {
     contacts.near[k].due = NearPair::open;
-    contacts.since[p.entry] = parameters->begin + steps * substep();
+    contacts.since[p.entry] = parameters->begin + (step + 1 - share) * substep();
     contacts.impact_speed[p.entry] = closing > 0 ? closing : 0;
     contacts.alone[p.entry] = law.plain;
     parallel::add_atomically(&results->begun, std::int64_t{1});
+    if (contacts.onset) this->list_onset(parameters->begin + step * substep(), k, contacts.impact_speed[p.entry]);
     if (!exchanges) return;
     contacts.active[k] = {{p.lower, p.higher}, k, 0};
     contacts.next[2 * k] = parallel::exchange_atomically(&grains.begun[p.lower], 2 * k);

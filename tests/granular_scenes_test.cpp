@@ -242,13 +242,13 @@ TEST_CASE("scenes of grains: impossible ones are refused with a one-line message
       {replaced(box, "left = \"periodic\"\nright = \"periodic\"\n", "") + grains + contact,
        "domain.left = \"insulating\" is not allowed without the table [effects.flat_walls]"},
       {replaced(box, "left = \"periodic\"\nright = \"periodic\"\n", "left = { potential = 3 }\n") + grains + contact,
-       "domain.left = { potential = 3 } is not allowed in a scene of grains (with [units]): a conducting side is "
+       "domain.left = { potential = 3 } is not allowed in a scene of grains: a conducting side is "
        "grounded"},
       {box + few + contact + "[mechanics]\nrelative_tolerance = 1e-6\n",
        "mechanics.relative_tolerance is not allowed with mechanics.integrator = \"multirate\": of grains it is for "
        "\"cvode\""},
       {box + few + contact + "[mechanics]\nlargest_step = 1.0\n",
-       "mechanics.largest_step is not allowed with [units], which makes the scene one of grains"},
+       "mechanics.largest_step is not allowed in a scene of grains: it is for conductors"},
       {plane + few + contact + coulomb + "[effects.induced_dipoles]\n",
        "effects.induced_dipoles is not allowed in 2 dimensions: it supports 3"},
       {plane + few + contact + coulomb + "sum = \"ewald\"\n",

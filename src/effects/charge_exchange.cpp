@@ -11,6 +11,7 @@
 #include "src/model/checkpoint.hpp"
 #include "src/model/motion.hpp"
 #include "src/model/neighbours.hpp"
+#include "src/scene/si.hpp"
 
 namespace lichtenberg::effects {
 namespace {
@@ -46,6 +47,7 @@ void check_drive(const Draft& draft, const ChargeExchangeOptions& options) {
                                         "then for each [[population]], {} in all",
                                         options.affinities.size(), tables));
   if (options.model != ExchangeModel::polarization) return;
+  require_in_si(draft, "effects.charge_exchange.field");
   if (!options.field && draft.scene.effects.has("uniform_field")) return;
   if (!options.field) refuse_it("field", "is missing: model = \"polarization\" needs it or effects.uniform_field");
   check_components(draft, "effects.charge_exchange.field", *options.field);
@@ -166,7 +168,9 @@ const EffectKind& ChargeExchangeOptions::kind() {
             .unit = "q0",
             // Fourth powers of charges must not overflow.
             .range = {.low = 0, .high = 1e50, .low_itself = false},
-            .help = "prefactor Q of the transferred charge, in reduced units (q0; q0/d0^2 in the model contact-area)",
+            .help = "prefactor Q of the transferred charge, in reduced units (q0; q0/d0^2 in the model contact-area). "
+                    "Without [units] it is in C, for an energy m_eff v^2 of m0 v0^2 or an area of d0^2, whose values "
+                    "explain prints",
             .old_name = "strength"},
            {.name = "exponent",
             .target = target<&ChargeExchangeOptions::exponent>,

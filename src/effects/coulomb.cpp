@@ -16,6 +16,7 @@
 #include "src/model/checkpoint.hpp"
 #include "src/model/frame.hpp"
 #include "src/model/motion.hpp"
+#include "src/scene/si.hpp"
 
 namespace lichtenberg::effects {
 namespace {
@@ -187,6 +188,11 @@ void check_coulomb(const Draft& draft) {
            "include: use \"mesh\", \"ewald\" or \"minimum-image\"");
 }
 
+void complete_coulomb(const Draft& draft, Scene& scene) {
+  if (scene.in_si) scene.effects.find<CoulombOptions>()->strength = coupling_constant(*scene.reference);
+  check_cutoff(draft, scene);
+}
+
 double strength_in(const Scene& scene) { return scene.effects.find<CoulombOptions>()->strength; }
 
 std::vector<Key> keys() {
@@ -195,8 +201,9 @@ std::vector<Key> keys() {
        .target = target<&CoulombOptions::strength>,
        .range = {.low = 0, .high = 1e100},
        .help = "strength of the Coulomb interaction between grains, K = k_e q0^2 / (m0 v0^2 d0) with Coulomb's "
-               "constant k_e and the scales of [units]",
-       .old_name = "strength"},
+               "constant k_e and the scales of [units]. A scene without [units] has its own K",
+       .old_name = "strength",
+       .scale = Key::Scale::reduced},
       {.name = "sum",
        .target = target<&CoulombOptions::sum>,
        .help =
@@ -259,7 +266,7 @@ const EffectKind& CoulombOptions::kind() {
       .periodic = true,
       .grains = true,
       .check = check_coulomb,
-      .complete = check_cutoff,
+      .complete = complete_coulomb,
       .make = [](const Scene& scene) { return std::make_unique<Coulomb>(scene); },
       .explain = explain,
       .charge_strength = strength_in,

@@ -8,6 +8,7 @@
 #include "solvers/laplace/accuracy/cost_model.hpp"
 #include "src/effects/device_forces.hpp"
 #include "src/model/effect.hpp"
+#include "src/scene/si.hpp"
 
 namespace lichtenberg::effects {
 namespace {
@@ -107,6 +108,7 @@ const EffectKind& InducedDipolesOptions::kind() {
       .keys =
           {{.name = "polarizability",
             .target = target<&InducedDipolesOptions::polarizability>,
+            .unit = "d0^3",
             .range = ranges::positive,
             .help =
                 "polarizability A of a grain, in reduced units (d0^3): (eps_r - 1) / (eps_r + 2) / 8 of a "

@@ -79,7 +79,8 @@ std::vector<Key> conductor_state() {
        .target = [](Draft& d) { return &d.conductors.back().charge; },
        .unit = "C",
        .computed_default = "0",
-       .help = "charge of the conductor at the start, in C; not allowed for a member of a group"},
+       .help = "charge of the conductor at the start, in C; not allowed for a member of a group. For grains without "
+               "[units] also a number of elementary charges, as in \"1000 e\""},
       {.name = "velocity",
        .target = [](Draft& d) { return &d.conductors.back().velocity; },
        .unit = "m/s",
@@ -189,7 +190,7 @@ std::vector<Key> population_charges() {
        .target = [](Draft& d) { return &d.populations.back().charge; },
        .unit = "C",
        .help = "initial charge of each body of the population, in C; with charge_distribution the width of the random "
-               "charges"},
+               "charges. For grains without [units] also a number of elementary charges, as in \"1000 e\""},
       {.name = "charge_distribution",
        .target = [](Draft& d) { return &d.populations.back().charge_distribution; },
        .help = "distribution of the initial charges of grains. equal: all have the same charge; gaussian: normal with "
@@ -215,6 +216,13 @@ std::vector<Key> population_places() {
        .computed_default = "0: at rest",
        .help = "initial temperature of grains, in reduced units (m0 v0^2): each velocity component is Gaussian, with a "
                "variance of temperature over mass, and the momenta add up to 0"},
+      {.name = "velocity_spread",
+       .target = [](Draft& d) { return &d.populations.back().velocity_spread; },
+       .unit = "m/s",
+       .range = not_negative,
+       .computed_default = "from temperature",
+       .help = "root mean square of each component of the initial velocities of grains, in m/s, instead of "
+               "temperature: the temperature is its square times the mean mass"},
       {.name = "rotational_temperature",
        .target = [](Draft& d) { return &d.populations.back().rotational_temperature; },
        .unit = "m0 v0^2",

@@ -122,6 +122,17 @@ void check_polarization(const Scene& scene) {
   coulomb.stored_energy({.bodies = bodies, .neighbours = pairs});
 }
 
+/// Returns the relative permittivity of the grains, or its least and largest value.
+std::string permittivities_in_words(const InducedDipolesOptions& dipoles, const Scene& scene) {
+  double least = INFINITY, largest = 0;
+  for (std::size_t i = 0; i < scene.conductors.size(); ++i) {
+    const double permittivity = dipoles.relative_permittivity(i, scene.conductors[i].radius);
+    least = std::min(least, permittivity), largest = std::max(largest, permittivity);
+  }
+  const std::string most = fmt::format("{:.3g}", largest);
+  return least < largest ? fmt::format("{:.3g} to {}", least, most) : most;
+}
+
 std::vector<ExplanationLine> explain(const Scene& scene) {
   const auto* dipoles = scene.effects.find<InducedDipolesOptions>();
   if (!dipoles) return explain_mesh(scene);
@@ -130,9 +141,9 @@ std::vector<ExplanationLine> explain(const Scene& scene) {
     explanation.push_back(
         {"charges",
          fmt::format(
-             "forces of dielectric spheres of relative permittivity {:.3g}, multipoles to degree {}, to {:g}, instead "
+             "forces of dielectric spheres of relative permittivity {}, multipoles to degree {}, to {:g}, instead "
              "of effects.coulomb.sum; a run takes longer than the estimate below, which is for pairs and a mesh",
-             dipoles->relative_permittivity(scene.smallest_radius()), dipoles->degree, dipoles->tolerance)});
+             permittivities_in_words(*dipoles, scene), dipoles->degree, dipoles->tolerance)});
   else
     explanation = explain_mesh(scene);
   check_polarization(scene);
@@ -295,7 +306,7 @@ struct Coulomb::Implementation {
     if (found->degree > 1)
       spheres.emplace(laplace::SphereOptions{.accuracy = found->tolerance, .degree = found->degree});
     else
-      induced.emplace(*sum, found->sum, found->polarizability, found->tolerance);
+      induced.emplace(*sum, found->sum, found->polarizability, found->tolerance, found->each);
   }
 
   bool polarizes() const { return induced || spheres; }
@@ -380,7 +391,7 @@ struct Coulomb::Implementation {
       response.energy -= 0.5 * bodies.charge[i] * own;
       for (int k = 0; k < 3; ++k) {
         dipole.push_back(solution.sphere_dipole[i][k]);
-        response.field.push_back(dipole.back() / polarization.polarizability);
+        response.field.push_back(dipole.back() / polarization.of(i));
         response.force.push_back(solution.sphere_force[i][k]);
       }
     }

@@ -128,11 +128,13 @@ void check_conductors(const Draft& draft) {
   for (const Effects::Entry& entry : draft.scene.effects)
     if (entry.kind->grains)
       refuse_effect(draft, entry.kind->name, "the table [units], which makes the scene one of grains");
-  for (const char* key : {"equilibration", "population.temperature", "population.charge_distribution",
-                          "population.charge_exponent", "mechanics.step", "mechanics.contact_substeps",
-                          "mechanics.threads", "conductor.angular_velocity", "population.rotational_temperature",
-                          "conductor.relative_density", "population.relative_density", "conductor.relative_stiffness",
-                          "population.relative_stiffness", "conductor.relative_damping", "population.relative_damping"})
+  for (const char* key :
+       {"equilibration", "population.temperature", "population.velocity_spread", "population.charge_distribution",
+        "population.charge_exponent", "mechanics.step", "mechanics.contact_substeps", "mechanics.threads",
+        "conductor.angular_velocity", "population.rotational_temperature", "conductor.relative_permittivity",
+        "population.relative_permittivity", "conductor.relative_density", "population.relative_density",
+        "conductor.relative_stiffness", "population.relative_stiffness", "conductor.relative_damping",
+        "population.relative_damping"})
     refuse_if_given(draft, key,
                     "needs the table [units], which makes the scene one of grains: add it, or leave the key out");
   if (!draft.scene.mechanics.integrator->moves_conductors)
@@ -220,6 +222,12 @@ void check_grains(const Draft& draft) {
     refuse(draft.scene.path, draft.line("mechanics.integrator"),
            fmt::format("mechanics.integrator = \"{}\" is not allowed in a scene of grains: {} are",
                        name_of(draft.scene.mechanics.integrator), names_of(&IntegratorKind::moves_grains)));
+  if (!draft.scene.effects.has("induced_dipoles"))
+    for (const char* key : {"conductor.relative_permittivity", "population.relative_permittivity"})
+      refuse_if_given(
+          draft, key,
+          "needs the table [effects.induced_dipoles], without which grains have no dipoles: add it, or leave "
+          "the key out");
   check_mechanics(draft);
   check_rotation(draft);
   check_sides(draft);

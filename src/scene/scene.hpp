@@ -106,6 +106,7 @@ struct Conductor {
   bool fixed = false;               ///< true: fixed at its position
   Vec3 angular_velocity{};          ///< 1/t0, of a grain with friction; along z in two dimensions
   GrainMaterial material{};         ///< of a grain
+  double permittivity = 0;          ///< relative, of a dielectric grain; 0: effects.induced_dipoles.polarizability
 };
 
 /// Returns the distance (m) of the conductor's centre from the wall; negative beyond the wall.

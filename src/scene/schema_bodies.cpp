@@ -36,10 +36,17 @@ GrainMaterial& material_of_conductor(Draft& d) { return d.conductors.back().cond
 GrainMaterial& material_of_population(Draft& d) { return d.populations.back().material; }
 
 /// Returns the keys of a grain's material. `material`: material in the draft of a conductor or population.
+/// `permittivity`: target of its relative permittivity.
 template <GrainMaterial& (*material)(Draft&)>
-std::vector<Key> grain_material_keys() {
+std::vector<Key> grain_material_keys(KeyTarget permittivity) {
   constexpr Range factor = {.low = 1e-6, .high = 1e6};
   return {
+      {.name = "relative_permittivity",
+       .target = permittivity,
+       .range = {.low = 1, .high = 1e6, .low_itself = false},
+       .computed_default = "from effects.induced_dipoles.polarizability",
+       .help = "relative permittivity eps_r of a dielectric grain, whose polarizability then is (eps_r - 1) / (eps_r + "
+               "2) R^3 with its radius R; needs [effects.induced_dipoles]"},
       {.name = "relative_density",
        .target = [](Draft& d) { return &material(d).density; },
        .range = factor,
@@ -113,7 +120,9 @@ Table conductor() {
           .keys = joined({conductor_sphere(), material_keys<&Draft::conductors>([](Draft& d) {
                             return &d.conductors.back().conductor.relative_resistivity;
                           }),
-                          grain_material_keys<material_of_conductor>(), conductor_state()})};
+                          grain_material_keys<material_of_conductor>(
+                              [](Draft& d) { return &d.conductors.back().conductor.permittivity; }),
+                          conductor_state()})};
 }
 
 Table group() {
@@ -258,10 +267,11 @@ Table population() {
               "A population: conductors or grains at random initial positions, drawn uniformly and sequentially, by "
               "default without overlap.",
           .open = [](Draft& d, int line) { d.populations.push_back({.line = line}); },
-          .keys = joined({population_radii(), material_keys<&Draft::populations>([](Draft& d) {
-                            return &d.populations.back().relative_resistivity;
-                          }),
-                          grain_material_keys<material_of_population>(), population_charges(), population_places()})};
+          .keys = joined(
+              {population_radii(),
+               material_keys<&Draft::populations>([](Draft& d) { return &d.populations.back().relative_resistivity; }),
+               grain_material_keys<material_of_population>([](Draft& d) { return &d.populations.back().permittivity; }),
+               population_charges(), population_places()})};
 }
 
 }  // namespace

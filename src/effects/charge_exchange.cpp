@@ -20,6 +20,11 @@ bool has_sign(ExchangeModel model) {
   return model == ExchangeModel::size || model == ExchangeModel::material || model == ExchangeModel::polarization;
 }
 
+/// Returns true for models that transfer charge in each step of a contact, at a rate.
+bool is_by_time(ExchangeModel model) {
+  return model == ExchangeModel::random_walk || model == ExchangeModel::contact_area;
+}
+
 double effective_mass(const Bodies& bodies, Pair pair) {
   return bodies.mass[pair.i] * bodies.mass[pair.j] / (bodies.mass[pair.i] + bodies.mass[pair.j]);
 }
@@ -42,10 +47,15 @@ void check_drive(const Draft& draft, const ChargeExchangeOptions& options) {
            "effects.charge_exchange." + key + " " + message);
   };
   const std::size_t tables = draft.conductors.size() + draft.populations.size();
-  if (options.model == ExchangeModel::material && options.affinities.size() != tables)
-    refuse_it("affinities", fmt::format("has {} numbers, and model = \"material\" needs one for each [[conductor]] and "
-                                        "then for each [[population]], {} in all",
-                                        options.affinities.size(), tables));
+  const auto check_count = [&](const std::string& key, const std::vector<double>& table_values) {
+    if (table_values.size() != tables)
+      refuse_it(key,
+                fmt::format("has {} numbers, and model = \"{}\" needs one for each [[conductor]] and then for each "
+                            "[[population]], {} in all",
+                            table_values.size(), name_of(options.model), tables));
+  };
+  if (options.model == ExchangeModel::material) check_count("affinities", options.affinities);
+  if (!options.donors.empty()) check_count("donors", options.donors);
   if (options.model != ExchangeModel::polarization) return;
   require_in_si(draft, "effects.charge_exchange.field");
   if (!options.field && draft.scene.effects.has("uniform_field")) return;
@@ -73,11 +83,14 @@ void check_charge_exchange(const Draft& draft) {
                       fmt::format("is not allowed with effects.charge_exchange.model = \"{}\": it is for {}",
                                   name_of(options.model), models));
   };
-  const bool sign = has_sign(options.model);
+  const bool sign = has_sign(options.model), patches = options.model == ExchangeModel::patches;
+  if (!none) require_in_si(draft, "effects.charge_exchange.transfer_prefactor");
+  if (is_by_time(options.model)) require_in_si(draft, "effects.charge_exchange.rate");
   const std::string with_sign = "\"size\", \"material\" and \"polarization\"";
-  only_with("exponent", impact || sign, "\"impact\", " + with_sign);
+  only_with("exponent", impact || sign || patches, "\"impact\", \"patches\", " + with_sign);
   only_with("each_step", impact, "\"impact\"");
-  only_with("rate", !impact && !none && !sign, "\"random-walk\" and \"contact-area\"");
+  only_with("rate", is_by_time(options.model), "\"random-walk\" and \"contact-area\"");
+  for (const char* key : {"patches", "donors"}) only_with(key, patches, "\"patches\"");
   for (const char* key : {"feedback", "memory"}) only_with(key, sign, with_sign);
   only_with("affinities", options.model == ExchangeModel::material, "\"material\"");
   only_with("field", options.model == ExchangeModel::polarization, "\"polarization\"");
@@ -89,21 +102,26 @@ void check_charge_exchange(const Draft& draft) {
                     "needs effects.charge_exchange.capacity: add it, or leave the key out");
 }
 
-/// Sets the affinity of each grain from those of the tables, and the field from that of effects.uniform_field.
+/// Returns the number of each grain from those of [[conductor]] and [[population]]; empty if these are.
+std::vector<double> grain_values(const Draft& draft, const std::vector<double>& table_values) {
+  std::vector<double> all;
+  if (table_values.empty()) return all;
+  auto number = table_values.begin();
+  for (std::size_t k = 0; k < draft.conductors.size(); ++k) all.push_back(*number++);
+  for (const PopulationDraft& population : draft.populations) all.insert(all.end(), population.count, *number++);
+  return all;
+}
+
+/// Sets the affinity and the donors of each grain from those of the tables, and the field from that of
+/// effects.uniform_field.
 void complete_charge_exchange(const Draft& draft, Scene& scene) {
   auto& options = *scene.effects.find<ChargeExchangeOptions>();
   if (const auto* external = scene.effects.find<UniformFieldOptions>();
       external && options.model == ExchangeModel::polarization && !options.field)
     options.field = external->field;
-  std::size_t table = 0;
-  const auto add = [&](int count) {
-    options.affinity.insert(options.affinity.end(), count, options.affinities[table++]);
-  };
-  if (options.model == ExchangeModel::material) {
-    options.affinity.clear();
-    for (std::size_t k = 0; k < draft.conductors.size(); ++k) add(1);
-    for (const PopulationDraft& population : draft.populations) add(population.count);
-  }
+  if (options.model == ExchangeModel::patches && draft.line("effects.charge_exchange.exponent") == 0)
+    options.exponent = 0.4;  // area of Hertz's contact at the largest overlap
+  options.affinity = grain_values(draft, options.affinities), options.donor = grain_values(draft, options.donors);
   if (!options.capacity) return;
   for (const Conductor& grain : scene.conductors)
     if (std::abs(grain.charge) > *options.capacity)
@@ -113,9 +131,14 @@ void complete_charge_exchange(const Draft& draft, Scene& scene) {
                          *options.capacity, grain.charge));
 }
 
-/// Returns the course of the charge difference of two grains that collide again and again (DirectedExchange).
+/// Returns the course of the charge difference of two grains that collide again and again (DirectedExchange), or the
+/// rms charge of a collision (PatchExchange).
 std::vector<ExplanationLine> explain_charge_exchange(const Scene& scene) {
   const auto& options = *scene.effects.find<ChargeExchangeOptions>();
+  if (options.model == ExchangeModel::patches)
+    return {{"transferred charge",
+             fmt::format("{:g} pairs of patches of {:g} q0 at an energy of 1 m0 v0^2: rms {:.4g} q0 of equal grains",
+                         options.patches, options.strength, options.strength * std::sqrt(0.5 * options.patches))}};
   if (!has_sign(options.model)) return {};
   const double growth = 2 * options.strength * options.feedback;
   std::string text = fmt::format("{:g} q0 times the drive per collision of energy 1 m0 v0^2, by {}", options.strength,
@@ -162,7 +185,8 @@ const EffectKind& ChargeExchangeOptions::kind() {
                     "sign, once "
                     "per collision, of size Q (m_eff v^2)^eta times a drive: size: (R_i - R_j)/(R_i + R_j), so that "
                     "larger grains become positive; material: difference of affinities; polarization: component of "
-                    "field along the contact"},
+                    "field along the contact. patches: once per collision, Q for each donor that faces an acceptor "
+                    "(Apodaca et al. 2010)"},
            {.name = "transfer_prefactor",
             .target = target<&ChargeExchangeOptions::strength>,
             .unit = "q0",
@@ -177,7 +201,8 @@ const EffectKind& ChargeExchangeOptions::kind() {
             // Exponent of energies, bounded to avoid overflow.
             .range = {.low = 0, .high = 10},
             .help = "exponent eta of the models with one transfer per collision, whose transferred charge is "
-                    "proportional to (impact energy)^eta"},
+                    "proportional to (impact energy)^eta; of patches it is 0.4 by default, as the area of Hertz's "
+                    "contact"},
            {.name = "rate",
             .target = target<&ChargeExchangeOptions::rate>,
             .unit = "1/t0",
@@ -199,6 +224,17 @@ const EffectKind& ChargeExchangeOptions::kind() {
             .help = "uniform electric field that polarizes contacts in the model polarization, in any unit: the drive "
                     "is its component along the line from one centre to the other at the end of the step. It exerts "
                     "no force"},
+           {.name = "patches",
+            .target = target<&ChargeExchangeOptions::patches>,
+            .range = {.low = 0, .high = 1e12, .low_itself = false},
+            .help = "number n of pairs of facing patches in a contact of impact energy m_eff v^2 = 1 m0 v0^2, for the "
+                    "model patches. Other contacts have n (m_eff v^2)^exponent pairs"},
+           {.name = "donors",
+            .target = target<&ChargeExchangeOptions::donors>,
+            .range = {.low = 0, .high = 1},
+            .computed_default = "0.5 of all grains",
+            .help = "probability that a patch of a grain is a donor, and not an acceptor, for the model patches: one "
+                    "number for each [[conductor]] and then for each [[population]]. Donors become positive"},
            {.name = "feedback",
             .target = target<&ChargeExchangeOptions::feedback>,
             .unit = "1/q0",
@@ -250,7 +286,8 @@ ChargeExchange::ChargeExchange(const ChargeExchangeOptions& options, std::uint64
     : options_(options), seed_(seed) {}
 
 bool ChargeExchange::is_once_a_collision() const {
-  return (options_.model == ExchangeModel::impact && !options_.each_step) || has_sign(options_.model);
+  return (options_.model == ExchangeModel::impact && !options_.each_step) || options_.model == ExchangeModel::patches ||
+         has_sign(options_.model);
 }
 
 /// Transfers charge in new contacts, or in all contacts for models with a transfer in each step. Random numbers are
@@ -295,6 +332,12 @@ double ChargeExchange::transfer(const GrainContact& contact, double dt, const Bo
     case ExchangeModel::impact:
       return ImpactExchange{options_.strength, options_.exponent}(effective_mass(bodies, contact.pair),
                                                                   contact.impact_speed, random);
+    case ExchangeModel::patches: {
+      const double energy = effective_mass(bodies, contact.pair) * contact.impact_speed * contact.impact_speed;
+      const auto donor = [&](int grain) { return options_.donor.empty() ? 0.5 : options_.donor[grain]; };
+      return PatchExchange{options_.patches, options_.exponent}(energy, donor(i), donor(j), random) *
+             whole_quanta(options_.strength, charge_quantum(options_.strength));
+    }
     case ExchangeModel::random_walk:
       return RandomWalkExchange{options_.strength, options_.rate}(dt, random);
     default:

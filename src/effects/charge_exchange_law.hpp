@@ -78,6 +78,37 @@ struct DirectedExchange {
   }
 };
 
+/// One transfer in each collision by patches of donors and acceptors (Apodaca et al. 2010). The contact brings n pairs
+/// of facing patches together. A patch of grain i is a donor with the probability p_i, otherwise an acceptor. A donor
+/// of i that faces an acceptor of j gives dq = Q, the reverse -Q, and equal patches 0. The sum over n pairs has the
+/// mean Q n (p_i - p_j) and the variance Q^2 n (s - (p_i - p_j)^2) with s = p_i (1 - p_j) + p_j (1 - p_i). Patches are
+/// new in each collision. Reduced units.
+struct PatchExchange {
+  double patches = 0;   ///< mean number of pairs of patches in a contact of unit energy
+  double exponent = 0;  ///< eta: the number of pairs is patches (m_eff v^2)^eta, as the contact area
+
+  /// Number of pairs up to which each is drawn; more have the Gaussian limit.
+  static constexpr double most_drawn = 256;
+
+  /// Returns the charge that the second grain gives to the first, in charges of a patch. `energy`: m_eff v^2 (m0 v0^2);
+  /// `donor_i`, `donor_j`: probabilities of donors. Draws at most 257 random numbers.
+  LICHTENBERG_HOST_DEVICE double operator()(double energy, double donor_i, double donor_j, Random& random) const {
+    const double count = std::floor(patches * std::pow(energy, exponent) + random.uniform());
+    const double gain = donor_i * (1 - donor_j), loss = donor_j * (1 - donor_i);
+    if (count > most_drawn) {
+      const double deviation = std::sqrt(count * (gain + loss - (gain - loss) * (gain - loss)));
+      const double sum = std::nearbyint(count * (gain - loss) + deviation * random.normal());
+      return std::fmax(-count, std::fmin(sum, count));
+    }
+    double sum = 0;
+    for (double pair = 0; pair < count; ++pair) {
+      const double u = random.uniform();
+      sum += u < gain ? 1 : u < gain + loss ? -1 : 0;
+    }
+    return sum;
+  }
+};
+
 /// Returns the drive by size: (R_i - R_j) / (R_i + R_j). The larger grain becomes positive, as in experiments with one
 /// material (Lacks and Levandovsky 2007).
 LICHTENBERG_HOST_DEVICE inline double size_drive(double radius_i, double radius_j) {

@@ -82,7 +82,7 @@ TEST_CASE("PatchExchange of charge: mean and variance of its pairs of patches") 
     for (const auto& [donor_i, donor_j] : {std::pair{0.5, 0.5}, {0.7, 0.2}, {0.0, 1.0}}) {
       CAPTURE(patches);
       CAPTURE(donor_i);
-      const PatchExchange law{patches, 0.4};
+      const PatchExchange law{1, patches, 0.4};
       const double gain = donor_i * (1 - donor_j), loss = donor_j * (1 - donor_i), drift = gain - loss;
       const double pairs = patches * std::pow(2, 0.4);
       const double fraction = pairs - std::floor(pairs);  // their number is rounded at random

@@ -69,7 +69,7 @@ TEST_CASE("charge exchange by size: larger grain gains in proportion") {
 TEST_CASE("charge exchange by patches: whole patches, variance of random steps") {
   const int samples = 20000, collisions = 20, pairs = 8;
   ChargeExchangeOptions options{.model = ExchangeModel::patches, .strength = strength, .exponent = 0};
-  options.patches = pairs;
+  options.patches = pairs, options.affinity = {0.5, 0.5};
   const double patch = whole_quanta(strength, charge_quantum(strength));
   double square = 0, fourth = 0;
   for (int seed = 0; seed < samples; ++seed) {
@@ -82,7 +82,7 @@ TEST_CASE("charge exchange by patches: whole patches, variance of random steps")
   const double variance = 0.5 * collisions * pairs;
   CHECK(std::abs(square - variance) < 4 * std::sqrt((fourth - square * square) / samples));
   // Donors alone against acceptors alone give all patches.
-  options.donor = {1, 0};
+  options.affinity = {1, 0};
   Bodies bodies = two_grains();
   ChargeExchange effect(options, 1);
   CHECK(collide(effect, bodies, collisions) == collisions * pairs * patch);

@@ -48,11 +48,10 @@ struct ChargeExchangeOptions {
   double feedback = 0;                 ///< 1/q0, for the models with a sign
   std::optional<double> memory;        ///< number of collisions, for the models with a sign; empty: no limit
   std::vector<double> affinities{};    ///< of each [[conductor]] and then of each [[population]], for material
-  std::vector<double> affinity{};      ///< of each grain, from `affinities`
+  std::vector<double> affinity{};      ///< of each grain, from `affinities`, or from `donors` for patches
   std::optional<Coordinates> field{};  ///< electric field that polarizes contacts, for polarization
   double patches = 10;                 ///< pairs of patches in a contact of unit energy, for patches
-  std::vector<double> donors{};        ///< probabilities of donors, of the same tables as `affinities`, for patches
-  std::vector<double> donor{};         ///< of each grain, from `donors`; empty: 1/2 of all
+  std::vector<double> donors{};        ///< probabilities, of the same tables as `affinities`, for patches; empty: 1/2
   /// True: the model `impact` transfers charge in each step of a contact instead of once in a collision
   bool each_step = false;
   std::optional<double> capacity;  ///< largest charge of a grain (q0); empty: no limit
@@ -81,8 +80,9 @@ class ChargeExchange : public Effect {
   /// charge of the first minus that of the second (q0).
   double transfer(const GrainContact& contact, double dt, const Bodies& bodies, double difference,
                   Random& random) const;
-  /// Returns the charge that a model with a sign transfers.
-  double directed_transfer(const GrainContact& contact, const Bodies& bodies, double difference) const;
+  /// Returns the collision that a contact has begun with. `difference`: charge of the first grain minus that of the
+  /// second (q0).
+  Collision collision_of(const GrainContact& contact, const Bodies& bodies, double difference) const;
   /// Transfers charge between the two grains of a contact. `count` numbers the transfers of a pair, to select its
   /// random numbers.
   void move(const GrainContact& contact, double dt, std::uint64_t count, const Bodies& bodies,

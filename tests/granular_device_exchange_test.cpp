@@ -127,7 +127,7 @@ TEST_CASE("device, exchange with a sign: charges and counters equal the CPU's") 
     }
 }
 
-TEST_CASE("device, exchange by patches: charges are those of the CPU, in whole patches") {
+TEST_CASE("device, exchange by patches: charges are the CPU's, in whole patches") {
   const Scene scene = exchanging({.model = ExchangeModel::patches, .exponent = 0.4, .patches = 12});
   grains::Run cpu(scene);
   const Checkpoint start = cpu.gas.save();

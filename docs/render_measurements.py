@@ -217,9 +217,10 @@ def page(name):
     return "\n".join(map(wrapped, lines)).rstrip() + "\n"
 
 
+CONDITIONS = {"command": str, "commit": str, "machine": str, "date": str, "seconds": (int, float)}
 EXPERIMENT = {"row": int, "reference": str, "quantity": str, "published": dict, "expected": str, "ours": dict,
-              "verdict": str, "reason": str, "command": str, "commit": str, "machine": str, "date": str,
-              "seconds": (int, float)}
+              "verdict": str, "reason": str, **CONDITIONS}
+CHANGE = {"assumption": str, "change": str, "expected": str, "ours": dict, "verdict": str, **CONDITIONS}
 
 
 def interval_of(part, name):
@@ -234,36 +235,95 @@ def interval_of(part, name):
     return low, high
 
 
-def experiment_faults(row):
-    """Yields one message for each missing, unknown or contradictory key of a comparison with an experiment."""
-    for key, kind in EXPERIMENT.items():
-        if not isinstance(row.get(key), kind):
-            yield f"'{key}' is missing or of a wrong type"
-            return
-    yield from (f"'{key}' is unknown; allowed are {', '.join(EXPERIMENT)}" for key in row if key not in EXPERIMENT)
-    if row["published"].get("source") not in ("A", "S", "M"):
-        yield "'published' has no 'source' A, S or M"
-    if not has_number(row["ours"].get("value")) or not isinstance(row["ours"].get("runs"), int):
+def key_faults(part, kinds, optional=()):
+    """Yields one message for each missing or unknown key of a part of a comparison."""
+    yield from (f"'{key}' is missing or of a wrong type" for key, kind in kinds.items() if not isinstance(part.get(key), kind))
+    yield from (f"'{key}' is unknown; allowed are {', '.join(kinds)}" for key in part if key not in kinds and key not in optional)
+
+
+def verdict_faults(published, part):
+    """Yields one message for each fault of the value, verdict and expectation of a row or of a change."""
+    if not has_number(part["ours"].get("value")) or not isinstance(part["ours"].get("runs"), int):
         yield "'ours' has no number 'value' or no integer 'runs'"
     try:
-        theirs, ours = interval_of(row["published"], "published"), interval_of(row["ours"], "ours")
+        theirs, ours = interval_of(published, "published"), interval_of(part["ours"], "ours")
     except ValueError as error:
         yield str(error)
         return
     verdict = "agrees" if theirs[0] <= ours[1] and ours[0] <= theirs[1] else "disagrees"
-    if row["verdict"] != verdict:
-        yield f"'verdict' is \"{row['verdict']}\", but by the intervals it is \"{verdict}\""
-    if verdict == "disagrees" and not row["reason"]:
-        yield "'reason' is empty, and the row disagrees"
-    if not row["expected"]:
+    if part["verdict"] != verdict:
+        yield f"'verdict' is \"{part['verdict']}\", but by the intervals it is \"{verdict}\""
+    if not part["expected"]:
         yield "'expected' is empty"
 
 
-def with_interval(part):
-    """Returns a value and its interval as text, with six digits."""
-    low, high = ("" if bound is None else f"{bound:.6g}" for bound in part["interval"])
+def experiment_faults(row):
+    """Yields one message for each missing, unknown or contradictory key of a comparison with an experiment."""
+    found = list(key_faults(row, EXPERIMENT, ["changes"]))
+    if found:
+        yield from found
+        return
+    if row["published"].get("source") not in ("A", "S", "M"):
+        yield "'published' has no 'source' A, S or M"
+    yield from verdict_faults(row["published"], row)
+    if row["verdict"] == "disagrees" and not row["reason"]:
+        yield "'reason' is empty, and the row disagrees"
+    changes = row.get("changes", [])
+    if (row["verdict"] == "disagrees") != bool(changes):
+        yield "'changes' must have entries exactly if the row disagrees"
+    for change in changes:
+        found = list(key_faults(change, CHANGE))
+        yield from (f"change \"{change.get('change')}\": {fault}" for fault in
+                    found or verdict_faults(row["published"], change))
+
+
+def half_width(part):
+    return (part["interval"][1] - part["interval"][0]) / 2
+
+
+def deciding(row):
+    """Returns the assumptions that decide: their change moves the value by more than both intervals together (the root of
+    the sum of their squares), and the row agrees with it."""
+    ours = row["ours"]
+    return list(dict.fromkeys(
+        change["assumption"] for change in row["changes"] if change["verdict"] == "agrees" and
+        abs(change["ours"]["value"] - ours["value"]) > math.hypot(half_width(change["ours"]), half_width(ours))))
+
+
+def with_interval(part, digits=6):
+    """Returns a value and its interval as text, with these digits."""
+    low, high = ("" if bound is None else f"{bound:.{digits}g}" for bound in part["interval"])
     value = part.get("value")
-    return ("" if value is None else f"{value:.6g} ") + f"[{low}, {high}]"
+    return ("" if value is None else f"{value:.{digits}g} ") + f"[{low}, {high}]"
+
+
+def change_tables(rows):
+    """Yields the lines of tables of changes, one for the rows with the same changes, and of the assumptions that decide."""
+    groups = {}
+    for row in rows:
+        if "changes" in row:
+            groups.setdefault(tuple(change["change"] for change in row["changes"]), []).append(row)
+    for names, group in groups.items():
+        yield from ("", "|changed|expected|" + "|".join(text(row["quantity"]) for row in group) + "|", "|-|-|" + "-|" * len(group))
+        yield "|nothing||" + "|".join(with_interval(row["ours"], 3) for row in group) + "|"
+        for number, name in enumerate(names):
+            changes = [row["changes"][number] for row in group]
+            cells = [with_interval(change["ours"], 3) + (" agrees" if change["verdict"] == "agrees" else "")
+                     for change in changes]
+            yield "|" + "|".join(map(text, (f"{changes[0]['assumption']}: {name}", changes[0]["expected"], *cells))) + "|"
+        yield ""
+        for row in group:
+            yield f"- Decides for {text(row['quantity'])}: {', '.join(deciding(row)) or 'none of those tried'}."
+
+
+def condition_lines(parts):
+    """Yields one line for each different command, commit, machine and date of rows or changes."""
+    keys = [key for key in CONDITIONS if key != "seconds"]
+    for values in dict.fromkeys(tuple(part[key] for key in keys) for part in parts):
+        command, commit, machine, date = values
+        seconds = sum(seconds for _, seconds in {(part.get("change"), part["seconds"]) for part in parts
+                                                 if tuple(part[key] for key in keys) == values})
+        yield f"- `{command}` ({seconds:.3g} s), {date}, {commit}, {machine}"
 
 
 def experiments():
@@ -277,21 +337,22 @@ def experiments():
              "values are from the paper (S), its abstract (A) or from memory (M), to be checked. Where a publication "
              "states no interval, it is that of the last digit, or the row says that it is assumed. "
              "`docs/render_measurements.py` writes this page from `docs/measurements/experiments`.", "",
-             "|row|reference|quantity|published|ours|verdict|", "|-|-|-|-|-|-|"]
+             "Rows that disagree have a table of changes, one assumption at a time. An assumption decides if its change "
+             "moves the value by more than the intervals allow and the row then agrees.", "",
+             "|row|quantity|published|ours|verdict|", "|-|-|-|-|-|"]
     for row in rows:
         theirs = f"{with_interval(row['published'])} {row['published']['source']}"
-        lines.append("|" + "|".join(map(text, (row["row"], row["reference"], row["quantity"], theirs,
-                                               with_interval(row["ours"]), row["verdict"]))) + "|")
+        lines.append("|" + "|".join(map(text, (row["row"], row["quantity"], theirs, with_interval(row["ours"]),
+                                               row["verdict"]))) + "|")
     for number in dict.fromkeys(row["row"] for row in rows):
-        lines += ["", f"## Row {number}", ""]
         group = [row for row in rows if row["row"] == number]
+        references = "; ".join(dict.fromkeys(row["reference"] for row in group))
+        lines += ["", f"## Row {number}: {text(references)}", ""]
         lines += [f"- Expected: {text(expected)}" for expected in dict.fromkeys(row["expected"] for row in group)]
-        reasons = dict.fromkeys(row["reason"] for row in group if row["reason"])
-        lines += [f"- Found: {text(reason)}" for reason in reasons]
-        for command in dict.fromkeys(row["command"] for row in group):
-            row = next(row for row in group if row["command"] == command)
-            lines += [f"- Command: `{command}` ({row['seconds']:.3g} s)", f"- Machine: {row['machine']}",
-                      f"- Date: {row['date']}", f"- Commit: {row['commit']}"]
+        lines += [f"- Found: {text(reason)}" for reason in dict.fromkeys(row["reason"] for row in group if row["reason"])]
+        lines += condition_lines(group)
+        lines += change_tables(group)
+        lines += condition_lines([change for row in group for change in row.get("changes", [])])
     return "\n".join(map(wrapped, lines)).rstrip() + "\n"
 
 

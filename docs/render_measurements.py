@@ -220,7 +220,7 @@ def page(name):
 CONDITIONS = {"command": str, "commit": str, "machine": str, "date": str, "seconds": (int, float)}
 EXPERIMENT = {"row": int, "reference": str, "quantity": str, "published": dict, "expected": str, "ours": dict,
               "verdict": str, "reason": str, **CONDITIONS}
-CHANGE = {"assumption": str, "change": str, "expected": str, "ours": dict, "verdict": str, **CONDITIONS}
+CHANGE = {"assumption": str, "change": str, "against": str, "expected": str, "ours": dict, "verdict": str, **CONDITIONS}
 
 
 def interval_of(part, name):
@@ -273,6 +273,8 @@ def experiment_faults(row):
         yield "'changes' must have entries exactly if the row disagrees"
     for change in changes:
         found = list(key_faults(change, CHANGE))
+        if not found and change["against"] not in ["", *(each.get("change") for each in changes)]:
+            found = ["'against' names no change of the row"]
         yield from (f"change \"{change.get('change')}\": {fault}" for fault in
                     found or verdict_faults(row["published"], change))
 
@@ -281,13 +283,16 @@ def half_width(part):
     return (part["interval"][1] - part["interval"][0]) / 2
 
 
+def moves(one, other):
+    """Returns true if two values differ by more than both intervals together (the root of the sum of their squares)."""
+    return abs(one["value"] - other["value"]) > math.hypot(half_width(one), half_width(other))
+
+
 def deciding(row):
-    """Returns the assumptions that decide: their change moves the value by more than both intervals together (the root of
-    the sum of their squares), and the row agrees with it."""
-    ours = row["ours"]
-    return list(dict.fromkeys(
-        change["assumption"] for change in row["changes"] if change["verdict"] == "agrees" and
-        abs(change["ours"]["value"] - ours["value"]) > math.hypot(half_width(change["ours"]), half_width(ours))))
+    """Returns the assumptions that decide: their change moves the value, and the row agrees with it."""
+    before = {"": row["ours"], **{change["change"]: change["ours"] for change in row["changes"]}}
+    return list(dict.fromkeys(change["assumption"] for change in row["changes"] if change["verdict"] == "agrees" and
+                              moves(change["ours"], before[change["against"]])))
 
 
 def with_interval(part, digits=6):
@@ -297,27 +302,39 @@ def with_interval(part, digits=6):
     return ("" if value is None else f"{value:.{digits}g} ") + f"[{low}, {high}]"
 
 
-def change_tables(rows):
-    """Yields the lines of tables of changes, one for the rows with the same changes, and of the assumptions that decide."""
-    groups = {}
+def grouped(rows):
+    """Returns lists of the rows that share changes."""
+    groups = []
     for row in rows:
-        if "changes" in row:
-            groups.setdefault(tuple(change["change"] for change in row["changes"]), []).append(row)
-    for names, group in groups.items():
+        names = {change["change"] for change in row.get("changes", [])}
+        shared = next((group for group in groups if names & {change["change"] for change in group[0]["changes"]}), None)
+        if shared is not None:
+            shared.append(row)
+        elif names:
+            groups.append([row])
+    return groups
+
+
+def change_tables(rows):
+    """Yields the lines of tables of changes, and of the assumptions that decide."""
+    for group in grouped(rows):
         yield from ("", "|changed|expected|" + "|".join(text(row["quantity"]) for row in group) + "|", "|-|-|" + "-|" * len(group))
         yield "|nothing||" + "|".join(with_interval(row["ours"], 3) for row in group) + "|"
-        for number, name in enumerate(names):
-            changes = [row["changes"][number] for row in group]
-            cells = [with_interval(change["ours"], 3) + (" agrees" if change["verdict"] == "agrees" else "")
-                     for change in changes]
-            yield "|" + "|".join(map(text, (f"{changes[0]['assumption']}: {name}", changes[0]["expected"], *cells))) + "|"
+        for change in group[0]["changes"]:
+            cells = []
+            for row in group:
+                found = next((each for each in row["changes"] if each["change"] == change["change"]), None)
+                cells.append("" if found is None else with_interval(found["ours"], 3) +
+                             (" agrees" if found["verdict"] == "agrees" else ""))
+            yield "|" + "|".join(map(text, (f"{change['assumption']}: {change['change']}", change["expected"], *cells))) + "|"
         yield ""
         for row in group:
             yield f"- Decides for {text(row['quantity'])}: {', '.join(deciding(row)) or 'none of those tried'}."
 
 
-def condition_lines(parts):
-    """Yields one line for each different command, commit, machine and date of rows or changes."""
+def condition_lines(rows):
+    """Yields one line for each different command, commit, machine and date of rows and their changes."""
+    parts = [*rows, *(change for row in rows for change in row.get("changes", []))]
     keys = [key for key in CONDITIONS if key != "seconds"]
     for values in dict.fromkeys(tuple(part[key] for key in keys) for part in parts):
         command, commit, machine, date = values
@@ -350,9 +367,8 @@ def experiments():
         lines += ["", f"## Row {number}: {text(references)}", ""]
         lines += [f"- Expected: {text(expected)}" for expected in dict.fromkeys(row["expected"] for row in group)]
         lines += [f"- Found: {text(reason)}" for reason in dict.fromkeys(row["reason"] for row in group if row["reason"])]
-        lines += condition_lines(group)
         lines += change_tables(group)
-        lines += condition_lines([change for row in group for change in row.get("changes", [])])
+        lines += condition_lines(group)
     return "\n".join(map(wrapped, lines)).rstrip() + "\n"
 
 

@@ -34,6 +34,8 @@ class Change(NamedTuple):
     change: str
     expected: str
     argument: object = None  # of the script's own function
+    against: str = ""  # the change to compare with, if not the row itself
+    conditions: dict = None  # as in record()
 
 
 def open_experiment(number, reference, description, name=""):
@@ -174,9 +176,9 @@ def record(request, rows, conditions=None):
         sys.exit(f"state the reason why these disagree: {', '.join(open_ends)}")
 
 
-def try_changes(request, cases, measure, conditions=None):
+def try_changes(request, cases, measure):
     """Makes each Change of `cases`, or those that --changes names, and adds the results to the recorded rows.
-    `measure` returns {quantity: mean() or bounds()} of a case's argument. `conditions`: as in record()."""
+    `measure` returns {quantity: mean() or bounds()} of a case's argument."""
     unknown = set(request.changes) - {case.assumption for case in cases}
     if unknown:
         sys.exit(f"--changes {', '.join(sorted(unknown))}: use {', '.join(dict.fromkeys(case.assumption for case in cases))}")
@@ -186,11 +188,11 @@ def try_changes(request, cases, measure, conditions=None):
             continue
         started, rows = time.monotonic(), read_rows(request.out or request.recorded)
         found = measure(case.argument)
-        shared = conditions or conditions_now(request, started)
+        shared = case.conditions or conditions_now(request, started)
         for quantity, ours in found.items():
             here = next(each for each in rows if each["quantity"] == quantity)
-            made = {"assumption": case.assumption, "change": case.change, "expected": case.expected, "ours": rounded(ours),
-                    "verdict": verdict_of(here["published"], ours), **shared}
+            made = {"assumption": case.assumption, "change": case.change, "against": case.against,
+                    "expected": case.expected, "ours": rounded(ours), "verdict": verdict_of(here["published"], ours), **shared}
             others = [each for each in here.get("changes", []) if each["change"] in order and each["change"] != case.change]
             here["changes"] = sorted([*others, made], key=lambda each: order.index(each["change"]))
             tell(f"{case.assumption}: {case.change}: {quantity}", here["published"], ours, made["verdict"])

@@ -220,7 +220,7 @@ def page(name):
 CONDITIONS = {"command": str, "commit": str, "machine": str, "date": str, "seconds": (int, float)}
 EXPERIMENT = {"row": int, "reference": str, "quantity": str, "published": dict, "expected": str, "ours": dict,
               "verdict": str, "reason": str, **CONDITIONS}
-CHANGE = {"assumption": str, "change": str, "against": str, "expected": str, "ours": dict, "verdict": str, **CONDITIONS}
+CHANGE = {"assumption": str, "change": str, "expected": str, "ours": dict, "verdict": str, **CONDITIONS}
 
 
 def interval_of(part, name):
@@ -272,8 +272,8 @@ def experiment_faults(row):
     if (row["verdict"] == "disagrees") != bool(changes):
         yield "'changes' must have entries exactly if the row disagrees"
     for change in changes:
-        found = list(key_faults(change, CHANGE))
-        if not found and change["against"] not in ["", *(each.get("change") for each in changes)]:
+        found = list(key_faults(change, CHANGE, ["against"]))
+        if change.get("against") not in [None, *(each.get("change") for each in changes)]:
             found = ["'against' names no change of the row"]
         yield from (f"change \"{change.get('change')}\": {fault}" for fault in
                     found or verdict_faults(row["published"], change))
@@ -290,9 +290,9 @@ def moves(one, other):
 
 def deciding(row):
     """Returns the assumptions that decide: their change moves the value, and the row agrees with it."""
-    before = {"": row["ours"], **{change["change"]: change["ours"] for change in row["changes"]}}
+    before = {None: row["ours"], **{change["change"]: change["ours"] for change in row["changes"]}}
     return list(dict.fromkeys(change["assumption"] for change in row["changes"] if change["verdict"] == "agrees" and
-                              moves(change["ours"], before[change["against"]])))
+                              moves(change["ours"], before[change.get("against")])))
 
 
 def with_interval(part, digits=6):
@@ -303,30 +303,29 @@ def with_interval(part, digits=6):
 
 
 def grouped(rows):
-    """Returns lists of the rows that share changes."""
+    """Returns pairs of the changes in their order, and of the rows that share some of them."""
     groups = []
     for row in rows:
-        names = {change["change"] for change in row.get("changes", [])}
-        shared = next((group for group in groups if names & {change["change"] for change in group[0]["changes"]}), None)
-        if shared is not None:
-            shared.append(row)
-        elif names:
-            groups.append([row])
+        changes = {change["change"]: change for change in row.get("changes", [])}
+        for shared, group in groups:
+            if shared.keys() & changes.keys():
+                shared.update({name: change for name, change in changes.items() if name not in shared})
+                group.append(row)
+                break
+        else:
+            groups += [(changes, [row])] if changes else []
     return groups
 
 
 def change_tables(rows):
     """Yields the lines of tables of changes, and of the assumptions that decide."""
-    for group in grouped(rows):
+    for changes, group in grouped(rows):
         yield from ("", "|changed|expected|" + "|".join(text(row["quantity"]) for row in group) + "|", "|-|-|" + "-|" * len(group))
         yield "|nothing||" + "|".join(with_interval(row["ours"], 3) for row in group) + "|"
-        for change in group[0]["changes"]:
-            cells = []
-            for row in group:
-                found = next((each for each in row["changes"] if each["change"] == change["change"]), None)
-                cells.append("" if found is None else with_interval(found["ours"], 3) +
-                             (" agrees" if found["verdict"] == "agrees" else ""))
-            yield "|" + "|".join(map(text, (f"{change['assumption']}: {change['change']}", change["expected"], *cells))) + "|"
+        for name, change in changes.items():
+            cells = [next((with_interval(each["ours"], 3) + (" agrees" if each["verdict"] == "agrees" else "")
+                           for each in row["changes"] if each["change"] == name), "") for row in group]
+            yield "|" + "|".join(map(text, (f"{change['assumption']}: {name}", change["expected"], *cells))) + "|"
         yield ""
         for row in group:
             yield f"- Decides for {text(row['quantity'])}: {', '.join(deciding(row)) or 'none of those tried'}."

@@ -191,7 +191,7 @@ def try_changes(request, cases, measure):
         shared = case.conditions or conditions_now(request, started)
         for quantity, ours in found.items():
             here = next(each for each in rows if each["quantity"] == quantity)
-            made = {"assumption": case.assumption, "change": case.change, "against": case.against,
+            made = {"assumption": case.assumption, "change": case.change, **({"against": case.against} if case.against else {}),
                     "expected": case.expected, "ours": rounded(ours), "verdict": verdict_of(here["published"], ours), **shared}
             others = [each for each in here.get("changes", []) if each["change"] in order and each["change"] != case.change]
             here["changes"] = sorted([*others, made], key=lambda each: order.index(each["change"]))

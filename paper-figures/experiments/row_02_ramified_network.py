@@ -1,8 +1,8 @@
 #!/usr/bin/python3
 """Row 2: Jun and Huebler 2005, Soni 2011, ramified networks of steel spheres in a dish of oil.
 
-No new runs, except with --changes: the values are those of docs/measurements/figures.json, from plane scenes of eight
-seeds each, with 95 % intervals. row_02_round_dish.py has the dish in space.
+The values are those of docs/measurements/figures.json, from plane scenes of eight seeds each, with 95 % intervals. Only
+--changes makes runs. row_02_round_dish.py has the dish in space.
 """
 
 from experiments import (SOURCE, Change, bounds, conditions_of, ensemble, numbers_in, open_experiment, published, record,
@@ -17,7 +17,7 @@ RING = ("100 spheres lie as densely as those of the dish here, and form loops. A
         "± 0.025, and with half of the spheres in that box 0.242 ± 0.026: the density at the start decides.")
 IN_RING = "endpoints over N, 100 spheres in a ring"
 COUNT, DISTANCE = "population.count", "effects.contact_discharge.contact_distance"
-# Their arguments are the scene, its settings and the name of the quantity. Boxes have the area of the ring.
+# Arguments: scene, settings, ending of the names of the quantities. Boxes have the area of the ring.
 CHANGES = [
     Change("density", "75 spheres in the ring", "fewer contacts at the start: 0.28", ("dish", {COUNT: 75})),
     Change("density", "50 spheres in the ring", "0.25, as with 50 in the box", ("dish", {COUNT: 50})),

@@ -24,7 +24,7 @@ SHOWN = {f"end points over N, {WHERE}": "endpoint_fraction", f"branch points ove
          f"spheres of Strahler number 1 over N, {WHERE}": "strahler_fraction_1"}
 START = "population.round_region"
 DISTANCE, GAP, COUNT = "effects.contact_discharge.contact_distance", 0.775e-3, "population.count"
-# Their arguments are the scene, its settings and the ending of the names of the quantities.
+# Arguments: scene, settings, ending of the names of the quantities.
 CHANGES = [
     Change("contact law", "contacts below a gap of R/4, not R", "as in the plane, less: 0.25, 0.2, 0.5",
            ("dish-3d", {DISTANCE: GAP / 4})),

@@ -48,8 +48,8 @@ picture = false
 
 
 class Grain(NamedTuple):
-    """Grain and its collision. Only the distance of the charge from the wall at contact enters the pair's motion, so that
-    a charge closer to the wall is a pair of smaller spheres with the mass of the grain."""
+    """Grain and its collision. The image force depends on the distance of the charge from the wall only. So a charge
+    closer to the wall is a pair of smaller spheres with the mass of the grain."""
 
     charge: float = 1e7  # e
     restitution: float = RESTITUTION

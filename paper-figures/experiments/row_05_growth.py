@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 """Row 5: Singh and Mazza 2018, 2019, growth of aggregates in a gas of 50016 grains.
 
-No new runs, except with --changes: the values are those of docs/measurements/figures.json (figures 4.5 and 5.5 of Singh
-2019) and of growth_exponents.csv, from up to twenty seeds at the source's size. They have 95 % intervals. Changes of
-definitions are also those of this table, and changes of the gas are runs of 4000 grains.
+The values are those of docs/measurements/figures.json (figures 4.5 and 5.5 of Singh 2019) and of growth_exponents.csv,
+from up to twenty seeds at the source's size, with 95 % intervals. Only --changes makes runs. Changes of definitions are
+also those of this table, and changes of the gas are runs of 4000 grains.
 """
 
 import json

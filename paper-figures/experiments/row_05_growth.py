@@ -37,7 +37,7 @@ STORED = {  # quantity: point and interval of time in growth_exponents.csv, and 
     CHARGED: ("5e-4", (50, 100), ((20, 40), (70, 140)))}
 DEFINITIONS = {"cells of 1 d0": (1.0, 1), "cells of 1.5 d0": (1.5, 2), "cells of 2.5 d0": (2.5, 8), "cells of 3 d0": (3.0, 14),
                "cells of 3.9 d0": (3.9, 28), "cells of 5 d0": (5.0, 59), "cells with 2 grains, not 4": (2.0, 2),
-               "cells with 6 grains": (2.0, 6)}
+               "cells with 6 grains": (2.0, 6), "cells of 2.5 d0 with 12 grains": (2.5, 12)}
 
 
 def stored_changes(conditions):
@@ -64,14 +64,14 @@ def gas_changes():
             yield Change(assumption, f"{SMALL}, {change}", expected, (quantity, other), SMALL)
 
     neutral, charged = replace(gas_of(0, 400), count=4000), replace(gas_of(5e-4, 100), count=4000)
-    same, hot = "no effect", ("start", "temperature 100, not 10", "no effect: the gas forgets it")
+    same, hot = "no effect", ("start", "temperature 5, not 10", "no effect: the gas forgets it")
     steps = ("resolution", "90 substeps of a contact, not 45", same)
     law = ("law", "constant restitution 0.3")
     yield from cases(NEUTRAL, neutral, [(*law, "1: it cools faster", replace(neutral, contact=CONSTANT)),
-                                        (*hot, replace(neutral, temperature=100)), (*steps, replace(neutral, steps=90))])
+                                        (*hot, replace(neutral, temperature=5)), (*steps, replace(neutral, steps=90))])
     finer = replace(charged, effects=(gas_scenes.impacts(), gas_scenes.coulomb(5e-4 / gas_scenes.RATE**2, 1e-4)))
     yield from cases(CHARGED, charged, [(*law, same, replace(charged, contact=CONSTANT)),
-                                        (*hot, replace(charged, temperature=100)), (*steps, replace(charged, steps=90)),
+                                        (*hot, replace(charged, temperature=5)), (*steps, replace(charged, steps=90)),
                                         ("resolution", "forces to 1e-4, not 1e-3", same, finer)])
 
 

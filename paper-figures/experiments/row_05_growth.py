@@ -99,7 +99,7 @@ def main():
     conditions = conditions_of(measured, "paper-figures/make.sh granular_4_5 granular_5_5", 417)
     if request.changes is not None:
         try_changes(request, [*stored_changes({**conditions, "seconds": 0}), *gas_changes()],
-                    lambda argument: changed(request.program, 8, *argument))
+                    lambda argument: changed(request.program, 8 if argument[0] == NEUTRAL else 5, *argument))
         return
     shape = next(numbers_in(each["found"]) for each in measured["rows"] if each["claim"] == "D_f of bound clusters")
     z = {key: bounds(*value) for key, value in stored_exponents().items()}

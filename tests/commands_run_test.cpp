@@ -39,6 +39,25 @@ TEST_CASE("solve --from: solves the field at a frame of a run") {
   check_refused(run(folder, "solve small.toml --from small.h5 --overwrite --json=small.h5" + drag), "is an input file");
 }
 
+TEST_CASE("side in a circuit: explain and run take it, solve refuses it") {
+  const Folder folder;
+  const auto write = [&](const std::string& third_size, const std::string& third, const std::string& field) {
+    folder.write("side.toml", "domain = { size = [0.04, 0.02" + third_size +
+                                  "], left = { potential = 9, series_resistance = 1e9 }, right = { potential = 0 } }\n"
+                                  "medium = { relative_permittivity = 2 }\n" +
+                                  field + "[effects.floating_conductors]\n[[conductor]]\nposition = [0.01, 0.01" +
+                                  third + "]\nradius = 2e-3\n[output]\npicture = false\n[stop]\ntime = 1e-3\n");
+  };
+  for (const bool in_space : {false, true}) {
+    in_space ? write(", 0.02", ", 0.01", "") : write("", "", "field = { cells = 64 }\n");
+    const Ended explained = run(folder, "explain side.toml");
+    CHECK(explained.status == 0);
+    CHECK(contains(explained.out, "9 V behind 1e+09 ohm"));
+    CHECK(run(folder, "run side.toml --quiet --overwrite").status == 0);
+    check_refused(run(folder, "solve side.toml"), "a side of the domain is in a circuit");
+  }
+}
+
 TEST_CASE("run --json, explain --json: print JSON alone, replace no FILE") {
   const Folder folder;
   folder.write("small.toml", small_scene + "[effects.stokes_drag]\n[output]\nevery = 0.01\n[stop]\ntime = 0.01\n");

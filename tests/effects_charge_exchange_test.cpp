@@ -93,6 +93,17 @@ TEST_CASE("charge exchange, feedback: closed forms of saturation and growth") {
   CHECK(std::abs(collide(effect, bodies, 5000) - 0.25 / 3 / 2) < 100 * quantum);
 }
 
+// With 2 |f| u = 2.5 the recurrence would diverge.
+TEST_CASE("charge exchange, feedback: a fast collision saturates at once") {
+  Bodies bodies = two_grains();
+  ChargeExchangeOptions options = directed(ExchangeModel::size);
+  options.feedback = -1.25 / unit;
+  ChargeExchange effect(options, 1);
+  const double saturated = -0.25 / options.feedback / 2;
+  CHECK(std::abs(collide(effect, bodies) - saturated) < quantum);
+  CHECK(std::abs(collide(effect, bodies, 40) - saturated) < quantum);
+}
+
 TEST_CASE("charge exchange, positive feedback: ends at the capacity") {
   Bodies bodies = two_grains();
   ChargeExchangeOptions options = directed(ExchangeModel::size);

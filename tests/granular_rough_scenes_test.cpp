@@ -96,6 +96,12 @@ TEST_CASE("flat walls: materials in SI give the constants of the contact") {
   CHECK(*stiff.effects.find<effects::FlatWallsOptions>()->stiffness == Approx(2 * elastic));
 }
 
+TEST_CASE("rough scenes: contacts have twice as many substeps by default") {
+  CHECK(parse(box + grains + soft).mechanics.contact_steps == 16);
+  CHECK(parse(box + grains + soft + friction).mechanics.contact_steps == 32);
+  CHECK(parse(box + grains + "relative_damping = 2\n" + soft).mechanics.contact_steps == 32);
+}
+
 TEST_CASE("rotational temperature: angular velocities have it") {
   const Scene scene = parse(box + "[[population]]\ncount = 300\nrotational_temperature = 2\n" + soft + friction);
   const granular::Gas gas(scene);

@@ -13,6 +13,7 @@
 #include "src/effects/wall_contact.hpp"
 #include "src/mechanics/simulation.hpp"
 #include "tests/line_charges.hpp"
+#include "tests/scene_texts.hpp"
 #include "tests/spheres.hpp"
 
 namespace mechanics_contact_losses_test {
@@ -169,6 +170,14 @@ TEST_CASE("losses in contacts: their heat closes the energy balance") {
   CHECK(energy.flows.drag > 0.1 * before);
   // Simpson's rule is of first order in the step in which the damped force ends. Regression value: 1.4e-4.
   CHECK(energy.kinetic + energy.flows.drag == near(before, 5e-4));
+}
+
+TEST_CASE("friction_speed: is refused without friction") {
+  using namespace scene_texts;
+  for (const std::string effect : {"hertz_contact", "wall_contact"})
+    for (const std::string losses : {"friction_speed = 1e-4\n", "friction = 0.0\nfriction_speed = 1e-4\n"})
+      check_refused(box + electrostatics + grounded + disk("[0.01, 0.01]") + "[effects." + effect + "]\n" + losses,
+                    {"effects." + effect + ".friction_speed needs effects." + effect + ".friction"});
 }
 
 }  // namespace mechanics_contact_losses_test

@@ -41,6 +41,11 @@ TEST_CASE("Waveform: polygon has jumps, constant ends, exact integrals") {
   CHECK(wave.integral(0, 4) == doctest::Approx(1 + 1.5 + 0 + 1));
   CHECK(wave.largest() == 4);
   CHECK(Signal(wave).value == 2);
+  // A distant end does not change early points.
+  const Waveform held{.points = {{0, 0}, {1e-4, 1000}, {1e9, 1000}}};
+  CHECK(held.at(0, true) == 0);
+  CHECK(held.at(5e-5, true) == 500);
+  CHECK(held.next_corner(0) == 1e-4);
 }
 
 TEST_CASE("Waveform: sine and square have their period, phase and integral") {
@@ -95,6 +100,7 @@ TEST_CASE("potential: an invalid function of time is refused") {
   refused("{ ramp = [[0, 1], [1, 2]], offset = 3 }", {"wrong unit or type"});
   refused("{ amplitude = 1 }", {"wrong unit or type", "frequency"});
   refused("{ amplitude = 1, frequency = 0 }", {"frequency must be greater than 0"});
+  refused("{ amplitude = 1, frequency = 5, phase = 361 }", {"phase must be from -360 to 360 degrees"});
   refused("{ amplitude = 1, frequency = 5, shape = \"saw\" }", {"wrong unit or type", "\"square\""});
   refused("{ table = [[0, 1], [10, 2]] }", {"gap", "0 to 10 s", "stop.time = 120"});
   refused("{ table = [[1, 1], [1000, 2]] }", {"gap", "1 to 1000 s"});
@@ -165,7 +171,9 @@ TEST_CASE("[[circuit]]: invalid members and sources are refused") {
       "}\n" +
           electrostatics + disk("[0.01, 0.01]") +
           "[[circuit]]\nelectrodes = [\"left\"]\npotential = 0\nresistance = 1\n",
-      {"touches", "corner"});
+      {"the left side of the domain in a circuit touches the bottom side at 0 V", "corner"});
+  check_refused(start + electrode + "potential = 0\n" + electrode + "potential = { amplitude = 1, frequency = 50 }\n",
+                {"at 0 V at the start, varying in time touches", "at 0 V: electrodes that touch"});
 }
 
 }  // namespace scene_signal_test

@@ -81,6 +81,9 @@ TEST_CASE("torus electrode: wrong shape, size, place and resistor are refused") 
   check_refused(torus("radius = 0.0195\nwire_radius = 0.001\n"), {"this torus is on or through a side of the domain"});
   check_refused(torus("radius = 0.016\nwire_radius = 0.001\nseries_resistance = 1e9\n"),
                 {"an electrode with shape = \"torus\" consists of separate spheres"});
+  std::string floating = torus("radius = 0.016\nwire_radius = 0.001\ncharge = 1e-12\n");
+  floating.erase(floating.find("potential = 0.0\n"), 16);
+  check_refused(floating, {"separate spheres", "a charge and a circuit are not allowed"});
   check_refused(torus("radius = 0.016\nwire_radius = 0.001\n") +
                     "[[electrode]]\nname = \"rim 2\"\nshape = \"sphere\"\nposition = [0.02, 0.02, 0.004]\n"
                     "radius = 0.001\npotential = 0.0\n",

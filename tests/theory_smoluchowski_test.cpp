@@ -72,6 +72,11 @@ TEST_CASE("coagulate, geometric classes: mass kept, size error of second order")
   CHECK(error[0] / error[1] == Approx(4).epsilon(0.15));
 }
 
+TEST_CASE("size_classes: none exceeds the largest size by 1") {
+  CHECK(size_classes(60, 1.1, 7).back() == 7);
+  CHECK(size_classes(4, 2, 20) == std::vector<double>{1, 2, 3, 4, 8, 16});
+}
+
 TEST_CASE("coagulation_series, constant kernel: equals the closed form") {
   const std::vector<double> times = {1, 20, 200, 2000};
   for (const double tolerance : {1e-3, 1e-4}) {

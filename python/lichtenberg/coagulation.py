@@ -8,9 +8,9 @@ from .errors import InputError
 def coagulate(kernel, times, *, tolerance=1e-4, largest=1e6, stiff=False):
     """Solves Smoluchowski's coagulation equation from single grains.
 
-    The kernel is a function of two sizes (numbers of grains) that returns K >= 0. The times are ascending, in units of the
-    kernel. The tolerance is the relative error of the mean size by the width of the size classes. No size exceeds
-    `largest`. With stiff=True kernels may differ by many orders of magnitude.
+    The kernel is a symmetric function of two sizes (numbers of grains) that returns K >= 0. The times are ascending, in
+    units of the kernel. The tolerance is the relative error of the mean size by the width of the size classes. No size
+    exceeds `largest`. With stiff=True kernels may differ by many orders of magnitude, as those that grow with size.
 
     Returns an object with the arrays time, size, number and width. They end when mass is lost beyond `largest`. The size is
     sum s^2 f / sum s f, the number that of aggregates by initial grain. The width is the standard deviation of the sizes

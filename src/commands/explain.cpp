@@ -26,16 +26,12 @@
 #include "src/effects/field_choice.hpp"
 #include "src/effects/floating_conductors.hpp"
 #include "src/field_methods/field_method.hpp"
+#include "src/scene/circuits.hpp"
 
 namespace lichtenberg {
 namespace {
 
 using Summaries = std::vector<effects::EffectSummary>;
-
-/// Describes the potential of a source.
-std::string in_words(const Signal& potential) {
-  return fmt::format("{:g} V{}", potential.value, potential.varies() ? " at the start, varying in time" : "");
-}
 
 void explain_scene(Explanation& out, const Scene& scene) {
   out.json = {{"scene", scene.path}, {"title", scene.title}, {"effects", nlohmann::ordered_json::array()}};

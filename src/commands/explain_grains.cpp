@@ -21,6 +21,7 @@
 #include "src/granular/summary.hpp"
 #include "src/scene/contact_steps.hpp"
 #include "src/scene/effect_kind.hpp"
+#include "src/scene/grains.hpp"
 #include "src/theory/haff.hpp"
 
 namespace lichtenberg {
@@ -76,8 +77,9 @@ double crowding(const Scene& scene, const GrainContactLaw& law, double temperatu
 std::string reason_of_steps(const Scene& scene) {
   const int steps = scene.mechanics.contact_steps;
   const std::optional<double> accuracy = least_in(scene, &StepLimits::force_accuracy);
-  const std::string error = fmt::format("error of about {:.1g} of a contact's energy", contact_error(steps));
-  if (steps != contact_steps_for(accuracy.value_or(usual_contact_accuracy)))
+  const double factor = contact_error_factor(scene);
+  const std::string error = fmt::format("error of about {:.1g} of a contact's energy", factor * contact_error(steps));
+  if (steps != contact_steps_for(accuracy.value_or(usual_contact_accuracy) / factor))
     return error + ": mechanics.contact_substeps";
   if (steps == fewest_contact_steps) return error + ", the minimum";
   return error + (accuracy ? fmt::format(", for forces to {:g}", *accuracy) : "");

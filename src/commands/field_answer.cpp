@@ -202,6 +202,7 @@ nlohmann::ordered_json capacitance_json(const FieldAnswer& answer) {
 FieldAnswer solve_field(Scene scene, RequestedParts requested) {
   FieldAnswer answer{.scene = std::move(scene)};
   effects::check_processes(&answer.scene.field_table);
+  check_side_potentials(answer.scene);
   answer.field = make_field_problem(answer.scene);
   answer.in_space() ? solve_in_space(answer, requested) : solve_in_plane(answer, requested);
   check_finite(answer);

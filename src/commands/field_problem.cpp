@@ -30,6 +30,15 @@ std::vector<std::string> name_groups(const Scene& scene, const std::vector<int>&
   return names;
 }
 
+/// Sets the groups of sides in circuits to a given potential of 0. Only a run computes their potentials, and solvers
+/// take no floating sides.
+void fix_sides(const Scene& scene, const effects::ElectricalGroups& groups, const effects::NodeCharges& charges,
+               std::vector<laplace::Group>& in_problem) {
+  const std::vector<int> group_of_node = effects::groups_of_nodes(groups, charges, 1).group_of_node;
+  for (const effects::FloatingSides& sides : effects::floating_sides(scene, group_of_node))
+    if (in_problem[sides.group].floating) in_problem[sides.group] = {.floating = false, .potential = 0};
+}
+
 }  // namespace
 
 std::string method_in_words(const FieldOptions& field) {
@@ -44,6 +53,14 @@ std::string choice_in_words(const FieldOptions& field) {
                      field.chosen_for->requested);
 }
 
+void check_side_potentials(const Scene& scene) {
+  if (has_side_in_circuit(scene))
+    throw InputError(
+        fmt::format("{}: a side of the domain is in a circuit, whose potential only a run computes: "
+                    "`lichtenberg run` with a short stop.time has the field at the start",
+                    scene.path));
+}
+
 FieldProblem make_field_problem(const Scene& scene) {
   if (!scene.effects.has(&EffectKind::field))
     throw InputError(
@@ -51,21 +68,18 @@ FieldProblem make_field_problem(const Scene& scene) {
   const Bodies bodies = make_bodies(scene);
   FieldProblem field;
   field.groups = effects::groups_at_start(scene, bodies);
-  if (has_side_in_circuit(scene))
-    throw InputError(
-        fmt::format("{}: a side of the domain is in a circuit, whose potential only a run computes: "
-                    "`lichtenberg run` with a short stop.time has the field at the start",
-                    scene.path));
   effects::NodeCharges charges{.charge = effects::initial_node_charges(scene)};
   for (const effects::CircuitNode& node : effects::circuit_nodes(scene))
     charges.capacitance.push_back(node.circuit.capacitance);
   if (scene.dimension() == 3) {
     field.spheres = effects::make_sphere_problem(scene, bodies, field.groups, charges);
+    fix_sides(scene, field.groups, charges, field.spheres.groups);
     for (const laplace::Sphere& sphere : field.spheres.spheres) field.group_of_body.push_back(sphere.group);
     field.group_names = name_groups(scene, field.group_of_body, field.spheres.groups.size());
     return field;
   }
   field.problem = effects::make_laplace_problem(scene, bodies, field.groups, charges);
+  fix_sides(scene, field.groups, charges, field.problem.groups);
   for (const laplace::Body& body : field.problem.bodies) field.group_of_body.push_back(body.group);
   field.group_names = name_groups(scene, field.group_of_body, field.problem.groups.size());
   return field;

@@ -17,9 +17,12 @@ struct FieldProblem {
   std::vector<std::string> group_names;  ///< by group of the problem
 };
 
+/// Throws InputError for a side in a circuit: only a run computes its potential.
+void check_side_potentials(const Scene& scene);
+
 /// Makes the field problem of a scene at its start, with the electrical contacts of the initial positions closed. A
 /// group is named after the scene's [[group]] in it, otherwise after its conductors, and also after its electrodes.
-/// Throws InputError if the scene has no field.
+/// A side in a circuit has a potential of 0. Throws InputError if the scene has no field.
 FieldProblem make_field_problem(const Scene& scene);
 
 /// Describes the field method with its options, for `explain` and `solve`.

@@ -285,6 +285,7 @@ void sweep_field(const Scene& scene, const Request& request) {
   if (sizes.empty()) sizes = {128, 256, 512, 1024, 2048};
   std::ranges::sort(sizes);
   check_sizes(scene, sizes);
+  check_side_potentials(scene);
   FieldSubject subject{
       .problem = make_field_problem(scene).problem, .comparison = {scene.conductors.size()}, .reference = {}};
   subject.problem.check();

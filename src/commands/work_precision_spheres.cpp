@@ -150,6 +150,7 @@ SphereAnswer answer_of(const Json& json) {
 void sweep_spheres(const Scene& scene, const Request& request) {
   if (!request.sizes.empty())
     throw InputError("--sizes is for methods with a grid: the field of spheres in three dimensions has none");
+  check_side_potentials(scene);
   SphereSubject subject{.problem = make_field_problem(scene).spheres, .reference = {}};
   subject.problem.check();
   const std::vector<Method> methods = choose(all_methods(subject), request);

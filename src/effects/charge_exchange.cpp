@@ -7,6 +7,7 @@
 #include "solvers/error.hpp"
 #include "src/effects/device_forces.hpp"
 #include "src/effects/uniform_field.hpp"
+#include "src/effects/vector_key.hpp"
 #include "src/model/checkpoint.hpp"
 #include "src/model/motion.hpp"
 #include "src/model/neighbours.hpp"
@@ -47,9 +48,7 @@ void check_drive(const Draft& draft, const ChargeExchangeOptions& options) {
   if (options.model != ExchangeModel::polarization) return;
   if (!options.field && draft.scene.effects.has("uniform_field")) return;
   if (!options.field) refuse_it("field", "is missing: model = \"polarization\" needs it or effects.uniform_field");
-  if (options.field->count != draft.domain_size.count)
-    refuse_it("field", fmt::format("has {} numbers, but the domain has {}: as many are allowed", options.field->count,
-                                   draft.domain_size.count));
+  check_components(draft, "effects.charge_exchange.field", *options.field);
 }
 
 /// Throws InputError for positive feedback without a capacity, or with one at which sums of charges are not exact.

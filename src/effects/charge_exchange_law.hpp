@@ -57,9 +57,12 @@ struct ContactAreaExchange {
 ///   dq = Q (m_eff v^2)^eta (drive + feedback (q_i - q_j)) exp(-collisions / memory),
 ///
 /// with the normal speed v at contact onset. Negative feedback ends the transfer at q_i - q_j = -drive / feedback
-/// (model of a condenser, Matsusaka 2010). With positive feedback charges polarize the contact further, and the
-/// difference grows by the factor 1 + 2 Q feedback per collision of unit energy (Siu 2014). The memory describes a
-/// finite supply of carriers, which each collision of a grain reduces (Duff and Lacks 2008). Reduced units.
+/// (model of a condenser, Matsusaka 2010). A fast collision reaches this difference at once: Q (m_eff v^2)^eta counts
+/// as at most -1 / (2 feedback), beyond which the difference would overshoot, or diverge. With positive feedback
+/// charges polarize the contact further, and the difference grows by the factor 1 + 2 Q feedback per collision of unit
+/// energy. Siu 2014 has the idea that collisions of polarized grains amplify their charges, but not this formula. The
+/// memory describes a finite supply of carriers, which each collision of a grain reduces (Duff and Lacks 2008). Reduced
+/// units.
 struct DirectedExchange {
   double strength = 0;       ///< Q (q0)
   double exponent = 0;       ///< eta
@@ -69,7 +72,9 @@ struct DirectedExchange {
   /// Returns the charge dq (q0) transferred from the second grain to the first. `energy`: m_eff v^2 (m0 v0^2);
   /// `difference`: q_i - q_j (q0); `collisions`: mean number of earlier collisions of both grains.
   LICHTENBERG_HOST_DEVICE double operator()(double energy, double drive, double difference, double collisions) const {
-    return strength * std::pow(energy, exponent) * (drive + feedback * difference) * std::exp(-collisions / memory);
+    const double unlimited = strength * std::pow(energy, exponent);
+    const double unit = feedback < 0 ? std::fmin(unlimited, -0.5 / feedback) : unlimited;
+    return unit * (drive + feedback * difference) * std::exp(-collisions / memory);
   }
 };
 

@@ -56,6 +56,15 @@ class ContactLoss {
 /// -1: a wall.
 void add_loss(const LossForce& loss, int i, int j, const Bodies& bodies, ForceJacobian& jacobian);
 
+/// Checks the keys of ContactLosses: throws InputError for a friction_speed without friction.
+template <class Options>
+void check_contact_losses(const Draft& draft) {
+  if (draft.scene.effects.find<Options>()->losses.friction > 0) return;
+  const std::string table = "effects." + Options::kind().name;
+  refuse_if_given(draft, table + ".friction_speed",
+                  "needs " + table + ".friction: add it, or leave friction_speed out");
+}
+
 /// Returns the scene-file keys of ContactLosses, for options with such a member `losses`.
 template <class Options>
 std::vector<Key> contact_loss_keys() {

@@ -313,9 +313,12 @@ struct Coulomb::Implementation {
     } else if (induced) {
       // Charges may change at constant positions, which is no step for the predictor.
       const bool moved = bodies.position != position;
-      if (moved && evaluations % evaluations_a_check == 0) check_stability(sources, state);
+      // Symmetry can hide growing dipole modes from the charges, so that evaluate() does not detect them.
+      if (moved && evaluations % evaluations_a_check == 0)
+        with_remedy([&] { induced->check_stability(sources, state.neighbours, state.team); });
       if (moved) dipole = predictor.predict();
-      iterations += polarize(sources, state);
+      iterations +=
+          with_remedy([&] { return induced->evaluate(sources, state.neighbours, state.team, dipole, response); });
       moved ? predictor.keep(dipole) : predictor.replace(dipole);
     } else {
       sum->evaluate(sources, state.neighbours, state.team, response);
@@ -356,16 +359,6 @@ struct Coulomb::Implementation {
 
   /// Counts an evaluation, unless it repeats an evaluation from before a checkpoint.
   void count() { evaluations += !std::exchange(found_again, false); }
-
-  /// Checks for growing dipole modes. Symmetry can hide them from the charges, so that `polarize` does not detect them.
-  void check_stability(const periodic::Sources& sources, const State& state) {
-    with_remedy([&] { induced->check_stability(sources, state.neighbours, state.team); });
-  }
-
-  /// Computes the induced dipoles and the response. Returns the number of evaluations of the field of the dipoles.
-  int polarize(const periodic::Sources& sources, const State& state) {
-    return with_remedy([&] { return induced->evaluate(sources, state.neighbours, state.team, dipole, response); });
-  }
 
   /// Solves the grains as dielectric spheres, in units with 4 pi eps = 1, and returns the number of iterations. The
   /// potential of other grains at a grain's centre is its potential minus q / R of its own charge. The field of other

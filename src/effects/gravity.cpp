@@ -1,11 +1,10 @@
 #include "src/effects/gravity.hpp"
 
-#include <fmt/format.h>
-
 #include <cmath>
 #include <numbers>
 #include <string>
 
+#include "src/effects/vector_key.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::effects {
@@ -17,9 +16,7 @@ void check_gravity(const Draft& draft) {
   const auto refuse_it = [&](const std::string& sentence) {
     refuse(draft.scene.path, draft.line("effects.gravity.direction"), "effects.gravity.direction " + sentence);
   };
-  if (direction->count != draft.domain_size.count)
-    refuse_it(fmt::format("has {} numbers, but the domain has {}: as many are allowed", direction->count,
-                          draft.domain_size.count));
+  check_components(draft, "effects.gravity.direction", *direction);
   const double length = norm(direction->value);
   if (!(length > 0) || !std::isfinite(length)) refuse_it("must have a length greater than 0 that is a finite number");
 }

@@ -10,6 +10,7 @@
 #include "solvers/error.hpp"
 #include "solvers/geometry/box.hpp"
 #include "src/model/bodies.hpp"
+#include "src/scene/circuits.hpp"
 #include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::effects {
@@ -27,10 +28,10 @@ class SourceAssignment {
     const PotentialSource &first = supplies_[assigned], &other = supplies_[supply];
     if (!(first.potential == other.potential))
       throw InputError(
-          fmt::format("the group of conductor {} connects {} at {:g} V with {} at {:g} V: a short circuit of perfect "
+          fmt::format("the group of conductor {} connects {} at {} with {} at {}: a short circuit of perfect "
                       "conductors, whose current has no limit, is not allowed: the scene {} gives them these "
                       "potentials, in electrode.potential, the side's potential in [domain] or group.potential",
-                      component, first.name, first.potential.value, other.name, other.potential.value, path_));
+                      component, first.name, in_words(first.potential), other.name, in_words(other.potential), path_));
     assigned = std::min(assigned, supply);
   }
   /// Returns the index of the component's first source; -1: none.

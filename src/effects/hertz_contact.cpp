@@ -29,6 +29,7 @@ const EffectKind& HertzContactOptions::kind() {
       .keys = joined({elastic_constants<HertzContactOptions>(), contact_loss_keys<HertzContactOptions>()}),
       .dimensions = {2, 3},
       .periodic = true,
+      .check = check_contact_losses<HertzContactOptions>,
       .complete = complete_hertz_contact,
       .make = [](const Scene& scene) {
         return std::make_unique<HertzContact>(*scene.effects.find<HertzContactOptions>());

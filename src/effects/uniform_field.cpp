@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "src/effects/vector_key.hpp"
+
 namespace lichtenberg::effects {
 namespace {
 
@@ -10,10 +12,7 @@ void check_uniform_field(const Draft& draft) {
   const auto refuse_it = [&](const std::string& key, const std::string& message) {
     refuse(draft.scene.path, draft.line(key), message);
   };
-  if (options.field.count != draft.domain_size.count)
-    refuse_it("effects.uniform_field.field",
-              fmt::format("effects.uniform_field.field has {} numbers, but the domain has {}: as many are allowed",
-                          options.field.count, draft.domain_size.count));
+  check_components(draft, "effects.uniform_field.field", options.field);
   if (draft.scene.effects.has("induced_dipoles"))
     refuse_it("effects.uniform_field",
               "effects.uniform_field is not allowed with effects.induced_dipoles, whose dipoles are those in the field "

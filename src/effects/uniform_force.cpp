@@ -1,6 +1,7 @@
 #include "src/effects/uniform_force.hpp"
 
 #include "src/effects/device_forces.hpp"
+#include "src/effects/vector_key.hpp"
 #include "src/model/drive_part.hpp"
 
 namespace lichtenberg::effects {
@@ -25,10 +26,8 @@ const EffectKind& UniformForceOptions::kind() {
       .grains = true,
       .check =
           [](const Draft& draft) {
-            const auto& options = *draft.scene.effects.find<UniformForceOptions>();
-            if (options.acceleration.count != draft.domain_size.count)
-              refuse(draft.scene.path, draft.line("effects.uniform_force.acceleration"),
-                     "effects.uniform_force.acceleration must have as many components as domain.size");
+            check_components(draft, "effects.uniform_force.acceleration",
+                             draft.scene.effects.find<UniformForceOptions>()->acceleration);
           },
       .make =
           [](const Scene& scene) { return std::make_unique<UniformForce>(*scene.effects.find<UniformForceOptions>()); },

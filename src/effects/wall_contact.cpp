@@ -51,6 +51,7 @@ const EffectKind& WallContactOptions::kind() {
       .keys = joined({elastic_constants<WallContactOptions>(), contact_loss_keys<WallContactOptions>()}),
       .dimensions = {2, 3},
       .periodic = true,
+      .check = check_contact_losses<WallContactOptions>,
       .complete = complete_wall_contact,
       .make = [](const Scene& scene) { return std::make_unique<WallContact>(scene); }};
   return kind;

@@ -57,6 +57,19 @@ SurfaceLaw surface_law(const Scene& scene, const Model& model) {
   return law;
 }
 
+/// Returns the contact with walls in a stage of equilibration, which changes it like that of two grains with the law
+/// `given`.
+WallContact in_stage(const WallContact& walls, const GrainContactLaw& given, const Stage& stage) {
+  return std::visit(
+      [&](auto law) {
+        auto& [stiffness, damping] = law;
+        stiffness = walls.stiffness.value_or(stiffness), damping = walls.damping.value_or(damping);
+        law = law.stiffer(stage.stiffness);
+        return WallContact{stiffness, stage.elastic ? 0 : damping, walls.friction};
+      },
+      given);
+}
+
 }  // namespace
 
 Gas::Gas(const Scene& scene)
@@ -329,7 +342,9 @@ void Gas::set_law() {
     contact_motion_ = make_contact_motion(law_, model_.bodies.dimension);
     return;
   }
-  const SurfaceLaw surface = surface_law(scene_, model_);
+  SurfaceLaw surface = surface_law(scene_, model_);
+  if (surface.walls && stage_ < scene_.stages.size())
+    surface.walls = in_stage(*surface.walls, given, scene_.stages[stage_]);
   auto motion = make_rough_motion(law_, in_elastic_stage() ? elastic(surface) : surface);
   rough_ = motion.get();
   contact_motion_ = std::move(motion);

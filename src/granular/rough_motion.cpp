@@ -183,7 +183,7 @@ std::unique_ptr<RoughMotion> make_rough_motion(const GrainContactLaw& law, const
 SurfaceLaw elastic(const SurfaceLaw& law) {
   SurfaceLaw other{.inertia = law.inertia, .walls = law.walls, .materials = law.materials};
   for (GrainMaterial& one : other.materials) one.damping = 1;
-  if (other.walls) other.walls->damping.reset();
+  if (other.walls) other.walls->friction.reset();
   return other;
 }
 

@@ -256,6 +256,10 @@ std::vector<Signal> varying_signals(const Scene& scene) {
   return varying;
 }
 
+std::string in_words(const Signal& potential) {
+  return fmt::format("{:g} V{}", potential.value, potential.varies() ? " at the start, varying in time" : "");
+}
+
 bool has_side_in_circuit(const Scene& scene) {
   return std::ranges::any_of(scene.domain.sides, [](const DomainSide& side) { return side.circuit >= 0; });
 }

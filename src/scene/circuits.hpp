@@ -21,6 +21,9 @@ void connect_circuits(Draft& draft);
 /// Returns the functions of time among the potentials and currents of a scene's sources.
 std::vector<Signal> varying_signals(const Scene& scene);
 
+/// Describes the potential of a source.
+std::string in_words(const Signal& potential);
+
 /// Returns true if the scene has a side of the domain in a circuit.
 bool has_side_in_circuit(const Scene& scene);
 

@@ -147,6 +147,11 @@ bool in_circuit(const Electrode& electrode) { return electrode.circuit >= 0 || e
 /// Returns true if two electrodes or electrode sides are in the same circuit.
 bool in_one_circuit(const auto& one, const auto& other) { return one.circuit >= 0 && one.circuit == other.circuit; }
 
+/// Describes the potential of an electrode side.
+std::string potential_of_side(const DomainSide& side) {
+  return side.circuit >= 0 ? "in a circuit" : "at " + in_words(side.potential);
+}
+
 /// Checks corners of electrode sides. Between sides at different potentials, the field and the charge on both diverge
 /// there.
 void check_corners(const Draft& draft) {
@@ -155,10 +160,10 @@ void check_corners(const Draft& draft) {
     for (int along = across / 2 * 2 + 2; along < 6; ++along)
       if (sides[across].electrode && sides[along].electrode && !at_one_potential(sides[across], sides[along]))
         refuse(draft.scene.path, draft.line("domain"),
-               fmt::format("the {} side of the domain at {:g} V touches the {} side at {:g} V in {}: electrodes "
-                           "that touch must have the same potential",
-                           side_names[across], sides[across].potential.value, side_names[along],
-                           sides[along].potential.value, draft.domain_size.count == 3 ? "an edge" : "a corner"));
+               fmt::format("the {} side of the domain {} touches the {} side {} in {}: electrodes that touch must have "
+                           "the same potential",
+                           side_names[across], potential_of_side(sides[across]), side_names[along],
+                           potential_of_side(sides[along]), draft.domain_size.count == 3 ? "an edge" : "a corner"));
 }
 
 /// A fixed sphere of an electrode in three dimensions.
@@ -259,9 +264,8 @@ void check_short_circuits(const Draft& draft, const std::vector<Electrode>& elec
     const auto refuse_it = [&](const std::string& other, const Signal& potential) {
       refuse(
           draft.scene.path, draft.electrodes[i].line,
-          fmt::format("the electrode \"{}\" at {:g} V touches {} at {:g} V: electrodes that touch must have the same "
-                      "potential",
-                      electrodes[i].name, electrodes[i].potential.value, other, potential.value));
+          fmt::format("the electrode \"{}\" at {} touches {} at {}: electrodes that touch must have the same potential",
+                      electrodes[i].name, in_words(electrodes[i].potential), other, in_words(potential)));
     };
     const auto refuse_resistor = [&](const std::string& other) {
       refuse(

@@ -236,10 +236,13 @@ double default_step(const Scene& scene) {
 
 /// Returns the default number of contact substeps, with which contacts have the same error as the most accurate forces.
 int default_contact_steps(const Scene& scene) {
-  return contact_steps_for(least_in(scene, &StepLimits::force_accuracy).value_or(usual_contact_accuracy));
+  return contact_steps_for(least_in(scene, &StepLimits::force_accuracy).value_or(usual_contact_accuracy) /
+                           contact_error_factor(scene));
 }
 
 }  // namespace
+
+double contact_error_factor(const Scene& scene) { return surface_key(scene).empty() ? 1 : 4; }
 
 void fill_in_grains(Draft& draft) {
   Scene& scene = draft.scene;

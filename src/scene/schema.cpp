@@ -38,6 +38,7 @@ Table table_of(const EffectKind& kind) {
 
 Schema::Schema(const EffectKinds& kinds) : tables_(tables_of_the_world()) {
   check_names(kinds);
+  std::ranges::move(tables_of_bodies(), std::back_inserter(tables_));
   std::ranges::move(tables_of_grains(), std::back_inserter(tables_));
   tables_.push_back(
       {.path = "effects", .help = "Tables of the effects. A run contains an effect only if the scene has its table."});

@@ -148,8 +148,10 @@ class Schema {
   std::vector<Table> tables_;
 };
 
-/// Returns the tables of domain, fluid, bodies and electrodes, after the top of the file.
+/// Returns the top of the file, and the tables of domain, fluid, material, electrodes, circuits and walls.
 std::vector<Table> tables_of_the_world();
+/// Returns the tables of conductors and grains: single ones, groups and populations.
+std::vector<Table> tables_of_bodies();
 /// Returns the tables that only scenes of grains have: units and equilibration.
 std::vector<Table> tables_of_grains();
 /// Returns the tables of the computation and the output: field, mechanics, minimization, stop, output, network.

@@ -287,10 +287,11 @@ std::vector<Key> grain_steps() {
       {.name = "contact_substeps",
        .target = [](Draft& d) { return &d.scene.mechanics.contact_steps; },
        .range = {.low = 4, .high = 1e4},
-       .computed_default = "from effects.coulomb.accuracy: 16 for 1e-3, 50 for 1e-4; 16 without",
+       .computed_default = "from effects.coulomb.accuracy: 16 for 1e-3, 50 for 1e-4; 16 without. Twice as many with "
+                           "friction, adhesion, walls or several materials",
        .help = "for multirate: number of substeps in the shortest possible contact, or in the damping time if that is "
                "shorter; with n substeps, at least 16, the energy of a contact has a relative error of about "
-               "1 / (4 n^2)",
+               "1 / (4 n^2), and 1 / n^2 with friction, adhesion, walls or several materials",
        .old_name = "contact_steps"},
       {.name = "threads",
        .target = [](Draft& d) { return &d.scene.mechanics.threads; },

@@ -17,10 +17,8 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// Times of points that differ by less than this (s) are one time: rounding of times that steps add up.
-double rounding_of_times(const std::vector<Vec2>& points) {
-  return 1e-12 * std::max(std::abs(points.front().x), std::abs(points.back().x));
-}
+/// A point whose time differs by less than this (s) from `time` is at this time: rounding of times that steps add up.
+double rounding_of_time_at(double time) { return 1e-12 * std::abs(time); }
 
 /// A number of half periods that differs by less than this from an integer is that integer.
 double rounding_of_half_periods(double halves) { return 1e-9 + 1e-13 * std::abs(halves); }
@@ -28,7 +26,7 @@ double rounding_of_half_periods(double halves) { return 1e-9 + 1e-13 * std::abs(
 }  // namespace
 
 double Waveform::polygon(double time, bool after) const {
-  const double rounding = rounding_of_times(points);
+  const double rounding = rounding_of_time_at(time);
   const auto next = after ? std::ranges::upper_bound(points, time + rounding, {}, &Vec2::x)
                           : std::ranges::lower_bound(points, time - rounding, {}, &Vec2::x);
   if (next == points.begin()) return next->y;
@@ -70,7 +68,7 @@ double Waveform::integral(double from, double to) const {
 double Waveform::next_corner(double time) const {
   if (shape == Shape::sine) return infinite;
   if (shape == Shape::points) {
-    const auto next = std::ranges::upper_bound(points, time + rounding_of_times(points), {}, &Vec2::x);
+    const auto next = std::ranges::upper_bound(points, time + rounding_of_time_at(time), {}, &Vec2::x);
     return next == points.end() ? infinite : next->x;
   }
   const double halves = half_periods(time), number = std::floor(halves + rounding_of_half_periods(halves)) + 1;
@@ -89,7 +87,8 @@ double Waveform::largest() const {
 }
 
 std::string Waveform::fault() const {
-  if (shape != Shape::points) return frequency > 0 ? "" : "its frequency must be greater than 0 Hz";
+  if (shape != Shape::points && !(frequency > 0)) return "its frequency must be greater than 0 Hz";
+  if (shape != Shape::points) return std::abs(phase) <= 360 ? "" : "its phase must be from -360 to 360 degrees";
   if (points.size() < 2) return fmt::format("it has {} points, and at least 2 are needed", points.size());
   for (std::size_t k = 1; k < points.size(); ++k) {
     if (points[k].x < points[k - 1].x)

@@ -16,8 +16,9 @@ struct MonopolarGas {
 };
 
 /// Computes the barrier U_eff = U (1 - 2.40 phi^(1/3) + 1.44 phi^(2/3)) of grains with the volume fraction phi, at
-/// least 0. Neighbours take over a part of the energy U of a pair (Scheffler and Wolf 2002; both constants +-0.15). The
-/// law is for temperatures below U_eff, where charges are strongly correlated.
+/// least 0. Neighbours take over a part of the energy U of a pair (Scheffler and Wolf 2002). Both constants, and their
+/// uncertainty of 0.15, are quoted from memory: they are not yet checked against the paper. The law is for temperatures
+/// below U_eff, where charges are strongly correlated.
 double effective_barrier(double barrier, double filling);
 
 /// Computes ln h(x) for x > 0, where h(x) = e^x Dawson(sqrt(x)) is the integral of exp(u^2) from 0 to sqrt(x). The

@@ -134,7 +134,7 @@ double flight_time(double beta, double size) {
 
 std::vector<double> size_classes(int single, double ratio, double largest) {
   std::vector<double> sizes;
-  for (int size = 1; size <= single; ++size) sizes.push_back(size);
+  for (int size = 1; size <= single && size <= largest; ++size) sizes.push_back(size);
   while (sizes.back() * ratio <= largest) sizes.push_back(std::max(sizes.back() * ratio, sizes.back() + 1));
   return sizes;
 }

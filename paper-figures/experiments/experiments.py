@@ -186,9 +186,10 @@ def try_changes(request, cases, measure):
     for case in cases:
         if request.changes and case.assumption not in request.changes:
             continue
-        started, rows = time.monotonic(), read_rows(request.out or request.recorded)
+        started = time.monotonic()
         found = measure(case.argument)
         shared = case.conditions or conditions_now(request, started)
+        rows = read_rows(request.out or request.recorded)
         for quantity, ours in found.items():
             here = next(each for each in rows if each["quantity"] == quantity)
             made = {"assumption": case.assumption, "change": case.change, **({"against": case.against} if case.against else {}),

@@ -217,6 +217,7 @@ def page(name):
     return "\n".join(map(wrapped, lines)).rstrip() + "\n"
 
 
+MACHINE = "Intel(R) Xeon(R) Processor, 2 cores"  # of most experiments
 CONDITIONS = {"command": str, "commit": str, "machine": str, "date": str, "seconds": (int, float)}
 EXPERIMENT = {"row": int, "reference": str, "quantity": str, "published": dict, "expected": str, "ours": dict,
               "verdict": str, "reason": str, **CONDITIONS}
@@ -296,9 +297,11 @@ def deciding(row):
 
 
 def with_interval(part, digits=6):
-    """Returns a value and its interval as text, with these digits."""
-    low, high = ("" if bound is None else f"{bound:.{digits}g}" for bound in part["interval"])
-    value = part.get("value")
+    """Returns a value and its interval as text, with these digits: value ± half width, if the value is its middle."""
+    value, bounds = part.get("value"), part["interval"]
+    if value is not None and None not in bounds and math.isclose(2 * value, sum(bounds), rel_tol=1e-8, abs_tol=1e-8):
+        return f"{value:.{digits}g}" + (f"±{half_width(part):.2g}" if bounds[1] > bounds[0] else "")
+    low, high = ("" if bound is None else f"{bound:.{digits}g}" for bound in bounds)
     return ("" if value is None else f"{value:.{digits}g} ") + f"[{low}, {high}]"
 
 
@@ -326,20 +329,21 @@ def change_tables(rows):
             cells = [next((with_interval(each["ours"], 3) + (" agrees" if each["verdict"] == "agrees" else "")
                            for each in row["changes"] if each["change"] == name), "") for row in group]
             yield "|" + "|".join(map(text, (f"{change['assumption']}: {name}", change["expected"], *cells))) + "|"
-        yield ""
-        for row in group:
-            yield f"- Decides for {text(row['quantity'])}: {', '.join(deciding(row)) or 'none of those tried'}."
+        yield "|decides||" + "|".join(", ".join(deciding(row)) or "none of those tried" for row in group) + "|"
 
 
 def condition_lines(rows):
-    """Yields one line for each different command, commit, machine and date of rows and their changes."""
+    """Yields one line for each command of rows and of changes: its seconds, dates, commits and machines other than MACHINE."""
     parts = [*rows, *(change for row in rows for change in row.get("changes", []))]
-    keys = [key for key in CONDITIONS if key != "seconds"]
-    for values in dict.fromkeys(tuple(part[key] for key in keys) for part in parts):
-        command, commit, machine, date = values
-        seconds = sum(seconds for _, seconds in {(part.get("change"), part["seconds"]) for part in parts
-                                                 if tuple(part[key] for key in keys) == values})
-        yield f"- `{command}` ({seconds:.3g} s), {date}, {commit}, {machine}"
+    lines = {}
+    for part in parts:
+        command = re.sub(" --changes .*", " --changes", part["command"])
+        found = lines.setdefault(command, ({}, {}))
+        found[0][part.get("change"), part["command"]] = part["seconds"]
+        found[1].update(dict.fromkeys((part["date"], re.sub(r".*\((.*)\)", r"\1", part["commit"]))))
+        found[1].update({} if part["machine"] == MACHINE else {part["machine"]: None})
+    for command, (seconds, words) in lines.items():
+        yield f"- `{command}` ({sum(seconds.values()):.3g} s), {', '.join(words)}"
 
 
 def experiments():
@@ -348,13 +352,14 @@ def experiments():
     rows.sort(key=lambda row: row["row"])
     agreeing = sum(row["verdict"] == "agrees" for row in rows)
     lines = ["# Published experiments", "", "Published values and those of this program, with intervals: of 95 % over "
-             "several runs, of the numerical error for one. A row agrees if both intervals have a common point. "
+             "several runs, of the numerical error for one (± half of it). A row agrees if both intervals have a common point. "
              f"{agreeing} of {len(rows)} rows of {len({row['row'] for row in rows})} experiments agree. Published "
              "values are from the paper (S), its abstract (A) or from memory (M), to be checked. Where a publication "
              "states no interval, it is that of the last digit, or the row says that it is assumed. "
              "`docs/render_measurements.py` writes this page from `docs/measurements/experiments`.", "",
              "Rows that disagree have a table of changes, one assumption at a time. An assumption decides if its change "
-             "moves the value by more than the intervals allow and the row then agrees.", "",
+             "moves the value by more than the intervals allow, and the row then agrees. A line names command, duration, "
+             f"date, commit, and the machine if it is not {MACHINE}.", "",
              "|row|quantity|published|ours|verdict|", "|-|-|-|-|-|"]
     for row in rows:
         theirs = f"{with_interval(row['published'])} {row['published']['source']}"

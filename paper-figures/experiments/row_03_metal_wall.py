@@ -82,9 +82,9 @@ CHANGES = [
     Change("law", "JKR adhesion, 0.025 J/m^2", "0.010: neutral grains stick below 0.001", Grain(contact=ADHESION)),
     Change("density", "1000 kg/m^3, not 2500", "0.016, by m^(-1/2)", Grain(mass=MASS / 2.5)),
     Change("definition", "speed just before contact, not far away", "0.023, by 1 / sqrt(1 - e^2)", Grain(at_contact=True)),
-    Change("resolution", "contacts 100 times stiffer", "no effect", Grain(
+    Change("resolution", "contacts 100 times stiffer", "same", Grain(
         contact=Grain().contact.replace("1e6", "1e8"))),
-    Change("system size", "start at 10 diameters, not 3", "no effect", Grain(start=10.0)),
+    Change("system size", "start at 10 diameters, not 3", "same", Grain(start=10.0)),
 ]
 
 
@@ -135,10 +135,9 @@ def main():
     if not request.quick:
         rows.append(row(SPEED_AT_1E7, EXPECTED_SPEED,
                         published(0.15, 0.1, 0.2, "A"), bounds(speeds[-1], errors[-1]),
-                        "The charge is uniform here, and restitution alone would have to be 0.14. The authors name "
-                        "patches of charge and their images. At equal charge a patch close to the wall would multiply the "
-                        "energy of the image, and patches may hold more charge than the net charge. This assumption "
-                        "decides; patches are not in the program"))
+                        "The place of the charge decides: 1e7 e at 1 um from the wall give the published speed. One patch of "
+                        "this charge would have a field of 3e10 V/m at the wall, which no surface holds. So patches of "
+                        "both signs, which the authors name, must hold more charge than the grain. The program has none."))
 
     def draw(axes):
         axes.errorbar(charges, speeds, errors, fmt="o", label="uniform charge")

@@ -75,10 +75,20 @@ class Experiments(unittest.TestCase):
         other = CHANGED | {"assumption": "gas", "change": "no gas"}
         rows = [COMPARED, COMPARED | {"quantity": "y", "changes": [CHANGED, other]}, COMPARED | {"quantity": "z", "changes": [other]}]
         self.assertEqual(list(render.change_tables(rows)), [
-            "", "|changed|expected|x|y|z|", "|-|-|-|-|-|", "|nothing||3 [2.5, 3.5]|3 [2.5, 3.5]|3 [2.5, 3.5]|",
-            "|drag: no drag|1|1.9 [1.5, 2.3] agrees|1.9 [1.5, 2.3] agrees||",
-            "|gas: no gas|1||1.9 [1.5, 2.3] agrees|1.9 [1.5, 2.3] agrees|", "",
-            "- Decides for x: drag.", "- Decides for y: drag, gas.", "- Decides for z: gas."])
+            "", "|changed|expected|x|y|z|", "|-|-|-|-|-|", "|nothing||3±0.5|3±0.5|3±0.5|",
+            "|drag: no drag|1|1.9±0.4 agrees|1.9±0.4 agrees||",
+            "|gas: no gas|1||1.9±0.4 agrees|1.9±0.4 agrees|",
+            "|decides||drag|drag, gas|gas|"])
+
+    def test_interval_is_half_width_or_bounds(self):
+        for interval, text in (([0.5, 1.5], "1±0.5"), ([1, 1], "1"), ([0.5, 1.6], "1 [0.5, 1.6]"), ([None, 1.5], "1 [, 1.5]")):
+            self.assertEqual(render.with_interval({"value": 1, "interval": interval}), text)
+
+    def test_line_of_a_command_sums_its_changes(self):
+        rows = [COMPARED | {"machine": render.MACHINE, "commit": "lichtenberg 1.0.0 (abc)", "changes": [
+            CHANGED, CHANGED | {"change": "no gas", "command": "x.py --changes gas", "date": "2026-02-01", "seconds": 2}]}]
+        self.assertEqual(list(render.condition_lines(rows)), [
+            "- `x.py` (1 s), 2026-01-31, abc", "- `x.py --changes` (3 s), 2026-01-31, v1, one core, 2026-02-01"])
 
 
 class Measurements(unittest.TestCase):

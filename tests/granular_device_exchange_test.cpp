@@ -143,7 +143,7 @@ TEST_CASE("device, exchange by patches: charges are the CPU's, in whole patches"
 }
 
 // In one substep the middle grain touches all six others. Each transfer depends on those before it.
-TEST_CASE("device, exchange with a sign: six contacts at once act in the CPU's order") {
+TEST_CASE("device, exchange with a sign: six contacts at once act in order") {
   Scene scene = grains::cube(10);
   scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278.6, .dissipative = 27.7});
   scene.effects.add(ChargeExchangeOptions{
@@ -191,13 +191,13 @@ TEST_CASE("device, exchange with a sign: batches and resumed runs have same bits
   CHECK(a.integers == c.integers);
 }
 
-TEST_CASE("device, exchange: models beyond a transfer a collision are refused by name") {
+TEST_CASE("device, exchange: models with more transfers are refused") {
   const auto sentence = [](const ChargeExchangeOptions& exchange) {
     Scene scene = charged_gas(10, 8, 1);
     *scene.effects.find<ChargeExchangeOptions>() = exchange;
     return message_of([&] { granular::device::check_scene(scene, granular::device::Target::host); });
   };
-  CHECK(sentence({.model = ExchangeModel::random_walk}).find("effects.charge_exchange.model = \"random-walk\"") !=
+  CHECK(sentence({.model = ExchangeModel::contact_area}).find("effects.charge_exchange.model = \"contact-area\"") !=
         std::string::npos);
   CHECK(sentence({.each_step = true}).find("effects.charge_exchange.each_step") != std::string::npos);
   CHECK(sentence({.capacity = 1, .over_capacity = effects::OverCapacity::reset})

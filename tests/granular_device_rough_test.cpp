@@ -6,10 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "solvers/error.hpp"
 #include "src/granular/device/device.hpp"
 #include "tests/device_gases.hpp"
-#include "tests/message.hpp"
 #include "tests/rough_grains.hpp"
 
 namespace granular_device_rough_test {
@@ -206,6 +204,25 @@ TEST_CASE("device walls: sides that are not periodic without walls are refused")
   scene.effects.add(effects::LinearContactOptions{.stiffness = 1e4});
   CHECK(message_of([&] { granular::device::check_scene(scene); }).find("without effects.flat_walls") !=
         std::string::npos);
+}
+
+// Forces of the sums have the error of the test of a charged gas.
+TEST_CASE("device walls: 40 steps of charges between walls equal the CPU's") {
+  for (const bool grounded : {false, true}) {
+    CAPTURE(grounded);
+    Scene scene = charged_gas(100, 8, 5);
+    scene.effects.add(effects::FrictionOptions{.coefficient = 0.4});
+    grains::add_walls(scene, {2});
+    if (grounded) scene.domain.sides[4].electrode = scene.domain.sides[5].electrode = true;
+    compare(scene, 40, 2e-4);
+  }
+}
+
+TEST_CASE("device friction: ordered charge exchange of rough grains equals the CPU's") {
+  Scene scene = frictional_gas(100, 8, 5);
+  for (std::size_t i = 0; i < scene.conductors.size(); i += 2) scene.conductors[i].radius = 0.35;
+  scene.effects.add(effects::ChargeExchangeOptions{.model = effects::ExchangeModel::size, .strength = 0.25});
+  compare(scene, 40, 1e-7);
 }
 
 }  // namespace granular_device_rough_test

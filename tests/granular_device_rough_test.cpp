@@ -218,7 +218,7 @@ TEST_CASE("device walls: 40 steps of charges between walls equal the CPU's") {
   }
 }
 
-TEST_CASE("device friction: ordered charge exchange of rough grains equals the CPU's") {
+TEST_CASE("device friction: ordered exchange of rough grains equals the CPU's") {
   Scene scene = frictional_gas(100, 8, 5);
   for (std::size_t i = 0; i < scene.conductors.size(); i += 2) scene.conductors[i].radius = 0.35;
   scene.effects.add(effects::ChargeExchangeOptions{.model = effects::ExchangeModel::size, .strength = 0.25});

@@ -9,8 +9,8 @@
 
 namespace lichtenberg::granular::device {
 
-/// Throws Failure if a step failed: grains fly through each other, are faster than the neighbour lists allow, or leave
-/// the domain; contacts are too many for their list; positions are not finite. `path`: of the scene; `time`: t0.
+/// Throws Failure if a step failed. Grains fly through each other, are faster than the neighbour lists allow, or leave
+/// the domain; or contacts are too many for their list, or positions are not finite. `path`: of the scene; `time`: t0.
 inline void require_success(const StepResults& results, const std::string& path, double time) {
   const auto fail = [&](const std::string& since, const std::string& what) {
     throw Failure(path + ": " + since + " t = " + std::to_string(time) + " t0 " + what);

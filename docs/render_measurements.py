@@ -217,9 +217,11 @@ def page(name):
     return "\n".join(map(wrapped, lines)).rstrip() + "\n"
 
 
+MACHINE = "Intel(R) Xeon(R) Processor, 2 cores"  # of most experiments
+CONDITIONS = {"command": str, "commit": str, "machine": str, "date": str, "seconds": (int, float)}
 EXPERIMENT = {"row": int, "reference": str, "quantity": str, "published": dict, "expected": str, "ours": dict,
-              "verdict": str, "reason": str, "command": str, "commit": str, "machine": str, "date": str,
-              "seconds": (int, float)}
+              "verdict": str, "reason": str, **CONDITIONS}
+CHANGE = {"assumption": str, "change": str, "expected": str, "ours": dict, "verdict": str, **CONDITIONS}
 
 
 def interval_of(part, name):
@@ -234,36 +236,114 @@ def interval_of(part, name):
     return low, high
 
 
-def experiment_faults(row):
-    """Yields one message for each missing, unknown or contradictory key of a comparison with an experiment."""
-    for key, kind in EXPERIMENT.items():
-        if not isinstance(row.get(key), kind):
-            yield f"'{key}' is missing or of a wrong type"
-            return
-    yield from (f"'{key}' is unknown; allowed are {', '.join(EXPERIMENT)}" for key in row if key not in EXPERIMENT)
-    if row["published"].get("source") not in ("A", "S", "M"):
-        yield "'published' has no 'source' A, S or M"
-    if not has_number(row["ours"].get("value")) or not isinstance(row["ours"].get("runs"), int):
+def key_faults(part, kinds, optional=()):
+    """Yields one message for each missing or unknown key of a part of a comparison."""
+    yield from (f"'{key}' is missing or of a wrong type" for key, kind in kinds.items() if not isinstance(part.get(key), kind))
+    yield from (f"'{key}' is unknown; allowed are {', '.join(kinds)}" for key in part if key not in kinds and key not in optional)
+
+
+def verdict_faults(published, part):
+    """Yields one message for each fault of the value, verdict and expectation of a row or of a change."""
+    if not has_number(part["ours"].get("value")) or not isinstance(part["ours"].get("runs"), int):
         yield "'ours' has no number 'value' or no integer 'runs'"
     try:
-        theirs, ours = interval_of(row["published"], "published"), interval_of(row["ours"], "ours")
+        theirs, ours = interval_of(published, "published"), interval_of(part["ours"], "ours")
     except ValueError as error:
         yield str(error)
         return
     verdict = "agrees" if theirs[0] <= ours[1] and ours[0] <= theirs[1] else "disagrees"
-    if row["verdict"] != verdict:
-        yield f"'verdict' is \"{row['verdict']}\", but by the intervals it is \"{verdict}\""
-    if verdict == "disagrees" and not row["reason"]:
-        yield "'reason' is empty, and the row disagrees"
-    if not row["expected"]:
+    if part["verdict"] != verdict:
+        yield f"'verdict' is \"{part['verdict']}\", but by the intervals it is \"{verdict}\""
+    if not part["expected"]:
         yield "'expected' is empty"
 
 
-def with_interval(part):
-    """Returns a value and its interval as text, with six digits."""
-    low, high = ("" if bound is None else f"{bound:.6g}" for bound in part["interval"])
-    value = part.get("value")
-    return ("" if value is None else f"{value:.6g} ") + f"[{low}, {high}]"
+def experiment_faults(row):
+    """Yields one message for each missing, unknown or contradictory key of a comparison with an experiment."""
+    found = list(key_faults(row, EXPERIMENT, ["changes"]))
+    if found:
+        yield from found
+        return
+    if row["published"].get("source") not in ("A", "S", "M"):
+        yield "'published' has no 'source' A, S or M"
+    yield from verdict_faults(row["published"], row)
+    if row["verdict"] == "disagrees" and not row["reason"]:
+        yield "'reason' is empty, and the row disagrees"
+    changes = row.get("changes", [])
+    if (row["verdict"] == "disagrees") != bool(changes):
+        yield "'changes' must have entries exactly if the row disagrees"
+    for change in changes:
+        found = list(key_faults(change, CHANGE, ["against"]))
+        if change.get("against") not in [None, *(each.get("change") for each in changes)]:
+            found = ["'against' names no change of the row"]
+        yield from (f"change \"{change.get('change')}\": {fault}" for fault in
+                    found or verdict_faults(row["published"], change))
+
+
+def half_width(part):
+    return (part["interval"][1] - part["interval"][0]) / 2
+
+
+def moves(one, other):
+    """Returns true if two values differ by more than both intervals together (the root of the sum of their squares)."""
+    return abs(one["value"] - other["value"]) > math.hypot(half_width(one), half_width(other))
+
+
+def deciding(row):
+    """Returns the assumptions that decide: their change moves the value, and the row agrees with it."""
+    before = {None: row["ours"], **{change["change"]: change["ours"] for change in row["changes"]}}
+    return list(dict.fromkeys(change["assumption"] for change in row["changes"] if change["verdict"] == "agrees" and
+                              moves(change["ours"], before[change.get("against")])))
+
+
+def with_interval(part, digits=6):
+    """Returns a value and its interval as text, with these digits: value ± half width, if the value is its middle."""
+    value, bounds = part.get("value"), part["interval"]
+    if value is not None and None not in bounds and math.isclose(2 * value, sum(bounds), rel_tol=1e-8, abs_tol=1e-8):
+        return f"{value:.{digits}g}" + (f"±{half_width(part):.2g}" if bounds[1] > bounds[0] else "")
+    low, high = ("" if bound is None else f"{bound:.{digits}g}" for bound in bounds)
+    return ("" if value is None else f"{value:.{digits}g} ") + f"[{low}, {high}]"
+
+
+def grouped(rows):
+    """Returns pairs of the changes in their order, and of the rows that share some of them."""
+    groups = []
+    for row in rows:
+        changes = {change["change"]: change for change in row.get("changes", [])}
+        for shared, group in groups:
+            if shared.keys() & changes.keys():
+                shared.update({name: change for name, change in changes.items() if name not in shared})
+                group.append(row)
+                break
+        else:
+            groups += [(changes, [row])] if changes else []
+    return groups
+
+
+def change_tables(rows):
+    """Yields the lines of tables of changes, and of the assumptions that decide."""
+    for changes, group in grouped(rows):
+        yield from ("", "|changed|expected|" + "|".join(text(row["quantity"]) for row in group) + "|", "|-|-|" + "-|" * len(group))
+        yield "|nothing||" + "|".join(with_interval(row["ours"], 3) for row in group) + "|"
+        for name, change in changes.items():
+            cells = [next((with_interval(each["ours"], 3) + (" agrees" if each["verdict"] == "agrees" else "")
+                           for each in row["changes"] if each["change"] == name), "") for row in group]
+            yield "|" + "|".join(map(text, (f"{change['assumption']}: {name}", change["expected"], *cells))) + "|"
+        yield "|decides||" + "|".join(", ".join(deciding(row)) or "none of those tried" for row in group) + "|"
+
+
+def condition_lines(rows):
+    """Yields one line for each command of rows and of changes: its seconds, dates, commits and machines other than MACHINE."""
+    parts = [*rows, *(change for row in rows for change in row.get("changes", []))]
+    lines = {}
+    for part in parts:
+        command = re.sub(" --changes .*", " --changes", part["command"])
+        found = lines.setdefault(command, ({}, {}))
+        found[0][part.get("change"), part["command"]] = part["seconds"]
+        found[1].update(dict.fromkeys((part["date"], re.sub(r".*\((.*)\)", r"\1", part["commit"]))))
+        found[1].update({} if part["machine"] == MACHINE else {part["machine"]: None})
+    for command, (seconds, words) in lines.items():
+        yield f"- `{command}` ({sum(seconds.values()):.3g} s), {', '.join(words)}"
 
 
 def experiments():
@@ -272,26 +352,27 @@ def experiments():
     rows.sort(key=lambda row: row["row"])
     agreeing = sum(row["verdict"] == "agrees" for row in rows)
     lines = ["# Published experiments", "", "Published values and those of this program, with intervals: of 95 % over "
-             "several runs, of the numerical error for one. A row agrees if both intervals have a common point. "
+             "several runs, of the numerical error for one (± half of it). A row agrees if both intervals have a common point. "
              f"{agreeing} of {len(rows)} rows of {len({row['row'] for row in rows})} experiments agree. Published "
              "values are from the paper (S), its abstract (A) or from memory (M), to be checked. Where a publication "
              "states no interval, it is that of the last digit, or the row says that it is assumed. "
              "`docs/render_measurements.py` writes this page from `docs/measurements/experiments`.", "",
-             "|row|reference|quantity|published|ours|verdict|", "|-|-|-|-|-|-|"]
+             "Rows that disagree have a table of changes, one assumption at a time. An assumption decides if its change "
+             "moves the value by more than the intervals allow, and the row then agrees. A line names command, duration, "
+             f"date, commit, and the machine if it is not {MACHINE}.", "",
+             "|row|quantity|published|ours|verdict|", "|-|-|-|-|-|"]
     for row in rows:
         theirs = f"{with_interval(row['published'])} {row['published']['source']}"
-        lines.append("|" + "|".join(map(text, (row["row"], row["reference"], row["quantity"], theirs,
-                                               with_interval(row["ours"]), row["verdict"]))) + "|")
+        lines.append("|" + "|".join(map(text, (row["row"], row["quantity"], theirs, with_interval(row["ours"]),
+                                               row["verdict"]))) + "|")
     for number in dict.fromkeys(row["row"] for row in rows):
-        lines += ["", f"## Row {number}", ""]
         group = [row for row in rows if row["row"] == number]
+        references = "; ".join(dict.fromkeys(row["reference"] for row in group))
+        lines += ["", f"## Row {number}: {text(references)}", ""]
         lines += [f"- Expected: {text(expected)}" for expected in dict.fromkeys(row["expected"] for row in group)]
-        reasons = dict.fromkeys(row["reason"] for row in group if row["reason"])
-        lines += [f"- Found: {text(reason)}" for reason in reasons]
-        for command in dict.fromkeys(row["command"] for row in group):
-            row = next(row for row in group if row["command"] == command)
-            lines += [f"- Command: `{command}` ({row['seconds']:.3g} s)", f"- Machine: {row['machine']}",
-                      f"- Date: {row['date']}", f"- Commit: {row['commit']}"]
+        lines += [f"- Found: {text(reason)}" for reason in dict.fromkeys(row["reason"] for row in group if row["reason"])]
+        lines += change_tables(group)
+        lines += condition_lines(group)
     return "\n".join(map(wrapped, lines)).rstrip() + "\n"
 
 

@@ -127,6 +127,21 @@ TEST_CASE("device, exchange with a sign: charges and counters equal the CPU's") 
     }
 }
 
+TEST_CASE("device, exchange by patches: charges are the CPU's, in whole patches") {
+  const Scene scene = exchanging({.model = ExchangeModel::patches, .exponent = 0.4, .patches = 12});
+  grains::Run cpu(scene);
+  const Checkpoint start = cpu.gas.save();
+  const auto device = loaded(scene, start);
+  for (int n = 0; n < 25; ++n) cpu.step(10), device->step(10);
+  const Checkpoint expected = cpu.gas.save(), found = stored(*device, start);
+  REQUIRE(cpu.gas.collisions > 60);
+  CHECK(found.integers == expected.integers);
+  CHECK(found.reals.at("charge") == expected.reals.at("charge"));
+  CHECK(std::ranges::max(expected.reals.at("charge")) > 0.05);
+  const double patch = effects::whole_quanta(0.05, quantum);
+  for (const double charge : found.reals.at("charge")) REQUIRE(std::remainder(charge, patch) == 0);
+}
+
 // In one substep the middle grain touches all six others. Each transfer depends on those before it.
 TEST_CASE("device, exchange with a sign: six contacts at once act in order") {
   Scene scene = grains::cube(10);

@@ -1,6 +1,7 @@
 // Tests of scenes of packings with periodic sides, weight and loads ([compression]).
 #include <doctest/doctest.h>
 
+#include <numbers>
 #include <string>
 
 #include "src/effects/soft_repulsion.hpp"
@@ -75,6 +76,17 @@ TEST_CASE("network resistors by force: only a packing has forces of contacts") {
                 {"network.resistor = \"hertz\"", "packings"});
   check_refused(size + contact + some + network + "hardness = 1e9\n",
                 {"network.hardness", "\"hertz\" does not use it", "optional film_resistance"});
+}
+
+TEST_CASE("packing fraction: content of disks or spheres over that of the domain") {
+  const auto two = [](const std::string& across) {
+    return "[[conductor]]\nposition = [1.0, 1.0" + across + "]\nradius = 0.5\n[[conductor]]\nposition = [2.5, 1.0" +
+           across + "]\nradius = 0.25\n";
+  };
+  constexpr double pi = std::numbers::pi;
+  CHECK(packing_fraction(parse(size + contact + two(""))) == doctest::Approx(pi * (0.25 + 0.0625) / 8));
+  CHECK(packing_fraction(parse("[domain]\nsize = [4.0, 2.0, 3.0]\n" + contact + two(", 1.0"))) ==
+        doctest::Approx(4 * pi / 3 * (0.125 + 0.015625) / 24));
 }
 
 TEST_CASE("resized: walls and positions follow the sides") {

@@ -159,6 +159,7 @@ TEST_CASE("compression of a lattice: jams at pi / (2 sqrt 3) with six contacts")
     for (const double excess : {1e-3, 1e-2}) {
       compression.advance_to(compression.time() + 1, {});
       CHECK(compression.filling() == Approx(compression.jamming_fraction() + excess).epsilon(1e-14));
+      CHECK(*compression.frame().number("excess_fraction") == Approx(excess).epsilon(1e-12));
       // Three contacts for each disk and the area sqrt(3)/2 q^2: p = sqrt(3) f(q) / q for diameters and stiffness 1
       const double q = std::sqrt(jammed / compression.filling());
       CHECK(compression.pressure() == Approx(-std::sqrt(3.0) * contact_law(kind, q).slope / q).epsilon(1e-4));
@@ -194,6 +195,19 @@ TEST_CASE("compression of random disks: isostatic at jamming, one more contact")
     // d (N - 1) equations of force, one of pressure, as many forces (Goodrich et al., Phys. Rev. Lett. 109, 095704)
     CHECK(contacts == Approx(d * (mobile - 1) + 1));
   }
+}
+
+TEST_CASE("compression: the summary counts loads that are not at rest") {
+  const auto warnings = [](const std::string& most) {
+    Compression compression(
+        random_packing(2, "harmonic", "[compression]\nfilling = [0.87, 0.88]\nstep = 0.1\n" + most));
+    run(compression);
+    return compression.summary().warnings;
+  };
+  CHECK(warnings("").empty());
+  const std::vector<std::string> found = warnings("[minimize]\nmax_iterations = 3\n");
+  REQUIRE(!found.empty());
+  CHECK(found.back().starts_with("2 loads not at rest"));
 }
 
 TEST_CASE("compression, interrupted and restored: identical bits") {

@@ -9,9 +9,11 @@ import json
 import os
 import re
 import sys
+import tempfile
 import time
 from datetime import date
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,24 +23,40 @@ from ensembles import student_factor  # noqa: E402
 from figures import SOURCE, attempt, refuse, run, version_of  # noqa: E402
 
 RESULTS = SOURCE / "docs" / "measurements" / "experiments"
-__all__ = ["SOURCE", "attempt", "bounds", "conditions_of", "mean", "numbers_in", "open_experiment", "periodic_box", "picture",
-           "published", "record", "recorded", "refuse", "row", "run"]
+__all__ = ["SOURCE", "Change", "attempt", "bounds", "conditions_of", "ensemble", "mean", "numbers_in", "open_experiment",
+           "periodic_box", "picture", "published", "record", "recorded", "refuse", "row", "run", "try_changes"]
 
 
-def open_experiment(number, reference, description):
-    """Parses the command line of row `number`. Returns `program`, `quick`, `out` (file of the rows, or None), `plot`,
-    and the fields that all of its rows share."""
+class Change(NamedTuple):
+    """One changed assumption of an experiment. `expected` is written before the run."""
+
+    assumption: str
+    change: str
+    expected: str
+    argument: object = None  # of the script's own function
+    against: str = ""  # the change to compare with, if not the row itself
+    conditions: dict = None  # as in record()
+
+
+def open_experiment(number, reference, description, name=""):
+    """Parses the command line of row `number`, whose file is `name` (default: row-NN). Returns `program`, `quick`, `changes` (names of assumptions, None without
+    --changes), `out` (file of the rows, or None), `recorded` (file of the recorded rows), `plot`, and
+    the fields that all of its rows share."""
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--program", type=Path, default=SOURCE / "build" / "lichtenberg", help="built program")
     parser.add_argument("--quick", action="store_true", help="the least that a test needs; records only with --out")
+    parser.add_argument("--changes", nargs="*", metavar="ASSUMPTION", help="change one assumption at a time, all or these, and "
+                        "add the results to the recorded rows")
     parser.add_argument("--out", type=Path, help="file of the rows (default: in docs/measurements/experiments)")
     parser.add_argument("--plot", type=Path, help="picture to write (.png, .pdf, .svg)")
     found = parser.parse_args()
     found.program = found.program.resolve()
+    found.recorded = RESULTS / f"{name or f'row-{number:02d}'}.json"
     if found.out is None and not found.quick:
-        found.out = RESULTS / f"row-{number:02d}.json"
+        found.out = found.recorded
     found.shared = {"row": number, "reference": reference}
-    found.script = f"paper-figures/experiments/{Path(sys.argv[0]).name}{' --quick' if found.quick else ''}"
+    words = [] if found.changes is None else ["--changes", *(f"'{name}'" if " " in name else name for name in found.changes)]
+    found.script = " ".join([f"paper-figures/experiments/{Path(sys.argv[0]).name}", *(["--quick"] if found.quick else []), *words])
     found.started = time.monotonic()
     return found
 
@@ -99,10 +117,15 @@ def overlap(one, other):
     return (a is None or d is None or a <= d) and (b is None or c is None or c <= b)
 
 
+def verdict_of(theirs, ours):
+    """Returns "agrees" if the intervals overlap, else "disagrees"."""
+    return "agrees" if overlap(theirs["interval"], ours["interval"]) else "disagrees"
+
+
 def row(quantity, expected, theirs, ours, reason=""):
     """Returns a row. `expected`: expectation, written before the run. `theirs`: published(). `ours`: mean() or bounds().
     They agree if the intervals overlap. A row that disagrees needs a reason: the assumption that decides."""
-    verdict = "agrees" if overlap(theirs["interval"], ours["interval"]) else "disagrees"
+    verdict = verdict_of(theirs, ours)
     return {"quantity": quantity, "published": rounded(theirs), "expected": expected, "ours": rounded(ours),
             "verdict": verdict, "reason": "" if verdict == "agrees" else reason}
 
@@ -114,22 +137,78 @@ def machine():
     return f"{names[0] if names else 'unknown processor'}, {os.cpu_count()} cores"
 
 
+def conditions_now(request, started):
+    """Returns the conditions of runs since `started` (time.monotonic())."""
+    return {"command": request.script, "commit": version_of(request.program), "machine": machine(),
+            "date": date.today().isoformat(), "seconds": round(time.monotonic() - started, 1)}
+
+
+def read_rows(path):
+    return json.loads(path.read_text(encoding="utf-8")) if path and path.exists() else []
+
+
+def write_rows(path, rows):
+    if path:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(json.dumps(rows, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+
+
+def tell(name, published_value, ours, verdict):
+    low, high = ours["interval"]
+    print(f"{name}: published {published_value['value']} {published_value['interval']}, "
+          f"ours {ours['value']:.5g} [{low:.5g}, {high:.5g}]: {verdict}", flush=True)
+
+
 def record(request, rows, conditions=None):
-    """Prints the rows of a script and writes them to its file. `conditions`: command, commit, machine, date and seconds
-    of earlier runs, from which the rows are taken. Exits with 1 if a row that disagrees has no reason."""
-    shared = conditions or {"command": request.script, "commit": version_of(request.program), "machine": machine(),
-              "date": date.today().isoformat(), "seconds": round(time.monotonic() - request.started, 1)}
+    """Prints the rows of a script and writes them to its file, with the changes that this has. `conditions`: command,
+    commit, machine, date and seconds of earlier runs, from which the rows are taken. Exits with 1 if a row that
+    disagrees has no reason."""
+    shared = conditions or conditions_now(request, request.started)
+    changes = {each["quantity"]: each["changes"] for each in read_rows(request.out) if "changes" in each}
     rows = [{**request.shared, **each, **shared} for each in rows]
     for each in rows:
-        low, high = each["ours"]["interval"]
-        print(f"{each['quantity']}: published {each['published']['value']} {each['published']['interval']}, "
-              f"ours {each['ours']['value']:.5g} [{low:.5g}, {high:.5g}]: {each['verdict']}")
-    if request.out:
-        request.out.parent.mkdir(parents=True, exist_ok=True)
-        request.out.write_text(json.dumps(rows, indent=1, ensure_ascii=False) + "\n", encoding="utf-8")
+        tell(each["quantity"], each["published"], each["ours"], each["verdict"])
+        if each["verdict"] == "disagrees" and each["quantity"] in changes:
+            each["changes"] = changes[each["quantity"]]
+    write_rows(request.out, rows)
     open_ends = [each["quantity"] for each in rows if each["verdict"] == "disagrees" and not each["reason"]]
     if open_ends:
         sys.exit(f"state the reason why these disagree: {', '.join(open_ends)}")
+
+
+def try_changes(request, cases, measure):
+    """Makes each Change of `cases`, or those that --changes names, and adds the results to the recorded rows.
+    `measure` returns {quantity: mean() or bounds()} of a case's argument."""
+    unknown = set(request.changes) - {case.assumption for case in cases}
+    if unknown:
+        sys.exit(f"--changes {', '.join(sorted(unknown))}: use {', '.join(dict.fromkeys(case.assumption for case in cases))}")
+    order = [case.change for case in cases]
+    for case in cases:
+        if request.changes and case.assumption not in request.changes:
+            continue
+        started = time.monotonic()
+        found = measure(case.argument)
+        shared = case.conditions or conditions_now(request, started)
+        rows = read_rows(request.out or request.recorded)
+        for quantity, ours in found.items():
+            here = next(each for each in rows if each["quantity"] == quantity)
+            made = {"assumption": case.assumption, "change": case.change, **({"against": case.against} if case.against else {}),
+                    "expected": case.expected, "ours": rounded(ours), "verdict": verdict_of(here["published"], ours), **shared}
+            others = [each for each in here.get("changes", []) if each["change"] in order and each["change"] != case.change]
+            here["changes"] = sorted([*others, made], key=lambda each: order.index(each["change"]))
+            tell(f"{case.assumption}: {case.change}: {quantity}", here["published"], ours, made["verdict"])
+        write_rows(request.out, rows)
+
+
+def ensemble(program, scene, settings, seeds):
+    """Returns {quantity: (value, half width of its 95 % interval, runs)} of `lichtenberg ensemble` on one core.
+    `settings`: {key: value} of the scene."""
+    words = [word for key, value in settings.items() for word in ("--set", f"{key}={value}")]
+    with tempfile.TemporaryDirectory() as folder:
+        answer = json.loads(run(program, "ensemble", scene, *words, "--seeds", seeds, "--jobs", 1, "--quiet", "--json",
+                                "--out", folder))
+    return {name: (each["value"], each["half_width"], each["sample"])
+            for name, each in answer["points"][0]["quantities"].items() if "half_width" in each}
 
 
 def picture(path, draw):

@@ -14,6 +14,7 @@
 #include "src/model/checkpoint.hpp"
 #include "src/model/frame.hpp"
 #include "src/model/motion.hpp"
+#include "src/scene/si.hpp"
 
 namespace lichtenberg::effects {
 namespace {
@@ -84,6 +85,17 @@ void check_polarization(const Scene& scene) {
   coulomb.stored_energy({.bodies = bodies, .neighbours = pairs});
 }
 
+/// Returns the relative permittivity of the grains, or its least and largest value.
+std::string permittivities_in_words(const InducedDipolesOptions& dipoles, const Scene& scene) {
+  double least = INFINITY, largest = 0;
+  for (std::size_t i = 0; i < scene.conductors.size(); ++i) {
+    const double permittivity = dipoles.relative_permittivity(i, scene.conductors[i].radius);
+    least = std::min(least, permittivity), largest = std::max(largest, permittivity);
+  }
+  const std::string most = fmt::format("{:.3g}", largest);
+  return least < largest ? fmt::format("{:.3g} to {}", least, most) : most;
+}
+
 std::vector<ExplanationLine> explain(const Scene& scene) {
   const auto* dipoles = scene.effects.find<InducedDipolesOptions>();
   if (!dipoles) return explain_mesh(scene);
@@ -92,9 +104,9 @@ std::vector<ExplanationLine> explain(const Scene& scene) {
     explanation.push_back(
         {"charges",
          fmt::format(
-             "forces of dielectric spheres of relative permittivity {:.3g}, multipoles to degree {}, to {:g}, instead "
+             "forces of dielectric spheres of relative permittivity {}, multipoles to degree {}, to {:g}, instead "
              "of effects.coulomb.sum; a run takes longer than the estimate below, which is for pairs and a mesh",
-             dipoles->relative_permittivity(scene.smallest_radius()), dipoles->degree, dipoles->tolerance)});
+             permittivities_in_words(*dipoles, scene), dipoles->degree, dipoles->tolerance)});
   else
     explanation = explain_mesh(scene);
   check_polarization(scene);
@@ -150,6 +162,11 @@ void check_coulomb(const Draft& draft) {
            "include: use \"mesh\", \"ewald\" or \"minimum-image\"");
 }
 
+void complete_coulomb(const Draft& draft, Scene& scene) {
+  if (scene.in_si) scene.effects.find<CoulombOptions>()->strength = coupling_constant(*scene.reference);
+  check_cutoff(draft, scene);
+}
+
 double strength_in(const Scene& scene) { return scene.effects.find<CoulombOptions>()->strength; }
 
 std::vector<Key> keys() {
@@ -158,8 +175,9 @@ std::vector<Key> keys() {
        .target = target<&CoulombOptions::strength>,
        .range = {.low = 0, .high = 1e100},
        .help = "strength of the Coulomb interaction between grains, K = k_e q0^2 / (m0 v0^2 d0) with Coulomb's "
-               "constant k_e and the scales of [units]",
-       .old_name = "strength"},
+               "constant k_e and the scales of [units]. A scene without [units] has its own K",
+       .old_name = "strength",
+       .scale = Key::Scale::reduced},
       {.name = "sum",
        .target = target<&CoulombOptions::sum>,
        .help =
@@ -222,7 +240,7 @@ const EffectKind& CoulombOptions::kind() {
       .periodic = true,
       .grains = true,
       .check = check_coulomb,
-      .complete = check_cutoff,
+      .complete = complete_coulomb,
       .make = [](const Scene& scene) { return std::make_unique<Coulomb>(scene); },
       .explain = explain,
       .charge_strength = strength_in,
@@ -251,7 +269,7 @@ struct Coulomb::Implementation {
     if (found->degree > 1)
       spheres.emplace(laplace::SphereOptions{.accuracy = found->tolerance, .degree = found->degree});
     else
-      induced.emplace(*sum, found->sum, found->polarizability, found->tolerance);
+      induced.emplace(*sum, found->sum, found->polarizability, found->tolerance, found->each);
   }
 
   bool polarizes() const { return induced || spheres; }
@@ -336,7 +354,7 @@ struct Coulomb::Implementation {
       response.energy -= 0.5 * bodies.charge[i] * own;
       for (int k = 0; k < 3; ++k) {
         dipole.push_back(solution.sphere_dipole[i][k]);
-        response.field.push_back(dipole.back() / polarization.polarizability);
+        response.field.push_back(dipole.back() / polarization.of(i));
         response.force.push_back(solution.sphere_force[i][k]);
       }
     }

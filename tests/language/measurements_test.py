@@ -15,11 +15,20 @@ COMPARED = {"row": 1, "reference": "A 2000", "quantity": "x", "published": {"val
             "expected": "It is 1.", "ours": {"value": 3, "interval": [2.5, 3.5], "runs": 2}, "verdict": "disagrees",
             "reason": "Drag.", "command": "x.py", "commit": "v1", "machine": "one core", "date": "2026-01-31", "seconds": 1}
 
+CHANGED = {"assumption": "drag", "change": "no drag", "expected": "1", "ours": {"value": 1.9, "interval": [1.5, 2.3], "runs": 2},
+           "verdict": "agrees", "command": "x.py --changes", "commit": "v1", "machine": "one core", "date": "2026-01-31", "seconds": 1}
+COMPARED["changes"] = [CHANGED]
+
+
+def ours(low, high):
+    return {"ours": {"value": (low + high) / 2, "interval": [low, high], "runs": 2}}
+
 
 class Experiments(unittest.TestCase):
     def test_whole_row_has_no_fault(self):
         self.assertEqual(list(render.experiment_faults(COMPARED)), [])
-        agreeing = {"published": {"value": None, "interval": [None, 3], "source": "M"}, "verdict": "agrees", "reason": ""}
+        agreeing = {"published": {"value": None, "interval": [None, 3], "source": "M"}, "verdict": "agrees", "reason": "",
+                    "changes": []}
         self.assertEqual(list(render.experiment_faults(COMPARED | agreeing)), [])
 
     def test_each_missing_key_is_a_fault(self):
@@ -35,6 +44,51 @@ class Experiments(unittest.TestCase):
                        {"ours": {"value": 3, "interval": [2.5, 3.5]}}):
             with self.subTest(change):
                 self.assertTrue(list(render.experiment_faults(COMPARED | change)))
+
+
+    def test_each_missing_or_contradictory_key_of_a_change_is_a_fault(self):
+        for change in [{k: v for k, v in CHANGED.items() if k != key} for key in CHANGED] + [CHANGED | other for other in (
+                {"verdict": "disagrees"}, {"expected": ""}, {"unit": "m"}, {"against": "no gas"}, ours(2.5, 3.5))]:
+            with self.subTest(change):
+                self.assertTrue(list(render.experiment_faults(COMPARED | {"changes": [change]})))
+
+    def test_change_against_another_one_has_no_fault(self):
+        changes = [CHANGED, CHANGED | {"change": "no drag, no gas", "against": "no drag"}]
+        self.assertEqual(list(render.experiment_faults(COMPARED | {"changes": changes})), [])
+
+    def test_assumption_decides_if_its_change_moves_the_value_into_agreement(self):
+        for found, decides in ((ours(1.5, 2.3), True),    # 3 - 1.9 = 1.1 is above the root of 0.5^2 + 0.4^2
+                               (ours(0.9, 4.1), False),   # agrees by its wide interval alone
+                               (ours(2.1, 2.2), False)):  # moves, but still disagrees
+            verdict = "agrees" if found["ours"]["interval"][0] <= 2 else "disagrees"
+            with self.subTest(found):
+                row = COMPARED | {"changes": [CHANGED | found | {"verdict": verdict}]}
+                self.assertEqual(list(render.experiment_faults(row)), [])
+                self.assertEqual(render.deciding(row), ["drag"] if decides else [])
+
+    def test_change_against_another_one_decides_by_it(self):
+        first = CHANGED | ours(1.4, 2.2)
+        second = CHANGED | ours(1.5, 2.3) | {"assumption": "gas", "change": "no gas", "against": "no drag"}
+        self.assertEqual(render.deciding(COMPARED | {"changes": [first, second]}), ["drag"])
+
+    def test_table_of_changes_has_all_rows_that_share_them(self):
+        other = CHANGED | {"assumption": "gas", "change": "no gas"}
+        rows = [COMPARED, COMPARED | {"quantity": "y", "changes": [CHANGED, other]}, COMPARED | {"quantity": "z", "changes": [other]}]
+        self.assertEqual(list(render.change_tables(rows)), [
+            "", "|changed|expected|x|y|z|", "|-|-|-|-|-|", "|nothing||3±0.5|3±0.5|3±0.5|",
+            "|drag: no drag|1|1.9±0.4 agrees|1.9±0.4 agrees||",
+            "|gas: no gas|1||1.9±0.4 agrees|1.9±0.4 agrees|",
+            "|decides||drag|drag, gas|gas|"])
+
+    def test_interval_is_half_width_or_bounds(self):
+        for interval, text in (([0.5, 1.5], "1±0.5"), ([1, 1], "1"), ([0.5, 1.6], "1 [0.5, 1.6]"), ([None, 1.5], "1 [, 1.5]")):
+            self.assertEqual(render.with_interval({"value": 1, "interval": interval}), text)
+
+    def test_line_of_a_command_sums_its_changes(self):
+        rows = [COMPARED | {"machine": render.MACHINE, "commit": "lichtenberg 1.0.0 (abc)", "changes": [
+            CHANGED, CHANGED | {"change": "no gas", "command": "x.py --changes gas", "date": "2026-02-01", "seconds": 2}]}]
+        self.assertEqual(list(render.condition_lines(rows)), [
+            "- `x.py` (1 s), 2026-01-31, abc", "- `x.py --changes` (3 s), 2026-01-31, v1, one core, 2026-02-01"])
 
 
 class Measurements(unittest.TestCase):

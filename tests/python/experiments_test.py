@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 import unittest
+from types import SimpleNamespace
 
 import runs
 
@@ -40,6 +41,35 @@ class Experiments(unittest.TestCase):
             with self.subTest(row["quantity"]):
                 self.assertEqual(list(render.experiment_faults(row)), [])
                 self.assertEqual(row["verdict"], "agrees")
+
+    def test_changes_are_added_to_the_recorded_rows(self):
+        recorded = json.loads((runs.HOME / "docs/measurements/experiments/row-03.json").read_text())
+        out = runs.FOLDER / "changes.json"
+        for row in recorded:
+            row.pop("changes", None)
+        out.write_text(json.dumps(recorded))
+        script = [sys.executable, FOLDER / "row_03_metal_wall.py", "--quick", "--program", runs.PROGRAM, "--out", out, "--changes"]
+        ended = subprocess.run([*script, "density"], capture_output=True, text=True, check=False)
+        self.assertEqual(ended.returncode, 0, ended.stderr)
+        exponent, threshold = json.loads(out.read_text())
+        self.assertNotIn("changes", exponent)
+        self.assertEqual([change["assumption"] for change in threshold["changes"]], ["density"])
+        self.assertEqual(list(render.experiment_faults(threshold)), [])
+        low, high = threshold["changes"][0]["ours"]["interval"]
+        expected = threshold["ours"]["value"] * 2.5**0.5
+        self.assertTrue(low <= expected <= high, (low, expected, high))
+        ended = subprocess.run([*script, "weather"], capture_output=True, text=True, check=False)
+        self.assertEqual((ended.returncode, "weather: use place of the charge, " in ended.stderr), (1, True), ended.stderr)
+
+    def test_new_rows_keep_the_changes_of_those_that_disagree(self):
+        out = runs.FOLDER / "kept.json"
+        request = SimpleNamespace(out=out, shared={"row": 1, "reference": "A"})
+        changes = [{"change": "no drag"}]
+        out.write_text(json.dumps([{"quantity": quantity, "changes": changes} for quantity in ("x", "y")]))
+        theirs = experiments.published(1, 0.9, 1.1, "A")
+        experiments.record(request, [experiments.row("x", "It is 1.", theirs, experiments.bounds(2, 0.1), "Drag."),
+                                     experiments.row("y", "It is 1.", theirs, experiments.bounds(1, 0.1))], {"seconds": 1})
+        self.assertEqual([row.get("changes") for row in json.loads(out.read_text())], [changes, None])
 
 
 if __name__ == "__main__":

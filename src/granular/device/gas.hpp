@@ -139,6 +139,10 @@ class GasImpl final : public DeviceGas {
     energy_known_ = gas_.options.exchanges || dipoles_;
     now.steps = now.exchanges = 0;
     now.contact_steps = now.begun = now.transfers = now.refused = 0;
+    if (now.outran)
+      throw Failure(gas_.options.path + ": at t = " + std::to_string(gas_.time) +
+                    " t0 contacts have accelerated a grain within a step, and it has moved beyond its neighbours: a "
+                    "shorter mechanics.step is needed");
     check_results();
   }
 
@@ -484,8 +488,8 @@ class GasImpl final : public DeviceGas {
   }
   const double* scale() const { return &gas_.field_energy.data()->scale; }
 
-  /// Throws Failure if a step failed (require_success()), if induced dipoles cannot be computed, or if a cloud has grown
-  /// too far in a step.
+  /// Throws Failure if a step failed (require_success()), if induced dipoles cannot be computed, or if a cloud has
+  /// grown too far in a step.
   void check_results() {
     if (dipoles_) check_dipoles(dipoles_->download(), gas_.options);
     if (bounds_.unbounded && 2 * progress_.host().travel > ChargeBounds::growth)

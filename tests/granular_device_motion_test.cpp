@@ -11,17 +11,17 @@
 #include "src/granular/device/device.hpp"
 #include "src/granular/granular_motion.hpp"
 #include "tests/device_gases.hpp"
+#include "tests/rough_grains.hpp"
 
 namespace granular_device_motion_test {
 
 using namespace lichtenberg;
 using namespace lichtenberg::device_gases;
 
-TEST_CASE("device motion: frames, history and checkpoints agree with the CPU's") {
-  Scene scene = charged_gas(60, 7, 3);
-  scene.stages = {{.duration = 0.3, .elastic = true, .stiffness = 10, .temperature = 2}};
-  scene.stop.time = 1;
-  scene.output.every = 0.25;
+namespace {
+
+/// Compares frames, history and checkpoints of a gas on a device with the CPU's. A stage of the scene ends at 0.3.
+void compare_motions(const Scene& scene) {
   GranularMotion cpu(scene), there(scene, granular::device::make_host_gas(scene));
   const auto never = [] { return false; };
   cpu.advance_to(0.5, never);
@@ -30,6 +30,7 @@ TEST_CASE("device motion: frames, history and checkpoints agree with the CPU's")
   const Frame expected = cpu.frame(), found = there.frame();
   CHECK(largest_difference(found.reals("position"), expected.reals("position")) < 1e-5);
   CHECK(largest_difference(found.reals("charge"), expected.reals("charge")) < 1e-6);
+  CHECK(largest_difference(found.reals("angular_velocity"), expected.reals("angular_velocity")) < 1e-6);
   CHECK(*found.number("collisions") == *expected.number("collisions"));
   // Histories between frames come from snapshots. Energies have the precision of the forces; counts are exact.
   const ColumnGroup here_noted = cpu.take_history(), noted = there.take_history();
@@ -54,6 +55,28 @@ TEST_CASE("device motion: frames, history and checkpoints agree with the CPU's")
   for (GranularMotion* motion : {&there, &here, &over}) {
     CHECK(largest_difference(motion->frame().reals("position"), cpu.frame().reals("position")) < 1e-4);
   }
+}
+
+Scene staged(Scene scene) {
+  scene.stages = {{.duration = 0.3, .elastic = true, .stiffness = 10, .temperature = 2}};
+  scene.stop.time = 1;
+  scene.output.every = 0.25;
+  return scene;
+}
+
+}  // namespace
+
+TEST_CASE("device motion: frames, history and checkpoints agree with the CPU's") {
+  compare_motions(staged(charged_gas(60, 7, 3)));
+}
+
+TEST_CASE("device motion: output of rough grains between walls agrees with the CPU's") {
+  Scene scene = gas(60, 6, 3);
+  scene.effects.add(effects::FrictionOptions{.coefficient = 0.4});
+  scene.effects.add(effects::AdhesionOptions{.model = AdhesionModel::jkr, .surface_energy = 0.5});
+  scene.effects.add(effects::UniformForceOptions{.acceleration = {{0.5, 0, -3}, 0}});
+  grains::add_walls(scene, {0, 2}, {.stiffness = 600, .friction = 0.2});
+  compare_motions(staged(scene));
 }
 
 namespace {

@@ -417,8 +417,8 @@ TEST_CASE("device: a scene with an unsupported feature is refused with its name"
   };
   Scene scene = charged_gas(10, 8, 1);
   CHECK(sentence(scene).empty());
-  scene.effects.find<effects::ChargeExchangeOptions>()->capacity = 1;
-  CHECK(sentence(scene).find("does not support effects.charge_exchange.capacity") != std::string::npos);
+  scene.effects.find<effects::ChargeExchangeOptions>()->each_step = true;
+  CHECK(sentence(scene).find("does not support effects.charge_exchange.each_step") != std::string::npos);
   scene = charged_gas(10, 8, 1);
   scene.effects.find<effects::CoulombOptions>()->accuracy = 1e-8;
   CHECK(sentence(scene).find("single precision reaches 1e-6") != std::string::npos);

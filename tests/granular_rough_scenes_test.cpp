@@ -77,9 +77,11 @@ TEST_CASE("rough scenes: wrong input is refused with its key") {
   }
 }
 
-TEST_CASE("rough scenes: a CUDA device refuses friction by name") {
-  const Scene scene = parse(box + grains + soft + friction);
-  CHECK(message_of([&] { granular::device::make_host_gas(scene); }).find("friction") != std::string::npos);
+TEST_CASE("rough scenes: a CUDA device refuses friction in the plane") {
+  Scene scene = parse(box + grains + soft + friction);
+  CHECK_NOTHROW(granular::device::check_scene(scene));
+  scene = parse("[units]\n[domain]\nsize = [12, 12]\n" + sides + grains + soft + friction);
+  CHECK(message_of([&] { granular::device::check_scene(scene); }).find("grains in the plane") != std::string::npos);
 }
 
 // Springs in series: a wall of the grains' material leaves E; an infinitely stiff one doubles it.

@@ -160,6 +160,31 @@ TEST_CASE("work-precision: an impossible method is left out with a reason") {
         doctest::Approx(points_of(diagram, "cut-cell").back().errors[0] / 3).epsilon(1e-3));
 }
 
+TEST_CASE("work-precision: sums beside open sides reach their accuracy") {
+  const std::string cloud = R"(
+    [[population]]
+    count = 100
+    charge = 1
+    charge_distribution = "gaussian"
+    [effects.viscoelastic_contact]
+    [effects.coulomb]
+  )";
+  const std::string open = "[units]\n[domain]\nsize = [9, 9, 9]\n", walls = "[effects.flat_walls]\n";
+  const std::string grounded = "top = { potential = 0 }\n", also = "bottom = { potential = 0 }\n";
+  struct Case {
+    std::string text, reference;
+  };
+  for (const auto& [text, reference] : std::vector<Case>{{open + "unbounded = true\n" + cloud, "all pairs"},
+                                                         {open + grounded + cloud + walls, "all pairs"},
+                                                         {open + grounded + also + cloud + walls, "the mesh"}}) {
+    CAPTURE(text);
+    const Swept diagram = swept(sweep_charges, parse_scene(text, "cloud.toml"), {.methods = {"mesh"}});
+    CHECK(diagram.reference.find(reference) != std::string::npos);
+    REQUIRE(diagram.points.size() >= 7);
+    for (const Measured& p : diagram.points) CHECK(p.errors[0] <= setting(p.settings, "accuracy"));
+  }
+}
+
 TEST_CASE("work-precision --time: Euler first order, split error falls with work") {
   const Swept diagram = swept(sweep_time, two_disks(), {.methods = {"euler", "split"}}, 0.15);
   CHECK(diagram.reference_errors[0] < 1e-6);

@@ -32,8 +32,9 @@ PackingElectrode read_electrode(const std::string& text, const std::vector<std::
     return {.wall = true, .index = static_cast<int>(wall - walls.begin())};
   const std::optional<int> particle = number(name);
   if (!particle)
-    throw InputError(
-        fmt::format("there is no wall \"{}\"; allowed are {} and particles by number", name, fmt::join(walls, ", ")));
+    throw InputError(walls.empty() ? fmt::format("there is no wall \"{}\"; particles by number are allowed", name)
+                                   : fmt::format("there is no wall \"{}\"; allowed are {} and particles by number",
+                                                 name, fmt::join(walls, ", ")));
   if (*particle < 0 || *particle >= particles)
     throw InputError(fmt::format("there is no particle {}; allowed are 0 to {}", *particle, particles - 1));
   return {.wall = false, .index = *particle};

@@ -17,9 +17,6 @@ bool is_grounded(const Enclosure& enclosure, int axis) {
   return enclosure.sides[2 * axis] == Side::grounded || enclosure.sides[2 * axis + 1] == Side::grounded;
 }
 
-/// Returns the smallest of the lengths 2^(n/8) that is not below this one.
-double rounded_up(double length) { return length > 0 ? std::exp2(std::ceil(8 * std::log2(length)) / 8) : 0; }
-
 Vec3 extents_of(const Sources& sources) {
   Vec3 extents;
   for (int k = 0; k < 3; ++k) {
@@ -46,14 +43,14 @@ void require_inside(const Enclosure& enclosure, const Sources& sources) {
   }
 }
 
-/// Chooses a mesh without a measurement of its error, for half of the requested one: estimates for random positions can
-/// be wrong by a factor of two in clusters.
-MeshChoice choose_for(const Vec3& extents, MeshRequest request, const Enclosure& enclosure) {
+}  // namespace
+
+double rounded_up(double length) { return length > 0 ? std::exp2(std::ceil(8 * std::log2(length)) / 8) : 0; }
+
+MeshChoice choose_cloud_mesh(const Vec3& extents, MeshRequest request, const Enclosure& enclosure) {
   request.accuracy = std::max(0.5 * request.accuracy, 1e-8);
   return choose_quick_mesh(enclosure.request(request, extents));
 }
-
-}  // namespace
 
 bool Enclosure::is_periodic() const {
   return std::ranges::all_of(sides, [](Side side) { return side == Side::periodic; }) && !unbounded;
@@ -119,7 +116,7 @@ BoundedSum::Sized& BoundedSum::sized_for(const Sources& sources) {
     sized_.push_back(
         {extents, true, {no_period, no_period, no_period}, std::make_unique<MinimumImage>(MinimumImage::Reach::box)});
   } else {
-    const MeshChoice choice = choose_for(extents, request_, enclosure_);
+    const MeshChoice choice = choose_cloud_mesh(extents, request_, enclosure_);
     sized_.push_back({extents, false, choice.mesh.lengths, make_mesh_sum(choice)});
   }
   return sized_.back();
@@ -170,7 +167,7 @@ SumSeconds BoundedSum::seconds() const {
 }
 
 MeshChoice choose_bounded_mesh(const MeshRequest& request, const Enclosure& enclosure, const Sources& sources) {
-  if (enclosure.unbounded) return choose_for(extents_of(sources), request, enclosure);
+  if (enclosure.unbounded) return choose_cloud_mesh(extents_of(sources), request, enclosure);
   std::vector<double> position(sources.position.begin(), sources.position.end());
   std::vector<double> charge(sources.charge.begin(), sources.charge.end()), none;
   if (std::ranges::all_of(charge, [](double q) { return q == 0; }))

@@ -8,6 +8,7 @@
 
 #include "solvers/error.hpp"
 #include "solvers/periodic/accuracy.hpp"
+#include "solvers/periodic/bounded.hpp"
 #include "solvers/periodic/device/device.hpp"
 #include "solvers/periodic/ewald.hpp"
 #include "solvers/periodic/mesh.hpp"
@@ -15,6 +16,7 @@
 #include "solvers/periodic/sum.hpp"
 #include "solvers/random.hpp"
 #include "src/commands/work_precision.hpp"
+#include "src/effects/coulomb_sum.hpp"
 #include "src/effects/induced_dipoles.hpp"
 #include "src/model/bodies.hpp"
 #include "src/model/neighbours.hpp"
@@ -25,6 +27,7 @@ namespace {
 /// Charges at a scene's initial positions, with reference forces.
 struct ChargedSubject {
   Bodies bodies;
+  periodic::Enclosure enclosure;
   std::optional<effects::InducedDipolesOptions> dipoles;
   std::vector<int> sample;       ///< grains with compared forces
   periodic::Response reference;  ///< forces on the sample
@@ -121,6 +124,16 @@ Candidate candidate(const ChargedSubject& subject, Settings settings, double cos
 
 double cost_of_mesh(double accuracy) { return std::pow(2 - std::log10(accuracy), 3); }
 
+/// Returns true if the charges have no dipoles and no periodic images. Two grounded sides on an axis make images
+/// periodic.
+bool has_exact_pairs(const ChargedSubject& subject) {
+  for (int k = 0; k < 3; ++k) {
+    const periodic::Side lower = subject.enclosure.sides[2 * k], upper = subject.enclosure.sides[2 * k + 1];
+    if (lower != periodic::Side::open && upper != periodic::Side::open) return false;
+  }
+  return !subject.dipoles;
+}
+
 constexpr double accuracies[] = {1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8};
 
 periodic::MeshRequest request_for(const ChargedSubject& subject, double accuracy) {
@@ -131,8 +144,15 @@ periodic::MeshRequest request_for(const ChargedSubject& subject, double accuracy
           .polarizability = subject.dipoles ? std::optional(subject.dipoles->polarizability) : std::nullopt};
 }
 
+/// Makes the sum of a run on a mesh with these requirements.
+std::unique_ptr<periodic::Sum> make_mesh(const ChargedSubject& subject, const periodic::MeshRequest& request) {
+  if (subject.enclosure.is_periodic()) return periodic::make_mesh_sum(periodic::choose_quick_mesh(request));
+  const periodic::MeshChoice choice = periodic::choose_bounded_mesh(request, subject.enclosure, subject.sources());
+  return std::make_unique<periodic::BoundedSum>(request, subject.enclosure, choice);
+}
+
 std::unique_ptr<periodic::Sum> quick_mesh(const ChargedSubject& subject, double accuracy) {
-  return periodic::make_mesh_sum(periodic::choose_quick_mesh(request_for(subject, accuracy)));
+  return make_mesh(subject, request_for(subject, accuracy));
 }
 
 /// Differences of a mesh from that of runs.
@@ -142,15 +162,18 @@ struct MeshVariant {
 
 Method mesh(const ChargedSubject& subject, std::string name, std::string description, const MeshVariant& mesh_variant) {
   Method method{std::move(name), std::move(description), {}};
-  for (const double accuracy : accuracies)
+  const bool against_mesh = !subject.enclosure.is_periodic() && !has_exact_pairs(subject);
+  for (const double accuracy : accuracies) {
+    if (against_mesh && accuracy < 1e-7) break;  // The reference is a mesh at 1e-8
     method.candidates.push_back(
         candidate(subject, {{"accuracy", accuracy}}, cost_of_mesh(accuracy), accuracy, [=, &subject] {
           periodic::MeshRequest request = request_for(subject, accuracy);
           request.gauss = mesh_variant.gauss;
           request.splines = mesh_variant.splines;
           request.only_double = mesh_variant.only_double;
-          return periodic::make_mesh_sum(periodic::choose_quick_mesh(request));
+          return make_mesh(subject, request);
         }));
+  }
   return method;
 }
 
@@ -186,6 +209,14 @@ Method minimum_image(const ChargedSubject& subject) {
                      [] { return std::make_unique<periodic::MinimumImage>(periodic::MinimumImage::Reach::box); })}};
 }
 
+/// Returns the methods for boxes with sides that are not periodic.
+std::vector<Method> open_methods(const ChargedSubject& subject) {
+  return {
+      mesh(subject, "mesh", "the sum of a run: near pairs, the rest on a mesh, for empty space and grounded sides", {}),
+      mesh(subject, "mesh-splines", "the mesh with B-splines in place of prolate windows", {.splines = true}),
+      mesh(subject, "mesh-double", "the mesh in double precision throughout, with B-splines", {.only_double = true})};
+}
+
 Method shifted_force(const ChargedSubject& subject) {
   Method method{"shifted-force", "pairs within a cut-off, shifted to vanish there, without an error bound", {}};
   for (const double cutoff : {3.0, 5.0, 7.0, 10.0})
@@ -207,6 +238,7 @@ Method dipole_variant(const ChargedSubject& subject, periodic::DipoleSum variant
 }
 
 std::vector<Method> all_methods(const ChargedSubject& subject) {
+  if (!subject.enclosure.is_periodic()) return open_methods(subject);
   const std::string to = "with the parameters chosen by an accuracy";
   Method quick = mesh(subject, "mesh", "the sum of a run: near pairs, the rest on a mesh, " + to, {});
   Method gauss = mesh(subject, "mesh-gauss", "the same with Ewald's splitting", {.gauss = true});
@@ -241,7 +273,7 @@ void add_charges(ChargedSubject& subject, std::uint64_t seed) {
 }
 
 ChargedSubject make_subject(const Scene& scene) {
-  ChargedSubject subject{.bodies = make_bodies(scene)};
+  ChargedSubject subject{.bodies = make_bodies(scene), .enclosure = effects::enclosure_of(scene.domain)};
   if (const auto* dipoles = scene.effects.find<effects::InducedDipolesOptions>()) subject.dipoles = *dipoles;
   subject.bodies.charge = initial_charges(scene);
   add_charges(subject, scene.seed);
@@ -285,10 +317,45 @@ std::vector<double> exact_forces_with_dipoles(const ChargedSubject& subject, dou
   return sample_forces(subject, trial.forces());
 }
 
-/// Computes the reference. The change at a much lower accuracy bounds its error.
+/// Returns forces on the sample by all pairs of charges and images.
+std::vector<double> forces_by_pairs(const ChargedSubject& subject) {
+  std::vector<double> position = subject.bodies.position, charge = subject.bodies.charge, no_dipoles;
+  periodic::append_images(subject.enclosure, position, charge, no_dipoles);
+  std::vector<double> force;
+  for (const int i : subject.sample) {
+    Vec3 sum;
+    for (std::size_t j = 0; j < charge.size(); ++j) {
+      if (j == static_cast<std::size_t>(i)) continue;
+      Vec3 d;
+      for (int k = 0; k < 3; ++k) d[k] = position[3 * i + k] - position[3 * j + k];
+      const double r = std::hypot(d.x, d.y, d.z);
+      for (int k = 0; k < 3; ++k) sum[k] += charge[i] * charge[j] * d[k] / (r * r * r);
+    }
+    force.insert(force.end(), {sum.x, sum.y, sum.z});
+  }
+  return force;
+}
+
+/// Returns forces on the sample by a mesh in double precision.
+std::vector<double> forces_by_mesh(const ChargedSubject& subject, double accuracy) {
+  periodic::MeshRequest request = request_for(subject, accuracy);
+  request.only_double = true;
+  const std::unique_ptr<Trial> trial =
+      candidate(subject, {}, 0, accuracy, [&] { return make_mesh(subject, request); }).make();
+  trial->run();
+  return sample_forces(subject, dynamic_cast<const SumTrial&>(*trial).forces());
+}
+
+/// Computes the reference. The change at a much lower accuracy bounds its error; sums of
+/// all pairs have rounding errors only.
 void find_reference(ChargedSubject& subject, Diagram& diagram) {
   std::vector<double> looser;
-  if (subject.dipoles) {
+  if (!subject.enclosure.is_periodic()) {
+    const bool by_pairs = has_exact_pairs(subject);
+    subject.reference.force = by_pairs ? forces_by_pairs(subject) : forces_by_mesh(subject, 1e-8);
+    looser = by_pairs ? subject.reference.force : forces_by_mesh(subject, 1e-7);
+    diagram.reference = by_pairs ? "all pairs of charges and images" : "the mesh in double precision at accuracy 1e-8";
+  } else if (subject.dipoles) {
     subject.reference.force = exact_forces_with_dipoles(subject, 1e-10);
     looser = exact_forces_with_dipoles(subject, 1e-7);
     diagram.reference = is_small(subject) ? "Ewald's sums and dipoles at tolerance 1e-10"
@@ -329,10 +396,7 @@ void sweep_charges(const Scene& scene, const Request& request) {
     throw InputError(scene.path +
                      ": work-precision compares methods to sum the forces of charges, but the scene has no "
                      "effects.coulomb; with --time it compares integrators");
-  const Box<3> domain = scene.domain.box();
-  if (scene.dimension() != 3 || !domain.periodic(0) || !domain.periodic(1) || !domain.periodic(2))
-    throw InputError(scene.path +
-                     ": work-precision compares sums of charges in space, in a box with periodic sides only");
+  if (scene.dimension() != 3) throw InputError(scene.path + ": work-precision compares sums of charges in space only");
   if (!request.sizes.empty())
     throw InputError("--sizes is for conductors: the meshes of charges follow from their accuracy");
   if (scene.conductors.size() < 2)
@@ -349,8 +413,10 @@ void sweep_charges(const Scene& scene, const Request& request) {
   find_reference(subject, diagram);
   diagram.subject = [&]() -> nlohmann::ordered_json {
     const Vec3 box = subject.bodies.box.lengths;
-    return {
-        {"lengths", {box.x, box.y, box.z}}, {"position", subject.bodies.position}, {"charge", subject.bodies.charge}};
+    return {{"lengths", {box.x, box.y, box.z}},
+            {"periodic", subject.enclosure.is_periodic()},
+            {"position", subject.bodies.position},
+            {"charge", subject.bodies.charge}};
   };
   diagram.errors = [&](const nlohmann::ordered_json& answer) {
     return subject.errors(answer.at("force").get<std::vector<double>>());

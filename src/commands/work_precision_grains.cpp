@@ -88,7 +88,7 @@ class GasOnDevice final : public GasTrial {
     const double energy = gas.energy().total();
     const auto device = granular::device::make_cuda_gas(scene_);
     Checkpoint checkpoint = gas.save();
-    device->load(checkpoint, gas.law(), false);
+    device->load(checkpoint, gas.law(), false, 0, gas.surface());
     while (device->time() < scene_.stop.time) device->step(scene_.stop.time, 100);
     device->store(checkpoint);
     gas.restore(checkpoint);

@@ -100,7 +100,8 @@ const EffectKind& AdhesionOptions::kind() {
             return std::make_unique<SurfaceEffect>(AdhesionOptions::kind(),
                                                    [law](SurfaceLaw& surface) { surface.adhesion = law; });
           },
-      .explain = explain_adhesion};
+      .explain = explain_adhesion,
+      .device = [](const Scene&, DeviceForces&) {}};
   return kind;
 }
 

@@ -33,6 +33,29 @@ Vec3 separation(const Bodies& bodies, Pair pair) {
   });
 }
 
+/// Returns the law of a model with one transfer in a collision.
+CollisionExchange collision_exchange(const ChargeExchangeOptions& options) {
+  CollisionExchange law;
+  switch (options.model) {
+    case ExchangeModel::size:
+      law.drive = ExchangeDrive::size;
+      break;
+    case ExchangeModel::material:
+      law.drive = ExchangeDrive::material;
+      break;
+    case ExchangeModel::polarization:
+      law.drive = ExchangeDrive::field;
+      break;
+    default:
+      break;
+  }
+  law.impact = {options.strength, options.exponent};
+  law.directed = {options.strength, options.exponent, options.feedback, options.memory.value_or(INFINITY)};
+  if (options.field) law.field = options.field->value;
+  law.capacity = options.capacity.value_or(INFINITY);
+  return law;
+}
+
 /// Throws InputError for affinities or a field that the model requires and the file lacks, or of a wrong length.
 void check_drive(const Draft& draft, const ChargeExchangeOptions& options) {
   const auto refuse_it = [&](const std::string& key, const std::string& message) {
@@ -131,11 +154,13 @@ void charge_exchange_on_device(const Scene& scene, DeviceForces& forces) {
   const auto& options = *scene.effects.find<ChargeExchangeOptions>();
   forces.charged = true;
   if (options.model == ExchangeModel::none) return;
-  if (options.model != ExchangeModel::impact)
+  if (options.model != ExchangeModel::impact && !has_sign(options.model))
     refuse_on_device(scene, fmt::format("effects.charge_exchange.model = \"{}\"", name_of(options.model)));
   if (options.each_step) refuse_on_device(scene, "effects.charge_exchange.each_step");
-  if (options.capacity) refuse_on_device(scene, "effects.charge_exchange.capacity");
-  forces.exchange = {options.strength, options.exponent};
+  if (options.capacity && options.over_capacity == OverCapacity::reset)
+    refuse_on_device(scene, "effects.charge_exchange.over_capacity = \"reset\", which does not conserve charge");
+  forces.exchange = collision_exchange(options);
+  forces.affinity = options.affinity;
   forces.exchanges = true;
 }
 
@@ -266,36 +291,28 @@ void ChargeExchange::exchange_charges(const ContactRecord& contacts, const Bodie
   ++steps_;
 }
 
-double ChargeExchange::directed_transfer(const GrainContact& contact, const Bodies& bodies, double difference) const {
+Collision ChargeExchange::collision_of(const GrainContact& contact, const Bodies& bodies, double difference) const {
   const auto [i, j] = contact.pair;
-  double drive = 0;
-  if (options_.model == ExchangeModel::size) {
-    drive = size_drive(bodies.radius[i], bodies.radius[j]);
-  } else if (options_.model == ExchangeModel::material) {
-    drive = options_.affinity[i] - options_.affinity[j];
-  } else {
-    const Vec3 r = separation(bodies, contact.pair);
-    drive = dot(options_.field->value, r) / norm(r);
-  }
-  const double energy = effective_mass(bodies, contact.pair) * contact.impact_speed * contact.impact_speed;
-  const double collisions = 0.5 * static_cast<double>(collisions_[i] + collisions_[j]);
-  return DirectedExchange{options_.strength, options_.exponent, options_.feedback, options_.memory.value_or(INFINITY)}(
-      energy, drive, difference, collisions);
+  Collision collision{.effective_mass = effective_mass(bodies, contact.pair),
+                      .speed = contact.impact_speed,
+                      .radius_i = bodies.radius[i],
+                      .radius_j = bodies.radius[j],
+                      .difference = difference,
+                      .collisions_i = static_cast<double>(collisions_[i]),
+                      .collisions_j = static_cast<double>(collisions_[j])};
+  if (options_.model == ExchangeModel::material)
+    collision.affinity_i = options_.affinity[i], collision.affinity_j = options_.affinity[j];
+  if (options_.model == ExchangeModel::polarization) collision.separation = separation(bodies, contact.pair);
+  return collision;
 }
 
 double ChargeExchange::transfer(const GrainContact& contact, double dt, const Bodies& bodies, double difference,
                                 Random& random) const {
   const auto [i, j] = contact.pair;
-  if (has_sign(options_.model)) return directed_transfer(contact, bodies, difference);
-  switch (options_.model) {
-    case ExchangeModel::impact:
-      return ImpactExchange{options_.strength, options_.exponent}(effective_mass(bodies, contact.pair),
-                                                                  contact.impact_speed, random);
-    case ExchangeModel::random_walk:
-      return RandomWalkExchange{options_.strength, options_.rate}(dt, random);
-    default:
-      break;
-  }
+  if (has_sign(options_.model) || options_.model == ExchangeModel::impact)
+    return collision_exchange(options_)(collision_of(contact, bodies, difference), random);
+  if (options_.model == ExchangeModel::random_walk)
+    return RandomWalkExchange{options_.strength, options_.rate}(dt, random);
   const double distance =
       visit_spheres(bodies, [&](const auto& s) { return norm(s.box.difference(s.centre(i), s.centre(j))); });
   const double overlap = std::max(bodies.radius[i] + bodies.radius[j] - distance, 0.0);

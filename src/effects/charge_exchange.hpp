@@ -77,8 +77,9 @@ class ChargeExchange : public Effect {
   /// charge of the first minus that of the second (q0).
   double transfer(const GrainContact& contact, double dt, const Bodies& bodies, double difference,
                   Random& random) const;
-  /// Returns the charge that a model with a sign transfers.
-  double directed_transfer(const GrainContact& contact, const Bodies& bodies, double difference) const;
+  /// Returns the collision that a contact has begun with. `difference`: charge of the first grain minus that of the
+  /// second (q0).
+  Collision collision_of(const GrainContact& contact, const Bodies& bodies, double difference) const;
   /// Transfers charge between the two grains of a contact. `count` numbers the transfers of a pair, to select its
   /// random numbers.
   void move(const GrainContact& contact, double dt, std::uint64_t count, const Bodies& bodies,

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "solvers/geometry/host_device.hpp"
+#include "solvers/geometry/vec.hpp"
 #include "solvers/random.hpp"
 
 namespace lichtenberg::effects {
@@ -78,12 +79,6 @@ struct DirectedExchange {
   }
 };
 
-/// Returns the drive by size: (R_i - R_j) / (R_i + R_j). The larger grain becomes positive, as in experiments with one
-/// material (Lacks and Levandovsky 2007).
-LICHTENBERG_HOST_DEVICE inline double size_drive(double radius_i, double radius_j) {
-  return (radius_i - radius_j) / (radius_i + radius_j);
-}
-
 /// Returns the contact area of two overlapping spheres: the area of the circle in which their surfaces intersect. For
 /// equal spheres of diameter d0 it is pi (xi/2) (d0 - xi/2), xi the overlap (Singh 2019, eq. 3.51, prints xi for xi/2).
 /// Heron's formula avoids cancellation. Requires overlap >= 0 and neither sphere inside the other.
@@ -126,5 +121,50 @@ LICHTENBERG_HOST_DEVICE inline ExchangedCharges exchange_charges(double charge_i
   if (over == OverCapacity::refuse) return {charge_i, charge_j};
   return {over_i ? 0 : i, over_j ? 0 : j, (over_i ? i : 0) + (over_j ? j : 0)};
 }
+
+/// Returns the drive by size: (R_i - R_j) / (R_i + R_j). The larger grain becomes positive, as in experiments with one
+/// material (Lacks and Levandovsky 2007).
+LICHTENBERG_HOST_DEVICE inline double size_drive(double radius_i, double radius_j) {
+  return (radius_i - radius_j) / (radius_i + radius_j);
+}
+
+/// Two grains i and j that collide, for the transfer of charge. Reduced units.
+struct Collision {
+  double effective_mass = 0, speed = 0;       ///< m_i m_j / (m_i + m_j), and normal speed at contact onset
+  double radius_i = 0, radius_j = 0;          ///< d0
+  double affinity_i = 0, affinity_j = 0;      ///< for the drive by material
+  Vec3 separation{};                          ///< from the centre of j to that of i (d0), for the drive by a field
+  double difference = 0;                      ///< q_i - q_j (q0)
+  double collisions_i = 0, collisions_j = 0;  ///< numbers of earlier collisions of the grains
+};
+
+/// Cause of the transfer of charge in a collision: none, so that the sign is random (ImpactExchange), or a drive of
+/// DirectedExchange.
+enum class ExchangeDrive { random, size, material, field };
+
+/// Charge transfer of the models with one transfer in a collision, on the CPU and on a device. Reduced units.
+struct CollisionExchange {
+  ExchangeDrive drive = ExchangeDrive::random;
+  ImpactExchange impact{};
+  DirectedExchange directed{};
+  Vec3 field{};                ///< for the drive by a field, in any unit
+  double capacity = INFINITY;  ///< largest magnitude of a charge (q0), beyond which transfers are refused
+
+  /// Returns true if a transfer depends on earlier ones, so that the transfers of a grain have an order.
+  LICHTENBERG_HOST_DEVICE bool in_order() const { return drive != ExchangeDrive::random || capacity < INFINITY; }
+  /// Returns the charge dq (q0) transferred from grain j to grain i, apart from the capacity.
+  LICHTENBERG_HOST_DEVICE double operator()(const Collision& of, Random& random) const {
+    if (drive == ExchangeDrive::random) return impact(of.effective_mass, of.speed, random);
+    return directed(of.effective_mass * of.speed * of.speed, drive_of(of), of.difference,
+                    0.5 * (of.collisions_i + of.collisions_j));
+  }
+
+ private:
+  LICHTENBERG_HOST_DEVICE double drive_of(const Collision& of) const {
+    if (drive == ExchangeDrive::size) return size_drive(of.radius_i, of.radius_j);
+    if (drive == ExchangeDrive::material) return of.affinity_i - of.affinity_j;
+    return dot(field, of.separation) / norm(of.separation);
+  }
+};
 
 }  // namespace lichtenberg::effects

@@ -33,10 +33,24 @@ double force_accuracy(const Scene& scene) {
   return options.sum == CoulombSum::mesh || options.sum == CoulombSum::ewald ? options.accuracy : pair_accuracy;
 }
 
-periodic::MeshChoice mesh_on_device(const Scene& scene) {
-  periodic::MeshRequest request = mesh_request(scene);
-  request.fixed = {}, request.on_device = true;
-  return periodic::choose_quick_mesh(request);
+/// Chooses the mesh on a device for the requirements in `forces`.
+periodic::MeshChoice mesh_on_device(const Scene& scene, const DeviceForces& forces) {
+  if (!forces.enclosure.unbounded) return periodic::choose_quick_mesh(forces.enclosure.request(forces.request));
+  Vec3 low{INFINITY, INFINITY, INFINITY}, high = -1.0 * low;
+  for (const Conductor& grain : scene.conductors)
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], grain.position[k]);
+      high[k] = std::max(high[k], grain.position[k]);
+    }
+  const Vec3 extents = scene.conductors.empty() ? Vec3{} : high - low;
+  return periodic::choose_cloud_mesh(extents, forces.request, forces.enclosure);
+}
+
+/// Throws InputError for induced dipoles in domains in which a device does not compute them.
+void check_dipoles_on_device(const Scene& scene, const periodic::Enclosure& enclosure) {
+  if (!scene.effects.has("induced_dipoles")) return;
+  if (enclosure.unbounded) refuse_on_device(scene, "effects.induced_dipoles in an unbounded domain");
+  if (enclosure.copies() > 1) refuse_on_device(scene, "effects.induced_dipoles between grounded sides");
 }
 
 /// Throws InputError if the entries of the device's lists exceed its 32-bit counters.
@@ -57,8 +71,13 @@ void coulomb_on_device(const Scene& scene, DeviceForces& forces) {
         scene, fmt::format("effects.coulomb.accuracy = {:g}, its single precision reaches 1e-6", options.accuracy));
   if (options.cutoff || options.alpha || options.mesh || options.order)
     refuse_on_device(scene, "given effects.coulomb.cutoff, alpha, mesh or order");
-  forces.mesh = mesh_on_device(scene);
-  const double cutoff = forces.mesh->cutoff + widest_skin, n = static_cast<double>(scene.conductors.size());
+  forces.enclosure = enclosure_of(scene.domain);
+  check_dipoles_on_device(scene, forces.enclosure);
+  forces.request = mesh_request(scene);
+  forces.request.fixed = {}, forces.request.on_device = true;
+  forces.mesh = mesh_on_device(scene, forces);
+  const double cutoff = forces.mesh->cutoff + widest_skin,
+               n = static_cast<double>(scene.conductors.size()) * forces.enclosure.copies();
   check_lists_on_device(scene, cutoff);
   forces.strength = options.strength;
   forces.charged = true;

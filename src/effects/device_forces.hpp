@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "solvers/periodic/accuracy.hpp"
+#include "solvers/periodic/bounded.hpp"
 #include "src/effects/charge_exchange_law.hpp"
 #include "src/model/device_part.hpp"
 #include "src/scene/scene.hpp"
@@ -15,10 +15,13 @@ namespace lichtenberg::effects {
 /// scene adds its contribution (EffectKind::device).
 struct DeviceForces {
   std::optional<periodic::MeshChoice> mesh;         ///< particle mesh of the Coulomb sum; empty: no Coulomb forces
+  periodic::MeshRequest request{};                  ///< requirements on this mesh, without image charges
+  periodic::Enclosure enclosure{};                  ///< conditions for the field at the sides
   double strength = 0;                              ///< K, coupling constant of the Coulomb sum
   double polarizability = 0, dipole_tolerance = 0;  ///< of induced dipoles; 0: no dipoles
   bool charged = false, exchanges = false;          ///< true if grains have charges, and if they exchange charge
-  ImpactExchange exchange{};
+  CollisionExchange exchange{};
+  std::vector<double> affinity{};                 ///< of each grain, for the exchange by material
   std::vector<DeviceForm<DeviceDrive>> drives{};  ///< external drives of grains (src/model/drive_part.hpp)
   std::vector<DevicePartForm> parts{};            ///< pair forces (device_pair.hpp)
   double bytes = 0;                               ///< estimated device memory for these computations

@@ -145,7 +145,8 @@ const EffectKind& FlatWallsOptions::kind() {
                                         return std::make_unique<SurfaceEffect>(
                                             FlatWallsOptions::kind(),
                                             [contact](SurfaceLaw& surface) { surface.walls = contact; });
-                                      }};
+                                      },
+                                  .device = [](const Scene&, DeviceForces&) {}};
   return kind;
 }
 

@@ -129,7 +129,8 @@ const EffectKind& FrictionOptions::kind() {
                  fmt::format("mu = {:.4g}, k_t / k_n = {:.4g}, tangential over normal damping {:.4g}, mu_r = "
                              "{:.4g}",
                              law.coefficient, law.stiffness_ratio, law.damping_ratio, law.rolling_coefficient)}};
-      }};
+      },
+      .device = [](const Scene&, DeviceForces&) {}};
   return kind;
 }
 

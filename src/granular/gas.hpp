@@ -78,6 +78,8 @@ class Gas {
   const std::vector<GrainContact>& contacts() const { return contacts_; }
   /// Returns the contact law of the current stage of equilibration; after the last stage it is that of the scene.
   const GrainContactLaw& law() const { return law_; }
+  /// Returns the surface law of the current stage of equilibration; null for smooth grains.
+  const SurfaceLaw* surface() const { return rough_ ? &rough_->surface() : nullptr; }
   parallel::Team& team() { return *team_; }
 
   /// Returns the energy budget of the gas. `potential`: the potential energy (m0 v0^2) if it is known; otherwise it is

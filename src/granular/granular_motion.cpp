@@ -122,12 +122,13 @@ struct GranularMotion::Implementation {
       return;
     }
     wait_for_a_core();
-    pending.push_back(std::async(
-        std::launch::async, [snapshot = snapshot(), of = grain_data, with = law, budget = budget_at_load]() mutable {
-          const auto taken = std::move(snapshot);  // releases its memory at the end of this task
-          return note_of(*taken, *of, with, budget);
-        }));
+    pending.push_back(std::async(std::launch::async, [snapshot = snapshot(), of = grain_data, with = contact_laws(),
+                                                      budget = budget_at_load]() mutable {
+      const auto taken = std::move(snapshot);  // releases its memory at the end of this task
+      return note_of(*taken, *of, with, budget);
+    }));
   }
+  LawsOfContacts contact_laws() const { return {law, surface}; }
   void wait_for_a_core() {
     const Stopwatch stopwatch(analysis_seconds);
     const std::size_t most = std::max(1u, std::thread::hardware_concurrency());
@@ -158,7 +159,9 @@ struct GranularMotion::Implementation {
     return take_note(gas(), with, analysis_seconds, potential());
   }
   /// Returns the note of this instant for a progress line, without waiting for other threads if the gas is on a device.
-  Note peek() { return is_on_device ? note_of(*snapshot(), *grain_data, law, budget_at_load) : current_note(); }
+  Note peek() {
+    return is_on_device ? note_of(*snapshot(), *grain_data, contact_laws(), budget_at_load) : current_note();
+  }
   /// Returns the potential energy (m0 v0^2) if the device or the last step has computed it; otherwise empty.
   std::optional<double> potential() { return loaded ? std::optional(device->potential_energy()) : instant.potential; }
 
@@ -197,14 +200,17 @@ struct GranularMotion::Implementation {
   /// Copies the gas to the device, if there is one that does not have it.
   void load() {
     if (!device || loaded) return;
-    device->load(host_gas.save(), host_gas.law(), host_gas.in_elastic_stage(), host_gas.stage_begin());
+    device->load(host_gas.save(), host_gas.law(), host_gas.in_elastic_stage(), host_gas.stage_begin(),
+                 host_gas.surface());
     loaded = true;
     now.reset();
     law = host_gas.law();
+    surface.reset();
+    if (host_gas.surface()) surface = *host_gas.surface();
     budget_at_load = host_gas.energy(0);
     const Bodies& b = host_gas.bodies();
-    grain_data =
-        std::make_shared<Bodies>(Bodies{.dimension = b.dimension, .mass = b.mass, .radius = b.radius, .box = b.box});
+    grain_data = std::make_shared<Bodies>(
+        Bodies{.dimension = b.dimension, .mass = b.mass, .radius = b.radius, .box = b.box, .inertia = b.inertia});
   }
 
   void leave_stage() {
@@ -239,6 +245,7 @@ struct GranularMotion::Implementation {
   std::optional<Note> last;                               ///< last note of this stage
   std::shared_ptr<const Bodies> grain_data;               ///< masses, radii and box of the grains
   GrainContactLaw law;                                    ///< of contacts on the device
+  std::optional<SurfaceLaw> surface;                      ///< of rough grains on the device
   GasEnergy budget_at_load;                               ///< energy budget before the gas was copied to the device
   std::shared_ptr<const granular::device::Snapshot> now;  ///< last snapshot
   std::vector<std::future<Note>> pending;                 ///< in order of time

@@ -1,5 +1,6 @@
 #include "src/granular/note.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "solvers/stopwatch.hpp"
@@ -100,6 +101,10 @@ Bodies bodies_of(const device::Snapshot& snapshot, const Bodies& like) {
     }
     if (snapshot.charged) bodies.charge[i] = grain.charge;
   }
+  bodies.angular_velocity.clear();
+  if (snapshot.rough && snapshot.rough->rotates)
+    for (const device::RoughRecord& grain : snapshot.rough->grains)
+      bodies.angular_velocity.insert(bodies.angular_velocity.end(), {grain.spin.x, grain.spin.y, grain.spin.z});
   return bodies;
 }
 
@@ -110,9 +115,21 @@ std::vector<GrainContact> contacts_of(const device::Snapshot& snapshot) {
   return contacts;
 }
 
+/// Returns the elastic and adhesive energy of the contacts of rough grains.
+double rough_energy(const device::Snapshot& snapshot, const Bodies& bodies, const LawsOfContacts& laws,
+                    std::vector<GrainContact> contacts) {
+  Checkpoint saved;
+  device::store_contacts(snapshot, saved);
+  const auto motion = make_rough_motion(laws.normal, *laws.surface);
+  motion->begin(bodies);
+  motion->restore(saved);
+  std::ranges::sort(contacts, {}, &GrainContact::pair);
+  return motion->stored_energy(bodies, contacts);
+}
+
 }  // namespace
 
-Note note_of(const device::Snapshot& snapshot, const Bodies& like, const GrainContactLaw& law,
+Note note_of(const device::Snapshot& snapshot, const Bodies& like, const LawsOfContacts& laws,
              const GasEnergy& before) {
   const Bodies bodies = bodies_of(snapshot, like);
   const std::vector<GrainContact> contacts = contacts_of(snapshot);
@@ -120,7 +137,9 @@ Note note_of(const device::Snapshot& snapshot, const Bodies& like, const GrainCo
   for (const GrainContact& contact : contacts) pairs.push_back(contact.pair);
   Note note{.time = snapshot.time, .energy = before};
   note.energy.kinetic = kinetic_energy(bodies);
-  note.energy.contact = stored_energy(law, bodies, contacts);
+  if (!bodies.inertia.empty()) note.energy.rotational = rotational_energy(bodies);
+  note.energy.contact =
+      snapshot.rough ? rough_energy(snapshot, bodies, laws, contacts) : stored_energy(laws.normal, bodies, contacts);
   note.energy.potential = snapshot.potential;
   note.energy.dissipated = snapshot.dissipated;
   note.energy.exchanged = snapshot.exchanged;

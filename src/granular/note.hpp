@@ -40,10 +40,14 @@ std::vector<Pair> pairs_in_contact(const Gas& gas);
 /// known.
 Note take_note(Gas& gas, std::optional<HomogeneousGas>& theory, double& analysis_seconds,
                std::optional<double> potential = {});
-/// Returns the observables of a gas from its snapshot on a device, without predictions. `like`: masses, radii and box
-/// of the grains; `law`: contact law; `before`: energy budget whose entries the snapshot replaces, except
-/// contact_error.
-Note note_of(const device::Snapshot& snapshot, const Bodies& like, const GrainContactLaw& law, const GasEnergy& before);
+/// Laws of the contacts of a gas; `surface`: of rough grains, empty for smooth ones.
+struct LawsOfContacts {
+  GrainContactLaw normal;
+  std::optional<SurfaceLaw> surface;
+};
+/// Returns the observables of a gas from its snapshot on a device, without predictions. `like`: masses, radii, moments
+/// of inertia and box of the grains; `before`: energy budget whose entries the snapshot replaces, except contact_error.
+Note note_of(const device::Snapshot& snapshot, const Bodies& like, const LawsOfContacts& laws, const GasEnergy& before);
 /// Advances the predictions `theory` to the instant of `note`, and adds them to `note`. `gas`: gas in the same stage.
 void expect(Note& note, const Gas& gas, HomogeneousGas& theory);
 

@@ -25,63 +25,105 @@ struct RoughOpen {
   bool open = true;
 };
 
+/// Laws of the contacts between grains and with walls. For the host and for a device. Reduced units.
+template <class Law>
+struct RoughLawPair {
+  RoughContactLaw<Law> grains, walls;
+
+  /// Returns the constants of a contact of two grains. Their moments of inertia are 0 if grains do not rotate.
+  LICHTENBERG_HOST_DEVICE RoughPair between(double ri, double rj, double inertia, double other_inertia) const {
+    const double sum = inertia + other_inertia;
+    return {grains.normal.scale(ri, rj), 1, ri * rj / (ri + rj), sum > 0 ? inertia * other_inertia / sum : 0};
+  }
+  /// Returns the constants of a contact with a wall, which counts as a grain of infinite radius.
+  LICHTENBERG_HOST_DEVICE RoughPair at_wall(double radius, double inertia) const {
+    return {walls.normal.scale(2 * radius, 2 * radius), 1, radius, inertia};  // the effective radius is R_i
+  }
+  /// Changes the constants for the materials of the two partners. They act like springs in series, each with its own
+  /// viscous time. Walls have the scene's material.
+  LICHTENBERG_HOST_DEVICE static void set_materials(const GrainMaterial& a, const GrainMaterial& b, RoughPair& of) {
+    const double compliance = 1 / a.stiffness + 1 / b.stiffness;
+    of.scale *= 2 / compliance;
+    of.damping = (a.damping / a.stiffness + b.damping / b.stiffness) / compliance;
+  }
+};
+
+/// Time that substeps of rough grains must resolve. For the host and for a device. Reduced units.
+template <class Law>
+struct RoughPace {
+  Law grains, walls;           ///< laws of the stiffest and most damped material
+  double tangential_rate = 1;  ///< of tangential over normal motion, at least 1
+  double adhesive_time = INFINITY;
+
+  /// Returns the time for impact speeds up to `impact` (RoughMotion::time_to_resolve).
+  LICHTENBERG_HOST_DEVICE double time_to_resolve(double impact, const GrainProperties& properties) const {
+    const double between = granular::time_to_resolve(grains, impact, properties),
+                 at_walls = granular::time_to_resolve(walls, impact, properties);
+    const double time = (at_walls < between ? at_walls : between) / tangential_rate;
+    return adhesive_time < time ? adhesive_time : time;
+  }
+};
+
+/// Returns the normal law of contacts with walls. `law`: that of two grains.
+template <class Law>
+Law law_at_walls(const Law& law, const SurfaceLaw& surface) {
+  Law wall = law;
+  auto& [stiffness, damping] = wall;
+  if (surface.walls && surface.walls->stiffness) stiffness = *surface.walls->stiffness;
+  if (surface.walls && surface.walls->damping) damping = *surface.walls->damping;
+  return wall;
+}
+
 /// Laws of the contacts of a gas of rough grains: those between grains, and those with walls. A contact with a side of
 /// the domain is the pair of a grain and the number N + side. Reduced units.
 template <class Law>
 class RoughLaws {
  public:
-  RoughLaws(const Law& law, const Law& at_walls, const SurfaceLaw& surface)
-      : grains_{law, surface.friction, surface.adhesion},
-        walls_{at_walls, surface.friction, surface.adhesion},
+  RoughLaws(const Law& law, const SurfaceLaw& surface)
+      : pair_{{law, surface.friction, surface.adhesion},
+              {law_at_walls(law, surface), surface.friction, surface.adhesion}},
         surface_(surface) {
     if (std::ranges::all_of(surface.materials, is_usual)) surface_.materials.clear();
-    if (surface.walls && surface.walls->friction) walls_.friction.coefficient = *surface.walls->friction;
+    if (surface.walls && surface.walls->friction) pair_.walls.friction.coefficient = *surface.walls->friction;
   }
 
   const SurfaceLaw& surface() const { return surface_; }
+  const RoughLawPair<Law>& pair() const { return pair_; }
+  /// Returns true if the restitution of contacts is that of the normal law.
+  bool is_plain() const { return surface_.adhesion.model == AdhesionModel::none && surface_.materials.empty(); }
   const RoughContactLaw<Law>& of(const Bodies& bodies, Pair pair) const {
-    return pair.j < bodies.size() ? grains_ : walls_;
+    return pair.j < bodies.size() ? pair_.grains : pair_.walls;
   }
-  /// Returns the constants of a contact. Two materials act like springs in series, each with its own viscous time. A
-  /// wall counts as a grain of infinite radius of the scene's material.
+  /// Returns the constants of a contact.
   RoughPair constants(const Bodies& b, Pair pair) const {
     const auto [i, j] = pair;
-    const double ri = b.radius[i], inertia = b.inertia.empty() ? 0 : b.inertia[i];
-    RoughPair of{walls_.normal.scale(2 * ri, 2 * ri), 1, ri, inertia};  // the effective radius is R_i
-    if (j < b.size()) {
-      const double rj = b.radius[j], other = b.inertia.empty() ? 1 : b.inertia[j];
-      of = {grains_.normal.scale(ri, rj), 1, ri * rj / (ri + rj), inertia * other / (inertia + other)};
-    }
-    if (surface_.materials.empty()) return of;
-    const GrainMaterial a = surface_.materials[i], c = j < b.size() ? surface_.materials[j] : GrainMaterial{};
-    const double compliance = 1 / a.stiffness + 1 / c.stiffness;
-    of.scale *= 2 / compliance;
-    of.damping = (a.damping / a.stiffness + c.damping / c.stiffness) / compliance;
+    const auto inertia = [&](int k) { return b.inertia.empty() ? 0 : b.inertia[k]; };
+    const bool at_wall = j >= b.size();
+    RoughPair of = at_wall ? pair_.at_wall(b.radius[i], inertia(i))
+                           : pair_.between(b.radius[i], b.radius[j], inertia(i), inertia(j));
+    if (!surface_.materials.empty())
+      RoughLawPair<Law>::set_materials(surface_.materials[i], at_wall ? GrainMaterial{} : surface_.materials[j], of);
     return of;
   }
   /// Returns an open contact with this elongation of its spring.
   RoughOpen opened(const Bodies& bodies, const GrainContact& contact, Vec3 spring = {}) const {
     RoughOpen one{.contact = contact, .constants = constants(bodies, contact.pair), .spring = {.elongation = spring}};
     one.last_overlap = of(bodies, contact.pair).last_overlap(one.constants);
-    const bool is_plain = surface_.adhesion.model == AdhesionModel::none && surface_.materials.empty();
-    if (!is_plain) one.contact.alone = false;  // its restitution is not that of the law
+    if (!is_plain()) one.contact.alone = false;  // its restitution is not that of the law
     return one;
   }
   /// Returns the stored energy of a contact with this overlap and elongation of its spring.
   double energy(const Bodies& bodies, Pair pair, double overlap, Vec3 spring) const {
-    const RoughContactLaw<Law>& law = of(bodies, pair);
-    const NormalContact now = law.normal_contact(constants(bodies, pair), overlap, 0);
-    return now.stored + 0.5 * law.friction.stiffness_ratio * now.slope * norm2(spring);
+    return of(bodies, pair).energy(constants(bodies, pair), overlap, spring);
   }
 
-  /// Returns the time that substeps must resolve (RoughMotion::time_to_resolve).
-  double time_to_resolve(double impact, const GrainProperties& grains) const {
+  /// Returns the time that substeps must resolve for these grains.
+  RoughPace<Law> pace(const GrainProperties& properties) const {
     double most = 1;  // factor of the law for the stiffest and most damped material
     for (const GrainMaterial& one : surface_.materials)
       most = std::max(most, one.stiffness * std::max(1.0, one.damping));
-    double time = granular::time_to_resolve(grains_.normal.times(most), impact, grains);
-    if (surface_.walls) time = std::min(time, granular::time_to_resolve(walls_.normal.times(most), impact, grains));
-    return std::min(time / tangential_rate(), adhesive_time(grains));
+    const Law &grains = pair_.grains.normal, &walls = surface_.walls ? pair_.walls.normal : grains;
+    return {grains.times(most), walls.times(most), tangential_rate(), adhesive_time(properties)};
   }
 
  private:
@@ -97,8 +139,8 @@ class RoughLaws {
   /// Returns half the period of the oscillation of the two lightest grains that adhesion binds; infinite without it.
   double adhesive_time(const GrainProperties& grains) const {
     if (surface_.adhesion.model == AdhesionModel::none || !(surface_.adhesion.work > 0)) return INFINITY;
-    const RoughPair pair{grains_.normal.scale(grains.smallest, grains.smallest), 1, 0.5 * grains.smallest, 0};
-    const auto force = [&](double overlap) { return grains_.normal_contact(pair, overlap, 0).force; };
+    const RoughPair pair{pair_.grains.normal.scale(grains.smallest, grains.smallest), 1, 0.5 * grains.smallest, 0};
+    const auto force = [&](double overlap) { return pair_.grains.normal_contact(pair, overlap, 0).force; };
     double low = 0, high = 2 * grains.smallest;
     for (int k = 0; k < 60; ++k) {
       const double middle = 0.5 * (low + high);
@@ -108,7 +150,7 @@ class RoughLaws {
     return std::numbers::pi * std::sqrt(0.5 * grains.lightest * part / (force(high + part) - force(high)));
   }
 
-  RoughContactLaw<Law> grains_, walls_;
+  RoughLawPair<Law> pair_;
   SurfaceLaw surface_;
 };
 

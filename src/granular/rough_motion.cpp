@@ -13,8 +13,9 @@ namespace {
 template <class Law>
 class Rough final : public RoughMotion {
  public:
-  Rough(const Law& law, const Law& at_walls, const SurfaceLaw& surface) : laws_(law, at_walls, surface) {}
+  Rough(const Law& law, const SurfaceLaw& surface) : laws_(law, surface) {}
 
+  const SurfaceLaw& surface() const override { return laws_.surface(); }
   void begin(const Bodies& bodies) override {
     springs_.clear(), walls_.clear();
     sides_ = RoughSides(bodies, laws_.surface().walls.has_value());
@@ -60,7 +61,7 @@ class Rough final : public RoughMotion {
     return std::sqrt(square);
   }
   double time_to_resolve(double impact, const GrainProperties& grains) const override {
-    return laws_.time_to_resolve(impact, grains);
+    return laws_.pace(grains).time_to_resolve(impact, grains);
   }
 
   void save(Checkpoint& checkpoint) const override {
@@ -160,22 +161,12 @@ class Rough final : public RoughMotion {
   Neighbourhoods neighbours_;
 };
 
-/// Returns the law of contacts with walls.
-template <class Law>
-Law at_walls(const Law& law, const SurfaceLaw& surface) {
-  Law wall = law;
-  auto& [stiffness, damping] = wall;
-  if (surface.walls && surface.walls->stiffness) stiffness = *surface.walls->stiffness;
-  if (surface.walls && surface.walls->damping) damping = *surface.walls->damping;
-  return wall;
-}
-
 }  // namespace
 
 std::unique_ptr<RoughMotion> make_rough_motion(const GrainContactLaw& law, const SurfaceLaw& surface) {
   return std::visit(
       [&]<class Law>(const Law& one) -> std::unique_ptr<RoughMotion> {
-        return std::make_unique<Rough<Law>>(one, at_walls(one, surface), surface);
+        return std::make_unique<Rough<Law>>(one, surface);
       },
       law);
 }

@@ -13,6 +13,8 @@ namespace lichtenberg::granular {
 /// substep the forces of all contacts (velocity Verlet). Tangential springs are its state. Reduced units.
 class RoughMotion : public ContactMotion {
  public:
+  /// Returns the surface law, without materials if all are that of the scene.
+  virtual const SurfaceLaw& surface() const = 0;
   /// Forgets all springs, and begins contacts of grains that overlap walls.
   virtual void begin(const Bodies& bodies) = 0;
   /// Returns the elastic and adhesive energy (m0 v0^2) of all contacts, walls included.

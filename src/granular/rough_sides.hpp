@@ -4,7 +4,8 @@
 
 namespace lichtenberg::granular {
 
-/// Flat walls at the sides of a box that are not periodic. Sides are numbered as in side_names.
+/// Flat walls at the sides of a box that are not periodic. Sides are numbered as in side_names. For the host and for a
+/// device.
 class RoughSides {
  public:
   RoughSides() = default;
@@ -14,9 +15,12 @@ class RoughSides {
       if (!bodies.box.periodic(side / 2)) walls_[count_++] = side;
   }
 
-  bool any() const { return count_ > 0; }
+  LICHTENBERG_HOST_DEVICE bool any() const { return count_ > 0; }
+  LICHTENBERG_HOST_DEVICE int count() const { return count_; }
+  /// Returns the side of the k-th wall.
+  LICHTENBERG_HOST_DEVICE int side(int k) const { return walls_[k]; }
   /// Returns the gap (d0) between a grain and a side, negative for an overlap.
-  double gap(Vec3 position, double radius, int side) const {
+  LICHTENBERG_HOST_DEVICE double gap(Vec3 position, double radius, int side) const {
     const double x = position[side / 2];
     return (side % 2 == 0 ? x : lengths_[side / 2] - x) - radius;
   }
@@ -26,7 +30,7 @@ class RoughSides {
     for (int k = 0; k < count_; ++k) use(walls_[k], gap(position, radius, walls_[k]));
   }
   /// Returns the unit vector from the domain into the wall.
-  static Vec3 normal(int side) {
+  LICHTENBERG_HOST_DEVICE static Vec3 normal(int side) {
     Vec3 n;
     n[side / 2] = side % 2 == 0 ? -1 : 1;
     return n;

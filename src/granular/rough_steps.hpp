@@ -10,6 +10,7 @@
 #include "src/granular/contact_schedule.hpp"
 #include "src/granular/contacts.hpp"
 #include "src/granular/rough_laws.hpp"
+#include "src/granular/rough_substep.hpp"
 
 namespace lichtenberg::granular {
 
@@ -57,13 +58,6 @@ class RoughSteps {
   }
 
  private:
-  /// Geometry of a contact at one instant.
-  struct Geometry {
-    Vec3 normal;
-    double overlap = 0;
-    double arm = 0, other_arm = 0;  ///< distances of the contact from the centres of i and of its partner
-  };
-
   Vec3 separation(Pair pair, int n) const { return nearest(grains_.position(pair.j, n) - grains_.position(pair.i, n)); }
   Vec3 nearest(Vec3 r) const {
     for (int k = 0; k < 3; ++k) r[k] = nearest_(r[k], k);
@@ -187,40 +181,36 @@ class RoughSteps {
     begun_.push_back(one);
   }
 
-  Geometry geometry_of(const RoughOpen& one) const {
+  SurfaceGeometry geometry_of(const RoughOpen& one) const {
     const ActiveGrain& a = grains_.active()[one.i];
     if (one.j < 0) {
       const int side = one.contact.pair.j - bodies_.size();
-      const double gap = sides_.gap(a.position, a.radius, side);
-      return {RoughSides::normal(side), -gap, a.radius + gap, 0};
+      return geometry_at_side(side, sides_.gap(a.position, a.radius, side), a.radius);
     }
     const ActiveGrain& b = grains_.active()[one.j];
     const Vec3 r = nearest(b.position - a.position);
-    const double distance = norm(r), sum = a.radius + b.radius;
-    if (distance < too_close * sum) refuse_flight_through(one.contact);
-    return {r / distance, sum - distance, distance * a.radius / sum, distance * b.radius / sum};
+    const double distance = norm(r);
+    if (distance < too_close * (a.radius + b.radius)) refuse_flight_through(one.contact);
+    return geometry_of_pair(r, distance, a.radius, b.radius);
   }
   /// Returns the relative motion of the surfaces, with the velocities in the middle of the substep or with those
   /// predicted for its end.
-  SurfaceMotion motion_of(const RoughOpen& one, const Geometry& geometry, bool predicted) const {
-    const auto velocity = [&](int k) {
+  SurfaceMotion motion_of(const RoughOpen& one, const SurfaceGeometry& geometry, bool predicted) const {
+    const auto of = [&](int k) -> RigidMotion {
+      if (k < 0) return {};
       const ActiveGrain& grain = grains_.active()[k];
-      return predicted ? grain.predicted_velocity : grain.velocity;
+      return predicted ? RigidMotion{grain.predicted_velocity, grain.predicted_spin}
+                       : RigidMotion{grain.velocity, grain.spin};
     };
-    const auto spin = [&](int k) {
-      const ActiveGrain& grain = grains_.active()[k];
-      return predicted ? grain.predicted_spin : grain.spin;
-    };
-    Vec3 v = velocity(one.i), w = spin(one.i), turning = geometry.arm * w;
-    if (one.j >= 0) v -= velocity(one.j), w -= spin(one.j), turning += geometry.other_arm * spin(one.j);
-    const Vec3 n = geometry.normal, surface = v + cross(turning, n);
-    return {n, geometry.overlap, dot(v, n), surface - dot(surface, n) * n, w - dot(w, n) * n, h_};
+    return surface_motion(geometry, of(one.i), of(one.j), h_);
   }
-  static double energy_of(const TangentialSpring& spring) { return 0.5 * spring.stiffness * norm2(spring.elongation); }
+  RoughSubstep<Law> substep_of(const RoughOpen& one) const {
+    return {laws_.of(bodies_, one.contact.pair), one.constants, h_};
+  }
 
   /// Computes the forces of an open contact at the first instant, without a change of its spring.
   void evaluate_first(RoughOpen& one) {
-    const Geometry geometry = geometry_of(one);
+    const SurfaceGeometry geometry = geometry_of(one);
     TangentialSpring spring{one.spring.elongation, 0};
     one.now = laws_.of(bodies_, one.contact.pair).forces(one.constants, motion_of(one, geometry, false), {}, spring);
     one.spring.stiffness = spring.stiffness, one.overlap = geometry.overlap;
@@ -229,7 +219,7 @@ class RoughSteps {
 
   /// Computes the forces of a contact at the end of substep n.
   void evaluate(RoughOpen& one, int n) {
-    const Geometry geometry = geometry_of(one);
+    const SurfaceGeometry geometry = geometry_of(one);
     const SurfaceMotion half = motion_of(one, geometry, false);
     if (geometry.overlap <= one.last_overlap && !one.fresh) return end(one, geometry, half, n);
     const ActiveGrain& a = grains_.active()[one.i];
@@ -242,81 +232,47 @@ class RoughSteps {
   }
 
   /// Computes the forces at the end of a substep during which the contact lasts.
-  void proceed(RoughOpen& one, const Geometry& geometry, const SurfaceMotion& half) {
-    const SurfaceForces before = one.now;
-    const double stored = energy_of(one.spring);
-    const Vec3 path = h_ * half.sliding;
-    one.now =
-        laws_.of(bodies_, one.contact.pair).forces(one.constants, motion_of(one, geometry, true), path, one.spring);
+  void proceed(RoughOpen& one, const SurfaceGeometry& geometry, const SurfaceMotion& half) {
+    followed_->record.dissipated += substep_of(one).proceed(half, motion_of(one, geometry, true), one.spring, one.now);
     add(one, geometry, one.now, &ActiveGrain::force, &ActiveGrain::torque);
-    followed_->record.dissipated +=
-        0.5 * h_ *
-            (before.normal.dissipated + one.now.normal.dissipated + before.rolling_power + one.now.rolling_power) -
-        0.5 * dot(before.tangential + one.now.tangential, path) + stored - energy_of(one.spring);
   }
 
   /// Computes the forces at the end of the substep in which the contact has begun. They act during a part of it.
-  void begin(RoughOpen& one, const Geometry& geometry, const SurfaceMotion& half, int n) {
-    const double share = std::clamp(geometry.overlap / (h_ * half.closing), 0.0, 1.0);
-    one.contact.since = chunk_->begin + (n + 1 - share) * h_, one.contact.impact_speed = std::max(0.0, half.closing);
+  void begin(RoughOpen& one, const SurfaceGeometry& geometry, const SurfaceMotion& half, int n) {
+    const auto made = substep_of(one).begin(half, motion_of(one, geometry, true), one.spring, one.now);
+    one.contact.since = chunk_->begin + (n + 1 - made.share) * h_;
+    one.contact.impact_speed = std::max(0.0, half.closing);
     if (one.j >= 0) followed_->record.begun.push_back(one.contact);
-    const RoughContactLaw<Law>& law = laws_.of(bodies_, one.contact.pair);
-    SurfaceMotion first = half;
-    first.overlap = 0;
-    TangentialSpring unstretched;
-    const SurfaceForces onset = law.forces(one.constants, first, {}, unstretched);
-    const Vec3 path = share * h_ * half.sliding;
-    one.now = law.forces(one.constants, motion_of(one, geometry, true), path, one.spring);
     add(one, geometry, one.now, &ActiveGrain::force, &ActiveGrain::torque);
-    // Impulse share/2 h (onset + end), of which the regular half step gives h/2 end.
-    const double part = 0.5 * share * h_;
-    SurfaceForces rest;
-    rest.normal.force = part * onset.normal.force + (part - 0.5 * h_) * one.now.normal.force;
-    rest.tangential = part * onset.tangential + (part - 0.5 * h_) * one.now.tangential;
-    rest.couple = part * onset.couple + (part - 0.5 * h_) * one.now.couple;
-    add(one, geometry, rest, &ActiveGrain::impulse, &ActiveGrain::angular_impulse);
-    followed_->record.dissipated +=
-        part * (onset.normal.dissipated + one.now.normal.dissipated + onset.rolling_power + one.now.rolling_power) -
-        0.5 * dot(onset.tangential + one.now.tangential, path) - energy_of(one.spring);
+    add(one, geometry, made.impulse, &ActiveGrain::impulse, &ActiveGrain::angular_impulse);
+    followed_->record.dissipated += made.dissipated;
   }
 
   /// Ends a contact in substep n. Its forces act during a part of the substep.
-  void end(RoughOpen& one, const Geometry& geometry, const SurfaceMotion& half, int n) {
-    const RoughContactLaw<Law>& law = laws_.of(bodies_, one.contact.pair);
-    const double share = std::clamp((one.overlap - one.last_overlap) / (one.overlap - geometry.overlap), 0.0, 1.0);
-    const NormalContact last = law.normal_contact(one.constants, one.last_overlap, half.closing);
-    const double mean = law.mean_tangential(one.now, last.pressing);
-    // Impulse share/2 h (start + end), of which the regular half step has given h/2 start.
-    const double part = 0.5 * share * h_;
-    SurfaceForces rest = one.now;
-    rest.normal.force = (part - 0.5 * h_) * one.now.normal.force + part * last.force;
-    rest.tangential *= 2 * part * mean - 0.5 * h_;
-    rest.couple *= part - 0.5 * h_;
-    add(one, geometry, rest, &ActiveGrain::impulse, &ActiveGrain::angular_impulse);
-    followed_->record.dissipated += part * (one.now.normal.dissipated + last.dissipated + one.now.rolling_power) +
-                                    last.stored - 2 * part * mean * dot(one.now.tangential, half.sliding) +
-                                    energy_of(one.spring);
+  void end(RoughOpen& one, const SurfaceGeometry& geometry, const SurfaceMotion& half, int n) {
+    const auto made = substep_of(one).end(half, one.overlap, one.last_overlap, one.spring, one.now);
+    add(one, geometry, made.impulse, &ActiveGrain::impulse, &ActiveGrain::angular_impulse);
+    followed_->record.dissipated += made.dissipated;
     one.open = false;
     --grains_.active()[one.i].contacts;
     if (one.j < 0) return;
     --grains_.active()[one.j].contacts;
-    const double release = rest.normal.force / reduced_mass(bodies_, one.contact.pair) - half.closing;
+    const double release = made.impulse.normal.force / reduced_mass(bodies_, one.contact.pair) - half.closing;
     const Vec3 v = grains_.active()[one.i].velocity - grains_.active()[one.j].velocity;
     const double across = norm(v - dot(v, geometry.normal) * geometry.normal);
-    followed_->record.ended.push_back({one.contact, release, chunk_->begin + (n + share) * h_, across});
+    followed_->record.ended.push_back({one.contact, release, chunk_->begin + (n + made.share) * h_, across});
     tests_.add(n + 2, one.contact.pair);
   }
 
   /// Adds the forces of a contact to a force and a torque of its grains.
-  void add(const RoughOpen& one, const Geometry& geometry, const SurfaceForces& forces, Vec3 ActiveGrain::*linear,
-           Vec3 ActiveGrain::*angular) {
-    const Vec3 force = forces.tangential - forces.normal.force * geometry.normal,
-               turning = cross(geometry.normal, forces.tangential);
+  void add(const RoughOpen& one, const SurfaceGeometry& geometry, const SurfaceForces& forces,
+           Vec3 ActiveGrain::*linear, Vec3 ActiveGrain::*angular) {
+    const auto [force, torque, other_torque] = load_of(geometry, forces);
     ActiveGrain& a = grains_.active()[one.i];
-    a.*linear += force, a.*angular += geometry.arm * turning + forces.couple;
+    a.*linear += force, a.*angular += torque;
     if (one.j < 0) return;
     ActiveGrain& b = grains_.active()[one.j];
-    b.*linear -= force, b.*angular += geometry.other_arm * turning - forces.couple;
+    b.*linear -= force, b.*angular += other_torque;
   }
 
   const RoughLaws<Law>& laws_;

@@ -22,6 +22,7 @@ struct DeviceGrains {
   const Vec3* position = nullptr;  ///< d0
   const double *radius = nullptr, *charge = nullptr, *inverse_mass = nullptr;
   const int* number = nullptr;  ///< index of each sorted grain in the scene
+  const int* image = nullptr;   ///< [3 N], number of periods by which a grain has crossed the box, along each axis
   /// Neighbour list: partners of each grain up to the largest cutoff of all pair forces.
   TableView partners;
 };

@@ -141,6 +141,12 @@ struct RoughContactLaw {
             parts.damping};
   }
 
+  /// Returns the stored energy of a contact with this elongation of its tangential spring.
+  LICHTENBERG_HOST_DEVICE double energy(const RoughPair& pair, double overlap, Vec3 elongation) const {
+    const NormalContact now = normal_contact(pair, overlap, 0);
+    return now.stored + 0.5 * friction.stiffness_ratio * now.slope * norm2(elongation);
+  }
+
   /// Returns the forces on grain i. `spring` is moved by `displacement` (d0), the path of the surface of i relative to
   /// its partner since the last instant. In a sliding contact it is shortened to the length that Coulomb's law allows.
   LICHTENBERG_HOST_DEVICE SurfaceForces forces(const RoughPair& pair, const SurfaceMotion& motion, Vec3 displacement,

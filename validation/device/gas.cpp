@@ -65,7 +65,7 @@ double rms(const std::vector<double>& a, const std::vector<double>& b) {
 
 void compare(granular::Gas& gas, granular::device::DeviceGas& device) {
   const Checkpoint start = gas.save();
-  device.load(start, gas.law(), false);
+  device.load(start, gas.law(), false, 0, gas.surface());
   const auto integrator = granular::make_multirate();
   granular::Instant now = gas.instant();
   const double end = gas.time() + integrator->longest_step(gas, now);
@@ -93,7 +93,7 @@ void run(granular::device::DeviceGas& device, int steps) {
 void measure(granular::Gas& gas, granular::device::DeviceGas& device, const Options& options) {
   const Checkpoint start = gas.save();
   const granular::GasEnergy before = gas.energy();
-  device.load(start, gas.law(), false);
+  device.load(start, gas.law(), false, 0, gas.surface());
   run(device, options.warm);
   const auto then = device.counts();
   const double time = device.time();
@@ -112,7 +112,7 @@ void measure(granular::Gas& gas, granular::device::DeviceGas& device, const Opti
   if (options.no_cpu) return;
   Checkpoint end = start, again = start;
   device.store(end);
-  device.load(start, gas.law(), false);
+  device.load(start, gas.law(), false, 0, gas.surface());
   run(device, options.warm);
   run(device, options.steps);
   device.store(again);

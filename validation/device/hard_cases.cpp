@@ -65,7 +65,7 @@ class DeviceGas {
   }
 
  private:
-  void load() { device_->load(gas_.save(), gas_.law(), gas_.in_elastic_stage(), gas_.stage_begin()); }
+  void load() { device_->load(gas_.save(), gas_.law(), gas_.in_elastic_stage(), gas_.stage_begin(), gas_.surface()); }
 
   granular::Gas gas_;
   std::unique_ptr<granular::device::DeviceGas> device_;

@@ -39,6 +39,8 @@ class Lammps(Method):
         ]
 
     def prepare(self, sweep, settings):
+        if not sweep.subject["periodic"]:
+            raise InputError("LAMMPS is compared in periodic boxes only")
         if not shutil.which("lmp"):
             raise InputError("LAMMPS is not installed: there is no command `lmp` (Debian's package lammps)")
         count = len(sweep.subject["charge"])

@@ -4,10 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "solvers/error.hpp"
 #include "solvers/periodic/device/device.hpp"
+#include "solvers/periodic/device/images.hpp"
 #include "solvers/periodic/device/mesh.hpp"
 
 namespace lichtenberg::periodic::device {
@@ -27,11 +29,16 @@ class ChargeSums {
   ChargeSums(const Executor& run, const MeshTables& tables)
       : run_(&run), tables_(tables), mesh_(run, tables), field_at_source_(run), force_(run), totals_(run) {
     totals_.resize(1);
+    if (tables.mirrors.copies() > 1) images_.emplace(run, tables);
   }
 
   double cutoff() const { return tables_.cutoff; }          ///< Cut-off of the near part (length)
   double background() const { return tables_.background; }  ///< Potential of the background per total charge
   Vec3 lengths() const { return tables_.mesh.lengths; }     ///< Edges of the box
+  /// Returns true if grounded sides add image charges. The sum then finds pairs of charges itself, and ignores lists.
+  bool has_images() const { return images_.has_value(); }
+  /// Returns these pairs, for has_images().
+  TableView image_partners() const { return images_->partners(); }
   MeshPart<Executor>& mesh() { return mesh_; }
   const MeshTables& tables() const { return tables_; }
 
@@ -46,24 +53,31 @@ class ChargeSums {
     n_ = n;
   }
   /// Prepares sums for n charges that are sorted by `cells` and move by at most `moved` (length) before the next
-  /// sorting.
-  void arrange(int n, const CellsView& cells, double moved) {
+  /// sorting. at(s) returns the position of charge s.
+  template <class At>
+  void arrange(int n, const CellsView& cells, double moved, At at) {
     resize_results(n);
-    mesh_.arrange(n, cells, moved);
+    if (images_) images_->arrange(n, cutoff() + 2 * moved, at);
+    images_ ? mesh_.arrange(images_->size(), images_->cells(), moved) : mesh_.arrange(n, cells, moved);
   }
   /// Computes the fields of charges and, if `potentials` is true, potentials and energy, which are incomplete
   /// otherwise. `partners`: neighbour list; partners beyond the cut-off do not change the result.
   void evaluate(const PointCharge* charges, const TableView& partners, bool potentials) {
+    if (!images_) return sum({n_, partners, charges, nullptr, field_at_source_.data(), nullptr}, potentials);
+    images_->fill(charges);
+    sum({images_->size(), images_->partners(), images_->charges(), nullptr, images_->field(), nullptr}, potentials);
+    images_->take(field_at_source_.data(), totals_.data());
+  }
+  /// Computes the fields of charges, as evaluate(), without images.
+  void sum(const NearArrays& of, bool potentials) {
     // Spreading occupies the whole device; transforms do not, so the near part runs concurrently with them.
-    mesh_.template spread<Kind::charges>(charges);
+    mesh_.template spread<Kind::charges>(of.charges);
     run_->run_concurrently([&] { mesh_.solve(); },
                            [&] {
                              totals_.zero();
-                             compute_near<Kind::charges>(
-                                 *run_, tables_.near,
-                                 {n_, partners, charges, nullptr, field_at_source_.data(), nullptr}, potentials);
+                             compute_near<Kind::charges>(*run_, tables_.near, of, potentials);
                            });
-    mesh_.template gather<Kind::charges>({charges, nullptr, field_at_source_.data(), nullptr}, totals_.data());
+    mesh_.template gather<Kind::charges>({of.charges, nullptr, of.field_at_source, nullptr}, totals_.data());
   }
   /// Computes fields, potentials, energy and forces of charges with dipoles (`moments`).
   void evaluate(const PointCharge* charges, const Moment* moments, const TableView& partners) {
@@ -111,6 +125,7 @@ class ChargeSums {
   const Executor* run_;
   MeshTables tables_;
   MeshPart<Executor> mesh_;
+  std::optional<ImageCharges<Executor>> images_;
   int n_ = 0;
   parallel::Array<FieldSample, Executor> field_at_source_, force_;
   parallel::Array<Totals, Executor> totals_;
@@ -180,6 +195,7 @@ class DeviceMeshOn final : public DeviceMesh {
   }
 
   Profile profile(const Sources& sources, double skin, int repeats) override {
+    if (sums_.has_images()) throw InputError("Times of sums with grounded sides are not measured.");
     Profile profile;
     const auto timed = [&](auto&& work) {
       work();
@@ -236,13 +252,15 @@ class DeviceMeshOn final : public DeviceMesh {
     const double half = 0.5 * sources.shortest_length();
     table_.build(n, cells_.view(), lengths, std::min(sums_.cutoff() + skin, half),
                  [=] LICHTENBERG_HOST_DEVICE(int s) { return to[s].at; });
-    sums_.arrange(n, cells_.view(), skin / 2);
+    sums_.arrange(n, cells_.view(), skin / 2, [=] LICHTENBERG_HOST_DEVICE(int s) { return to[s].at; });
   }
 
  private:
   /// Copies the sources to the device, scaled by a power of two so that no charge, and no component of a dipole in
   /// these units, exceeds 1.
   void upload(const Sources& sources) {
+    if (!sources.dipole.empty() && sums_.has_images())
+      throw InputError("There are no dipoles between grounded sides on a device.");
     if (!sources.dipole.empty() && sums_.tables().multipoles.kernels.terms == 0)
       throw InputError("Dipoles on a device need splines of order 5 at least, and an accuracy of 1e-6 at most.");
     const int n = sources.size();

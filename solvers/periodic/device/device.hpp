@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "solvers/periodic/bounded.hpp"
 #include "solvers/periodic/cloud.hpp"
 #include "solvers/periodic/influence.hpp"
 #include "solvers/periodic/sum.hpp"
@@ -26,11 +27,12 @@ class DeviceMesh : public Sum {
   virtual Profile profile(const Sources& sources, double skin, int repeats) = 0;
 };
 
-/// Makes a mesh sum on the current CUDA device. Throws InputError if there is no usable device or the program was built
-/// without CUDA, and the exceptions of make_tables().
-std::unique_ptr<DeviceMesh> make_cuda_mesh(const Mesh& mesh, const Cloud& cloud);
+/// Makes a mesh sum on the current CUDA device. `enclosure`: conditions at the sides of the box. The sources have the
+/// lengths of the mesh, which is for Enclosure::request(); they are without their images. Throws InputError if there is
+/// no usable device or the program was built without CUDA, and the exceptions of make_tables().
+std::unique_ptr<DeviceMesh> make_cuda_mesh(const Mesh& mesh, const Cloud& cloud, const Enclosure& enclosure = {});
 /// Makes a mesh sum that runs the device's algorithms sequentially on the CPU, for tests. Throws the exceptions of
 /// make_tables().
-std::unique_ptr<DeviceMesh> make_host_mesh(const Mesh& mesh, const Cloud& cloud);
+std::unique_ptr<DeviceMesh> make_host_mesh(const Mesh& mesh, const Cloud& cloud, const Enclosure& enclosure = {});
 
 }  // namespace lichtenberg::periodic::device

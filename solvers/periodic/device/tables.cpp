@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "solvers/error.hpp"
+#include "solvers/neighbours/table.hpp"
 #include "solvers/periodic/charge_mesh.hpp"
 #include "solvers/periodic/self_term.hpp"
 
@@ -25,9 +26,21 @@ NearTable near_table(const Mesh& mesh, const Cloud& cloud, const std::vector<dou
   return table;
 }
 
+Mirrors mirrors_of(const Mesh& mesh, const Enclosure& enclosure) {
+  Mirrors mirrors;
+  for (int k = 0; k < 3; ++k) {
+    const bool lower = enclosure.sides[2 * k] == Side::grounded, upper = enclosure.sides[2 * k + 1] == Side::grounded;
+    mirrors.along[k] = lower || upper;
+    // If both sides are grounded, the mesh is periodic with twice the length of the box.
+    if (upper && !lower)
+      mirrors.twice[k] = fixed_point_coordinate(2 * enclosure.lengths[k], units_per_box / mesh.lengths[k]);
+  }
+  return mirrors;
+}
+
 }  // namespace
 
-MeshTables make_tables(const Mesh& mesh, const Cloud& cloud) {
+MeshTables make_tables(const Mesh& mesh, const Cloud& cloud, const Enclosure& enclosure) {
   checked(mesh, highest_order);  // Throws for unsupported meshes
   checked_cutoff(mesh.lengths, cloud.cutoff);
   const std::vector<double> charge_polynomial = cloud_polynomial(cloud, Kind::charges),
@@ -58,7 +71,8 @@ MeshTables make_tables(const Mesh& mesh, const Cloud& cloud) {
   tables.self_field = static_cast<float>(cloud.dipole_field);
   tables.reach = reach_of(mesh);
   tables.cutoff = cloud.cutoff;
-  tables.background = -cloud.background / mesh.volume();
+  tables.background = mesh.open.any() ? 0 : -cloud.background / mesh.volume();
+  tables.mirrors = mirrors_of(mesh, enclosure);
   return tables;
 }
 

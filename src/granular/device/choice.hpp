@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "src/granular/device/contact_steps.hpp"
+#include "src/granular/device/rough_law.hpp"
 #include "src/granular/pace.hpp"
 #include "src/scene/contact_attraction.hpp"
 
@@ -55,6 +56,7 @@ struct Progress {
   double stability_limit = INFINITY;
   /// Numbers of contact substeps, contact onsets and charge transfers in the series.
   std::int64_t contact_steps = 0, begun = 0, transfers = 0;
+  std::int64_t refused = 0;      ///< number of transfers that the capacity has refused
   int left = 0;                  ///< largest number of further steps
   int whole = 0;                 ///< 1: the next step ends at `target`
   int go = 0;                    ///< 1: a step has been chosen and the lists are valid for it
@@ -80,7 +82,7 @@ template <class Law>
 LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const StepResults& results, Progress& now,
                                     StepParameters& next) {
   now.go = 0;
-  if (!now.wanted() || results.passed || results.lost) return;
+  if (!now.wanted() || results.passed || results.outran || results.lost || results.overfull || results.crossed) return;
   if (results.charge != now.limit_charge) {
     now.limit_charge = results.charge;
     now.stability_limit = max_outer_step(rule.law, rule.attraction(results.charge), 0.5 * rule.lightest);
@@ -98,13 +100,15 @@ LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const StepResults
   if (now.unresolved) return;
   // Twice the largest speed is a bound on speeds after a collision.
   now.travel = 2 * (speed + gain) * dt;
+  if constexpr (is_rough<Law>)  // the sum of those by stored and adhesive energy, for slow grains
+    now.travel += 2 * (std::sqrt(results.impact2) + rule.law.adhesive_speed) * dt;
   next = {now.time,
           dt,
           dt / steps,
           2 * now.travel,
           2 * rule.max_contact_acceleration(impact + 2 * gain) + acceleration,
           static_cast<int>(steps)};
-  now.go = !(std::sqrt(results.moved2) + now.travel > 0.5 * rule.skin);
+  now.go = !(results.outgrown || std::sqrt(results.moved2) + now.travel > 0.5 * rule.skin);
 }
 
 /// Adds the completed outer step to the counters of a series, and sets the time to its end. `made`: parameters of the
@@ -114,7 +118,8 @@ LICHTENBERG_HOST_DEVICE inline void count_step(const StepResults& results, const
   now.time = now.end;
   --now.left, ++now.steps;
   now.contact_steps += made.steps, now.begun += results.begun, now.transfers += results.transfers;
-  now.exchanged = exchanges && results.transfers > 0;
+  now.refused += results.refused;
+  now.exchanged = exchanges && results.transfers > results.unchanged;
   now.exchanges += now.exchanged;
 }
 

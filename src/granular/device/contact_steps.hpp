@@ -17,6 +17,7 @@
 #include "src/granular/device/restitution.hpp"
 #include "src/granular/pair_motion.hpp"
 #include "src/model/fixed_point_vec.hpp"
+#include "src/model/rough_contact.hpp"
 
 namespace lichtenberg::granular::device {
 
@@ -99,6 +100,24 @@ struct alignas(16) ActivePair : GrainPair {
   int touching = 0;  ///< 1: in contact at the start of the substep
 };
 
+/// State of a contact of rough grains between two substeps: forces, stiffness of the tangential spring, overlap, and
+/// the energy dissipated since the start of the outer step.
+struct RoughContactState {
+  SurfaceForces now;
+  double stiffness = 0, overlap = 0, dissipated = 0;
+};
+
+/// A contact that has begun in an outer step, for transfers of charge that depend on earlier ones
+/// (ordered_exchange.hpp). In linked lists of a grain's new contacts, the k-th has the elements 2 k (for its lower
+/// grain) and 2 k + 1 (for its higher grain).
+struct ContactOnset {
+  enum State { waiting, due, done };
+  double time = 0, impact_speed = 0;  ///< start of the substep (t0), normal speed at onset (v0)
+  int near = 0;                       ///< index of the candidate pair
+  int next[2] = {no_end, no_end};
+  int state = waiting;
+};
+
 /// Pointers to the arrays of candidate pairs, active pairs and contacts in device memory. Reduced units.
 struct ContactsView {
   TableView table;                                   ///< neighbour table with each pair once
@@ -113,15 +132,20 @@ struct ContactsView {
   /// Contact force on the higher grain of an active pair at the start and in the middle of a substep. first: relative
   /// acceleration by all other forces at the start.
   Vec3 *force = nullptr, *halfway = nullptr, *first = nullptr;
-  int* next = nullptr;  ///< [2 * entries], next element in the linked list of a grain's new contacts
+  int* next = nullptr;            ///< [2 * entries], next element in the linked list of a grain's new contacts
+  ContactOnset* onset = nullptr;  ///< [entries], new contacts of the outer step; null: not needed
+  Vec3* spring = nullptr;  ///< [entries], elongation of the tangential spring; null for smooth grains, as `rough`
+  RoughContactState* rough = nullptr;
 };
 
 /// Results of outer steps (from one evaluation of the smooth forces to the next), from which the next step is chosen,
 /// and errors, for the host. Reduced units.
 struct StepResults {
   std::int64_t begun = 0, transfers = 0;  ///< numbers of contact onsets and charge transfers in the step
-  double speed2 = 0;                      ///< square of the largest speed
-  double acceleration2 = 0;               ///< square of the largest acceleration by smooth forces
+  /// Numbers of transfers that the capacity has refused, and of those that have not changed a charge.
+  std::int64_t refused = 0, unchanged = 0;
+  double speed2 = 0;         ///< square of the largest speed
+  double acceleration2 = 0;  ///< square of the largest acceleration by smooth forces
   /// Square of the largest relative speed that the elastic energy of a contact can give its grains.
   double impact2 = 0;
   double moved2 = 0;                     ///< square of the largest displacement since the last sorting
@@ -129,12 +153,16 @@ struct StepResults {
   int lost = 0;                          ///< not 0: a position or velocity is not finite
   int pairs = 0, active = 0, ended = 0;  ///< numbers of candidate pairs, active pairs and ended isolated contacts
   int passed = 0;                        ///< 1 + number of a grain through which another has passed; 0: none
+  int outran = 0;                        ///< 1 + number of a rough grain that was faster than the lists allow; 0: none
+  int onsets = 0, overfull = 0;          ///< number of listed onsets; not 0: the list has been too short
+  /// 1 + index of a side that a charge has crossed, and 1 if the mesh no longer fits an unbounded cloud; otherwise 0.
+  int crossed = 0, outgrown = 0;
 
   /// Resets the results that accumulate in a step: the counts and `impact2`.
   LICHTENBERG_HOST_DEVICE void begin_step() {
-    begun = transfers = 0;
+    begun = transfers = refused = unchanged = 0;
     impact2 = 0;
-    pairs = active = ended = 0;
+    pairs = active = ended = onsets = 0;
   }
 };
 /// Maxima over all steps since the start of the run.
@@ -176,7 +204,7 @@ struct ContactSteps {
   ContactsView contacts;
   Law law;
   NearestImage<3> nearest;
-  float unit_length[3];  ///< lengths of the box, over 2^32
+  float unit_length[3];  ///< search lengths, over 2^32
   const StepParameters* parameters;
   StepResults* results;
   Extremes* extremes;
@@ -185,6 +213,7 @@ struct ContactSteps {
   FixedPointScale units, inverse_units;
   std::uint64_t seed = 0;
   bool exchanges = false;
+  Vec3 units_per_length;  ///< 2^32 over the search lengths (1/d0)
 
   /// Returns the sum of the radii of a pair (d0).
   LICHTENBERG_HOST_DEVICE double reach(const GrainPair& p) const {
@@ -288,6 +317,7 @@ struct ContactSteps {
     contacts.impact_speed[near.entry] = result.impact_speed;
     contacts.alone[near.entry] = 1;
     parallel::add_atomically(&results->begun, std::int64_t{1});
+    if (contacts.onset) list_onset(time, p.near, result.impact_speed);
     if (!exchanges) return;
     contacts.next[2 * a] = parallel::exchange_atomically(&grains.begun[p.lower], 2 * a);
     contacts.next[2 * a + 1] = parallel::exchange_atomically(&grains.begun[p.higher], 2 * a + 1);
@@ -316,7 +346,7 @@ struct ContactSteps {
   }
   /// Sets the fixed-point position of grain s for neighbour searches; `position` in d0.
   LICHTENBERG_HOST_DEVICE void locate(int s, Vec3 position) const {
-    grains.compact[s].at = fixed_point_position(position, units_per_box * nearest.inverse_length);
+    grains.compact[s].at = fixed_point_position(position, units_per_length);
   }
 
   /// Ends the contact of candidate pair k after the last substep if the grains have separated. Returns the square of
@@ -338,7 +368,15 @@ struct ContactSteps {
     restitution.count(law, scale(p), 1 / inverse_mass(p), reach(p), contact);
   }
 
- private:
+ protected:
+  /// Lists a new contact of the outer step.
+  LICHTENBERG_HOST_DEVICE void list_onset(double time, int near, double impact_speed) const {
+    const int index = parallel::take_index(&results->onsets);
+    if (index < contacts.table.end(grains.count - 1))
+      contacts.onset[index] = {time, impact_speed, near};
+    else
+      results->overfull = 1;
+  }
   /// Returns true if the separate candidate pair k may come into contact in substep `step`. If not, sets the first
   /// substep in which it may touch.
   LICHTENBERG_HOST_DEVICE bool may_come_into_contact(int k, const NearPair& p, int step) const {

@@ -7,6 +7,7 @@
 #include "src/granular/device/snapshot.hpp"
 #include "src/model/checkpoint.hpp"
 #include "src/model/grain_contact_law.hpp"
+#include "src/model/surface_law.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::granular::device {
@@ -25,8 +26,10 @@ class DeviceGas {
   virtual ~DeviceGas() = default;
 
   /// Loads the state of a gas from a checkpoint of Gas. `law`: contact law; `elastic`: true in an elastic stage,
-  /// without charge exchange and drives; `stage_begin`: time since which the law applies (t0).
-  virtual void load(const Checkpoint& checkpoint, const GrainContactLaw& law, bool elastic, double stage_begin = 0) = 0;
+  /// without charge exchange and drives; `stage_begin`: time since which the law applies (t0). `surface`: surface law
+  /// of rough grains (Gas::surface()); null for smooth ones.
+  virtual void load(const Checkpoint& checkpoint, const GrainContactLaw& law, bool elastic, double stage_begin = 0,
+                    const SurfaceLaw* surface = nullptr) = 0;
   /// Copies the current state to host memory.
   virtual Snapshot snapshot() const = 0;
   /// Updates a checkpoint of the same gas to the current state.
@@ -44,9 +47,9 @@ class DeviceGas {
 /// Executor that runs the kernels of a gas: the CPU (for tests) or a CUDA device.
 enum class Target { host, cuda };
 
-/// Throws InputError for a scene with features that a device does not compute: conductors, two dimensions, sides that
-/// are not periodic, and unsupported integrators, effects or options of effects. `target` cuda: laws without CUDA
-/// kernels are refused, too.
+/// Throws InputError for a scene with features that a device does not compute. These are conductors, two dimensions,
+/// sides that are neither periodic nor walls, and unsupported integrators, effects or options of effects. `target`
+/// cuda: laws without CUDA kernels are refused, too.
 void check_scene(const Scene& scene, Target target = Target::cuda);
 /// Returns an estimate of the device memory (bytes) that the gas of a scene needs, for evenly distributed grains.
 /// Throws InputError for unsupported effects.

@@ -4,6 +4,7 @@
 
 #include "src/granular/device/contact_steps.hpp"
 #include "src/granular/device/gas_parts.hpp"
+#include "src/granular/device/rough_steps.hpp"
 
 namespace lichtenberg::granular::device {
 
@@ -65,6 +66,39 @@ struct FollowContacts {
   LICHTENBERG_HOST_DEVICE void move(int s, bool last) const {
     steps.move(s);
     if (last) wrap(steps.grains, s);
+  }
+};
+
+/// Kernel of an outer step of rough grains, as FollowContacts. Without substeps it finds contacts only.
+template <class Law>
+struct FollowRough {
+  RoughContactSteps<Law> steps;
+  PositionWrap wrap;
+  const int* go;  ///< 0: no step has been chosen
+
+  template <class Grid>
+  LICHTENBERG_HOST_DEVICE void operator()(const Grid& grid) const {
+    if (!*go) return;
+    const int count = steps.parameters->steps, grains = steps.grains.count;
+    grid.select(
+        steps.contacts.table.end(grains - 1), &steps.results->pairs, [&](int e) { return steps.is_near(e); },
+        [&](int index, int e) { steps.list_near(index, e); });
+    const int pairs = steps.results->pairs;
+    const bool walls = steps.rough.walls.any();
+    if (count > 0) {
+      if (walls) grid.begin(grains, [&](int s) { steps.begin_walls(s); });
+      grid.each(pairs, [&](int k) { steps.begin_pair(k); });
+    }
+    for (int step = 0; step < count; ++step) {
+      grid.each(grains, [&](int s) { steps.move(s, step); });
+      if (walls) grid.begin(grains, [&](int s) { steps.follow_walls(s, step); });
+      grid.each_that(
+          pairs, [&](int k) { return steps.is_due(k, step); }, [&](int k) { steps.follow_pair(k, step); });
+    }
+    grid.each(grains, [&](int s) {
+      if (count > 0) steps.move(s, count), wrap(steps.grains, s);
+      if (walls) steps.find_wall_impacts(s);
+    });
   }
 };
 

@@ -12,10 +12,13 @@
 
 #include "solvers/error.hpp"
 #include "solvers/stopwatch.hpp"
+#include "src/granular/device/bounds.hpp"
 #include "src/granular/device/choice.hpp"
 #include "src/granular/device/follow_contacts.hpp"
 #include "src/granular/device/induced.hpp"
 #include "src/granular/device/lists.hpp"
+#include "src/granular/device/ordered_exchange.hpp"
+#include "src/granular/device/rough_state.hpp"
 #include "src/granular/device/snapshot_memory.hpp"
 
 namespace lichtenberg::granular::device {
@@ -29,15 +32,25 @@ class GasImpl final : public DeviceGas {
  public:
   GasImpl(std::unique_ptr<Executor> run, const GasOptions& options)
       : run_(std::move(run)), gas_(*run_, checked(*run_, options)), lists_(gas_) {
+    if (options.rough) rough_.emplace(*run_);
     if (options.tables) sums_.emplace(*run_, *options.tables);
     if (options.polarizability > 0) dipoles_.emplace(*run_, *sums_, options.polarizability, options.dipole_tolerance);
     for (const auto& form : options.parts) parts_.push_back(form.make(*run_));
     for (const auto& form : options.drives) drives_.push_back(form.make(*run_));
     pair_units_ = units_of_parts();
+    affinity_.upload(options.affinity);
+    bounds_ = {options.tables && options.enclosure.unbounded, gas_.box};
   }
 
-  void load(const Checkpoint& checkpoint, const GrainContactLaw& law, bool elastic, double stage_begin) override {
-    gas_.load(checkpoint, law, elastic, stage_begin);
+  void load(const Checkpoint& checkpoint, const GrainContactLaw& law, bool elastic, double stage_begin,
+            const SurfaceLaw* surface) override {
+    if (rough_) {
+      const LawOnDevice rough = rough_law(law, *surface, gas_.grain_properties(), gas_.largest_radius);
+      gas_.load(checkpoint, law, elastic, stage_begin, rough.force_ratio);
+      rough_->load(checkpoint, *surface, rough, gas_);
+    } else {
+      gas_.load(checkpoint, law, elastic, stage_begin);
+    }
     step_.clear();
     lists_.load(checkpoint);
     if (dipoles_) load_dipoles(checkpoint, gas_.n, *dipoles_);
@@ -54,6 +67,7 @@ class GasImpl final : public DeviceGas {
     now.restitution = gas_.restitution.saved();
     now.charged = gas_.options.charged, now.exchanges = gas_.options.exchanges;
     now.sums = gas_.options.tables.has_value();
+    if (rough_) now.rough = rough_->snapshot(gas_.view(), lists_.springs());
     if (dipoles_) now.dipoles = dipole_writer(gas_, *sums_, *dipoles_);
     return now;
   }
@@ -69,8 +83,7 @@ class GasImpl final : public DeviceGas {
   void step(double time, int most) override {
     const Stopwatch stopwatch(counts_.seconds);
     if (lists_.skin() == 0) begin();
-    std::visit([&](const auto& law) { is_driven() ? step_driven(law, time) : steps(law, time, most, false); },
-               gas_.law);
+    with_law([&](const auto& law) { is_driven() ? step_driven(law, time) : steps(law, time, most, false); });
   }
 
   /// Makes up to `most` outer steps (from one evaluation of the smooth forces to the next) until `time` (t0). `whole`:
@@ -111,7 +124,7 @@ class GasImpl final : public DeviceGas {
                     " t0 contacts are too short for steps of mechanics.step: softer contacts (stiffness), or a far "
                     "shorter mechanics.step, is needed");
     if (now.go) return;
-    arrange(now.travel);
+    if (arrange(now.travel)) start(law);
     choose(rule(law), results_.host(), now, parameters_.host());
   }
   /// Adds the completed steps of a series to the counters, and throws Failure if a step failed.
@@ -120,11 +133,11 @@ class GasImpl final : public DeviceGas {
     Counters& count = gas_.count;
     count.steps += now.steps, counts_.steps += now.steps;
     count.contact_steps += now.contact_steps, counts_.contact_steps += now.contact_steps;
-    count.collisions += now.begun, count.transfers += now.transfers;
+    count.collisions += now.begun, count.transfers += now.transfers, count.refused += now.refused;
     if (sums_) count.evaluations += now.steps + now.exchanges, counts_.evaluations += now.steps + now.exchanges;
     energy_known_ = gas_.options.exchanges || dipoles_;
     now.steps = now.exchanges = 0;
-    now.contact_steps = now.begun = now.transfers = 0;
+    now.contact_steps = now.begun = now.transfers = now.refused = 0;
     check_results();
   }
 
@@ -169,12 +182,18 @@ class GasImpl final : public DeviceGas {
   /// Prepares the first step after load(): neighbour lists, forces, and contacts of grains that overlap.
   void begin() {
     arrange(0);
-    if (has_slow_forces()) recharge_once();
-    energy_known_ = true;
-    std::visit([&](const auto& law) { begin(law); }, gas_.law);
-    run_->wait();
+    with_law([&](const auto& law) { start(law); });
     gas_.count.collisions += results_.host().begun;
     check_results();
+  }
+  /// Computes forces and the results of a step at the present positions, after load() or with a new mesh. The next step
+  /// thus depends on the present state only.
+  template <class Law>
+  void start(const Law& law) {
+    if (has_slow_forces()) recharge_once();
+    energy_known_ = true;
+    begin(law);
+    run_->wait();
   }
   template <class Law>
   void begin(const Law& law) {
@@ -186,6 +205,7 @@ class GasImpl final : public DeviceGas {
     progress_.send();
     follow(law);  // contacts of grains that overlap
     find_impacts(law);
+    if (has_bounds()) check_bounds(*run_, gas_.view(), bounds_, results_.device());
     finish(NoAction());
     results_.fetch();
   }
@@ -196,17 +216,37 @@ class GasImpl final : public DeviceGas {
     run_->run(recording, [&] { recharge(false, solved); });
     run_->wait();
   }
-  /// Sorts the grains and rebuilds the neighbour lists; `travel`: bound on displacements in the next step (d0).
-  void arrange(double travel) {
+  /// Sorts the grains and rebuilds the neighbour lists; `travel`: bound on displacements in the next step (d0). Returns
+  /// true if an unbounded cloud has got a new mesh.
+  bool arrange(double travel) {
     const Stopwatch stopwatch(counts_.list_seconds);
     ++counts_.lists;
+    const bool fresh = fit_mesh();
     lists_.arrange(travel, sums_, dipoles_);
+    if (rough_) rough_->permute(lists_.order());
     find_pair_forces();
     results_.host().moved2 = 0;
     if (auto kernels = lists_.kernels(); !(kernels == recorded_)) {
       step_.clear();
       recorded_ = std::move(kernels);
     }
+    return fresh;
+  }
+  /// Makes the mesh of an unbounded cloud for its extents, if it has another one. Returns true if it is new. As on the
+  /// CPU it depends on the extents only, so that resumed runs have identical bits.
+  bool fit_mesh() {
+    GasOptions& options = gas_.options;
+    if (!bounds_.unbounded || !sums_) return false;
+    const Span span = span_of(*run_, gas_.view());
+    if (!bounds_.outgrown(span)) return false;
+    if (!(norm(span.high - span.low) < INFINITY)) throw Failure(options.path + ": positions of grains are not finite");
+    bounds_.surround(span);
+    options.tables = cloud_tables(options, bounds_.most);
+    sums_.emplace(*run_, *options.tables);
+    gas_.search_lengths = options.tables->mesh.lengths;
+    lists_.divide();
+    step_.clear();
+    return true;
   }
 
   /// Computes smooth forces and potential energy after a change of charges or of the order of grains. `by_exchange`:
@@ -271,7 +311,10 @@ class GasImpl final : public DeviceGas {
     Progress* now = progress_.device();
     const bool exchanges = has_slow_forces() && gas_.options.exchanges;
     follow(law);
+    if (gas_.exchanges_in_order() && !gas_.elastic)
+      exchange_in_order(*run_, contact_steps(law), gas_.options.exchange, affinity_.data(), &now->go);
     run_->run_concurrently([&] { follow_charges(); }, [&] { find_impacts(law); });
+    if (has_bounds()) check_bounds(*run_, gas_.view(), bounds_, results_.device());
     finish(ChooseNext<Law>{rule(law), results_.device(), parameters_.device(), now,
                            dipoles_ ? dipoles_->unstable() : nullptr, exchanges});
     if (exchanges) run_->when(&now->exchanged, [&] { recharge(true); });
@@ -282,6 +325,11 @@ class GasImpl final : public DeviceGas {
   void follow(const Law& law) {
     run_->run_cooperative(
         FollowContacts<Law>{contact_steps(law), {gas_.box, gas_.units_per_length()}, &progress_.device()->go});
+  }
+  template <class Law>
+  void follow(const RoughLaw<Law>& law) {
+    run_->run_cooperative(
+        FollowRough<Law>{contact_steps(law), {gas_.box, gas_.units_per_length()}, &progress_.device()->go});
   }
   /// Computes smooth forces at the positions after the contact substeps.
   void follow_charges() {
@@ -295,7 +343,7 @@ class GasImpl final : public DeviceGas {
   /// with the restitution coefficient of the law.
   template <class Law>
   void find_impacts(const Law& law) {
-    const ContactSteps<Law> steps = contact_steps(law);
+    const auto steps = contact_steps(law);
     StepResults* results = results_.device();
     const int parts = std::max(gas_.n / 16, 1);
     run_->sum_segments(
@@ -368,9 +416,11 @@ class GasImpl final : public DeviceGas {
             gas_.view().charge,
             gas_.view().inverse_mass,
             gas_.view().number,
+            &gas_.view().image->x,
             lists_.in_reach()};
   }
   bool has_slow_forces() const { return sums_ || !parts_.empty(); }
+  bool has_bounds() const { return sums_ && !gas_.options.enclosure.is_periodic(); }
 
   ForceView forces() const {
     ForceView view;
@@ -400,9 +450,22 @@ class GasImpl final : public DeviceGas {
     };
     return {quantum(most.force), quantum(most.energy)};
   }
+  /// Calls use(law) with the contact law of the grains.
+  template <class Use>
+  void with_law(const Use& use) {
+    rough_ ? std::visit(use, rough_->law()) : std::visit(use, gas_.law);
+  }
+  template <class Law>
+  RoughContactSteps<Law> contact_steps(const RoughLaw<Law>& law) const {
+    return {smooth_steps(law), rough_->view(), gas_.units_per_length()};
+  }
   template <class Law>
   ContactSteps<Law> contact_steps(const Law& law) const {
-    const auto unit_length = [&](int k) { return static_cast<float>(gas_.box.lengths[k] / units_per_box); };
+    return smooth_steps(law);
+  }
+  template <class Law>
+  ContactSteps<Law> smooth_steps(const Law& law) const {
+    const auto unit_length = [&](int k) { return static_cast<float>(gas_.search_lengths[k] / units_per_box); };
     return {.grains = gas_.view(),
             .contacts = lists_.view(),
             .law = law,
@@ -412,11 +475,12 @@ class GasImpl final : public DeviceGas {
             .results = results_.device(),
             .extremes = gas_.extremes.data(),
             .restitution = gas_.restitution.view(),
-            .exchange = gas_.options.exchange,
+            .exchange = gas_.options.exchange.impact,
             .units = gas_.units,
             .inverse_units = gas_.units.inverse(),
             .seed = gas_.options.seed,
-            .exchanges = gas_.options.exchanges && !gas_.elastic};
+            .exchanges = gas_.options.exchanges && !gas_.exchanges_in_order() && !gas_.elastic,
+            .units_per_length = gas_.units_per_length()};
   }
 
   template <class Law>
@@ -425,7 +489,7 @@ class GasImpl final : public DeviceGas {
             gas_.options.step,
             gas_.options.max_path,
             static_cast<double>(gas_.options.contact_steps),
-            {gas_.lightest, gas_.smallest_radius, typical_impact(gas_.options.mass.size())},
+            gas_.grain_properties(),
             gas_.largest_radius,
             gas_.lightest,
             gas_.options.attraction,
@@ -441,6 +505,20 @@ class GasImpl final : public DeviceGas {
       throw Failure("grain " + std::to_string(passed - 1) +
                     " and another fly through each other: the contact is too soft for their impact; a larger "
                     "stiffness, of a stage its equilibration.stiffness, or a lower temperature is needed");
+    if (const int outran = results_.host().outran; outran)
+      throw Failure(gas_.options.path + ": at t = " + std::to_string(gas_.time) + " t0 contacts have made grain " +
+                    std::to_string(outran - 1) +
+                    " more than twice as fast as any grain before within a step: a shorter mechanics.step is needed");
+    if (const int side = results_.host().crossed)
+      throw Failure(gas_.options.path + ": at t = " + std::to_string(gas_.time) +
+                    " t0 a charge has left the domain through the " + std::string(side_names[side - 1]) +
+                    " side: contacts with the sides must be stiffer, or steps shorter");
+    if (bounds_.unbounded && 2 * progress_.host().travel > ChargeBounds::growth)
+      throw Failure(gas_.options.path + ": at t = " + std::to_string(gas_.time) +
+                    " t0 grains of an unbounded cloud move too far in a step: a shorter mechanics.step is needed");
+    if (results_.host().overfull)
+      throw Failure(gas_.options.path + ": at t = " + std::to_string(gas_.time) +
+                    " t0 more contacts begin in a step than there are near pairs: a shorter mechanics.step is needed");
     if (results_.host().lost)
       throw Failure(gas_.options.path + ": from t = " + std::to_string(gas_.time) +
                     " t0 on the grains' positions are not finite");
@@ -451,9 +529,12 @@ class GasImpl final : public DeviceGas {
   GasLists<Executor> lists_;
   typename GasLists<Executor>::Sums sums_;
   typename GasLists<Executor>::Dipoles dipoles_;
+  std::optional<RoughOn<Executor>> rough_;
   std::vector<std::unique_ptr<DevicePart>> parts_;
   std::vector<std::unique_ptr<DeviceDrive>> drives_;
   PairUnits pair_units_;
+  ChargeBounds bounds_;
+  Array<double> affinity_{*run_};  ///< of each grain by its number, for the exchange of charge by material
   mutable SnapshotMemories<Executor> memories_{*run_};
   parallel::Mirrored<StepResults, Executor> results_{*run_};
   parallel::Mirrored<StepParameters, Executor> parameters_{*run_};

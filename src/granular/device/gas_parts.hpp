@@ -2,6 +2,7 @@
 
 // Data types of a gas on an executor, in reduced units.
 
+#include <array>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -23,6 +24,8 @@ using periodic::device::Totals;
 /// Parameters of a gas of grains on a device, in reduced units: forces, box, grains, limits of steps and seed.
 struct GasOptions : effects::DeviceForces {
   Vec3 lengths;                      ///< box lengths (d0)
+  std::array<Boundary, 6> sides{};   ///< periodic, or walls
+  bool rough = false;                ///< grains have friction, adhesion, walls or several materials
   std::vector<double> mass, radius;  ///< [N]
   double step = 0;                   ///< largest outer step (t0); infinite: follows from `max_path`
   double max_path = 0;               ///< largest path of the fastest grain in an outer step (d0)
@@ -41,6 +44,9 @@ LICHTENBERG_HOST_DEVICE inline FixedPointPosition fixed_point_position(Vec3 posi
           fixed_point_coordinate(position.z, units_per_length.z)};
 }
 
+/// Computes the tables of the mesh for an unbounded cloud of charges. `extents`: the largest extents of the cloud (d0)
+/// for which it is used, except for growth in a step.
+periodic::device::MeshTables cloud_tables(const GasOptions& options, Vec3 extents);
 /// Returns the parameters of a gas for a scene that check_scene() accepts.
 GasOptions gas_options(const Scene& scene);
 /// Throws Failure if a device with `free` bytes of free memory lacks memory for a gas. The message has the number of

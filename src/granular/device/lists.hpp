@@ -48,7 +48,7 @@ class GasLists {
   explicit GasLists(GasState<Executor>& state)
       : run_(state.run),
         state_(&state),
-        cells_(*run_, state.options.lengths, cell_edges(state.options)),
+        cells_(*run_, state.search_lengths, cell_edges(state)),
         table_(*run_),
         partners_(*run_),
         in_reach_(*run_) {
@@ -61,13 +61,16 @@ class GasLists {
   double skin() const { return skin_; }
   /// Returns the neighbour table of near charges (Coulomb sum). It has all partners of each grain within the cutoff,
   /// and some beyond it.
-  TableView partners() const { return partners_.view(); }
+  TableView partners() const { return near_charges_; }
   /// Returns the neighbour table of the pair force laws. It has all partners of each grain within the largest cutoff of
   /// the laws, and some beyond it.
   TableView in_reach() const { return in_reach_.view(); }
   /// Returns the number of entries of the table of candidate pairs. The arrays of candidate and of active pairs have
   /// this length.
   long entries() const { return static_cast<long>(near_.size()); }
+
+  /// Divides new search lengths of the gas into cells.
+  void divide() { cells_ = CellGrid<Executor>(*run_, state_->search_lengths, cell_edges(*state_)); }
 
   /// Sorts the grains and rebuilds the neighbour lists. `travel`: bound on displacements in the next step (d0), from
   /// which the skin follows. The contacts and the data of `sums` and `dipoles` are kept.
@@ -86,6 +89,9 @@ class GasLists {
     take_open();
   }
 
+  /// Returns the sorted order of the grains in device memory, as in CellGrid.
+  const int* order() const { return cells_.order(); }
+
   /// Loads the present contacts (begun and not ended) from a checkpoint, and discards the neighbour lists.
   void load(const Checkpoint& checkpoint) {
     const auto& pairs = integers(checkpoint, "contact_pairs");
@@ -95,6 +101,7 @@ class GasLists {
       open.push_back({static_cast<int>(pairs[3 * k]), static_cast<int>(pairs[3 * k + 1]), touches[2 * k],
                       touches[2 * k + 1], pairs[3 * k + 2] != 0});
     open_.upload(open);
+    if (is_rough()) open_spring_.upload(springs_in(checkpoint, open.size()));
     loaded_ = false;
     skin_ = 0;
   }
@@ -104,21 +111,26 @@ class GasLists {
     return open_;
   }
 
+  /// Returns the elongations of the springs of the contacts, in their order, on the host.
+  std::vector<Vec3> springs() const { return open_spring_.download(); }
+
   ContactsView view() const {
     ContactsView view = contacts_.view;
     view.table = table_.view(), view.near = near_.data();
     return view;
   }
   Kernels kernels() const {
-    const TableView table = table_.view(), partners = partners_.view(), in_reach = in_reach_.view();
+    const TableView table = table_.view(), partners = near_charges_, in_reach = in_reach_.view();
     const ContactsView c = view();
-    return {{table.start, table.partner, partners.start, partners.partner, in_reach.start, in_reach.partner, c.since,
-             c.impact_speed, c.alone, c.owner, c.near, c.active, c.state, c.scale, c.force, c.halfway, c.first, c.next},
-            near_.capacity(),
-            table.columns,
-            partners.columns,
-            in_reach.columns,
-            skin_};
+    return {
+        {table.start,    table.partner, partners.start, partners.partner, in_reach.start, in_reach.partner, c.since,
+         c.impact_speed, c.alone,       c.owner,        c.near,           c.active,       c.state,          c.scale,
+         c.force,        c.halfway,     c.first,        c.next,           c.onset,        c.spring,         c.rough},
+        near_.capacity(),
+        table.columns,
+        partners.columns,
+        in_reach.columns,
+        skin_};
   }
 
   // Public because nvcc requires it of functions with kernels.
@@ -134,11 +146,15 @@ class GasLists {
     const GasState<Executor>& gas = *state_;
     const CompactGrain* compact = gas.view().compact;
     const auto position_of = [=] LICHTENBERG_HOST_DEVICE(int s) { return compact[s].at; };
-    table_.build(gas.n, cells_.view(), gas.box.lengths, 2 * gas.largest_radius + skin_, position_of, true);
-    if (reach_ > 0) in_reach_.build(gas.n, cells_.view(), gas.box.lengths, reach_ + skin_, position_of);
+    table_.build(gas.n, cells_.view(), gas.search_lengths, 2 * gas.largest_radius + skin_, position_of, true);
+    if (reach_ > 0) in_reach_.build(gas.n, cells_.view(), gas.search_lengths, reach_ + skin_, position_of);
     if (!sums) return;
-    partners_.build(gas.n, cells_.view(), gas.box.lengths, sums->cutoff() + skin_, position_of);
-    sums->arrange(gas.n, cells_.view(), 0.5 * skin_);
+    sums->arrange(gas.n, cells_.view(), 0.5 * skin_, position_of);
+    if (sums->has_images())
+      near_charges_ = sums->image_partners();
+    else
+      partners_.build(gas.n, cells_.view(), gas.search_lengths, sums->cutoff() + skin_, position_of),
+          near_charges_ = partners_.view();
   }
   /// Allocates the arrays for the entries of the table of candidate pairs and for active pairs. Sets the owner of each
   /// entry.
@@ -146,9 +162,13 @@ class GasLists {
     const std::size_t entries = table_.entries();
     ContactsView& c = contacts_.view;
     near_.resize(entries);
-    contacts_.resize(entries, c.since, c.impact_speed, c.alone, c.owner, c.active, c.state, c.scale);
-    contacts_.resize(entries, c.force, c.halfway, c.first);
+    contacts_.resize(entries, c.since, c.impact_speed, c.alone, c.owner, c.active);
+    if (is_rough())
+      contacts_.resize(entries, c.spring, c.rough);
+    else
+      contacts_.resize(entries, c.state, c.scale, c.force, c.halfway, c.first);
     contacts_.resize(2 * entries, c.next);
+    if (state_->exchanges_in_order()) contacts_.resize(entries, c.onset);
     const TableView table = table_.view();
     int* owner = c.owner;
     run_->for_each(state_->n, [=] LICHTENBERG_HOST_DEVICE(int s) {
@@ -162,6 +182,8 @@ class GasLists {
     open_.resize(table_.entries());
     int* count = open_count_.data();
     OpenContact* open = open_.data();
+    if (is_rough()) open_spring_.resize(table_.entries());
+    Vec3* spring = open_spring_.data();
     const ContactsView c = view();
     const int* number = state_->view().number;
     const long entries = static_cast<long>(table_.entries());
@@ -171,10 +193,12 @@ class GasLists {
         [=] LICHTENBERG_HOST_DEVICE(int index, int e) {
           const int i = number[c.owner[e]], j = number[c.table.partner[e]];
           open[index] = {i < j ? i : j, i < j ? j : i, c.since[e], c.impact_speed[e], c.alone[e]};
+          if (spring) spring[index] = c.spring[e];
         });
     int all = 0;
     run_->to_host(&all, count, sizeof(int));
     open_.resize(all);
+    if (is_rough()) open_spring_.resize(all);
   }
   /// Copies the present contacts from open_ to the entries of the new table.
   void take_open() {
@@ -184,11 +208,14 @@ class GasLists {
     const ContactsView c = view();
     run_->fill(c.since, 0xff, table_.entries() * sizeof(double));  // NaN: no contact
     const OpenContact* open = open_.data();
+    const Vec3* spring = open_spring_.data();
     run_->for_each(static_cast<long>(open_.size()), [=] LICHTENBERG_HOST_DEVICE(int k) {
       const int i = sorted_index[open[k].i], j = sorted_index[open[k].j], s = i < j ? i : j, other = i < j ? j : i;
-      for (int e = c.table.begin(s); e < c.table.end(s); ++e)
-        if (c.table.partner[e] == other)
-          c.since[e] = open[k].since, c.impact_speed[e] = open[k].impact_speed, c.alone[e] = open[k].alone;
+      for (int e = c.table.begin(s); e < c.table.end(s); ++e) {
+        if (c.table.partner[e] != other) continue;
+        c.since[e] = open[k].since, c.impact_speed[e] = open[k].impact_speed, c.alone[e] = open[k].alone;
+        if (spring) c.spring[e] = spring[k];
+      }
     });
     loaded_ = true;
   }
@@ -202,9 +229,20 @@ class GasLists {
   /// Lists are valid for at least about two steps.
   static double skin_for(double travel) { return std::max(2.8 * std::sqrt(travel), 3 * travel); }
 
-  static Vec3 cell_edges(const GasOptions& options) {
-    if (options.tables) return periodic::device::cell_edges(*options.tables, 0.6);
-    return contact_cell_edges(options.lengths, static_cast<int>(options.mass.size()));
+  bool is_rough() const { return state_->options.rough; }
+  /// Returns the elongations of the springs of `count` contacts in a checkpoint; 0 if it has none.
+  static std::vector<Vec3> springs_in(const Checkpoint& checkpoint, std::size_t count) {
+    std::vector<Vec3> springs(count);
+    const auto saved = checkpoint.reals.find("surface_springs");
+    if (saved == checkpoint.reals.end() || saved->second.size() != 3 * count) return springs;
+    const double* of = saved->second.data();
+    for (std::size_t k = 0; k < count; ++k) springs[k] = {of[3 * k], of[3 * k + 1], of[3 * k + 2]};
+    return springs;
+  }
+
+  static Vec3 cell_edges(const GasState<Executor>& state) {
+    if (state.options.tables) return periodic::device::cell_edges(*state.options.tables, 0.6);
+    return contact_cell_edges(state.search_lengths, state.n);
   }
 
   const Executor* run_;
@@ -212,7 +250,8 @@ class GasLists {
   double skin_ = 0;
   bool loaded_ = false;  ///< true: the table has the open contacts; false: only open_ has them
   CellGrid<Executor> cells_;
-  NeighbourTable<Executor> table_, partners_;  ///< candidate pairs; near charges
+  NeighbourTable<Executor> table_, partners_;  ///< candidate pairs; near charges without images
+  TableView near_charges_;                     ///< near charges; with images those of the sum
   NeighbourTable<Executor> in_reach_;          ///< partners of pair laws
   double reach_ = 0;                           ///< d0, largest cutoff of these laws
 
@@ -221,6 +260,7 @@ class GasLists {
   Array<NearPair> near_{*run_};
 
   mutable Array<OpenContact> open_{*run_};
+  mutable Array<Vec3> open_spring_{*run_};  ///< of these contacts; empty for smooth grains
   mutable Array<int> open_count_{*run_};
   Array<int> sorted_index_{*run_};  ///< [N], sorted index by number
 };

@@ -4,8 +4,11 @@
 #include <cmath>
 
 #include "solvers/error.hpp"
+#include "src/effects/coulomb.hpp"
 #include "src/effects/device_forces.hpp"
 #include "src/effects/effects.hpp"
+#include "src/effects/flat_walls.hpp"
+#include "src/granular/device/bounds.hpp"
 #include "src/granular/device/device.hpp"
 #include "src/granular/device/gas_parts.hpp"
 #include "src/granular/slow_force_limits.hpp"
@@ -38,7 +41,13 @@ DeviceForces device_forces(const Scene& scene, Target target) {
 
 double bytes_needed(const Scene& scene, const DeviceForces& forces) {
   // Arrays of grains, entries of lists with the widest skin (gas.hpp), and the CUDA context.
-  constexpr double a_grain = 630, an_entry = 210, start = 300e6;
+  constexpr double start = 300e6;
+  const bool rough = !surface_key(scene).empty();
+  double a_grain = 630, an_entry = 210;
+  if (rough) a_grain += 280, an_entry += 85;
+  if (scene.effects.has<effects::FlatWallsOptions>())
+    for (int side = 0; side < 6; ++side)
+      if (!scene.domain.sides[side].periodic) a_grain += 190;
   const double entries = 0.5 * 1.25 * effects::grains_within(scene, 1 + effects::widest_skin);
   return start + static_cast<double>(scene.conductors.size()) * (a_grain + an_entry * entries) + forces.bytes;
 }
@@ -48,12 +57,9 @@ double bytes_needed(const Scene& scene, const DeviceForces& forces) {
 void check_scene(const Scene& scene, Target target) {
   if (!scene.reference) refuse_on_device(scene, "scenes without [units], except for their field");
   if (scene.dimension() != 3) refuse_on_device(scene, "grains in the plane");
-  if (!scene.domain.box().periodic(0) || !scene.domain.box().periodic(1) || !scene.domain.box().periodic(2))
-    refuse_on_device(scene, "grains in a domain that is not periodic along all axes");
   if (!scene.mechanics.integrator->is_on_device)
     refuse_on_device(scene, fmt::format("mechanics.integrator = \"{}\"", name_of(scene.mechanics.integrator)));
   device_forces(scene, target);
-  if (const std::string key = surface_key(scene); !key.empty()) refuse_on_device(scene, key + " of grains");
 }
 
 double bytes_needed(const Scene& scene) { return bytes_needed(scene, device_forces(scene, Target::host)); }
@@ -61,16 +67,25 @@ double bytes_needed(const Scene& scene) { return bytes_needed(scene, device_forc
 GasOptions gas_options(const Scene& scene) {
   const Bodies bodies = make_bodies(scene);
   GasOptions options{device_forces(scene, Target::host)};
-  options.lengths = bodies.box.lengths;
+  options.lengths = bodies.box.lengths, options.sides = bodies.box.sides;
+  options.rough = !surface_key(scene).empty();
   options.mass = bodies.mass, options.radius = bodies.radius;
   options.step = scene.mechanics.step, options.contact_steps = scene.mechanics.contact_steps;
   options.seed = scene.seed, options.path = scene.path;
   options.bytes = bytes_needed(scene, options);
   if (const auto& mesh = options.mesh)
-    options.tables = periodic::device::make_tables(mesh->mesh, periodic::prolate_cloud(mesh->band_limit, mesh->cutoff));
+    options.tables = periodic::device::make_tables(mesh->mesh, periodic::prolate_cloud(mesh->band_limit, mesh->cutoff),
+                                                   options.enclosure);
   options.max_path = std::isinf(options.step) ? path_by_accuracy(scene) : path_by_length(scene);
   options.attraction = contact_attraction(scene);
   return options;
+}
+
+periodic::device::MeshTables cloud_tables(const GasOptions& options, Vec3 extents) {
+  constexpr double more = ChargeBounds::growth;
+  const periodic::MeshChoice choice =
+      periodic::choose_cloud_mesh(extents + Vec3{more, more, more}, options.request, options.enclosure);
+  return periodic::device::make_tables(choice.mesh, choice.cloud(), options.enclosure);
 }
 
 void check_memory(const GasOptions& options, double free) {

@@ -11,6 +11,7 @@
 #include "src/granular/device/contact_steps.hpp"
 #include "src/granular/device/device.hpp"
 #include "src/granular/device/gas_parts.hpp"
+#include "src/granular/pace.hpp"
 
 namespace lichtenberg::granular::device {
 
@@ -23,12 +24,14 @@ struct GasState {
 
   GasState(const Executor& executor, const GasOptions& o)
       : run(&executor), options(o), n(static_cast<int>(o.mass.size())), box{o.lengths} {
-    box.sides.fill(Boundary::periodic);
+    box.sides = options.sides;
+    for (int k = 0; k < 3; ++k) search_lengths[k] = (box.periodic(k) ? 1 : 2) * box.lengths[k];
+    if (options.tables) search_lengths = options.tables->mesh.lengths;
     largest_radius = *std::ranges::max_element(options.radius);
     smallest_radius = *std::ranges::min_element(options.radius);
     lightest = *std::ranges::min_element(options.mass);
     units.energy = energy_quantum(n);
-    if (options.exchanges) units.charge = effects::charge_quantum(options.exchange.strength);
+    if (options.exchanges) units.charge = effects::charge_quantum(options.exchange.impact.strength);
     field_energy.resize(1);
     extremes.resize(1);
     spare.resize(n);
@@ -41,8 +44,10 @@ struct GasState {
   }
 
   /// Loads the state from a checkpoint of Gas, except contacts. `with`: contact law; `in_elastic_stage`: true if no
-  /// charge is exchanged and no drive acts; `stage_begin`: time since which the law applies (t0).
-  void load(const Checkpoint& checkpoint, const GrainContactLaw& with, bool in_elastic_stage, double stage_begin) {
+  /// charge is exchanged and no drive acts; `stage_begin`: time since which the law applies (t0). `force_ratio`:
+  /// largest forces over those of two grains with the law.
+  void load(const Checkpoint& checkpoint, const GrainContactLaw& with, bool in_elastic_stage, double stage_begin,
+            double force_ratio = 1) {
     law = with;
     restitution.load(lichtenberg::reals(checkpoint, "restitution_check", 3 * RestitutionCheck::decades), stage_begin,
                      n);
@@ -56,7 +61,7 @@ struct GasState {
     for (const double mass : options.mass) over.push_back(1 / mass);
     upload(g.inverse_mass, over);
     upload(g.radius, options.radius);
-    choose_units();
+    choose_units(force_ratio);
     upload(g.charge, options.charged ? reals("charge", size) : std::vector<double>(size));
     const auto& turned = integers(checkpoint, "image");
     std::vector<ImageCount> around(size);
@@ -72,7 +77,8 @@ struct GasState {
     if (options.exchanges) {
       const auto& before = integers(checkpoint, "effects.charge_exchange.collisions");
       if (before.size() == size) collided = before;
-      count.transfers = integers(checkpoint, "effects.charge_exchange.counters").at(1);
+      const auto& transfers = integers(checkpoint, "effects.charge_exchange.counters");
+      count.transfers = transfers.at(1), count.refused = transfers.at(2);
     }
     upload(g.collisions, collided);
     upload(g.begun, std::vector<int>(size, no_end));
@@ -93,6 +99,8 @@ struct GasState {
   }
 
   const GrainsView& view() const { return grains.view; }
+  /// Returns true if grains exchange charge in transfers that depend on earlier ones.
+  bool exchanges_in_order() const { return options.exchanges && options.exchange.in_order(); }
   /// Returns the index in the scene of each sorted grain.
   std::vector<int> numbers() const {
     std::vector<int> all(n);
@@ -141,10 +149,12 @@ struct GasState {
     return total.download().front();
   }
 
-  /// Returns the number of units of fixed-point positions per length (1/d0), 2^32 / box length, for each axis.
+  /// Returns the number of units of fixed-point positions per length (1/d0), 2^32 over the search length, for each
+  /// axis.
   Vec3 units_per_length() const {
-    return {units_per_box / box.lengths.x, units_per_box / box.lengths.y, units_per_box / box.lengths.z};
+    return {units_per_box / search_lengths.x, units_per_box / search_lengths.y, units_per_box / search_lengths.z};
   }
+  GrainProperties grain_properties() const { return {lightest, smallest_radius, typical_impact(options.mass.size())}; }
   static constexpr int a_part = 256;  ///< number of grains in a segment of sums over all grains
   /// Returns the number of grains in segment p of n grains.
   LICHTENBERG_HOST_DEVICE static int part(int n, int p) { return n - p * a_part < a_part ? n - p * a_part : a_part; }
@@ -153,6 +163,10 @@ struct GasState {
   GasOptions options;
   int n;
   Box<3> box;
+  /// Periods (d0) of neighbour searches: lengths of the box, and longer ones between sides that are not periodic. There
+  /// they are those of the mesh of charges, or twice the length. Searches can find pairs beyond these sides, which are
+  /// too distant to act on each other.
+  Vec3 search_lengths;
   GrainContactLaw law;
   bool elastic = false;  ///< true in an elastic stage: no charge is exchanged, and no drive acts
   double largest_radius = 0, smallest_radius = 0, lightest = 0;
@@ -186,13 +200,13 @@ struct GasState {
   /// about 2^-58 of a very large contact force, so that a sum may be 2^5 times this force. For impulses it is about
   /// 2^-52 of the largest mass times v0, and for shifts (displacement times mass) about 2^-54 of the largest mass times
   /// d0.
-  void choose_units() {
+  void choose_units(double force_ratio) {
     const double heaviest = *std::ranges::max_element(options.mass);
     const double force = std::visit(
         [&](const auto& one) {
           const ContactParts most = one.parts(largest_radius, one.scale(largest_radius, largest_radius));
           constexpr double fast = 100;  // v0; a faster grain would pass through others
-          return most.elastic + fast * most.damping;
+          return force_ratio * (most.elastic + fast * most.damping);
         },
         law);
     const auto power = [](double value) { return static_cast<int>(std::ceil(std::log2(value))); };

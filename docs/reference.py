@@ -24,7 +24,8 @@ KINDS = {"(top of the file)": ALL_KINDS, "[domain]": ALL_KINDS, "[medium]": "con
          "[units]": "grains", "[[equilibration]]": "grains", "[effects]": ALL_KINDS,
          "[compression]": "packings", "[minimize]": "packings", "[field]": "conductors", "[mechanics]": "conductors, grains",
          "[network]": "packings", "[output]": ALL_KINDS, "[stop]": "conductors, grains"}
-TYPES = re.compile(r'(?:one of "|a number|an integer|true or false|a text|two numbers|a list|a non-empty list|two corners|"periodic", )')
+TYPES = re.compile(r'(?:one of "|a number|an integer|true or false|a text|two numbers|a (?:non-empty )?list|'
+                   r'two corners|"periodic", )')
 CPP_PAGES = {  # by page: title, and the entities by directive of Breathe in the order of the page
     "field": ("Fields of conductors", {
         "struct": ["laplace::LaplaceProblem", "laplace::Side", "laplace::Group", "laplace::Body", "laplace::Coupling",

@@ -76,6 +76,24 @@ TEST_CASE("ImpactExchange of charge: random factors stay within the law's limits
   CHECK(most > 10);
 }
 
+// Above 256 pairs of patches the law has the Gaussian limit.
+TEST_CASE("PatchExchange of charge: mean and variance of its pairs of patches") {
+  for (const double patches : {0.3, 12.0, 250.0, 1000.0})
+    for (const auto& [donor_i, donor_j] : {std::pair{0.5, 0.5}, {0.7, 0.2}, {0.0, 1.0}}) {
+      CAPTURE(patches);
+      CAPTURE(donor_i);
+      const PatchExchange law{1, patches, 0.4};
+      const double gain = donor_i * (1 - donor_j), loss = donor_j * (1 - donor_i), drift = gain - loss;
+      const double pairs = patches * std::pow(2, 0.4);
+      const double fraction = pairs - std::floor(pairs);  // their number is rounded at random
+      const double variance = pairs * (gain + loss - drift * drift) + drift * drift * fraction * (1 - fraction);
+      const Sample s = sample([&](Random& random) { return law(2, donor_i, donor_j, random) - pairs * drift; });
+      CHECK(std::abs(s.mean) <= s.mean_error);
+      CHECK(std::abs(s.square - variance - (pairs > 256 && std::abs(drift) < 1 ? 1.0 / 12 : 0)) <=
+            s.square_error + 1e-12);
+    }
+}
+
 TEST_CASE("charge exchange by random walk: variance proportional to the time step") {
   const RandomWalkExchange walk{2, 5};
   const ContactAreaExchange area{2, 5};

@@ -64,6 +64,30 @@ TEST_CASE("charge exchange by size: larger grain gains in proportion") {
   CHECK(collide(effect, bodies) == before);
 }
 
+// Each of n collisions has N pairs of patches, which transfer +-Q with the probability 1/2: the variance is n N Q^2
+// / 2.
+TEST_CASE("charge exchange by patches: whole patches, variance of random steps") {
+  const int samples = 20000, collisions = 20, pairs = 8;
+  ChargeExchangeOptions options{.model = ExchangeModel::patches, .strength = strength, .exponent = 0};
+  options.patches = pairs, options.affinity = {0.5, 0.5};
+  const double patch = whole_quanta(strength, charge_quantum(strength));
+  double square = 0, fourth = 0;
+  for (int seed = 0; seed < samples; ++seed) {
+    Bodies bodies = two_grains();
+    ChargeExchange effect(options, seed);
+    const double charge = collide(effect, bodies, collisions) / patch;
+    CHECK(charge == std::round(charge));
+    square += charge * charge / samples, fourth += std::pow(charge, 4) / samples;
+  }
+  const double variance = 0.5 * collisions * pairs;
+  CHECK(std::abs(square - variance) < 4 * std::sqrt((fourth - square * square) / samples));
+  // Donors alone against acceptors alone give all patches.
+  options.affinity = {1, 0};
+  Bodies bodies = two_grains();
+  ChargeExchange effect(options, 1);
+  CHECK(collide(effect, bodies, collisions) == collisions * pairs * patch);
+}
+
 TEST_CASE("charge exchange by material: proportional to affinities") {
   Bodies bodies = two_grains();
   ChargeExchangeOptions options = directed(ExchangeModel::material);

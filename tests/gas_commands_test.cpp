@@ -411,4 +411,32 @@ TEST_CASE("run --from: a gas too dense for random positions starts from a packin
   refused("run others.toml --from packing.h5 --out x.h5", "body 0 has a radius of 0.5");
 }
 
+// The scene's speed, 0.05 m/s or 0.06 m/s, is the unit of velocity.
+TEST_CASE("scene in SI: resumes to the same result, starts only from the same units") {
+  const Folder folder;
+  const auto write = [&](const std::string& name, double speed) {
+    folder.write(name,
+                 fmt::format("[domain]\nsize = [1e-3, 1e-3, 1e-3]\nunbounded = true\n[material]\ndensity = 2500\n"
+                             "[[population]]\ncount = 20\nradius = 50e-6\nvelocity_spread = {}\ncharge = \"1e4 e\"\n"
+                             "[effects.viscoelastic_contact]\nyoung = 1e8\npoisson = 0.2\nviscosity = 1e-8\n"
+                             "[effects.coulomb]\n[stop]\ntime = 4e-3\n[output]\nevery = 1e-3\npicture = false\n",
+                             speed));
+  };
+  write("dust.toml", 0.05);
+  write("fast.toml", 0.06);
+  REQUIRE(run_program(folder, "run dust.toml --quiet").status == 0);
+  CHECK(hdf5::get<double>(hdf5::load(folder / "dust.h5"), "reference/v0").front() == 0.05);
+  REQUIRE(run_program(folder, "run dust.toml --quiet --out half.h5 --set stop.time=2e-3").status == 0);
+  const Ended resumed = run_program(folder, "run dust.toml --quiet --out half.h5 --resume");
+  REQUIRE_MESSAGE(resumed.status == 0, resumed.err);
+  const auto positions = [&](const char* file) {
+    return hdf5::get<double>(hdf5::load(folder / file), "particles/conductors/position/value");
+  };
+  CHECK(positions("dust.h5") == positions("half.h5"));
+  CHECK(run_program(folder, "run dust.toml --quiet --out again.h5 --from dust.h5").status == 0);
+  const Ended refused = run_program(folder, "run fast.toml --quiet --from dust.h5");
+  CHECK(refused.status == 2);
+  CHECK(contains(refused.err, "its reduced units are not those of"));
+}
+
 }  // namespace gas_commands_test

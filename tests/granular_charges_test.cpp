@@ -120,7 +120,7 @@ TEST_CASE("outer step: limited by the attraction of two charges at rest") {
 TEST_CASE("grain multipoles: touching grains attract as dielectric spheres do") {
   const double k = 5.5;  // (1 + 16 A) / (1 - 8 A) for A = 0.075
   const effects::InducedDipolesOptions options{.polarizability = 0.075};
-  CHECK(options.relative_permittivity(0.5) == doctest::Approx(k).epsilon(1e-14));
+  CHECK(options.relative_permittivity(0, 0.5) == doctest::Approx(k).epsilon(1e-14));
   for (const double gap : {0.4, 0.02, 0.002}) {  // In radii; the pair's force for 4 pi eps = 1 and a radius of 1/2.
     const double exact = dielectric_pair(k, gap).attraction * 4 * std::numbers::pi / 0.25;
     const PairInteraction found = pair_interaction(two_dielectric_grains(1 + gap / 2, 40));
@@ -241,7 +241,7 @@ TEST_CASE("grain multipoles: like charges attract beyond the exact charge ratio"
   for (const double polarizability : {0.09, 0.12}) {
     const double gap = 0.1;  // in radii
     const effects::InducedDipolesOptions options{.polarizability = polarizability, .tolerance = 1e-6, .degree = 40};
-    const double k = options.relative_permittivity(0.5);
+    const double k = options.relative_permittivity(0, 0.5);
     const double part = std::sqrt(like_charge_repulsion(k, gap) / dielectric_pair(k, gap).attraction);
     const auto repulsion = [&](double odd) {
       Scene scene = viscoelastic(10);

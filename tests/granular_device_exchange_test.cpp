@@ -127,8 +127,23 @@ TEST_CASE("device, exchange with a sign: charges and counters equal the CPU's") 
     }
 }
 
+TEST_CASE("device, exchange by patches: charges are the CPU's, in whole patches") {
+  const Scene scene = exchanging({.model = ExchangeModel::patches, .exponent = 0.4, .patches = 12});
+  grains::Run cpu(scene);
+  const Checkpoint start = cpu.gas.save();
+  const auto device = loaded(scene, start);
+  for (int n = 0; n < 25; ++n) cpu.step(10), device->step(10);
+  const Checkpoint expected = cpu.gas.save(), found = stored(*device, start);
+  REQUIRE(cpu.gas.collisions > 60);
+  CHECK(found.integers == expected.integers);
+  CHECK(found.reals.at("charge") == expected.reals.at("charge"));
+  CHECK(std::ranges::max(expected.reals.at("charge")) > 0.05);
+  const double patch = effects::whole_quanta(0.05, quantum);
+  for (const double charge : found.reals.at("charge")) REQUIRE(std::remainder(charge, patch) == 0);
+}
+
 // In one substep the middle grain touches all six others. Each transfer depends on those before it.
-TEST_CASE("device, exchange with a sign: six contacts at once act in the CPU's order") {
+TEST_CASE("device, exchange with a sign: six contacts at once act in order") {
   Scene scene = grains::cube(10);
   scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278.6, .dissipative = 27.7});
   scene.effects.add(ChargeExchangeOptions{
@@ -176,13 +191,13 @@ TEST_CASE("device, exchange with a sign: batches and resumed runs have same bits
   CHECK(a.integers == c.integers);
 }
 
-TEST_CASE("device, exchange: models beyond a transfer a collision are refused by name") {
+TEST_CASE("device, exchange: models with more transfers are refused") {
   const auto sentence = [](const ChargeExchangeOptions& exchange) {
     Scene scene = charged_gas(10, 8, 1);
     *scene.effects.find<ChargeExchangeOptions>() = exchange;
     return message_of([&] { granular::device::check_scene(scene, granular::device::Target::host); });
   };
-  CHECK(sentence({.model = ExchangeModel::random_walk}).find("effects.charge_exchange.model = \"random-walk\"") !=
+  CHECK(sentence({.model = ExchangeModel::contact_area}).find("effects.charge_exchange.model = \"contact-area\"") !=
         std::string::npos);
   CHECK(sentence({.each_step = true}).find("effects.charge_exchange.each_step") != std::string::npos);
   CHECK(sentence({.capacity = 1, .over_capacity = effects::OverCapacity::reset})

@@ -70,7 +70,7 @@ TEST_CASE("device motion: frames, history and checkpoints agree with the CPU's")
   compare_motions(staged(charged_gas(60, 7, 3)));
 }
 
-TEST_CASE("device motion: output of rough grains between walls agrees with the CPU's") {
+TEST_CASE("device motion: output of rough grains at walls agrees with the CPU's") {
   Scene scene = gas(60, 6, 3);
   scene.effects.add(effects::FrictionOptions{.coefficient = 0.4});
   scene.effects.add(effects::AdhesionOptions{.model = AdhesionModel::jkr, .surface_energy = 0.5});

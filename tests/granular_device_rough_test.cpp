@@ -4,6 +4,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "src/granular/device/device.hpp"
@@ -46,12 +47,20 @@ Scene sticky_gas(AdhesionModel model) {
   scene.effects.add(effects::AdhesionOptions{.model = model, .surface_energy = 0.5});
   return scene;
 }
-/// Grains that fall onto the walls of a box, which have their own material.
+/// Grains that fall onto the walls of a box, which have their own material, as have some grains. `adhesive`: with
+/// adhesion, and walls on all sides.
 Scene walled_gas(bool adhesive) {
   Scene scene = frictional_gas(100, 7, 2);
+  for (std::size_t i = 0; i < scene.conductors.size(); i += 3)
+    scene.conductors[i].material = {.density = 2, .stiffness = 3, .damping = 0.5};
   scene.effects.add(effects::UniformForceOptions{.acceleration = {{0.5, 0, -3}, 0}});
-  if (adhesive) scene.effects.add(effects::AdhesionOptions{.model = AdhesionModel::jkr, .surface_energy = 0.5});
-  grains::add_walls(scene, {0, 2}, {.stiffness = 600, .damping = 20, .friction = 0.2});
+  const effects::FlatWallsOptions walls{.stiffness = 600, .damping = 20, .friction = 0.2};
+  if (!adhesive) {
+    grains::add_walls(scene, {0, 2}, walls);
+    return scene;
+  }
+  scene.effects.add(effects::AdhesionOptions{.model = AdhesionModel::jkr, .surface_energy = 0.5});
+  grains::add_walls(scene, {0, 1, 2}, walls);
   return scene;
 }
 /// Mixture of two sizes and two materials.
@@ -108,6 +117,30 @@ TEST_CASE("device adhesion: 40 steps of a gas equal the CPU's within rounding") 
     compare(sticky_gas(model), 40, 1e-7);
   }
 }
+// Without damping two slow grains oscillate, and are at a gap of up to 0.006 in a part of each period. A step moves
+// them by less.
+TEST_CASE("device adhesion: a contact lasts at a gap also in short steps") {
+  Scene scene = grains::cube(10);
+  scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278.6, .dissipative = 0});
+  scene.effects.add(effects::AdhesionOptions{.model = AdhesionModel::jkr, .surface_energy = 0.7});
+  scene.mechanics.step = 5e-4;
+  grains::add_pair(scene, 0.1, 1e-3);
+  grains::Run cpu(scene);
+  const Checkpoint start = cpu.gas.save();
+  const Device device = loaded(scene, cpu, start);
+  double widest = 0;
+  for (int n = 0; n < 1500; ++n) {
+    cpu.step(10), device->step(10);
+    const std::vector<double>& x = cpu.gas.bodies().position;
+    if (!cpu.gas.contacts().empty()) widest = std::max(widest, x[3] - x[0] - 1);
+  }
+  CHECK(widest > 0.003);
+  const Checkpoint expected = cpu.gas.save(), found = stored(*device, start);
+  CHECK(found.integers.at("counters") == expected.integers.at("counters"));
+  CHECK(found.integers.at("contact_pairs") == expected.integers.at("contact_pairs"));
+  CHECK(largest_difference(found.reals.at("position"), expected.reals.at("position")) < 1e-9);
+}
+
 TEST_CASE("device walls: 60 steps of falling grains equal the CPU's within rounding") {
   for (const bool adhesive : {false, true}) {
     CAPTURE(adhesive);
@@ -184,6 +217,29 @@ TEST_CASE("device friction: a collision conserves both momenta") {
   CHECK(norm(granular::spin_of(cpu.gas.bodies(), 1)) > 0.1);
 }
 
+// A row of ever lighter grains: each hits the next one, all within one step. The last one becomes four times as fast as
+// any before, and hits another at a distance in the same step.
+TEST_CASE("device friction: a chain of collisions in a step misses no contact") {
+  Scene scene = grains::frictional(30, {.stiffness = 1e7, .damping = 0}, {.coefficient = 0.5});
+  scene.mechanics.step = 0.02;
+  double x = 10;
+  for (const auto& [radius, speed, gap] :
+       {std::array{2.0, 4.0, 0.001}, {0.7, 0.0, 0.001}, {0.25, 0.0, 0.001}, {0.1, 0.0, 0.1}, {0.1, 0.0, 0.0}}) {
+    scene.conductors.push_back({.position = {x + radius, 15, 15}, .velocity = {speed, 0, 0}, .radius = radius});
+    x += 2 * radius + gap;
+  }
+  grains::Run cpu(scene);
+  const Checkpoint start = cpu.gas.save();
+  const Device device = loaded(scene, cpu, start);
+  cpu.step(10), device->step(10);
+  REQUIRE(device->time() == cpu.gas.time());
+  const Checkpoint expected = cpu.gas.save(), found = stored(*device, start);
+  CHECK(cpu.gas.collisions >= 4);
+  CHECK(found.integers.at("counters") == expected.integers.at("counters"));
+  for (int i = 0; i < 5; ++i)
+    CHECK(found.reals.at("momentum")[3 * i] == doctest::Approx(expected.reals.at("momentum")[3 * i]).epsilon(1e-3));
+}
+
 TEST_CASE("device friction: an elastic stage has walls, but no friction") {
   Scene scene = walled_gas(false);
   scene.stages = {{.duration = 1, .elastic = true}};
@@ -209,11 +265,20 @@ TEST_CASE("device walls: 40 steps of charges between walls equal the CPU's") {
   }
 }
 
-TEST_CASE("device friction: ordered charge exchange of rough grains equals the CPU's") {
+TEST_CASE("device friction: ordered charge exchange equals the CPU's") {
   Scene scene = frictional_gas(100, 8, 5);
   for (std::size_t i = 0; i < scene.conductors.size(); i += 2) scene.conductors[i].radius = 0.35;
   scene.effects.add(effects::ChargeExchangeOptions{.model = effects::ExchangeModel::size, .strength = 0.25});
   compare(scene, 40, 1e-7);
+}
+
+TEST_CASE("device walls: sides that are not periodic without walls are refused") {
+  Scene scene = walled_gas(false);
+  CHECK_NOTHROW(granular::device::check_scene(scene));
+  scene.effects = {};
+  scene.effects.add(effects::LinearContactOptions{.stiffness = 1e4});
+  CHECK(message_of([&] { granular::device::check_scene(scene); }).find("without effects.flat_walls") !=
+        std::string::npos);
 }
 
 }  // namespace granular_device_rough_test

@@ -68,7 +68,7 @@ TEST_CASE("rough scenes: wrong input is refused with its key") {
       {box + grains + soft + "[effects.adhesion]\nsurface_energy = 1e3\n",
        "is too large for the stiffness of the contact"},
       {"[domain]\nsize = [1, 1]\n[[conductor]]\nposition = [0.5, 0.5]\nradius = 0.1\n" + friction,
-       "effects.friction needs the table [units]"},
+       "material.density is missing: a scene of grains without [units] is in SI"},
   };
   for (const auto& [text, message] : table) {
     CAPTURE(text);

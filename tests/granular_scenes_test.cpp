@@ -242,13 +242,13 @@ TEST_CASE("scenes of grains: impossible ones are refused with a one-line message
       {replaced(box, "left = \"periodic\"\nright = \"periodic\"\n", "") + grains + contact,
        "domain.left = \"insulating\" is not allowed without the table [effects.flat_walls]"},
       {replaced(box, "left = \"periodic\"\nright = \"periodic\"\n", "left = { potential = 3 }\n") + grains + contact,
-       "domain.left = { potential = 3 } is not allowed in a scene of grains (with [units]): a conducting side is "
+       "domain.left = { potential = 3 } is not allowed in a scene of grains: a conducting side is "
        "grounded"},
       {box + few + contact + "[mechanics]\nrelative_tolerance = 1e-6\n",
        "mechanics.relative_tolerance is not allowed with mechanics.integrator = \"multirate\": of grains it is for "
        "\"cvode\""},
       {box + few + contact + "[mechanics]\nlargest_step = 1.0\n",
-       "mechanics.largest_step is not allowed with [units], which makes the scene one of grains"},
+       "mechanics.largest_step is not allowed in a scene of grains: it is for conductors"},
       {plane + few + contact + coulomb + "[effects.induced_dipoles]\n",
        "effects.induced_dipoles is not allowed in 2 dimensions: it supports 3"},
       {plane + few + contact + coulomb + "sum = \"ewald\"\n",
@@ -321,6 +321,20 @@ TEST_CASE("scenes of grains: impossible ones are refused with a one-line message
        "effects.charge_exchange.feedback = 1 is not allowed: charges that grow without limit need "
        "effects.charge_exchange.capacity"},
       {box + few + contact + exchange + "model = \"size\"\nmemory = 0\n", "effects.charge_exchange.memory"},
+      {box + few + contact + exchange + "model = \"impact\"\npatches = 4\n", "it is for \"patches\""},
+      {box + few + contact + exchange + "model = \"size\"\ndonors = [0.5]\n", "it is for \"patches\""},
+      {box + few + contact + exchange + "model = \"patches\"\ndonors = [0.5, 0.5]\n",
+       "effects.charge_exchange.donors has 2 numbers, and model = \"patches\" needs one for each [[conductor]]"},
+      {box + few + contact + exchange + "model = \"patches\"\ndonors = [1.5]\n", "at least 0 and at most 1"},
+      {box + few + contact + exchange + "model = \"patches\"\nrate = 2\n",
+       "rate is not allowed with effects.charge_exchange.model = \"patches\""},
+      {box + few + "relative_permittivity = 3\n" + contact + coulomb,
+       "population.relative_permittivity needs the table [effects.induced_dipoles]"},
+      {box + few + "relative_permittivity = 1\n" + contact + coulomb + "[effects.induced_dipoles]\n",
+       "greater than 1 and at most 1000000"},
+      {box + few + "relative_permittivity = 3\n" + contact + coulomb +
+           "[effects.induced_dipoles]\npolarizability = 0.01\n",
+       "effects.induced_dipoles.polarizability has no effect, because all grains have a relative_permittivity"},
       {box + few + contact + exchange + "model = \"material\"\naffinities = [1, 2]\n",
        "effects.charge_exchange.affinities has 2 numbers, and model = \"material\" needs one for each [[conductor]] "
        "and "

@@ -96,7 +96,7 @@ TEST_CASE("device mesh sum, open and grounded sides: the device's mesh is accura
   }
 }
 
-TEST_CASE("device mesh sum, grounded sides: independent of charge order, exact scaling") {
+TEST_CASE("device mesh sum, grounded sides: order and scale of charges") {
   const Enclosure& enclosure = enclosures[6];
   const SourceSet sources = charges_in(enclosure);
   const int n = sources.size();

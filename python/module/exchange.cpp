@@ -123,7 +123,7 @@ const EffectKind& exchange_kind() {
 }  // namespace
 
 void add_charge_exchange(Scene& scene, py::function function, double unit) {
-  if (!scene.reference) throw InputError("add_charge_exchange: only grains exchange charge, in a scene with [units]");
+  if (!scene.reference) throw InputError("add_charge_exchange: only grains exchange charge, and the scene has none");
   if (!(unit > 0 && std::isfinite(unit)))
     throw InputError(fmt::format("add_charge_exchange: unit = {:g} is not allowed: it must be positive", unit));
   ExchangeOptions options;

@@ -78,9 +78,9 @@ class BoundedSum : public Sum {
 /// of charges.
 MeshChoice choose_bounded_mesh(const MeshRequest& request, const Enclosure& enclosure, const Sources& sources);
 
-/// Chooses the mesh of charges with these extents in an unbounded enclosure, without a measurement of its error, for
-/// half of the requested one: estimates for random positions can be wrong by a factor of two in clusters. Throws the
-/// exceptions of choose_quick_mesh().
+/// Chooses the mesh of charges with these extents in an unbounded enclosure, without a measurement of its error. It
+/// is made for half of the requested error: estimates for random positions can be wrong by a factor of two in clusters.
+/// Throws the exceptions of choose_quick_mesh().
 MeshChoice choose_cloud_mesh(const Vec3& extents, MeshRequest request, const Enclosure& enclosure);
 
 /// Returns the smallest of the lengths 2^(n/8) that is not below this one; 0 for 0.

@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 #include <random>
+#include <utility>
 
 #include "solvers/error.hpp"
 #include "solvers/periodic/short_range.hpp"
@@ -75,10 +76,31 @@ void replace_between_dipoles(const DipoleSystem& at, Sum& before, Sum& after, st
   add(response, 1, difference);
 }
 
-/// Returns -mu.e_charges - 1/2 mu T mu + mu^2 / (2 A), with T mu = total field - e_charges.
-double polarization_energy(const std::vector<double>& dipole, const std::vector<double>& charges,
-                           const std::vector<double>& total, double polarizability) {
-  return -0.5 * view(dipole).dot(view(charges) + view(total) - view(dipole) / polarizability);
+/// Returns -mu.e_charges - 1/2 mu T mu + mu^2 / (2 A), with T mu = total field - e_charges. `inducing`: dipoles at
+/// equal polarizability A in the same field, mu / w^2.
+double polarization_energy(const std::vector<double>& dipole, const std::vector<double>& inducing,
+                           const std::vector<double>& charges, const std::vector<double>& total,
+                           double polarizability) {
+  return -0.5 * view(dipole).dot(view(charges) + view(total) - view(inducing) / polarizability);
+}
+
+/// Multiplies vectors by weights; without weights they stay.
+void weigh(std::span<double> vectors, const std::vector<double>& weight) {
+  for (std::size_t k = 0; k < weight.size(); ++k) vectors[k] *= weight[k];
+}
+void divide(std::span<double> vectors, const std::vector<double>& weight) {
+  for (std::size_t k = 0; k < weight.size(); ++k) vectors[k] /= weight[k];
+}
+
+/// Returns the interaction w T w of weighted dipoles.
+DipoleField weighted(DipoleField field_of, const std::vector<double>& weight) {
+  if (weight.empty()) return field_of;
+  return [field_of = std::move(field_of), &weight](std::span<const double> dipole, std::span<double> field) {
+    std::vector<double> moments(dipole.begin(), dipole.end());
+    weigh(moments, weight);
+    field_of(moments, field);
+    weigh(field, weight);
+  };
 }
 
 /// Returns B_1, ..., B_n. C(2n, n - j) / C(2n - 2, n - 1) is (4n - 2) / (n + 1) at j = 1, and its ratio from j to j + 1
@@ -156,6 +178,12 @@ double largest_polarizability(const DipoleField& field_of, int n, double enough)
   return largest > 0 ? 1 / largest : INFINITY;
 }
 
+InducedDipoles::InducedDipoles(Sum& far, DipoleSum variant, double polarizability, double tolerance,
+                               const std::vector<double>& each)
+    : far_(far), variant_(variant), polarizability_(polarizability), tolerance_(tolerance) {
+  for (const double a : each) weight_.insert(weight_.end(), 3, std::sqrt(a / polarizability));
+}
+
 int InducedDipoles::evaluate(const Sources& charges, std::span<const Pair> pairs, parallel::Team& team,
                              std::vector<double>& dipole, Response& response) const {
   require_consistent(charges);
@@ -169,21 +197,28 @@ int InducedDipoles::evaluate(const Sources& charges, std::span<const Pair> pairs
   const Response alone = far_with_charges ? response : at.response(near, charges.charge, {});
   const std::vector<double> polarizing = variant_ == DipoleSum::minimum_image ? alone.field : response.field;
   dipole.resize(3 * charges.size());
-  const int applications =
-      solve_dipoles(field_by(between, charges, pairs, team), polarizing, polarizability_, tolerance_, dipole);
+  std::vector<double> driving = polarizing;
+  weigh(driving, weight_), divide(dipole, weight_);
+  const int applications = solve_dipoles(weighted(field_by(between, charges, pairs, team), weight_), driving,
+                                         polarizability_, tolerance_, dipole);
+  weigh(dipole, weight_);
 
   Response polarized = at.response(with_charges, charges.charge, dipole);
   add(polarized, -1, alone);
   if (&with_charges != &between) replace_between_dipoles(at, with_charges, between, dipole, polarized);
   response.field = polarizing;
   add(response, 1, polarized);
-  if (polarizability_ > 0) response.energy += polarization_energy(dipole, polarizing, response.field, polarizability_);
+  std::vector<double> inducing = dipole;
+  divide(inducing, weight_), divide(inducing, weight_);
+  if (polarizability_ > 0)
+    response.energy += polarization_energy(dipole, inducing, polarizing, response.field, polarizability_);
   return applications;
 }
 
 void InducedDipoles::check_stability(const Sources& sources, std::span<const Pair> pairs, parallel::Team& team) const {
   MinimumImage near;
-  const DipoleField field_of = field_by(variant_ == DipoleSum::ewald ? far_ : near, sources, pairs, team);
+  const DipoleField field_of =
+      weighted(field_by(variant_ == DipoleSum::ewald ? far_ : near, sources, pairs, team), weight_);
   const int n = static_cast<int>(sources.size());
   if (largest_polarizability(field_of, n, polarizability_) <= polarizability_)
     refuse(field_of, 3 * sources.size(), polarizability_);

@@ -41,16 +41,17 @@ enum class DipoleSum {
   source
 };
 
-/// Model of charges with induced point dipoles, mu_i = A e_i, with the polarizability A and the field e_i of all other
-/// charges and dipoles. The energy is that of the charges plus -sum mu.e_charges - 1/2 mu T mu + sum mu^2 / (2 A), at
-/// its minimum in mu. Forces are its derivatives at fixed mu, except for DipoleSum::source. Charges always act on each
-/// other by `far`.
+/// Model of charges with induced point dipoles, mu_i = A_i e_i, with the polarizability A_i and the field e_i of all
+/// other charges and dipoles. The energy is that of the charges plus -sum mu.e_charges - 1/2 mu T mu + sum mu^2 / (2
+/// A_i), at its minimum in mu. Unlike A_i = w_i^2 A are equal ones for the dipoles mu_i / w_i, with the interaction w_i
+/// T_ij w_j and the field w_i e_i. Forces are its derivatives at fixed mu, except for DipoleSum::source. Charges always
+/// act on each other by `far`.
 class InducedDipoles {
  public:
   /// Sets up the model. `far`: sum over all images, which must outlive this object and must support dipoles.
-  /// `polarizability` (length^3); `tolerance`: see solve_dipoles().
-  InducedDipoles(Sum& far, DipoleSum variant, double polarizability, double tolerance)
-      : far_(far), variant_(variant), polarizability_(polarizability), tolerance_(tolerance) {}
+  /// `polarizability` A (length^3), and `each` A_i [N], or empty if they are equal; `tolerance`: see solve_dipoles().
+  InducedDipoles(Sum& far, DipoleSum variant, double polarizability, double tolerance,
+                 const std::vector<double>& each = {});
 
   /// Solves for the induced dipoles, and computes potentials, fields, forces and energy. `charges`: sources without
   /// dipoles. `dipole` [3 N]: initial guess (empty: none), then the solution. `response`: results of charges and
@@ -68,6 +69,7 @@ class InducedDipoles {
   Sum& far_;
   DipoleSum variant_;
   double polarizability_, tolerance_;
+  std::vector<double> weight_;  ///< w_i = sqrt(A_i / A) of each component [3 N]; empty: they are 1
 };
 
 /// Predictor of induced dipoles for the initial guess of the next time step, from the dipoles of the last n steps of

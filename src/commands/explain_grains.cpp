@@ -22,6 +22,7 @@
 #include "src/scene/contact_steps.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/scene/grains.hpp"
+#include "src/scene/si.hpp"
 #include "src/theory/haff.hpp"
 
 namespace lichtenberg {
@@ -339,8 +340,10 @@ void explain_grains(Explanation& out, const Scene& scene) {
   const double initial = initial_temperature(scene);
   const auto [length, mass, velocity, charge] = *scene.reference;
   out.print("\nmotion\n");
-  out.print("  units                d0 = {:g} m, m0 = {:g} kg, v0 = {:g} m/s, q0 = {:g} C, t0 = {:g} s\n", length, mass,
-            velocity, charge, length / velocity);
+  out.print("  units                d0 = {:g} m, m0 = {:g} kg, v0 = {:g} m/s, q0 = {:g} C, t0 = {:g} s{}\n", length,
+            mass, velocity, charge, length / velocity, scene.in_si ? ", chosen for this scene in SI" : "");
+  if (scene.in_si)
+    out.print("  charges              K = {:.4g}, k_e q0^2/(m0 v0^2 d0)\n", coupling_constant(*scene.reference));
   out.add("filling", grain_filling(scene), "1");
   out.print("  filling              {:.4f} of the box\n", grain_filling(scene));
   explain_sums(out, scene);

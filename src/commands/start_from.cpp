@@ -35,6 +35,10 @@ void check_bodies(const Result& result, const Scene& scene, const StopRequest& s
   if (there.dimension() != scene.dimension() ||
       (!from_packing && there.reference.has_value() != scene.reference.has_value()))
     refuse_it(fmt::format("it is of another kind of scene than {}", scene.path));
+  if ((scene.in_si || there.in_si) && there.reference != scene.reference)
+    refuse_it(fmt::format("its reduced units are not those of {}, which follow from its sizes, speeds and charges: add "
+                          "[units] with the scales of that result",
+                          scene.path));
 }
 
 /// Throws InputError for a frame of a packing with loads whose domain is not that of the scene.

@@ -79,7 +79,8 @@ class DipolesTrial final : public SumTrial {
  public:
   DipolesTrial(const ChargedSubject& subject, std::unique_ptr<periodic::Sum> far, periodic::DipoleSum variant,
                double tolerance)
-      : SumTrial(subject, std::move(far)), induced_(*sum_, variant, subject.dipoles->polarizability, tolerance) {}
+      : SumTrial(subject, std::move(far)),
+        induced_(*sum_, variant, subject.dipoles->polarizability, tolerance, subject.dipoles->each) {}
 
  private:
   void evaluate() override {

@@ -11,12 +11,18 @@
 #include "src/model/checkpoint.hpp"
 #include "src/model/motion.hpp"
 #include "src/model/neighbours.hpp"
+#include "src/scene/si.hpp"
 
 namespace lichtenberg::effects {
 namespace {
 
 bool has_sign(ExchangeModel model) {
   return model == ExchangeModel::size || model == ExchangeModel::material || model == ExchangeModel::polarization;
+}
+
+/// Returns true for models that transfer charge in each step of a contact, at a rate.
+bool is_by_time(ExchangeModel model) {
+  return model == ExchangeModel::random_walk || model == ExchangeModel::contact_area;
 }
 
 double effective_mass(const Bodies& bodies, Pair pair) {
@@ -46,9 +52,13 @@ CollisionExchange collision_exchange(const ChargeExchangeOptions& options) {
     case ExchangeModel::polarization:
       law.drive = ExchangeDrive::field;
       break;
+    case ExchangeModel::patches:
+      law.drive = ExchangeDrive::patches;
+      break;
     default:
       break;
   }
+  law.patch = {options.strength, options.patches, options.exponent};
   law.impact = {options.strength, options.exponent};
   law.directed = {options.strength, options.exponent, options.feedback, options.memory.value_or(INFINITY)};
   if (options.field) law.field = options.field->value;
@@ -64,11 +74,17 @@ void check_drive(const Draft& draft, const ChargeExchangeOptions& options) {
            "effects.charge_exchange." + key + " " + message);
   };
   const std::size_t tables = draft.conductors.size() + draft.populations.size();
-  if (options.model == ExchangeModel::material && options.affinities.size() != tables)
-    refuse_it("affinities", fmt::format("has {} numbers, and model = \"material\" needs one for each [[conductor]] and "
-                                        "then for each [[population]], {} in all",
-                                        options.affinities.size(), tables));
+  const auto check_count = [&](const std::string& key, const std::vector<double>& table_values) {
+    if (table_values.size() != tables)
+      refuse_it(key,
+                fmt::format("has {} numbers, and model = \"{}\" needs one for each [[conductor]] and then for each "
+                            "[[population]], {} in all",
+                            table_values.size(), name_of(options.model), tables));
+  };
+  if (options.model == ExchangeModel::material) check_count("affinities", options.affinities);
+  if (!options.donors.empty()) check_count("donors", options.donors);
   if (options.model != ExchangeModel::polarization) return;
+  require_in_si(draft, "effects.charge_exchange.field");
   if (!options.field && draft.scene.effects.has("uniform_field")) return;
   if (!options.field) refuse_it("field", "is missing: model = \"polarization\" needs it or effects.uniform_field");
   check_components(draft, "effects.charge_exchange.field", *options.field);
@@ -94,11 +110,14 @@ void check_charge_exchange(const Draft& draft) {
                       fmt::format("is not allowed with effects.charge_exchange.model = \"{}\": it is for {}",
                                   name_of(options.model), models));
   };
-  const bool sign = has_sign(options.model);
+  const bool sign = has_sign(options.model), patches = options.model == ExchangeModel::patches;
+  if (!none) require_in_si(draft, "effects.charge_exchange.transfer_prefactor");
+  if (is_by_time(options.model)) require_in_si(draft, "effects.charge_exchange.rate");
   const std::string with_sign = "\"size\", \"material\" and \"polarization\"";
-  only_with("exponent", impact || sign, "\"impact\", " + with_sign);
+  only_with("exponent", impact || sign || patches, "\"impact\", \"patches\", " + with_sign);
   only_with("each_step", impact, "\"impact\"");
-  only_with("rate", !impact && !none && !sign, "\"random-walk\" and \"contact-area\"");
+  only_with("rate", is_by_time(options.model), "\"random-walk\" and \"contact-area\"");
+  for (const char* key : {"patches", "donors"}) only_with(key, patches, "\"patches\"");
   for (const char* key : {"feedback", "memory"}) only_with(key, sign, with_sign);
   only_with("affinities", options.model == ExchangeModel::material, "\"material\"");
   only_with("field", options.model == ExchangeModel::polarization, "\"polarization\"");
@@ -110,20 +129,29 @@ void check_charge_exchange(const Draft& draft) {
                     "needs effects.charge_exchange.capacity: add it, or leave the key out");
 }
 
-/// Sets the affinity of each grain from those of the tables, and the field from that of effects.uniform_field.
+/// Returns the number of each grain from those of [[conductor]] and [[population]]; empty if these are.
+std::vector<double> grain_values(const Draft& draft, const std::vector<double>& table_values) {
+  std::vector<double> all;
+  if (table_values.empty()) return all;
+  auto number = table_values.begin();
+  for (std::size_t k = 0; k < draft.conductors.size(); ++k) all.push_back(*number++);
+  for (const PopulationDraft& population : draft.populations) all.insert(all.end(), population.count, *number++);
+  return all;
+}
+
+/// Sets the affinity or the donors of each grain from those of the tables, and the field from that of
+/// effects.uniform_field.
 void complete_charge_exchange(const Draft& draft, Scene& scene) {
   auto& options = *scene.effects.find<ChargeExchangeOptions>();
   if (const auto* external = scene.effects.find<UniformFieldOptions>();
       external && options.model == ExchangeModel::polarization && !options.field)
     options.field = external->field;
-  std::size_t table = 0;
-  const auto add = [&](int count) {
-    options.affinity.insert(options.affinity.end(), count, options.affinities[table++]);
-  };
-  if (options.model == ExchangeModel::material) {
-    options.affinity.clear();
-    for (std::size_t k = 0; k < draft.conductors.size(); ++k) add(1);
-    for (const PopulationDraft& population : draft.populations) add(population.count);
+  options.affinity = grain_values(draft, options.affinities);
+  if (options.model == ExchangeModel::patches) {
+    if (draft.line("effects.charge_exchange.exponent") == 0)
+      options.exponent = 0.4;  // area of Hertz's contact at the largest overlap
+    options.affinity = grain_values(draft, options.donors);
+    if (options.donors.empty()) options.affinity.assign(scene.conductors.size(), 0.5);
   }
   if (!options.capacity) return;
   for (const Conductor& grain : scene.conductors)
@@ -134,9 +162,14 @@ void complete_charge_exchange(const Draft& draft, Scene& scene) {
                          *options.capacity, grain.charge));
 }
 
-/// Returns the course of the charge difference of two grains that collide again and again (DirectedExchange).
+/// Returns the course of the charge difference of two grains that collide again and again (DirectedExchange), or the
+/// rms charge of a collision (PatchExchange).
 std::vector<ExplanationLine> explain_charge_exchange(const Scene& scene) {
   const auto& options = *scene.effects.find<ChargeExchangeOptions>();
+  if (options.model == ExchangeModel::patches)
+    return {{"transferred charge",
+             fmt::format("{:g} pairs of patches of {:g} q0 at an energy of 1 m0 v0^2: rms {:.4g} q0 of equal grains",
+                         options.patches, options.strength, options.strength * std::sqrt(0.5 * options.patches))}};
   if (!has_sign(options.model)) return {};
   const double growth = 2 * options.strength * options.feedback;
   std::string text = fmt::format("{:g} q0 times the drive per collision of energy 1 m0 v0^2, by {}", options.strength,
@@ -154,7 +187,7 @@ void charge_exchange_on_device(const Scene& scene, DeviceForces& forces) {
   const auto& options = *scene.effects.find<ChargeExchangeOptions>();
   forces.charged = true;
   if (options.model == ExchangeModel::none) return;
-  if (options.model != ExchangeModel::impact && !has_sign(options.model))
+  if (is_by_time(options.model))
     refuse_on_device(scene, fmt::format("effects.charge_exchange.model = \"{}\"", name_of(options.model)));
   if (options.each_step) refuse_on_device(scene, "effects.charge_exchange.each_step");
   if (options.capacity && options.over_capacity == OverCapacity::reset)
@@ -185,20 +218,24 @@ const EffectKind& ChargeExchangeOptions::kind() {
                     "sign, once "
                     "per collision, of size Q (m_eff v^2)^eta times a drive: size: (R_i - R_j)/(R_i + R_j), so that "
                     "larger grains become positive; material: difference of affinities; polarization: component of "
-                    "field along the contact"},
+                    "field along the contact. patches: once per collision, Q for each donor that faces an acceptor "
+                    "(Apodaca et al. 2010)"},
            {.name = "transfer_prefactor",
             .target = target<&ChargeExchangeOptions::strength>,
             .unit = "q0",
             // Fourth powers of charges must not overflow.
             .range = {.low = 0, .high = 1e50, .low_itself = false},
-            .help = "prefactor Q of the transferred charge, in reduced units (q0; q0/d0^2 in the model contact-area)",
+            .help = "prefactor Q of the transferred charge, in reduced units (q0; q0/d0^2 in the model contact-area). "
+                    "Without [units] it is in C, for an energy m_eff v^2 of m0 v0^2 or an area of d0^2, whose values "
+                    "explain prints",
             .old_name = "strength"},
            {.name = "exponent",
             .target = target<&ChargeExchangeOptions::exponent>,
             // Exponent of energies, bounded to avoid overflow.
             .range = {.low = 0, .high = 10},
             .help = "exponent eta of the models with one transfer per collision, whose transferred charge is "
-                    "proportional to (impact energy)^eta"},
+                    "proportional to (impact energy)^eta; of patches it is 0.4 by default, as the area of Hertz's "
+                    "contact"},
            {.name = "rate",
             .target = target<&ChargeExchangeOptions::rate>,
             .unit = "1/t0",
@@ -220,6 +257,17 @@ const EffectKind& ChargeExchangeOptions::kind() {
             .help = "uniform electric field that polarizes contacts in the model polarization, in any unit: the drive "
                     "is its component along the line from one centre to the other at the end of the step. It exerts "
                     "no force"},
+           {.name = "patches",
+            .target = target<&ChargeExchangeOptions::patches>,
+            .range = {.low = 0, .high = 1e12, .low_itself = false},
+            .help = "number n of pairs of facing patches in a contact of impact energy m_eff v^2 = 1 m0 v0^2, for the "
+                    "model patches. Other contacts have n (m_eff v^2)^exponent pairs"},
+           {.name = "donors",
+            .target = target<&ChargeExchangeOptions::donors>,
+            .range = {.low = 0, .high = 1},
+            .computed_default = "0.5 of all grains",
+            .help = "probability that a patch of a grain is a donor, and not an acceptor, for the model patches: one "
+                    "number for each [[conductor]] and then for each [[population]]. Donors become positive"},
            {.name = "feedback",
             .target = target<&ChargeExchangeOptions::feedback>,
             .unit = "1/q0",
@@ -270,9 +318,7 @@ const EffectKind& ChargeExchangeOptions::kind() {
 ChargeExchange::ChargeExchange(const ChargeExchangeOptions& options, std::uint64_t seed)
     : options_(options), seed_(seed) {}
 
-bool ChargeExchange::is_once_a_collision() const {
-  return (options_.model == ExchangeModel::impact && !options_.each_step) || has_sign(options_.model);
-}
+bool ChargeExchange::is_once_a_collision() const { return !is_by_time(options_.model) && !options_.each_step; }
 
 /// Transfers charge in new contacts, or in all contacts for models with a transfer in each step. Random numbers are
 /// selected by the pair and by the number of earlier collisions of its first grain (or of earlier steps). Each
@@ -300,7 +346,7 @@ Collision ChargeExchange::collision_of(const GrainContact& contact, const Bodies
                       .difference = difference,
                       .collisions_i = static_cast<double>(collisions_[i]),
                       .collisions_j = static_cast<double>(collisions_[j])};
-  if (options_.model == ExchangeModel::material)
+  if (options_.model == ExchangeModel::material || options_.model == ExchangeModel::patches)
     collision.affinity_i = options_.affinity[i], collision.affinity_j = options_.affinity[j];
   if (options_.model == ExchangeModel::polarization) collision.separation = separation(bodies, contact.pair);
   return collision;
@@ -309,7 +355,7 @@ Collision ChargeExchange::collision_of(const GrainContact& contact, const Bodies
 double ChargeExchange::transfer(const GrainContact& contact, double dt, const Bodies& bodies, double difference,
                                 Random& random) const {
   const auto [i, j] = contact.pair;
-  if (has_sign(options_.model) || options_.model == ExchangeModel::impact)
+  if (!is_by_time(options_.model))
     return collision_exchange(options_)(collision_of(contact, bodies, difference), random);
   if (options_.model == ExchangeModel::random_walk)
     return RandomWalkExchange{options_.strength, options_.rate}(dt, random);

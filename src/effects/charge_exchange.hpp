@@ -15,8 +15,8 @@ namespace lichtenberg::effects {
 /// once in a collision unless `each_step` is set. `random_walk`: white noise during contact. `contact_area`: white
 /// noise times the contact area. `none`: no transfer. The others are DirectedExchange. `size`: drive by the radii.
 /// `material`: drive by the affinities of the grains. `polarization`: drive by the direction of the contact in a
-/// uniform field (Paehtz, Herrmann and Shinbrot 2010).
-enum class ExchangeModel { impact, random_walk, contact_area, size, material, polarization, none };
+/// uniform field (Paehtz, Herrmann and Shinbrot 2010). `patches`: PatchExchange.
+enum class ExchangeModel { impact, random_walk, contact_area, size, material, polarization, patches, none };
 
 }  // namespace lichtenberg::effects
 
@@ -29,6 +29,7 @@ inline constexpr Named<effects::ExchangeModel> values_named<effects::ExchangeMod
     {effects::ExchangeModel::size, "size"},
     {effects::ExchangeModel::material, "material"},
     {effects::ExchangeModel::polarization, "polarization"},
+    {effects::ExchangeModel::patches, "patches"},
     {effects::ExchangeModel::none, "none"}};
 template <>
 inline constexpr Named<effects::OverCapacity> values_named<effects::OverCapacity>[] = {
@@ -47,8 +48,10 @@ struct ChargeExchangeOptions {
   double feedback = 0;                 ///< 1/q0, for the models with a sign
   std::optional<double> memory;        ///< number of collisions, for the models with a sign; empty: no limit
   std::vector<double> affinities{};    ///< of each [[conductor]] and then of each [[population]], for material
-  std::vector<double> affinity{};      ///< of each grain, from `affinities`
+  std::vector<double> affinity{};      ///< of each grain, from `affinities`, or from `donors` for patches
   std::optional<Coordinates> field{};  ///< electric field that polarizes contacts, for polarization
+  double patches = 10;                 ///< pairs of patches in a contact of unit energy, for patches
+  std::vector<double> donors{};        ///< probabilities, of the same tables as `affinities`, for patches; empty: 1/2
   /// True: the model `impact` transfers charge in each step of a contact instead of once in a collision
   bool each_step = false;
   std::optional<double> capacity;  ///< largest charge of a grain (q0); empty: no limit

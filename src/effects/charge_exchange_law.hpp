@@ -99,6 +99,44 @@ LICHTENBERG_HOST_DEVICE inline double whole_quanta(double dq, double quantum) {
   return quantum * std::nearbyint(dq / quantum);
 }
 
+/// One transfer in each collision by patches of donors and acceptors (Apodaca et al. 2010). The contact brings n pairs
+/// of facing patches together. A patch of grain i is a donor with the probability p_i, otherwise an acceptor. A donor
+/// of i that faces an acceptor of j gives dq = Q, the reverse -Q, and equal patches 0. The sum over n pairs has the
+/// mean Q n (p_i - p_j) and the variance Q^2 n (s - (p_i - p_j)^2) with s = p_i (1 - p_j) + p_j (1 - p_i). Patches are
+/// new in each collision. Reduced units.
+struct PatchExchange {
+  double strength = 0;  ///< Q (q0), rounded to the charge quantum
+  double patches = 0;   ///< mean number of pairs of patches in a contact of unit energy
+  double exponent = 0;  ///< eta: the number of pairs is patches (m_eff v^2)^eta, as the contact area
+
+  /// Number of pairs up to which each is drawn; more have the Gaussian limit.
+  static constexpr double most_drawn = 256;
+
+  /// Returns the charge dq (q0) transferred from the second grain to the first. `energy`: m_eff v^2 (m0 v0^2);
+  /// `donor_i`, `donor_j`: probabilities of donors. Draws at most 257 random numbers.
+  LICHTENBERG_HOST_DEVICE double operator()(double energy, double donor_i, double donor_j, Random& random) const {
+    const double count = std::floor(patches * std::pow(energy, exponent) + random.uniform());
+    return whole_quanta(strength, charge_quantum(strength)) * charged_pairs(count, donor_i, donor_j, random);
+  }
+
+ private:
+  /// Returns the number of pairs with dq = Q minus that of those with dq = -Q.
+  LICHTENBERG_HOST_DEVICE static double charged_pairs(double count, double donor_i, double donor_j, Random& random) {
+    const double gain = donor_i * (1 - donor_j), loss = donor_j * (1 - donor_i);
+    if (count > most_drawn) {
+      const double deviation = std::sqrt(count * (gain + loss - (gain - loss) * (gain - loss)));
+      const double sum = std::nearbyint(count * (gain - loss) + deviation * random.normal());
+      return std::fmax(-count, std::fmin(sum, count));
+    }
+    double sum = 0;
+    for (double pair = 0; pair < count; ++pair) {
+      const double u = random.uniform();
+      sum += u < gain ? 1 : u < gain + loss ? -1 : 0;
+    }
+    return sum;
+  }
+};
+
 /// Treatment of a charge transfer that would charge a grain beyond its capacity (largest allowed charge).
 enum class OverCapacity {
   refuse,  ///< the transfer is omitted
@@ -132,21 +170,22 @@ LICHTENBERG_HOST_DEVICE inline double size_drive(double radius_i, double radius_
 struct Collision {
   double effective_mass = 0, speed = 0;       ///< m_i m_j / (m_i + m_j), and normal speed at contact onset
   double radius_i = 0, radius_j = 0;          ///< d0
-  double affinity_i = 0, affinity_j = 0;      ///< for the drive by material
+  double affinity_i = 0, affinity_j = 0;      ///< for the drive by material, or probabilities of donors for patches
   Vec3 separation{};                          ///< from the centre of j to that of i (d0), for the drive by a field
   double difference = 0;                      ///< q_i - q_j (q0)
   double collisions_i = 0, collisions_j = 0;  ///< numbers of earlier collisions of the grains
 };
 
-/// Cause of the transfer of charge in a collision: none, so that the sign is random (ImpactExchange), or a drive of
-/// DirectedExchange.
-enum class ExchangeDrive { random, size, material, field };
+/// Cause of the transfer of charge in a collision: none, so that the sign is random (ImpactExchange), a drive of
+/// DirectedExchange, or patches (PatchExchange).
+enum class ExchangeDrive { random, size, material, field, patches };
 
 /// Charge transfer of the models with one transfer in a collision, on the CPU and on a device. Reduced units.
 struct CollisionExchange {
   ExchangeDrive drive = ExchangeDrive::random;
   ImpactExchange impact{};
   DirectedExchange directed{};
+  PatchExchange patch{};
   Vec3 field{};                ///< for the drive by a field, in any unit
   double capacity = INFINITY;  ///< largest magnitude of a charge (q0), beyond which transfers are refused
 
@@ -155,8 +194,9 @@ struct CollisionExchange {
   /// Returns the charge dq (q0) transferred from grain j to grain i, apart from the capacity.
   LICHTENBERG_HOST_DEVICE double operator()(const Collision& of, Random& random) const {
     if (drive == ExchangeDrive::random) return impact(of.effective_mass, of.speed, random);
-    return directed(of.effective_mass * of.speed * of.speed, drive_of(of), of.difference,
-                    0.5 * (of.collisions_i + of.collisions_j));
+    const double energy = of.effective_mass * of.speed * of.speed;
+    if (drive == ExchangeDrive::patches) return patch(energy, of.affinity_i, of.affinity_j, random);
+    return directed(energy, drive_of(of), of.difference, 0.5 * (of.collisions_i + of.collisions_j));
   }
 
  private:

@@ -4,18 +4,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "solvers/error.hpp"
 #include "solvers/neighbours/pairs.hpp"
 #include "src/effects/coulomb_sum.hpp"
-#include "src/effects/device_forces.hpp"
 #include "src/effects/induced_dipoles.hpp"
 #include "src/effects/multipole_truncation.hpp"
 #include "src/model/checkpoint.hpp"
 #include "src/model/frame.hpp"
 #include "src/model/motion.hpp"
+#include "src/scene/si.hpp"
 
 namespace lichtenberg::effects {
 namespace {
@@ -31,60 +30,6 @@ double force_accuracy(const Scene& scene) {
   const auto& options = *scene.effects.find<CoulombOptions>();
   constexpr double pair_accuracy = 1e-2;
   return options.sum == CoulombSum::mesh || options.sum == CoulombSum::ewald ? options.accuracy : pair_accuracy;
-}
-
-/// Chooses the mesh on a device for the requirements in `forces`.
-periodic::MeshChoice mesh_on_device(const Scene& scene, const DeviceForces& forces) {
-  if (!forces.enclosure.unbounded) return periodic::choose_quick_mesh(forces.enclosure.request(forces.request));
-  Vec3 low{INFINITY, INFINITY, INFINITY}, high = -1.0 * low;
-  for (const Conductor& grain : scene.conductors)
-    for (int k = 0; k < 3; ++k) {
-      low[k] = std::min(low[k], grain.position[k]);
-      high[k] = std::max(high[k], grain.position[k]);
-    }
-  const Vec3 extents = scene.conductors.empty() ? Vec3{} : high - low;
-  return periodic::choose_cloud_mesh(extents, forces.request, forces.enclosure);
-}
-
-/// Throws InputError for induced dipoles in domains in which a device does not compute them.
-void check_dipoles_on_device(const Scene& scene, const periodic::Enclosure& enclosure) {
-  if (!scene.effects.has("induced_dipoles")) return;
-  if (enclosure.unbounded) refuse_on_device(scene, "effects.induced_dipoles in an unbounded domain");
-  if (enclosure.copies() > 1) refuse_on_device(scene, "effects.induced_dipoles between grounded sides");
-}
-
-/// Throws InputError if the entries of the device's lists exceed its 32-bit counters.
-void check_lists_on_device(const Scene& scene, double cutoff) {
-  const double others = grains_within(scene, cutoff), grains = static_cast<double>(scene.conductors.size());
-  if (grains * others < std::numeric_limits<int>::max()) return;
-  refuse_on_device(scene, fmt::format("lists for {} grains with {:.0f} others each within {:.2g} d0, which "
-                                      "effects.coulomb.accuracy = {:g} requires",
-                                      grains, others, cutoff, scene.effects.find<CoulombOptions>()->accuracy));
-}
-
-void coulomb_on_device(const Scene& scene, DeviceForces& forces) {
-  const auto& options = *scene.effects.find<CoulombOptions>();
-  if (options.sum != CoulombSum::mesh)
-    refuse_on_device(scene, fmt::format("effects.coulomb.sum = \"{}\"", name_of(options.sum)));
-  if (options.accuracy < 1e-6)
-    refuse_on_device(
-        scene, fmt::format("effects.coulomb.accuracy = {:g}, its single precision reaches 1e-6", options.accuracy));
-  if (options.cutoff || options.alpha || options.mesh || options.order)
-    refuse_on_device(scene, "given effects.coulomb.cutoff, alpha, mesh or order");
-  forces.enclosure = enclosure_of(scene.domain);
-  check_dipoles_on_device(scene, forces.enclosure);
-  forces.request = mesh_request(scene);
-  forces.request.fixed = {}, forces.request.on_device = true;
-  forces.mesh = mesh_on_device(scene, forces);
-  const double cutoff = forces.mesh->cutoff + widest_skin,
-               n = static_cast<double>(scene.conductors.size()) * forces.enclosure.copies();
-  check_lists_on_device(scene, cutoff);
-  forces.strength = options.strength;
-  forces.charged = true;
-  // Estimated bytes: lists of partners, and a mesh of integers, points, modes and factors with the transforms' memory.
-  constexpr double a_partner = 4, a_column = 4, a_point = 28;
-  const auto [x, y, z] = forces.mesh->mesh.points;
-  forces.bytes += n * (25 * a_column + 1.25 * a_partner * grains_within(scene, cutoff)) + a_point * x * y * z;
 }
 
 std::string precision_in_words(const periodic::MeshChoice& choice, const periodic::MeshRequest& request) {
@@ -140,6 +85,17 @@ void check_polarization(const Scene& scene) {
   coulomb.stored_energy({.bodies = bodies, .neighbours = pairs});
 }
 
+/// Returns the relative permittivity of the grains, or its least and largest value.
+std::string permittivities_in_words(const InducedDipolesOptions& dipoles, const Scene& scene) {
+  double least = INFINITY, largest = 0;
+  for (std::size_t i = 0; i < scene.conductors.size(); ++i) {
+    const double permittivity = dipoles.relative_permittivity(i, scene.conductors[i].radius);
+    least = std::min(least, permittivity), largest = std::max(largest, permittivity);
+  }
+  const std::string most = fmt::format("{:.3g}", largest);
+  return least < largest ? fmt::format("{:.3g} to {}", least, most) : most;
+}
+
 std::vector<ExplanationLine> explain(const Scene& scene) {
   const auto* dipoles = scene.effects.find<InducedDipolesOptions>();
   if (!dipoles) return explain_mesh(scene);
@@ -148,9 +104,9 @@ std::vector<ExplanationLine> explain(const Scene& scene) {
     explanation.push_back(
         {"charges",
          fmt::format(
-             "forces of dielectric spheres of relative permittivity {:.3g}, multipoles to degree {}, to {:g}, instead "
+             "forces of dielectric spheres of relative permittivity {}, multipoles to degree {}, to {:g}, instead "
              "of effects.coulomb.sum; a run takes longer than the estimate below, which is for pairs and a mesh",
-             dipoles->relative_permittivity(scene.smallest_radius()), dipoles->degree, dipoles->tolerance)});
+             permittivities_in_words(*dipoles, scene), dipoles->degree, dipoles->tolerance)});
   else
     explanation = explain_mesh(scene);
   check_polarization(scene);
@@ -206,6 +162,11 @@ void check_coulomb(const Draft& draft) {
            "include: use \"mesh\", \"ewald\" or \"minimum-image\"");
 }
 
+void complete_coulomb(const Draft& draft, Scene& scene) {
+  if (scene.in_si) scene.effects.find<CoulombOptions>()->strength = coupling_constant(*scene.reference);
+  check_cutoff(draft, scene);
+}
+
 double strength_in(const Scene& scene) { return scene.effects.find<CoulombOptions>()->strength; }
 
 std::vector<Key> keys() {
@@ -214,8 +175,9 @@ std::vector<Key> keys() {
        .target = target<&CoulombOptions::strength>,
        .range = {.low = 0, .high = 1e100},
        .help = "strength of the Coulomb interaction between grains, K = k_e q0^2 / (m0 v0^2 d0) with Coulomb's "
-               "constant k_e and the scales of [units]",
-       .old_name = "strength"},
+               "constant k_e and the scales of [units]. A scene without [units] has its own K",
+       .old_name = "strength",
+       .scale = Key::Scale::reduced},
       {.name = "sum",
        .target = target<&CoulombOptions::sum>,
        .help =
@@ -278,7 +240,7 @@ const EffectKind& CoulombOptions::kind() {
       .periodic = true,
       .grains = true,
       .check = check_coulomb,
-      .complete = check_cutoff,
+      .complete = complete_coulomb,
       .make = [](const Scene& scene) { return std::make_unique<Coulomb>(scene); },
       .explain = explain,
       .charge_strength = strength_in,
@@ -307,7 +269,7 @@ struct Coulomb::Implementation {
     if (found->degree > 1)
       spheres.emplace(laplace::SphereOptions{.accuracy = found->tolerance, .degree = found->degree});
     else
-      induced.emplace(*sum, found->sum, found->polarizability, found->tolerance);
+      induced.emplace(*sum, found->sum, found->polarizability, found->tolerance, found->each);
   }
 
   bool polarizes() const { return induced || spheres; }
@@ -392,7 +354,7 @@ struct Coulomb::Implementation {
       response.energy -= 0.5 * bodies.charge[i] * own;
       for (int k = 0; k < 3; ++k) {
         dipole.push_back(solution.sphere_dipole[i][k]);
-        response.field.push_back(dipole.back() / polarization.polarizability);
+        response.field.push_back(dipole.back() / polarization.of(i));
         response.force.push_back(solution.sphere_force[i][k]);
       }
     }

@@ -38,6 +38,11 @@ std::string accuracy_warning(const Scene& scene, const periodic::MeshChoice& cho
 /// unchanged otherwise. Throws the exceptions of mesh_for().
 std::unique_ptr<periodic::Sum> make_sum(const Scene& scene, std::string& warning);
 
+struct DeviceForces;
+/// Adds the Coulomb forces of a scene to those of a device (EffectKind::device). Throws InputError for options that a
+/// device does not support.
+void coulomb_on_device(const Scene& scene, DeviceForces& forces);
+
 /// Returns the result of work(). If work() throws InputError, rethrows it with the path of the scene and the name of
 /// the table before its message.
 template <class Work>

@@ -81,13 +81,15 @@ std::vector<Key> wall_keys() {
        .range = {.low = 1e-100, .high = 1e100},
        .computed_default = "that of two grains",
        .help = "stiffness of the contact of a grain and a wall, with the meaning of the key of the same name of the "
-               "grains' contact law; a wall counts as a grain of infinite radius and mass"},
+               "grains' contact law; a wall counts as a grain of infinite radius and mass",
+       .scale = Key::Scale::reduced},
       {.name = "damping",
        .target = target<&FlatWallsOptions::damping>,
        .range = ranges::not_negative,
        .computed_default = "that of two grains",
        .help = "damping of the contact of a grain and a wall, with the meaning of the key of the same name of the "
-               "grains' contact law; 0: elastic"},
+               "grains' contact law; 0: elastic",
+       .scale = Key::Scale::reduced},
       {.name = "restitution",
        .target = target<&FlatWallsOptions::restitution>,
        .range = {.low = 0, .high = 1, .low_itself = false},
@@ -104,7 +106,8 @@ std::vector<Key> wall_keys() {
        .range = ranges::positive,
        .computed_default = "none",
        .help = "Young's modulus of the walls in SI, in Pa. Give it with poisson and viscosity instead of stiffness "
-               "and damping"},
+               "and damping",
+       .scale = Key::Scale::si},
       {.name = "poisson",
        .target = target<&FlatWallsOptions::poisson>,
        .range = {.low = -1, .high = 0.5, .low_itself = false},
@@ -115,7 +118,8 @@ std::vector<Key> wall_keys() {
        .unit = "s",
        .range = ranges::not_negative,
        .computed_default = "none",
-       .help = "viscous time of the walls' material in SI, in s"}};
+       .help = "viscous time of the walls' material in SI, in s",
+       .scale = Key::Scale::si}};
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 
 #include "src/effects/device_forces.hpp"
 #include "src/model/drive_part.hpp"
+#include "src/scene/si.hpp"
 
 namespace lichtenberg::effects {
 
@@ -20,9 +21,10 @@ const EffectKind& GasDragOptions::kind() {
       .options = GasDragOptions{},
       .keys = {{.name = "stokes",
                 .target = target<&GasDragOptions::stokes>,
+                .unit = "1/t0",
                 .range = ranges::positive,
-                .help = "dimensionless drag coefficient S = d0 / (v0 tau), with the relaxation time tau of a grain's "
-                        "velocity in a gas at rest and the scales d0 and v0 of [units]"},
+                .help = "drag coefficient S = 1/tau, with the relaxation time tau of a grain's velocity in a gas at "
+                        "rest, in reduced units (1/t0)"},
                {.name = "speed",
                 .target = target<&GasDragOptions::speed>,
                 .unit = "v0",
@@ -38,6 +40,12 @@ const EffectKind& GasDragOptions::kind() {
       .dimensions = {2, 3},
       .periodic = true,
       .grains = true,
+      .check =
+          [](const Draft& draft) {
+            require_in_si(draft, "effects.gas_drag.stokes");
+            if (draft.scene.effects.find<GasDragOptions>()->speed > 0)
+              require_in_si(draft, "effects.gas_drag.correlation_time");
+          },
       .make =
           [](const Scene& scene) {
             return std::make_unique<GasDrag>(*scene.effects.find<GasDragOptions>(), scene.seed);

@@ -8,6 +8,7 @@
 #include "solvers/laplace/accuracy/cost_model.hpp"
 #include "src/effects/device_forces.hpp"
 #include "src/model/effect.hpp"
+#include "src/scene/si.hpp"
 
 namespace lichtenberg::effects {
 namespace {
@@ -18,9 +19,21 @@ class InducedDipoles : public Effect {
   const EffectKind& kind() const override { return InducedDipolesOptions::kind(); }
 };
 
+/// Throws InputError for a polarizability that no grain has, and in SI for a missing one.
+void check_permittivities(const Draft& draft) {
+  const auto has_own = [](const auto& of) { return of.permittivity > 0; };
+  const bool all = std::ranges::all_of(draft.populations, has_own) &&
+                   std::ranges::all_of(draft.conductors, [&](const auto& given) { return has_own(given.conductor); });
+  if (!all || (draft.conductors.empty() && draft.populations.empty()))
+    return require_in_si(draft, "effects.induced_dipoles.polarizability");
+  refuse_if_given(draft, "effects.induced_dipoles.polarizability",
+                  "has no effect, because all grains have a relative_permittivity: leave it out");
+}
+
 void check_induced_dipoles(const Draft& draft) {
   // The mutual polarization of two touching grains diverges at r^3 = 2 A.
   const auto& options = *draft.scene.effects.find<InducedDipolesOptions>();
+  check_permittivities(draft);
   constexpr double most = 0.5;
   if (options.polarizability >= most)
     refuse(draft.scene.path, draft.line("effects.induced_dipoles.polarizability"),
@@ -56,11 +69,26 @@ void check_induced_dipoles(const Draft& draft) {
                        options.tolerance));
 }
 
+/// Computes the polarizability (eps_r - 1) / (eps_r + 2) R^3 of grains with their own permittivity.
+void set_polarizabilities(InducedDipolesOptions& options, const std::vector<Conductor>& grains) {
+  if (std::ranges::none_of(grains, [](const Conductor& grain) { return grain.permittivity > 0; })) return;
+  options.each.assign(grains.size(), options.polarizability);
+  for (std::size_t i = 0; i < grains.size(); ++i)
+    if (const double eps = grains[i].permittivity; eps > 0)
+      options.each[i] = (eps - 1) / (eps + 2) * std::pow(grains[i].radius, 3);
+  options.polarizability = std::ranges::max(options.each);
+}
+
 void complete_induced_dipoles(const Draft& draft, Scene& scene) {
-  const auto& options = *scene.effects.find<InducedDipolesOptions>();
+  auto& options = *scene.effects.find<InducedDipolesOptions>();
+  const double shared = options.polarizability;
+  set_polarizabilities(options, scene.conductors);
   if (options.degree == 1) return;
-  const double least = scene.smallest_radius(), most = std::pow(least, 3);
-  if (options.polarizability >= most)
+  double least = INFINITY;
+  for (const Conductor& grain : scene.conductors)
+    if (grain.permittivity == 0) least = std::min(least, grain.radius);
+  const double most = std::pow(least, 3);
+  if (shared >= most)
     refuse(draft.scene.path, draft.line("effects.induced_dipoles.degree"),
            fmt::format(
                "effects.induced_dipoles.degree above 1 is for dielectric spheres: a polarizability less than {:g}, "
@@ -73,6 +101,7 @@ void induced_dipoles_on_device(const Scene& scene, DeviceForces& forces) {
   if (options.sum != periodic::DipoleSum::ewald)
     refuse_on_device(scene, fmt::format("effects.induced_dipoles.sum = \"{}\"", name_of(options.sum)));
   if (options.degree > 1) refuse_on_device(scene, "effects.induced_dipoles.degree above 1");
+  if (!options.each.empty()) refuse_on_device(scene, "relative_permittivity of grains");
   forces.polarizability = options.polarizability, forces.dipole_tolerance = options.tolerance;
   constexpr double a_dipole = 450;  // bytes of a dipole, including its history and the arrays of its solver
   forces.bytes += a_dipole * static_cast<double>(scene.conductors.size());
@@ -90,9 +119,9 @@ double seconds_a_grain(const Scene& scene) {
 
 }  // namespace
 
-double InducedDipolesOptions::relative_permittivity(double radius) const {
-  const double conductor = radius * radius * radius;
-  return (conductor + 2 * polarizability) / (conductor - polarizability);
+double InducedDipolesOptions::relative_permittivity(std::size_t grain, double radius) const {
+  const double conductor = radius * radius * radius, a = of(grain);
+  return (conductor + 2 * a) / (conductor - a);
 }
 
 const EffectKind& InducedDipolesOptions::kind() {
@@ -107,6 +136,7 @@ const EffectKind& InducedDipolesOptions::kind() {
       .keys =
           {{.name = "polarizability",
             .target = target<&InducedDipolesOptions::polarizability>,
+            .unit = "d0^3",
             .range = ranges::positive,
             .help =
                 "polarizability A of a grain, in reduced units (d0^3): (eps_r - 1) / (eps_r + 2) / 8 of a "

@@ -1,6 +1,7 @@
 #include "src/effects/linear_contact.hpp"
 
 #include "src/effects/grain_contact_effect.hpp"
+#include "src/scene/si.hpp"
 
 namespace lichtenberg::effects {
 
@@ -20,6 +21,7 @@ const EffectKind& LinearContactOptions::kind() {
       .options = LinearContactOptions{},
       .keys = {{.name = "stiffness",
                 .target = target<&LinearContactOptions::stiffness>,
+                .unit = "m0/t0^2",
                 .range = ranges::positive,
                 .help = "stiffness A of the spring in the contact force max(A overlap + B d overlap/dt, 0), in reduced "
                         "units (m0 / t0^2)"},
@@ -31,6 +33,7 @@ const EffectKind& LinearContactOptions::kind() {
                         "damping B of the contact force follows"},
                {.name = "damping",
                 .target = target<&LinearContactOptions::damping>,
+                .unit = "m0/t0",
                 .range = ranges::not_negative,
                 .computed_default = "from restitution",
                 .help = "damping B of the dashpot in the contact force max(A overlap + B d overlap/dt, 0), in reduced "
@@ -41,6 +44,7 @@ const EffectKind& LinearContactOptions::kind() {
       .check =
           [](const Draft& draft) {
             const auto& options = *draft.scene.effects.find<LinearContactOptions>();
+            require_in_si(draft, "effects.linear_contact.stiffness");
             if (options.restitution && options.damping)
               refuse(draft.scene.path, draft.line("effects.linear_contact.damping"),
                      "effects.linear_contact.damping and effects.linear_contact.restitution are both given: only one "

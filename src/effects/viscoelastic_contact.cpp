@@ -14,7 +14,7 @@ namespace {
 void check_viscoelastic_contact(const Draft& draft) {
   const auto& options = *draft.scene.effects.find<ViscoelasticContactOptions>();
   const auto path = [](const std::string& key) { return "effects.viscoelastic_contact." + key; };
-  const bool some = options.young || options.poisson || options.viscosity;
+  const bool some = options.young || options.poisson || options.viscosity || draft.scene.in_si;
   for (const char* pure : {"stiffness", "damping"})
     if (some)
       refuse_if_given(draft, path(pure),
@@ -56,20 +56,23 @@ const EffectKind& ViscoelasticContactOptions::kind() {
                 .help = "dimensionless stiffness E of the contact force, E = alpha d0^(5/2) / (m0 v0^2) with alpha = 2 "
                         "Y sqrt(d0/4) / (3 (1 - nu^2)), Young's modulus Y, Poisson's ratio nu and the scales of "
                         "[units] (Singh 2019, equations 3.11 and 3.36)",
-                .old_name = "elastic"},
+                .old_name = "elastic",
+                .scale = Key::Scale::reduced},
                {.name = "damping",
                 .target = target<&ViscoelasticContactOptions::dissipative>,
                 .range = ranges::not_negative,
                 .help = "dimensionless damping D of the contact force, D = gamma v0 / d0 E with the material's viscous "
                         "time gamma in s and the stiffness E (Singh 2019, eq. 3.12)",
-                .old_name = "dissipative"},
+                .old_name = "dissipative",
+                .scale = Key::Scale::reduced},
                {.name = "young",
                 .target = target<&ViscoelasticContactOptions::young>,
                 .unit = "Pa",
                 .range = ranges::positive,
                 .computed_default = "none",
                 .help = "Young's modulus Y of the grains' material in SI, in Pa. Give it with poisson and viscosity "
-                        "instead of stiffness and damping, which then follow by the scales of [units]"},
+                        "instead of stiffness and damping, which then follow by the scales of [units]",
+                .scale = Key::Scale::si},
                {.name = "poisson",
                 .target = target<&ViscoelasticContactOptions::poisson>,
                 .range = {.low = -1, .high = 0.5, .low_itself = false},
@@ -81,7 +84,8 @@ const EffectKind& ViscoelasticContactOptions::kind() {
                 .range = ranges::not_negative,
                 .computed_default = "none",
                 .help = "viscous time gamma of the grains' material in SI, in s, the ratio of damping to stiffness: "
-                        "the damping is D = gamma v0 / d0 E"}},
+                        "the damping is D = gamma v0 / d0 E",
+                .scale = Key::Scale::si}},
       .dimensions = {2, 3},
       .periodic = true,
       .grains = true,

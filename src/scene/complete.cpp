@@ -20,11 +20,10 @@
 #include "src/scene/nearest.hpp"
 #include "src/scene/packing.hpp"
 #include "src/scene/placing.hpp"
+#include "src/scene/si.hpp"
 
 namespace lichtenberg {
 namespace {
-
-constexpr double vacuum_permittivity = 8.8541878128e-12;  // F/m, CODATA 2018
 
 /// Throws InputError if an effect that must be the only one is combined with another.
 void check_alone(const Draft& draft) {

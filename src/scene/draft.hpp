@@ -126,6 +126,8 @@ struct PopulationDraft {
   /// empty: none
   std::vector<double> round_region{};
   std::optional<double> rotational_temperature{};  ///< m0 v0^2, of the initial angular velocities
+  double permittivity = 0;                         ///< relative; 0: effects.induced_dipoles.polarizability
+  std::optional<double> velocity_spread{};         ///< v0, rms of each velocity component, instead of `temperature`
   GrainMaterial material{};
 };
 

@@ -25,10 +25,12 @@ using namespace ranges;
 Table reference() {
   return {.path = "units",
           .help =
-              "Makes the scene one of grains in reduced units. Its numbers are in units of these scales, even if their "
+              "Makes the scene one of grains in reduced units. Without this table a scene with effects of grains is in "
+              "SI, and the program chooses the scales (command explain). With it numbers are in units of these scales, "
+              "even if their "
               "keys name another unit: lengths in d0, masses in m0, velocities in v0, charges in q0, times in t0 = d0 "
-              "/ v0, energies and temperatures in m0 v0^2. Only the keys of this table and the keys young and "
-              "viscosity of [effects.viscoelastic_contact] are in SI. The defaults are those of Singh 2019, table 5.3.",
+              "/ v0, energies and temperatures in m0 v0^2. Only the keys of this table and the keys young, "
+              "viscosity and surface_energy of effects are in SI. The defaults are those of Singh 2019, table 5.3.",
           .open = [](Draft& d, int) { d.scene.reference.emplace(); },
           .keys =
               {
@@ -126,11 +128,13 @@ void check_conductors(const Draft& draft) {
   for (const Effects::Entry& entry : draft.scene.effects)
     if (entry.kind->grains)
       refuse_effect(draft, entry.kind->name, "the table [units], which makes the scene one of grains");
-  for (const char* key : {"equilibration", "population.temperature", "population.charge_distribution",
-                          "population.charge_exponent", "mechanics.step", "mechanics.contact_substeps",
-                          "mechanics.threads", "conductor.angular_velocity", "population.rotational_temperature",
-                          "conductor.relative_density", "population.relative_density", "conductor.relative_stiffness",
-                          "population.relative_stiffness", "conductor.relative_damping", "population.relative_damping"})
+  for (const char* key :
+       {"equilibration", "population.temperature", "population.velocity_spread", "population.charge_distribution",
+        "population.charge_exponent", "mechanics.step", "mechanics.contact_substeps", "mechanics.threads",
+        "conductor.angular_velocity", "population.rotational_temperature", "conductor.relative_permittivity",
+        "population.relative_permittivity", "conductor.relative_density", "population.relative_density",
+        "conductor.relative_stiffness", "population.relative_stiffness", "conductor.relative_damping",
+        "population.relative_damping"})
     refuse_if_given(draft, key,
                     "needs the table [units], which makes the scene one of grains: add it, or leave the key out");
   if (!draft.scene.mechanics.integrator->moves_conductors)
@@ -146,8 +150,7 @@ void check_conductors(const Draft& draft) {
 void check_mechanics(const Draft& draft) {
   for (const std::string key : conductor_keys)
     refuse_if_given(draft, "mechanics." + key,
-                    "is not allowed with [units], which makes the scene one of grains: it is for conductors; leave it "
-                    "out");
+                    "is not allowed in a scene of grains: it is for conductors; leave it out");
   const Integrator integrator = draft.scene.mechanics.integrator;
   if (!integrator->reads("relative_tolerance"))
     refuse_if_given(draft, "mechanics.relative_tolerance",
@@ -195,7 +198,7 @@ void check_sides(const Draft& draft) {
     };
     if (domain.sides[s].periodic) continue;
     if (domain.sides[s].potential != 0)
-      refuse_it("in a scene of grains (with [units]): a conducting side is grounded, { potential = 0 }");
+      refuse_it("in a scene of grains: a conducting side is grounded, { potential = 0 }");
     if (!draft.scene.effects.has("flat_walls"))
       refuse_it(
           "without the table [effects.flat_walls], with which grains meet walls: add it, or use \"periodic\" or "
@@ -214,11 +217,17 @@ void check_grains(const Draft& draft) {
                          "scenes of conductors or packings; leave one out",
                          entry.kind->name));
   for (const char* table : {"electrode", "wall", "group", "medium", "field", "minimize", "network"})
-    refuse_if_given(draft, table, "is not allowed with [units], because it does not apply to grains: leave it out");
+    refuse_if_given(draft, table, "is not allowed in a scene of grains, to which it does not apply: leave it out");
   if (draft.line("mechanics.integrator") > 0 && !draft.scene.mechanics.integrator->moves_grains)
     refuse(draft.scene.path, draft.line("mechanics.integrator"),
-           fmt::format("mechanics.integrator = \"{}\" is not allowed with [units]: {} are",
+           fmt::format("mechanics.integrator = \"{}\" is not allowed in a scene of grains: {} are",
                        name_of(draft.scene.mechanics.integrator), names_of(&IntegratorKind::moves_grains)));
+  if (!draft.scene.effects.has("induced_dipoles"))
+    for (const char* key : {"conductor.relative_permittivity", "population.relative_permittivity"})
+      refuse_if_given(
+          draft, key,
+          "needs the table [effects.induced_dipoles], without which grains have no dipoles: add it, or leave "
+          "the key out");
   check_mechanics(draft);
   check_rotation(draft);
   check_sides(draft);
@@ -335,6 +344,16 @@ void set_temperature(Scene& scene, std::size_t first, std::size_t end, double te
   for (std::size_t i = first; i < end; ++i) scene.conductors[i].velocity *= now > 0 ? std::sqrt(temperature / now) : 0;
 }
 
+/// Returns the mean mass (m0) of grains `first` to before `end`.
+double mean_mass(const Scene& scene, std::size_t first, std::size_t end) {
+  double sum = 0;
+  for (std::size_t i = first; i < end; ++i) {
+    const Conductor& grain = scene.conductors[i];
+    sum += grain.material.density * grain.radius * grain.radius * grain.radius;
+  }
+  return 4.0 / 3.0 * std::numbers::pi * scene.material.density * sum / static_cast<double>(end - first);
+}
+
 }  // namespace
 
 void complete_grains(const Draft& draft, Scene& scene) {
@@ -352,7 +371,12 @@ void complete_grains(const Draft& draft, Scene& scene) {
     const std::size_t end = first + population.count;
     const std::vector<double> charges = charges_of(population, scene.seed, first);
     for (std::size_t i = first; i < end; ++i) scene.conductors[i].charge = charges[i - first];
+    if (population.temperature && population.velocity_spread)
+      refuse(scene.path, population.line,
+             "population.temperature and population.velocity_spread are both given: only one of them is allowed");
     if (population.temperature) set_temperature(scene, first, end, *population.temperature);
+    if (const auto spread = population.velocity_spread)
+      set_temperature(scene, first, end, *spread * *spread * mean_mass(scene, first, end));
     first = end;
   }
 }

@@ -144,7 +144,8 @@ std::optional<Conductor> find_free_position(double radius, const PopulationDraft
     Conductor conductor{.radius = radius,
                         .charge = population.charge,
                         .relative_resistivity = population.relative_resistivity,
-                        .material = population.material};
+                        .material = population.material,
+                        .permittivity = population.permittivity};
     conductor.position.x = random.between(centre_box.lower.x, centre_box.upper.x);
     conductor.position.y = random.between(centre_box.lower.y, centre_box.upper.y);
     if (dimension == 3) conductor.position.z = random.between(centre_box.lower.z, centre_box.upper.z);
@@ -386,7 +387,8 @@ std::vector<Conductor> conductors_at(const Draft& draft, const std::vector<Condu
                             .radius = body.radius,
                             .charge = population.charge,
                             .relative_resistivity = population.relative_resistivity,
-                            .material = population.material});
+                            .material = population.material,
+                            .permittivity = population.permittivity});
     }
   }
   return conductors;

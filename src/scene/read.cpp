@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <limits>
+#include <map>
 #include <type_traits>
 
 #include <fmt/format.h>
@@ -15,6 +16,7 @@
 #include "src/scene/nearest.hpp"
 #include "src/scene/old_names.hpp"
 #include "src/scene/schema.hpp"
+#include "src/scene/si.hpp"
 #include "src/scene/stopping.hpp"
 #include "src/scene/value.hpp"
 
@@ -47,10 +49,14 @@ constexpr bool is_vector =
     std::is_same_v<T, Vec2> || std::is_same_v<T, Coordinates> || std::is_same_v<T, std::vector<Vec2>> ||
     std::is_same_v<T, std::optional<Coordinates>> || std::is_same_v<T, std::optional<Region>>;
 
-/// Reads a TOML document into a draft, guided by the schema.
+/// Reads a TOML document into a draft, guided by the schema. A draft of grains in SI (Scene::in_si) with a reference
+/// gets its numbers in reduced units.
 class Reader {
  public:
   Reader(const Schema& schema, Draft& draft) : schema_(schema), draft_(draft) {}
+
+  /// Largest magnitude of the numbers in each unit of a key, of a draft of grains in SI
+  const std::map<std::string, double>& largest() const { return largest_; }
 
   void read_document(const toml::table& document) {
     check_required_tables(document);
@@ -88,6 +94,8 @@ class Reader {
   }
 
   void read_key(const std::string& path, const Key& key, const toml::node& node) {
+    if (draft_.scene.in_si && (key.unit == "C" || key.unit == "q0"))
+      if (const auto charge = coulombs_of(node)) return read_key(path, key, toml::value<double>(*charge));
     const auto read_into = [&](auto& value) {
       if (!read(node, value)) refuse_value(path, key, node, "has the wrong unit or type");
       if (!std::ranges::all_of(numbers(value), [&](double number) { return key.range.contains(number); }))
@@ -103,6 +111,7 @@ class Reader {
         refuse_value(
             path, key, node,
             fmt::format("is not allowed: its magnitude must be 0 or from {:g} to {:g}", smallest_size, largest_size));
+      if (draft_.scene.in_si) convert(path, key, node, value);
     };
     std::visit(Overloaded{[&](const AtChoice& at) {
                             std::string name;
@@ -114,6 +123,25 @@ class Reader {
     const std::vector<std::string> choices = key.choices();
     if (!choices.empty() && std::ranges::find(choices, *node.value<std::string>()) == choices.end())
       refuse_value(path, key, node, "is not allowed");
+  }
+
+  /// Converts a value of grains from SI to the reduced units of the draft, if it has them already.
+  void convert(const std::string& path, const Key& key, const toml::node& node, auto& value) {
+    if (key.scale == Key::Scale::reduced)
+      refuse(line_of(node), fmt::format("{} is not allowed without [units], by whose scales it is defined: leave it "
+                                        "out, or use the keys in SI of this table",
+                                        path));
+    if (key.unit.empty() || key.scale == Key::Scale::si) return;
+    for (const double number : numbers(value)) {
+      double& most = largest_[key.unit];
+      most = std::max(most, std::abs(number));
+    }
+    if (!draft_.scene.reference) return;
+    const auto unit = reduced_unit(key.unit, *draft_.scene.reference);
+    if (unit) return scale(value, 1 / *unit);
+    // Other tables with such units do not belong to grains: check_grains() refuses them.
+    if (path.starts_with("effects."))
+      refuse(line_of(node), fmt::format("{} needs the table [units], because it is in {}", path, key.unit));
   }
 
   void check_presence(const Table& table, const toml::table& node) {
@@ -177,6 +205,7 @@ class Reader {
 
   const Schema& schema_;
   Draft& draft_;
+  std::map<std::string, double> largest_;
 };
 
 std::string read_text(const std::string& path) {
@@ -209,6 +238,13 @@ Draft read_draft(const std::string& text, const std::string& path, const EffectK
   const bool tables = insert_tables(document, path);
   draft.scene.path = path;
   draft.scene.text = settings.empty() && !tables ? text : text_of(document);
+  if (is_of_grains_in_si(document, kinds)) {
+    Draft in_si = draft;
+    in_si.scene.in_si = draft.scene.in_si = true;
+    Reader reader(schema, in_si);
+    reader.read_document(document);
+    draft.scene.reference = choose_reference(in_si, reader.largest());
+  }
   Reader(schema, draft).read_document(document);
   return draft;
 }

@@ -106,6 +106,7 @@ struct Conductor {
   bool fixed = false;               ///< true: fixed at its position
   Vec3 angular_velocity{};          ///< 1/t0, of a grain with friction; along z in two dimensions
   GrainMaterial material{};         ///< of a grain
+  double permittivity = 0;          ///< relative, of a dielectric grain; 0: effects.induced_dipoles.polarizability
 };
 
 /// Returns the distance (m) of the conductor's centre from the wall; negative beyond the wall.
@@ -144,13 +145,14 @@ using FieldTable = std::variant<FieldOptions, FieldRequest>;
 
 /// Reduced units of a scene of grains (G table 5.3) in SI: the factors of the unit conversion. Numbers of such a scene
 /// are in these units: lengths in d0, masses in m0, velocities in v0, charges in q0. Times are in t0 = d0 / v0,
-/// energies and temperatures in m0 v0^2. Only the keys of [units] and the keys young and viscosity of
-/// [effects.viscoelastic_contact] are in SI.
+/// energies and temperatures in m0 v0^2. Only the keys of [units] and keys with Key::Scale::si are in SI.
 struct Reference {
   double length = 4.78e-3;  ///< d0, m: diameter of a grain
   double mass = 1.52e-4;    ///< m0, kg: mass of a grain
   double velocity = 1;      ///< v0, m/s
   double charge = 2e-8;     ///< q0, C
+
+  bool operator==(const Reference&) const = default;
 };
 
 /// Names of the units of length, mass and time of a scene.
@@ -262,6 +264,7 @@ struct Scene {
   /// Frame of a result from which the bodies start; empty: positions are those of the file
   std::string started_from;
   std::optional<Reference> reference;  ///< units of a scene of grains; other scenes are in SI
+  bool in_si = false;                  ///< scene of grains whose file is in SI; the program chose `reference`
   std::vector<Stage> stages;
   Effects effects;  ///< effects that have a table in the scene
   FieldTable field_table;

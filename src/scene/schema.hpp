@@ -104,6 +104,13 @@ struct Key {
   std::string computed_default{};              ///< describes the default of an optional value
   std::string help{};
   std::string old_name{};  ///< former name, which is read with a warning
+  /// Meaning of the key's numbers in a scene of grains
+  enum class Scale {
+    own,     ///< in `unit`, in SI or in reduced units as the scene
+    si,      ///< in SI in every scene
+    reduced  ///< dimensionless by the scales of [units]; a scene in SI refuses the key
+  };
+  Scale scale = Scale::own;
 
   /// Returns the allowed texts: the names of an enumeration, or `texts`. Empty if other values are allowed.
   std::vector<std::string> choices() const;

@@ -36,10 +36,17 @@ GrainMaterial& material_of_conductor(Draft& d) { return d.conductors.back().cond
 GrainMaterial& material_of_population(Draft& d) { return d.populations.back().material; }
 
 /// Returns the keys of a grain's material. `material`: material in the draft of a conductor or population.
+/// `permittivity`: target of its relative permittivity.
 template <GrainMaterial& (*material)(Draft&)>
-std::vector<Key> grain_material_keys() {
+std::vector<Key> grain_material_keys(KeyTarget permittivity) {
   constexpr Range factor = {.low = 1e-6, .high = 1e6};
   return {
+      {.name = "relative_permittivity",
+       .target = permittivity,
+       .range = {.low = 1, .high = 1e6, .low_itself = false},
+       .computed_default = "from effects.induced_dipoles.polarizability",
+       .help = "relative permittivity eps_r of a dielectric grain, whose polarizability then is (eps_r - 1) / (eps_r + "
+               "2) R^3 with its radius R; needs [effects.induced_dipoles]"},
       {.name = "relative_density",
        .target = [](Draft& d) { return &material(d).density; },
        .range = factor,
@@ -79,7 +86,8 @@ std::vector<Key> conductor_state() {
        .target = [](Draft& d) { return &d.conductors.back().charge; },
        .unit = "C",
        .computed_default = "0",
-       .help = "charge of the conductor at the start, in C; not allowed for a member of a group"},
+       .help = "charge of the conductor at the start, in C; not allowed for a member of a group. For grains without "
+               "[units] also a number of elementary charges, as in \"1000 e\""},
       {.name = "velocity",
        .target = [](Draft& d) { return &d.conductors.back().velocity; },
        .unit = "m/s",
@@ -112,7 +120,9 @@ Table conductor() {
           .keys = joined({conductor_sphere(), material_keys<&Draft::conductors>([](Draft& d) {
                             return &d.conductors.back().conductor.relative_resistivity;
                           }),
-                          grain_material_keys<material_of_conductor>(), conductor_state()})};
+                          grain_material_keys<material_of_conductor>(
+                              [](Draft& d) { return &d.conductors.back().conductor.permittivity; }),
+                          conductor_state()})};
 }
 
 Table group() {
@@ -189,7 +199,7 @@ std::vector<Key> population_charges() {
        .target = [](Draft& d) { return &d.populations.back().charge; },
        .unit = "C",
        .help = "initial charge of each body of the population, in C; with charge_distribution the width of the random "
-               "charges"},
+               "charges. For grains without [units] also a number of elementary charges, as in \"1000 e\""},
       {.name = "charge_distribution",
        .target = [](Draft& d) { return &d.populations.back().charge_distribution; },
        .help = "distribution of the initial charges of grains. equal: all have the same charge; gaussian: normal with "
@@ -215,6 +225,13 @@ std::vector<Key> population_places() {
        .computed_default = "0: at rest",
        .help = "initial temperature of grains, in reduced units (m0 v0^2): each velocity component is Gaussian, with a "
                "variance of temperature over mass, and the momenta add up to 0"},
+      {.name = "velocity_spread",
+       .target = [](Draft& d) { return &d.populations.back().velocity_spread; },
+       .unit = "m/s",
+       .range = not_negative,
+       .computed_default = "from temperature",
+       .help = "root mean square of each component of the initial velocities of grains, in m/s, instead of "
+               "temperature: the temperature is its square times the mean mass"},
       {.name = "rotational_temperature",
        .target = [](Draft& d) { return &d.populations.back().rotational_temperature; },
        .unit = "m0 v0^2",
@@ -250,10 +267,11 @@ Table population() {
               "A population: conductors or grains at random initial positions, drawn uniformly and sequentially, by "
               "default without overlap.",
           .open = [](Draft& d, int line) { d.populations.push_back({.line = line}); },
-          .keys = joined({population_radii(), material_keys<&Draft::populations>([](Draft& d) {
-                            return &d.populations.back().relative_resistivity;
-                          }),
-                          grain_material_keys<material_of_population>(), population_charges(), population_places()})};
+          .keys = joined(
+              {population_radii(),
+               material_keys<&Draft::populations>([](Draft& d) { return &d.populations.back().relative_resistivity; }),
+               grain_material_keys<material_of_population>([](Draft& d) { return &d.populations.back().permittivity; }),
+               population_charges(), population_places()})};
 }
 
 }  // namespace

@@ -49,7 +49,8 @@ void check_uniform_field(const Draft& draft) {
   const auto refuse_it = [&](const std::string& message) {
     refuse(draft.scene.path, draft.line("domain.uniform_field"), "domain.uniform_field " + message);
   };
-  if (draft.scene.reference) refuse_it("is not allowed with [units]: effects.uniform_field is the field on grains");
+  if (draft.scene.reference)
+    refuse_it("is not allowed in a scene of grains: effects.uniform_field is the field on grains");
   if (!draft.scene.domain.open)
     refuse_it(
         "needs domain.unbounded = true: in a box, two opposite sides with different potentials make a uniform field");

@@ -295,6 +295,21 @@ std::vector<double> numbers(const std::optional<T>& value) {
   return value ? numbers(*value) : std::vector<double>{};
 }
 
+/// Multiplies the numbers of a value by a factor. Values of other types have no unit of grains.
+template <class T>
+void scale(T&, double) {}
+inline void scale(double& value, double factor) { value *= factor; }
+inline void scale(Coordinates& value, double factor) { value.value *= factor; }
+inline void scale(Interval& value, double factor) { value.smallest *= factor, value.largest *= factor; }
+inline void scale(Region& value, double factor) { scale(value.lower, factor), scale(value.upper, factor); }
+inline void scale(std::vector<double>& values, double factor) {
+  for (double& value : values) value *= factor;
+}
+template <class T>
+void scale(std::optional<T>& value, double factor) {
+  if (value) scale(*value, factor);
+}
+
 /// Returns the fault of a function of time in a value whose type and ranges are right; empty if there is none.
 inline std::string fault_of(const Signal& signal) { return signal.varies() ? signal.waveform->fault() : ""; }
 inline std::string fault_of(const DomainSide& side) { return fault_of(side.potential); }

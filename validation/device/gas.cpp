@@ -81,6 +81,10 @@ void compare(granular::Gas& gas, granular::device::DeviceGas& device) {
       rms(found.reals["momentum"], cpu.reals.at("momentum")), rms(start.reals.at("position"), cpu.reals.at("position")),
       rms(start.reals.at("momentum"), cpu.reals.at("momentum")), found.integers["contact_pairs"].size() / 3,
       cpu.integers.at("contact_pairs").size() / 3, found.integers["counters"][2], cpu.integers.at("counters")[2]);
+  if (cpu.reals.contains("angular_velocity"))
+    fmt::print("angular velocities differ by {:.1e} rms, of changes of {:.1e}\n",
+               rms(found.reals["angular_velocity"], cpu.reals.at("angular_velocity")),
+               rms(start.reals.at("angular_velocity"), cpu.reals.at("angular_velocity")));
   gas.restore(start);
 }
 

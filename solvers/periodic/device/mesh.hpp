@@ -23,6 +23,7 @@ class MeshPart {
         fft_(run, tables.mesh.points),
         factor_(run),
         whole_(run),
+        wide_(run),
         real_(run),
         modes_(run),
         first_(run),
@@ -30,14 +31,19 @@ class MeshPart {
     factor_.upload(tables.factor);
     const auto [x, y, z] = tables.mesh.points;
     points_ = static_cast<long>(x) * y * z;
-    whole_.resize(points_);
+    is_wide_ = tables.mesh.open.any();
+    whole_.resize(is_wide_ ? 0 : points_);
+    wide_.resize(is_wide_ ? points_ : 0);
     real_.resize(points_);
     modes_.resize(2 * tables.factor.size());
-    whole_.zero();
+    is_wide_ ? wide_.zero() : whole_.zero();
     // Scale of the integer mesh. It bounds the charge of a point by that of touching grains, at most 1.5 of charge 1 in
     // unit volume, with a margin that includes their dipoles. Rounding errors are 1e-8 of this bound.
     const Vec3 h = tables.mesh.spacing();
     unit_ = static_cast<float>(std::exp2(30 - std::ceil(std::log2(8 + 6 * h.x * h.y * h.z))));
+    // The mesh of a dilute cloud is coarse, so that this bound is far above the charge of a point. Integers of 64 bits
+    // hold 2^23 charges in a point.
+    if (is_wide_) unit_ = 0x1p40f;
   }
 
   /// Divides the box into tiles for n charges that are sorted by `cells` and move by at most `moved` (length) before
@@ -97,27 +103,38 @@ class MeshPart {
   /// Spreads charges, dipoles (`moments`) alone, or both on the mesh, as selected by `kind`.
   template <Kind kind>
   void spread(const PointCharge* charges, const Moment* moments = nullptr) {
+    is_wide_ ? spread_on<kind>(charges, moments, wide_.data()) : spread_on<kind>(charges, moments, whole_.data());
+  }
+  /// Spreads sources on a mesh of integers.
+  template <Kind kind, class Whole>
+  void spread_on(const PointCharge* charges, const Moment* moments, Whole* whole) {
     with_window([&]<int order>(const Weigher<order>& window) {
-      Spread<order, kind> spread{tiles_, window, charges, whole_.data(), unit_, moments, {}};
+      Spread<order, kind, Whole> spread{tiles_, window, charges, whole, unit_, moments, {}};
       for (int k = 0; k < 3; ++k) spread.inverse_spacing[k] = tables_.inverse_spacing[k];
-      run_->template for_each_block<512>(tiles_.count(), Spread<order, kind>::bytes(tiles_), spread);
+      run_->template for_each_block<512>(tiles_.count(), Spread<order, kind, Whole>::bytes(tiles_), spread);
     });
   }
   /// Computes the potential on the mesh from the charges spread: FFT, influence function, inverse FFT.
   void solve() {
-    int* whole = whole_.data();
+    is_wide_ ? take(wide_.data()) : take(whole_.data());
     float *real = real_.data(), *modes = modes_.data();
-    const float *factor = factor_.data(), over_unit = 1 / unit_;
-    run_->for_each(points_, [=] LICHTENBERG_HOST_DEVICE(int k) {
-      real[k] = over_unit * static_cast<float>(whole[k]);
-      whole[k] = 0;
-    });
+    const float* factor = factor_.data();
     fft_.forward(real, modes);
     run_->for_each(static_cast<long>(factor_.size()), [=] LICHTENBERG_HOST_DEVICE(int k) {
       modes[2 * k] *= factor[k];
       modes[2 * k + 1] *= factor[k];
     });
     fft_.backward(modes, real);
+  }
+  /// Converts the mesh of integers to real numbers, and clears it.
+  template <class Whole>
+  void take(Whole* whole) {
+    float* real = real_.data();
+    const float over_unit = 1 / unit_;
+    run_->for_each(points_, [=] LICHTENBERG_HOST_DEVICE(int k) {
+      real[k] = over_unit * static_cast<float>(whole[k]);
+      whole[k] = 0;
+    });
   }
   /// Arrays of gather(): sources, and the fields and forces to which it adds; `moments` and `force` only with dipoles.
   struct Gathered {
@@ -169,7 +186,9 @@ class MeshPart {
   MeshTables tables_;
   Fft<Executor> fft_;
   parallel::Array<float, Executor> factor_;
-  parallel::Array<int, Executor> whole_;
+  parallel::Array<int, Executor> whole_;          ///< Integer mesh
+  parallel::Array<std::int64_t, Executor> wide_;  ///< Integer mesh with 64 bits, if is_wide_
+  bool is_wide_ = false;
   parallel::Array<float, Executor> real_, modes_;
   parallel::Array<int, Executor> first_, charge_;  ///< Charges of the tiles: index of the first, and list
   long points_ = 0;

@@ -11,20 +11,21 @@ namespace lichtenberg::periodic::device {
 /// Kernel that spreads sources on the mesh (charge assignment): adds charges, dipoles or both to a mesh of integers, on
 /// which a unit charge is `unit`. A block handles a tile (part of the box). The potential of a dipole is mu.grad of
 /// that of a charge, with respect to the source's position. A dipole is therefore spread with mu.grad of the weights.
-template <int order, Kind kind = Kind::charges>
+/// `Whole`: type of the integers.
+template <int order, Kind kind = Kind::charges, class Whole = int>
 struct Spread {
   static constexpr int batch = 256;  ///< Number of charges whose weights are stored at a time
   Tiles tiles;
   Weigher<order> window;
   const PointCharge* charges;
-  int* mesh;
+  Whole* mesh;
   float unit;
   const Moment* moments = nullptr;
   float inverse_spacing[3] = {};
 
   static constexpr bool dipoles = kind != Kind::charges;
   /// Returns the fast memory of a block (bytes).
-  static std::size_t bytes(const Tiles& tiles) { return sizeof(int) * tiles.region() + batch * sizeof(Weights); }
+  static std::size_t bytes(const Tiles& tiles) { return sizeof(Whole) * tiles.region() + batch * sizeof(Weights); }
   /// Weights of a charge's points along the axes, and the charge's first point.
   struct Weights {
     float weight[3][order];
@@ -36,7 +37,7 @@ struct Spread {
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int tile) const {
     Weights* weights = block.template memory<Weights>();
-    int* local = reinterpret_cast<int*>(weights + batch);
+    Whole* local = reinterpret_cast<Whole*>(weights + batch);
     const int from[3] = {tiles.low(tile, 0), tiles.low(tile, 1), tiles.low(tile, 2)};
     block.template each<8>(tiles.region(), [&](int k) { local[k] = 0; });
     const int end = tiles.begin(tile + 1);
@@ -72,7 +73,7 @@ struct Spread {
     to.at[axis] = tiles.local(at.point, from[axis], axis);
   }
   /// Spreads a source on the a-th plane of its points.
-  LICHTENBERG_HOST_DEVICE void spread(const Weights& of, int a, int* local) const {
+  LICHTENBERG_HOST_DEVICE void spread(const Weights& of, int a, Whole* local) const {
     const int plane = tiles.wrapped(of.at[0] + a, 0) * tiles.size[1];
     float y[order], z[order];  // Copies: without them the compiler must assume that writes to `local` alias the weights
     LICHTENBERG_UNROLL(8)
@@ -90,12 +91,13 @@ struct Spread {
     const bool wraps = l + order > tiles.points[2];
     LICHTENBERG_UNROLL(8)
     for (int b = 0; b < order; ++b) {
-      int* row = local + (plane + tiles.wrapped(j + b, 1)) * tiles.size[2];
+      Whole* row = local + (plane + tiles.wrapped(j + b, 1)) * tiles.size[2];
       LICHTENBERG_UNROLL(8)
       for (int c = 0; c < order; ++c)
         parallel::add_atomically(
             &row[wraps ? tiles.wrapped(l + c, 2) : l + c],
-            rounded_to_integer(dipoles ? y[b] * z[c] + moved[dipoles ? b : 0] * also[dipoles ? c : 0] : y[b] * z[c]));
+            rounded_to_integer<Whole>(dipoles ? y[b] * z[c] + moved[dipoles ? b : 0] * also[dipoles ? c : 0]
+                                              : y[b] * z[c]));
     }
   }
 };

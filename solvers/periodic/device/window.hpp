@@ -64,12 +64,14 @@ struct OnMesh {
   }
 };
 
-/// Rounds to the nearest integer.
-LICHTENBERG_HOST_DEVICE inline int rounded_to_integer(float value) {
+/// Rounds to the nearest integer of the type Whole.
+template <class Whole>
+LICHTENBERG_HOST_DEVICE inline Whole rounded_to_integer(float value) {
 #ifdef __CUDA_ARCH__
-  return __float2int_rn(value);
+  if constexpr (sizeof(Whole) == 8) return __float2ll_rn(value);
+  return static_cast<Whole>(__float2int_rn(value));
 #else
-  return static_cast<int>(std::nearbyint(value));
+  return static_cast<Whole>(std::nearbyint(value));
 #endif
 }
 

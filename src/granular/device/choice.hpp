@@ -63,6 +63,7 @@ struct Progress {
   int exchanged = 0;             ///< 1: charge was exchanged in the last step
   int steps = 0, exchanges = 0;  ///< numbers of steps, and of steps with charge exchange, in the series
   int unresolved = 0;            ///< 1: contacts are too short for the allowed number of substeps
+  int outran = 0;                ///< 1: a rough grain has moved farther than the neighbour lists allow
 
   /// Returns the state before a series of at most `most` steps from `time` to `target` (t0). `whole`: true for a single
   /// step to `target`.
@@ -77,12 +78,14 @@ struct Progress {
 
 /// Chooses the length of the next outer step and its contact substeps from the results of the last step. Sets now.go to
 /// 1 if the neighbour lists are valid for the step, and otherwise to 0. No step is chosen at the end of the series, or
-/// if the last step failed. If contacts are too short for the step, none is chosen either, and now.unresolved is 1.
+/// if the last step failed, as after a displacement beyond the lists. If contacts are too short for the step, none is
+/// chosen either, and now.unresolved is 1.
 template <class Law>
 LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const StepResults& results, Progress& now,
                                     StepParameters& next) {
   now.go = 0;
-  if (!now.wanted() || results.passed || results.outran || results.lost || results.overfull || results.crossed) return;
+  if constexpr (is_rough<Law>) now.outran = results.moved2 > 0.25 * rule.skin * rule.skin;
+  if (!now.wanted() || results.passed || now.outran || results.lost || results.overfull || results.crossed) return;
   if (results.charge != now.limit_charge) {
     now.limit_charge = results.charge;
     now.stability_limit = max_outer_step(rule.law, rule.attraction(results.charge), 0.5 * rule.lightest);

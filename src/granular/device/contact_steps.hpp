@@ -149,11 +149,11 @@ struct StepResults {
   /// Square of the largest relative speed that the elastic energy of a contact can give its grains.
   double impact2 = 0;
   double moved2 = 0;                     ///< square of the largest displacement since the last sorting
+  double too_fast2 = 0;                  ///< square of the largest speed of rough grains above the assumed bound
   double charge = 0;                     ///< largest magnitude of a charge
   int lost = 0;                          ///< not 0: a position or velocity is not finite
   int pairs = 0, active = 0, ended = 0;  ///< numbers of candidate pairs, active pairs and ended isolated contacts
   int passed = 0;                        ///< 1 + number of a grain through which another has passed; 0: none
-  int outran = 0;                        ///< 1 + number of a rough grain that was faster than the lists allow; 0: none
   int onsets = 0, overfull = 0;          ///< number of listed onsets; not 0: the list has been too short
   /// 1 + index of a side that a charge has crossed, and 1 if the mesh no longer fits an unbounded cloud; otherwise 0.
   int crossed = 0, outgrown = 0;
@@ -161,7 +161,7 @@ struct StepResults {
   /// Resets the results that accumulate in a step: the counts and `impact2`.
   LICHTENBERG_HOST_DEVICE void begin_step() {
     begun = transfers = refused = unchanged = 0;
-    impact2 = 0;
+    impact2 = too_fast2 = 0;
     pairs = active = ended = onsets = 0;
   }
 };
@@ -369,7 +369,7 @@ struct ContactSteps {
   }
 
  protected:
-  /// Lists a new contact of the outer step.
+  /// Lists a new contact of the outer step. `time`: start of the substep (t0).
   LICHTENBERG_HOST_DEVICE void list_onset(double time, int near, double impact_speed) const {
     const int index = parallel::take_index(&results->onsets);
     if (index < contacts.table.end(grains.count - 1))
@@ -383,11 +383,15 @@ struct ContactSteps {
     const double dt = parameters->inner;
     const auto path = static_cast<float>(parameters->reach * dt / parameters->outer);
     const float least = gap(p.lower, p.higher) - static_cast<float>(parameters->max_acceleration * dt * dt);
-    if (least < path) return true;
-    // A substep shortens the gap by less than `path`. The factor covers rounding.
-    const float steps = least / (path * (1 + 1e-5f));
+    return !put_off(k, least, path, step);
+  }
+  /// Returns true if candidate pair k, with a gap of at least `least`, cannot touch in substep `step`, because a
+  /// substep shortens gaps by less than `path`. Then sets the first substep in which it may touch.
+  LICHTENBERG_HOST_DEVICE bool put_off(int k, float least, float path, int step) const {
+    if (least < path) return false;
+    const float steps = least / (path * (1 + 1e-5f));  // the factor covers rounding
     if (steps >= 1) contacts.near[k].due = step + (steps < 1e6f ? static_cast<int>(steps) : 1000000);
-    return false;
+    return true;
   }
   /// Returns true if the gap between the surfaces of two grains is less than `gap` (d0), or larger by rounding only.
   LICHTENBERG_HOST_DEVICE bool come_within(int i, int j, float gap) const {

@@ -69,7 +69,8 @@ struct FollowContacts {
   }
 };
 
-/// Kernel of an outer step of rough grains, as FollowContacts. Without substeps it finds contacts only.
+/// Kernel of an outer step of rough grains, as FollowContacts. Without substeps it finds contacts only. If a contact
+/// makes a grain faster than the assumed bound, candidate pairs are listed again with a larger one.
 template <class Law>
 struct FollowRough {
   RoughContactSteps<Law> steps;
@@ -80,25 +81,40 @@ struct FollowRough {
   LICHTENBERG_HOST_DEVICE void operator()(const Grid& grid) const {
     if (!*go) return;
     const int count = steps.parameters->steps, grains = steps.grains.count;
-    grid.select(
-        steps.contacts.table.end(grains - 1), &steps.results->pairs, [&](int e) { return steps.is_near(e); },
-        [&](int index, int e) { steps.list_near(index, e); });
-    const int pairs = steps.results->pairs;
+    const double h = steps.parameters->inner;
     const bool walls = steps.rough.walls.any();
+    double bound = count > 0 ? steps.bound_on_speeds() : 0;
+    list_pairs(grid, static_cast<float>(2 * bound * h * count));
     if (count > 0) {
       if (walls) grid.begin(grains, [&](int s) { steps.begin_walls(s); });
-      grid.each(pairs, [&](int k) { steps.begin_pair(k); });
+      grid.each(steps.results->pairs, [&](int k) { steps.begin_pair(k); });
     }
     for (int step = 0; step < count; ++step) {
       grid.each(grains, [&](int s) { steps.move(s, step); });
+      if (const double fastest2 = steps.results->too_fast2; fastest2 > bound * bound) {
+        bound = 2 * std::sqrt(fastest2);
+        grid.each(1, [&](int) { steps.results->pairs = 0; });
+        list_pairs(grid, static_cast<float>(2 * bound * h * (count - step)));
+      }
+      const auto path = static_cast<float>(2 * bound * h);
       if (walls) grid.begin(grains, [&](int s) { steps.follow_walls(s, step); });
       grid.each_that(
-          pairs, [&](int k) { return steps.is_due(k, step); }, [&](int k) { steps.follow_pair(k, step); });
+          steps.results->pairs, [&](int k) { return steps.is_due(k, step); },
+          [&](int k) { steps.follow_pair(k, step, path); });
     }
     grid.each(grains, [&](int s) {
       if (count > 0) steps.move(s, count), wrap(steps.grains, s);
       if (walls) steps.find_wall_impacts(s);
     });
+  }
+
+ private:
+  /// Lists the pairs that are in contact, or whose gap is below `reach` (d0).
+  template <class Grid>
+  LICHTENBERG_HOST_DEVICE void list_pairs(const Grid& grid, float reach) const {
+    grid.select(
+        steps.contacts.table.end(steps.grains.count - 1), &steps.results->pairs,
+        [&](int e) { return steps.is_near(e, reach); }, [&](int index, int e) { steps.list_near(index, e); });
   }
 };
 

@@ -14,6 +14,7 @@
 #include "solvers/stopwatch.hpp"
 #include "src/granular/device/bounds.hpp"
 #include "src/granular/device/choice.hpp"
+#include "src/granular/device/failures.hpp"
 #include "src/granular/device/follow_contacts.hpp"
 #include "src/granular/device/induced.hpp"
 #include "src/granular/device/lists.hpp"
@@ -37,7 +38,7 @@ class GasImpl final : public DeviceGas {
     if (options.polarizability > 0) dipoles_.emplace(*run_, *sums_, options.polarizability, options.dipole_tolerance);
     for (const auto& form : options.parts) parts_.push_back(form.make(*run_));
     for (const auto& form : options.drives) drives_.push_back(form.make(*run_));
-    pair_units_ = units_of_parts();
+    pair_units_ = units_of(parts_);
     affinity_.upload(options.affinity);
     bounds_ = {options.tables && options.enclosure.unbounded, gas_.box};
   }
@@ -138,6 +139,10 @@ class GasImpl final : public DeviceGas {
     energy_known_ = gas_.options.exchanges || dipoles_;
     now.steps = now.exchanges = 0;
     now.contact_steps = now.begun = now.transfers = now.refused = 0;
+    if (now.outran)
+      throw Failure(gas_.options.path + ": at t = " + std::to_string(gas_.time) +
+                    " t0 contacts have accelerated a grain within a step, and it has moved beyond its neighbours: a "
+                    "shorter mechanics.step is needed");
     check_results();
   }
 
@@ -312,7 +317,7 @@ class GasImpl final : public DeviceGas {
     const bool exchanges = has_slow_forces() && gas_.options.exchanges;
     follow(law);
     if (gas_.exchanges_in_order() && !gas_.elastic)
-      exchange_in_order(*run_, contact_steps(law), gas_.options.exchange, affinity_.data(), &now->go);
+      exchange_in_order(*run_, smooth_steps(law), gas_.options.exchange, affinity_.data(), &now->go);
     run_->run_concurrently([&] { follow_charges(); }, [&] { find_impacts(law); });
     if (has_bounds()) check_bounds(*run_, gas_.view(), bounds_, results_.device());
     finish(ChooseNext<Law>{rule(law), results_.device(), parameters_.device(), now,
@@ -436,20 +441,6 @@ class GasImpl final : public DeviceGas {
       view.pair_force = gas_.pair_force.data(), view.pair_energy = gas_.pair_energy.data(), view.units = pair_units_;
     return view;
   }
-  /// Returns the quanta of fixed-point sums of pair forces and energies: powers of two, about 2^-44 of the largest
-  /// force and energy of a pair. Sums may be 2^18 times as large as the largest value.
-  PairUnits units_of_parts() const {
-    PairUnits most{0, 0};
-    for (const auto& part : parts_) {
-      const PairUnits size = part->size();
-      most.force = std::max(most.force, std::abs(size.force)),
-      most.energy = std::max(most.energy, std::abs(size.energy));
-    }
-    const auto quantum = [](double value) {
-      return value > 0 ? std::ldexp(1.0, static_cast<int>(std::ceil(std::log2(value))) - 44) : 0x1p-44;
-    };
-    return {quantum(most.force), quantum(most.energy)};
-  }
   /// Calls use(law) with the contact law of the grains.
   template <class Use>
   void with_law(const Use& use) {
@@ -457,7 +448,7 @@ class GasImpl final : public DeviceGas {
   }
   template <class Law>
   RoughContactSteps<Law> contact_steps(const RoughLaw<Law>& law) const {
-    return {smooth_steps(law), rough_->view(), gas_.units_per_length()};
+    return {smooth_steps(law), rough_->view()};
   }
   template <class Law>
   ContactSteps<Law> contact_steps(const Law& law) const {
@@ -497,31 +488,14 @@ class GasImpl final : public DeviceGas {
   }
   const double* scale() const { return &gas_.field_energy.data()->scale; }
 
-  /// Throws Failure if a step failed: grains fly through each other, positions are not finite, or induced dipoles
-  /// cannot be computed.
+  /// Throws Failure if a step failed (require_success()), if induced dipoles cannot be computed, or if a cloud has
+  /// grown too far in a step.
   void check_results() {
     if (dipoles_) check_dipoles(dipoles_->download(), gas_.options);
-    if (const int passed = results_.host().passed; passed)
-      throw Failure("grain " + std::to_string(passed - 1) +
-                    " and another fly through each other: the contact is too soft for their impact; a larger "
-                    "stiffness, of a stage its equilibration.stiffness, or a lower temperature is needed");
-    if (const int outran = results_.host().outran; outran)
-      throw Failure(gas_.options.path + ": at t = " + std::to_string(gas_.time) + " t0 contacts have made grain " +
-                    std::to_string(outran - 1) +
-                    " more than twice as fast as any grain before within a step: a shorter mechanics.step is needed");
-    if (const int side = results_.host().crossed)
-      throw Failure(gas_.options.path + ": at t = " + std::to_string(gas_.time) +
-                    " t0 a charge has left the domain through the " + std::string(side_names[side - 1]) +
-                    " side: contacts with the sides must be stiffer, or steps shorter");
     if (bounds_.unbounded && 2 * progress_.host().travel > ChargeBounds::growth)
       throw Failure(gas_.options.path + ": at t = " + std::to_string(gas_.time) +
                     " t0 grains of an unbounded cloud move too far in a step: a shorter mechanics.step is needed");
-    if (results_.host().overfull)
-      throw Failure(gas_.options.path + ": at t = " + std::to_string(gas_.time) +
-                    " t0 more contacts begin in a step than there are near pairs: a shorter mechanics.step is needed");
-    if (results_.host().lost)
-      throw Failure(gas_.options.path + ": from t = " + std::to_string(gas_.time) +
-                    " t0 on the grains' positions are not finite");
+    require_success(results_.host(), gas_.options.path, gas_.time);
   }
 
   std::unique_ptr<Executor> run_;

@@ -2,8 +2,10 @@
 
 // Data types of a gas on an executor, in reduced units.
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -52,6 +54,20 @@ GasOptions gas_options(const Scene& scene);
 /// Throws Failure if a device with `free` bytes of free memory lacks memory for a gas. The message has the number of
 /// grains that would fit.
 void check_memory(const GasOptions& options, double free);
+
+/// Returns the quanta of fixed-point sums of pair forces and energies: powers of two, about 2^-44 of the largest
+/// force and energy of a pair. Sums may be 2^18 times as large as the largest value.
+inline PairUnits units_of(const std::vector<std::unique_ptr<DevicePart>>& parts) {
+  PairUnits most{0, 0};
+  for (const auto& part : parts) {
+    const PairUnits size = part->size();
+    most.force = std::max(most.force, std::abs(size.force)), most.energy = std::max(most.energy, std::abs(size.energy));
+  }
+  const auto quantum = [](double value) {
+    return value > 0 ? std::ldexp(1.0, static_cast<int>(std::ceil(std::log2(value))) - 44) : 0x1p-44;
+  };
+  return {quantum(most.force), quantum(most.energy)};
+}
 
 /// Maxima over all grains after an outer step, of squares and of the magnitude of the charge. Squares are those of
 /// speed, acceleration by smooth forces, and displacement since the last sorting. `lost` is not 0 if a position or

@@ -1,7 +1,7 @@
 #pragma once
 
-// Transfers of charge that depend on earlier ones, at the end of an outer step, in the order of the CPU
-// (effects::ChargeExchange): by substeps, and in a substep by the indices of the grains in the scene.
+// Transfers of charge that depend on earlier ones. They take place at the end of an outer step. Their order is that
+// of the CPU (effects::ChargeExchange): by substeps, and in a substep by the indices of the grains in the scene.
 
 #include "src/effects/charge_exchange_law.hpp"
 #include "src/granular/device/contact_steps.hpp"

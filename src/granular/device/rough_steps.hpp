@@ -39,13 +39,16 @@ template <class Law>
 struct RoughContactSteps : ContactSteps<RoughLaw<Law>> {
   using Smooth = ContactSteps<RoughLaw<Law>>;
   using Smooth::contacts, Smooth::exchanges, Smooth::extremes, Smooth::grains, Smooth::inverse_units, Smooth::law,
-      Smooth::parameters, Smooth::restitution, Smooth::results, Smooth::units;
+      Smooth::parameters, Smooth::restitution, Smooth::results, Smooth::units, Smooth::units_per_length;
 
   RoughView rough;
-  Vec3 units_per_length;  ///< of fixed-point positions (1/d0)
 
-  /// Returns true if the pair of entry e of the neighbour table is in contact or may touch within the outer step.
-  LICHTENBERG_HOST_DEVICE bool is_near(int e) const { return contacts.since[e] >= 0 || Smooth::is_near(e); }
+  /// Returns the assumed bound on the speeds of grains in the outer step.
+  LICHTENBERG_HOST_DEVICE double bound_on_speeds() const { return parameters->reach / (2 * parameters->outer); }
+  /// Returns true if the pair of entry e of the neighbour table is in contact, or its gap (d0) is below `reach`.
+  LICHTENBERG_HOST_DEVICE bool is_near(int e, float reach) const {
+    return contacts.since[e] >= 0 || this->come_within(contacts.owner[e], contacts.table.partner[e], reach);
+  }
 
   /// Computes the forces of candidate pair k, if it is in contact, at the start of the outer step.
   LICHTENBERG_HOST_DEVICE void begin_pair(int k) const {
@@ -83,8 +86,8 @@ struct RoughContactSteps : ContactSteps<RoughLaw<Law>> {
     if (step > 0) {
       p += kick, w += turn;
       if (busy) p += grains.impulse[s].times(units.impulse), w += spin_over * angular_impulse(s);
-      const double most = parameters->reach / (2 * parameters->outer);
-      if (norm2(over * p) > most * most) parallel::max_atomically(&results->outran, 1 + grains.number[s]);
+      const double most = bound_on_speeds(), speed2 = norm2(over * p);
+      if (speed2 > most * most) parallel::max_atomically(&results->too_fast2, speed2);
       if (busy && exchanges && grains.begun[s] != no_end) this->begin_contacts(s);
     }
     if (busy) clear_sums(s);
@@ -94,17 +97,18 @@ struct RoughContactSteps : ContactSteps<RoughLaw<Law>> {
       p += kick, w += turn;
       const Vec3 position = grains.position[s] + h * over * p;
       grains.position[s] = position;
-      grains.compact[s].at = fixed_point_position(position, units_per_length);
+      this->locate(s, position);
       rough.predicted_velocity[s] = over * (p + kick), rough.predicted_spin[s] = w + turn;
     }
     grains.momentum[s] = p, rough.spin[s] = w;
   }
 
-  /// Computes the forces of candidate pair k at the end of substep `step`. Its contact may begin or end in it.
-  LICHTENBERG_HOST_DEVICE void follow_pair(int k, int step) const {
+  /// Computes the forces of candidate pair k at the end of substep `step`. Its contact may begin or end in it. `path`:
+  /// largest change of a gap in a substep (d0).
+  LICHTENBERG_HOST_DEVICE void follow_pair(int k, int step, float path) const {
     const NearPair p = contacts.near[k];
     const bool open = p.due == NearPair::open;
-    if (!open && !this->may_come_into_contact(k, p, step)) return;
+    if (!open && this->put_off(k, this->gap(p.lower, p.higher), path, step)) return;
     const Vec3 r = this->separation(p);
     const double distance = norm(r);
     if (!open && !(distance < this->reach(p))) return;
@@ -116,9 +120,7 @@ struct RoughContactSteps : ContactSteps<RoughLaw<Law>> {
                               contacts.spring[p.entry], state);
     if (made.part) add_impulses(p, load_of(geometry, made.impulse));
     const bool others = rough.touched[p.lower] > open || rough.touched[p.higher] > open;
-    if (!open) begin(k, p, half.closing, step + 1 - made.share);
-    if (!open && contacts.onset)
-      this->list_onset(parameters->begin + step * substep(), k, contacts.impact_speed[p.entry]);
+    if (!open) begin(k, p, half.closing, step, made.share);
     if (others) contacts.alone[p.entry] = 0;
     if (made.ended) {
       if (contacts.alone[p.entry]) note_end(p, half, made, parameters->begin + (step + made.share) * substep());
@@ -262,13 +264,14 @@ struct RoughContactSteps : ContactSteps<RoughLaw<Law>> {
     }
     note_dissipated(s, step, made.ended, state);
   }
-  /// Records the onset of the contact of candidate pair k after `steps` substeps.
-  LICHTENBERG_HOST_DEVICE void begin(int k, const NearPair& p, double closing, double steps) const {
+  /// Records the onset of the contact of candidate pair k in the last part of substep `step`, which is `share` of it.
+  LICHTENBERG_HOST_DEVICE void begin(int k, const NearPair& p, double closing, int step, double share) const {
     contacts.near[k].due = NearPair::open;
-    contacts.since[p.entry] = parameters->begin + steps * substep();
+    contacts.since[p.entry] = parameters->begin + (step + 1 - share) * substep();
     contacts.impact_speed[p.entry] = closing > 0 ? closing : 0;
     contacts.alone[p.entry] = law.plain;
     parallel::add_atomically(&results->begun, std::int64_t{1});
+    if (contacts.onset) this->list_onset(parameters->begin + step * substep(), k, contacts.impact_speed[p.entry]);
     if (!exchanges) return;
     contacts.active[k] = {{p.lower, p.higher}, k, 0};
     contacts.next[2 * k] = parallel::exchange_atomically(&grains.begun[p.lower], 2 * k);

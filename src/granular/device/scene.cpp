@@ -57,6 +57,10 @@ double bytes_needed(const Scene& scene, const DeviceForces& forces) {
 void check_scene(const Scene& scene, Target target) {
   if (!scene.reference) refuse_on_device(scene, "scenes without [units], except for their field");
   if (scene.dimension() != 3) refuse_on_device(scene, "grains in the plane");
+  const bool walls = scene.effects.has<effects::FlatWallsOptions>();
+  for (int k = 0; k < 3; ++k)
+    if (!scene.domain.box().periodic(k) && !scene.domain.open && !walls)
+      refuse_on_device(scene, "grains in a domain that is not periodic along all axes, without effects.flat_walls");
   if (!scene.mechanics.integrator->is_on_device)
     refuse_on_device(scene, fmt::format("mechanics.integrator = \"{}\"", name_of(scene.mechanics.integrator)));
   device_forces(scene, target);

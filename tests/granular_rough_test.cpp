@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
+#include "src/granular/rough_motion.hpp"
 #include "tests/message.hpp"
 #include "tests/rough_grains.hpp"
 
@@ -205,6 +207,32 @@ TEST_CASE("wall of its own material: the restitution is that of the wall") {
   Run run(scene);
   run.to(1.5);
   CHECK(run.gas.bodies().momentum[0] == Approx(-0.6).epsilon(1e-3));
+}
+
+// The first grain gives the second its speed of 5 within 7e-3. The second then closes the gap of 0.02 to the third,
+// which was at rest relative to it. Separate calls search before each substep.
+TEST_CASE("contact search of rough grains: one hit within a call hits another") {
+  Scene scene = grains::cube(20);
+  grains::add(scene, {8.99, 10, 10}, {5, 0, 0});
+  grains::add(scene, {10, 10, 10});
+  grains::add(scene, {11.02, 10, 10});
+  const auto onset = [&](int steps) {
+    Bodies bodies = make_bodies(scene);
+    std::vector<GrainContact> contacts;
+    const auto motion = granular::make_rough_motion(LinearSpringLaw{1e5, 0}, {.friction = {.coefficient = 0.5}}, 3);
+    motion->begin(bodies);
+    constexpr double h = 2e-4;
+    for (int n = 0; n < 60; n += steps) {
+      const granular::ContactSteps all{.begin = n * h, .time = steps * h, .steps = steps, .search_path = 1};
+      for (const GrainContact& one : motion->advance(bodies, contacts, {}, all, parallel::Team::single()).record.begun)
+        if (one.pair == Pair{1, 2}) return one.since;
+    }
+    return -1.0;
+  };
+  const double since = onset(1);
+  CHECK(since > 6e-3);
+  CHECK(onset(3) == Approx(since).epsilon(1e-9));
+  CHECK(onset(60) == Approx(since).epsilon(1e-9));
 }
 
 }  // namespace granular_rough_test

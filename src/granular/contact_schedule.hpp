@@ -49,21 +49,4 @@ inline double earliest_contact(const RelativeFlight& flight, double reach, doubl
   return t;
 }
 
-/// Lists of neighbours of each of several particles.
-class Neighbourhoods {
- public:
-  void build(int particles, std::span<const Pair> pairs) {
-    first_.assign(particles + 1, 0);
-    for (const auto [i, j] : pairs) ++first_[i + 1], ++first_[j + 1];
-    for (int i = 0; i < particles; ++i) first_[i + 1] += first_[i];
-    neighbours_.resize(2 * pairs.size());
-    std::vector<int> next(first_.begin(), first_.end() - 1);
-    for (const auto [i, j] : pairs) neighbours_[next[i]++] = j, neighbours_[next[j]++] = i;
-  }
-  std::span<const int> of(int i) const { return std::span(neighbours_).subspan(first_[i], first_[i + 1] - first_[i]); }
-
- private:
-  std::vector<int> first_{0}, neighbours_;
-};
-
 }  // namespace lichtenberg::granular

@@ -345,7 +345,7 @@ void Gas::set_law() {
   SurfaceLaw surface = surface_law(scene_, model_);
   if (surface.walls && stage_ < scene_.stages.size())
     surface.walls = in_stage(*surface.walls, given, scene_.stages[stage_]);
-  auto motion = make_rough_motion(law_, in_elastic_stage() ? elastic(surface) : surface);
+  auto motion = make_rough_motion(law_, in_elastic_stage() ? elastic(surface) : surface, model_.bodies.dimension);
   rough_ = motion.get();
   contact_motion_ = std::move(motion);
   rough_->begin(model_.bodies);

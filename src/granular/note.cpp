@@ -120,7 +120,7 @@ double rough_energy(const device::Snapshot& snapshot, const Bodies& bodies, cons
                     std::vector<GrainContact> contacts) {
   Checkpoint saved;
   device::store_contacts(snapshot, saved);
-  const auto motion = make_rough_motion(laws.normal, *laws.surface);
+  const auto motion = make_rough_motion(laws.normal, *laws.surface, bodies.dimension);
   motion->begin(bodies);
   motion->restore(saved);
   std::ranges::sort(contacts, {}, &GrainContact::pair);

@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "src/granular/pair_list.hpp"
 #include "src/granular/rough_steps.hpp"
 #include "src/scene/scene.hpp"
 
 namespace lichtenberg::granular {
 namespace {
 
-template <class Law>
+template <int d, class Law>
 class Rough final : public RoughMotion {
  public:
   Rough(const Law& law, const SurfaceLaw& surface) : laws_(law, surface) {}
@@ -30,19 +29,21 @@ class Rough final : public RoughMotion {
     ContactsFollowed followed{.record = {.time = substeps.begin + substeps.time, .dt = substeps.time}};
     const double h = substeps.time / substeps.steps, rotation = rotational_energy(bodies);
     followed.stored_at_start = stored_energy(bodies, contacts);
-    std::vector<RoughOpen> open = opened(bodies, contacts);
-    RoughSteps<Law> steps(laws_, bodies, sides_);
+    open_contacts(bodies, contacts);
     for (int n = 0; n < substeps.steps;) {
       constexpr int most = 1024;
       const double speed = bound_on_speeds(bodies, substeps.gain);
       const double within = std::clamp(substeps.search_path / (speed * h), 1.0, 1.0 * most);
-      RoughChunk chunk{
-          .begin = substeps.begin + n * h, .h = h, .speed = speed, .slow_force = slow_force, .neighbours = neighbours_};
-      chunk.steps = std::min(static_cast<int>(within), substeps.steps - n);
-      chunk.pairs = find_pairs(bodies, (1 + 1e-6) * chunk.steps * h * speed, team, followed);
-      n += steps.advance(bodies, open, chunk, followed);
+      const RoughChunk chunk{.begin = substeps.begin + n * h,
+                             .h = h,
+                             .steps = std::min(static_cast<int>(within), substeps.steps - n),
+                             .speed = speed,
+                             .gain = substeps.gain,
+                             .slow_force = slow_force};
+      n += steps_.advance(bodies, open_, chunk, followed, team);
+      ++followed.searches;
     }
-    close(open, bodies.size(), contacts);
+    close_contacts(bodies.size(), contacts);
     followed.stored_at_end = stored_energy(bodies, contacts);
     followed.rotation = rotational_energy(bodies) - rotation;
     followed.fastest_release = fastest_release(bodies, contacts);
@@ -98,17 +99,18 @@ class Rough final : public RoughMotion {
   /// Returns the elongation of the spring of contact k among `count`; 0 for contacts that another motion has begun.
   Vec3 spring(std::size_t k, std::size_t count) const { return springs_.size() == count ? springs_[k] : Vec3{}; }
 
-  std::vector<RoughOpen> opened(const Bodies& bodies, std::span<const GrainContact> contacts) const {
-    std::vector<RoughOpen> open;
+  /// Fills the list of open contacts from `contacts`, which ascend, and those with walls.
+  void open_contacts(const Bodies& bodies, std::span<const GrainContact> contacts) {
+    open_.clear();
     for (std::size_t k = 0; k < contacts.size(); ++k)
-      open.push_back(laws_.opened(bodies, contacts[k], spring(k, contacts.size())));
-    for (const auto& [contact, spring] : walls_) open.push_back(laws_.opened(bodies, contact, spring));
-    std::ranges::sort(open, {}, [](const RoughOpen& one) { return one.contact.pair; });
-    return open;
+      open_.push_back(laws_.opened(bodies, contacts[k], spring(k, contacts.size())));
+    if (walls_.empty()) return;
+    for (const auto& [contact, spring] : walls_) open_.push_back(laws_.opened(bodies, contact, spring));
+    std::ranges::sort(open_, {}, [](const RoughOpen& one) { return one.contact.pair; });
   }
-  void close(std::span<const RoughOpen> open, int grains, std::vector<GrainContact>& contacts) {
+  void close_contacts(int grains, std::vector<GrainContact>& contacts) {
     contacts.clear(), springs_.clear(), walls_.clear();
-    for (const RoughOpen& one : open)
+    for (const RoughOpen& one : open_)
       if (one.j >= 0 || one.contact.pair.j < grains)
         contacts.push_back(one.contact), springs_.push_back(one.spring.elongation);
       else
@@ -118,7 +120,7 @@ class Rough final : public RoughMotion {
   /// Calls use(stored energy, effective mass) for each contact.
   template <class Use>
   void visit_energies(const Bodies& bodies, std::span<const GrainContact> contacts, const Use& use) const {
-    const NearestImage<3> nearest(RoughSteps<Law>::box_of(bodies));
+    const NearestImage<3> nearest(RoughSteps<d, Law>::box_of(bodies));
     for (std::size_t k = 0; k < contacts.size(); ++k) {
       const Pair pair = contacts[k].pair;
       Vec3 r = position_in_space(bodies, pair.j) - position_in_space(bodies, pair.i);
@@ -142,31 +144,21 @@ class Rough final : public RoughMotion {
     return margin * (std::sqrt(fastest) + gain) + least;
   }
 
-  /// Returns the pairs that may touch while no grain moves by more than `travel` (d0), and updates the neighbourhoods.
-  std::span<const Pair> find_pairs(const Bodies& bodies, double travel, parallel::Team& team,
-                                   ContactsFollowed& followed) {
-    const std::int64_t before = list_.searches();
-    const std::span<const Pair> pairs = list_.pairs(bodies, travel, team);
-    if (list_.searches() == before) return pairs;
-    neighbours_.build(bodies.size(), pairs);
-    ++followed.searches;
-    return pairs;
-  }
-
   RoughLaws<Law> laws_;
   RoughSides sides_;
   std::vector<Vec3> springs_;      ///< elongations of the contacts of grains, between two calls of advance()
   std::vector<WallSpring> walls_;  ///< contacts with walls, between two calls of advance()
-  PairList list_{0, 0.5};
-  Neighbourhoods neighbours_;
+  std::vector<RoughOpen> open_;    ///< during a call of advance()
+  RoughSteps<d, Law> steps_{laws_, sides_};
 };
 
 }  // namespace
 
-std::unique_ptr<RoughMotion> make_rough_motion(const GrainContactLaw& law, const SurfaceLaw& surface) {
+std::unique_ptr<RoughMotion> make_rough_motion(const GrainContactLaw& law, const SurfaceLaw& surface, int dimension) {
   return std::visit(
       [&]<class Law>(const Law& one) -> std::unique_ptr<RoughMotion> {
-        return std::make_unique<Rough<Law>>(one, surface);
+        if (dimension == 3) return std::make_unique<Rough<3, Law>>(one, surface);
+        return std::make_unique<Rough<2, Law>>(one, surface);
       },
       law);
 }
@@ -176,11 +168,6 @@ SurfaceLaw elastic(const SurfaceLaw& law) {
   for (GrainMaterial& one : other.materials) one.damping = 1;
   if (other.walls) other.walls->friction.reset();
   return other;
-}
-
-Vec3 spin_of(const Bodies& bodies, int i) {
-  if (bodies.dimension == 2) return {0, 0, bodies.angular_velocity[i]};
-  return vector_at(bodies.angular_velocity, 3, i);
 }
 
 double rotational_energy(const Bodies& bodies) {

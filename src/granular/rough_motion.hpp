@@ -29,14 +29,17 @@ class RoughMotion : public ContactMotion {
   virtual void restore(const Checkpoint& checkpoint) = 0;
 };
 
-/// Makes the time integration of grains with this normal law and surface law.
-std::unique_ptr<RoughMotion> make_rough_motion(const GrainContactLaw& law, const SurfaceLaw& surface);
+/// Makes the time integration of grains with this normal law and surface law, for bodies of `dimension` 2 or 3.
+std::unique_ptr<RoughMotion> make_rough_motion(const GrainContactLaw& law, const SurfaceLaw& surface, int dimension);
 
 /// Returns the surface law in an elastic stage of equilibration: walls, without friction and adhesion.
 SurfaceLaw elastic(const SurfaceLaw& law);
 
 /// Returns the angular velocity (1/t0) of grain i as a vector in space. The bodies must rotate.
-Vec3 spin_of(const Bodies& bodies, int i);
+inline Vec3 spin_of(const Bodies& bodies, int i) {
+  if (bodies.dimension == 2) return {0, 0, bodies.angular_velocity[i]};
+  return vector_at(bodies.angular_velocity, 3, i);
+}
 /// Returns the kinetic energy of rotation (m0 v0^2), the sum of I w^2 / 2.
 double rotational_energy(const Bodies& bodies);
 

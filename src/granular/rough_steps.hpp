@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "solvers/neighbours/cell_order.hpp"
 #include "src/granular/active_grains.hpp"
 #include "src/granular/contact_motion.hpp"
 #include "src/granular/contact_schedule.hpp"
@@ -14,42 +15,53 @@
 
 namespace lichtenberg::granular {
 
-/// Substeps with one set of candidate pairs.
+/// Substeps with one search for pairs that may touch.
 struct RoughChunk {
   double begin = 0, h = 0;             ///< start and substep (t0)
   int steps = 1;                       ///< largest number of substeps
-  double speed = 0;                    ///< v0: the substeps end early if a grain becomes faster
+  double speed = 0;                    ///< v0: somewhat above the largest speed at the start, with slow forces
+  double gain = 0;                     ///< v0: bound on the velocity change by slow forces
   std::span<const double> slow_force;  ///< constant forces, [N * d] or empty
-  std::span<const Pair> pairs;         ///< all pairs that may touch
-  const Neighbourhoods& neighbours;    ///< of these pairs
+
+  double time() const { return steps * h; }
+  /// Returns the largest velocity (v0) that contacts may give a grain; the substeps end early if they give more. In a
+  /// long chunk a collision gives up to `speed`. In a few substeps it gives a part of it only, because contacts last
+  /// many substeps. Contacts at rest cancel the slow forces.
+  double most_gain() const { return std::min(1.0, 0.15 * steps) * speed + gain; }
 };
 
 /// Velocity Verlet substeps of rough grains. Forces at the end of a substep depend on velocities, which are predicted
 /// with the forces at its start. In a substep in which a contact begins or ends, its force acts during the part of the
 /// substep that the overlap gives. Jumps of the force (adhesion, dashpots) then cause errors of second order. A contact
 /// that begins and ends in one substep is not found.
-template <class Law>
+template <int d, class Law>
 class RoughSteps {
  public:
-  RoughSteps(const RoughLaws<Law>& laws, const Bodies& bodies, const RoughSides& sides)
-      : laws_(laws), bodies_(bodies), sides_(sides), nearest_(box_of(bodies)) {}
+  /// Both must outlive the object.
+  RoughSteps(const RoughLaws<Law>& laws, const RoughSides& sides) : laws_(laws), sides_(sides) {}
 
   /// Returns the box of the bodies, without periods along z in two dimensions.
   static Box<3> box_of(const Bodies& bodies) {
     Box<3> box = bodies.box;
-    if (bodies.dimension == 2) box.sides[4] = box.sides[5] = Boundary::wall;
+    if (d == 2) box.sides[4] = box.sides[5] = Boundary::wall;
     return box;
   }
 
-  /// Advances the bodies (those of the constructor) by at most `chunk.steps` substeps. `open`: open contacts in
-  /// ascending order of pairs. Adds events, dissipated energy and work to `followed`. Returns the number of substeps.
-  int advance(Bodies& bodies, std::vector<RoughOpen>& open, const RoughChunk& chunk, ContactsFollowed& followed) {
+  /// Advances the bodies by at most `chunk.steps` substeps. `open`: open contacts in ascending order of pairs. Adds
+  /// events, dissipated energy and work to `followed`. Returns the number of substeps.
+  int advance(Bodies& bodies, std::vector<RoughOpen>& open, const RoughChunk& chunk, ContactsFollowed& followed,
+              parallel::Team& team) {
+    bodies_ = &bodies, nearest_ = NearestImage<3>(box_of(bodies));
     chunk_ = &chunk, followed_ = &followed;
     h_ = chunk.h;
-    grains_.begin(bodies, chunk.slow_force, h_);
+    widest_ = *std::ranges::max_element(bodies.radius);
+    constexpr double margin = 1.2;  // for the half substep before most_gain() is tested
+    approach_ = 2 * margin * chunk.most_gain();
+    cells_.sort(spheres<d>(bodies), 2 * widest_ + (2 * chunk.speed + approach_) * chunk.time());
+    grains_.begin(bodies, chunk.slow_force, h_, cells_.particles(), cells_.slots());
     activations_.begin(chunk.steps), tests_.begin(chunk.steps);
     for (RoughOpen& one : open) bind(one, 0);
-    predict();
+    predict(team);
     for (RoughOpen& one : open) evaluate_first(one);
     int done = 0;
     for (bool valid = true; valid && done < chunk.steps; ++done) valid = substep(open, done);
@@ -58,65 +70,80 @@ class RoughSteps {
   }
 
  private:
-  Vec3 separation(Pair pair, int n) const { return nearest(grains_.position(pair.j, n) - grains_.position(pair.i, n)); }
+  /// Pairs of grains in the schedules are pairs of slots.
+  Vec3 separation(Pair slots, int n) const {
+    return nearest(grains_.position(slots.j, n) - grains_.position(slots.i, n));
+  }
+  double reach_of(Pair slots) const { return grains_.flight(slots.i).radius + grains_.flight(slots.j).radius; }
+  Pair grains_of(Pair slots) const {
+    const int i = grains_.grain_in(slots.i), j = grains_.grain_in(slots.j);
+    return {std::min(i, j), std::max(i, j)};
+  }
   Vec3 nearest(Vec3 r) const {
     for (int k = 0; k < 3; ++k) r[k] = nearest_(r[k], k);
     return r;
   }
 
-  /// Makes a grain active at the instant n, and schedules tests of the gaps to its neighbours. Returns its index.
-  int activate(int grain, int n) {
-    if (const int index = grains_.index_of(grain); index >= 0) return index;
-    const Vec3 centre = grains_.position(grain, n);
-    const double within = bodies_.radius[grain] + 2 * chunk_->speed * h_ * (chunk_->steps - n);
-    for (const int other : chunk_->neighbours.of(grain)) {
-      if (grains_.index_of(other) >= 0) continue;  // that grain has scheduled the pair
-      const double square = norm2(nearest(grains_.position(other, n) - centre)), far = within + bodies_.radius[other];
-      if (square > far * far) continue;
-      const Pair pair{std::min(grain, other), std::max(grain, other)};
-      schedule(pair, std::sqrt(square) - reach(bodies_, pair), n);
-    }
-    return grains_.activate(grain, n);
+  /// Makes a grain active at the instant n. Returns its index.
+  int activate(int slot, int n) {
+    const int index = grains_.index_of(slot);
+    return index >= 0 ? index : grains_.activate(slot, n);
   }
-  /// Schedules the next test of a pair that has this gap at the instant n.
-  void schedule(Pair pair, double gap, int n) {
-    tests_.add(n + std::max(1.0, std::floor(gap / (2 * chunk_->speed * h_))), pair);
+  /// Schedules the next test of a pair at the instant n, unless it cannot touch any more. `r`: separation. Free flight
+  /// closes a gap fastest at first, because the distance is then a convex function of time; contacts add `approach_`.
+  void schedule(Pair slots, Vec3 r, double distance, int n) {
+    const ActiveGrains::Flight &a = grains_.flight(slots.i), &b = grains_.flight(slots.j);
+    const Vec3 slow = b.acceleration - a.acceleration, v = b.velocity - a.velocity + n * h_ * slow;
+    const double closing = approach_ + chunk_->time() * norm(slow) - dot(r, v) / distance;
+    const double gap = std::max(0.0, distance - (a.radius + b.radius)), left = (chunk_->steps - n) * h_;
+    if (gap > 0 && gap > closing * left) return;
+    tests_.add(n + std::max(1.0, std::floor(gap / (closing * h_))), slots);
   }
   /// Makes the grains of a contact active at the instant n.
   void bind(RoughOpen& one, int n) {
     const auto [i, j] = one.contact.pair;
-    one.i = activate(i, n), one.j = j < bodies_.size() ? activate(j, n) : -1;
+    one.i = activate(grains_.slot_of(i), n), one.j = j < bodies_->size() ? activate(grains_.slot_of(j), n) : -1;
     ++grains_.active()[one.i].contacts;
     if (one.j >= 0) ++grains_.active()[one.j].contacts;
   }
 
-  /// Schedules the activation of free grains that come into contact.
-  void predict() {
-    const double longest = chunk_->steps * h_;
-    travel_.resize(bodies_.size());
-    for (int i = 0; i < bodies_.size(); ++i) {
-      const auto& [x, v, a] = grains_.flight(i);
-      travel_[i] = longest * (norm(v) + 0.5 * longest * norm(a));
+  /// Finds the pairs that may touch and schedules their tests. Schedules the activation of free grains that come into
+  /// contact.
+  void predict(parallel::Team& team) {
+    const double longest = chunk_->time();
+    double squares = 0;  // the largest square of an acceleration
+    for (int s = 0; s < cells_.size(); ++s) {
+      const auto& [x, v, a, radius] = grains_.flight(s);
+      Vec<d> velocity;
+      for (int k = 0; k < d; ++k) velocity[k] = v[k];
+      cells_.set_velocity(s, velocity);
+      squares = std::max(squares, norm2(a));
+      if (sides_.any()) predict_at_sides(s, longest);
     }
-    for (const Pair pair : chunk_->pairs) {
-      const auto [i, j] = pair;
-      if (grains_.index_of(i) >= 0 || grains_.index_of(j) >= 0) continue;
+    const double reach = (1 + 1e-9) * 2 * widest_, more = longest * (approach_ + longest * std::sqrt(squares));
+    for (const Pair slots : cells_.pairs_that_meet({.time = longest, .within = reach + more, .near = reach}, team)) {
+      const auto [i, j] = slots;
       const ActiveGrains::Flight &a = grains_.flight(i), &b = grains_.flight(j);
       const Vec3 r = nearest(b.position - a.position);
-      const double sum = reach(bodies_, pair), far = sum + travel_[i] + travel_[j];
-      if (norm2(r) > far * far) continue;
+      schedule(slots, r, norm(r), 0);
+      if (grains_.index_of(i) >= 0 || grains_.index_of(j) >= 0) continue;
       const RelativeFlight relative{r, b.velocity - a.velocity, b.acceleration - a.acceleration};
-      const double time = earliest_contact(relative, sum, longest);
-      if (time < longest) activations_.add(std::floor(time / h_), pair);
+      const double time = earliest_contact(relative, a.radius + b.radius, longest);
+      if (time < longest) activations_.add(std::floor(time / h_), slots);
     }
-    for (int i = 0; sides_.any() && i < bodies_.size(); ++i)
-      sides_.visit(grains_.position(i, 0), bodies_.radius[i], [&](int, double gap) {
-        if (gap < travel_[i]) activations_.add(0, {i, i});
-      });
+  }
+  void predict_at_sides(int slot, double longest) {
+    const auto& [x, v, a, radius] = grains_.flight(slot);
+    const double travel = longest * (norm(v) + 0.5 * longest * norm(a));
+    sides_.visit(x, radius, [&](int, double gap) {
+      if (gap < travel) activations_.add(0, {slot, slot});
+    });
   }
 
-  /// Advances the active grains by substep n. Returns false if a grain has become faster than the bound.
+  /// Advances the active grains by substep n. Returns false if contacts have given a grain more than most_gain().
   bool substep(std::vector<RoughOpen>& open, int n) {
+    // The result must not depend on the order of cells.
+    std::ranges::sort(activations_.due(n), {}, [&](Pair slots) { return grains_of(slots); });
     for (const auto [i, j] : activations_.due(n))
       if (grains_.index_of(i) < 0 && grains_.index_of(j) < 0) activate(i, n), activate(j, n);
     for (ActiveGrain& one : grains_.active()) {
@@ -131,14 +158,14 @@ class RoughSteps {
     }
     for (RoughOpen& one : open) evaluate(one, n);
     std::erase_if(open, [](const RoughOpen& one) { return !one.open; });
-    double fastest = 0;
+    double gain = 0;
     for (ActiveGrain& one : grains_.active()) {
       kick(one);
       one.velocity += one.per_mass * one.impulse;
       one.spin += one.per_inertia * one.angular_impulse;
-      fastest = std::max(fastest, norm2(one.velocity));
+      gain = std::max(gain, norm2(one.velocity - one.start - (n + 1) * h_ * one.slow));
     }
-    return fastest <= chunk_->speed * chunk_->speed;
+    return gain <= chunk_->most_gain() * chunk_->most_gain();
   }
   /// Applies forces and torques for half a substep.
   void kick(ActiveGrain& one) const {
@@ -149,14 +176,15 @@ class RoughSteps {
   /// Adds the contacts that have begun in substep n to the open ones.
   void find_contacts(std::vector<RoughOpen>& open, int n) {
     begun_.clear();
-    for (const Pair pair : tests_.due(n + 1)) {
-      const double gap = norm(separation(pair, n + 1)) - reach(bodies_, pair);
-      gap < 0 ? begin_contact(open, pair, n) : schedule(pair, gap, n + 1);
+    for (const Pair slots : tests_.due(n + 1)) {
+      const Vec3 r = separation(slots, n + 1);
+      const double distance = norm(r);
+      distance < reach_of(slots) ? begin_contact(open, grains_of(slots), n) : schedule(slots, r, distance, n + 1);
     }
     for (std::size_t k = 0; sides_.any() && k < grains_.active().size(); ++k) {
       const ActiveGrain one = grains_.active()[k];
       sides_.visit(one.position, one.radius, [&](int side, double gap) {
-        if (gap < 0) begin_contact(open, {one.grain, bodies_.size() + side}, n);
+        if (gap < 0) begin_contact(open, {one.grain, bodies_->size() + side}, n);
       });
     }
     if (begun_.empty()) return;
@@ -170,11 +198,11 @@ class RoughSteps {
   void begin_contact(std::span<const RoughOpen> open, Pair pair, int n) {
     if (std::ranges::binary_search(open, pair, {}, pair_of) || std::ranges::find(begun_, pair, pair_of) != begun_.end())
       return;
-    RoughOpen one = laws_.opened(bodies_, {.pair = pair});
+    RoughOpen one = laws_.opened(*bodies_, {.pair = pair});
     one.fresh = true;
     for (const int grain : {pair.i, pair.j})
-      if (grain < bodies_.size() && grains_.index_of(grain) < 0) {
-        ActiveGrain& active = grains_.active()[activate(grain, n + 1)];
+      if (grain < bodies_->size() && grains_.index_of(grains_.slot_of(grain)) < 0) {
+        ActiveGrain& active = grains_.active()[activate(grains_.slot_of(grain), n + 1)];
         active.velocity -= 0.5 * h_ * active.slow;  // the second half of this substep follows
       }
     bind(one, n + 1);
@@ -184,7 +212,7 @@ class RoughSteps {
   SurfaceGeometry geometry_of(const RoughOpen& one) const {
     const ActiveGrain& a = grains_.active()[one.i];
     if (one.j < 0) {
-      const int side = one.contact.pair.j - bodies_.size();
+      const int side = one.contact.pair.j - bodies_->size();
       return geometry_at_side(side, sides_.gap(a.position, a.radius, side), a.radius);
     }
     const ActiveGrain& b = grains_.active()[one.j];
@@ -205,14 +233,14 @@ class RoughSteps {
     return surface_motion(geometry, of(one.i), of(one.j), h_);
   }
   RoughSubstep<Law> substep_of(const RoughOpen& one) const {
-    return {laws_.of(bodies_, one.contact.pair), one.constants, h_};
+    return {laws_.of(*bodies_, one.contact.pair), one.constants, h_};
   }
 
   /// Computes the forces of an open contact at the first instant, without a change of its spring.
   void evaluate_first(RoughOpen& one) {
     const SurfaceGeometry geometry = geometry_of(one);
     TangentialSpring spring{one.spring.elongation, 0};
-    one.now = laws_.of(bodies_, one.contact.pair).forces(one.constants, motion_of(one, geometry, false), {}, spring);
+    one.now = laws_.of(*bodies_, one.contact.pair).forces(one.constants, motion_of(one, geometry, false), {}, spring);
     one.spring.stiffness = spring.stiffness, one.overlap = geometry.overlap;
     add(one, geometry, one.now, &ActiveGrain::force, &ActiveGrain::torque);
   }
@@ -228,7 +256,7 @@ class RoughSteps {
     one.overlap = geometry.overlap, one.fresh = false;
     followed_->record.largest_overlap =
         std::max(followed_->record.largest_overlap,
-                 geometry.overlap / (one.j < 0 ? 2 * a.radius : reach(bodies_, one.contact.pair)));
+                 geometry.overlap / (one.j < 0 ? 2 * a.radius : reach(*bodies_, one.contact.pair)));
   }
 
   /// Computes the forces at the end of a substep during which the contact lasts.
@@ -257,11 +285,11 @@ class RoughSteps {
     --grains_.active()[one.i].contacts;
     if (one.j < 0) return;
     --grains_.active()[one.j].contacts;
-    const double release = made.impulse.normal.force / reduced_mass(bodies_, one.contact.pair) - half.closing;
+    const double release = made.impulse.normal.force / reduced_mass(*bodies_, one.contact.pair) - half.closing;
     const Vec3 v = grains_.active()[one.i].velocity - grains_.active()[one.j].velocity;
     const double across = norm(v - dot(v, geometry.normal) * geometry.normal);
     followed_->record.ended.push_back({one.contact, release, chunk_->begin + (n + made.share) * h_, across});
-    tests_.add(n + 2, one.contact.pair);
+    tests_.add(n + 2, {grains_.active()[one.i].slot, grains_.active()[one.j].slot});
   }
 
   /// Adds the forces of a contact to a force and a torque of its grains.
@@ -276,15 +304,17 @@ class RoughSteps {
   }
 
   const RoughLaws<Law>& laws_;
-  const Bodies& bodies_;
   const RoughSides& sides_;
-  NearestImage<3> nearest_;
+  const Bodies* bodies_ = nullptr;
+  NearestImage<3> nearest_{Box<3>{}};
+  CellOrder<d> cells_;
+  double widest_ = 0;
+  double approach_ = 0;  ///< bound on the approach speed of two grains by contacts (v0)
   const RoughChunk* chunk_ = nullptr;
   ContactsFollowed* followed_ = nullptr;
   double h_ = 0;
   ActiveGrains grains_;
   ContactSchedule activations_, tests_;
-  std::vector<double> travel_;
   std::vector<RoughOpen> begun_;
 };
 

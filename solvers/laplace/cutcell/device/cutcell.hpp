@@ -161,7 +161,9 @@ class CutCell : public DeviceSolver {
       else
         initial_guess();
     };
-    if (follows)
+    if (history_size_ == 0)
+      run_as_graph(recordings_.nested, both);
+    else if (follows)
       run_as_graph(recordings_.following[phase_], both);
     else if (history_size_ == history_length)
       run_as_graph(recordings_.begin[phase_], both);
@@ -211,10 +213,11 @@ class CutCell : public DeviceSolver {
   };
   struct Recordings {
     Recording begin[history_length], following[history_length];  ///< by phase_
-    Recording iterating, end;
+    Recording nested, iterating, end;
     void clear() {
       for (auto* all : {&begin, &following})
         for (Recording& recording : *all) recording.clear();
+      nested.clear();
       iterating.clear();
       end.clear();
     }
@@ -248,8 +251,8 @@ class CutCell : public DeviceSolver {
   /// Estimates the memory for grids, conductances and vectors. Throws Failure if the device has less free memory.
   void check_memory(const LaplaceProblem& problem) const {
     // Double precision: x, b, four vectors of CG, the basis, its image and the history; then the grids' owners,
-    // diagonals, v, f and media.
-    constexpr double a_cell = (6 + 3 * history_length) * sizeof(double) + 12 + 28 / 3.0;
+    // diagonals, v, f and media, and the guess of the first coarse grid.
+    constexpr double a_cell = (6 + 3 * history_length) * sizeof(double) + 12 + 28 / 3.0 + 1;
     // A disk of R cells has 8 R links, 5.7 R cells next to it and pi R^2 in it; the coarser grids' edges are as long
     // together as the finest's; a quarter to spare.
     constexpr double a_link = 68, a_boundary_cell = 36, a_covered_cell = 8, spare = 1.25;
@@ -308,11 +311,13 @@ class CutCell : public DeviceSolver {
     correction.level = report_->potential.device + groups;
   }
 
-  /// Computes the initial guess from the history of solutions, as SolutionHistory::initial_guess.
+  /// Computes the initial guess from the history of solutions, as SolutionHistory::initial_guess. Without a history
+  /// computes it by nested iteration, or sets it to zero (DeviceMultigrid::has_nested_guess).
   void initial_guess() {
     const ProblemView& problem = problem_->view();
     const GridView& grid = finest().view();
     Vectors& v = arrays_->view;
+    if (history_size_ == 0 && multigrid_->has_nested_guess()) return multigrid_->nested_guess(unit_, v.solve.x);
     if (history_size_ == 0) return run_->fill(v.solve.x, 0, v.solve.size * sizeof(double));
     v.basis.size = history_size_;
     for (int p = 0; p < history_size_; ++p) {

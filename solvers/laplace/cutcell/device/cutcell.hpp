@@ -161,9 +161,7 @@ class CutCell : public DeviceSolver {
       else
         initial_guess();
     };
-    if (history_size_ == 0)
-      run_as_graph(recordings_.nested, both);
-    else if (follows)
+    if (follows)
       run_as_graph(recordings_.following[phase_], both);
     else if (history_size_ == history_length)
       run_as_graph(recordings_.begin[phase_], both);
@@ -213,11 +211,10 @@ class CutCell : public DeviceSolver {
   };
   struct Recordings {
     Recording begin[history_length], following[history_length];  ///< by phase_
-    Recording nested, iterating, end;
+    Recording iterating, end;
     void clear() {
       for (auto* all : {&begin, &following})
         for (Recording& recording : *all) recording.clear();
-      nested.clear();
       iterating.clear();
       end.clear();
     }

@@ -136,6 +136,18 @@ class CudaExecutor {
     launch(sum_kernel<threads, Sum, Value, Finish>, blocks, threads, 0, n, value, finish, block_sums, done);
   }
 
+  template <class Value, class Finish>
+  void sum(int rows, int columns, Value value, Finish finish) const {
+    using Sum = decltype(value(0, 0));
+    constexpr int threads = 256;
+    static_assert(sizeof(Sum) <= sums_size / most_sums && alignof(Sum) <= alignof(double));
+    const auto blocks = static_cast<unsigned>(rows < 1 ? 1 : rows < most_sums ? rows : most_sums);
+    auto* block_sums = static_cast<Sum*>(sums_);
+    auto* done = reinterpret_cast<int*>(static_cast<char*>(sums_) + sums_size);
+    launch(row_sum_kernel<threads, Sum, Value, Finish>, blocks, threads, 0, rows, columns, value, finish, block_sums,
+           done);
+  }
+
   template <class T>
   void exclusive_scan(T* values, long n) const {
     const auto scan = [&](void* scratch, std::size_t& bytes) {

@@ -260,6 +260,16 @@ class HostExecutor {
     finish(sum);
   }
 
+  /// Sum over a matrix: calls finish(sum) with the sum of value(row, column) over all rows and columns. An executor
+  /// sums in the same order in each call. Restrictions are those of sum(n, value, finish).
+  template <class Value, class Finish>
+  void sum(int rows, int columns, Value value, Finish finish) const {
+    decltype(value(0, 0)) sum{};
+    for (int row = 0; row < rows; ++row)
+      for (int column = 0; column < columns; ++column) sum += value(row, column);
+    finish(sum);
+  }
+
   /// Exclusive prefix sum: replaces each of the n values by the sum of the values before it.
   template <class T>
   void exclusive_scan(T* values, long n) const {

@@ -4,11 +4,33 @@
 
 #include <cmath>
 
+#include "solvers/laplace/cutcell/closest_shares.hpp"
 #include "solvers/laplace/cutcell/device/conductances.hpp"
 #include "solvers/laplace/cutcell/device/conjugate_gradients.hpp"
 #include "solvers/laplace/cutcell/device/cycle.hpp"
 
 namespace lichtenberg::laplace::device {
+
+/// Sums that determine the scale of the initial guess x (Iterations::set_guess_scale): b'x, x'A x without couplings
+/// (lumped capacitances), largest |x|, and the couplings' part of x'A x.
+struct GuessSums {
+  double product = 0, energy = 0, largest = 0, coupling_part = 0;
+  LICHTENBERG_HOST_DEVICE GuessSums& operator+=(const GuessSums& other) {
+    product += other.product;
+    energy += other.energy;
+    coupling_part += other.coupling_part;
+    largest = other.largest > largest ? other.largest : largest;
+    return *this;
+  }
+};
+
+/// Sums over cells, to which those over groups (bodies with one potential) are added: p'A p of the iterations, sums of
+/// the initial guess x, products of its basis.
+struct CellSums {
+  double curvature;
+  GuessSums guess;
+  GuessProducts products;
+};
 
 /// Vectors of a solve on the device, by slot (memory index of a cell) and then by group, and the state of its
 /// iterations. A group is a set of bodies with one potential.
@@ -22,17 +44,25 @@ struct SolveVectors {
   /// Search direction; A p.
   double *p, *q;
   Iterations* iterations;
+  /// Sums over cells within a step.
+  CellSums* cell_sums;
 };
 
 /// Calls finish(g, flux) for each group g (bodies with one potential) with its flux. The flux is the sum of conductance
-/// times potential over its links to cells and its direct links (gaps) to floating groups. `x`: potentials by slot
-/// (memory index), then by group.
-template <class Executor, class Finish>
-void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const double* x, Finish finish) {
+/// times potential over its links to cells and its direct links (gaps) to floating groups. `cell`: function of a cell's
+/// memory index (slot) that returns its potential; `group`: potentials by group.
+template <class Executor, class Cell, class Finish>
+void group_fluxes(const Executor& run, ProblemView problem, GridView grid, Cell cell, const double* group,
+                  Finish finish) {
   run.sum_pieces(
       grid.link_pieces(problem), grid.pieces.partial,
-      [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link] * x[grid.links.slot[link]]; },
-      DirectFluxes<double>{problem, grid, x + grid.layout.size()}, finish);
+      [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link] * cell(grid.links.slot[link]); },
+      DirectFluxes<double>{problem, grid, group}, finish);
+}
+template <class Executor, class Finish>
+void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const double* x, Finish finish) {
+  group_fluxes(
+      run, problem, grid, [=] LICHTENBERG_HOST_DEVICE(int slot) { return x[slot]; }, x + grid.layout.size(), finish);
 }
 
 /// Adds the fluxes of couplings (lumped capacitances) out of each group (bodies with one potential) to y. `x`, `y`: by
@@ -51,42 +81,104 @@ void add_couplings(const Executor& run, ProblemView problem, const double* x, do
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { y[g] += sum; });
 }
 
+/// Slot (memory index) of a grid and the cell (i, j) there, if the slot is not padding. Kernels run over `rows` times
+/// `columns` slots.
+struct Place {
+  int slot, colour, row, column, i, j;
+  bool is_cell;
+
+  LICHTENBERG_HOST_DEVICE static int rows(const Layout& at) { return 2 * (at.ny + 2); }
+  LICHTENBERG_HOST_DEVICE static int columns(const Layout& at) { return static_cast<int>(at.stride); }
+  LICHTENBERG_HOST_DEVICE Place(const Layout& at, int all_rows, int column_) : column(column_) {
+    colour = all_rows >= at.ny + 2;
+    row = all_rows - colour * (at.ny + 2);
+    slot = colour * static_cast<int>(at.colour_size()) + row * static_cast<int>(at.stride) + column;
+    j = row - 1;
+    i = 2 * (column - Layout::pad) + Layout::parity(colour, j);
+    is_cell = column >= Layout::pad && inside(at, i, j);
+  }
+};
+
+/// Returns the entry of A x of a cell, without couplings (lumped capacitances); 0 in a conductor. `Value`: double, or
+/// the values of several vectors. `own`: x of the cell; `x`: function of a slot; `group`: function of a group.
+template <class Value, class Cell, class Group>
+LICHTENBERG_HOST_DEVICE Value field_row(const ProblemView& problem, const GridView& grid, const Place& at,
+                                        const Value& own, Cell x, Group group) {
+  const CellOwner owner = grid.cells.owner[at.slot];
+  const Neighbours n = neighbours(grid.layout, at.colour, at.row, at.column);
+  const Value around = x(n.west) + x(n.east) + x(n.south) + x(n.north);  // at once with the owner
+  if (!owner.is_fluid()) return Value{};
+  if (!owner.is_boundary_cell()) {
+    const int diagonal = diagonal_without_links(problem, grid.layout, at.i, at.j);
+    return diagonal > 0 ? static_cast<double>(diagonal) * own - around : Value{};
+  }
+  const int k = owner.boundary_number();
+  Value value = grid.boundary.diagonal[k] * own - around;
+  for (int side = 0; side < 4; ++side) {
+    const int link = grid.boundary_link_of(k, side);
+    if (link >= 0) value = value - grid.links.conductance[link] * group(grid.links.group[link]);
+  }
+  return value;
+}
+
+/// Entry of y = A x at a slot of the grid, without couplings (lumped capacitances), as function of the row and column
+/// of slots (Place). It stores and returns the entry.
+struct ApplyToCell {
+  ProblemView problem;
+  GridView grid;
+  const double* x;
+  double* y;
+  LICHTENBERG_HOST_DEVICE double operator()(const Place& at, int column) const {
+    const double *cell = x, *of_group = x + grid.layout.size();
+    double value = 0;
+    if (at.is_cell)
+      value = field_row(
+          problem, grid, at, x[at.slot], [=](int slot) { return cell[slot]; }, [=](int g) { return of_group[g]; });
+    y[at.slot] = value;
+    // The padding after the last row of each colour is 0, too.
+    if (at.row == 0 && column < Layout::pad)
+      y[at.colour * grid.layout.colour_size() + (grid.layout.ny + 2) * grid.layout.stride + column] = 0;
+    return value;
+  }
+};
+
+/// Computes the groups' entries of y = A x without couplings (lumped capacitances). A group is a set of bodies with one
+/// potential. `cell`: function of a slot that returns x; `group`, `y`: by group.
+template <class Executor, class Cell>
+void apply_to_groups(const Executor& run, ProblemView problem, GridView grid, Cell cell, const double* group,
+                     double* y) {
+  group_fluxes(run, problem, grid, cell, group, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
+    const double diagonal = grid.groups.diagonal[g];
+    y[g] = diagonal > 0 ? diagonal * group[g] - sum : 0.0;
+  });
+}
+
 /// Computes y = A x without couplings (lumped capacitances).
 template <class Executor>
 void apply_field(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y) {
-  const int cells = static_cast<int>(grid.layout.size());
-  run.for_each(2 * (grid.layout.ny + 2), static_cast<int>(grid.layout.stride),
-               [=] LICHTENBERG_HOST_DEVICE(int all_rows, int column) {
-                 const Layout& at = grid.layout;
-                 const int colour = all_rows >= at.ny + 2, row = all_rows - colour * (at.ny + 2);
-                 const int slot =
-                     colour * static_cast<int>(at.colour_size()) + row * static_cast<int>(at.stride) + column;
-                 const int j = row - 1, i = 2 * (column - Layout::pad) + Layout::parity(colour, j);
-                 double value = 0;
-                 const CellOwner owner = grid.cells.owner[slot];
-                 if (column >= Layout::pad && inside(at, i, j) && owner.is_fluid()) {
-                   const Neighbours n = neighbours(at, colour, row, column);
-                   const double around = x[n.west] + x[n.east] + x[n.south] + x[n.north];
-                   if (owner.is_boundary_cell()) {
-                     const int k = owner.boundary_number();
-                     value = grid.boundary.diagonal[k] * x[slot] - around;
-                     for (int side = 0; side < 4; ++side) {
-                       const int link = grid.boundary_link_of(k, side);
-                       if (link >= 0) value -= grid.links.conductance[link] * x[cells + grid.links.group[link]];
-                     }
-                   } else if (const int diagonal = diagonal_without_links(problem, at, i, j); diagonal > 0) {
-                     value = diagonal * x[slot] - around;
-                   }
-                 }
-                 y[slot] = value;
-                 // The padding after the last row of each colour is 0, too.
-                 if (row == 0 && column < Layout::pad)
-                   y[colour * at.colour_size() + (at.ny + 2) * at.stride + column] = 0;
-               });
-  group_fluxes(run, problem, grid, x, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
-    const double diagonal = grid.groups.diagonal[g];
-    y[cells + g] = diagonal > 0 ? diagonal * x[cells + g] - sum : 0.0;
-  });
+  const ApplyToCell apply{problem, grid, x, y};
+  run.for_each(Place::rows(grid.layout), Place::columns(grid.layout),
+               [=] LICHTENBERG_HOST_DEVICE(int row, int column) { apply(Place(grid.layout, row, column), column); });
+  const auto size = grid.layout.size();
+  apply_to_groups(
+      run, problem, grid, [=] LICHTENBERG_HOST_DEVICE(int slot) { return x[slot]; }, x + size, y + size);
+}
+
+/// Computes y = A x as apply_field() does, and calls finish(sum) with the sum of value(slot, y) over all slots.
+template <class Executor, class Value, class Finish>
+void apply_field(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y, Value value,
+                 Finish finish) {
+  const ApplyToCell apply{problem, grid, x, y};
+  run.sum(
+      Place::rows(grid.layout), Place::columns(grid.layout),
+      [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
+        const Place at(grid.layout, row, column);
+        return value(at.slot, apply(at, column));
+      },
+      finish);
+  const auto size = grid.layout.size();
+  apply_to_groups(
+      run, problem, grid, [=] LICHTENBERG_HOST_DEVICE(int slot) { return x[slot]; }, x + size, y + size);
 }
 
 /// Computes y = A x, the matrix-free cut-cell system of the finest grid.
@@ -95,19 +187,6 @@ void apply_operator(const Executor& run, ProblemView problem, GridView grid, con
   apply_field(run, problem, grid, x, y);
   add_couplings(run, problem, x + grid.layout.size(), y + grid.layout.size());
 }
-
-/// Sums that determine the scale of the initial guess x (Iterations::set_guess_scale): b'x, x'A x without couplings
-/// (lumped capacitances), largest |x|, and the couplings' part of x'A x.
-struct GuessSums {
-  double product = 0, energy = 0, largest = 0, coupling_part = 0;
-  LICHTENBERG_HOST_DEVICE GuessSums& operator+=(const GuessSums& other) {
-    product += other.product;
-    energy += other.energy;
-    coupling_part += other.coupling_part;
-    largest = other.largest > largest ? other.largest : largest;
-    return *this;
-  }
-};
 
 /// Returns group g's share of the couplings' part of x'A x. Two floating groups (bodies with one unknown potential)
 /// share the energy of a coupling (a lumped capacitance) equally.
@@ -122,19 +201,25 @@ LICHTENBERG_HOST_DEVICE inline double coupling_energy(const ProblemView& problem
 }
 
 /// Scales the initial guess x by the factor that minimizes its error in the energy norm. Computes r = b - A x and
-/// stores it for the V-cycle. q must contain A x without couplings (lumped capacitances).
+/// stores it for the V-cycle. Overwrites q.
 template <class Executor>
 void scale_guess(const Executor& run, ProblemView problem, GridView grid, SolveVectors v) {
   const int cells = static_cast<int>(grid.layout.size());
   const bool is_coupled = problem.couplings.start;
+  const auto sums_of = [=] LICHTENBERG_HOST_DEVICE(int k, double image) {
+    return GuessSums{v.b[k] * v.x[k], v.x[k] * image, std::abs(v.x[k])};
+  };
+  apply_field(run, problem, grid, v.x, v.q, sums_of,
+              [=] LICHTENBERG_HOST_DEVICE(const GuessSums& sums) { v.cell_sums->guess = sums; });
   run.sum(
-      v.size,
-      [=] LICHTENBERG_HOST_DEVICE(int k) {
-        GuessSums sums{v.b[k] * v.x[k], v.x[k] * v.q[k], std::abs(v.x[k])};
-        if (is_coupled && k >= cells) sums.coupling_part = coupling_energy(problem, v.x + cells, k - cells);
+      problem.groups,
+      [=] LICHTENBERG_HOST_DEVICE(int g) {
+        GuessSums sums = sums_of(cells + g, v.q[cells + g]);
+        if (is_coupled) sums.coupling_part = coupling_energy(problem, v.x + cells, g);
         return sums;
       },
-      [=] LICHTENBERG_HOST_DEVICE(const GuessSums& sums) {
+      [=] LICHTENBERG_HOST_DEVICE(GuessSums sums) {
+        sums += v.cell_sums->guess;
         const double energy = sums.energy + sums.coupling_part;
         v.iterations->set_guess_scale(sums.product, energy, sums.largest, static_cast<double>(v.size));
         if (is_coupled) v.iterations->set_energy_of_field(sums.energy);
@@ -210,13 +295,18 @@ void begin_iterations(const Executor& run, double tolerance, int most, Iteration
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) { iterations->begin(tolerance, most); });
 }
 
-/// Computes the step length alpha along p from p'A p, and calls again(whether another iteration follows).
+/// Computes q = A p and the step length alpha along p from p'A p. Calls again(whether another iteration follows).
 template <class Executor, class Continuation>
-void compute_step(const Executor& run, SolveVectors v, Continuation again) {
+void compute_step(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, Continuation again) {
+  const int cells = static_cast<int>(grid.layout.size());
+  apply_field(
+      run, problem, grid, v.p, v.q, [=] LICHTENBERG_HOST_DEVICE(int slot, double image) { return v.p[slot] * image; },
+      [=] LICHTENBERG_HOST_DEVICE(double sum) { v.cell_sums->curvature = sum; });
+  add_couplings(run, problem, v.p + cells, v.q + cells);
   run.sum(
-      v.size, [=] LICHTENBERG_HOST_DEVICE(int k) { return v.p[k] * v.q[k]; },
-      [=] LICHTENBERG_HOST_DEVICE(double curvature) {
-        v.iterations->set_step(curvature);
+      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return v.p[cells + g] * v.q[cells + g]; },
+      [=] LICHTENBERG_HOST_DEVICE(double sum) {
+        v.iterations->set_step(v.cell_sums->curvature + sum);
         again(v.iterations->go_on != 0);
       });
 }
@@ -374,23 +464,6 @@ void average_bodies(const Executor& run, ProblemView problem, GridView grid, dou
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
         x[g] = grid.groups.diagonal[g] > 0 ? sum / problem.members(g) : 0.0;
       });
-}
-
-/// Computes a stored solution, or its difference from `older` if that has data, on the unknowns of the present
-/// geometry. A newly uncovered cell has its conductor's last potential. A floating group (bodies with one unknown
-/// potential) has the mean of its bodies, other groups 0. `v`: receives the result, by slot (memory index), then by
-/// group.
-template <class Executor>
-void difference_on_unknowns(const Executor& run, ProblemView problem, GridView grid, SolutionView solution,
-                            SolutionView older, double* v) {
-  const int cells = static_cast<int>(grid.layout.size());
-  run.for_each(cells, [=] LICHTENBERG_HOST_DEVICE(int slot) {
-    const double value = older.cell ? solution.cell[slot] - older.cell[slot] : solution.cell[slot];
-    v[slot] = grid.cells.inverse_diagonal[slot] > 0 ? value : 0.0;
-  });
-  average_bodies(run, problem, grid, v + cells, [=] LICHTENBERG_HOST_DEVICE(int body) {
-    return older.body ? solution.body[body] - older.body[body] : solution.body[body];
-  });
 }
 
 }  // namespace lichtenberg::laplace::device

@@ -72,14 +72,14 @@ class CudaExecutor {
   }
 
   using Block = CudaBlock;
-  template <int threads = 128, class F>
+  template <int threads = 128, int at_once = 1, class F>
   void for_each_block(int blocks, std::size_t bytes, F f) const {
     if (blocks <= 0) return;
     constexpr std::size_t unasked = 48 << 10;
     if (bytes > unasked)
-      check_cuda(cudaFuncSetAttribute(block_kernel<threads, F>, cudaFuncAttributeMaxDynamicSharedMemorySize,
+      check_cuda(cudaFuncSetAttribute(block_kernel<threads, at_once, F>, cudaFuncAttributeMaxDynamicSharedMemorySize,
                                       static_cast<int>(bytes)));
-    launch(block_kernel<threads, F>, static_cast<unsigned>(blocks), threads, bytes, f);
+    launch(block_kernel<threads, at_once, F>, static_cast<unsigned>(blocks), threads, bytes, f);
   }
   std::size_t most_block_memory() const {
     return static_cast<std::size_t>(attribute(cudaDevAttrMaxSharedMemoryPerBlockOptin));

@@ -170,9 +170,10 @@ __global__ void __launch_bounds__(threads) sum_kernel(long n, Value value, Finis
   sum_of_grid<threads>(sum, finish, block_sums, done);
 }
 
-/// Kernel of CudaExecutor::sum(rows, columns, value, finish), see sum_of_grid. A block takes a row at a time.
+/// Kernel of CudaExecutor::sum(rows, columns, value, finish), see sum_of_grid. A block takes a row at a time. Sums of
+/// one value leave the registers for all threads that a multiprocessor can have.
 template <int threads, class Sum, class Value, class Finish>
-__global__ void __launch_bounds__(threads)
+__global__ void __launch_bounds__(threads, sizeof(Sum) > sizeof(double) ? 1 : 2048 / threads)
     row_sum_kernel(int rows, int columns, Value value, Finish finish, Sum* block_sums, int* done) {
   begin_kernel();
   Sum sum{};
@@ -288,8 +289,8 @@ class CudaBlock {
 };
 
 /// Kernel of CudaExecutor::for_each_block: block b calls f(CudaBlock, b).
-template <int threads, class F>
-__global__ void __launch_bounds__(threads) block_kernel(F f) {
+template <int threads, int at_once, class F>
+__global__ void __launch_bounds__(threads, at_once) block_kernel(F f) {
   begin_kernel();
   f(CudaBlock{}, static_cast<int>(blockIdx.x));
 }

@@ -196,7 +196,7 @@ void with_tiles(const GridView& coarse, F f) {
   if (coarse.layout.nx <= small)
     f(std::integral_constant<int, 16>{});
   else
-    f(std::integral_constant<int, 48>{});
+    f(std::integral_constant<int, 64>{});
 }
 
 /// Relaxes the groups (bodies with one potential) at the start of a V-cycle, from their charges and the fluxes of
@@ -223,7 +223,8 @@ void descend(const Executor& run, const ProblemView& problem, const GridView& gr
   if (phi) relax_groups_first(run, problem, grid);
   with_tiles(coarse, [&](auto rows) {
     using Half = Descend<V, decltype(rows)::value>;
-    run.template for_each_block<512>(Half::Tiles::all(coarse), Half::bytes(grid), Half{problem, grid, coarse, phi, v});
+    run.template for_each_block<512, 3>(Half::Tiles::all(coarse), Half::bytes(grid),
+                                        Half{problem, grid, coarse, phi, v});
   });
   if (phi) restrict_group_residuals(run, problem, grid, coarse, phi, static_cast<const V*>(v));
 }
@@ -237,7 +238,8 @@ void ascend(const Executor& run, const ProblemView& problem, const GridView& gri
   const float* phi = potentials_down(grid);
   with_tiles(coarse, [&](auto rows) {
     using Half = Ascend<V, decltype(rows)::value>;
-    run.template for_each_block<512>(Half::Tiles::all(coarse), Half::bytes(grid), Half{problem, grid, coarse, phi, v});
+    run.template for_each_block<512, 3>(Half::Tiles::all(coarse), Half::bytes(grid),
+                                        Half{problem, grid, coarse, phi, v});
   });
   if (!phi && z) run.fill(z, 0, problem.groups * sizeof(double));
   if (!phi) return;

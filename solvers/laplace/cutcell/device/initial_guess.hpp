@@ -38,11 +38,14 @@ struct BasisView {
 
   /// Returns the values at a cell's memory index (slot).
   LICHTENBERG_HOST_DEVICE BasisValues at(const GridView& grid, int slot) const {
+    const bool is_unknown = grid.cells.inverse_diagonal[slot] > 0;
     BasisValues values;
-    if (!(grid.cells.inverse_diagonal[slot] > 0)) return values;
-    for (int p = 0; p < history_length; ++p)
+    for (int p = 0; p < history_length; ++p)  // at once with the diagonal
       if (p < size) values.of[p] = solution[p].cell[slot];
-    for (int p = history_length - 1; p > 0; --p) values.of[p] = p < size ? values.of[p - 1] - values.of[p] : 0.0;
+    for (int p = history_length - 1; p >= 0; --p) {
+      const double value = p == 0 ? values.of[0] : values.of[p - 1] - values.of[p];
+      values.of[p] = is_unknown && p < size ? value : 0.0;
+    }
     return values;
   }
   /// Returns the value of vector p at a body.

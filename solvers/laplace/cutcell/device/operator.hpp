@@ -82,16 +82,15 @@ void add_couplings(const Executor& run, ProblemView problem, const double* x, do
 }
 
 /// Slot (memory index) of a grid and the cell (i, j) there, if the slot is not padding. Kernels run over `rows` times
-/// `columns` slots.
+/// `columns` slots, with the rows of the two colours in turn: a row's neighbours are then read only once from memory.
 struct Place {
   int slot, colour, row, column, i, j;
   bool is_cell;
 
   LICHTENBERG_HOST_DEVICE static int rows(const Layout& at) { return 2 * (at.ny + 2); }
   LICHTENBERG_HOST_DEVICE static int columns(const Layout& at) { return static_cast<int>(at.stride); }
-  LICHTENBERG_HOST_DEVICE Place(const Layout& at, int all_rows, int column_) : column(column_) {
-    colour = all_rows >= at.ny + 2;
-    row = all_rows - colour * (at.ny + 2);
+  LICHTENBERG_HOST_DEVICE Place(const Layout& at, int row_of_colour, int column_)
+      : colour(row_of_colour & 1), row(row_of_colour >> 1), column(column_) {
     slot = colour * static_cast<int>(at.colour_size()) + row * static_cast<int>(at.stride) + column;
     j = row - 1;
     i = 2 * (column - Layout::pad) + Layout::parity(colour, j);

@@ -11,6 +11,7 @@
 #include <cmath>
 
 #include "solvers/laplace/cutcell/device/homogenized.hpp"
+#include "solvers/parallel/unroll.hpp"
 
 namespace lichtenberg::laplace::device {
 
@@ -105,19 +106,24 @@ struct Tile {
         f_of[colour] = grid.cycle.f[slot];
         is_near[colour] = phi && grid.cells.owner[slot].is_boundary_cell();
       }
-    const bool is_anywhere = is_inside && phi && grid.may_have(Items::floating_subgrid_conductors);
     for (int colour = 0; colour < 2; ++colour) {
       const int own = at(colour, y, pair), slot = colour == 0 ? red : black;
-      GroupSums sums;
-      if (is_near[colour] || is_anywhere)
-        sums = group_sums(grid, slot, 2 * k + Layout::parity(colour, j), j, phi, more_phi);
-      const float first = f_of[colour] + sums.one;
       inverse[own] = is_near[colour] ? -inverse_of[colour] : inverse_of[colour];
-      f[own] = first + sums.other;
-      value[own] = first * inverse_of[colour];
+      f[own] = f_of[colour];
+      value[own] = f_of[colour] * inverse_of[colour];
       if (!medium) continue;
       east[own] = is_inside ? grid.medium.east[slot] : 0.0f;
       north[own] = is_inside ? grid.medium.north[slot] : 0.0f;
+    }
+    const bool is_anywhere = is_inside && phi && grid.may_have(Items::floating_subgrid_conductors);
+    if (!is_near[0] && !is_near[1] && !is_anywhere) return;
+    LICHTENBERG_UNROLL(1)  // few cells, for which registers must not be reserved twice
+    for (int colour = 0; colour < 2; ++colour) {
+      const int own = at(colour, y, pair), slot = colour == 0 ? red : black;
+      const GroupSums sums = group_sums(grid, slot, 2 * k + Layout::parity(colour, j), j, phi, more_phi);
+      const float first = f[own] + sums.one;
+      f[own] = first + sums.other;
+      value[own] = first * std::abs(inverse[own]);
     }
   }
 };

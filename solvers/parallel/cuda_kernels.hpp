@@ -173,7 +173,7 @@ __global__ void __launch_bounds__(threads) sum_kernel(long n, Value value, Finis
 /// Kernel of CudaExecutor::sum(rows, columns, value, finish), see sum_of_grid. A block takes a row at a time. Sums of
 /// one value leave the registers for all threads that a multiprocessor can have.
 template <int threads, class Sum, class Value, class Finish>
-__global__ void __launch_bounds__(threads, sizeof(Sum) > sizeof(double) ? 1 : 2048 / threads)
+__global__ void __launch_bounds__(threads, sizeof(Sum) > sizeof(double) ? 3 : 2048 / threads)
     row_sum_kernel(int rows, int columns, Value value, Finish finish, Sum* block_sums, int* done) {
   begin_kernel();
   Sum sum{};

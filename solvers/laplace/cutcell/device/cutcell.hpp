@@ -237,7 +237,6 @@ class CutCell : public DeviceSolver {
     double* next_potential;
     BasisView basis;
     ChargeCorrection correction;
-    Shares* shares;
   };
   CoarseSolution last_solution() const {
     if (history_size_ == 0) return {};
@@ -294,8 +293,8 @@ class CutCell : public DeviceSolver {
     for (int k = 0; k < history_length; ++k) arrays_->resize(groups, v.basis.vector[k], v.basis.image[k]);
     arrays_->resize(n, v.solve.r, v.solve.z, v.solve.p, v.solve.q);
     arrays_->zero(v.solve.z);
-    arrays_->resize(1, v.shares);
-    arrays_->resize(1, v.solve.cell_sums);
+    arrays_->resize(1, v.basis.products);
+    arrays_->resize(1, v.basis.shares);
     ChargeCorrection& correction = v.correction;
     arrays_->resize(groups, v.next_potential, correction.residual, correction.shift, correction.hold, correction.held,
                     correction.to_cells, correction.from_cells, correction.r, correction.p, correction.q,
@@ -319,8 +318,8 @@ class CutCell : public DeviceSolver {
     if (history_size_ == 0) return run_->fill(v.solve.x, 0, v.solve.size * sizeof(double));
     v.basis.size = history_size_;
     for (int p = 0; p < history_size_; ++p) v.basis.solution[p] = history_[p].view;
-    compute_shares(*run_, problem, grid, v.basis, v.solve, v.shares);
-    combine(*run_, problem, grid, v.basis, v.shares, v.solve.x);
+    compute_shares(*run_, problem, grid, v.basis, v.solve.b);
+    combine(*run_, problem, grid, v.basis, v.solve.x);
   }
 
   /// Relaxes the initial guess near the conductors, where its error is largest, scales it, and computes its residual.

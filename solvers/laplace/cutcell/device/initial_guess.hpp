@@ -4,6 +4,7 @@
 
 #include "solvers/laplace/cutcell/closest_shares.hpp"
 #include "solvers/laplace/cutcell/device/operator.hpp"
+#include "solvers/parallel/unroll.hpp"
 
 namespace lichtenberg::laplace::device {
 
@@ -12,14 +13,17 @@ struct BasisValues {
   double of[history_length] = {};
   // Constant bounds keep the arrays in registers.
   LICHTENBERG_HOST_DEVICE friend BasisValues operator+(BasisValues a, const BasisValues& b) {
+    LICHTENBERG_UNROLL(3)
     for (int p = 0; p < history_length; ++p) a.of[p] += b.of[p];
     return a;
   }
   LICHTENBERG_HOST_DEVICE friend BasisValues operator-(BasisValues a, const BasisValues& b) {
+    LICHTENBERG_UNROLL(3)
     for (int p = 0; p < history_length; ++p) a.of[p] -= b.of[p];
     return a;
   }
   LICHTENBERG_HOST_DEVICE friend BasisValues operator*(double factor, BasisValues a) {
+    LICHTENBERG_UNROLL(3)
     for (int p = 0; p < history_length; ++p) a.of[p] *= factor;
     return a;
   }
@@ -35,17 +39,21 @@ struct BasisView {
   /// Stored solutions, the newest first.
   SolutionView solution[history_length];
   double *vector[history_length], *image[history_length];
+  /// Products of the vectors, and the coefficients of the guess.
+  GuessProducts* products;
+  Shares* shares;
 
   /// Returns the values at a cell's memory index (slot).
   LICHTENBERG_HOST_DEVICE BasisValues at(const GridView& grid, int slot) const {
     const bool is_unknown = grid.cells.inverse_diagonal[slot] > 0;
-    BasisValues values;
+    double stored[history_length] = {};
+    LICHTENBERG_UNROLL(3)
     for (int p = 0; p < history_length; ++p)  // at once with the diagonal
-      if (p < size) values.of[p] = solution[p].cell[slot];
-    for (int p = history_length - 1; p >= 0; --p) {
-      const double value = p == 0 ? values.of[0] : values.of[p - 1] - values.of[p];
-      values.of[p] = is_unknown && p < size ? value : 0.0;
-    }
+      if (p < size) stored[p] = solution[p].cell[slot];
+    BasisValues values;
+    LICHTENBERG_UNROLL(3)
+    for (int p = 0; p < history_length; ++p)
+      if (is_unknown && p < size) values.of[p] = p == 0 ? stored[0] : stored[p - 1] - stored[p];
     return values;
   }
   /// Returns the value of vector p at a body.
@@ -55,6 +63,7 @@ struct BasisView {
   /// Returns the values at group g (bodies with one potential).
   LICHTENBERG_HOST_DEVICE BasisValues of_group(double* const* by_group, int g) const {
     BasisValues values;
+    LICHTENBERG_UNROLL(3)
     for (int p = 0; p < history_length; ++p)
       if (p < size) values.of[p] = by_group[p][g];
     return values;
@@ -90,46 +99,40 @@ LICHTENBERG_HOST_DEVICE inline GuessProducts guess_products(const BasisValues& v
   return products;
 }
 
-/// Computes the coefficients `shares` of the basis vectors by Galerkin projection (closest_shares). b: right-hand side.
-/// One pass over the cells computes the vectors, their products with the operator A and the sums.
+/// Computes the coefficients of the basis vectors by Galerkin projection (closest_shares). b: right-hand side. One pass
+/// over the cells computes the vectors, their products with the operator A and the sums.
 template <class Executor>
-void compute_shares(const Executor& run, ProblemView problem, GridView grid, BasisView basis, SolveVectors v,
-                    Shares* shares) {
+void compute_shares(const Executor& run, ProblemView problem, GridView grid, BasisView basis, const double* b) {
   const int cells = static_cast<int>(grid.layout.size());
   make_basis_of_groups(run, problem, grid, basis);
-  run.sum(
-      Place::rows(grid.layout), Place::columns(grid.layout),
-      [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
-        const Place at(grid.layout, row, column);
+  sum_of_entries(
+      run, problem, grid,
+      [=] LICHTENBERG_HOST_DEVICE(const Place& at) {
         if (!at.is_cell) return GuessProducts{};
         const BasisValues own = basis.at(grid, at.slot);
         const BasisValues image = field_row(
             problem, grid, at, own, [&](int slot) { return basis.at(grid, slot); },
             [&](int g) { return basis.of_group(basis.vector, g); });
-        return guess_products(own, image, v.b[at.slot]);
+        return guess_products(own, image, b[at.slot]);
       },
-      [=] LICHTENBERG_HOST_DEVICE(const GuessProducts& products) { v.cell_sums->products = products; });
-  run.sum(
-      problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int g) {
-        return guess_products(basis.of_group(basis.vector, g), basis.of_group(basis.image, g), v.b[cells + g]);
+        return guess_products(basis.of_group(basis.vector, g), basis.of_group(basis.image, g), b[cells + g]);
       },
-      [=] LICHTENBERG_HOST_DEVICE(GuessProducts products) {
-        products += v.cell_sums->products;
-        *shares = closest_shares(products, basis.size);
-      });
+      [=] LICHTENBERG_HOST_DEVICE(const GuessProducts& products) { *basis.products = products; });
+  // In a kernel of its own, because it needs many registers.
+  run.template for_each<32>(
+      1, [=] LICHTENBERG_HOST_DEVICE(int) { *basis.shares = closest_shares(*basis.products, basis.size); });
 }
 
-/// Computes the linear combination x of the basis vectors with the coefficients `shares`.
+/// Computes the linear combination x of the basis vectors with their coefficients.
 template <class Executor>
-void combine(const Executor& run, ProblemView problem, GridView grid, BasisView basis, const Shares* shares,
-             double* x) {
+void combine(const Executor& run, ProblemView problem, GridView grid, BasisView basis, double* x) {
   const int cells = static_cast<int>(grid.layout.size());
   run.for_each(cells + static_cast<long>(problem.groups), [=] LICHTENBERG_HOST_DEVICE(int k) {
     const BasisValues values = k < cells ? basis.at(grid, k) : basis.of_group(basis.vector, k - cells);
     double sum = 0;
     for (int p = 0; p < history_length; ++p)
-      if (p < basis.size) sum += shares->of[p] * values.of[p];
+      if (p < basis.size) sum += basis.shares->of[p] * values.of[p];
     x[k] = sum;
   });
 }

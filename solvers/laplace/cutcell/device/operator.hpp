@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "solvers/laplace/cutcell/closest_shares.hpp"
 #include "solvers/laplace/cutcell/device/conductances.hpp"
 #include "solvers/laplace/cutcell/device/conjugate_gradients.hpp"
 #include "solvers/laplace/cutcell/device/cycle.hpp"
@@ -24,14 +23,6 @@ struct GuessSums {
   }
 };
 
-/// Sums over cells, to which those over groups (bodies with one potential) are added: p'A p of the iterations, sums of
-/// the initial guess x, products of its basis.
-struct CellSums {
-  double curvature;
-  GuessSums guess;
-  GuessProducts products;
-};
-
 /// Vectors of a solve on the device, by slot (memory index of a cell) and then by group, and the state of its
 /// iterations. A group is a set of bodies with one potential.
 struct SolveVectors {
@@ -44,8 +35,6 @@ struct SolveVectors {
   /// Search direction; A p.
   double *p, *q;
   Iterations* iterations;
-  /// Sums over cells within a step.
-  CellSums* cell_sums;
 };
 
 /// Calls finish(g, flux) for each group g (bodies with one potential) with its flux. The flux is the sum of conductance
@@ -120,14 +109,13 @@ LICHTENBERG_HOST_DEVICE Value field_row(const ProblemView& problem, const GridVi
   return value;
 }
 
-/// Entry of y = A x at a slot of the grid, without couplings (lumped capacitances), as function of the row and column
-/// of slots (Place). It stores and returns the entry.
+/// Entry of y = A x at a slot of the grid, without couplings (lumped capacitances). It stores and returns the entry.
 struct ApplyToCell {
   ProblemView problem;
   GridView grid;
   const double* x;
   double* y;
-  LICHTENBERG_HOST_DEVICE double operator()(const Place& at, int column) const {
+  LICHTENBERG_HOST_DEVICE double operator()(const Place& at) const {
     const double *cell = x, *of_group = x + grid.layout.size();
     double value = 0;
     if (at.is_cell)
@@ -135,8 +123,8 @@ struct ApplyToCell {
           problem, grid, at, x[at.slot], [=](int slot) { return cell[slot]; }, [=](int g) { return of_group[g]; });
     y[at.slot] = value;
     // The padding after the last row of each colour is 0, too.
-    if (at.row == 0 && column < Layout::pad)
-      y[at.colour * grid.layout.colour_size() + (grid.layout.ny + 2) * grid.layout.stride + column] = 0;
+    if (at.row == 0 && at.column < Layout::pad)
+      y[at.colour * grid.layout.colour_size() + (grid.layout.ny + 2) * grid.layout.stride + at.column] = 0;
     return value;
   }
 };
@@ -152,39 +140,52 @@ void apply_to_groups(const Executor& run, ProblemView problem, GridView grid, Ce
   });
 }
 
-/// Computes y = A x without couplings (lumped capacitances).
-template <class Executor>
-void apply_field(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y) {
-  const ApplyToCell apply{problem, grid, x, y};
-  run.for_each(Place::rows(grid.layout), Place::columns(grid.layout),
-               [=] LICHTENBERG_HOST_DEVICE(int row, int column) { apply(Place(grid.layout, row, column), column); });
-  const auto size = grid.layout.size();
-  apply_to_groups(
-      run, problem, grid, [=] LICHTENBERG_HOST_DEVICE(int slot) { return x[slot]; }, x + size, y + size);
-}
-
-/// Computes y = A x as apply_field() does, and calls finish(sum) with the sum of value(slot, y) over all slots.
-template <class Executor, class Value, class Finish>
-void apply_field(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y, Value value,
-                 Finish finish) {
-  const ApplyToCell apply{problem, grid, x, y};
+/// Calls finish(sum) with the sum of of_cell(Place) over all slots of the grid and of of_group(g) over all groups
+/// (bodies with one potential).
+template <class Executor, class OfCell, class OfGroup, class Finish>
+void sum_of_entries(const Executor& run, ProblemView problem, GridView grid, OfCell of_cell, OfGroup of_group,
+                    Finish finish) {
+  const int rows = Place::rows(grid.layout), columns = Place::columns(grid.layout), groups = problem.groups;
   run.sum(
-      Place::rows(grid.layout), Place::columns(grid.layout),
+      rows + (groups + columns - 1) / columns, columns,
       [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
-        const Place at(grid.layout, row, column);
-        return value(at.slot, apply(at, column));
+        if (row < rows) return of_cell(Place(grid.layout, row, column));
+        const int g = (row - rows) * columns + column;
+        return g < groups ? of_group(g) : decltype(of_group(g)){};
       },
       finish);
-  const auto size = grid.layout.size();
+}
+
+/// Computes the cells' part of y = A x without couplings (lumped capacitances), when the groups' part is complete.
+/// Calls finish(sum) with the sum of value(k, y_k) over all entries k of y. A group is a set of bodies with one
+/// potential.
+template <class Executor, class Value, class Finish>
+void apply_to_cells(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y, Value value,
+                    Finish finish) {
+  const ApplyToCell apply{problem, grid, x, y};
+  const int cells = static_cast<int>(grid.layout.size());
+  sum_of_entries(
+      run, problem, grid, [=] LICHTENBERG_HOST_DEVICE(const Place& at) { return value(at.slot, apply(at)); },
+      [=] LICHTENBERG_HOST_DEVICE(int g) { return value(cells + g, y[cells + g]); }, finish);
+}
+
+/// Computes the groups' part of y = A x without couplings (lumped capacitances). A group is a set of bodies with one
+/// potential.
+template <class Executor>
+void apply_to_groups(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y) {
+  const auto cells = grid.layout.size();
   apply_to_groups(
-      run, problem, grid, [=] LICHTENBERG_HOST_DEVICE(int slot) { return x[slot]; }, x + size, y + size);
+      run, problem, grid, [=] LICHTENBERG_HOST_DEVICE(int slot) { return x[slot]; }, x + cells, y + cells);
 }
 
 /// Computes y = A x, the matrix-free cut-cell system of the finest grid.
 template <class Executor>
 void apply_operator(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y) {
-  apply_field(run, problem, grid, x, y);
+  apply_to_groups(run, problem, grid, x, y);
   add_couplings(run, problem, x + grid.layout.size(), y + grid.layout.size());
+  apply_to_cells(
+      run, problem, grid, x, y, [] LICHTENBERG_HOST_DEVICE(int, double) { return 0.0; },
+      [] LICHTENBERG_HOST_DEVICE(double) {});
 }
 
 /// Returns group g's share of the couplings' part of x'A x. Two floating groups (bodies with one unknown potential)
@@ -205,20 +206,15 @@ template <class Executor>
 void scale_guess(const Executor& run, ProblemView problem, GridView grid, SolveVectors v) {
   const int cells = static_cast<int>(grid.layout.size());
   const bool is_coupled = problem.couplings.start;
-  const auto sums_of = [=] LICHTENBERG_HOST_DEVICE(int k, double image) {
-    return GuessSums{v.b[k] * v.x[k], v.x[k] * image, std::abs(v.x[k])};
-  };
-  apply_field(run, problem, grid, v.x, v.q, sums_of,
-              [=] LICHTENBERG_HOST_DEVICE(const GuessSums& sums) { v.cell_sums->guess = sums; });
-  run.sum(
-      problem.groups,
-      [=] LICHTENBERG_HOST_DEVICE(int g) {
-        GuessSums sums = sums_of(cells + g, v.q[cells + g]);
-        if (is_coupled) sums.coupling_part = coupling_energy(problem, v.x + cells, g);
+  apply_to_groups(run, problem, grid, v.x, v.q);
+  apply_to_cells(
+      run, problem, grid, v.x, v.q,
+      [=] LICHTENBERG_HOST_DEVICE(int k, double image) {
+        GuessSums sums{v.b[k] * v.x[k], v.x[k] * image, std::abs(v.x[k])};
+        if (is_coupled && k >= cells) sums.coupling_part = coupling_energy(problem, v.x + cells, k - cells);
         return sums;
       },
-      [=] LICHTENBERG_HOST_DEVICE(GuessSums sums) {
-        sums += v.cell_sums->guess;
+      [=] LICHTENBERG_HOST_DEVICE(const GuessSums& sums) {
         const double energy = sums.energy + sums.coupling_part;
         v.iterations->set_guess_scale(sums.product, energy, sums.largest, static_cast<double>(v.size));
         if (is_coupled) v.iterations->set_energy_of_field(sums.energy);
@@ -297,15 +293,13 @@ void begin_iterations(const Executor& run, double tolerance, int most, Iteration
 /// Computes q = A p and the step length alpha along p from p'A p. Calls again(whether another iteration follows).
 template <class Executor, class Continuation>
 void compute_step(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, Continuation again) {
-  const int cells = static_cast<int>(grid.layout.size());
-  apply_field(
-      run, problem, grid, v.p, v.q, [=] LICHTENBERG_HOST_DEVICE(int slot, double image) { return v.p[slot] * image; },
-      [=] LICHTENBERG_HOST_DEVICE(double sum) { v.cell_sums->curvature = sum; });
+  const auto cells = grid.layout.size();
+  apply_to_groups(run, problem, grid, v.p, v.q);
   add_couplings(run, problem, v.p + cells, v.q + cells);
-  run.sum(
-      problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { return v.p[cells + g] * v.q[cells + g]; },
-      [=] LICHTENBERG_HOST_DEVICE(double sum) {
-        v.iterations->set_step(v.cell_sums->curvature + sum);
+  apply_to_cells(
+      run, problem, grid, v.p, v.q, [=] LICHTENBERG_HOST_DEVICE(int k, double image) { return v.p[k] * image; },
+      [=] LICHTENBERG_HOST_DEVICE(double curvature) {
+        v.iterations->set_step(curvature);
         again(v.iterations->go_on != 0);
       });
 }

@@ -309,12 +309,15 @@ class CutCell : public DeviceSolver {
   }
 
   /// Computes the initial guess from the history of solutions, as SolutionHistory::initial_guess. Without a history
-  /// computes it by nested iteration, or sets it to zero (DeviceMultigrid::has_nested_guess).
+  /// computes it by nested iteration on large grids (DeviceMultigrid::nested_guess), otherwise sets it to zero.
   void initial_guess() {
     const ProblemView& problem = problem_->view();
     const GridView& grid = finest().view();
     Vectors& v = arrays_->view;
-    if (history_size_ == 0 && multigrid_->has_nested_guess()) return multigrid_->nested_guess(unit_, v.solve.x);
+    constexpr long least_cells = 1 << 20;  // below, the nested guess takes the time of the iterations that it saves
+    const bool is_large = static_cast<long>(finest_.nx) * finest_.ny >= least_cells;
+    if (history_size_ == 0 && is_large && multigrid_->has_nested_guess())
+      return multigrid_->nested_guess(unit_, v.solve.x);
     if (history_size_ == 0) return run_->fill(v.solve.x, 0, v.solve.size * sizeof(double));
     v.basis.size = history_size_;
     for (int p = 0; p < history_size_; ++p) v.basis.solution[p] = history_[p].view;

@@ -57,11 +57,11 @@ struct BasisView {
     return values;
   }
   /// Returns the value of vector p at a body.
-  LICHTENBERG_HOST_DEVICE double of_body(int p, int body) const {
+  LICHTENBERG_HOST_DEVICE double at_body(int p, int body) const {
     return p == 0 ? solution[0].body[body] : solution[p - 1].body[body] - solution[p].body[body];
   }
   /// Returns the values at group g (bodies with one potential).
-  LICHTENBERG_HOST_DEVICE BasisValues of_group(double* const* by_group, int g) const {
+  LICHTENBERG_HOST_DEVICE BasisValues at_group(double* const* by_group, int g) const {
     BasisValues values;
     LICHTENBERG_UNROLL(3)
     for (int p = 0; p < history_length; ++p)
@@ -76,7 +76,7 @@ template <class Executor>
 void make_basis_of_groups(const Executor& run, ProblemView problem, GridView grid, BasisView basis) {
   for (int p = 0; p < basis.size; ++p) {
     average_bodies(run, problem, grid, basis.vector[p],
-                   [=] LICHTENBERG_HOST_DEVICE(int body) { return basis.of_body(p, body); });
+                   [=] LICHTENBERG_HOST_DEVICE(int body) { return basis.at_body(p, body); });
     apply_to_groups(
         run, problem, grid,
         [=] LICHTENBERG_HOST_DEVICE(int slot) {
@@ -112,11 +112,11 @@ void compute_shares(const Executor& run, ProblemView problem, GridView grid, Bas
         const BasisValues own = basis.at(grid, at.slot);
         const BasisValues image = field_row(
             problem, grid, at, own, [&](int slot) { return basis.at(grid, slot); },
-            [&](int g) { return basis.of_group(basis.vector, g); });
+            [&](int g) { return basis.at_group(basis.vector, g); });
         return guess_products(own, image, b[at.slot]);
       },
       [=] LICHTENBERG_HOST_DEVICE(int g) {
-        return guess_products(basis.of_group(basis.vector, g), basis.of_group(basis.image, g), b[cells + g]);
+        return guess_products(basis.at_group(basis.vector, g), basis.at_group(basis.image, g), b[cells + g]);
       },
       [=] LICHTENBERG_HOST_DEVICE(const GuessProducts& products) { *basis.products = products; });
   // In a kernel of its own, because it needs many registers.
@@ -129,7 +129,7 @@ template <class Executor>
 void combine(const Executor& run, ProblemView problem, GridView grid, BasisView basis, double* x) {
   const int cells = static_cast<int>(grid.layout.size());
   run.for_each(cells + static_cast<long>(problem.groups), [=] LICHTENBERG_HOST_DEVICE(int k) {
-    const BasisValues values = k < cells ? basis.at(grid, k) : basis.of_group(basis.vector, k - cells);
+    const BasisValues values = k < cells ? basis.at(grid, k) : basis.at_group(basis.vector, k - cells);
     double sum = 0;
     for (int p = 0; p < history_length; ++p)
       if (p < basis.size) sum += basis.shares->of[p] * values.of[p];

@@ -33,9 +33,9 @@ struct CoarsePotentials {
   }
 };
 
-/// Charges of the groups (bodies with one potential) that coarse grids absorb, as right-hand sides on the grid: those
-/// of the next finer grid by full weighting, and those of the groups that this grid absorbs. `finer`: that grid; null:
-/// no group is absorbed there. Overwrites the right-hand sides f and `charge`.
+/// Computes right-hand sides f from the charges of the groups (bodies with one potential) that coarse grids absorb. The
+/// charges that the next finer grid has absorbed come by full weighting; those of groups that this grid absorbs are
+/// distributed to the cells around. `finer`: that grid; null: no group is absorbed there. Overwrites `charge`.
 template <class Executor>
 void absorb_charges(const Executor& run, ProblemView problem, const GridView* finer, GridView grid, double unit) {
   if (finer) {
@@ -69,14 +69,14 @@ struct SidePotential {
   int ratio;
   /// Returns the potential (V) at face number `face` of a side, counted on the coarse grid.
   LICHTENBERG_HOST_DEVICE double operator()(int side, int face) const {
-    const double* of_finest = problem.side_potential + side * problem.faces + face * ratio;
-    return ratio == 1 ? *of_finest : 0.5 * (of_finest[ratio / 2 - 1] + of_finest[ratio / 2]);
+    const double* finest = problem.side_potential + side * problem.faces + face * ratio;
+    return ratio == 1 ? *finest : 0.5 * (finest[ratio / 2 - 1] + finest[ratio / 2]);
   }
 };
 
-/// Completes the right-hand sides of a coarse grid: adds the fluxes from given potentials of groups (bodies with one
-/// potential) and sides to f, and writes the groups' `charge`. f must contain the absorbed charges. `ratio`: width of
-/// the grid's cells in cells of the finest grid.
+/// Completes the right-hand sides of a coarse grid, whose f must contain the absorbed charges. Adds the fluxes from
+/// given potentials of groups and sides to f, and writes the groups' `charge`. A group is a set of bodies with one
+/// potential. `ratio`: width of the grid's cells in cells of the finest grid.
 template <class Executor>
 void add_given(const Executor& run, ProblemView problem, GridView grid, int ratio, double unit) {
   const SidePotential side_potential{problem, ratio};

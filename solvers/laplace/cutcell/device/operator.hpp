@@ -71,7 +71,7 @@ void add_couplings(const Executor& run, ProblemView problem, const double* x, do
 }
 
 /// Slot (memory index) of a grid and the cell (i, j) there, if the slot is not padding. Kernels run over `rows` times
-/// `columns` slots, with the rows of the two colours in turn: a row's neighbours are then read only once from memory.
+/// `columns` slots, with both colours of a row in succession: neighbours are then read only once from memory.
 struct Place {
   int slot, colour, row, column, i, j;
   bool is_cell;
@@ -116,11 +116,11 @@ struct ApplyToCell {
   const double* x;
   double* y;
   LICHTENBERG_HOST_DEVICE double operator()(const Place& at) const {
-    const double *cell = x, *of_group = x + grid.layout.size();
+    const double *cell = x, *at_group = x + grid.layout.size();
     double value = 0;
     if (at.is_cell)
       value = field_row(
-          problem, grid, at, x[at.slot], [=](int slot) { return cell[slot]; }, [=](int g) { return of_group[g]; });
+          problem, grid, at, x[at.slot], [=](int slot) { return cell[slot]; }, [=](int g) { return at_group[g]; });
     y[at.slot] = value;
     // The padding after the last row of each colour is 0, too.
     if (at.row == 0 && at.column < Layout::pad)
@@ -140,18 +140,18 @@ void apply_to_groups(const Executor& run, ProblemView problem, GridView grid, Ce
   });
 }
 
-/// Calls finish(sum) with the sum of of_cell(Place) over all slots of the grid and of of_group(g) over all groups
+/// Calls finish(sum) with the sum of at_cell(Place) over all slots of the grid and of at_group(g) over all groups
 /// (bodies with one potential).
 template <class Executor, class OfCell, class OfGroup, class Finish>
-void sum_of_entries(const Executor& run, ProblemView problem, GridView grid, OfCell of_cell, OfGroup of_group,
+void sum_of_entries(const Executor& run, ProblemView problem, GridView grid, OfCell at_cell, OfGroup at_group,
                     Finish finish) {
   const int rows = Place::rows(grid.layout), columns = Place::columns(grid.layout), groups = problem.groups;
   run.sum(
       rows + (groups + columns - 1) / columns, columns,
       [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
-        if (row < rows) return of_cell(Place(grid.layout, row, column));
+        if (row < rows) return at_cell(Place(grid.layout, row, column));
         const int g = (row - rows) * columns + column;
-        return g < groups ? of_group(g) : decltype(of_group(g)){};
+        return g < groups ? at_group(g) : decltype(at_group(g)){};
       },
       finish);
 }
@@ -181,11 +181,14 @@ void apply_to_groups(const Executor& run, ProblemView problem, GridView grid, co
 /// Computes y = A x, the matrix-free cut-cell system of the finest grid.
 template <class Executor>
 void apply_operator(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y) {
+  const ApplyToCell apply{problem, grid, x, y};
+  const int rows = Place::rows(grid.layout);
+  run.for_each(rows, Place::columns(grid.layout), [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
+    // One colour after the other: a device takes part of all rows at a time.
+    apply(Place(grid.layout, row < rows / 2 ? 2 * row : 2 * row - rows + 1, column));
+  });
   apply_to_groups(run, problem, grid, x, y);
   add_couplings(run, problem, x + grid.layout.size(), y + grid.layout.size());
-  apply_to_cells(
-      run, problem, grid, x, y, [] LICHTENBERG_HOST_DEVICE(int, double) { return 0.0; },
-      [] LICHTENBERG_HOST_DEVICE(double) {});
 }
 
 /// Returns group g's share of the couplings' part of x'A x. Two floating groups (bodies with one unknown potential)

@@ -72,7 +72,7 @@ class CudaExecutor {
   }
 
   using Block = CudaBlock;
-  template <int threads = 128, int at_once = 1, class F>
+  template <int threads = 128, int at_once = 0, class F>
   void for_each_block(int blocks, std::size_t bytes, F f) const {
     if (blocks <= 0) return;
     constexpr std::size_t unasked = 48 << 10;

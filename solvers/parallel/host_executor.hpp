@@ -167,7 +167,7 @@ class HostExecutor {
   /// Calls f(Block, b) for the blocks b = 0 ... blocks - 1, in any order; on a device by each of `threads` threads of
   /// the block. A block has `bytes` of fast (shared) memory, initially undefined and at most most_block_memory(). The
   /// registers of a thread are limited so that a multiprocessor can have `at_once` blocks.
-  template <int threads = 128, int at_once = 1, class F>
+  template <int threads = 128, int at_once = 0, class F>
   void for_each_block(int blocks, std::size_t bytes, F f) const {
     std::vector<double> memory(bytes / sizeof(double) + 1);
     for (int b = 0; b < blocks; ++b) f(Block(memory.data()), b);

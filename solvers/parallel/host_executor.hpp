@@ -165,8 +165,8 @@ class HostExecutor {
     void* memory_;
   };
   /// Calls f(Block, b) for the blocks b = 0 ... blocks - 1, in any order; on a device by each of `threads` threads of
-  /// the block. A block has `bytes` of fast (shared) memory, initially undefined and at most most_block_memory(). The
-  /// registers of a thread are limited so that a multiprocessor can have `at_once` blocks.
+  /// the block. A block has `bytes` of fast (shared) memory, initially undefined and at most most_block_memory(). A
+  /// multiprocessor must have registers for `at_once` blocks; 0: the compiler chooses.
   template <int threads = 128, int at_once = 0, class F>
   void for_each_block(int blocks, std::size_t bytes, F f) const {
     std::vector<double> memory(bytes / sizeof(double) + 1);

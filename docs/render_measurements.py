@@ -306,13 +306,13 @@ def with_interval(part, digits=6):
 
 
 def grouped(rows):
-    """Returns pairs of the changes in their order, and of the rows that share some of them."""
+    """Returns pairs of the changes in their order, and of the rows that share some of them with their expectations."""
     groups = []
     for row in rows:
-        changes = {change["change"]: change for change in row.get("changes", [])}
+        changes = {(change["change"], change["expected"]): change for change in row.get("changes", [])}
         for shared, group in groups:
             if shared.keys() & changes.keys():
-                shared.update({name: change for name, change in changes.items() if name not in shared})
+                shared.update({key: change for key, change in changes.items() if key not in shared})
                 group.append(row)
                 break
         else:
@@ -323,13 +323,14 @@ def grouped(rows):
 def change_tables(rows):
     """Yields the lines of tables of changes, and of the assumptions that decide."""
     for changes, group in grouped(rows):
-        yield from ("", "|changed|expected|" + "|".join(text(row["quantity"]) for row in group) + "|", "|-|-|" + "-|" * len(group))
+        yield from ("|changed|expected|" + "|".join(text(row["quantity"]) for row in group) + "|", "|-|-|" + "-|" * len(group))
         yield "|nothing||" + "|".join(with_interval(row["ours"], 3) for row in group) + "|"
-        for name, change in changes.items():
+        for (name, expected), change in changes.items():
             cells = [next((with_interval(each["ours"], 3) + (" agrees" if each["verdict"] == "agrees" else "")
-                           for each in row["changes"] if each["change"] == name), "") for row in group]
-            yield "|" + "|".join(map(text, (f"{change['assumption']}: {name}", change["expected"], *cells))) + "|"
-        yield "|decides||" + "|".join(", ".join(deciding(row)) or "none of those tried" for row in group) + "|"
+                           for each in row["changes"] if (each["change"], each["expected"]) == (name, expected)), "")
+                     for row in group]
+            yield "|" + "|".join(map(text, (f"{change['assumption']}: {name}", expected, *cells))) + "|"
+        yield from ("|decides||" + "|".join(", ".join(deciding(row)) or "none of those tried" for row in group) + "|", "")
 
 
 def condition_lines(rows):
@@ -371,8 +372,8 @@ def experiments():
         lines += ["", f"## Row {number}: {text(references)}", ""]
         lines += [f"- Expected: {text(expected)}" for expected in dict.fromkeys(row["expected"] for row in group)]
         lines += [f"- Found: {text(reason)}" for reason in dict.fromkeys(row["reason"] for row in group if row["reason"])]
-        lines += change_tables(group)
         lines += condition_lines(group)
+        lines += ["", *change_tables(group)][:-1]  # their last line is empty
     return "\n".join(map(wrapped, lines)).rstrip() + "\n"
 
 

@@ -445,7 +445,7 @@ TEST_CASE("device memory too small: the solve fails and states the memory needed
   options.cells = 192;
   device::CutCell<Cramped> solver(options);
   CHECK_THROWS_WITH_AS(solver.solve(random_disks(25, 0.6)),
-                       "the field on 192 x 128 cells around 26 conductors needs 4 MiB of the device's memory, of which "
+                       "the field on 192 x 128 cells around 26 conductors needs 3 MiB of the device's memory, of which "
                        "1 MiB are free",
                        Failure);
 }

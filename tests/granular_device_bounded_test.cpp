@@ -110,6 +110,27 @@ TEST_CASE("device, unbounded: steps of an exploding charged cloud equal the CPU'
   CHECK(cpu.gas.energy().potential == Approx(device->potential_energy()).epsilon(1e-5));
 }
 
+// The CPU sums few charges by pairs. With the distance r the energy is q^2 / r.
+TEST_CASE("device, unbounded: one charge flies, two move apart by Coulomb's law") {
+  for (const int count : {1, 2}) {
+    Scene scene = gas(0, 10, 1);
+    unbound(scene);
+    grains::add(scene, {4, 5, 5}, {0.5, 0, 0}, 2);
+    if (count > 1) grains::add(scene, {6, 5, 5}, {0.5, 0, 0}, 2);
+    scene.effects.add(effects::CoulombOptions{.accuracy = 1e-5});
+    grains::Run cpu(scene);
+    const Checkpoint start = cpu.gas.save();
+    const auto device = granular::device::make_host_gas(scene);
+    device->load(start, cpu.gas.law(), false);
+    for (int n = 0; n < 80; ++n) cpu.step(10), device->step(10);
+    const Checkpoint expected = cpu.gas.save(), found = stored(*device, start);
+    REQUIRE(device->time() == Approx(cpu.gas.time()));
+    // An error of 1e-5 of forces of 1, over a time of 4.
+    CHECK(largest_difference(found.reals.at("position"), expected.reals.at("position")) < 8e-5);
+    CHECK(device->potential_energy() == Approx(count > 1 ? 4 / extent(found, 0) : 0).epsilon(1e-4));
+  }
+}
+
 TEST_CASE("device, unbounded: resumed runs and batches have the same bits") {
   const Scene scene = exploding(1e-3);
   const grains::Run cpu(scene);

@@ -326,6 +326,7 @@ TEST_CASE("scenes of grains: impossible ones are refused with a one-line message
       {box + few + contact + exchange + "model = \"patches\"\ndonors = [0.5, 0.5]\n",
        "effects.charge_exchange.donors has 2 numbers, and model = \"patches\" needs one for each [[conductor]]"},
       {box + few + contact + exchange + "model = \"patches\"\ndonors = [1.5]\n", "at least 0 and at most 1"},
+      {box + few + contact + exchange + "model = \"patches\"\npatches = 1e7\n", "at most 1000000"},
       {box + few + contact + exchange + "model = \"patches\"\nrate = 2\n",
        "rate is not allowed with effects.charge_exchange.model = \"patches\""},
       {box + few + "relative_permittivity = 3\n" + contact + coulomb,

@@ -160,7 +160,7 @@ TEST_CASE("work-precision: an impossible method is left out with a reason") {
         doctest::Approx(points_of(diagram, "cut-cell").back().errors[0] / 3).epsilon(1e-3));
 }
 
-TEST_CASE("work-precision: sums beside open sides reach their accuracy") {
+TEST_CASE("work-precision: sums next to open sides reach their accuracy") {
   const std::string cloud = R"(
     [[population]]
     count = 100

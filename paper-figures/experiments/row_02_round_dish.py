@@ -15,7 +15,7 @@ from experiments import (SOURCE, Change, bounds, ensemble, mean, open_experiment
 EXPECTED = ("The fractions follow from the geometry of trees and depend little on the dish, so that they are those of the "
             "experiment within 0.05; contacts at a gap of a radius may add end points.")
 REASON = ("A ball, which carries one tree, brings end points and Strahler numbers to the published values, and branch "
-          "points away from them. Degrees without loops do the opposite. No single change brings all three.")
+          "points away from them. Degrees without loops do the opposite. No change tried brings all three.")
 PUBLISHED = {"endpoint_fraction": (0.252, "end points"), "branch_fraction": (0.237, "branch points"),
              1: (0.455, "spheres of Strahler number 1"), 2: (0.275, "spheres of Strahler number 2"),
              3: (0.169, "spheres of Strahler number 3")}

@@ -26,7 +26,7 @@ FILM = ("A film of 1e-8 Ohm m^2 resists 50 to 200 times more than the constricti
         "beyond -1/3 of elastic and -1/2 of plastic smooth contacts.")
 PACKING = ("After a first run with one seed, -0.34: forces share in proportion to the load, and a few more contacts close "
            "under it.")
-LOADED = ("The exponent keeps its distance from -1/3 with another load, size, and other seeds. With the contacts of the first "
+LOADED = ("The exponent keeps its distance from -1/3 with another load and size. With the contacts of the first "
           "load alone it scatters around -1/3 too widely to decide.")
 SURFACE = "A film or roughness decides, each alone. The authors name both."
 THEORY = published(-1 / 3, -1 / 3, -1 / 3, "A")

@@ -226,6 +226,12 @@ class Result:
         return Array(times[()], unit_of(times))
 
     @cached_property
+    def scales(self):
+        """Reduced units of a scene of grains in SI: d0 (m), m0 (kg), v0 (m/s), q0 (C) and t0 (s), by name. For other
+        results it is empty. Array.in_si takes it."""
+        return {name: float(scale[()].item()) for name, scale in self.file.get("reference", {}).items()}
+
+    @cached_property
     def count(self):
         """Number of particles."""
         return len(self.file["particles/conductors/radius"])

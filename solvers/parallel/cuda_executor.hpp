@@ -72,14 +72,14 @@ class CudaExecutor {
   }
 
   using Block = CudaBlock;
-  template <int threads = 128, class F>
+  template <int threads = 128, int at_once = 0, class F>
   void for_each_block(int blocks, std::size_t bytes, F f) const {
     if (blocks <= 0) return;
     constexpr std::size_t unasked = 48 << 10;
     if (bytes > unasked)
-      check_cuda(cudaFuncSetAttribute(block_kernel<threads, F>, cudaFuncAttributeMaxDynamicSharedMemorySize,
+      check_cuda(cudaFuncSetAttribute(block_kernel<threads, at_once, F>, cudaFuncAttributeMaxDynamicSharedMemorySize,
                                       static_cast<int>(bytes)));
-    launch(block_kernel<threads, F>, static_cast<unsigned>(blocks), threads, bytes, f);
+    launch(block_kernel<threads, at_once, F>, static_cast<unsigned>(blocks), threads, bytes, f);
   }
   std::size_t most_block_memory() const {
     return static_cast<std::size_t>(attribute(cudaDevAttrMaxSharedMemoryPerBlockOptin));
@@ -134,6 +134,18 @@ class CudaExecutor {
     auto* block_sums = static_cast<Sum*>(sums_);
     auto* done = reinterpret_cast<int*>(static_cast<char*>(sums_) + sums_size);
     launch(sum_kernel<threads, Sum, Value, Finish>, blocks, threads, 0, n, value, finish, block_sums, done);
+  }
+
+  template <class Value, class Finish>
+  void sum(int rows, int columns, Value value, Finish finish) const {
+    using Sum = decltype(value(0, 0));
+    constexpr int threads = 256;
+    static_assert(sizeof(Sum) <= sums_size / most_sums && alignof(Sum) <= alignof(double));
+    const auto blocks = static_cast<unsigned>(rows < 1 ? 1 : rows < most_sums ? rows : most_sums);
+    auto* block_sums = static_cast<Sum*>(sums_);
+    auto* done = reinterpret_cast<int*>(static_cast<char*>(sums_) + sums_size);
+    launch(row_sum_kernel<threads, Sum, Value, Finish>, blocks, threads, 0, rows, columns, value, finish, block_sums,
+           done);
   }
 
   template <class T>

@@ -136,18 +136,13 @@ __device__ Sum sum_of_block(Sum sum) {
   return sum;
 }
 
-/// Kernel of CudaExecutor::sum: sums value(k) over k = 0 ... n - 1 and calls finish(sum) in one thread. The block that
-/// finishes last adds the sums of all blocks, in a fixed order. `block_sums`: one element per block; `done`: counter, 0
-/// before and after.
-template <int threads, class Sum, class Value, class Finish>
-__global__ void __launch_bounds__(threads) sum_kernel(long n, Value value, Finish finish, Sum* block_sums, int* done) {
+/// Sums `mine` over all threads of a kernel with `threads` threads per block, and calls finish(sum) in one thread. The
+/// block that finishes last adds the sums of all blocks, in a fixed order. `block_sums`: one element per block; `done`:
+/// counter, 0 before and after.
+template <int threads, class Sum, class Finish>
+__device__ void sum_of_grid(const Sum& mine, Finish finish, Sum* block_sums, int* done) {
   __shared__ bool last;
-  begin_kernel();
-  Sum sum{};
-  for (long k = blockIdx.x * static_cast<long>(threads) + threadIdx.x; k < n;
-       k += gridDim.x * static_cast<long>(threads))
-    sum += value(static_cast<int>(k));
-  sum = sum_of_block(sum);
+  Sum sum = sum_of_block(mine);
   if (threadIdx.x == 0) {
     block_sums[blockIdx.x] = sum;
     __threadfence();
@@ -162,6 +157,29 @@ __global__ void __launch_bounds__(threads) sum_kernel(long n, Value value, Finis
   if (threadIdx.x > 0) return;
   *done = 0;
   finish(sum);
+}
+
+/// Kernel of CudaExecutor::sum(n, value, finish), see sum_of_grid.
+template <int threads, class Sum, class Value, class Finish>
+__global__ void __launch_bounds__(threads) sum_kernel(long n, Value value, Finish finish, Sum* block_sums, int* done) {
+  begin_kernel();
+  Sum sum{};
+  for (long k = blockIdx.x * static_cast<long>(threads) + threadIdx.x; k < n;
+       k += gridDim.x * static_cast<long>(threads))
+    sum += value(static_cast<int>(k));
+  sum_of_grid<threads>(sum, finish, block_sums, done);
+}
+
+/// Kernel of CudaExecutor::sum(rows, columns, value, finish), see sum_of_grid. A block takes a row at a time. Sums of
+/// one value leave the registers for all threads that a multiprocessor can have.
+template <int threads, class Sum, class Value, class Finish>
+__global__ void __launch_bounds__(threads, sizeof(Sum) > sizeof(double) ? 3 : 2048 / threads)
+    row_sum_kernel(int rows, int columns, Value value, Finish finish, Sum* block_sums, int* done) {
+  begin_kernel();
+  Sum sum{};
+  for (int row = blockIdx.x; row < rows; row += gridDim.x)
+    for (int column = threadIdx.x; column < columns; column += threads) sum += value(row, column);
+  sum_of_grid<threads>(sum, finish, block_sums, done);
 }
 
 /// Stream compaction by warps: calls put(index, k) for all k = 0 ... n - 1 with keep(k), with successive indices from
@@ -271,8 +289,8 @@ class CudaBlock {
 };
 
 /// Kernel of CudaExecutor::for_each_block: block b calls f(CudaBlock, b).
-template <int threads, class F>
-__global__ void __launch_bounds__(threads) block_kernel(F f) {
+template <int threads, int at_once, class F>
+__global__ void __launch_bounds__(threads, at_once) block_kernel(F f) {
   begin_kernel();
   f(CudaBlock{}, static_cast<int>(blockIdx.x));
 }

@@ -165,8 +165,9 @@ class HostExecutor {
     void* memory_;
   };
   /// Calls f(Block, b) for the blocks b = 0 ... blocks - 1, in any order; on a device by each of `threads` threads of
-  /// the block. A block has `bytes` of fast (shared) memory, initially undefined and at most most_block_memory().
-  template <int threads = 128, class F>
+  /// the block. A block has `bytes` of fast (shared) memory, initially undefined and at most most_block_memory(). A
+  /// multiprocessor must have registers for `at_once` blocks; 0: the compiler chooses.
+  template <int threads = 128, int at_once = 0, class F>
   void for_each_block(int blocks, std::size_t bytes, F f) const {
     std::vector<double> memory(bytes / sizeof(double) + 1);
     for (int b = 0; b < blocks; ++b) f(Block(memory.data()), b);
@@ -257,6 +258,16 @@ class HostExecutor {
   void sum(long n, Value value, Finish finish) const {
     decltype(value(0)) sum{};
     for (long k = 0; k < n; ++k) sum += value(static_cast<int>(k));
+    finish(sum);
+  }
+
+  /// Sum over a matrix: calls finish(sum) with the sum of value(row, column) over all rows and columns. An executor
+  /// sums in the same order in each call. Restrictions are those of sum(n, value, finish).
+  template <class Value, class Finish>
+  void sum(int rows, int columns, Value value, Finish finish) const {
+    decltype(value(0, 0)) sum{};
+    for (int row = 0; row < rows; ++row)
+      for (int column = 0; column < columns; ++column) sum += value(row, column);
     finish(sum);
   }
 

@@ -259,7 +259,7 @@ const EffectKind& ChargeExchangeOptions::kind() {
                     "no force"},
            {.name = "patches",
             .target = target<&ChargeExchangeOptions::patches>,
-            .range = {.low = 0, .high = 1e12, .low_itself = false},
+            .range = {.low = 0, .high = 1e6, .low_itself = false},
             .help = "number n of pairs of facing patches in a contact of impact energy m_eff v^2 = 1 m0 v0^2, for the "
                     "model patches. Other contacts have n (m_eff v^2)^exponent pairs"},
            {.name = "donors",

@@ -75,10 +75,15 @@ class Experiments(unittest.TestCase):
         other = CHANGED | {"assumption": "gas", "change": "no gas"}
         rows = [COMPARED, COMPARED | {"quantity": "y", "changes": [CHANGED, other]}, COMPARED | {"quantity": "z", "changes": [other]}]
         self.assertEqual(list(render.change_tables(rows)), [
-            "", "|changed|expected|x|y|z|", "|-|-|-|-|-|", "|nothing||3±0.5|3±0.5|3±0.5|",
+            "|changed|expected|x|y|z|", "|-|-|-|-|-|", "|nothing||3±0.5|3±0.5|3±0.5|",
             "|drag: no drag|1|1.9±0.4 agrees|1.9±0.4 agrees||",
             "|gas: no gas|1||1.9±0.4 agrees|1.9±0.4 agrees|",
-            "|decides||drag|drag, gas|gas|"])
+            "|decides||drag|drag, gas|gas|", ""])
+
+    def test_change_with_another_expectation_is_in_another_table(self):
+        rows = [COMPARED, COMPARED | {"quantity": "y", "changes": [CHANGED | {"expected": "2"}]}]
+        self.assertEqual([line for line in render.change_tables(rows) if line.startswith("|changed")],
+                         ["|changed|expected|x|", "|changed|expected|y|"])
 
     def test_interval_is_half_width_or_bounds(self):
         for interval, text in (([0.5, 1.5], "1±0.5"), ([1, 1], "1"), ([0.5, 1.6], "1 [0.5, 1.6]"), ([None, 1.5], "1 [, 1.5]")):

@@ -42,6 +42,23 @@ class ResultTest(unittest.TestCase):
             position[0] += 1.0  # In-place operations keep the unit.
             self.assertEqual(position.unit, "m")
 
+    def test_grains_in_si(self):
+        with lichtenberg.load(runs.gas()) as result:
+            scales = result.scales
+            self.assertEqual(scales["t0"], scales["d0"] / scales["v0"])
+            velocity = result.frame()["velocity"]
+            self.assertEqual(velocity.in_si(scales).unit, "m s-1")
+            np.testing.assert_array_equal(velocity.in_si(scales), scales["v0"] * np.asarray(velocity))
+            potential = lichtenberg.Array([2.0], "q0/d0").in_si(scales)
+            self.assertEqual((potential.unit, potential[0]), ("m-1 C", 2.0 * (scales["q0"] * scales["d0"] ** -1)))
+            energy = lichtenberg.Array([3.0], "m0 v0^2").in_si(scales)
+            self.assertEqual(energy.unit, "m2 kg s-2")
+            self.assertAlmostEqual(energy[0] / (3 * scales["m0"] * scales["v0"] ** 2), 1, places=14)
+            self.assertEqual(lichtenberg.Array([1], "1").in_si(scales).unit, "1")
+        with lichtenberg.load(runs.seedling()) as result:
+            self.assertEqual(result.scales, {})
+            self.assertEqual(result.frame()["position"].in_si(result.scales).unit, "m")
+
     def test_contacts_and_tree(self):
         with lichtenberg.load(runs.seedling()) as result, h5py.File(runs.seedling(), locking=False) as file:
             last = result.frame()

@@ -38,6 +38,7 @@ struct Gather {
   const Moment* moments;
   FieldSample* force;
   float self_field, inverse_separation2;
+  double energy_grid = fine_grid;
 
   /// Weights of a charge's points along the axes, with their slopes and curvatures, and the charge's first point.
   struct Weights {
@@ -162,7 +163,7 @@ struct Gather {
     to.potential += d.potential - q * (self + x.potential + y.potential + z.potential);
     if constexpr (kind == Kind::charges) {
       field_at_source[s] = to;
-      if (totals) sum += terms_of(of, to);
+      if (totals) sum += terms_of(of, to, energy_grid);
     }
     if constexpr (forces) {
       const Moment m = moments[s];

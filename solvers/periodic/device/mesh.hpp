@@ -65,6 +65,8 @@ class MeshPart {
     const int runs = tiles.runs(), all = tiles.count() * runs;
     first_.resize(all + 1);
     charge_.resize(n);
+    constexpr int many = 1 << 14;
+    energy_grid_ = is_wide_ && n > many ? grid_of_large_energies : fine_grid;
     int *first = first_.data(), *charge = charge_.data();
     run_->for_each(all + 1, [=] LICHTENBERG_HOST_DEVICE(int k) {
       int begin = 0, end = 0;
@@ -149,8 +151,8 @@ class MeshPart {
     const auto inverse_separation2 = static_cast<float>(1 / (tables_.reach * tables_.reach));
     with_window([&]<int order>(const Weigher<order>& window) {
       Gather<order, kind> gather{
-          tiles_, window,     to.charges, real_.data(),       to.field_at_source, totals, {}, tables_.self,
-          {},     to.moments, to.force,   tables_.self_field, inverse_separation2};
+          tiles_, window,     to.charges, real_.data(),       to.field_at_source,  totals,      {}, tables_.self,
+          {},     to.moments, to.force,   tables_.self_field, inverse_separation2, energy_grid_};
       for (int k = 0; k < 3; ++k) {
         gather.inverse_spacing[k] = tables_.inverse_spacing[k];
         gather.wave[0][k] = tables_.wave[0][k], gather.wave[1][k] = tables_.wave[1][k];
@@ -193,6 +195,7 @@ class MeshPart {
   parallel::Array<int, Executor> first_, charge_;  ///< Charges of the tiles: index of the first, and list
   long points_ = 0;
   float unit_ = 1;
+  double energy_grid_ = fine_grid;  ///< Quantum of energies in totals
   Tiles tiles_{};
 };
 

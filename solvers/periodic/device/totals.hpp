@@ -29,17 +29,22 @@ struct Totals {
   }
 };
 
-/// Rounds a number to a multiple of 2^-26.
-LICHTENBERG_HOST_DEVICE inline double on_fine_grid(double value) {
-  constexpr double shift = 0x1.8p26;
-  return (value + shift) - shift;
+/// Number that rounds another to a multiple of 2^-26 when it is added and subtracted.
+constexpr double fine_grid = 0x1.8p26;
+/// Number that rounds energies of many charges of one sign without a background to multiples of 2^-18. Their sums are
+/// exact up to 2^35.
+constexpr double grid_of_large_energies = 0x1.8p34;
+
+/// Rounds a number to a multiple of 2^-26, or of the quantum of another grid.
+LICHTENBERG_HOST_DEVICE inline double on_fine_grid(double value, double grid = fine_grid) {
+  return (value + grid) - grid;
 }
 
-/// Returns the terms of a charge in Totals, for the field and potential at the charge.
-LICHTENBERG_HOST_DEVICE inline Totals terms_of(const PointCharge& charge, const FieldSample& f) {
+/// Returns the terms of a charge in Totals, for the field and potential at the charge. `grid`: of energies.
+LICHTENBERG_HOST_DEVICE inline Totals terms_of(const PointCharge& charge, const FieldSample& f, double grid) {
   const double q = charge.charge;
   return {on_fine_grid(q * f.x), on_fine_grid(q * f.y), on_fine_grid(q * f.z),
-          on_fine_grid(q * q),   on_fine_grid(q),       on_fine_grid(0.5 * q * f.potential)};
+          on_fine_grid(q * q),   on_fine_grid(q),       on_fine_grid(0.5 * q * f.potential, grid)};
 }
 
 /// Returns the terms of a charge with a dipole in Totals, for the field and force at the source. Stores the source's

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "solvers/error.hpp"
-#include "src/effects/coulomb.hpp"
 #include "src/effects/device_forces.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/flat_walls.hpp"

@@ -237,7 +237,6 @@ class CutCell : public DeviceSolver {
     double* next_potential;
     BasisView basis;
     ChargeCorrection correction;
-    Shares* shares;
   };
   CoarseSolution last_solution() const {
     if (history_size_ == 0) return {};
@@ -247,9 +246,9 @@ class CutCell : public DeviceSolver {
 
   /// Estimates the memory for grids, conductances and vectors. Throws Failure if the device has less free memory.
   void check_memory(const LaplaceProblem& problem) const {
-    // Double precision: x, b, four vectors of CG, the basis, its image and the history; then the grids' owners,
-    // diagonals, v, f and media.
-    constexpr double a_cell = (6 + 3 * history_length) * sizeof(double) + 12 + 28 / 3.0;
+    // Double precision: x, b, four vectors of CG and the history; then the grids' owners, diagonals, v, f and media,
+    // and the guess of the first coarse grid.
+    constexpr double a_cell = (6 + history_length) * sizeof(double) + 12 + 28 / 3.0 + 1;
     // A disk of R cells has 8 R links, 5.7 R cells next to it and pi R^2 in it; the coarser grids' edges are as long
     // together as the finest's; a quarter to spare.
     constexpr double a_link = 68, a_boundary_cell = 36, a_covered_cell = 8, spare = 1.25;
@@ -291,10 +290,11 @@ class CutCell : public DeviceSolver {
     recordings_.clear();
     Vectors& v = arrays_->view;
     v.solve.size = n;
-    for (int k = 0; k < history_length; ++k) arrays_->resize(n, v.basis.vector[k], v.basis.image[k]);
+    for (int k = 0; k < history_length; ++k) arrays_->resize(groups, v.basis.vector[k], v.basis.image[k]);
     arrays_->resize(n, v.solve.r, v.solve.z, v.solve.p, v.solve.q);
     arrays_->zero(v.solve.z);
-    arrays_->resize(1, v.shares);
+    arrays_->resize(1, v.basis.products);
+    arrays_->resize(1, v.basis.shares);
     ChargeCorrection& correction = v.correction;
     arrays_->resize(groups, v.next_potential, correction.residual, correction.shift, correction.hold, correction.held,
                     correction.to_cells, correction.from_cells, correction.r, correction.p, correction.q,
@@ -308,20 +308,21 @@ class CutCell : public DeviceSolver {
     correction.level = report_->potential.device + groups;
   }
 
-  /// Computes the initial guess from the history of solutions, as SolutionHistory::initial_guess.
+  /// Computes the initial guess from the history of solutions, as SolutionHistory::initial_guess. Without a history
+  /// computes it by nested iteration on large grids (DeviceMultigrid::nested_guess), otherwise sets it to zero.
   void initial_guess() {
     const ProblemView& problem = problem_->view();
     const GridView& grid = finest().view();
     Vectors& v = arrays_->view;
+    constexpr long least_cells = 1 << 20;  // below, the nested guess takes the time of the iterations that it saves
+    const bool is_large = static_cast<long>(finest_.nx) * finest_.ny >= least_cells;
+    if (history_size_ == 0 && is_large && multigrid_->has_nested_guess())
+      return multigrid_->nested_guess(unit_, v.solve.x);
     if (history_size_ == 0) return run_->fill(v.solve.x, 0, v.solve.size * sizeof(double));
     v.basis.size = history_size_;
-    for (int p = 0; p < history_size_; ++p) {
-      difference_on_unknowns(*run_, problem, grid, history_[p == 0 ? 0 : p - 1].view,
-                             p == 0 ? SolutionView{} : history_[p].view, v.basis.vector[p]);
-      multiply(v.basis.vector[p], v.basis.image[p]);
-    }
-    compute_shares(*run_, v.solve.size, v.basis, v.solve.b, v.shares);
-    combine(*run_, v.solve.size, v.basis, v.shares, v.solve.x);
+    for (int p = 0; p < history_size_; ++p) v.basis.solution[p] = history_[p].view;
+    compute_shares(*run_, problem, grid, v.basis, v.solve.b);
+    combine(*run_, problem, grid, v.basis, v.solve.x);
   }
 
   /// Relaxes the initial guess near the conductors, where its error is largest, scales it, and computes its residual.
@@ -331,7 +332,6 @@ class CutCell : public DeviceSolver {
     const ProblemView& problem = problem_->view();
     const GridView& grid = finest().view();
     relax_edges(*run_, problem, grid, v, arrays_->view.next_potential, edge_sweeps);
-    apply_field(*run_, problem, grid, v.x, v.q);
     scale_guess(*run_, problem, grid, v);
     if (problem.couplings.only_ground)
       fix_potential_level(*run_, problem, grid, v, report_->potential.device + problem.groups);
@@ -433,8 +433,7 @@ class CutCell : public DeviceSolver {
     if (!problem.grounded) remove_mean(*run_, problem, grid, v.z, report_->potential.device + problem.groups);
     test_convergence(*run_, v);
     update_direction(*run_, v);
-    multiply(v.p, v.q);
-    compute_step(*run_, v, again);
+    compute_step(*run_, problem, grid, v, again);
     take_step(*run_, grid, v);
   }
 

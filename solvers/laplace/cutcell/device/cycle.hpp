@@ -3,6 +3,8 @@
 // Large grids of the V-cycle, with a kernel per step: the halves of tiles.hpp, and the steps of groups before and after
 // them.
 
+#include <type_traits>
+
 #include "solvers/laplace/cutcell/device/bound.hpp"
 #include "solvers/laplace/cutcell/device/relax_clusters.hpp"
 #include "solvers/laplace/cutcell/device/tiles.hpp"
@@ -186,15 +188,15 @@ void collect(const Executor& run, const ProblemView& problem, const GridView& gr
   if (grid.may_have(Items::unknown_groups)) restrict_charges(run, problem, grid);
 }
 
-/// Calls f with a Tiling, which divides the grid into rectangular tiles, one per thread block. `coarse`: the next
-/// coarser grid; the size of a tile is given in its cells. Small grids get small tiles, others large ones.
+/// Calls f with the number of rows of a tile (rectangle of cells that a thread block takes) as a type. `coarse`: the
+/// next coarser grid. Small grids get low tiles, others high ones.
 template <class F>
 void with_tiles(const GridView& coarse, F f) {
-  constexpr int small = 192;  // cells along a side of the coarse grid: fewer large tiles than processors
+  constexpr int small = 192;  // cells along a side of the coarse grid: fewer high tiles than processors
   if (coarse.layout.nx <= small)
-    f(Tiling<16, 8>{});
+    f(std::integral_constant<int, 16>{});
   else
-    f(Tiling<32, 16>{});
+    f(std::integral_constant<int, 64>{});
 }
 
 /// Relaxes the groups (bodies with one potential) at the start of a V-cycle, from their charges and the fluxes of
@@ -219,10 +221,10 @@ template <class V, class Executor>
 void descend(const Executor& run, const ProblemView& problem, const GridView& grid, const GridView& coarse, V* v) {
   const float* phi = potentials_down(grid);
   if (phi) relax_groups_first(run, problem, grid);
-  with_tiles(coarse, [&](auto tiles) {
-    using Tiles = decltype(tiles);
-    using Half = Descend<V, Tiles>;
-    run.template for_each_block<512>(Tiles::all(coarse), Half::bytes(grid), Half{problem, grid, coarse, phi, v});
+  with_tiles(coarse, [&](auto rows) {
+    using Half = Descend<V, decltype(rows)::value>;
+    run.template for_each_block<512, 3>(Half::Tiles::all(coarse), Half::bytes(grid),
+                                        Half{problem, grid, coarse, phi, v});
   });
   if (phi) restrict_group_residuals(run, problem, grid, coarse, phi, static_cast<const V*>(v));
 }
@@ -234,10 +236,10 @@ template <class V, class Executor>
 void ascend(const Executor& run, const ProblemView& problem, const GridView& grid, const GridView& coarse, V* v,
             double* z) {
   const float* phi = potentials_down(grid);
-  with_tiles(coarse, [&](auto tiles) {
-    using Tiles = decltype(tiles);
-    using Half = Ascend<V, Tiles>;
-    run.template for_each_block<512>(Tiles::all(coarse), Half::bytes(grid), Half{problem, grid, coarse, phi, v});
+  with_tiles(coarse, [&](auto rows) {
+    using Half = Ascend<V, decltype(rows)::value>;
+    run.template for_each_block<512, 3>(Half::Tiles::all(coarse), Half::bytes(grid),
+                                        Half{problem, grid, coarse, phi, v});
   });
   if (!phi && z) run.fill(z, 0, problem.groups * sizeof(double));
   if (!phi) return;

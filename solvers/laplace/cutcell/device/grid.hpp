@@ -167,6 +167,11 @@ struct CycleArrays {
   float* partial;
 };
 
+/// Maximum number of cells in a strip, a part of a row of a body's bounding box.
+constexpr int strip_width = 32;
+/// Maximum number of links (conductances) or covered cells (inside conductors) in a piece, the unit of a parallel sum.
+constexpr int piece_length = 128;
+
 /// Arrays of one grid as device pointers for kernels. Sides of cells and of the box are numbered by SideIndex; side ^ 1
 /// is the opposite one.
 struct GridView {
@@ -258,13 +263,14 @@ struct GridView {
   /// Returns the pieces of the groups' lists of links (conductances to fluid cells), for parallel sums by group. A
   /// group is a set of bodies with one potential.
   LICHTENBERG_HOST_DEVICE parallel::SegmentPieces link_pieces(const ProblemView& problem) const {
-    return {problem.groups, pieces.capacity, pieces.start, pieces.begin, pieces.end, pieces.segment, 0, pieces.done};
+    const int n = problem.groups, most = capacity[Items::links] / piece_length + n;
+    return {n, most, pieces.start, pieces.begin, pieces.end, pieces.segment, 0, pieces.done};
   }
   /// Returns the pieces of the groups' lists of covered cells (inside conductors), for parallel sums by group. A group
   /// is a set of bodies with one potential.
   LICHTENBERG_HOST_DEVICE parallel::SegmentPieces covered_pieces(const ProblemView& problem) const {
-    const int n = problem.groups;
-    return {n, pieces.capacity, pieces.start + n, pieces.begin, pieces.end, pieces.segment, n, pieces.done + n};
+    const int n = problem.groups, most = capacity[Items::covered] / piece_length + n;
+    return {n, most, pieces.start + n, pieces.begin, pieces.end, pieces.segment, n, pieces.done + n};
   }
 };
 
@@ -276,11 +282,6 @@ void for_each_item(const Executor& run, const GridView& grid, Items::Kind kind, 
     if (k < *number) f(k);
   });
 }
-
-/// Maximum number of cells in a strip, a part of a row of a body's bounding box.
-constexpr int strip_width = 32;
-/// Maximum number of links (conductances) or covered cells (inside conductors) in a piece, the unit of a parallel sum.
-constexpr int piece_length = 128;
 
 /// Returns the memory index (slot) of cell (i, j) as int.
 LICHTENBERG_HOST_DEVICE inline int slot_of(const Layout& at, int i, int j) { return static_cast<int>(at(i, j)); }

@@ -12,6 +12,7 @@
 #include "solvers/laplace/cutcell/device/coarsest.hpp"
 #include "solvers/laplace/cutcell/device/cycle.hpp"
 #include "solvers/laplace/cutcell/device/grids.hpp"
+#include "solvers/laplace/cutcell/device/nested_guess.hpp"
 #include "solvers/laplace/cutcell/device/problem.hpp"
 #include "solvers/laplace/cutcell/device/small_grids.hpp"
 #include "solvers/laplace/cutcell/grid_sizes.hpp"
@@ -158,9 +159,7 @@ class DeviceMultigrid {
   void cycle(double* z) {
     double* z_of_groups = z + grids_[0].view().layout.size();
     if (first_solved_ > 0) down(0, z);
-    for (int l = 1; l < first_solved_; ++l) down(l, grids_[l].view().cycle.v);
-    solve_coarse();
-    for (int l = first_solved_ - 1; l > 0; --l) up(l, grids_[l].view().cycle.v, nullptr);
+    coarse_cycle(1);
     if (first_solved_ > 0) return up(0, z, z_of_groups);
     // There is one grid only, whose potentials are double.
     const GridView& grid = grids_[0].view();
@@ -171,7 +170,39 @@ class DeviceMultigrid {
                        GroupSweep{grid.cycle.flux, grid.cycle.phi, nullptr, grid.cycle.phi_next, z_of_groups});
   }
 
+  /// Returns true if nested_guess() computes a guess: there are coarse grids, and no groups (bodies with one potential)
+  /// are clustered. The residuals of clustered groups cancel in single precision.
+  bool has_nested_guess() const { return first_solved_ > 0 && !clustered(); }
+  /// Computes an initial guess x by nested iteration (full multigrid, Brandt 1977), in units of `unit` (V). A V-cycle
+  /// solves the problem on the finest of the small grids. On each finer grid except the finest, one V-cycle improves
+  /// the interpolated solution of the coarser grid. The result is interpolated to the finest grid.
+  void nested_guess(double unit, double* x) {
+    bool is_absorbed = false;
+    for (int l = 1; l <= first_solved_; ++l) {
+      absorb_charges(run_, problem_, is_absorbed ? &grids_[l - 1].view() : nullptr, grids_[l].view(), unit);
+      is_absorbed = is_absorbed || grids_[l].view().may_have(Items::newly_absorbed);
+    }
+    const KeptGuess kept{guess_.data(), guess_.data() + grids_[1].view().layout.size()};
+    for (int l = first_solved_; l > 0; --l) {
+      const GridView& grid = grids_[l].view();
+      add_given(run_, problem_, grid, 1 << l, unit);
+      if (l < first_solved_)
+        interpolate_guess(run_, problem_, CoarsePotentials{problem_, grids_[l + 1].view(), unit}, grid, kept);
+      coarse_cycle(l);
+      if (l < first_solved_) add_guess(run_, problem_, grid, kept);
+      interpolate_absorbed_guess(run_, problem_, CoarsePotentials{problem_, grid, unit});
+    }
+    interpolate_to_finest(run_, problem_, CoarsePotentials{problem_, grids_[1].view(), unit}, grids_[0].view(), x);
+  }
+
  private:
+  /// Runs the part of a V-cycle on coarse grids from number `first` on.
+  void coarse_cycle(int first) {
+    for (int l = first; l < first_solved_; ++l) down(l, grids_[l].view().cycle.v);
+    solve_coarse();
+    for (int l = first_solved_ - 1; l >= first; --l) up(l, grids_[l].view().cycle.v, nullptr);
+  }
+
   /// Returns true if set-ups may do without the host again, after many solves without strong links (large gap
   /// conductances).
   bool may_forget_strong_links() const {
@@ -222,6 +253,7 @@ class DeviceMultigrid {
     views_.upload(views);
     coarsest_.reserve(problem_, grids_.back().view(), clustered());
     first_solved_ = on_device() ? first_small : levels() - 1;
+    if (first_solved_ > 0) guess_.resize(grids_[1].view().layout.size() + problem_.groups);
     recordings_.clear();
     building_.clear();
     building_finest_.clear();
@@ -345,6 +377,7 @@ class DeviceMultigrid {
   std::map<double*, typename Executor::Recording> recordings_;  // by z
   Clustering<Executor> clustering_;
   parallel::Array<float, Executor> single_grid_v_{run_};
+  parallel::Array<float, Executor> guess_{run_};  // KeptGuess of all coarse grids
 };
 
 }  // namespace lichtenberg::laplace::device

@@ -10,6 +10,19 @@
 
 namespace lichtenberg::laplace::device {
 
+/// Sums that determine the scale of the initial guess x (Iterations::set_guess_scale): b'x, x'A x without couplings
+/// (lumped capacitances), largest |x|, and the couplings' part of x'A x.
+struct GuessSums {
+  double product = 0, energy = 0, largest = 0, coupling_part = 0;
+  LICHTENBERG_HOST_DEVICE GuessSums& operator+=(const GuessSums& other) {
+    product += other.product;
+    energy += other.energy;
+    coupling_part += other.coupling_part;
+    largest = other.largest > largest ? other.largest : largest;
+    return *this;
+  }
+};
+
 /// Vectors of a solve on the device, by slot (memory index of a cell) and then by group, and the state of its
 /// iterations. A group is a set of bodies with one potential.
 struct SolveVectors {
@@ -25,14 +38,20 @@ struct SolveVectors {
 };
 
 /// Calls finish(g, flux) for each group g (bodies with one potential) with its flux. The flux is the sum of conductance
-/// times potential over its links to cells and its direct links (gaps) to floating groups. `x`: potentials by slot
-/// (memory index), then by group.
-template <class Executor, class Finish>
-void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const double* x, Finish finish) {
+/// times potential over its links to cells and its direct links (gaps) to floating groups. `cell`: function of a cell's
+/// memory index (slot) that returns its potential; `group`: potentials by group.
+template <class Executor, class Cell, class Finish>
+void group_fluxes(const Executor& run, ProblemView problem, GridView grid, Cell cell, const double* group,
+                  Finish finish) {
   run.sum_pieces(
       grid.link_pieces(problem), grid.pieces.partial,
-      [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link] * x[grid.links.slot[link]]; },
-      DirectFluxes<double>{problem, grid, x + grid.layout.size()}, finish);
+      [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link] * cell(grid.links.slot[link]); },
+      DirectFluxes<double>{problem, grid, group}, finish);
+}
+template <class Executor, class Finish>
+void group_fluxes(const Executor& run, ProblemView problem, GridView grid, const double* x, Finish finish) {
+  group_fluxes(
+      run, problem, grid, [=] LICHTENBERG_HOST_DEVICE(int slot) { return x[slot]; }, x + grid.layout.size(), finish);
 }
 
 /// Adds the fluxes of couplings (lumped capacitances) out of each group (bodies with one potential) to y. `x`, `y`: by
@@ -51,63 +70,126 @@ void add_couplings(const Executor& run, ProblemView problem, const double* x, do
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { y[g] += sum; });
 }
 
-/// Computes y = A x without couplings (lumped capacitances).
-template <class Executor>
-void apply_field(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y) {
-  const int cells = static_cast<int>(grid.layout.size());
-  run.for_each(2 * (grid.layout.ny + 2), static_cast<int>(grid.layout.stride),
-               [=] LICHTENBERG_HOST_DEVICE(int all_rows, int column) {
-                 const Layout& at = grid.layout;
-                 const int colour = all_rows >= at.ny + 2, row = all_rows - colour * (at.ny + 2);
-                 const int slot =
-                     colour * static_cast<int>(at.colour_size()) + row * static_cast<int>(at.stride) + column;
-                 const int j = row - 1, i = 2 * (column - Layout::pad) + Layout::parity(colour, j);
-                 double value = 0;
-                 const CellOwner owner = grid.cells.owner[slot];
-                 if (column >= Layout::pad && inside(at, i, j) && owner.is_fluid()) {
-                   const Neighbours n = neighbours(at, colour, row, column);
-                   const double around = x[n.west] + x[n.east] + x[n.south] + x[n.north];
-                   if (owner.is_boundary_cell()) {
-                     const int k = owner.boundary_number();
-                     value = grid.boundary.diagonal[k] * x[slot] - around;
-                     for (int side = 0; side < 4; ++side) {
-                       const int link = grid.boundary_link_of(k, side);
-                       if (link >= 0) value -= grid.links.conductance[link] * x[cells + grid.links.group[link]];
-                     }
-                   } else if (const int diagonal = diagonal_without_links(problem, at, i, j); diagonal > 0) {
-                     value = diagonal * x[slot] - around;
-                   }
-                 }
-                 y[slot] = value;
-                 // The padding after the last row of each colour is 0, too.
-                 if (row == 0 && column < Layout::pad)
-                   y[colour * at.colour_size() + (at.ny + 2) * at.stride + column] = 0;
-               });
-  group_fluxes(run, problem, grid, x, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
+/// Slot (memory index) of a grid and the cell (i, j) there, if the slot is not padding. Kernels run over `rows` times
+/// `columns` slots, with both colours of a row in succession: neighbours are then read only once from memory.
+struct Place {
+  int slot, colour, row, column, i, j;
+  bool is_cell;
+
+  LICHTENBERG_HOST_DEVICE static int rows(const Layout& at) { return 2 * (at.ny + 2); }
+  LICHTENBERG_HOST_DEVICE static int columns(const Layout& at) { return static_cast<int>(at.stride); }
+  LICHTENBERG_HOST_DEVICE Place(const Layout& at, int row_of_colour, int column_)
+      : colour(row_of_colour & 1), row(row_of_colour >> 1), column(column_) {
+    slot = colour * static_cast<int>(at.colour_size()) + row * static_cast<int>(at.stride) + column;
+    j = row - 1;
+    i = 2 * (column - Layout::pad) + Layout::parity(colour, j);
+    is_cell = column >= Layout::pad && inside(at, i, j);
+  }
+};
+
+/// Returns the entry of A x of a cell, without couplings (lumped capacitances); 0 in a conductor. `Value`: double, or
+/// the values of several vectors. `own`: x of the cell; `x`: function of a slot; `group`: function of a group.
+template <class Value, class Cell, class Group>
+LICHTENBERG_HOST_DEVICE Value field_row(const ProblemView& problem, const GridView& grid, const Place& at,
+                                        const Value& own, Cell x, Group group) {
+  const CellOwner owner = grid.cells.owner[at.slot];
+  const Neighbours n = neighbours(grid.layout, at.colour, at.row, at.column);
+  const Value around = x(n.west) + x(n.east) + x(n.south) + x(n.north);  // at once with the owner
+  if (!owner.is_fluid()) return Value{};
+  if (!owner.is_boundary_cell()) {
+    const int diagonal = diagonal_without_links(problem, grid.layout, at.i, at.j);
+    return diagonal > 0 ? static_cast<double>(diagonal) * own - around : Value{};
+  }
+  const int k = owner.boundary_number();
+  Value value = grid.boundary.diagonal[k] * own - around;
+  for (int side = 0; side < 4; ++side) {
+    const int link = grid.boundary_link_of(k, side);
+    if (link >= 0) value = value - grid.links.conductance[link] * group(grid.links.group[link]);
+  }
+  return value;
+}
+
+/// Entry of y = A x at a slot of the grid, without couplings (lumped capacitances). It stores and returns the entry.
+struct ApplyToCell {
+  ProblemView problem;
+  GridView grid;
+  const double* x;
+  double* y;
+  LICHTENBERG_HOST_DEVICE double operator()(const Place& at) const {
+    const double *cell = x, *at_group = x + grid.layout.size();
+    double value = 0;
+    if (at.is_cell)
+      value = field_row(
+          problem, grid, at, x[at.slot], [=](int slot) { return cell[slot]; }, [=](int g) { return at_group[g]; });
+    y[at.slot] = value;
+    // The padding after the last row of each colour is 0, too.
+    if (at.row == 0 && at.column < Layout::pad)
+      y[at.colour * grid.layout.colour_size() + (grid.layout.ny + 2) * grid.layout.stride + at.column] = 0;
+    return value;
+  }
+};
+
+/// Computes the groups' entries of y = A x without couplings (lumped capacitances). A group is a set of bodies with one
+/// potential. `cell`: function of a slot that returns x; `group`, `y`: by group.
+template <class Executor, class Cell>
+void apply_to_groups(const Executor& run, ProblemView problem, GridView grid, Cell cell, const double* group,
+                     double* y) {
+  group_fluxes(run, problem, grid, cell, group, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
     const double diagonal = grid.groups.diagonal[g];
-    y[cells + g] = diagonal > 0 ? diagonal * x[cells + g] - sum : 0.0;
+    y[g] = diagonal > 0 ? diagonal * group[g] - sum : 0.0;
   });
+}
+
+/// Calls finish(sum) with the sum of at_cell(Place) over all slots of the grid and of at_group(g) over all groups
+/// (bodies with one potential).
+template <class Executor, class OfCell, class OfGroup, class Finish>
+void sum_of_entries(const Executor& run, ProblemView problem, GridView grid, OfCell at_cell, OfGroup at_group,
+                    Finish finish) {
+  const int rows = Place::rows(grid.layout), columns = Place::columns(grid.layout), groups = problem.groups;
+  run.sum(
+      rows + (groups + columns - 1) / columns, columns,
+      [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
+        if (row < rows) return at_cell(Place(grid.layout, row, column));
+        const int g = (row - rows) * columns + column;
+        return g < groups ? at_group(g) : decltype(at_group(g)){};
+      },
+      finish);
+}
+
+/// Computes the cells' part of y = A x without couplings (lumped capacitances), when the groups' part is complete.
+/// Calls finish(sum) with the sum of value(k, y_k) over all entries k of y. A group is a set of bodies with one
+/// potential.
+template <class Executor, class Value, class Finish>
+void apply_to_cells(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y, Value value,
+                    Finish finish) {
+  const ApplyToCell apply{problem, grid, x, y};
+  const int cells = static_cast<int>(grid.layout.size());
+  sum_of_entries(
+      run, problem, grid, [=] LICHTENBERG_HOST_DEVICE(const Place& at) { return value(at.slot, apply(at)); },
+      [=] LICHTENBERG_HOST_DEVICE(int g) { return value(cells + g, y[cells + g]); }, finish);
+}
+
+/// Computes the groups' part of y = A x without couplings (lumped capacitances). A group is a set of bodies with one
+/// potential.
+template <class Executor>
+void apply_to_groups(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y) {
+  const auto cells = grid.layout.size();
+  apply_to_groups(
+      run, problem, grid, [=] LICHTENBERG_HOST_DEVICE(int slot) { return x[slot]; }, x + cells, y + cells);
 }
 
 /// Computes y = A x, the matrix-free cut-cell system of the finest grid.
 template <class Executor>
 void apply_operator(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y) {
-  apply_field(run, problem, grid, x, y);
+  const ApplyToCell apply{problem, grid, x, y};
+  const int rows = Place::rows(grid.layout);
+  run.for_each(rows, Place::columns(grid.layout), [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
+    // One colour after the other: a device takes part of all rows at a time.
+    apply(Place(grid.layout, row < rows / 2 ? 2 * row : 2 * row - rows + 1, column));
+  });
+  apply_to_groups(run, problem, grid, x, y);
   add_couplings(run, problem, x + grid.layout.size(), y + grid.layout.size());
 }
-
-/// Sums that determine the scale of the initial guess x (Iterations::set_guess_scale): b'x, x'A x without couplings
-/// (lumped capacitances), largest |x|, and the couplings' part of x'A x.
-struct GuessSums {
-  double product = 0, energy = 0, largest = 0, coupling_part = 0;
-  LICHTENBERG_HOST_DEVICE GuessSums& operator+=(const GuessSums& other) {
-    product += other.product;
-    energy += other.energy;
-    coupling_part += other.coupling_part;
-    largest = other.largest > largest ? other.largest : largest;
-    return *this;
-  }
-};
 
 /// Returns group g's share of the couplings' part of x'A x. Two floating groups (bodies with one unknown potential)
 /// share the energy of a coupling (a lumped capacitance) equally.
@@ -122,15 +204,16 @@ LICHTENBERG_HOST_DEVICE inline double coupling_energy(const ProblemView& problem
 }
 
 /// Scales the initial guess x by the factor that minimizes its error in the energy norm. Computes r = b - A x and
-/// stores it for the V-cycle. q must contain A x without couplings (lumped capacitances).
+/// stores it for the V-cycle. Overwrites q.
 template <class Executor>
 void scale_guess(const Executor& run, ProblemView problem, GridView grid, SolveVectors v) {
   const int cells = static_cast<int>(grid.layout.size());
   const bool is_coupled = problem.couplings.start;
-  run.sum(
-      v.size,
-      [=] LICHTENBERG_HOST_DEVICE(int k) {
-        GuessSums sums{v.b[k] * v.x[k], v.x[k] * v.q[k], std::abs(v.x[k])};
+  apply_to_groups(run, problem, grid, v.x, v.q);
+  apply_to_cells(
+      run, problem, grid, v.x, v.q,
+      [=] LICHTENBERG_HOST_DEVICE(int k, double image) {
+        GuessSums sums{v.b[k] * v.x[k], v.x[k] * image, std::abs(v.x[k])};
         if (is_coupled && k >= cells) sums.coupling_part = coupling_energy(problem, v.x + cells, k - cells);
         return sums;
       },
@@ -210,11 +293,14 @@ void begin_iterations(const Executor& run, double tolerance, int most, Iteration
   run.template for_each<32>(1, [=] LICHTENBERG_HOST_DEVICE(int) { iterations->begin(tolerance, most); });
 }
 
-/// Computes the step length alpha along p from p'A p, and calls again(whether another iteration follows).
+/// Computes q = A p and the step length alpha along p from p'A p. Calls again(whether another iteration follows).
 template <class Executor, class Continuation>
-void compute_step(const Executor& run, SolveVectors v, Continuation again) {
-  run.sum(
-      v.size, [=] LICHTENBERG_HOST_DEVICE(int k) { return v.p[k] * v.q[k]; },
+void compute_step(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, Continuation again) {
+  const auto cells = grid.layout.size();
+  apply_to_groups(run, problem, grid, v.p, v.q);
+  add_couplings(run, problem, v.p + cells, v.q + cells);
+  apply_to_cells(
+      run, problem, grid, v.p, v.q, [=] LICHTENBERG_HOST_DEVICE(int k, double image) { return v.p[k] * image; },
       [=] LICHTENBERG_HOST_DEVICE(double curvature) {
         v.iterations->set_step(curvature);
         again(v.iterations->go_on != 0);
@@ -374,23 +460,6 @@ void average_bodies(const Executor& run, ProblemView problem, GridView grid, dou
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) {
         x[g] = grid.groups.diagonal[g] > 0 ? sum / problem.members(g) : 0.0;
       });
-}
-
-/// Computes a stored solution, or its difference from `older` if that has data, on the unknowns of the present
-/// geometry. A newly uncovered cell has its conductor's last potential. A floating group (bodies with one unknown
-/// potential) has the mean of its bodies, other groups 0. `v`: receives the result, by slot (memory index), then by
-/// group.
-template <class Executor>
-void difference_on_unknowns(const Executor& run, ProblemView problem, GridView grid, SolutionView solution,
-                            SolutionView older, double* v) {
-  const int cells = static_cast<int>(grid.layout.size());
-  run.for_each(cells, [=] LICHTENBERG_HOST_DEVICE(int slot) {
-    const double value = older.cell ? solution.cell[slot] - older.cell[slot] : solution.cell[slot];
-    v[slot] = grid.cells.inverse_diagonal[slot] > 0 ? value : 0.0;
-  });
-  average_bodies(run, problem, grid, v + cells, [=] LICHTENBERG_HOST_DEVICE(int body) {
-    return older.body ? solution.body[body] - older.body[body] : solution.body[body];
-  });
 }
 
 }  // namespace lichtenberg::laplace::device

@@ -8,7 +8,10 @@
 // cells only. In the second half, black cells are relaxed after the red cells have received the coarse correction; red
 // cells are last. Fluxes from groups are computed where they are needed and never added to f.
 
+#include <cmath>
+
 #include "solvers/laplace/cutcell/device/homogenized.hpp"
+#include "solvers/parallel/unroll.hpp"
 
 namespace lichtenberg::laplace::device {
 
@@ -44,61 +47,88 @@ LICHTENBERG_HOST_DEVICE inline bool is_eliminated(const GridView& grid, int slot
   return owner.is_boundary_cell() && grid.bound.is_eliminated[owner.boundary_number()];
 }
 
-/// Cells of a tile of the grid, with a border (halo) on all sides, in a block's memory. The lower left cell is red.
-template <int width_, int height_>
+/// Cells of a tile of the grid, with a border (halo) on all sides, in a block's memory. A row consists of pairs of a
+/// red and a black cell, the cells 2 k and 2 k + 1 of the grid's row for pair k. They have equal numbers in the rows of
+/// their colours (Layout), and a warp takes a row of pairs at a time. `halo`: rows of the border; the row below the
+/// border is even.
+template <int rows_, int halo_>
 struct Tile {
-  static constexpr int width = width_, height = height_, cells = width * height;
-  float *inverse, *f, *value, *more, *east, *north;
+  static constexpr int rows = rows_, halo = halo_, pairs = 32, cells = 2 * rows * pairs;
+  /// By colour, row and pair (at()). `inverse`: 1 / diagonal, negative in boundary cells, 0 without unknown. `f`:
+  /// right-hand sides with the fluxes from groups. `value`: potentials. `east`, `north`: conductances of faces.
+  float *inverse, *f, *value, *east, *north;
   bool medium;
 
   /// Returns the size of a tile's memory (bytes). `medium`: with conductances of faces.
-  static constexpr std::size_t bytes(bool medium) { return (medium ? 6 : 4) * cells * sizeof(float); }
+  static constexpr std::size_t bytes(bool medium) { return (medium ? 5 : 3) * cells * sizeof(float); }
   LICHTENBERG_HOST_DEVICE Tile(float* memory, bool medium_)
       : inverse(memory),
         f(memory + cells),
         value(memory + 2 * cells),
-        more(memory + 3 * cells),
-        east(memory + 4 * cells),
-        north(memory + 5 * cells),
+        east(memory + 3 * cells),
+        north(memory + 4 * cells),
         medium(medium_) {}
 
-  /// Returns the flux from the four neighbours to an inner cell.
-  LICHTENBERG_HOST_DEVICE float flux(int at) const {
-    if (!medium) return value[at - 1] + value[at + 1] + value[at - width] + value[at + width];
-    return east[at - 1] * value[at - 1] + east[at] * value[at + 1] + north[at - width] * value[at - width] +
-           north[at] * value[at + width];
+  /// Returns the index of a cell in the tile's arrays.
+  LICHTENBERG_HOST_DEVICE static int at(int colour, int y, int pair) { return (colour * rows + y) * pairs + pair; }
+  /// Returns 0 if the cell of `colour` is the left one of its pair in row y, else 1.
+  LICHTENBERG_HOST_DEVICE static int shift(int colour, int y) { return (colour + y + halo) & 1; }
+
+  /// Returns the flux from the four neighbours to an inner cell of the tile.
+  LICHTENBERG_HOST_DEVICE float flux(int colour, int y, int pair) const {
+    const int own = at(colour, y, pair), beside = at(1 - colour, y, pair);
+    const int to_west = beside - 1 + shift(colour, y), to_east = to_west + 1;
+    const int south = beside - pairs, to_north = beside + pairs;
+    if (!medium) return value[to_west] + value[to_east] + value[south] + value[to_north];
+    return east[to_west] * value[to_west] + east[own] * value[to_east] + north[south] * value[south] +
+           north[own] * value[to_north];
   }
-  /// Loads the data of cell (i, j), except its potential, into the tile's entry `at`; beyond the box, loads zeros.
-  /// `phi`: potentials of the groups (bodies with one potential); `more_phi`: potentials to be added later, whose
-  /// fluxes are kept apart. Both may be null.
-  LICHTENBERG_HOST_DEVICE void load(const GridView& grid, int at, int i, int j, const float* phi,
+  /// Returns the potential of a cell after its relaxation.
+  LICHTENBERG_HOST_DEVICE float relaxed(int colour, int y, int pair) const {
+    const int own = at(colour, y, pair);
+    return (f[own] + flux(colour, y, pair)) * std::abs(inverse[own]);
+  }
+  /// Loads the data of the tile's pair in row y: pair number k of the grid's row j. The potentials become those of a
+  /// relaxation from zero; beyond the box all is zero. `phi`: potentials of the groups (bodies with one potential);
+  /// `more_phi`: potentials of which the fluxes belong to f, but not to the first potentials. Both may be null.
+  LICHTENBERG_HOST_DEVICE void load(const GridView& grid, int y, int pair, int k, int j, const float* phi,
                                     const float* more_phi) const {
-    const bool is_inside = inside(grid.layout, i, j);
-    const int slot = is_inside ? slot_of(grid.layout, i, j) : 0;
-    inverse[at] = is_inside ? grid.cells.inverse_diagonal[slot] : 0.0f;
-    f[at] = more[at] = 0;
-    if (medium) {
-      east[at] = is_inside ? grid.medium.east[slot] : 0.0f;
-      north[at] = is_inside ? grid.medium.north[slot] : 0.0f;
+    const Layout& layout = grid.layout;
+    const bool is_inside = k >= 0 && 2 * k < layout.nx && j >= 0 && j < layout.ny;
+    const int red = is_inside ? static_cast<int>(layout.row(0, j)) + k : 0;
+    const int black = is_inside ? red + static_cast<int>(layout.colour_size()) : 0;
+    float inverse_of[2] = {}, f_of[2] = {};
+    bool is_near[2] = {};
+    if (is_inside)
+      for (int colour = 0; colour < 2; ++colour) {
+        const int slot = colour == 0 ? red : black;
+        inverse_of[colour] = grid.cells.inverse_diagonal[slot];
+        f_of[colour] = grid.cycle.f[slot];
+        is_near[colour] = phi && grid.cells.owner[slot].is_boundary_cell();
+      }
+    for (int colour = 0; colour < 2; ++colour) {
+      const int own = at(colour, y, pair), slot = colour == 0 ? red : black;
+      inverse[own] = is_near[colour] ? -inverse_of[colour] : inverse_of[colour];
+      f[own] = f_of[colour];
+      value[own] = f_of[colour] * inverse_of[colour];
+      if (!medium) continue;
+      east[own] = is_inside ? grid.medium.east[slot] : 0.0f;
+      north[own] = is_inside ? grid.medium.north[slot] : 0.0f;
     }
-    if (!is_inside) return;
-    const GroupSums from_groups = phi ? group_sums(grid, slot, i, j, phi, more_phi) : GroupSums{};
-    f[at] = grid.cycle.f[slot] + from_groups.one;
-    more[at] = from_groups.other;
-  }
-  /// Returns the tile's entry of the k-th cell of a colour, row by row, `width / 2` per row.
-  LICHTENBERG_HOST_DEVICE static int cell(int k, int colour) {
-    const int y = k / (width / 2), x = 2 * (k % (width / 2)) + ((y + colour) & 1);
-    return y * width + x;
-  }
-  /// Returns true if the tile's cell `at` is at least `edge` cells from the edge of the tile.
-  LICHTENBERG_HOST_DEVICE static bool is_within(int at, int edge) {
-    const int x = at % width, y = at / width;
-    return x >= edge && x < width - edge && y >= edge && y < height - edge;
+    const bool is_anywhere = is_inside && phi && grid.may_have(Items::floating_subgrid_conductors);
+    if (!is_near[0] && !is_near[1] && !is_anywhere) return;
+    LICHTENBERG_UNROLL(1)  // few cells, for which registers must not be reserved twice
+    for (int colour = 0; colour < 2; ++colour) {
+      const int own = at(colour, y, pair), slot = colour == 0 ? red : black;
+      const GroupSums sums = group_sums(grid, slot, 2 * k + Layout::parity(colour, j), j, phi, more_phi);
+      const float first = f[own] + sums.one;
+      f[own] = first + sums.other;
+      value[own] = first * std::abs(inverse[own]);
+    }
   }
 };
 
-/// Size of tiles in coarse cells: `across` columns and `along` rows. Small tiles finish sooner, large ones share fewer
+/// Size of tiles in coarse cells: `across` columns and `along` rows. Low tiles finish sooner, high ones share fewer
 /// cells.
 template <int across_, int along_>
 struct Tiling {
@@ -130,7 +160,7 @@ LICHTENBERG_HOST_DEVICE float full_weighting(const ProblemView& problem, int nx,
 /// Kernel for the first half of a V-cycle on a tile (rectangle of cells). It relaxes red, then black cells from zero
 /// with the potentials `phi` of groups (bodies with one potential). It stores the coarse right-hand side by full
 /// weighting and, in v, the potentials of those cells that the groups' residuals need.
-template <class V, class Tiles>
+template <class V, int rows>
 struct Descend {
   ProblemView problem;
   GridView fine, coarse;
@@ -138,56 +168,54 @@ struct Descend {
   const float* phi;
   V* v;
 
-  static constexpr int halo = 3;
-  using Cells = Tile<2 * Tiles::across + 2 * halo, 2 * Tiles::along + 2 * halo>;
+  /// Border of a tile: three rows, and two pairs of columns.
+  static constexpr int halo = 3, halo_pairs = 2;
+  using Cells = Tile<rows, halo>;
+  using Tiles = Tiling<Cells::pairs - 2 * halo_pairs, rows / 2 - halo>;
   static std::size_t bytes(const GridView& fine) { return Cells::bytes(fine.has_medium); }
 
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int b) const {
     const Cells tile(block.template memory<float>(), fine.has_medium);
     const int I = b % Tiles::in_a_row(coarse) * Tiles::across, J = b / Tiles::in_a_row(coarse) * Tiles::along;
-    const int from_i = 2 * I - halo, from_j = 2 * J - halo;
-    block.template each<4>(Cells::cells, [&](int at) {
-      const int x = at % Cells::width, y = at / Cells::width;
-      tile.load(fine, at, from_i + x, from_j + y, phi, nullptr);
-      tile.value[at] = (x + y) & 1 ? 0.0f : tile.f[at] * tile.inverse[at];
+    const int from_k = I - halo_pairs, from_j = 2 * J - halo;
+    block.each(rows, Cells::pairs, [&](int y, int pair) {
+      tile.load(fine, y, pair, from_k + pair, from_j + y, phi, nullptr);
+      leave(tile, 0, y, pair, from_k + pair, from_j + y);
     });
-    block.each(Cells::cells / 2, [&](int k) {
-      const int at = Cells::cell(k, 1);
-      if (Cells::is_within(at, 1)) tile.value[at] = (tile.f[at] + tile.flux(at)) * tile.inverse[at];
+    block.each(rows - 2, Cells::pairs, [&](int row, int pair) {
+      const int y = row + 1;
+      tile.value[Cells::at(1, y, pair)] = tile.relaxed(1, y, pair);
+      leave(tile, 1, y, pair, from_k + pair, from_j + y);
     });
-    block.each(Cells::cells / 2, [&](int k) {  // a red cell's residual is the flux from its black neighbours
-      const int at = Cells::cell(k, 0);
-      if (Cells::is_within(at, 2)) tile.f[at] = tile.inverse[at] > 0 ? tile.flux(at) : 0.0f;
-      leave(tile, at, from_i, from_j);
-      leave(tile, Cells::cell(k, 1), from_i, from_j);
+    block.each(rows - 4, Cells::pairs, [&](int row, int pair) {  // a red cell's residual is the flux from black cells
+      const int y = row + 2, own = Cells::at(0, y, pair);
+      tile.value[own] = tile.inverse[own] != 0 ? tile.flux(0, y, pair) : 0.0f;
     });
-    block.each(Tiles::across * Tiles::along, [&](int k) {
-      const int x = k % Tiles::across, y = k / Tiles::across;
-      if (inside(coarse.layout, I + x, J + y))
-        coarse.cycle.f[slot_of(coarse.layout, I + x, J + y)] =
-            weighted(tile.f + (2 * y + halo) * Cells::width + 2 * x + halo, I + x, J + y);
+    block.each(Tiles::along, Tiles::across, [&](int y, int x) {
+      if (!inside(coarse.layout, I + x, J + y)) return;
+      const float* own = tile.value + Cells::at(0, 2 * y + halo, x + halo_pairs);
+      coarse.cycle.f[slot_of(coarse.layout, I + x, J + y)] =
+          full_weighting(problem, coarse.layout.nx, coarse.layout.ny, I + x, J + y,
+                         [&](int i, int j) { return own[j * Cells::pairs + (i >> 1)]; });
     });
   }
 
  private:
-  /// Stores the potential of a tile's cell in v if the groups' relaxation reads it.
-  LICHTENBERG_HOST_DEVICE void leave(const Cells& tile, int at, int from_i, int from_j) const {
-    if (!phi || !Cells::is_within(at, halo)) return;
-    const int i = from_i + at % Cells::width, j = from_j + at / Cells::width;
-    if (!inside(fine.layout, i, j)) return;
-    const int slot = slot_of(fine.layout, i, j);
-    if (fine.binds && is_eliminated(fine, slot)) {
-      const bool is_red = slot < static_cast<int>(fine.layout.colour_size());
-      v[slot] = (fine.cycle.f[slot] + (is_red ? 0.0f : tile.flux(at))) * tile.inverse[at];
-    } else if (fine.has_medium || fine.cells.owner[slot].is_boundary_cell()) {
-      v[slot] = tile.value[at];
-    }
-  }
-  /// Returns the full weighting around coarse cell (I, J), whose lower left fine cell is `own`.
-  LICHTENBERG_HOST_DEVICE float weighted(const float* own, int I, int J) const {
-    return full_weighting(problem, coarse.layout.nx, coarse.layout.ny, I, J,
-                          [&](int x, int y) { return own[y * Cells::width + x]; });
+  /// Stores the potential of a tile's cell in v if the groups' relaxation reads it. The cell belongs to pair k of the
+  /// grid's row j.
+  LICHTENBERG_HOST_DEVICE void leave(const Cells& tile, int colour, int y, int pair, int k, int j) const {
+    if (!phi || y < halo || y >= rows - halo) return;
+    if (pair < halo_pairs || pair >= Cells::pairs - halo_pairs) return;
+    const int own = Cells::at(colour, y, pair);
+    const bool is_near = tile.inverse[own] < 0;
+    if (!is_near && !fine.has_medium) return;
+    if (!inside(fine.layout, 2 * k, j)) return;
+    const int slot = static_cast<int>(fine.layout.row(colour, j)) + k;
+    if (fine.binds && is_near && is_eliminated(fine, slot))
+      v[slot] = (fine.cycle.f[slot] + (colour == 0 ? 0.0f : tile.flux(colour, y, pair))) * std::abs(tile.inverse[own]);
+    else
+      v[slot] = tile.value[own];
   }
 };
 
@@ -216,15 +244,18 @@ LICHTENBERG_HOST_DEVICE inline float interpolated(float own, float beside, float
 /// Kernel for the second half of a V-cycle on a tile (rectangle of cells). It adds the coarse grid's correction, then
 /// relaxes black and red cells. `phi`: the groups' potentials of the first half, to which those of the coarse grid are
 /// added; null: none. A group is a set of bodies with one potential.
-template <class V, class Tiles>
+template <class V, int rows>
 struct Ascend {
   ProblemView problem;
   GridView fine, coarse;
   const float* phi;
   V* v;
 
-  static constexpr int halo = 2, coarse_width = Tiles::across + 4, coarse_cells = coarse_width * (Tiles::along + 4);
-  using Cells = Tile<2 * Tiles::across + 2 * halo, 2 * Tiles::along + 2 * halo>;
+  /// Border of a tile: two rows, and a pair of columns.
+  static constexpr int halo = 2;
+  using Cells = Tile<rows, halo>;
+  using Tiles = Tiling<Cells::pairs - 2, rows / 2 - halo>;
+  static constexpr int coarse_width = Cells::pairs + 2, coarse_cells = coarse_width * (rows / 2 + 2);
   static std::size_t bytes(const GridView& fine) {
     return Cells::bytes(fine.has_medium) + coarse_cells * sizeof(float);
   }
@@ -234,37 +265,29 @@ struct Ascend {
     float* correction = block.template memory<float>();
     const Cells tile(correction + coarse_cells, fine.has_medium);
     const int I = b % Tiles::in_a_row(coarse) * Tiles::across, J = b / Tiles::in_a_row(coarse) * Tiles::along;
-    const int from_i = 2 * I - halo, from_j = 2 * J - halo;
-    block.template each<4>(coarse_cells + Cells::cells, [&](int k) {
-      if (k < coarse_cells) {
-        correction[k] = mirrored_potential(problem, coarse, I - 2 + k % coarse_width, J - 2 + k / coarse_width);
-        return;
+    const int from_k = I - 1, from_j = 2 * J - halo;
+    block.template each<2>(coarse_cells, [&](int k) {
+      correction[k] = mirrored_potential(problem, coarse, I - 2 + k % coarse_width, J - 2 + k / coarse_width);
+    });
+    block.each(rows, Cells::pairs, [&](int y, int pair) {
+      tile.load(fine, y, pair, from_k + pair, from_j + y, phi, phi ? coarse.cycle.phi : nullptr);
+      const int red = Cells::at(0, y, pair), s = Cells::shift(0, y) ? 1 : -1;
+      const float* own = correction + (1 + y / 2) * coarse_width + 1 + pair;
+      if (tile.inverse[red] != 0)
+        tile.value[red] += interpolated(own[0], own[s], own[s * coarse_width], own[s * coarse_width + s]);
+    });
+    block.each(rows - 2, Cells::pairs,
+               [&](int row, int pair) { tile.value[Cells::at(1, row + 1, pair)] = tile.relaxed(1, row + 1, pair); });
+    block.each(2 * Tiles::along, Tiles::across, [&](int row, int column) {
+      const int y = row + halo, pair = column + 1, k = from_k + pair, j = from_j + y;
+      if (!inside(fine.layout, 2 * k, j)) return;
+      for (int colour = 0; colour < 2; ++colour) {
+        const int own = Cells::at(colour, y, pair), slot = static_cast<int>(fine.layout.row(colour, j)) + k;
+        if (fine.binds && tile.inverse[own] < 0 && is_eliminated(fine, slot))  // until groups are relaxed (bound.hpp)
+          v[slot] = (fine.cycle.f[slot] + tile.flux(colour, y, pair)) * std::abs(tile.inverse[own]);
+        else
+          v[slot] = colour == 0 ? tile.relaxed(0, y, pair) : tile.value[own];
       }
-      const int at = k - coarse_cells;
-      tile.load(fine, at, from_i + at % Cells::width, from_j + at / Cells::width, phi,
-                phi ? coarse.cycle.phi : nullptr);
-    });
-    block.each(Cells::cells / 2, [&](int k) {
-      const int at = Cells::cell(k, 0), x = at % Cells::width, y = at / Cells::width, s = y & 1 ? 1 : -1;
-      const float* own = correction + (1 + y / 2) * coarse_width + 1 + x / 2;
-      tile.value[at] = tile.inverse[at] > 0
-                           ? tile.f[at] * tile.inverse[at] +
-                                 interpolated(own[0], own[s], own[s * coarse_width], own[s * coarse_width + s])
-                           : 0.0f;
-    });
-    block.each(Cells::cells / 2, [&](int k) {
-      const int at = Cells::cell(k, 1);
-      if (Cells::is_within(at, 1)) tile.value[at] = (tile.f[at] + tile.more[at] + tile.flux(at)) * tile.inverse[at];
-    });
-    block.each(4 * Tiles::across * Tiles::along, [&](int k) {
-      const int x = halo + k % (2 * Tiles::across), y = halo + k / (2 * Tiles::across), at = y * Cells::width + x;
-      if (!inside(fine.layout, from_i + x, from_j + y)) return;
-      const bool red = ((x + y) & 1) == 0;
-      const int slot = slot_of(fine.layout, from_i + x, from_j + y);
-      if (phi && fine.binds && is_eliminated(fine, slot))  // until groups have been relaxed (bound.hpp)
-        v[slot] = (fine.cycle.f[slot] + tile.flux(at)) * tile.inverse[at];
-      else
-        v[slot] = red ? (tile.f[at] + tile.more[at] + tile.flux(at)) * tile.inverse[at] : tile.value[at];
     });
   }
 };

@@ -255,8 +255,11 @@ ClosedCurve::ThinParts ClosedCurve::thin_parts(double width) const {
       const Vec2 normal = outward(piece, at), inward = hollow_ ? normal : -normal;
       // The chord along the axis nearest to the normal, times the cosine of the angle to it
       const int axis = std::abs(inward.x) >= std::abs(inward.y) ? 0 : 1;
-      const Point across = first_crossing(at + 1e-6 * width * inward, axis, inward[axis] > 0);
-      samples.push_back({length(piece) / parts, across.distance * std::abs(inward[axis]) < width});
+      const Vec2 start = at + 1e-6 * width * inward;
+      // A start beyond the opposite surface means a thickness below 1e-6 widths.
+      const bool is_beyond = covers(start) == hollow_;
+      const Point across = is_beyond ? Point{} : first_crossing(start, axis, inward[axis] > 0);
+      samples.push_back({length(piece) / parts, is_beyond || across.distance * std::abs(inward[axis]) < width});
     }
   }
   ThinParts thin;

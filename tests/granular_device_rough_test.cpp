@@ -272,6 +272,18 @@ TEST_CASE("device friction: ordered charge exchange equals the CPU's") {
   compare(scene, 40, 1e-7);
 }
 
+TEST_CASE("device walls: a grain that passes through a wall ends the run") {
+  Scene scene = walled_gas(false);
+  scene.effects.find<effects::FlatWallsOptions>()->stiffness = 1;
+  scene.effects.find<effects::FlatWallsOptions>()->damping = 0;
+  const grains::Run cpu(scene);
+  const Device device = loaded(scene, cpu, cpu.gas.save());
+  const std::string message = message_of([&] {
+    for (int n = 0; n < 100; ++n) device->step(10);
+  });
+  CHECK_MESSAGE(message.find("flies through a wall: the contact is too soft") != std::string::npos, message);
+}
+
 TEST_CASE("device walls: sides that are not periodic without walls are refused") {
   Scene scene = walled_gas(false);
   CHECK_NOTHROW(granular::device::check_scene(scene));

@@ -235,4 +235,20 @@ TEST_CASE("contact search of rough grains: one hit within a call hits another") 
   CHECK(onset(60) == Approx(since).epsilon(1e-9));
 }
 
+// The linear spring stops the unit mass at an overlap of v sqrt(1/A): 0.4 of the radius 0.5 at A = 6.25, beyond the
+// centre at A = 1.
+TEST_CASE("wall that is too soft: a grain at its depth ends the run") {
+  const auto message = [](double stiffness) {
+    Scene scene = cube(4);
+    scene.effects.add(effects::LinearContactOptions{.stiffness = 1e4, .damping = 0});
+    add_walls(scene, {0}, {.stiffness = stiffness});
+    grains::add(scene, {3, 2, 2}, {1, 0, 0});
+    Run run(scene);
+    return message_of([&] { run.to(4); });
+  };
+  CHECK(message(6.25).empty());
+  const std::string found = message(1);
+  CHECK_MESSAGE(found.starts_with("grain 0 flies through the wall at the right side: the contact is too soft"), found);
+}
+
 }  // namespace granular_rough_test

@@ -57,6 +57,13 @@ void refuse_flight_through(const GrainContact& contact, double stiffer) {
       contact.pair.i, contact.pair.j, contact.impact_speed, how));
 }
 
+void refuse_flight_through_wall(int grain, int side) {
+  throw Failure(
+      fmt::format("grain {} flies through the wall at the {} side: the contact is too soft for its speed and for the "
+                  "forces on it; a larger stiffness of the walls (effects.flat_walls.stiffness, or young) is needed",
+                  grain, side_names[side]));
+}
+
 GrainContactLaw contact_law(const Scene& scene, const Model& model) {
   const GrainContactLaw* law = nullptr;
   for (const auto& effect : model.effects)

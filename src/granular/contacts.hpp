@@ -51,6 +51,9 @@ std::vector<StepContact> contacts_in_step(std::span<const double> from, const Bo
 /// times the sum of the radii. `stiffer`: factor of the stiffness with which the grains would stop there, for the
 /// message; 0: not known.
 [[noreturn]] void refuse_flight_through(const GrainContact& contact, double stiffer = 0);
+/// Throws Failure with the message that a grain flies through a flat wall at this side of the domain. Its centre is
+/// closer to the wall than `too_close` times its radius, or beyond it.
+[[noreturn]] void refuse_flight_through_wall(int grain, int side);
 
 /// Adds new and ended contacts of a step and the largest overlap to `record`, and replaces `contacts` by the contacts
 /// that last beyond its end. `step_contacts`: contacts of the step in ascending order of pairs; `end`: end of the step

@@ -213,7 +213,9 @@ class RoughSteps {
     const ActiveGrain& a = grains_.active()[one.i];
     if (one.j < 0) {
       const int side = one.contact.pair.j - bodies_->size();
-      return geometry_at_side(side, sides_.gap(a.position, a.radius, side), a.radius);
+      const double gap = sides_.gap(a.position, a.radius, side);
+      if (a.radius + gap < too_close * a.radius) refuse_flight_through_wall(one.contact.pair.i, side);
+      return geometry_at_side(side, gap, a.radius);
     }
     const ActiveGrain& b = grains_.active()[one.j];
     const Vec3 r = nearest(b.position - a.position);

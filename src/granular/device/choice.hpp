@@ -85,7 +85,9 @@ LICHTENBERG_HOST_DEVICE void choose(const StepRule<Law>& rule, const StepResults
                                     StepParameters& next) {
   now.go = 0;
   if constexpr (is_rough<Law>) now.outran = results.moved2 > 0.25 * rule.skin * rule.skin;
-  if (!now.wanted() || results.passed || now.outran || results.lost || results.overfull || results.crossed) return;
+  if (!now.wanted() || results.passed || results.escaped || now.outran || results.lost || results.overfull ||
+      results.crossed)
+    return;
   if (results.charge != now.limit_charge) {
     now.limit_charge = results.charge;
     now.stability_limit = max_outer_step(rule.law, rule.attraction(results.charge), 0.5 * rule.lightest);

@@ -154,6 +154,7 @@ struct StepResults {
   int lost = 0;                          ///< not 0: a position or velocity is not finite
   int pairs = 0, active = 0, ended = 0;  ///< numbers of candidate pairs, active pairs and ended isolated contacts
   int passed = 0;                        ///< 1 + number of a grain through which another has passed; 0: none
+  int escaped = 0;                       ///< 1 + number of a grain that has passed through a wall; 0: none
   int onsets = 0, overfull = 0;          ///< number of listed onsets; not 0: the list has been too short
   /// 1 + index of a side that a charge has crossed, and 1 if the mesh no longer fits an unbounded cloud; otherwise 0.
   int crossed = 0, outgrown = 0;

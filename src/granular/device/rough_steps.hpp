@@ -244,6 +244,8 @@ struct RoughContactSteps : ContactSteps<RoughLaw<Law>> {
     const bool open = rough.at_walls[s] >> k & 1;
     const SurfaceGeometry geometry = geometry_at(s, k);
     if (!open && !(geometry.overlap > 0)) return;
+    if (geometry.overlap > (1 - too_close) * grains.radius[s])
+      parallel::max_atomically(&results->escaped, 1 + grains.number[s]);
     const SurfaceMotion half = surface_motion(geometry, motion(s, false), {}, substep());
     const long index = wall_index(s, k);
     RoughContactState& state = rough.wall_state[index];

@@ -210,7 +210,10 @@ TEST_CASE("scene in SI: missing keys and keys in reduced units are refused") {
       {dust + glass + "[[population]]\ncount = 3\nradius = 5e-5\ntemperature = 1e-15\nvelocity_spread = 0.1\n",
        "population.temperature and population.velocity_spread are both given"},
       {"[domain]\nsize = [2e-3, 2e-3]\n" + glass + grain("[1e-3, 1e-3]", "") + "[effects.stokes_drag]\n",
-       "effects.viscoelastic_contact needs the table [units]"},
+       "effects.stokes_drag is for scenes of conductors, and effects.viscoelastic_contact for scenes of grains"},
+      {force + "[effects.gravity]\n", "leave one of them out; effects.uniform_force gives grains a weight"},
+      {dust + glass + "[effects.hertz_contact]\n" + grain("[1e-3, 1e-3, 1e-3]", "charge = \"1e5 e\""),
+       "dust.toml:14: effects.hertz_contact is for scenes of conductors"},
   };
   for (const auto& [text, sentence] : table) {
     CAPTURE(text);

@@ -238,6 +238,7 @@ Draft read_draft(const std::string& text, const std::string& path, const EffectK
   const bool tables = insert_tables(document, path);
   draft.scene.path = path;
   draft.scene.text = settings.empty() && !tables ? text : text_of(document);
+  refuse_mixed_effects(document, kinds, path);
   if (is_of_grains_in_si(document, kinds)) {
     Draft in_si = draft;
     in_si.scene.in_si = draft.scene.in_si = true;

@@ -203,6 +203,10 @@ TEST_CASE("scene in SI: missing keys and keys in reduced units are refused") {
       {force + "[medium]\nviscosity = 1\n", "[medium] is not allowed in a scene of grains"},
       {dust + glass + grain("[1e-3, 1e-3, 1e-3]", "charge = \"12 C\""),
        "conductor.charge = \"12 C\" has the wrong unit"},
+      {dust + glass + grain("[1e-3, 1e-3, 1e-3]", "charge = \"nan e\""),
+       "dust.toml:17: conductor.charge = \"nan e\" is not allowed: it must be"},
+      {force + "[effects.charge_exchange]\nmodel = \"material\"\ntransfer_prefactor = 1e-15\n",
+       "effects.charge_exchange.affinities is missing: model = \"material\" needs one for each"},
       {dust + glass + grain("[1e-3, 1e-3, 1e-3]", "charge = \"1000e\""), "has the wrong unit or type"},
       {"[units]\n[domain]\nsize = [9, 9, 9]\nunbounded = true\n[effects.viscoelastic_contact]\n" +
            grain("[5, 5, 5]", "charge = \"3 e\""),

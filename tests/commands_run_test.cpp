@@ -109,6 +109,19 @@ TEST_CASE("run --from: starts at a frame of another run; conflicts are refused")
   CHECK(run(folder, "run small.toml --out second.h5 --resume --from first.h5 --frame 3" + drag).status == 0);
 }
 
+TEST_CASE("analyse: a current that contacts leave undefined is no number") {
+  const Folder folder;
+  folder.write("small.toml", moving_scene("0.02") +
+                                 "[effects.contact_discharge]\n[[electrode]]\nname = \"tip\"\nshape = \"disk\"\n"
+                                 "centre = [8e-3, 13e-3]\nradius = 1e-3\n[[circuit]]\nelectrodes = [\"tip\"]\n"
+                                 "potential = 100\nresistance = 1e10\n");
+  const Ended ended = run(folder, "run small.toml --quiet");
+  REQUIRE_MESSAGE(ended.status == 0, ended.err);
+  const std::string found = run(folder, "analyse small.h5").out;
+  CHECK_MESSAGE(contains(found, "recorded       current not defined, "), found);
+  CHECK_MESSAGE(!contains(found, "nan"), found);
+}
+
 TEST_CASE("box in space: explain prints its three lengths, run stores them") {
   const Folder folder;
   folder.write("cube.toml", R"(

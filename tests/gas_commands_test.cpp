@@ -407,6 +407,8 @@ TEST_CASE("run --from: a gas too dense for random positions starts from a packin
     const Ended again = run_program(folder, command);
     CHECK_MESSAGE(again.status == 0, again.err);
   }
+  refused("run gas.toml --from gas.h5 --out x.h5 --set units.length=1e-3 --set units.mass=1e3",
+          "units.length is 0.00478 there and 0.001 here, units.mass is 0.000152 there and 1000 here");
   refused("run narrow.toml --from packing.h5 --out x.h5", "overlap by more than a radius in this domain");
   refused("run others.toml --from packing.h5 --out x.h5", "body 0 has a radius of 0.5");
 }

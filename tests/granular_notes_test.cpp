@@ -210,6 +210,35 @@ TEST_CASE("gas summary: warns of energy errors above 1 % and overlaps above 10 %
   CHECK(warnings(0)[0].starts_with("grains overlap by 11 % of a diameter"));
 }
 
+TEST_CASE("gas summary: energy errors below those of the potential do not warn") {
+  const std::string start = "[units]\n[domain]\nsize = [8, 8, 8]\n";
+  const std::string charged = "[effects.linear_contact]\n[effects.coulomb]\ncoupling_constant = 2\n";
+  const auto warns = [](const std::string& text, double share_of_potential) {
+    Gas gas(parse_scene(text, "rest.toml"));
+    std::optional<HomogeneousGas> no_theory;
+    double seconds = 0;
+    const Note now = take_note(gas, no_theory, seconds);
+    REQUIRE(now.energy.kinetic < 1e-9 * std::abs(now.energy.potential));
+    const double at_start = now.energy.total() - share_of_potential * std::abs(now.energy.potential);
+    return summarize(gas, now, at_start).warnings.size() == 1;
+  };
+  const auto grain = [](double x, double charge) {
+    return fmt::format("[[conductor]]\nradius = 0.5\nposition = [{}, 4, 4]\nvelocity = [1e-9, 0, 0]\ncharge = {}\n", x,
+                       charge);
+  };
+  // The sum rounds by 2 n epsilon = 8.9e-16.
+  const std::string open = start + "unbounded = true\n" + grain(2, 1) + grain(6, 1) + charged;
+  CHECK_FALSE(warns(open, 4e-16));
+  CHECK(warns(open, 1e-14));
+  std::string sides;
+  for (const char* side : {"left", "right", "bottom", "top", "front", "back"})
+    sides += fmt::format("{} = \"periodic\"\n", side);
+  const std::string periodic =
+      start + sides + grain(2, 1) + grain(5, -1) + charged + "sum = \"ewald\"\naccuracy = 1e-3\n";
+  CHECK_FALSE(warns(periodic, 0.9e-3));
+  CHECK(warns(periodic, 1.1e-3));
+}
+
 TEST_CASE("cooling and charging gas: summary and history have equal end values") {
   GranularMotion motion(scene());
   continue_to(motion, 4);

@@ -203,6 +203,10 @@ TEST_CASE("scene in SI: missing keys and keys in reduced units are refused") {
       {force + "[medium]\nviscosity = 1\n", "[medium] is not allowed in a scene of grains"},
       {dust + glass + grain("[1e-3, 1e-3, 1e-3]", "charge = \"12 C\""),
        "conductor.charge = \"12 C\" has the wrong unit"},
+      {dust + glass + grain("[1e-3, 1e-3, 1e-3]", "charge = \"nan e\""),
+       "dust.toml:17: conductor.charge = \"nan e\" is not allowed: it must be"},
+      {force + "[effects.charge_exchange]\nmodel = \"material\"\ntransfer_prefactor = 1e-15\n",
+       "effects.charge_exchange.affinities is missing: model = \"material\" needs one for each"},
       {dust + glass + grain("[1e-3, 1e-3, 1e-3]", "charge = \"1000e\""), "has the wrong unit or type"},
       {"[units]\n[domain]\nsize = [9, 9, 9]\nunbounded = true\n[effects.viscoelastic_contact]\n" +
            grain("[5, 5, 5]", "charge = \"3 e\""),
@@ -210,7 +214,10 @@ TEST_CASE("scene in SI: missing keys and keys in reduced units are refused") {
       {dust + glass + "[[population]]\ncount = 3\nradius = 5e-5\ntemperature = 1e-15\nvelocity_spread = 0.1\n",
        "population.temperature and population.velocity_spread are both given"},
       {"[domain]\nsize = [2e-3, 2e-3]\n" + glass + grain("[1e-3, 1e-3]", "") + "[effects.stokes_drag]\n",
-       "effects.viscoelastic_contact needs the table [units]"},
+       "effects.stokes_drag is for scenes of conductors, and effects.viscoelastic_contact for scenes of grains"},
+      {force + "[effects.gravity]\n", "leave one of them out; effects.uniform_force gives grains a weight"},
+      {dust + glass + "[effects.hertz_contact]\n" + grain("[1e-3, 1e-3, 1e-3]", "charge = \"1e5 e\""),
+       "dust.toml:14: effects.hertz_contact is for scenes of conductors"},
   };
   for (const auto& [text, sentence] : table) {
     CAPTURE(text);

@@ -150,6 +150,8 @@ TEST_CASE("[[circuit]]: invalid members and sources are refused") {
   refused("electrodes = [\"b\"]\nresistance = 0\npotential = 1", {"circuit.resistance", "greater than 0"});
   refused("electrodes = [\"b\"]\npotential = 1\ncapacitance = 1e-12", {"circuit.capacitance", "circuit.resistance"});
   refused("electrodes = [\"b\"]\npotential = 1\ncurrent = 1e-12", {"circuit.current", "circuit.resistance"});
+  refused("electrodes = [\"b\"]\npotential = { table = [[0, 1], [10, 2]] }",
+          {"test.toml:21: circuit.potential has a table from 0 to 10 s", "gap"});
   refused("electrodes = []", {"circuit.electrodes", "non-empty"});
   refused("potential = 1", {"circuit.electrodes is missing"});
   refused("electrodes = [\"b\"]\n[[circuit]]\nelectrodes = [\"left\"]\nname = \"circuit 1\"", {"is taken"});

@@ -200,12 +200,21 @@ void print_lengths(const AnalysedRun& run, const analysis::Topology& t) {
   print_dimension("D of masses", t.masses);
 }
 
+/// Returns a recorded number; NaN is a current that ideal contacts leave undefined, or a ratio without a difference.
+std::string recorded_number(double value) { return std::isnan(value) ? "not defined" : fmt::format("{:.4g}", value); }
+
+void print_recorded(const RecordedQuantity& recorded) {
+  std::vector<std::string> numbers;
+  for (const double value : recorded.values) numbers.push_back(recorded_number(value));
+  const bool defined = std::ranges::any_of(recorded.values, [](double value) { return !std::isnan(value); });
+  fmt::print("recorded       {} {}{}\n", recorded.name, fmt::join(numbers, ", "), defined ? " " + recorded.unit : "");
+}
+
 void print_power(const FrameAnalysis& found) {
   fmt::print("power          source {:.4g} W, work of the field {:.4g} W, drag {:.4g} W\n", found.power.source,
              found.power.field, found.power.drag);
   if (found.dissipated) fmt::print("dissipated     {:.4g} W since the previous frame\n", *found.dissipated);
-  for (const RecordedQuantity& recorded : found.recorded)
-    fmt::print("recorded       {} {:.4g} {}\n", recorded.name, fmt::join(recorded.values, ", "), recorded.unit);
+  for (const RecordedQuantity& recorded : found.recorded) print_recorded(recorded);
 }
 
 }  // namespace

@@ -1,9 +1,13 @@
 #include "src/commands/start_from.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "solvers/error.hpp"
 #include "src/commands/reading.hpp"
@@ -22,6 +26,18 @@ int frame_of(const Result& result, std::optional<int> requested_frame) {
   return frame;
 }
 
+/// Returns the keys of [units] whose scales differ, with both values; empty if all are equal.
+std::string differing_units(const Reference& there, const Reference& here) {
+  std::vector<std::string> differing;
+  for (const auto& [key, unit] : {std::pair{"length", &Reference::length},
+                                  {"mass", &Reference::mass},
+                                  {"velocity", &Reference::velocity},
+                                  {"charge", &Reference::charge}})
+    if (there.*unit != here.*unit)
+      differing.push_back(fmt::format("units.{} is {} there and {} here", key, there.*unit, here.*unit));
+  return fmt::format("{}", fmt::join(differing, ", "));
+}
+
 void check_bodies(const Result& result, const Scene& scene, const StopRequest& stop) {
   const auto refuse_it = [&](const std::string& why) {
     throw InputError(
@@ -36,9 +52,13 @@ void check_bodies(const Result& result, const Scene& scene, const StopRequest& s
       (!from_packing && there.reference.has_value() != scene.reference.has_value()))
     refuse_it(fmt::format("it is of another kind of scene than {}", scene.path));
   if ((scene.in_si || there.in_si) && there.reference != scene.reference)
-    refuse_it(fmt::format("its reduced units are not those of {}, which follow from its sizes, speeds and charges: add "
-                          "[units] with the scales of that result",
-                          scene.path));
+    refuse_it(
+        fmt::format("its reduced units are not those of {}, which follow from its sizes, speeds and charges: add "
+                    "[units] with the scales of that result",
+                    scene.path));
+  if (there.reference && scene.reference && there.reference != scene.reference)
+    refuse_it(fmt::format("its units are not those of {}, and numbers in other units are other quantities ({})",
+                          scene.path, differing_units(*there.reference, *scene.reference)));
 }
 
 /// Throws InputError for a frame of a packing with loads whose domain is not that of the scene.

@@ -76,10 +76,11 @@ void check_drive(const Draft& draft, const ChargeExchangeOptions& options) {
   const std::size_t tables = draft.conductors.size() + draft.populations.size();
   const auto check_count = [&](const std::string& key, const std::vector<double>& table_values) {
     if (table_values.size() != tables)
-      refuse_it(key,
-                fmt::format("has {} numbers, and model = \"{}\" needs one for each [[conductor]] and then for each "
-                            "[[population]], {} in all",
-                            table_values.size(), name_of(options.model), tables));
+      refuse_it(key, fmt::format(
+                         "{} model = \"{}\" needs one for each [[conductor]] and then for each [[population]], {} "
+                         "in all",
+                         table_values.empty() ? "is missing:" : fmt::format("has {} numbers, and", table_values.size()),
+                         name_of(options.model), tables));
   };
   if (options.model == ExchangeModel::material) check_count("affinities", options.affinities);
   if (!options.donors.empty()) check_count("donors", options.donors);

@@ -165,21 +165,29 @@ void check_sides_in_circuits(const Draft& draft) {
 /// Checks tables against the duration of the run, and that the scene has a field.
 void check_signals(const Draft& draft) {
   const Scene& scene = draft.scene;
-  std::vector<std::pair<std::string, Signal>> all;
-  for (const ElectrodeDraft& electrode : draft.electrodes)
-    if (electrode.potential) all.emplace_back("electrode.potential", *electrode.potential);
-  for (std::size_t s = 0; s < scene.domain.sides.size(); ++s)
-    all.emplace_back(fmt::format("domain.{}", side_names[s]), scene.domain.sides[s].potential);
-  for (const GroupDraft& group : draft.groups)
-    if (group.potential) all.emplace_back("group.potential", *group.potential);
+  struct Source {
+    std::string key;
+    int line;
+    Signal signal;
+  };
+  std::vector<Source> all;
+  // Circuits first: their members may have the circuit's potential, and then have no line of their own.
   for (const CircuitDraft& circuit : draft.circuits) {
-    if (circuit.potential) all.emplace_back("circuit.potential", *circuit.potential);
-    if (circuit.current) all.emplace_back("circuit.current", *circuit.current);
+    const auto line = [&](const char* key) { return draft.circuits.size() == 1 ? draft.line(key) : circuit.line; };
+    if (circuit.potential) all.push_back({"circuit.potential", line("circuit.potential"), *circuit.potential});
+    if (circuit.current) all.push_back({"circuit.current", line("circuit.current"), *circuit.current});
   }
-  for (const auto& [key, signal] : all) {
+  const auto add = [&](const std::string& key, const Signal& signal) { all.push_back({key, draft.line(key), signal}); };
+  for (const ElectrodeDraft& electrode : draft.electrodes)
+    if (electrode.potential) add("electrode.potential", *electrode.potential);
+  for (std::size_t s = 0; s < scene.domain.sides.size(); ++s)
+    add(fmt::format("domain.{}", side_names[s]), scene.domain.sides[s].potential);
+  for (const GroupDraft& group : draft.groups)
+    if (group.potential) add("group.potential", *group.potential);
+  for (const auto& [key, line, signal] : all) {
     if (!signal.varies()) continue;
     if (!scene.effects.has(&EffectKind::field))
-      refuse(scene.path, draft.line(key),
+      refuse(scene.path, line,
              key +
                  " is a function of time, which needs the table [effects.floating_conductors]: add it, or give a "
                  "number");
@@ -187,12 +195,12 @@ void check_signals(const Draft& draft) {
     constexpr double most = 1e7;
     if (wave.shape != Waveform::Shape::points && wave.frequency * scene.stop.time > most)
       refuse(
-          scene.path, draft.line(key),
+          scene.path, line,
           fmt::format("{} has frequency = {:g} Hz, which makes {:.2g} periods up to stop.time = {:g} s: at most {:g} "
                       "are allowed",
                       key, wave.frequency, wave.frequency * scene.stop.time, scene.stop.time, most));
     if (wave.covers_run && (wave.points.front().x > 0 || wave.points.back().x < scene.stop.time))
-      refuse(scene.path, draft.line(key),
+      refuse(scene.path, line,
              fmt::format("{} has a table from {:g} to {:g} s, which leaves a gap in the run from 0 to stop.time = {:g} "
                          "s: it must cover the run",
                          key, wave.points.front().x, wave.points.back().x, scene.stop.time));

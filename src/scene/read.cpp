@@ -94,10 +94,12 @@ class Reader {
   }
 
   void read_key(const std::string& path, const Key& key, const toml::node& node) {
-    if (draft_.scene.in_si && (key.unit == "C" || key.unit == "q0"))
-      if (const auto charge = coulombs_of(node)) return read_key(path, key, toml::value<double>(*charge));
+    const bool is_charge = draft_.scene.in_si && (key.unit == "C" || key.unit == "q0");
+    const std::optional<double> coulombs = is_charge ? coulombs_of(node) : std::nullopt;
+    const toml::value<double> charge(coulombs.value_or(0));  // messages show the written node, which has a line
+    const toml::node& in_unit = coulombs ? static_cast<const toml::node&>(charge) : node;
     const auto read_into = [&](auto& value) {
-      if (!read(node, value)) refuse_value(path, key, node, "has the wrong unit or type");
+      if (!read(in_unit, value)) refuse_value(path, key, node, "has the wrong unit or type");
       if (!std::ranges::all_of(numbers(value), [&](double number) { return key.range.contains(number); }))
         refuse_value(path, key, node, "is not allowed");
       const auto has_size = [&](double number) {
@@ -175,7 +177,7 @@ class Reader {
                                  const std::string& fault) const {
     const toml::array* several = node.as_array();
     const bool text = node.is_string() || (several && !several->empty() && several->front().is_string());
-    const bool united = text && !key.unit.empty();
+    const bool united = text && !key.unit.empty() && !(draft_.scene.in_si && coulombs_of(node));
     refuse(line_of(node), fmt::format("{} = {} {}: it must be {}{}", path, found(node), fault, key.allowed(),
                                       united ? ", written without the unit" : ""));
   }
@@ -238,6 +240,7 @@ Draft read_draft(const std::string& text, const std::string& path, const EffectK
   const bool tables = insert_tables(document, path);
   draft.scene.path = path;
   draft.scene.text = settings.empty() && !tables ? text : text_of(document);
+  refuse_mixed_effects(document, kinds, path);
   if (is_of_grains_in_si(document, kinds)) {
     Draft in_si = draft;
     in_si.scene.in_si = draft.scene.in_si = true;

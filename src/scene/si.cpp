@@ -60,6 +60,22 @@ bool is_of_grains_in_si(const toml::table& document, const EffectKinds& kinds) {
   return has(true) && !has(false);
 }
 
+void refuse_mixed_effects(const toml::table& document, const EffectKinds& kinds, const std::string& path) {
+  const toml::table* effects = document["effects"].as_table();
+  if (!effects || document.contains("units")) return;
+  const auto first = [&](bool grains) {
+    return std::ranges::find_if(
+        kinds, [&](const EffectKind* kind) { return kind->grains == grains && effects->contains(kind->name); });
+  };
+  const auto granular = first(true), other = first(false);
+  if (granular == kinds.end() || other == kinds.end()) return;
+  const std::string& name = (*other)->name;
+  refuse(path, static_cast<int>(effects->get(name)->source().begin.line),
+         fmt::format("effects.{} is for scenes of {}, and effects.{} for scenes of grains: leave one of them out{}",
+                     name, (*other)->packing ? "packings" : "conductors", (*granular)->name,
+                     name == "gravity" ? "; effects.uniform_force gives grains a weight" : ""));
+}
+
 std::optional<double> reduced_unit(std::string_view unit, const Reference& reference) {
   double product = 1;
   bool below = false;

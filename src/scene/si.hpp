@@ -18,6 +18,9 @@ inline constexpr double elementary_charge = 1.602176634e-19;     // C, exact
 /// in SI.
 bool is_of_grains_in_si(const toml::table& document, const EffectKinds& kinds);
 
+/// Throws InputError for a scene file without [units] that has effects of grains and effects of other scenes.
+void refuse_mixed_effects(const toml::table& document, const EffectKinds& kinds, const std::string& path);
+
 /// Returns the reduced unit, in SI, of a key's unit, such as d0 / t0^2 for "m/s^2" and for "d0/t0^2". Empty for a unit
 /// with other symbols than those of mechanics and charge.
 std::optional<double> reduced_unit(std::string_view unit, const Reference& reference);

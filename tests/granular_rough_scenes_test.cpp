@@ -62,6 +62,10 @@ TEST_CASE("rough scenes: wrong input is refused with its key") {
        "effects.flat_walls.restitution needs the table [effects.linear_contact]"},
       {layer + grains + soft + walls + "friction = 0.5\n",
        "effects.flat_walls.friction needs the table [effects.friction]"},
+      {"[units]\nlength = 1e50\nmass = 1e-50\nvelocity = 1e-50\n" + layer.substr(8) + grains + soft +
+           "young = 1e9\npoisson = 0.3\nviscosity = 1e-8\n" + walls,
+       "effects.viscoelastic_contact.young = 1e+09 gives a reduced stiffness of inf in the units of the scene: at "
+       "least 1e-100 and at most 1e+100 is allowed"},
       {layer + grains + soft + walls + "young = 1e6\n", "but effects.viscoelastic_contact does not"},
       {box + grains + linear + adhesion, "effects.adhesion.model = \"jkr\" is not allowed with effects.linear_contact"},
       {box + grains + soft + "[effects.adhesion]\n", "surface_energy"},

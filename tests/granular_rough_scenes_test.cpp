@@ -64,7 +64,7 @@ TEST_CASE("rough scenes: wrong input is refused with its key") {
        "effects.flat_walls.friction needs the table [effects.friction]"},
       {layer + grains + soft + walls + "damping = 1e10\n",
        "effects.flat_walls.damping = 1e+10 is too large for its stiffness = 278.6: at most"},
-      {layer + grains + soft + "young = 1e6\npoisson = 0.3\nviscosity = 1e50\n",
+      {box + grains + soft + "young = 1e6\npoisson = 0.3\nviscosity = 1e50\n",
        "effects.viscoelastic_contact.viscosity = 1e+50 is too large for its young = 1e+06: at most"},
       {"[units]\nlength = 1e50\nmass = 1e-50\nvelocity = 1e-50\n" + layer.substr(8) + grains + soft +
            "young = 1e9\npoisson = 0.3\nviscosity = 1e-8\n" + walls,

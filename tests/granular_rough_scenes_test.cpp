@@ -62,6 +62,14 @@ TEST_CASE("rough scenes: wrong input is refused with its key") {
        "effects.flat_walls.restitution needs the table [effects.linear_contact]"},
       {layer + grains + soft + walls + "friction = 0.5\n",
        "effects.flat_walls.friction needs the table [effects.friction]"},
+      {layer + grains + soft + walls + "damping = 1e10\n",
+       "effects.flat_walls.damping = 1e+10 is too large for its stiffness = 278.6: at most"},
+      {box + grains + soft + "young = 1e6\npoisson = 0.3\nviscosity = 1e50\n",
+       "effects.viscoelastic_contact.viscosity = 1e+50 is too large for its young = 1e+06: at most"},
+      {"[units]\nlength = 1e50\nmass = 1e-50\nvelocity = 1e-50\n" + layer.substr(8) + grains + soft +
+           "young = 1e9\npoisson = 0.3\nviscosity = 1e-8\n" + walls,
+       "effects.viscoelastic_contact.young = 1e+09 gives a reduced stiffness of inf in the units of the scene: at "
+       "least 1e-100 and at most 1e+100 is allowed"},
       {layer + grains + soft + walls + "young = 1e6\n", "but effects.viscoelastic_contact does not"},
       {box + grains + linear + adhesion, "effects.adhesion.model = \"jkr\" is not allowed with effects.linear_contact"},
       {box + grains + soft + "[effects.adhesion]\n", "surface_energy"},

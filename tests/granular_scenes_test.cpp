@@ -305,7 +305,7 @@ TEST_CASE("scenes of grains: impossible ones are refused with a one-line message
       {box + few + contact + "damping = -1\n", "effects.viscoelastic_contact.damping"},
       {box + few + contact + "[effects.gas_drag]\nstokes = -1\n", "effects.gas_drag.stokes"},
       {box + few + contact + coulomb + "accuracy = 1e-11\n",
-       "[effects.coulomb] are not valid: the accuracy 1e-11 is not possible for a mesh"},
+       "effects.coulomb.accuracy = 1e-11 is not allowed with effects.coulomb.sum = \"mesh\": at least 1e-08 and"},
       {box + few + contact + coulomb + "accuracy = 1e-13\n", "at least 1e-12 and at most 0.1"},
       {box + few + contact + "[mechanics]\nintegrator = \"verlet\"\nstep = 0.1\n", "would do"},
       {box + few + contact + "[mechanics]\nintegrator = \"gear\"\nstep = 0.1\n", "would do"},

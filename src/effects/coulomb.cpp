@@ -155,6 +155,12 @@ void check_coulomb(const Draft& draft) {
     refuse_if_given(
         draft, "effects.coulomb.accuracy",
         "is not allowed together with effects.coulomb.cutoff, mesh and order: they leave nothing to choose");
+  constexpr double finest = 1e-8;  // of a mesh
+  if (mesh && options.accuracy < finest)
+    refuse(draft.scene.path, draft.line("effects.coulomb.accuracy"),
+           fmt::format("effects.coulomb.accuracy = {:g} is not allowed with effects.coulomb.sum = \"mesh\": at least "
+                       "{:g} and at most 0.1 is allowed",
+                       options.accuracy, finest));
   only_with("damping", shifted, "\"shifted-force\"");
   if (shifted && draft.scene.effects.has("induced_dipoles"))
     refuse(draft.scene.path, draft.line("effects.coulomb.sum"),
@@ -187,7 +193,7 @@ std::vector<Key> keys() {
        .target = target<&CoulombOptions::accuracy>,
        .range = {.low = 1e-12, .high = 0.1},
        .help = "for sum = \"mesh\" or \"ewald\": rms error of the Coulomb forces over their rms value; determines the "
-               "parameters of the sum that are not given"},
+               "parameters of the sum that are not given; at least 1e-8 for \"mesh\""},
       {.name = "cutoff",
        .target = target<&CoulombOptions::cutoff>,
        .unit = "d0",

@@ -35,6 +35,13 @@ void set_reduced_constants(const Draft& draft, Scene& scene) {
   const auto [d0, m0, v0, q0] = *draft.scene.reference;
   const double nu = *options.poisson, alpha = 2 * *options.young * std::sqrt(d0 / 4) / (3 * (1 - nu * nu));
   options.elastic = alpha * std::pow(d0, 2.5) / (m0 * v0 * v0);
+  constexpr double least = 1e-100, most = 1e100;  // as for the key stiffness
+  if (!(options.elastic >= least && options.elastic <= most))
+    refuse(
+        draft.scene.path, draft.line("effects.viscoelastic_contact.young"),
+        fmt::format("effects.viscoelastic_contact.young = {:g} gives a reduced stiffness of {:g} in the units of the "
+                    "scene: at least {:g} and at most {:g} is allowed",
+                    *options.young, options.elastic, least, most));
   options.dissipative = *options.viscosity * v0 / d0 * options.elastic;
 }
 

@@ -4,8 +4,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <string>
 
 #include "solvers/error.hpp"
+#include "src/effects/flat_walls.hpp"
+#include "src/effects/viscoelastic_contact.hpp"
 #include "src/granular/pair_state.hpp"
 #include "src/theory/restitution.hpp"
 
@@ -31,18 +35,42 @@ GrainContact new_contact(Pair pair, Vec<d> before, Vec<d> now, double reach, dou
   return {pair, begin + part * dt, closing(PairState<d>{before + part * displacement, displacement / dt})};
 }
 
-/// Throws InputError for viscoelastic grains with damping beyond the table of theory::RestitutionCurve, which contact
-/// substeps do not resolve.
+/// Constants of a viscoelastic contact, and the keys that give them: stiffness and damping, or young and viscosity.
+struct ViscoelasticKeys {
+  std::string table;
+  double elastic = 0, dissipative = 0;
+  std::optional<double> young, viscosity;
+};
+
+/// Throws InputError for damping beyond the table of theory::RestitutionCurve, which contact substeps do not resolve.
+void check_damping(const Scene& scene, const ViscoelasticKeys& of) {
+  const double number = theory::dissipation_number({of.elastic, of.dissipative}, 1);
+  constexpr double most = theory::RestitutionCurve::largest;
+  if (number <= most) return;
+  const bool in_si = of.young && of.viscosity && scene.reference;
+  const double per_damping = theory::dissipation_number({of.elastic, of.elastic}, 1) *
+                             (in_si ? scene.reference->velocity / scene.reference->length : 1 / of.elastic);
+  throw InputError(fmt::format(
+      "{}: {}.{} = {:g} is too large for its {} = {:g}: at most {:.3g} is allowed, with which an impact at speed {} "
+      "loses nearly all its energy",
+      scene.path, of.table, in_si ? "viscosity" : "damping", in_si ? *of.viscosity : of.dissipative,
+      in_si ? "young" : "stiffness", in_si ? *of.young : of.elastic, most / per_damping,
+      scene.in_si ? fmt::format("{:.3g} m/s", scene.reference->velocity) : "1"));
+}
+
+/// Checks the damping of the contacts of viscoelastic grains and of those with walls.
 void check_damping(const Scene& scene, const GrainContactLaw& law) {
   const auto* soft = std::get_if<ViscoelasticLaw>(&law);
   if (!soft) return;
-  const double number = theory::dissipation_number({soft->elastic, soft->dissipative}, 1);
-  constexpr double most = theory::RestitutionCurve::largest;
-  if (number <= most) return;
-  throw InputError(
-      fmt::format("{}: effects.viscoelastic_contact.damping = {:g} is too large for its stiffness = {:g}: at most "
-                  "{:.3g} is allowed, with which an impact at speed 1 loses nearly all its energy",
-                  scene.path, soft->dissipative, soft->elastic, soft->dissipative * most / number));
+  const auto [elastic, dissipative] = *soft;
+  ViscoelasticKeys grains{"effects.viscoelastic_contact", elastic, dissipative, {}, {}};
+  if (const auto* given = scene.effects.find<effects::ViscoelasticContactOptions>())
+    grains.young = given->young, grains.viscosity = given->viscosity;
+  check_damping(scene, grains);
+  const auto* walls = scene.effects.find<effects::FlatWallsOptions>();
+  if (!walls) return;
+  check_damping(scene, {"effects.flat_walls", walls->stiffness.value_or(elastic), walls->damping.value_or(dissipative),
+                        walls->young, walls->viscosity});
 }
 
 }  // namespace

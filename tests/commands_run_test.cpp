@@ -115,7 +115,7 @@ TEST_CASE("analyse: a current that contacts leave undefined is no number") {
                                  "[effects.contact_discharge]\n[[electrode]]\nname = \"tip\"\nshape = \"disk\"\n"
                                  "centre = [8e-3, 13e-3]\nradius = 1e-3\n[[circuit]]\nelectrodes = [\"tip\"]\n"
                                  "potential = 100\nresistance = 1e10\n");
-  const Ended ended = run(folder, "run small.toml --quiet");
+  const Ended ended = run(folder, "run small.toml --quiet --set medium.viscosity=1");
   REQUIRE_MESSAGE(ended.status == 0, ended.err);
   const std::string found = run(folder, "analyse small.h5").out;
   CHECK_MESSAGE(contains(found, "recorded       current not defined, "), found);

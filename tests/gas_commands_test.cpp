@@ -341,6 +341,8 @@ TEST_CASE("gas commands: impossible requests are refused with an error message")
   }
   folder.write("one.toml", replaced(scene, "count = 60", "count = 1"));
   refused("work-precision one.toml", "one.toml: a single charge has no force");
+  folder.write("poles.toml", scene + "[effects.induced_dipoles]\npolarizability = 0.05\ndegree = 2\n");
+  refused("work-precision poles.toml", "effects.induced_dipoles.degree = 2 is not allowed in work-precision");
   refused("run one.toml --out ./one.toml --overwrite", "one.toml is an input file");
   refused("run gas.toml --from gas.h5 --out gas.h5 --overwrite", "gas.h5 is an input file");
   refused("work-precision one.toml --time --json=one.toml --overwrite", "one.toml is an input file");

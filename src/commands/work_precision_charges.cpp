@@ -402,6 +402,11 @@ void sweep_charges(const Scene& scene, const Request& request) {
     throw InputError("--sizes is for conductors: the meshes of charges follow from their accuracy");
   if (scene.conductors.size() < 2)
     throw InputError(scene.path + ": a single charge has no force, and errors are relative to forces");
+  if (const auto* dipoles = scene.effects.find<effects::InducedDipolesOptions>(); dipoles && dipoles->degree > 1)
+    throw InputError(fmt::format(
+        "{}: effects.induced_dipoles.degree = {} is not allowed in work-precision, which compares sums of charges and "
+        "dipoles: 1 is allowed",
+        scene.path, dipoles->degree));
   ChargedSubject subject = make_subject(scene);
   const std::vector<Method> methods = choose(all_methods(subject), request);
   Diagram diagram{.title = fmt::format("forces of {} charges{} at the initial positions", subject.bodies.size(),

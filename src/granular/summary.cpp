@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "src/scene/effect_kind.hpp"
+#include "src/effects/coulomb.hpp"
 
 namespace lichtenberg::granular {
 namespace {
@@ -158,14 +158,17 @@ void add_quantities(const Gas& gas, const Note& now, double energy_error, Summar
 }
 
 /// Returns the largest error that the potential energy itself causes in the change of total energy. Its sum over n
-/// grains rounds by at most n units in the last digit, at the start and now. In a periodic domain the forces F of
-/// charges have a relative accuracy. The energy of a pair is of the order of F r, and so has this accuracy too. Sums
-/// over the pairs of an unbounded domain only round.
+/// grains rounds by at most n units in the last digit, at the start and now. In a periodic domain the forces F of a
+/// mesh or of Ewald's sum have a relative accuracy. The energy of a pair is of the order of F r, and so has this
+/// accuracy too. Forces of sums over pairs are derivatives of their energy, which only rounds.
 double potential_error(const Gas& gas, const GasEnergy& energy) {
   const Scene& scene = gas.scene();
   const double n = static_cast<double>(scene.conductors.size());
   const double by_rounding = 2 * n * std::numeric_limits<double>::epsilon();
-  const double by_field = scene.domain.open ? 0 : least_in(scene, &StepLimits::force_accuracy).value_or(0);
+  const auto* coulomb = scene.effects.find<effects::CoulombOptions>();
+  const bool by_waves = coulomb && !scene.domain.open &&
+                        (coulomb->sum == effects::CoulombSum::mesh || coulomb->sum == effects::CoulombSum::ewald);
+  const double by_field = by_waves ? coulomb->accuracy : 0;
   return (by_rounding + by_field) * std::abs(energy.potential);
 }
 

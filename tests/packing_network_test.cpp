@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "solvers/error.hpp"
+#include "solvers/network/electrode.hpp"
 #include "src/commands/command_line.hpp"
 #include "src/commands/packing_network.hpp"
 #include "src/effects/conductor_frame.hpp"
@@ -325,6 +326,8 @@ TEST_CASE("network command: impossible measurements are refused with a message")
   CHECK(contains(refused({.between = "bottom"}), "two electrodes are needed"));
   CHECK(contains(refused({.between = "bottom,lid"}), "there is no wall \"lid\"; allowed are left, right, bottom, top"));
   CHECK(contains(refused({.between = "bottom,5"}), "there is no particle 5; allowed are 0 to 4"));
+  const auto in_periodic_box = [] { network::read_electrode("lid", {}, 5); };
+  CHECK(contains(message_of(in_periodic_box), "there is no wall \"lid\"; particles by number are allowed"));
   CHECK(contains(refused({.resistor = "length"}), "needs resistance_per_length in Ohm/m"));
   CHECK(contains(refused({.parameters = {.resistance = -1}}), "greater than 0"));
   CHECK(contains(refused({.parameters = {.resistance = INFINITY}}),

@@ -70,4 +70,32 @@ TEST_CASE("dielectric spheres: forces are energy derivatives, eps 1e9 as conduct
     CHECK(norm(huge.sphere_force[i] - conductor.sphere_force[i]) < 1e-5 * norm(conductor.sphere_force[1]));
 }
 
+// The side at 0 V is the plane of symmetry of two opposite charges in a box of twice the height. Its image overlaps a
+// sphere by twice as much as the side.
+TEST_CASE("dielectric sphere in a grounded side: force of its image") {
+  const auto box = [](double height) {
+    SphereProblem problem{.permittivity = 1};
+    problem.box.lengths = {6, height, 6};
+    problem.box.sides = {};
+    problem.box.sides.fill(Boundary::wall);
+    problem.box.sides[2] = problem.box.sides[3] = Boundary::electrode;
+    return problem;
+  };
+  const auto add = [](SphereProblem& problem, double y, double charge) {
+    const int group = static_cast<int>(problem.groups.size());
+    problem.spheres.push_back({{3, y, 3}, 1, group, 4});
+    problem.groups.push_back({.charge = charge});
+  };
+  SphereProblem half = box(8), whole = box(16);
+  add(half, 0.996, 1);
+  add(whole, 8.996, 1), add(whole, 7.004, -1);
+  SphereSolver solver({.accuracy = 1e-6});
+  const double force = solver.solve(half).sphere_force[0].y;
+  CHECK(force < -0.01);
+  CHECK(force == doctest::Approx(solver.solve(whole).sphere_force[0].y).epsilon(1e-5));
+  half.spheres[0].centre.y = 0.99;
+  CHECK_THROWS_WITH_AS(
+      half.check(), "sphere 0 is through the side bottom by 1 % of its radius: at most 0.5 % is allowed", InputError);
+}
+
 }  // namespace spheres_dielectric_test

@@ -58,9 +58,14 @@ void check_against_sides(const SphereProblem& problem, std::size_t i) {
     const double height = side % 2 == 0 ? sphere.centre[axis] : problem.box.lengths[axis] - sphere.centre[axis];
     if (problem.box.periodic(axis) || height > sphere.radius) continue;
     const bool insulating = problem.box.sides[side] == Boundary::wall;
-    if (!insulating || height < (1 - deepest_contact) * sphere.radius)
+    if (!insulating && sphere.is_conductor())
       refuse(fmt::format("sphere {} is on or through the side {}: its centre is {:.6g} m from it, its radius {:.6g} m",
                          i, side_names[side], height, sphere.radius));
+    // A dielectric at an electrode overlaps its image by twice as much as the side.
+    const double deepest = insulating ? deepest_contact : 0.5 * deepest_contact, overlap = 1 - height / sphere.radius;
+    if (overlap > deepest)
+      refuse(fmt::format("sphere {} is through the side {} by {:.3g} % of its radius: at most {:g} % is allowed", i,
+                         side_names[side], 100 * overlap, 100 * deepest));
   }
 }
 

@@ -55,8 +55,9 @@ struct SphereProblem {
   /// and has no ground; otherwise 0. With a background the mean potential over the box is 0.
   double neutralized_charge() const;
   /// Checks the problem; throws InputError unless all of this holds. All numbers are finite; lengths, radii and the
-  /// permittivity are positive. An axis is periodic on both sides or on none. Spheres do not touch or cross electrode
-  /// sides, and cross insulating sides by at most 1 % of their radius. Each sphere has a group. A coupling joins two
+  /// permittivity are positive. An axis is periodic on both sides or on none. Conductors do not touch or cross electrode
+  /// sides. Dielectrics cross electrode sides by at most 0.5 % of their radius, so that they overlap their images by as
+  /// much as each other. Spheres cross insulating sides by at most 1 %. Each sphere has a group. A coupling joins two
   /// different groups and has a finite capacitance of at least 0. A floating group has a sphere, or is coupled to a
   /// group with a sphere. Conductors of different groups do not touch; other spheres overlap by at most 1 % of the
   /// smaller radius. A dielectric is alone in a floating group and has a relative permittivity above 1. Without ground

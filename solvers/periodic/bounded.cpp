@@ -43,13 +43,30 @@ void require_inside(const Enclosure& enclosure, const Sources& sources) {
   }
 }
 
+/// Chooses a mesh. Adds the accuracy and the domain of the caller to the message of an InputError, because the box of
+/// the mesh includes images.
+template <class Choose>
+MeshChoice choose_with_domain(double accuracy, const Enclosure& enclosure, const Choose& choose) {
+  try {
+    return choose();
+  } catch (const InputError& error) {
+    const auto [x, y, z] = enclosure.lengths;
+    const std::string domain =
+        enclosure.unbounded ? std::string("an unbounded domain, for a box around the charges")
+                            : fmt::format("a domain of {:g} x {:g} x {:g}, with images in grounded sides", x, y, z);
+    throw InputError(fmt::format("accuracy {:g} in {}: {}", accuracy, domain, error.what()));
+  }
+}
+
 }  // namespace
 
 double rounded_up(double length) { return length > 0 ? std::exp2(std::ceil(8 * std::log2(length)) / 8) : 0; }
 
 MeshChoice choose_cloud_mesh(const Vec3& extents, MeshRequest request, const Enclosure& enclosure) {
-  request.accuracy = std::max(0.5 * request.accuracy, 1e-8);
-  return choose_quick_mesh(enclosure.request(request, extents));
+  const double accuracy = request.accuracy;
+  request.accuracy = std::max(0.5 * accuracy, 1e-8);
+  return choose_with_domain(accuracy, enclosure,
+                            [&] { return choose_quick_mesh(enclosure.request(request, extents)); });
 }
 
 bool Enclosure::is_periodic() const {
@@ -174,7 +191,9 @@ MeshChoice choose_bounded_mesh(const MeshRequest& request, const Enclosure& encl
     for (std::size_t i = 0; i < charge.size(); ++i) charge[i] = i % 2 == 0 ? 1 : -1;
   append_images(enclosure, position, charge, none);
   const MeshRequest all = enclosure.request(request);
-  return choose_measured_mesh(all, {all.box(request.contact).lengths, position, charge});
+  return choose_with_domain(request.accuracy, enclosure, [&] {
+    return choose_measured_mesh(all, {all.box(request.contact).lengths, position, charge});
+  });
 }
 
 }  // namespace lichtenberg::periodic

@@ -7,9 +7,11 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <vector>
 
 #include "solvers/geometry/host_device.hpp"
 #include "solvers/geometry/vec.hpp"
+#include "solvers/neighbours/ring_range.hpp"
 #include "solvers/parallel/array.hpp"
 #include "solvers/parallel/host_executor.hpp"
 
@@ -81,6 +83,18 @@ class CellGrid {
     run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int i) { order[first[cell[i]] + index_in_cell[i]] = i; });
   }
   const int* order() const { return order_.data(); }          ///< Particles by cells, in device memory
+  /// Returns the index of the first particle of each layer of cells along x in the sorted order, then the number of
+  /// particles.
+  std::vector<int> layer_starts() const {
+    parallel::Array<int, Executor> starts(*run_);
+    starts.resize(cells_[0] + 1);
+    const int *first = first_.data(), a_layer = cells_[1] * cells_[2];
+    int* to = starts.data();
+    run_->for_each(cells_[0] + 1, [=] LICHTENBERG_HOST_DEVICE(int x) { to[x] = first[x * a_layer]; });
+    return starts.download();
+  }
+  /// Replaces the order of the particles within the cells by that of rank 0.
+  void share_order() { run_->broadcast(order_.data(), static_cast<long>(order_.size())); }
   CellsView view() const { return {cells_, first_.data()}; }  ///< View for kernels, valid until the next sort
 
  private:
@@ -184,12 +198,14 @@ struct RowParts {
   PositionOf position_of;
   int n, parts;  ///< Number of particles; parts per row
   bool once;     ///< True if each pair is only in the row of the particle that comes first
+  RingRange rows;  ///< Particles whose rows are built; the others are empty
 
   /// Calls visit(j) for the partners j in part k / n of row k % n (k: thread, n: number of particles). Neighbouring
   /// threads thus process particles that are neighbours in the sorted order.
   template <class Visit>
   LICHTENBERG_HOST_DEVICE void operator()(int k, Visit visit) const {
     const int s = k % n, all = window.columns(), a_part = (all + parts - 1) / parts, first = k / n * a_part;
+    if (!rows.contains(s)) return;
     const int end = first + a_part < all ? first + a_part : all;
     const FixedPointPosition at = position_of(s);
     for (int c = first; c < end; ++c)
@@ -219,9 +235,12 @@ class NeighbourTable {
   /// Builds the table of n particles that are sorted by `cells`; `position_of(s)` returns the position of the s-th as
   /// `FixedPointPosition`. `lengths`: edges of the box (m). `range` (m) is at most half of an edge; rounding can add
   /// pairs slightly beyond it. Each pair is in the rows of both particles, or with `once` only in the row of the
-  /// particle that comes first in the sorted order.
+  /// particle that comes first in the sorted order. Only the rows of the particles `rows` are built; the others are
+  /// empty.
   template <class PositionOf>
-  void build(int n, const CellsView& cells, Vec3 lengths, double range, PositionOf position_of, bool once = false) {
+  void build(const RingRange& rows, const CellsView& cells, Vec3 lengths, double range, PositionOf position_of,
+             bool once = false) {
+    const int n = rows.size;
     const CellWindow window(cells, lengths, range);
     const int columns = window.columns(), threads = cut(n, columns);
     start_.resize(static_cast<std::size_t>(n) * columns_ + 1);
@@ -229,7 +248,7 @@ class NeighbourTable {
                            static_cast<float>(lengths.z / units_per_box),
                            static_cast<float>(range * range * (1 + 1e-6))};
     const int parts = columns_;
-    const RowParts<PositionOf> visit{window, within, position_of, n, parts, once};
+    const RowParts<PositionOf> visit{window, within, position_of, n, parts, once, rows};
     int* start = start_.data();
     run_->template for_each<128>(threads + 1L, [=] LICHTENBERG_HOST_DEVICE(int k) {
       int count = 0;
@@ -245,6 +264,11 @@ class NeighbourTable {
       int* to = partner + start[k % n * parts + k / n];
       visit(k, [&](int j) { *to++ = j; });
     });
+  }
+  /// Builds all rows of the table of n particles.
+  template <class PositionOf>
+  void build(int n, const CellsView& cells, Vec3 lengths, double range, PositionOf position_of, bool once = false) {
+    build(RingRange::whole(n), cells, lengths, range, position_of, once);
   }
   TableView view() const { return {start_.data(), partner_.data(), columns_}; }  ///< Valid until the next build
 

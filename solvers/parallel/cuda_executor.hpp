@@ -23,11 +23,14 @@ enum class KernelStart { in_turn, early };
 
 /// Executor for CUDA: runs loops, sums, scans, sorts and transfers of device algorithms on the current CUDA device, in
 /// one stream. Only functions for concurrent work use further streams. The functions are documented at HostExecutor.
-class CudaExecutor {
+class CudaExecutor : public Communicator {
  public:
   /// Prepares an executor on a stream, which may belong to another library; nullptr: the default stream. Throws Failure
   /// if a CUDA call fails, and the exceptions of cuda_loops_on_host().
-  explicit CudaExecutor(cudaStream_t stream = nullptr, KernelStart start = KernelStart::in_turn) : stream_(stream) {
+  /// `link`: communication with other devices; null: one device.
+  explicit CudaExecutor(cudaStream_t stream = nullptr, KernelStart start = KernelStart::in_turn,
+                        std::shared_ptr<Link> link = nullptr)
+      : Communicator(std::move(link)), stream_(stream) {
     recorder_ = make_stream(Priority::first);
     second_stream_ = make_stream(Priority::last);
     check_cuda(cudaEventCreateWithFlags(&fork_, cudaEventDisableTiming));
@@ -171,6 +174,18 @@ class CudaExecutor {
     copy(values, sorted_values, bytes);
   }
 
+  template <class T>
+  void sum_over_ranks(T* numbers, long n) const {
+    if (link()) link()->sum(numbers, static_cast<std::size_t>(n), number_type<T>, stream_);
+  }
+  template <class T>
+  void broadcast(T* values, long n) const {
+    if (link()) link()->broadcast(values, n * sizeof(T), stream_);
+  }
+  void exchange(std::span<const Transfer> transfers) const {
+    if (link()) link()->exchange(transfers, stream_);
+  }
+
   std::size_t available_memory() const { return memory().available; }
   void check_memory(std::size_t bytes) const {
     if (const auto [available, all] = memory(); bytes > available) refuse(bytes, available, all);
@@ -234,10 +249,10 @@ class CudaExecutor {
 
   /// Launches the recorded kernels of `recording`. If there are none yet, it first calls f and records the kernels that
   /// f launches as a CUDA graph; later calls do not call f. If the host evaluates loops (cuda_loops_on_host), f
-  /// launches the kernels directly in each call.
+  /// launches the kernels directly in each call, and also with several ranks.
   template <class F>
   void run(Recording& recording, F f) const {
-    if (host_decides_) return f();
+    if (host_decides_ || link()) return f();
     if (!recording.graph_) {
       check_cuda(cudaStreamBeginCapture(recorder_, cudaStreamCaptureModeRelaxed));
       cudaStream_t stream = std::exchange(stream_, recorder_);

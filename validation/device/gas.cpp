@@ -7,6 +7,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <bit>
 #include <chrono>
 #include <cmath>
 #include <random>
@@ -29,12 +30,15 @@ struct Options {
   double temperature = 0, charge = 0, step = 0, accuracy = 0, polarizability = 0;
   double tolerance = 1e-4;
   int steps = 400, warm = 50, contact_steps = 0;
+  std::vector<int> devices;
+  int copies = 1;
   bool host = false, no_exchange = false, no_cpu = false;
 };
 
 Scene prepared(const Options& options) {
   Scene scene = read_scene(options.scene);
   scene.stages.clear();
+  if (options.copies > 1) repeat(scene, options.copies);
   scene.stop.time = INFINITY;
   if (options.step > 0) scene.mechanics.step = options.step;
   if (options.contact_steps > 0) scene.mechanics.contact_steps = options.contact_steps;
@@ -55,6 +59,30 @@ Scene prepared(const Options& options) {
     if (options.charge > 0) grain.charge = k++ % 2 ? options.charge : -options.charge;
   }
   return scene;
+}
+
+/// Repeats the periodic box along each axis.
+void repeat(Scene& scene, int copies) {
+  const std::vector<Conductor> once = scene.conductors;
+  const Vec3 size = scene.domain.size;
+  scene.conductors.clear();
+  for (int k = 0; k < copies * copies * copies; ++k)
+    for (Conductor grain : once) {
+      grain.position += Vec3{size.x * (k % copies), size.y * (k / copies % copies), size.z * (k / copies / copies)};
+      scene.conductors.push_back(grain);
+    }
+  scene.domain.size = static_cast<double>(copies) * size;
+}
+
+/// Returns a hash of the bits of a state (FNV-1a).
+std::uint64_t hash(const Checkpoint& state) {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  const auto add = [&](std::uint64_t bits) { hash = (hash ^ bits) * 0x100000001b3; };
+  for (const auto& [name, values] : state.reals)
+    for (const double value : values) add(std::bit_cast<std::uint64_t>(value));
+  for (const auto& [name, values] : state.integers)
+    for (const std::int64_t value : values) add(static_cast<std::uint64_t>(value));
+  return hash;
 }
 
 double rms(const std::vector<double>& a, const std::vector<double>& b) {
@@ -113,9 +141,10 @@ void measure(granular::Gas& gas, granular::device::DeviceGas& device, const Opti
       steps / seconds, contact_steps / seconds, 1e6 * seconds / steps,
       1e6 * (now.list_seconds - then.list_seconds) / steps, (now.lists - then.lists) / steps, contact_steps / steps,
       (now.evaluations - then.evaluations) / steps, (device.time() - time) / seconds, device.time());
-  if (options.no_cpu) return;
   Checkpoint end = start, again = start;
   device.store(end);
+  fmt::print("state: hash {:016x}\n", hash(end));
+  if (options.no_cpu) return;
   device.load(start, gas.law(), false, 0, gas.surface());
   run(device, options.warm);
   run(device, options.steps);
@@ -152,11 +181,14 @@ int main(int argc, char** argv) {
   app.add_option("--warm", options.warm, "steps before");
   app.add_flag("--no-exchange", options.no_exchange, "without effects.charge_exchange");
   app.add_flag("--no-cpu", options.no_cpu, "compare nothing");
+  app.add_option("--copies", options.copies, "repeats the box along each axis");
+  app.add_option("--devices", options.devices, "numbers of the CUDA devices (default: the first)")->delimiter(',');
   app.add_flag("--host", options.host, "run the device's algorithms on the CPU");
   CLI11_PARSE(app, argc, argv);
   try {
     const Scene scene = prepared(options);
-    const auto device = options.host ? granular::device::make_host_gas(scene) : granular::device::make_cuda_gas(scene);
+    const auto device = options.host ? granular::device::make_host_gas(scene)
+                                     : granular::device::make_cuda_gas(scene, options.devices);
     granular::Gas gas(scene);
     fmt::print("{} grains, {}\n", scene.conductors.size(), options.scene);
     if (!options.no_cpu) compare(gas, *device);

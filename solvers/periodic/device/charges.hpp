@@ -53,17 +53,22 @@ class ChargeSums {
     n_ = n;
   }
   /// Prepares sums for n charges that are sorted by `cells` and move by at most `moved` (length) before the next
-  /// sorting. at(s) returns the position of charge s.
+  /// sorting. at(s) returns the position of charge s. `own`: charges of this rank. It spreads them and computes the
+  /// fields at them.
   template <class At>
-  void arrange(int n, const CellsView& cells, double moved, At at) {
+  void arrange(const RingRange& own, const CellsView& cells, double moved, At at) {
+    const int n = own.size;
+    own_ = own;
     resize_results(n);
     if (images_) images_->arrange(n, cutoff() + 2 * moved, at);
-    images_ ? mesh_.arrange(images_->size(), images_->cells(), moved) : mesh_.arrange(n, cells, moved);
+    images_ ? mesh_.arrange(RingRange::whole(images_->size()), images_->cells(), moved)
+            : mesh_.arrange(own, cells, moved);
   }
   /// Computes the fields of charges and, if `potentials` is true, potentials and energy, which are incomplete
   /// otherwise. `partners`: neighbour list; partners beyond the cut-off do not change the result.
   void evaluate(const PointCharge* charges, const TableView& partners, bool potentials) {
-    if (!images_) return sum({n_, partners, charges, nullptr, field_at_source_.data(), nullptr}, potentials);
+    if (!images_)
+      return sum({own_.count, partners, charges, nullptr, field_at_source_.data(), nullptr, own_.first}, potentials);
     images_->fill(charges);
     sum({images_->size(), images_->partners(), images_->charges(), nullptr, images_->field(), nullptr}, potentials);
     images_->take(field_at_source_.data(), totals_.data());
@@ -78,6 +83,7 @@ class ChargeSums {
                              compute_near<Kind::charges>(*run_, tables_.near, of, potentials);
                            });
     mesh_.template gather<Kind::charges>({of.charges, nullptr, of.field_at_source, nullptr}, totals_.data());
+    run_->sum_over_ranks(reinterpret_cast<double*>(totals_.data()), sizeof(Totals) / sizeof(double));
   }
   /// Computes fields, potentials, energy and forces of charges with dipoles (`moments`).
   void evaluate(const PointCharge* charges, const Moment* moments, const TableView& partners) {
@@ -127,6 +133,7 @@ class ChargeSums {
   MeshPart<Executor> mesh_;
   std::optional<ImageCharges<Executor>> images_;
   int n_ = 0;
+  RingRange own_;
   parallel::Array<FieldSample, Executor> field_at_source_, force_;
   parallel::Array<Totals, Executor> totals_;
 };
@@ -252,7 +259,7 @@ class DeviceMeshOn final : public DeviceMesh {
     const double half = 0.5 * sources.shortest_length();
     table_.build(n, cells_.view(), lengths, std::min(sums_.cutoff() + skin, half),
                  [=] LICHTENBERG_HOST_DEVICE(int s) { return to[s].at; });
-    sums_.arrange(n, cells_.view(), skin / 2, [=] LICHTENBERG_HOST_DEVICE(int s) { return to[s].at; });
+    sums_.arrange(RingRange::whole(n), cells_.view(), skin / 2, [=] LICHTENBERG_HOST_DEVICE(int s) { return to[s].at; });
   }
 
  private:

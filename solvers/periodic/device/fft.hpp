@@ -12,6 +12,8 @@
 #include "solvers/parallel/cuda_executor.hpp"
 #else
 #include <fftw3.h>
+
+#include <mutex>
 #endif
 
 namespace lichtenberg::periodic::device {
@@ -62,12 +64,15 @@ class Fft<parallel::HostExecutor> {
   Fft(const parallel::HostExecutor&, std::array<int, 3> points)
       : points_(points),
         real_(static_cast<std::size_t>(points[0]) * points[1] * points[2]),
-        modes_(static_cast<std::size_t>(points[0]) * points[1] * (points[2] / 2 + 1)),
-        forward_(fftw_plan_dft_r2c_3d(points[0], points[1], points[2], real_.data(), modes(), FFTW_ESTIMATE)),
-        backward_(fftw_plan_dft_c2r_3d(points[0], points[1], points[2], modes(), real_.data(), FFTW_ESTIMATE)) {}
+        modes_(static_cast<std::size_t>(points[0]) * points[1] * (points[2] / 2 + 1)) {
+    const std::scoped_lock one_at_a_time(planner());
+    forward_ = fftw_plan_dft_r2c_3d(points[0], points[1], points[2], real_.data(), modes(), FFTW_ESTIMATE);
+    backward_ = fftw_plan_dft_c2r_3d(points[0], points[1], points[2], modes(), real_.data(), FFTW_ESTIMATE);
+  }
   Fft(const Fft&) = delete;
   Fft& operator=(const Fft&) = delete;
   ~Fft() {
+    const std::scoped_lock one_at_a_time(planner());
     fftw_destroy_plan(forward_);
     fftw_destroy_plan(backward_);
   }
@@ -85,11 +90,16 @@ class Fft<parallel::HostExecutor> {
   }
 
  private:
+  /// FFTW makes one plan at a time; ranks on the CPU are threads.
+  static std::mutex& planner() {
+    static std::mutex mutex;
+    return mutex;
+  }
   fftw_complex* modes() { return reinterpret_cast<fftw_complex*>(modes_.data()); }
   std::array<int, 3> points_;
   std::vector<double> real_;
   std::vector<std::complex<double> > modes_;
-  fftw_plan forward_, backward_;
+  fftw_plan forward_ = nullptr, backward_ = nullptr;
 };
 #endif
 

@@ -47,8 +47,9 @@ class MeshPart {
   }
 
   /// Divides the box into tiles for n charges that are sorted by `cells` and move by at most `moved` (length) before
-  /// the next sorting.
-  void arrange(int n, const CellsView& cells, double moved) {
+  /// the next sorting. `own`: charges that this rank spreads and at which it interpolates.
+  void arrange(const RingRange& own, const CellsView& cells, double moved) {
+    const int n = own.count, from = own.first, to = own.first + own.count;
     // Larger tiles have fewer shared points around them, but there must be enough tiles to occupy the whole device,
     // with two blocks per processor.
     constexpr int enough = 120, most_points = 16000;
@@ -66,17 +67,17 @@ class MeshPart {
     first_.resize(all + 1);
     charge_.resize(n);
     constexpr int many = 1 << 14;
-    energy_grid_ = is_wide_ && n > many ? grid_of_large_energies : fine_grid;
+    energy_grid_ = is_wide_ && own.size > many ? grid_of_large_energies : fine_grid;
     int *first = first_.data(), *charge = charge_.data();
     run_->for_each(all + 1, [=] LICHTENBERG_HOST_DEVICE(int k) {
       int begin = 0, end = 0;
-      if (k < all) tiles.run(k / runs, k % runs, begin, end);
+      if (k < all) tiles.run(k / runs, k % runs, from, to, begin, end);
       first[k] = end - begin;
     });
     run_->exclusive_scan(first, all + 1);
     run_->for_each(all, [=] LICHTENBERG_HOST_DEVICE(int k) {
       int begin = 0, end = 0;
-      tiles.run(k / runs, k % runs, begin, end);
+      tiles.run(k / runs, k % runs, from, to, begin, end);
       for (int s = begin; s < end; ++s) charge[first[k] + s - begin] = s;
     });
     tiles_.first = first;
@@ -116,8 +117,10 @@ class MeshPart {
       run_->template for_each_block<512>(tiles_.count(), Spread<order, kind, Whole>::bytes(tiles_), spread);
     });
   }
-  /// Computes the potential on the mesh from the charges spread: FFT, influence function, inverse FFT.
+  /// Computes the potential on the mesh from the charges that all ranks have spread: FFT, influence function, inverse
+  /// FFT.
   void solve() {
+    is_wide_ ? run_->sum_over_ranks(wide_.data(), points_) : run_->sum_over_ranks(whole_.data(), points_);
     is_wide_ ? take(wide_.data()) : take(whole_.data());
     float *real = real_.data(), *modes = modes_.data();
     const float* factor = factor_.data();

@@ -149,13 +149,14 @@ void with_terms(int terms, Work&& work) {
 }
 
 /// Arrays of the near part in device memory: sources and their partners, and the fields and forces to overwrite;
-/// `moments` and `force` only with dipoles.
+/// `moments` and `force` only with dipoles. The fields are those at n sources, from `first` on.
 struct NearArrays {
   int n;
   TableView partners;
   const PointCharge* charges;
   const Moment* moments;
   FieldSample *field_at_source, *force;
+  int first = 0;
 };
 
 /// Accumulator of the near part for a kind of sources: with force for charges with dipoles, otherwise without.
@@ -185,12 +186,16 @@ LICHTENBERG_HOST_DEVICE inline void store(const NearArrays& to, int s, const For
 template <Kind kind, bool potential, int terms, class Executor>
 void sum_near(const Executor& run, const NearTable& table, const NearArrays& arrays) {
   run.template sum_segments<8>(
-      arrays.n, [=] LICHTENBERG_HOST_DEVICE(int s) { return arrays.partners.end(s) - arrays.partners.begin(s); },
-      [=] LICHTENBERG_HOST_DEVICE(int s, int t) {
+      arrays.n,
+      [=] LICHTENBERG_HOST_DEVICE(int k) {
+        return arrays.partners.end(arrays.first + k) - arrays.partners.begin(arrays.first + k);
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int k, int t) {
+        const int s = arrays.first + k;
         const int j = arrays.partners.partner[arrays.partners.begin(s) + t];
         return near_part<kind, potential, terms>(table, arrays, s, j);
       },
-      [=] LICHTENBERG_HOST_DEVICE(int s, NearSum<kind> sum) { store(arrays, s, sum); });
+      [=] LICHTENBERG_HOST_DEVICE(int k, NearSum<kind> sum) { store(arrays, arrays.first + k, sum); });
 }
 
 /// Computes the near part (real-space sum) of charges, dipoles alone, or both, over neighbour lists; overwrites the

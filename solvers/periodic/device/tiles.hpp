@@ -77,14 +77,16 @@ struct Tiles {
     return (x * points[1] + y) * points[2] + z;
   }
 
-  /// Computes the range begin ... end - 1 of sorted charges in run r (a column of cells along z) of a tile.
-  LICHTENBERG_HOST_DEVICE void run(int tile, int r, int& begin, int& end) const {
+  /// Computes the range begin ... end - 1 of sorted charges in run r (a column of cells along z) of a tile, of those
+  /// from `least` to `most` - 1.
+  LICHTENBERG_HOST_DEVICE void run(int tile, int r, int least, int most, int& begin, int& end) const {
     const int x = cell(tile, 0) + r / group[1], y = cell(tile, 1) + r % group[1], z = cell(tile, 2);
     begin = end = 0;
     if (x >= cells.cells[0] || y >= cells.cells[1]) return;
     const int last = z + group[2] < cells.cells[2] ? z + group[2] : cells.cells[2];
     begin = cells.first[cells.number(x, y, z)];
     end = cells.first[cells.number(x, y, 0) + last];
+    begin = begin < least ? least : begin > most ? most : begin, end = end < least ? least : end > most ? most : end;
   }
 
  private:

@@ -15,6 +15,7 @@
 #include "src/effects/charge_exchange_law.hpp"
 #include "src/granular/device/gas_parts.hpp"
 #include "src/granular/device/restitution.hpp"
+#include "src/granular/device/share.hpp"
 #include "src/granular/pair_motion.hpp"
 #include "src/model/fixed_point_vec.hpp"
 #include "src/model/rough_contact.hpp"
@@ -159,6 +160,16 @@ struct StepResults {
   /// 1 + index of a side that a charge has crossed, and 1 if the mesh no longer fits an unbounded cloud; otherwise 0.
   int crossed = 0, outgrown = 0;
 
+  /// Adds the results of another rank for its grains and pairs.
+  void join(const StepResults& o) {
+    begun += o.begun, transfers += o.transfers, refused += o.refused, unchanged += o.unchanged;
+    for (double StepResults::*most : {&StepResults::speed2, &StepResults::acceleration2, &StepResults::impact2,
+                                      &StepResults::moved2, &StepResults::too_fast2, &StepResults::charge})
+      this->*most = std::max(this->*most, o.*most);
+    for (int StepResults::*most : {&StepResults::lost, &StepResults::passed, &StepResults::escaped,
+                                   &StepResults::overfull, &StepResults::crossed, &StepResults::outgrown})
+      this->*most = std::max(this->*most, o.*most);
+  }
   /// Resets the results that accumulate in a step: the counts and `impact2`.
   LICHTENBERG_HOST_DEVICE void begin_step() {
     begun = transfers = refused = unchanged = 0;
@@ -215,6 +226,8 @@ struct ContactSteps {
   std::uint64_t seed = 0;
   bool exchanges = false;
   Vec3 units_per_length;  ///< 2^32 over the search lengths (1/d0)
+  ShareOfGrains share;    ///< grains of this rank
+  bool is_divided = false;  ///< true if there are several ranks
 
   /// Returns the sum of the radii of a pair (d0).
   LICHTENBERG_HOST_DEVICE double reach(const GrainPair& p) const {
@@ -260,7 +273,7 @@ struct ContactSteps {
   LICHTENBERG_HOST_DEVICE void activate_pair(int k, int step) const {
     const NearPair p = contacts.near[k];
     const double dt = parameters->inner, slack = parameters->max_acceleration * dt * dt;
-    const bool open = p.due == NearPair::open;
+    const bool open = is_open(p);
     if (!open && !may_come_into_contact(k, p, step)) return;
     const PairState<3> at = state(p);
     const bool touching = open && continues(k, p, norm2(at.separation), parameters->begin + step * dt);
@@ -317,7 +330,7 @@ struct ContactSteps {
     contacts.since[near.entry] = time + result.onset;
     contacts.impact_speed[near.entry] = result.impact_speed;
     contacts.alone[near.entry] = 1;
-    parallel::add_atomically(&results->begun, std::int64_t{1});
+    if (is_own(near)) parallel::add_atomically(&results->begun, std::int64_t{1});
     if (contacts.onset) list_onset(time, p.near, result.impact_speed);
     if (!exchanges) return;
     contacts.next[2 * a] = parallel::exchange_atomically(&grains.begun[p.lower], 2 * a);
@@ -345,6 +358,11 @@ struct ContactSteps {
     grains.momentum[s] = momentum;
     locate(s, position);
   }
+  /// Ends a substep for a grain of another rank, which that rank moves.
+  LICHTENBERG_HOST_DEVICE void leave(int s) const {
+    grains.busy[s] = 0;
+    grains.begun[s] = no_end;
+  }
   /// Sets the fixed-point position of grain s for neighbour searches; `position` in d0.
   LICHTENBERG_HOST_DEVICE void locate(int s, Vec3 position) const {
     grains.compact[s].at = fixed_point_position(position, units_per_length);
@@ -354,7 +372,7 @@ struct ContactSteps {
   /// the relative speed that the elastic energy of the contact can give its grains; 0 without contact.
   LICHTENBERG_HOST_DEVICE double impact2(int k) const {
     const NearPair p = contacts.near[k];
-    if (p.due != NearPair::open) return 0;
+    if (!is_open(p)) return 0;
     const double distance2 = norm2(separation(p));
     if (!continues(k, p, distance2, parameters->begin + parameters->outer)) return 0;
     return 2 * inverse_mass(p) * law.force_terms(reach(p) - root_of(distance2), scale(p)).stored;
@@ -370,6 +388,14 @@ struct ContactSteps {
   }
 
  protected:
+  /// Returns true if this rank owns the row of the pair, so that it counts the pair.
+  LICHTENBERG_HOST_DEVICE bool is_own(const NearPair& p) const {
+    return !is_divided || share.own.contains(contacts.owner[p.entry]);
+  }
+  /// Returns true if the pair is in contact. With several ranks the owner of its row decides.
+  LICHTENBERG_HOST_DEVICE bool is_open(const NearPair& p) const {
+    return is_divided ? contacts.since[p.entry] >= 0 : p.due == NearPair::open;
+  }
   /// Lists a new contact of the outer step. `time`: start of the substep (t0).
   LICHTENBERG_HOST_DEVICE void list_onset(double time, int near, double impact_speed) const {
     const int index = parallel::take_index(&results->onsets);
@@ -441,7 +467,7 @@ struct ContactSteps {
     parallel::max_atomically(&extremes->overlap, (sum - distance) / sum);
     if (distance < too_close * sum) parallel::max_atomically(&results->passed, 1 + grains.number[p.lower]);
     if (distance < sum) return true;
-    if (contacts.alone[p.entry]) note_end(p, time);
+    if (contacts.alone[p.entry] && is_own(p)) note_end(p, time);
     contacts.since[p.entry] = -1;
     contacts.near[k].due = 0;
     return false;

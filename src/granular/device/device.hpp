@@ -49,17 +49,22 @@ enum class Target { host, cuda };
 
 /// Throws InputError for a scene with features that a device does not compute. These are conductors, two dimensions,
 /// sides that are neither periodic nor walls, and unsupported integrators, effects or options of effects. `target`
-/// cuda: laws without CUDA kernels are refused, too.
-void check_scene(const Scene& scene, Target target = Target::cuda);
+/// cuda: laws without CUDA kernels are refused, too, and gases too small for several devices. `devices`: their number;
+/// several move smooth grains in a periodic box, with charges that do not change.
+void check_scene(const Scene& scene, Target target = Target::cuda, int devices = 1);
 /// Returns an estimate of the device memory (bytes) that the gas of a scene needs, for evenly distributed grains.
 /// Throws InputError for unsupported effects.
 double bytes_needed(const Scene& scene);
 
-/// Makes the gas of a scene on the first CUDA device. Throws the exceptions of check_scene(). Throws InputError if
-/// there is no usable device or the program was built without CUDA, and Failure if the device lacks memory.
-std::unique_ptr<DeviceGas> make_cuda_gas(const Scene& scene);
+/// Returns the number of CUDA devices. Throws InputError if there is no usable device or the program was built without
+/// CUDA.
+int cuda_device_count();
+/// Makes the gas of a scene on CUDA devices with the given numbers, empty: on the current one. The calling thread must
+/// also make the calls of a gas on one device. Throws the exceptions of check_scene() and cuda_device_count(), InputError
+/// for a device that does not exist, and Failure if a device lacks memory.
+std::unique_ptr<DeviceGas> make_cuda_gas(const Scene& scene, const std::vector<int>& devices = {});
 /// Makes a gas that runs the algorithms of a device sequentially on the CPU, for tests. Throws the exceptions of
-/// check_scene() with Target::host.
-std::unique_ptr<DeviceGas> make_host_gas(const Scene& scene);
+/// check_scene() with Target::host. `ranks`: number of devices that threads of the CPU represent.
+std::unique_ptr<DeviceGas> make_host_gas(const Scene& scene, int ranks = 1);
 
 }  // namespace lichtenberg::granular::device

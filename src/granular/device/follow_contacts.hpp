@@ -27,41 +27,49 @@ struct PositionWrap {
 
 /// Kernel of an outer step (from one evaluation of the smooth forces to the next). Lists the candidate pairs (in
 /// contact, or may touch), then runs all contact substeps. It returns at once if no step has been chosen (*go is 0).
+/// With several ranks a kernel runs one substep, because ranks exchange grains after each.
 template <class Law>
 struct FollowContacts {
   ContactSteps<Law> steps;
   PositionWrap wrap;
-  const int* go;  ///< 0: no step has been chosen
+  const int* go;                   ///< 0: no step has been chosen
+  int from = 0, to = 1'000'000'000;  ///< substeps from ... to - 1
 
   template <class Grid>
   LICHTENBERG_HOST_DEVICE void operator()(const Grid& grid) const {
     if (!*go) return;
-    const int count = steps.parameters->steps, grains = steps.grains.count;
+    const int count = steps.parameters->steps;
     const GrainsView& all = steps.grains;
-    grid.select(
-        steps.contacts.table.end(grains - 1), &steps.results->pairs, [&](int e) { return steps.is_near(e); },
-        [&](int index, int e) { steps.list_near(index, e); });
-    const int pairs = steps.results->pairs;
-    for (int step = 0; step < count; ++step) {
+    const RingRange& own = steps.share.own;
+    const int grains = steps.share.known.count, first = 3 * steps.share.known.first, numbers = 3 * all.count;
+    if (from == 0)
+      grid.select(
+          steps.contacts.table.end(all.count - 1), &steps.results->pairs, [&](int e) { return steps.is_near(e); },
+          [&](int index, int e) { steps.list_near(index, e); });
+    const int pairs = steps.results->pairs, end = to < count ? to : count;
+    for (int step = from; step < end; ++step) {
       grid.each_that(
           pairs, [&](int k) { return steps.is_due(k, step); }, [&](int k) { steps.activate_pair(k, step); });
       const int active = steps.results->active;
-      grid.begin(3 * grains, [&](int k) { steps.clear(all.impulse, all.shift, k); });
+      grid.begin(3 * grains, [&](int k) { steps.clear(all.impulse, all.shift, around(first + k, numbers)); });
       grid.each(active, [&](int a) { steps.add_halfway_force(a); });
       // Integration takes long, but few threads. The other threads move grains without active pairs in the meantime.
-      grid.begin_last(grains, [&](int s) {
+      grid.begin_last(own.count, [&](int k) {
+        const int s = own.first + k;
         if (!all.busy[s]) move(s, step == count - 1);
       });
       grid.each(active, [&](int a) { steps.integrate(a, step); });
-      grid.begin(3 * grains, [&](int k) { steps.clear(all.force, all.halfway, k); });
-      grid.each(grains, [&](int s) {
-        if (all.busy[s]) move(s, step == count - 1);
-        if (s == 0) steps.results->active = 0;
+      grid.begin(3 * grains, [&](int k) { steps.clear(all.force, all.halfway, around(first + k, numbers)); });
+      grid.each(grains, [&](int k) {
+        const int s = steps.share.known(k);
+        if (all.busy[s]) own.contains(s) ? move(s, step == count - 1) : steps.leave(s);
+        if (k == 0) steps.results->active = 0;
       });
     }
   }
 
  private:
+  LICHTENBERG_HOST_DEVICE static int around(int k, int n) { return k < n ? k : k - n; }
   /// Moves grain s to the end of a substep, and wraps it into the box after the last substep.
   LICHTENBERG_HOST_DEVICE void move(int s, bool last) const {
     steps.move(s);

@@ -57,14 +57,17 @@ class GasImpl final : public DeviceGas {
     if (dipoles_) load_dipoles(checkpoint, gas_.n, *dipoles_);
   }
 
+  /// Copies the current state to host memory. With several ranks each must call; rank 0 returns the state.
   Snapshot snapshot() const override {
+    gas_.join(nullptr);
     Snapshot now = memories_.take(gas_, lists_);
     now.time = gas_.time;
     now.count = gas_.count;
     now.dissipated = gas_.dissipated_energy();
     now.exchanged = gas_.field_energy.download().front().exchanged;
     now.driven = gas_.driven_energy();
-    now.overlap = gas_.extremes.download().front().overlap;
+    for (const Extremes& most : run_->from_all(gas_.extremes.download().front()))
+      now.overlap = std::max(now.overlap, most.overlap);
     now.restitution = gas_.restitution.saved();
     now.charged = gas_.options.charged, now.exchanges = gas_.options.exchanges;
     now.sums = gas_.options.tables.has_value();
@@ -93,6 +96,7 @@ class GasImpl final : public DeviceGas {
   void steps(const Law& law, double time, int most, bool whole) {
     Progress& now = progress_.host();
     now = Progress::towards(time, gas_.time, most, whole);
+    if (gas_.share.is_divided()) return steps_of_ranks(law, now);
     while (now.wanted()) {
       if (!now.go) begin_steps(law);
       progress_.send();
@@ -103,6 +107,45 @@ class GasImpl final : public DeviceGas {
       run_->wait();
       record_progress(now);
     }
+  }
+  /// Makes the outer steps of a series on several ranks. The host chooses each step from the results of all ranks.
+  template <class Law>
+  void steps_of_ranks(const Law& law, Progress& now) {
+    const bool exchanges = has_slow_forces() && gas_.options.exchanges;
+    while (now.wanted()) {
+      if (!now.go) begin_steps(law);
+      progress_.send();
+      follow_on_ranks(law);
+      run_->run_concurrently([&] { follow_charges(); }, [&] { find_impacts(law); });
+      finish(NoAction());
+      fetch_results();
+      ChooseNext<Law>{rule(law), &results_.host(), &parameters_.host(), &now, nullptr, exchanges}();
+      if (now.go) parameters_.send(), results_.send();
+      record_progress(now);
+    }
+  }
+  /// Follows the contacts of a step on several ranks, which exchange grains after each substep.
+  template <class Law>
+  void follow_on_ranks(const Law& law) {
+    const int count = parameters_.host().steps;
+    const ContactsView contacts = lists_.view();
+    const GrainsView& g = gas_.view();
+    for (int step = 0; step < count; ++step) {
+      follow(law, step, step + 1);
+      step + 1 < count ? gas_.share.send_with_entries(contacts.since, g.position, g.touches, g.momentum)
+                       : gas_.share.send_with_entries(contacts.since, g.position, g.touches);
+    }
+    locate_others();
+  }
+  /// Fetches the results of a step of all ranks. Sends the momenta and smooth forces at its end to other ranks.
+  void fetch_results() {
+    results_.fetch();
+    if (gas_.share.is_divided()) gas_.share.send_to_neighbours(gas_.view().momentum, gas_.view().slow_force);
+    run_->wait();
+    StepResults& results = results_.host();
+    const std::vector<StepResults> all = run_->from_all(results);
+    for (std::size_t r = 0; r < all.size(); ++r)
+      if (static_cast<int>(r) != run_->rank()) results.join(all[r]);
   }
   /// Begins a series of outer steps (from one evaluation of the smooth forces to the next). The host chooses the first
   /// step, and the device the others, until the neighbour lists become invalid.
@@ -198,7 +241,7 @@ class GasImpl final : public DeviceGas {
     if (has_slow_forces()) recharge_once();
     energy_known_ = true;
     begin(law);
-    run_->wait();
+    fetch_results();
   }
   template <class Law>
   void begin(const Law& law) {
@@ -212,7 +255,6 @@ class GasImpl final : public DeviceGas {
     find_impacts(law);
     if (has_bounds()) check_bounds(*run_, gas_.view(), bounds_, results_.device());
     finish(NoAction());
-    results_.fetch();
   }
 
   void recharge_once() {
@@ -304,7 +346,20 @@ class GasImpl final : public DeviceGas {
   void store_slow_forces() {
     const ForceView force = forces();
     const GrainsView g = gas_.view();
-    run_->for_each(gas_.n, [=] LICHTENBERG_HOST_DEVICE(int s) { g.slow_force[s] = force(s); });
+    const int first = gas_.share.range().own.first;
+    run_->for_each(gas_.share.range().own.count,
+                   [=] LICHTENBERG_HOST_DEVICE(int k) { g.slow_force[first + k] = force(first + k); });
+    if (gas_.share.is_divided()) gas_.share.send_to_neighbours(g.slow_force);
+  }
+  /// Sets the fixed-point positions of the grains near those of this rank to the positions that other ranks have sent.
+  void locate_others() {
+    const auto other = gas_.share.other();
+    const GrainsView g = gas_.view();
+    const Vec3 units_per_length = gas_.units_per_length();
+    run_->for_each(gas_.share.others(), [=] LICHTENBERG_HOST_DEVICE(int k) {
+      const int s = other(k);
+      g.compact[s].at = g.charged[s].at = fixed_point_position(g.position[s], units_per_length);
+    });
   }
 
   /// Records the kernels of an outer step, to be executed many times; on a device as a CUDA graph. An outer step lasts
@@ -325,14 +380,14 @@ class GasImpl final : public DeviceGas {
     if (exchanges) run_->when(&now->exchanged, [&] { recharge(true); });
   }
   /// Lists candidate pairs and runs the contact substeps of the chosen outer step (from one evaluation of the smooth
-  /// forces to the next).
+  /// forces to the next). `from`, `to`: only the substeps from ... to - 1.
   template <class Law>
-  void follow(const Law& law) {
+  void follow(const Law& law, int from = 0, int to = 1'000'000'000) {
     run_->run_cooperative(
-        FollowContacts<Law>{contact_steps(law), {gas_.box, gas_.units_per_length()}, &progress_.device()->go});
+        FollowContacts<Law>{contact_steps(law), {gas_.box, gas_.units_per_length()}, &progress_.device()->go, from, to});
   }
   template <class Law>
-  void follow(const RoughLaw<Law>& law) {
+  void follow(const RoughLaw<Law>& law, int = 0, int = 0) {
     run_->run_cooperative(
         FollowRough<Law>{contact_steps(law), {gas_.box, gas_.units_per_length()}, &progress_.device()->go});
   }
@@ -376,15 +431,14 @@ class GasImpl final : public DeviceGas {
     FieldEnergyBudget* budget = gas_.field_energy.data();
     StepResults* results = results_.device();
     const Vec3 units_per_length = gas_.units_per_length();
+    const int first = gas_.share.range().own.first;
     run_->template sum<1>(
-        gas_.n,
-        [=] LICHTENBERG_HOST_DEVICE(int s) {
+        gas_.share.range().own.count,
+        [=] LICHTENBERG_HOST_DEVICE(int k) {
+          const int s = first + k;
           const Vec3 now = force(s), at = g.position[s];
           const Vec3 p = g.momentum[s] + (0.5 * parameters->outer) * (now - g.slow_force[s]);
           g.momentum[s] = p, g.slow_force[s] = now;
-          // The ended contacts are in the statistics now. Reset, so that a graph without a step does not count them
-          // again.
-          if (s == 0) budget->energy = force.energy(), results->ended = 0;
           std::int64_t& moved = g.moved_charge[s];
           if (moved != 0) g.charge[s] += quantum * static_cast<double>(moved), moved = 0;
           const FixedPointPosition from = g.sorted_at[s], to = fixed_point_position(at, units_per_length);
@@ -401,6 +455,10 @@ class GasImpl final : public DeviceGas {
           results->speed2 = most.speed2, results->acceleration2 = most.acceleration2;
           results->moved2 = most.moved2, results->charge = most.charge;
           results->lost = most.lost;
+          budget->energy = force.energy();
+          // The ended contacts are in the statistics now. Reset, so that a graph without a step does not count them
+          // again.
+          results->ended = 0;
           action();
         });
   }
@@ -471,7 +529,9 @@ class GasImpl final : public DeviceGas {
             .inverse_units = gas_.units.inverse(),
             .seed = gas_.options.seed,
             .exchanges = gas_.options.exchanges && !gas_.exchanges_in_order() && !gas_.elastic,
-            .units_per_length = gas_.units_per_length()};
+            .units_per_length = gas_.units_per_length(),
+            .share = gas_.share.range(),
+            .is_divided = gas_.share.is_divided()};
   }
 
   template <class Law>

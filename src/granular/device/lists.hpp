@@ -79,9 +79,11 @@ class GasLists {
     // Keeps a skin of up to twice the present need, because recorded kernels contain it.
     const double skin = skin_for(std::max(travel, least_travel));
     if (!(skin <= skin_ && skin_ <= 2 * skin)) skin_ = 1.2 * skin;
+    if (sums) sums->resize_results(gas.n);
+    if (loaded_) gas.join(sums ? sums->field_at_source() : nullptr);
     sort_cells();
     if (loaded_) list_open();
-    if (sums) sums->resize_results(gas.n);
+    if (gas.share.is_divided()) divide_grains(sums);
     gas.permute(cells_.order(), sums ? sums->field_at_source() : nullptr);
     if (dipoles) dipoles->permute(cells_.order());
     build(sums);
@@ -146,14 +148,16 @@ class GasLists {
     const GasState<Executor>& gas = *state_;
     const CompactGrain* compact = gas.view().compact;
     const auto position_of = [=] LICHTENBERG_HOST_DEVICE(int s) { return compact[s].at; };
-    table_.build(gas.n, cells_.view(), gas.search_lengths, 2 * gas.largest_radius + skin_, position_of, true);
+    const ShareOfGrains& share = gas.share.range();
+    table_.build(share.rows, cells_.view(), gas.search_lengths, 2 * gas.largest_radius + skin_, position_of, true);
+    state_->share.find_entries(table_.view());
     if (reach_ > 0) in_reach_.build(gas.n, cells_.view(), gas.search_lengths, reach_ + skin_, position_of);
     if (!sums) return;
-    sums->arrange(gas.n, cells_.view(), 0.5 * skin_, position_of);
+    sums->arrange(share.own, cells_.view(), 0.5 * skin_, position_of);
     if (sums->has_images())
       near_charges_ = sums->image_partners();
     else
-      partners_.build(gas.n, cells_.view(), gas.search_lengths, sums->cutoff() + skin_, position_of),
+      partners_.build(share.own, cells_.view(), gas.search_lengths, sums->cutoff() + skin_, position_of),
           near_charges_ = partners_.view();
   }
   /// Allocates the arrays for the entries of the table of candidate pairs and for active pairs. Sets the owner of each
@@ -186,10 +190,11 @@ class GasLists {
     Vec3* spring = open_spring_.data();
     const ContactsView c = view();
     const int* number = state_->view().number;
+    const RingRange own = state_->share.range().own;
     const long entries = static_cast<long>(table_.entries());
     run_->select(
         entries, [=] LICHTENBERG_HOST_DEVICE() { return static_cast<int>(entries); }, count,
-        [=] LICHTENBERG_HOST_DEVICE(int e) { return c.since[e] >= 0; },
+        [=] LICHTENBERG_HOST_DEVICE(int e) { return c.since[e] >= 0 && own.contains(c.owner[e]); },
         [=] LICHTENBERG_HOST_DEVICE(int index, int e) {
           const int i = number[c.owner[e]], j = number[c.table.partner[e]];
           open[index] = {i < j ? i : j, i < j ? j : i, c.since[e], c.impact_speed[e], c.alone[e]};
@@ -199,6 +204,7 @@ class GasLists {
     run_->to_host(&all, count, sizeof(int));
     open_.resize(all);
     if (is_rough()) open_spring_.resize(all);
+    state_->share.join(open_, spare_open_);
   }
   /// Copies the present contacts from open_ to the entries of the new table.
   void take_open() {
@@ -240,6 +246,17 @@ class GasLists {
     return springs;
   }
 
+  /// Divides the grains among ranks, in the order of rank 0. A substep of a grain depends on those up to
+  /// contacts_in_substep contacts away. Before the next sorting, grains in contact are at most `contact` apart in the
+  /// present positions.
+  void divide_grains(const Sums& sums) {
+    cells_.share_order();
+    const double contact = 2 * state_->largest_radius + skin_, layer = state_->search_lengths.x / cells_.view().cells[0];
+    const double near = contacts_in_substep * contact,
+                 far = std::max(near + contact, sums ? sums->cutoff() + skin_ : 0);
+    state_->share.divide(cells_.layer_starts(), static_cast<int>(std::ceil(near / layer)),
+                         static_cast<int>(std::ceil(far / layer)));
+  }
   static Vec3 cell_edges(const GasState<Executor>& state) {
     if (state.options.tables) return periodic::device::cell_edges(*state.options.tables, 0.6);
     return contact_cell_edges(state.search_lengths, state.n);
@@ -259,7 +276,7 @@ class GasLists {
   parallel::Arrays<ContactsView, Executor> contacts_{*run_};  ///< except the table and the candidate pairs
   Array<NearPair> near_{*run_};
 
-  mutable Array<OpenContact> open_{*run_};
+  mutable Array<OpenContact> open_{*run_}, spare_open_{*run_};
   mutable Array<Vec3> open_spring_{*run_};  ///< of these contacts; empty for smooth grains
   mutable Array<int> open_count_{*run_};
   Array<int> sorted_index_{*run_};  ///< [N], sorted index by number

@@ -81,7 +81,7 @@ struct RestitutionCount {
 template <class Executor>
 class RestitutionOn {
  public:
-  explicit RestitutionOn(const Executor& run) : node_(run), loss_(run), decade_(run), ended_(run) {
+  explicit RestitutionOn(const Executor& run) : run_(&run), node_(run), loss_(run), decade_(run), ended_(run) {
     const theory::RestitutionCurve& curve = theory::restitution_curve();
     node_.upload(curve.points());
     loss_.upload(curve.losses());
@@ -98,10 +98,15 @@ class RestitutionOn {
     since_ = stage_begin;
     ended_.resize(std::max(grains / 2, 1));  // each grain has at most one isolated contact
   }
-  /// Returns the statistics in the form that RestitutionCheck saves.
+  /// Returns the statistics of all ranks in the form that RestitutionCheck saves.
   std::vector<double> saved() const {
     std::vector<double> all;
-    for (const RestitutionDecade& d : decade_.download())
+    std::vector<RestitutionDecade> sums(RestitutionCheck::decades);
+    for (const std::vector<RestitutionDecade>& one : run_->from_all(decade_.download()))
+      for (std::size_t k = 0; k < sums.size(); ++k)
+        sums[k] = {sums[k].collisions + one[k].collisions, sums[k].errors + one[k].errors,
+                   std::max(sums[k].worst, one[k].worst)};
+    for (const RestitutionDecade& d : sums)
       all.insert(all.end(), {static_cast<double>(d.collisions),
                              RestitutionCount::quantum * static_cast<double>(d.errors), d.worst});
     return all;
@@ -115,6 +120,7 @@ class RestitutionOn {
   }
 
  private:
+  const Executor* run_;
   parallel::Array<double, Executor> node_, loss_;
   parallel::Array<RestitutionDecade, Executor> decade_;
   parallel::Array<EndedContact, Executor> ended_;

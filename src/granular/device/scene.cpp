@@ -38,6 +38,24 @@ DeviceForces device_forces(const Scene& scene, Target target) {
   return forces;
 }
 
+/// Throws InputError for scenes that several devices do not compute, and for those that would not gain by it.
+void check_for_several(const Scene& scene, const DeviceForces& forces, Target target) {
+  const auto refuse = [&](const std::string& what) {
+    throw InputError(scene.path + ": several CUDA devices do not compute " + what +
+                     ": one device is needed, as in --device cuda:0");
+  };
+  if (!surface_key(scene).empty()) refuse("rough grains (" + surface_key(scene) + ")");
+  for (int k = 0; k < 3; ++k)
+    if (!scene.domain.box().periodic(k)) refuse("domains that are not periodic along all axes");
+  if (forces.polarizability > 0) refuse("induced dipoles (effects.induced_dipoles)");
+  if (forces.exchanges) refuse("charge exchange (effects.charge_exchange)");
+  if (!forces.parts.empty()) refuse("pair laws and forces of fields");
+  if (!forces.drives.empty()) refuse("external drives");
+  constexpr std::size_t fewest = 300'000;
+  if (target == Target::cuda && scene.conductors.size() < fewest)
+    refuse(fmt::format("{} grains faster than one does (they gain from {} grains on)", scene.conductors.size(), fewest));
+}
+
 double bytes_needed(const Scene& scene, const DeviceForces& forces) {
   // Arrays of grains, entries of lists with the widest skin (gas.hpp), and the CUDA context.
   constexpr double start = 300e6;
@@ -53,7 +71,7 @@ double bytes_needed(const Scene& scene, const DeviceForces& forces) {
 
 }  // namespace
 
-void check_scene(const Scene& scene, Target target) {
+void check_scene(const Scene& scene, Target target, int devices) {
   if (!scene.reference) refuse_on_device(scene, "scenes without [units], except for their field");
   if (scene.dimension() != 3) refuse_on_device(scene, "grains in the plane");
   const bool walls = scene.effects.has<effects::FlatWallsOptions>();
@@ -62,7 +80,8 @@ void check_scene(const Scene& scene, Target target) {
       refuse_on_device(scene, "grains in a domain that is not periodic along all axes, without effects.flat_walls");
   if (!scene.mechanics.integrator->is_on_device)
     refuse_on_device(scene, fmt::format("mechanics.integrator = \"{}\"", name_of(scene.mechanics.integrator)));
-  device_forces(scene, target);
+  const DeviceForces forces = device_forces(scene, target);
+  if (devices > 1) check_for_several(scene, forces, target);
 }
 
 double bytes_needed(const Scene& scene) { return bytes_needed(scene, device_forces(scene, Target::host)); }

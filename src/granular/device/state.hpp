@@ -11,6 +11,7 @@
 #include "src/granular/device/contact_steps.hpp"
 #include "src/granular/device/device.hpp"
 #include "src/granular/device/gas_parts.hpp"
+#include "src/granular/device/share.hpp"
 #include "src/granular/pace.hpp"
 
 namespace lichtenberg::granular::device {
@@ -31,6 +32,7 @@ struct GasState {
     smallest_radius = *std::ranges::min_element(options.radius);
     lightest = *std::ranges::min_element(options.mass);
     units.energy = energy_quantum(n);
+    share.take_all(n);
     if (options.exchanges) units.charge = effects::charge_quantum(options.exchange.impact.strength);
     field_energy.resize(1);
     extremes.resize(1);
@@ -49,8 +51,10 @@ struct GasState {
   void load(const Checkpoint& checkpoint, const GrainContactLaw& with, bool in_elastic_stage, double stage_begin,
             double force_ratio = 1) {
     law = with;
-    restitution.load(lichtenberg::reals(checkpoint, "restitution_check", 3 * RestitutionCheck::decades), stage_begin,
-                     n);
+    std::vector<double> statistics = lichtenberg::reals(checkpoint, "restitution_check", 3 * RestitutionCheck::decades);
+    if (run->rank() > 0) std::ranges::fill(statistics, 0);  // rank 0 has those before
+    restitution.load(statistics, stage_begin, n);
+    share.take_all(n);
     elastic = in_elastic_stage;
     const auto reals = [&](const char* name, std::size_t size) { return lichtenberg::reals(checkpoint, name, size); };
     const std::size_t size = n;
@@ -106,6 +110,12 @@ struct GasState {
     std::vector<int> all(n);
     run->to_host(all.data(), view().number, all.size() * sizeof(int));
     return all;
+  }
+  /// Sends the state of own grains to all ranks. `field_at_source`: electric fields at the grains, or null.
+  void join(FieldSample* field_at_source) const {
+    const GrainsView& g = view();
+    share.send_to_all(g.position, g.momentum, g.image, g.charge, g.collisions, g.dissipated, g.charged);
+    if (field_at_source) share.send_to_all(field_at_source);
   }
   double driven_energy() const { return driven_before + static_cast<double>(driven.download().front()) * units.energy; }
   double dissipated_energy() const {
@@ -173,6 +183,7 @@ struct GasState {
   FixedPointScale units;
   double time = 0;
   Counters count;
+  Share<Executor> share{*run};  ///< with several ranks: the grains of this one
 
   parallel::Arrays<GrainsView, Executor> grains{*run};
   Array<FixedPointVec> pair_force{*run};  ///< forces of pair laws in quanta; empty without such laws

@@ -1,0 +1,92 @@
+#include "solvers/parallel/ranks.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <thread>
+
+#include "solvers/error.hpp"
+
+namespace lichtenberg::parallel {
+namespace {
+
+/// Link of ranks whose device memory is that of the process.
+class HostLink final : public Link {
+ public:
+  using Link::Link;
+
+  void sum(void* numbers, std::size_t n, Number type, void*) const override {
+    if (type == Number::int32)
+      sum_of(static_cast<std::int32_t*>(numbers), n);
+    else if (type == Number::int64)
+      sum_of(static_cast<std::int64_t*>(numbers), n);
+    else
+      sum_of(static_cast<double*>(numbers), n);
+  }
+  void broadcast(void* data, std::size_t bytes, void*) const override {
+    const auto all = meeting().publish(rank(), data);
+    if (rank() > 0) std::memcpy(data, all[0], bytes);
+    meeting().wait();
+  }
+  void exchange(std::span<const Transfer> transfers, void*) const override {
+    const auto all = meeting().publish(rank(), &transfers);
+    std::vector<std::size_t> taken(ranks(), 0);
+    for (const Transfer& to : transfers) {
+      if (to.sends) continue;
+      const auto& theirs = *static_cast<const std::span<const Transfer>*>(all[to.peer]);
+      std::size_t& k = taken[to.peer];
+      while (!(theirs[k].sends && theirs[k].peer == rank())) ++k;
+      if (theirs[k].bytes != to.bytes) throw Failure("ranks exchange different numbers of bytes");
+      std::memcpy(to.data, theirs[k++].data, to.bytes);
+    }
+    meeting().wait();
+  }
+
+ private:
+  template <class T>
+  void sum_of(T* numbers, std::size_t n) const {
+    const auto all = meeting().publish(rank(), numbers);
+    std::vector<T> sums(n);
+    for (const void* each : all)
+      for (std::size_t k = 0; k < n; ++k) sums[k] += static_cast<const T*>(each)[k];
+    meeting().wait();
+    std::ranges::copy(sums, numbers);
+  }
+};
+
+}  // namespace
+
+void Meeting::wait() {
+  const int round = round_;
+  if (++arrived_ == ranks_) {
+    arrived_ = 0;
+    ++round_;
+    return;
+  }
+  for (int polls = 0; round_ == round; ++polls) {
+    if (failed_) throw Failure("another device of the run has failed");
+    if (polls > 1000) std::this_thread::yield();
+  }
+}
+
+std::span<const void* const> Meeting::publish(int rank, const void* mine) {
+  slots_[rank] = mine;
+  wait();
+  return slots_;
+}
+
+std::vector<std::unique_ptr<Link>> host_links(int ranks) {
+  const auto meeting = std::make_shared<Meeting>(ranks);
+  std::vector<std::unique_ptr<Link>> links;
+  for (int r = 0; r < ranks; ++r) links.push_back(std::make_unique<HostLink>(r, meeting));
+  return links;
+}
+
+#ifndef LICHTENBERG_WITH_NCCL
+std::vector<std::unique_ptr<Link>> cuda_links(const std::vector<int>&) {
+  throw InputError(
+      "several CUDA devices: this program was built without NCCL; configure it with -DLICHTENBERG_CUDA=ON where CMake "
+      "finds nccl.h and libnccl");
+}
+#endif
+
+}  // namespace lichtenberg::parallel

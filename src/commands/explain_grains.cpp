@@ -330,10 +330,23 @@ void explain_cost(Explanation& out, granular::Gas& gas, const Work& work) {
   out.print("\n");
 }
 
+/// Writes the memory of a gas on CUDA devices, the grains that fit, and the gain by several devices.
+void explain_device(Explanation& out, const Scene& scene, int devices) {
+  const double bytes = granular::device::bytes_needed(scene);
+  out.print("  device               cuda: some {:.0f} MiB of its memory, {:.2g} of these grains on one of 140 GiB\n",
+            bytes / (1 << 20), 140.0 * (1 << 30) / bytes * static_cast<double>(scene.conductors.size()));
+  if (devices == 1) return;
+  const double gain = granular::device::expected_gain(scene.conductors.size(), devices);
+  out.add("device_gain", gain, "1");
+  out.print("  {:<21}{:.1f} times the speed of one; each has arrays of all grains\n",
+            fmt::format("{} devices", devices), gain);
+}
+
 }  // namespace
 
 void explain_grains(Explanation& out, const Scene& scene) {
-  if (is_for_cuda(scene)) granular::device::check_scene(scene);
+  const int devices = is_for_cuda(scene) ? static_cast<int>(granular::device::chosen_devices(scene).size()) : 1;
+  if (is_for_cuda(scene)) granular::device::check_scene(scene, granular::device::Target::cuda, devices);
   granular::Gas gas(scene);
   const GrainContactLaw law = granular::contact_law(scene, std::as_const(gas).model());
   const TheoryPrediction prediction = predict_gas(scene, law);
@@ -350,9 +363,7 @@ void explain_grains(Explanation& out, const Scene& scene) {
   explain_stages(out, scene);
   explain_integrator(out, gas);
   explain_memory(out, scene);
-  if (is_for_cuda(scene))
-    out.print("  device               cuda: some {:.0f} MiB of its memory\n",
-              granular::device::bytes_needed(scene) / (1 << 20));
+  if (is_for_cuda(scene)) explain_device(out, scene, devices);
   if (initial > 0) explain_contacts(out, scene, law, initial);
   explain_polarization(out, scene, law);
   if (prediction.collisions > 0 && surface_key(scene).empty())

@@ -22,11 +22,15 @@ MotionKind grain_motion() {
   return {.takes = [](const Scene& scene) { return scene.reference.has_value(); },
           .make = [](const Scene& scene) -> std::unique_ptr<Motion> {
             return std::make_unique<GranularMotion>(
-                scene, is_for_cuda(scene) ? granular::device::make_cuda_gas(scene) : nullptr);
+                scene, is_for_cuda(scene)
+                           ? granular::device::make_cuda_gas(scene, granular::device::chosen_devices(scene))
+                           : nullptr);
           },
           .check_device =
               [](const Scene& scene) {
-                if (is_for_cuda(scene)) granular::device::check_scene(scene);
+                if (!is_for_cuda(scene)) return;
+                const auto devices = granular::device::chosen_devices(scene);
+                granular::device::check_scene(scene, granular::device::Target::cuda, static_cast<int>(devices.size()));
               },
           .warning = granular::stages_warning};
 }

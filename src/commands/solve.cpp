@@ -157,7 +157,7 @@ void check_for_grains(const SolveArguments& request) {
   if (request.capacitance) refuse_it("--capacitance");
   if (!request.field.empty()) refuse_it("--field");
   if (!request.picture.empty()) refuse_it("--out");
-  if (request.device == name_of(FieldDevice::cuda)) refuse_it("--device cuda");
+  if (request.device.starts_with(name_of(FieldDevice::cuda))) refuse_it("--device cuda");
 }
 
 bool is_result(const std::string& path) {

@@ -217,9 +217,10 @@ class HostExecutor : public Communicator {
     }
   };
   /// Calls f(Grid) in a single kernel, on a device by each of as many threads as it can execute at once. The function
-  /// can execute several loops in sequence without the launch overhead of kernels.
+  /// can execute several loops in sequence without the launch overhead of kernels. It is compiled once for all calls,
+  /// which thus round in the same way.
   template <class F>
-  void run_cooperative(F f) const {
+  [[gnu::noinline, gnu::noclone]] void run_cooperative(F f) const {
     f(Grid());
   }
 

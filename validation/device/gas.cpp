@@ -35,6 +35,19 @@ struct Options {
   bool host = false, no_exchange = false, no_cpu = false;
 };
 
+/// Repeats the periodic box along each axis.
+void repeat(Scene& scene, int copies) {
+  const std::vector<Conductor> once = scene.conductors;
+  const Vec3 size = scene.domain.size;
+  scene.conductors.clear();
+  for (int k = 0; k < copies * copies * copies; ++k)
+    for (Conductor grain : once) {
+      grain.position += Vec3{size.x * (k % copies), size.y * (k / copies % copies), size.z * (k / copies / copies)};
+      scene.conductors.push_back(grain);
+    }
+  scene.domain.size = static_cast<double>(copies) * size;
+}
+
 Scene prepared(const Options& options) {
   Scene scene = read_scene(options.scene);
   scene.stages.clear();
@@ -59,19 +72,6 @@ Scene prepared(const Options& options) {
     if (options.charge > 0) grain.charge = k++ % 2 ? options.charge : -options.charge;
   }
   return scene;
-}
-
-/// Repeats the periodic box along each axis.
-void repeat(Scene& scene, int copies) {
-  const std::vector<Conductor> once = scene.conductors;
-  const Vec3 size = scene.domain.size;
-  scene.conductors.clear();
-  for (int k = 0; k < copies * copies * copies; ++k)
-    for (Conductor grain : once) {
-      grain.position += Vec3{size.x * (k % copies), size.y * (k / copies % copies), size.z * (k / copies / copies)};
-      scene.conductors.push_back(grain);
-    }
-  scene.domain.size = static_cast<double>(copies) * size;
 }
 
 /// Returns a hash of the bits of a state (FNV-1a).

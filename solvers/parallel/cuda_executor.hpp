@@ -33,6 +33,7 @@ class CudaExecutor : public Communicator {
       : Communicator(std::move(link)), stream_(stream) {
     recorder_ = make_stream(Priority::first);
     second_stream_ = make_stream(Priority::last);
+    if (this->link()) stream_ = recorder_;  // Without recordings too, the near part must not delay the mesh.
     check_cuda(cudaEventCreateWithFlags(&fork_, cudaEventDisableTiming));
     check_cuda(cudaEventCreateWithFlags(&join_, cudaEventDisableTiming));
     check_cuda(cudaMallocHost(&pinned_, pinned_size));
@@ -354,6 +355,7 @@ class CudaExecutor : public Communicator {
     friend class CudaExecutor;
     cudaEvent_t event_ = nullptr;
   };
+  void wait_until(const TimePoint& moment) const { check_cuda(cudaEventSynchronize(moment.event_)); }
   void mark(TimePoint& moment) const { check_cuda(cudaEventRecord(moment.event_, stream_)); }
 
   template <class F>

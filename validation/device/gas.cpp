@@ -187,10 +187,14 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   try {
     const Scene scene = prepared(options);
-    const auto device = options.host ? granular::device::make_host_gas(scene)
-                                     : granular::device::make_cuda_gas(scene, options.devices);
     granular::Gas gas(scene);
     fmt::print("{} grains, {}\n", scene.conductors.size(), options.scene);
+    if (options.devices.size() > 1) {  // first on one of them
+      const auto one = granular::device::make_cuda_gas(scene, {options.devices[0]});
+      measure(gas, *one, options);
+    }
+    const auto device = options.host ? granular::device::make_host_gas(scene)
+                                     : granular::device::make_cuda_gas(scene, options.devices);
     if (!options.no_cpu) compare(gas, *device);
     measure(gas, *device, options);
   } catch (const std::exception& error) {

@@ -134,14 +134,15 @@ class GasImpl final : public DeviceGas {
       follow(law, step, step + 1);
       step + 1 < count ? gas_.share.send_with_entries(contacts.since, g.position, g.touches, g.momentum)
                        : gas_.share.send_with_entries(contacts.since, g.position, g.touches);
+      locate_others();
     }
-    locate_others();
   }
   /// Fetches the results of a step of all ranks. Sends the momenta and smooth forces at its end to other ranks.
   void fetch_results() {
     results_.fetch();
+    run_->mark(fetched_);
     if (gas_.share.is_divided()) gas_.share.send_to_neighbours(gas_.view().momentum, gas_.view().slow_force);
-    run_->wait();
+    run_->wait_until(fetched_);
     StepResults& results = results_.host();
     const std::vector<StepResults> all = run_->from_all(results);
     for (std::size_t r = 0; r < all.size(); ++r)
@@ -573,6 +574,7 @@ class GasImpl final : public DeviceGas {
   parallel::Mirrored<StepResults, Executor> results_{*run_};
   parallel::Mirrored<StepParameters, Executor> parameters_{*run_};
   parallel::Mirrored<Progress, Executor> progress_{*run_};
+  typename Executor::TimePoint fetched_;  ///< the results of a step are on the host
   typename Executor::Recording step_;
   typename GasLists<Executor>::Kernels recorded_;
   bool energy_known_ = false;  ///< the field energy for the present charges is known

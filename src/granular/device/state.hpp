@@ -114,8 +114,8 @@ struct GasState {
   /// Sends the state of own grains to all ranks. `field_at_source`: electric fields at the grains, or null.
   void join(FieldSample* field_at_source) const {
     const GrainsView& g = view();
-    share.send_to_all(g.position, g.momentum, g.image, g.charge, g.collisions, g.dissipated, g.charged);
-    if (field_at_source) share.send_to_all(field_at_source);
+    field_at_source ? share.send_to_all(g.position, g.momentum, g.image, g.dissipated, field_at_source)
+                    : share.send_to_all(g.position, g.momentum, g.image, g.dissipated);
   }
   double driven_energy() const { return driven_before + static_cast<double>(driven.download().front()) * units.energy; }
   double dissipated_energy() const {
@@ -141,7 +141,7 @@ struct GasState {
     run->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) {
       const Grain g = to[s];
       all.put(s, g, field_at_source);
-      all.sorted_at[s] = fixed_point_position(g.position, over);
+      all.sorted_at[s] = all.charged[s].at = fixed_point_position(g.position, over);
       all.compact[s] = {all.sorted_at[s], static_cast<float>(g.radius)};
       all.touches[s] = 0;
     });

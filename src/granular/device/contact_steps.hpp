@@ -15,9 +15,9 @@
 #include "src/effects/charge_exchange_law.hpp"
 #include "src/granular/device/gas_parts.hpp"
 #include "src/granular/device/restitution.hpp"
+#include "src/granular/device/rough_law.hpp"
 #include "src/granular/pair_motion.hpp"
 #include "src/model/fixed_point_vec.hpp"
-#include "src/model/rough_contact.hpp"
 
 namespace lichtenberg::granular::device {
 
@@ -98,13 +98,6 @@ struct alignas(16) NearPair : GrainPair {
 struct alignas(16) ActivePair : GrainPair {
   int near = 0;      ///< index of the candidate pair
   int touching = 0;  ///< 1: in contact at the start of the substep
-};
-
-/// State of a contact of rough grains between two substeps: forces, stiffness of the tangential spring, overlap, and
-/// the energy dissipated since the start of the outer step.
-struct RoughContactState {
-  SurfaceForces now;
-  double stiffness = 0, overlap = 0, dissipated = 0;
 };
 
 /// A contact that has begun in an outer step, for transfers of charge that depend on earlier ones

@@ -84,7 +84,8 @@ class GasImpl final : public DeviceGas {
   void step(double time, int most) override {
     const Stopwatch stopwatch(counts_.seconds);
     if (lists_.skin() == 0) begin();
-    with_law([&](const auto& law) { is_driven() ? step_driven(law, time) : steps(law, time, most, false); });
+    const bool is_driven = !gas_.elastic && !drives_.empty();
+    with_law([&](const auto& law) { is_driven ? step_driven(law, time) : steps(law, time, most, false); });
   }
 
   /// Makes up to `most` outer steps (from one evaluation of the smooth forces to the next) until `time` (t0). `whole`:
@@ -146,7 +147,6 @@ class GasImpl final : public DeviceGas {
     check_results();
   }
 
-  bool is_driven() const { return !gas_.elastic && !drives_.empty(); }
   /// Makes one outer step (from one evaluation of the smooth forces to the next) until at most `time` (t0), with half a
   /// step of Effect::drive before and after it. The host waits for the results of both half steps.
   template <class Law>
@@ -168,18 +168,9 @@ class GasImpl final : public DeviceGas {
     for (const auto& drive : drives_)
       drive->drive(grains(), time, dt, gas_.view().momentum, gas_.units.energy, gas_.driven.data());
     const GrainsView g = gas_.view();
-    const int n = gas_.n;
     StepResults* results = results_.device();
-    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) { results->speed2 = 0; });
-    run_->sum_segments((n + a_part - 1) / a_part,
-                       [=] LICHTENBERG_HOST_DEVICE(int p) { return GasState<Executor>::part(n, p); },
-                       [=] LICHTENBERG_HOST_DEVICE(int p, int t) {
-                         const int s = p * a_part + t;
-                         return MaxReduction{norm2(g.inverse_mass[s] * g.momentum[s])};
-                       },
-                       [=] LICHTENBERG_HOST_DEVICE(int, MaxReduction most) {
-                         parallel::max_atomically(&results->speed2, most.value);
-                       });
+    find_maximum(*run_, gas_.n, &results->speed2,
+                 [=] LICHTENBERG_HOST_DEVICE(int s) { return norm2(g.inverse_mass[s] * g.momentum[s]); });
     results_.fetch();
     run_->wait();
   }
@@ -206,8 +197,7 @@ class GasImpl final : public DeviceGas {
     parameters_.send();
     results_.host() = {};
     results_.send();
-    progress_.host().go = 1;
-    progress_.send();
+    progress_.host().go = 1, progress_.send();
     follow(law);  // contacts of grains that overlap
     find_impacts(law);
     if (has_bounds()) check_bounds(*run_, gas_.view(), bounds_, results_.device());
@@ -272,13 +262,8 @@ class GasImpl final : public DeviceGas {
     FieldEnergyBudget* budget = gas_.field_energy.data();
     const GrainsView g = gas_.view();
     const int n = gas_.n;
-    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) { budget->largest_charge = 0; });
-    run_->sum_segments(
-        (n + a_part - 1) / a_part, [=] LICHTENBERG_HOST_DEVICE(int p) { return GasState<Executor>::part(n, p); },
-        [=] LICHTENBERG_HOST_DEVICE(int p, int t) { return MaxReduction{std::abs(g.charge[p * a_part + t])}; },
-        [=] LICHTENBERG_HOST_DEVICE(int, MaxReduction most) {
-          parallel::max_atomically(&budget->largest_charge, most.value);
-        });
+    find_maximum(*run_, n, &budget->largest_charge,
+                 [=] LICHTENBERG_HOST_DEVICE(int s) { return std::abs(g.charge[s]); });
     const Vec3 units_per_length = gas_.units_per_length();
     run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) {
       const double scale = periodic::device::charge_scale(budget->largest_charge);
@@ -309,8 +294,7 @@ class GasImpl final : public DeviceGas {
 
   /// Records the kernels of an outer step, to be executed many times; on a device as a CUDA graph. An outer step lasts
   /// from one evaluation of the smooth forces to the next. The device chooses the next step (ChooseNext), and the host
-  /// starts several graphs ahead. Graphs without a chosen step compute the forces again and leave the state of the gas
-  /// unchanged.
+  /// starts several graphs ahead. Graphs without a chosen step compute the forces again and leave the gas unchanged.
   template <class Law>
   void record(const Law& law) {
     Progress* now = progress_.device();
@@ -328,13 +312,11 @@ class GasImpl final : public DeviceGas {
   /// forces to the next).
   template <class Law>
   void follow(const Law& law) {
-    run_->run_cooperative(
-        FollowContacts<Law>{contact_steps(law), {gas_.box, gas_.units_per_length()}, &progress_.device()->go});
-  }
-  template <class Law>
-  void follow(const RoughLaw<Law>& law) {
-    run_->run_cooperative(
-        FollowRough<Law>{contact_steps(law), {gas_.box, gas_.units_per_length()}, &progress_.device()->go});
+    const PositionWrap wrap{gas_.box, gas_.units_per_length()};
+    if constexpr (is_rough<Law>)
+      run_->run_cooperative(FollowRough<typename Law::Normal>{contact_steps(law), wrap, &progress_.device()->go});
+    else
+      run_->run_cooperative(FollowContacts<Law>{contact_steps(law), wrap, &progress_.device()->go});
   }
   /// Computes smooth forces at the positions after the contact substeps.
   void follow_charges() {
@@ -382,8 +364,7 @@ class GasImpl final : public DeviceGas {
           const Vec3 now = force(s), at = g.position[s];
           const Vec3 p = g.momentum[s] + (0.5 * parameters->outer) * (now - g.slow_force[s]);
           g.momentum[s] = p, g.slow_force[s] = now;
-          // The ended contacts are in the statistics now. Reset, so that a graph without a step does not count them
-          // again.
+          // The ended contacts are in the statistics now; a graph without a step must not count them again.
           if (s == 0) budget->energy = force.energy(), results->ended = 0;
           std::int64_t& moved = g.moved_charge[s];
           if (moved != 0) g.charge[s] += quantum * static_cast<double>(moved), moved = 0;
@@ -406,8 +387,6 @@ class GasImpl final : public DeviceGas {
   }
 
  private:
-  static constexpr int a_part = GasState<Executor>::a_part;
-
   static const GasOptions& checked(const Executor& run, const GasOptions& options) {
     check_memory(options, static_cast<double>(run.available_memory()));
     return options;
@@ -447,12 +426,11 @@ class GasImpl final : public DeviceGas {
     rough_ ? std::visit(use, rough_->law()) : std::visit(use, gas_.law);
   }
   template <class Law>
-  RoughContactSteps<Law> contact_steps(const RoughLaw<Law>& law) const {
-    return {smooth_steps(law), rough_->view()};
-  }
-  template <class Law>
-  ContactSteps<Law> contact_steps(const Law& law) const {
-    return smooth_steps(law);
+  auto contact_steps(const Law& law) const {
+    if constexpr (is_rough<Law>)
+      return RoughContactSteps<typename Law::Normal>{smooth_steps(law), rough_->view()};
+    else
+      return smooth_steps(law);
   }
   template <class Law>
   ContactSteps<Law> smooth_steps(const Law& law) const {

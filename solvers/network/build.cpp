@@ -27,10 +27,6 @@ Point electrode_position(const ParticlePacking& packing, const PackingElectrode&
   return electrode.wall ? packing.walls[electrode.index].point : packing.position[electrode.index];
 }
 
-int dimension(const ParticlePacking& packing) {
-  return std::ranges::any_of(packing.position, [](const Point& p) { return p[2] != 0; }) ? 3 : 2;
-}
-
 /// Throws InputError if the model needs forces of contacts that are not known.
 void check_forces(const ParticlePacking& packing, const ResistorModel& model) {
   if (model.uses_force && !packing.force)
@@ -159,7 +155,7 @@ PackingNetwork particle_network(const ParticlePacking& packing, const Contacts& 
     add(c.i, c.j, c.j,
         {.length = {d * ri / (ri + rj), d * rj / (ri + rj)},
          .resistivity = {packing.resistivity_of(c.i), packing.resistivity_of(c.j)},
-         .contact = contact_state(packing, c)});
+         .contact = contact_state(packing, c, d)});
   }
   for (const ParticleWallContact& c : contacts.walls)
     if (const int e = electrode_of.wall[c.wall]; e >= 0)

@@ -27,6 +27,9 @@ using doctest::Approx;
 
 namespace {
 
+/// particle_network as an object, with its default arguments.
+constexpr auto by_particles = [](const auto&... given) { return particle_network(given...); };
+
 double resistance(const Network& network, int low, int high) { return conduct(network, low, high).resistance; }
 
 /// Rounding of sums of a few hundred terms.
@@ -178,11 +181,11 @@ TEST_CASE("column of disks: constant, length and constriction resistors add") {
     const PackingNetwork net = build(packing, contacts, resistor_model(model), p, walls);
     return conduct(net.network, net.electrode[0], net.electrode[1]).resistance;
   };
-  CHECK(measured(particle_network, "constant") == exactly(4 * 3));
+  CHECK(measured(by_particles, "constant") == exactly(4 * 3));
   CHECK(measured(contact_network, "constant") == exactly(3 * 3));
-  CHECK(measured(particle_network, "length") == exactly(2 * 5.4));  // The whole height in both cases.
+  CHECK(measured(by_particles, "length") == exactly(2 * 5.4));  // The whole height in both cases.
   CHECK(measured(contact_network, "length") == exactly(2 * 5.4));
-  CHECK(measured(particle_network, "constriction") == exactly(6 * 5 / 0.04));
+  CHECK(measured(by_particles, "constriction") == exactly(6 * 5 / 0.04));
 }
 
 TEST_CASE("constriction model, ring: contact- and particle-centred networks agree") {
@@ -201,7 +204,7 @@ TEST_CASE("constriction model, ring: contact- and particle-centred networks agre
     const PackingNetwork net = build(packing, contacts, resistor_model("constriction"), p, walls);
     return conduct(net.network, net.electrode[0], net.electrode[1]).resistance;
   };
-  CHECK(measured(contact_network) == exactly(measured(particle_network)));
+  CHECK(measured(contact_network) == exactly(measured(by_particles)));
 }
 
 TEST_CASE("sphere resistor model, small contacts: equals a Legendre series") {

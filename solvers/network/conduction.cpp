@@ -129,7 +129,7 @@ Conduction conduct(const Network& network, int low, int high, const ConductionOp
   std::vector<double> potential(network.nodes, NAN);
   potential[low] = 0;
   potential[high] = options.voltage;
-  Subnetwork part = reordered(network, {low, high});
+  Subnetwork part = reordered(network, {low, high}, *options.team);
   keep_links(part, backbone(part.network, 0, 1), 2);
   result.connected = !part.network.links.empty();
   if (result.connected) {
@@ -151,10 +151,10 @@ Conduction conduct(const Network& network, int low, int high, const ConductionOp
 namespace {
 
 /// Returns the part of a network that is connected to one of the kept nodes, which come first.
-Subnetwork reachable_from(const Network& network, const std::vector<int>& kept) {
+Subnetwork reachable_from(const Network& network, const std::vector<int>& kept, parallel::Team& team) {
   check(network);
   check_nodes(network, kept);
-  Subnetwork part = reordered(network, kept);
+  Subnetwork part = reordered(network, kept, team);
   const Components pieces = components(part.network);
   std::vector<char> has_kept(pieces.number, 0), chosen;
   for (std::size_t k = 0; k < kept.size(); ++k) has_kept[pieces.of[k]] = 1;
@@ -166,7 +166,7 @@ Subnetwork reachable_from(const Network& network, const std::vector<int>& kept) 
 }  // namespace
 
 std::vector<double> resistances_from(const Network& network, int node) {
-  const Subnetwork part = reachable_from(network, {node});
+  const Subnetwork part = reachable_from(network, {node}, parallel::Team::single());
   const Eigen::VectorXd found = Elimination(part.network, {0}).resistances();
   std::vector<double> resistance(network.nodes, std::numeric_limits<double>::infinity());
   for (int n = 0; n < part.network.nodes; ++n) resistance[part.node[n]] = found(n);
@@ -178,7 +178,7 @@ double conductance_between(const Network& network, int low, int high, parallel::
 }
 
 Eigen::MatrixXd condense(const Network& network, const std::vector<int>& kept, parallel::Team& team) {
-  const Subnetwork part = reachable_from(network, kept);
+  const Subnetwork part = reachable_from(network, kept, team);
   std::vector<int> first(kept.size());
   std::iota(first.begin(), first.end(), 0);
   return Elimination(part.network, first, {.mesh_only = true, .team = &team}).mesh();

@@ -29,16 +29,20 @@ std::vector<int> order_of(const Network& network, const std::vector<int>& first)
 
 }  // namespace
 
-Subnetwork reordered(const Network& network, const std::vector<int>& first) {
+Subnetwork reordered(const Network& network, const std::vector<int>& first, parallel::Team& team) {
   Subnetwork result{.network = {.nodes = network.nodes}, .node = order_of(network, first)};
   std::vector<int> number(network.nodes);
-  for (int n = 0; n < network.nodes; ++n) number[result.node[n]] = n;
-  if (!network.position.empty()) {
-    result.network.position.reserve(network.nodes);
-    for (const int n : result.node) result.network.position.push_back(network.position[n]);
-  }
-  const auto smaller = [&](const Link& link) { return std::min(number[link.a], number[link.b]); };
+  const bool placed = !network.position.empty();
+  result.network.position.resize(placed ? network.nodes : 0);
+  constexpr int nodes_a_task = 1 << 16;
+  team.for_each((network.nodes + nodes_a_task - 1) / nodes_a_task, [&](int task) {
+    for (int n = task * nodes_a_task; n < std::min(network.nodes, (task + 1) * nodes_a_task); ++n) {
+      number[result.node[n]] = n;
+      if (placed) result.network.position[n] = network.position[result.node[n]];
+    }
+  });
   std::vector<int> start(network.nodes + 1, 0);
+  const auto smaller = [&](const Link& link) { return std::min(number[link.a], number[link.b]); };
   for (const Link& link : network.links) ++start[smaller(link) + 1];
   std::partial_sum(start.begin(), start.end(), start.begin());
   result.network.links.resize(network.links.size());

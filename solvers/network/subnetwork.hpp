@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "solvers/network/network.hpp"
+#include "solvers/parallel/team.hpp"
 
 namespace lichtenberg::network {
 
@@ -16,7 +17,7 @@ struct Subnetwork {
 
 /// Returns a network in another order. The nodes `first` have the numbers 0, 1 ... The others follow by cells of their
 /// positions, or without positions in the order of the links. Links are sorted by their smaller node.
-Subnetwork reordered(const Network& network, const std::vector<int>& first);
+Subnetwork reordered(const Network& network, const std::vector<int>& first, parallel::Team& team);
 
 /// Removes the links k for which chosen[k] is zero, and the nodes without a link, except for the first `kept` nodes.
 /// The order does not change.

@@ -123,8 +123,10 @@ const network::ResistorModel& checked_resistor(const NetworkOptions& options) {
 
 network::PackingNetwork build(const PackingFrame& frame, NetworkModel model, const NetworkOptions& options,
                               const std::vector<network::PackingElectrode>& electrodes) {
-  const auto builder = model == NetworkModel::particle ? network::particle_network : network::contact_network;
-  return builder(frame.packing, frame.contacts, checked_resistor(options), options.parameters, electrodes);
+  const network::ResistorModel& resistor = checked_resistor(options);
+  return model == NetworkModel::particle
+             ? particle_network(frame.packing, frame.contacts, resistor, options.parameters, electrodes)
+             : contact_network(frame.packing, frame.contacts, resistor, options.parameters, electrodes);
 }
 
 /// Solves the contact-centred network, with one network per particle as second electrode.

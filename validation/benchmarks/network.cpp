@@ -167,8 +167,11 @@ Cost measure(const ParticlePacking& packing, const Request& request) {
   {
     const Contacts contacts = find_contacts(packing, team);
     cost.contacts = clock.lap();
-    net = (request.kind == "particle" ? particle_network : contact_network)(
-        packing, contacts, resistor_model("length"), {.resistance_per_length = 1}, {{true, 0}, {true, 1}});
+    const ResistorModel& model = resistor_model("length");
+    const Parameters parameters{.resistance_per_length = 1};
+    const std::vector<PackingElectrode> electrodes = {{true, 0}, {true, 1}};
+    net = request.kind == "particle" ? particle_network(packing, contacts, model, parameters, electrodes, team)
+                                     : contact_network(packing, contacts, model, parameters, electrodes);
     cost.network = clock.lap();
   }
   cost.nodes = net.network.nodes;

@@ -52,4 +52,13 @@ TEST_CASE("ranks: a neutral gas has the same bits on one, two and three") {
   check_same_on_ranks(scene, 60);
 }
 
+TEST_CASE("ranks: a charged gas has the same bits on one, two and three") {
+  Scene scene = gas(800, 16, 2);
+  for (std::size_t i = 0; i < scene.conductors.size(); ++i) scene.conductors[i].charge = i % 2 ? 1 : -1;
+  scene.effects.add(effects::CoulombOptions{.strength = 1, .accuracy = 1e-4});
+  scene.mechanics.step = 0.01;
+  scene.mechanics.contact_steps = 10;
+  check_same_on_ranks(scene, 60);
+}
+
 }  // namespace granular_device_ranks_test

@@ -2,6 +2,7 @@
 
 #include <cuda_runtime.h>
 
+#include <cstddef>
 #include <cstdlib>
 #include <string>
 
@@ -24,6 +25,31 @@ inline void require_cuda_device() {
   cudaGetLastError();
   throw InputError(std::string("device = \"cuda\": this machine has no CUDA device that can be used (") +
                    cudaGetErrorString(code == cudaSuccess ? cudaErrorNoDevice : code) + ")");
+}
+
+/// Returns an attribute of the current CUDA device. Throws Failure if a CUDA call fails.
+inline int device_attribute(cudaDeviceAttr attribute) {
+  int device = 0, value = 0;
+  check_cuda(cudaGetDevice(&device));
+  check_cuda(cudaDeviceGetAttribute(&value, attribute, device));
+  return value;
+}
+
+/// Free and total memory of a CUDA device (bytes).
+struct DeviceMemory {
+  std::size_t available = 0, all = 0;
+};
+/// Returns the memory of the current CUDA device. Throws Failure if the CUDA call fails.
+inline DeviceMemory device_memory() {
+  DeviceMemory now;
+  check_cuda(cudaMemGetInfo(&now.available, &now.all));
+  return now;
+}
+/// Throws Failure for a request of `bytes` beyond the available memory of the device.
+[[noreturn]] inline void refuse_memory(std::size_t bytes, const DeviceMemory& now) {
+  const auto megabytes = [](std::size_t b) { return std::to_string(b >> 20) + " MiB"; };
+  throw Failure("the CUDA device has not enough memory for " + megabytes(bytes) + " more: " + megabytes(now.available) +
+                " of its " + megabytes(now.all) + " are free");
 }
 
 /// Returns whether the host evaluates the conditions and loops of recorded kernels: true if the environment variable

@@ -37,7 +37,7 @@ class CudaExecutor : public Communicator {
     check_cuda(cudaEventCreateWithFlags(&fork_, cudaEventDisableTiming));
     check_cuda(cudaEventCreateWithFlags(&join_, cudaEventDisableTiming));
     check_cuda(cudaMallocHost(&pinned_, pinned_size));
-    starts_early_ = start == KernelStart::early && attribute(cudaDevAttrComputeCapabilityMajor) >= 9;
+    starts_early_ = start == KernelStart::early && device_attribute(cudaDevAttrComputeCapabilityMajor) >= 9;
     sums_ = allocate(2 * sizeof(int) + sums_size);
     fill(sums_, 0, 2 * sizeof(int) + sums_size);
     more_ = reinterpret_cast<int*>(static_cast<char*>(sums_) + sums_size) + 1;
@@ -86,7 +86,7 @@ class CudaExecutor : public Communicator {
     launch(block_kernel<threads, at_once, F>, static_cast<unsigned>(blocks), threads, bytes, f);
   }
   std::size_t most_block_memory() const {
-    return static_cast<std::size_t>(attribute(cudaDevAttrMaxSharedMemoryPerBlockOptin));
+    return static_cast<std::size_t>(device_attribute(cudaDevAttrMaxSharedMemoryPerBlockOptin));
   }
 
   using Grid = CudaGrid;
@@ -96,10 +96,10 @@ class CudaExecutor : public Communicator {
     int blocks = 0;
     check_cuda(cudaOccupancyMaxActiveBlocksPerMultiprocessor(&blocks, grid_kernel<threads, F>, threads, 0));
     void* arguments[] = {&f};
-    check_cuda(
-        cudaLaunchCooperativeKernel(reinterpret_cast<const void*>(&grid_kernel<threads, F>),
-                                    dim3(static_cast<unsigned>(attribute(cudaDevAttrMultiProcessorCount) * blocks)),
-                                    dim3(threads), arguments, 0, stream_));
+    check_cuda(cudaLaunchCooperativeKernel(
+        reinterpret_cast<const void*>(&grid_kernel<threads, F>),
+        dim3(static_cast<unsigned>(device_attribute(cudaDevAttrMultiProcessorCount) * blocks)), dim3(threads),
+        arguments, 0, stream_));
   }
 
   template <class Count, class Keep, class Put>
@@ -120,11 +120,12 @@ class CudaExecutor : public Communicator {
   }
   template <class Sum, class Value, class More, class Finish>
   void sum_pieces(const SegmentPieces& pieces, Sum* partial, Value value, More more, Finish finish) const {
-    constexpr int lanes = 8, threads = 128;
-    const long all = static_cast<long>(lanes) * (pieces.capacity + pieces.segments);
-    if (all == 0) return;
-    launch(pieces_kernel<lanes, Sum, Value, More, Finish>, static_cast<unsigned>((all + threads - 1) / threads),
-           threads, 0, pieces, partial, value, more, finish);
+    constexpr long most_threads = 1 << 18;  // that a device holds at once; more lanes then wait less for memory
+    const long items = static_cast<long>(pieces.capacity) + pieces.segments;
+    if (32 * items <= most_threads)
+      launch_pieces<32>(items, pieces, partial, value, more, finish);
+    else
+      launch_pieces<8>(items, pieces, partial, value, more, finish);
   }
   cudaStream_t stream() const { return stream_; }
 
@@ -187,17 +188,16 @@ class CudaExecutor : public Communicator {
     if (link()) link()->exchange(transfers, stream_);
   }
 
-  std::size_t available_memory() const { return memory().available; }
+  std::size_t available_memory() const { return device_memory().available; }
   void check_memory(std::size_t bytes) const {
-    if (const auto [available, all] = memory(); bytes > available) refuse(bytes, available, all);
+    if (const DeviceMemory now = device_memory(); bytes > now.available) refuse_memory(bytes, now);
   }
   void* allocate(std::size_t bytes) const {
     void* memory = nullptr;
     const cudaError_t code = cudaMalloc(&memory, bytes > 0 ? bytes : 1);
     if (code == cudaErrorMemoryAllocation) {
       cudaGetLastError();
-      const auto [available, all] = this->memory();
-      refuse(bytes, available, all);
+      refuse_memory(bytes, device_memory());
     }
     check_cuda(code);
     return memory;
@@ -370,13 +370,6 @@ class CudaExecutor : public Communicator {
   }
 
  private:
-  /// Returns an attribute of the current device.
-  static int attribute(cudaDeviceAttr attribute) {
-    int device = 0, value = 0;
-    check_cuda(cudaGetDevice(&device));
-    check_cuda(cudaDeviceGetAttribute(&value, attribute, device));
-    return value;
-  }
   /// Priority of a stream when blocks of concurrent kernels compete for multiprocessors: highest or lowest.
   enum class Priority { first, last };
   static cudaStream_t make_stream(Priority priority) {
@@ -456,6 +449,17 @@ class CudaExecutor : public Communicator {
     check_cuda(cudaLaunchKernelEx(&how, kernel, arguments...));
   }
 
+  /// Launches the kernel of sum_pieces() with `lanes` threads for each of `items` pieces and segments.
+  template <int lanes, class Sum, class Value, class More, class Finish>
+  void launch_pieces(long items, const SegmentPieces& pieces, Sum* partial, Value value, More more,
+                     Finish finish) const {
+    if (items == 0) return;
+    constexpr int threads = 128;
+    launch(pieces_kernel<lanes, Sum, Value, More, Finish>,
+           static_cast<unsigned>((lanes * items + threads - 1) / threads), threads, 0, pieces, partial, value, more,
+           finish);
+  }
+
   /// Copies bytes by a kernel, from and to memory that the device can access. The number of bytes must be a multiple of
   /// 4.
   void copy_words(void* to, const void* from, std::size_t bytes) const {
@@ -485,22 +489,6 @@ class CudaExecutor : public Communicator {
     Branch& branch = branches_[branch_];
     grow(branch.scratch, branch.scratch_size, bytes);
     check_cuda(f(branch.scratch, bytes));
-  }
-
-  /// Free and total memory of the device (bytes).
-  struct DeviceMemory {
-    std::size_t available = 0, all = 0;
-  };
-  static DeviceMemory memory() {
-    DeviceMemory now;
-    check_cuda(cudaMemGetInfo(&now.available, &now.all));
-    return now;
-  }
-  /// Throws Failure for a request of `bytes` beyond the available memory.
-  [[noreturn]] static void refuse(std::size_t bytes, std::size_t available, std::size_t all) {
-    const auto megabytes = [](std::size_t b) { return std::to_string(b >> 20) + " MiB"; };
-    throw Failure("the CUDA device has not enough memory for " + megabytes(bytes) + " more: " + megabytes(available) +
-                  " of its " + megabytes(all) + " are free");
   }
 
   static constexpr std::size_t pinned_size = 1 << 16;

@@ -76,12 +76,15 @@ class ChargeSums {
   /// Computes the fields of charges, as evaluate(), without images.
   void sum(const NearArrays& of, bool potentials) {
     // Spreading occupies the whole device; transforms do not, so the near part runs concurrently with them.
-    mesh_.template spread<Kind::charges>(of.charges);
-    run_->run_concurrently([&] { mesh_.solve(); },
-                           [&] {
-                             totals_.zero();
-                             compute_near<Kind::charges>(*run_, tables_.near, of, potentials);
-                           });
+    run_->run_concurrently(
+        [&] {
+          mesh_.template spread<Kind::charges>(of.charges);
+          mesh_.solve();
+        },
+        [&] {
+          totals_.zero();
+          compute_near<Kind::charges>(*run_, tables_.near, of, potentials);
+        });
     mesh_.template gather<Kind::charges>({of.charges, nullptr, of.field_at_source, nullptr}, totals_.data());
     run_->sum_over_ranks(reinterpret_cast<double*>(totals_.data()), sizeof(Totals) / sizeof(double));
   }

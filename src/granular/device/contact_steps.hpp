@@ -15,10 +15,10 @@
 #include "src/effects/charge_exchange_law.hpp"
 #include "src/granular/device/gas_parts.hpp"
 #include "src/granular/device/restitution.hpp"
+#include "src/granular/device/rough_law.hpp"
 #include "src/granular/device/share.hpp"
 #include "src/granular/pair_motion.hpp"
 #include "src/model/fixed_point_vec.hpp"
-#include "src/model/rough_contact.hpp"
 
 namespace lichtenberg::granular::device {
 
@@ -99,13 +99,6 @@ struct alignas(16) NearPair : GrainPair {
 struct alignas(16) ActivePair : GrainPair {
   int near = 0;      ///< index of the candidate pair
   int touching = 0;  ///< 1: in contact at the start of the substep
-};
-
-/// State of a contact of rough grains between two substeps: forces, stiffness of the tangential spring, overlap, and
-/// the energy dissipated since the start of the outer step.
-struct RoughContactState {
-  SurfaceForces now;
-  double stiffness = 0, overlap = 0, dissipated = 0;
 };
 
 /// A contact that has begun in an outer step, for transfers of charge that depend on earlier ones
@@ -226,7 +219,7 @@ struct ContactSteps {
   std::uint64_t seed = 0;
   bool exchanges = false;
   Vec3 units_per_length;  ///< 2^32 over the search lengths (1/d0)
-  ShareOfGrains share;    ///< grains of this rank
+  ShareOfGrains range;    ///< grains of this rank
   bool is_divided = false;  ///< true if there are several ranks
 
   /// Returns the sum of the radii of a pair (d0).
@@ -390,7 +383,7 @@ struct ContactSteps {
  protected:
   /// Returns true if this rank owns the row of the pair, so that it counts the pair.
   LICHTENBERG_HOST_DEVICE bool is_own(const NearPair& p) const {
-    return !is_divided || share.own.contains(contacts.owner[p.entry]);
+    return !is_divided || range.own.contains(contacts.owner[p.entry]);
   }
   /// Returns true if the pair is in contact. With several ranks the owner of its row decides.
   LICHTENBERG_HOST_DEVICE bool is_open(const NearPair& p) const {

@@ -40,8 +40,8 @@ struct FollowContacts {
     if (!*go) return;
     const int count = steps.parameters->steps;
     const GrainsView& all = steps.grains;
-    const RingRange& own = steps.share.own;
-    const int grains = steps.share.known.count, first = 3 * steps.share.known.first, numbers = 3 * all.count;
+    const RingRange& own = steps.range.own;
+    const int grains = steps.range.known.count, first = 3 * steps.range.known.first, numbers = 3 * all.count;
     if (from == 0)
       grid.select(
           steps.contacts.table.end(all.count - 1), &steps.results->pairs, [&](int e) { return steps.is_near(e); },
@@ -61,7 +61,7 @@ struct FollowContacts {
       grid.each(active, [&](int a) { steps.integrate(a, step); });
       grid.begin(3 * grains, [&](int k) { steps.clear(all.force, all.halfway, around(first + k, numbers)); });
       grid.each(grains, [&](int k) {
-        const int s = steps.share.known(k);
+        const int s = steps.range.known(k);
         if (all.busy[s]) own.contains(s) ? move(s, step == count - 1) : steps.leave(s);
         if (k == 0) steps.results->active = 0;
       });

@@ -87,7 +87,8 @@ class GasImpl final : public DeviceGas {
   void step(double time, int most) override {
     const Stopwatch stopwatch(counts_.seconds);
     if (lists_.skin() == 0) begin();
-    with_law([&](const auto& law) { is_driven() ? step_driven(law, time) : steps(law, time, most, false); });
+    const bool is_driven = !gas_.elastic && !drives_.empty();
+    with_law([&](const auto& law) { is_driven ? step_driven(law, time) : steps(law, time, most, false); });
   }
 
   /// Makes up to `most` outer steps (from one evaluation of the smooth forces to the next) until `time` (t0). `whole`:
@@ -190,7 +191,6 @@ class GasImpl final : public DeviceGas {
     check_results();
   }
 
-  bool is_driven() const { return !gas_.elastic && !drives_.empty(); }
   /// Makes one outer step (from one evaluation of the smooth forces to the next) until at most `time` (t0), with half a
   /// step of Effect::drive before and after it. The host waits for the results of both half steps.
   template <class Law>
@@ -212,18 +212,9 @@ class GasImpl final : public DeviceGas {
     for (const auto& drive : drives_)
       drive->drive(grains(), time, dt, gas_.view().momentum, gas_.units.energy, gas_.driven.data());
     const GrainsView g = gas_.view();
-    const int n = gas_.n;
     StepResults* results = results_.device();
-    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) { results->speed2 = 0; });
-    run_->sum_segments((n + a_part - 1) / a_part,
-                       [=] LICHTENBERG_HOST_DEVICE(int p) { return GasState<Executor>::part(n, p); },
-                       [=] LICHTENBERG_HOST_DEVICE(int p, int t) {
-                         const int s = p * a_part + t;
-                         return MaxReduction{norm2(g.inverse_mass[s] * g.momentum[s])};
-                       },
-                       [=] LICHTENBERG_HOST_DEVICE(int, MaxReduction most) {
-                         parallel::max_atomically(&results->speed2, most.value);
-                       });
+    find_maximum(*run_, gas_.n, &results->speed2,
+                 [=] LICHTENBERG_HOST_DEVICE(int s) { return norm2(g.inverse_mass[s] * g.momentum[s]); });
     results_.fetch();
     run_->wait();
   }
@@ -250,8 +241,7 @@ class GasImpl final : public DeviceGas {
     parameters_.send();
     results_.host() = {};
     results_.send();
-    progress_.host().go = 1;
-    progress_.send();
+    progress_.host().go = 1, progress_.send();
     follow(law);  // contacts of grains that overlap
     find_impacts(law);
     if (has_bounds()) check_bounds(*run_, gas_.view(), bounds_, results_.device());
@@ -315,13 +305,8 @@ class GasImpl final : public DeviceGas {
     FieldEnergyBudget* budget = gas_.field_energy.data();
     const GrainsView g = gas_.view();
     const int n = gas_.n;
-    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) { budget->largest_charge = 0; });
-    run_->sum_segments(
-        (n + a_part - 1) / a_part, [=] LICHTENBERG_HOST_DEVICE(int p) { return GasState<Executor>::part(n, p); },
-        [=] LICHTENBERG_HOST_DEVICE(int p, int t) { return MaxReduction{std::abs(g.charge[p * a_part + t])}; },
-        [=] LICHTENBERG_HOST_DEVICE(int, MaxReduction most) {
-          parallel::max_atomically(&budget->largest_charge, most.value);
-        });
+    find_maximum(*run_, n, &budget->largest_charge,
+                 [=] LICHTENBERG_HOST_DEVICE(int s) { return std::abs(g.charge[s]); });
     const Vec3 units_per_length = gas_.units_per_length();
     run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) {
       const double scale = periodic::device::charge_scale(budget->largest_charge);
@@ -365,8 +350,7 @@ class GasImpl final : public DeviceGas {
 
   /// Records the kernels of an outer step, to be executed many times; on a device as a CUDA graph. An outer step lasts
   /// from one evaluation of the smooth forces to the next. The device chooses the next step (ChooseNext), and the host
-  /// starts several graphs ahead. Graphs without a chosen step compute the forces again and leave the state of the gas
-  /// unchanged.
+  /// starts several graphs ahead. Graphs without a chosen step compute the forces again and leave the gas unchanged.
   template <class Law>
   void record(const Law& law) {
     Progress* now = progress_.device();
@@ -384,13 +368,12 @@ class GasImpl final : public DeviceGas {
   /// forces to the next). `from`, `to`: only the substeps from ... to - 1.
   template <class Law>
   void follow(const Law& law, int from = 0, int to = 1'000'000'000) {
-    run_->run_cooperative(
-        FollowContacts<Law>{contact_steps(law), {gas_.box, gas_.units_per_length()}, &progress_.device()->go, from, to});
-  }
-  template <class Law>
-  void follow(const RoughLaw<Law>& law, int = 0, int = 0) {
-    run_->run_cooperative(
-        FollowRough<Law>{contact_steps(law), {gas_.box, gas_.units_per_length()}, &progress_.device()->go});
+    const PositionWrap wrap{gas_.box, gas_.units_per_length()};
+    const int* go = &progress_.device()->go;
+    if constexpr (is_rough<Law>)
+      run_->run_cooperative(FollowRough<typename Law::Normal>{contact_steps(law), wrap, go});
+    else
+      run_->run_cooperative(FollowContacts<Law>{contact_steps(law), wrap, go, from, to});
   }
   /// Computes smooth forces at the positions after the contact substeps.
   void follow_charges() {
@@ -465,8 +448,6 @@ class GasImpl final : public DeviceGas {
   }
 
  private:
-  static constexpr int a_part = GasState<Executor>::a_part;
-
   static const GasOptions& checked(const Executor& run, const GasOptions& options) {
     check_memory(options, static_cast<double>(run.available_memory()));
     return options;
@@ -506,12 +487,11 @@ class GasImpl final : public DeviceGas {
     rough_ ? std::visit(use, rough_->law()) : std::visit(use, gas_.law);
   }
   template <class Law>
-  RoughContactSteps<Law> contact_steps(const RoughLaw<Law>& law) const {
-    return {smooth_steps(law), rough_->view()};
-  }
-  template <class Law>
-  ContactSteps<Law> contact_steps(const Law& law) const {
-    return smooth_steps(law);
+  auto contact_steps(const Law& law) const {
+    if constexpr (is_rough<Law>)
+      return RoughContactSteps<typename Law::Normal>{smooth_steps(law), rough_->view()};
+    else
+      return smooth_steps(law);
   }
   template <class Law>
   ContactSteps<Law> smooth_steps(const Law& law) const {
@@ -531,7 +511,7 @@ class GasImpl final : public DeviceGas {
             .seed = gas_.options.seed,
             .exchanges = gas_.options.exchanges && !gas_.exchanges_in_order() && !gas_.elastic,
             .units_per_length = gas_.units_per_length(),
-            .share = gas_.share.range(),
+            .range = gas_.share.range(),
             .is_divided = gas_.share.is_divided()};
   }
 

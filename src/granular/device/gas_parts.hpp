@@ -97,6 +97,17 @@ struct MaxReduction {
   friend LICHTENBERG_HOST_DEVICE MaxReduction operator+(MaxReduction a, const MaxReduction& b) { return a += b; }
 };
 
+/// Sets *to to the maximum of value(s) over the grains s = 0 ... n - 1; 0 if no value is positive.
+template <class Executor, class Value>
+void find_maximum(const Executor& run, int n, double* to, Value value) {
+  constexpr int a_part = 256;
+  run.for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) { *to = 0; });
+  run.sum_segments((n + a_part - 1) / a_part,
+                   [=] LICHTENBERG_HOST_DEVICE(int p) { return n - p * a_part < a_part ? n - p * a_part : a_part; },
+                   [=] LICHTENBERG_HOST_DEVICE(int p, int t) { return MaxReduction{value(p * a_part + t)}; },
+                   [=] LICHTENBERG_HOST_DEVICE(int, MaxReduction most) { parallel::max_atomically(to, most.value); });
+}
+
 /// Data of a grain that move with it when grains are sorted again.
 struct Grain {
   Vec3 position, momentum;

@@ -1,6 +1,6 @@
 #pragma once
 
-// Contact law of rough grains on a device: friction, adhesion and walls.
+// Contact law of rough grains on a device: friction, adhesion and walls; state of a contact.
 
 #include <algorithm>
 #include <cmath>
@@ -9,6 +9,7 @@
 
 #include "src/granular/rough_laws.hpp"
 #include "src/granular/rough_motion.hpp"
+#include "src/model/rough_contact.hpp"
 
 namespace lichtenberg::granular {
 
@@ -16,6 +17,7 @@ namespace lichtenberg::granular {
 /// smooth grains that depend on the normal law only accept it as a normal law. Reduced units.
 template <class Law>
 struct RoughLaw : Law {
+  using Normal = Law;
   RoughLawPair<Law> surface;
   RoughPace<Law> pace;
   /// Relative speed (v0) that adhesion can give two grains of mass `lightest` at rest. Their distance changes from that
@@ -36,6 +38,13 @@ LICHTENBERG_HOST_DEVICE double time_to_resolve(const RoughLaw<Law>& law, double 
 }
 
 namespace device {
+
+/// State of a contact of rough grains between two substeps: forces, stiffness of the tangential spring, overlap, and
+/// the energy dissipated since the start of the outer step.
+struct RoughContactState {
+  SurfaceForces now;
+  double stiffness = 0, overlap = 0, dissipated = 0;
+};
 
 using AnyRoughLaw = std::variant<RoughLaw<ViscoelasticLaw>, RoughLaw<LinearSpringLaw>>;
 

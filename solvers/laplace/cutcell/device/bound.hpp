@@ -164,15 +164,15 @@ void sum_bound_cells(const Executor& run, ProblemView problem, GridView grid) {
 /// Completes the potentials v of eliminated near-surface cells by the flux from groups (back substitution). On entry v
 /// contains the part due to neighbouring cells. An eliminated cell is a fluid cell with a large conductance to a
 /// conductor. A group is a set of bodies with one potential.
-template <class V, class Executor>
-void update_bound_cells(const Executor& run, GridView grid, V* v) {
+template <class Executor>
+void update_bound_cells(const Executor& run, GridView grid) {
   for_each_item(run, grid, Items::boundary, [=] LICHTENBERG_HOST_DEVICE(int k) {
     if (!grid.bound.is_eliminated[k]) return;
     const int slot = grid.boundary.slot[k];
     float flux = 0;
     for (int m = 4 * k; m < 4 * k + 4; ++m)
       flux += grid.boundary.coupling[m].conductance * grid.cycle.phi[grid.boundary.coupling[m].group];
-    v[slot] = static_cast<float>(v[slot]) + flux * grid.cells.inverse_diagonal[slot];
+    grid.cycle.v[slot] += flux * grid.cells.inverse_diagonal[slot];
   });
 }
 

@@ -52,7 +52,7 @@ class CutCell : public DeviceSolver {
   Profile profile(int repeats) override {
     Profile profile;
     const SolveVectors& vectors = arrays_->view.solve;
-    double *r = vectors.b, *z = vectors.z, *y = vectors.q;
+    double *r = vectors.b, *z = vectors.p, *y = vectors.q;
     const auto per_call = [&](auto f) {
       f();
       return run_->seconds([&] {
@@ -63,15 +63,13 @@ class CutCell : public DeviceSolver {
     profile.apply_operator.seconds = per_call([&] { multiply(r, z); });
     // x and 1 / diagonal read, y written
     profile.apply_operator.bytes = cells * (8 + 4 + 8);
-    profile.cycle.seconds = per_call([&] { precondition(r, z); });
+    profile.cycle.seconds = per_call([&] { multigrid_->apply(r); });
     // Bytes per cell, half of the grid being red. The terms are: the residual stored; f and 1 / diagonal read for black
     // cells; black cells and 1 / diagonal of red ones read for the residual, which goes to the coarse f. In the second
     // half: f, 1 / diagonal and coarse v read for black cells; black cells, f and 1 / diagonal read for red cells.
-    // Potentials of the finest grid are double. Coarser grids have a third of the cells together.
-    const auto bytes = [](double v) {
-      return (8 + v / 2) + (v / 2 + 2 + 2) + (2 + 1) + (8 + 1 + v / 2) + (v / 2 + 4 + v / 2);
-    };
-    profile.cycle.bytes = cells * (8 + 4 + bytes(8)) + cells / 3 * bytes(4);
+    // Coarser grids have a third of the cells together.
+    constexpr double bytes = (8 + 2) + (2 + 2 + 2) + (2 + 1) + (8 + 1 + 2) + (2 + 4 + 2);
+    profile.cycle.bytes = cells * (8 + 4 + bytes) + cells / 3 * bytes;
     profile.copy.seconds = per_call([&] { run_->copy(y, z, static_cast<std::size_t>(cells) * sizeof(double)); });
     profile.copy.bytes = 16 * cells;
     profile.levels = multigrid_->levels();
@@ -246,9 +244,9 @@ class CutCell : public DeviceSolver {
 
   /// Estimates the memory for grids, conductances and vectors. Throws Failure if the device has less free memory.
   void check_memory(const LaplaceProblem& problem) const {
-    // Double precision: x, b, four vectors of CG and the history; then the grids' owners, diagonals, v, f and media,
+    // Double precision: x, b, three vectors of CG and the history; then the grids' owners, diagonals, v, f and media,
     // and the guess of the first coarse grid.
-    constexpr double a_cell = (6 + history_length) * sizeof(double) + 12 + 28 / 3.0 + 1;
+    constexpr double a_cell = (5 + history_length) * sizeof(double) + 16 + 28 / 3.0 + 1;
     // A disk of R cells has 8 R links, 5.7 R cells next to it and pi R^2 in it; the coarser grids' edges are as long
     // together as the finest's; a quarter to spare.
     constexpr double a_link = 68, a_boundary_cell = 36, a_covered_cell = 8, spare = 1.25;
@@ -291,8 +289,8 @@ class CutCell : public DeviceSolver {
     Vectors& v = arrays_->view;
     v.solve.size = n;
     for (int k = 0; k < history_length; ++k) arrays_->resize(groups, v.basis.vector[k], v.basis.image[k]);
-    arrays_->resize(n, v.solve.r, v.solve.z, v.solve.p, v.solve.q);
-    arrays_->zero(v.solve.z);
+    arrays_->resize(n, v.solve.r, v.solve.p, v.solve.q);
+    v.solve.z = multigrid_->result();
     arrays_->resize(1, v.basis.products);
     arrays_->resize(1, v.basis.shares);
     ChargeCorrection& correction = v.correction;
@@ -429,7 +427,7 @@ class CutCell : public DeviceSolver {
     const ProblemView& problem = problem_->view();
     const GridView& grid = finest().view();
     const SolveVectors& v = arrays_->view.solve;
-    multigrid_->cycle(v.z);
+    multigrid_->cycle();
     if (!problem.grounded) remove_mean(*run_, problem, grid, v.z, report_->potential.device + problem.groups);
     test_convergence(*run_, v);
     update_direction(*run_, v);

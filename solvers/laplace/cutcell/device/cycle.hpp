@@ -3,21 +3,21 @@
 // Large grids of the V-cycle, with a kernel per step: the halves of tiles.hpp, and the steps of groups before and after
 // them.
 
-#include <type_traits>
-
 #include "solvers/laplace/cutcell/device/bound.hpp"
 #include "solvers/laplace/cutcell/device/relax_clusters.hpp"
 #include "solvers/laplace/cutcell/device/tiles.hpp"
 
 namespace lichtenberg::laplace::device {
 
-/// Computes z = M r from the potentials v and phi if the V-cycle has one grid only; 0 in covered cells (inside
-/// conductors).
+/// Completes the preconditioned residual z if the V-cycle has one grid only: 0 in covered cells (inside conductors),
+/// and the potentials phi of the groups (bodies with one potential).
 template <class Executor>
-void copy_potentials(const Executor& run, ProblemView problem, GridView grid, const float* v, double* z) {
+void complete_potentials(const Executor& run, ProblemView problem, GridView grid, PreconditionedResidual z) {
   const int cells = static_cast<int>(grid.layout.size());
-  run.for_each(cells, [=] LICHTENBERG_HOST_DEVICE(int k) { z[k] = grid.cells.inverse_diagonal[k] > 0 ? v[k] : 0.0; });
-  run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { z[cells + g] = grid.cycle.phi[g]; });
+  run.for_each(cells, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    if (!(grid.cells.inverse_diagonal[k] > 0)) z.cell[k] = 0;
+  });
+  run.for_each(problem.groups, [=] LICHTENBERG_HOST_DEVICE(int g) { z.group[g] = grid.cycle.phi[g]; });
 }
 
 /// Function that stores an entry of the residual as right-hand side of the V-cycle on the finest grid. Entries by slot
@@ -84,11 +84,11 @@ void relax_direct_links(const Executor& run, ProblemView problem, GridView grid,
 /// of bodies with one potential. The function restrict_charges() adds the residuals of the cells that a group covers. A
 /// cluster (groups solved together) had a zero residual when it was relaxed, so that its residual consists of later
 /// changes only.
-template <class V, class Executor>
+template <class Executor>
 void restrict_group_residuals(const Executor& run, ProblemView problem, GridView fine, GridView coarse,
-                              const float* phi, const V* v) {
+                              const float* phi) {
   const auto flux = [=] LICHTENBERG_HOST_DEVICE(int link) {
-    return static_cast<float>(fine.links.conductance[link]) * static_cast<float>(v[fine.links.slot[link]]);
+    return static_cast<float>(fine.links.conductance[link]) * fine.cycle.v[fine.links.slot[link]];
   };
   const float* before = fine.groups.clusters ? fine.cycle.phi : nullptr;
   run.sum_pieces(fine.link_pieces(problem), fine.cycle.partial, flux, CycleFluxes{problem, fine, phi, nullptr, before},
@@ -153,13 +153,13 @@ void interpolate_absorbed(const Executor& run, ProblemView problem, GridView gri
 /// Computes the flux from cells to groups (bodies with one potential), with the groups' charges if there are no
 /// clusters (groups solved together). If no groups are linked to each other, also computes the groups' new potentials.
 /// `z`: also receives these, in double precision; null: unused.
-template <class V, class Executor>
-void relax_groups(const Executor& run, ProblemView problem, GridView grid, const V* v, double* z) {
+template <class Executor>
+void relax_groups(const Executor& run, ProblemView problem, GridView grid, double* z) {
   const bool are_linked = grid.may_link_groups();
   run.sum_pieces(
       grid.link_pieces(problem), grid.cycle.partial,
       [=] LICHTENBERG_HOST_DEVICE(int link) {
-        return static_cast<float>(grid.links.conductance[link]) * static_cast<float>(v[grid.links.slot[link]]);
+        return static_cast<float>(grid.links.conductance[link]) * grid.cycle.v[grid.links.slot[link]];
       },
       parallel::NoAddedValues{},
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
@@ -188,15 +188,21 @@ void collect(const Executor& run, const ProblemView& problem, const GridView& gr
   if (grid.may_have(Items::unknown_groups)) restrict_charges(run, problem, grid);
 }
 
-/// Calls f with the number of rows of a tile (rectangle of cells that a thread block takes) as a type. `coarse`: the
-/// next coarser grid. Small grids get low tiles, others high ones.
-template <class F>
-void with_tiles(const GridView& coarse, F f) {
+/// Runs a half of a V-cycle on the tiles (rectangles of cells that a thread block takes) of a grid. Small grids get low
+/// tiles, others high ones. `Half`: Descend or Ascend.
+template <template <int, bool> class Half, class Executor>
+void for_each_tile(const Executor& run, const ProblemView& problem, const GridView& grid, const GridView& coarse,
+                   const float* phi) {
   constexpr int small = 192;  // cells along a side of the coarse grid: fewer high tiles than processors
-  if (coarse.layout.nx <= small)
-    f(std::integral_constant<int, 16>{});
+  const auto of = [&]<int rows, bool medium>(Half<rows, medium> half) {
+    using Of = Half<rows, medium>;
+    run.template for_each_block<512, 3>(Of::Tiles::all(coarse), Of::bytes, half);
+  };
+  const bool is_small = coarse.layout.nx <= small;
+  if (grid.has_medium)
+    is_small ? of(Half<16, true>{problem, grid, coarse, phi}) : of(Half<64, true>{problem, grid, coarse, phi});
   else
-    f(std::integral_constant<int, 64>{});
+    is_small ? of(Half<16, false>{problem, grid, coarse, phi}) : of(Half<64, false>{problem, grid, coarse, phi});
 }
 
 /// Relaxes the groups (bodies with one potential) at the start of a V-cycle, from their charges and the fluxes of
@@ -215,41 +221,32 @@ void relax_groups_first(const Executor& run, const ProblemView& problem, const G
 }
 
 /// Computes the first half of a V-cycle on a grid: relaxes groups (bodies with one potential), red cells and black
-/// cells. Then restricts the residual to the next coarser grid. `v`: receives the potentials of those cells that the
-/// groups' residuals need.
-template <class V, class Executor>
-void descend(const Executor& run, const ProblemView& problem, const GridView& grid, const GridView& coarse, V* v) {
+/// cells. Then restricts the residual to the next coarser grid. Leaves in the grid's v the potentials of those cells
+/// that the groups' residuals need.
+template <class Executor>
+void descend(const Executor& run, const ProblemView& problem, const GridView& grid, const GridView& coarse) {
   const float* phi = potentials_down(grid);
   if (phi) relax_groups_first(run, problem, grid);
-  with_tiles(coarse, [&](auto rows) {
-    using Half = Descend<V, decltype(rows)::value>;
-    run.template for_each_block<512, 3>(Half::Tiles::all(coarse), Half::bytes(grid),
-                                        Half{problem, grid, coarse, phi, v});
-  });
-  if (phi) restrict_group_residuals(run, problem, grid, coarse, phi, static_cast<const V*>(v));
+  for_each_tile<Descend>(run, problem, grid, coarse, phi);
+  if (phi) restrict_group_residuals(run, problem, grid, coarse, phi);
 }
 
 /// Computes the second half of a V-cycle on a grid, the mirror image of descend(): adds the correction of `coarse`,
-/// relaxes black cells, red cells and groups (bodies with one potential). `v`: receives the cells' potentials. `z`:
-/// receives the groups' potentials; null: unused.
-template <class V, class Executor>
-void ascend(const Executor& run, const ProblemView& problem, const GridView& grid, const GridView& coarse, V* v,
-            double* z) {
+/// relaxes black cells, red cells and groups (bodies with one potential). `z`: receives the groups' potentials; null:
+/// unused.
+template <class Executor>
+void ascend(const Executor& run, const ProblemView& problem, const GridView& grid, const GridView& coarse, double* z) {
   const float* phi = potentials_down(grid);
-  with_tiles(coarse, [&](auto rows) {
-    using Half = Ascend<V, decltype(rows)::value>;
-    run.template for_each_block<512, 3>(Half::Tiles::all(coarse), Half::bytes(grid),
-                                        Half{problem, grid, coarse, phi, v});
-  });
+  for_each_tile<Ascend>(run, problem, grid, coarse, phi);
   if (!phi && z) run.fill(z, 0, problem.groups * sizeof(double));
   if (!phi) return;
-  relax_groups(run, problem, grid, static_cast<const V*>(v), z);
+  relax_groups(run, problem, grid, z);
   if (grid.may_link_groups()) {
     relax_direct_links(run, problem, grid, GroupSweep{grid.cycle.flux, phi, coarse.cycle.phi, grid.cycle.phi_next});
     relax_direct_links(run, problem, grid,
                        GroupSweep{grid.cycle.flux, grid.cycle.phi_next, nullptr, grid.cycle.phi, z});
   }
-  if (grid.binds) update_bound_cells(run, grid, v);
+  if (grid.binds) update_bound_cells(run, grid);
 }
 
 }  // namespace lichtenberg::laplace::device

@@ -156,7 +156,7 @@ struct GroupArrays {
 
 /// Vectors of the V-cycle on one grid, in single precision.
 struct CycleArrays {
-  /// By slot: potentials and right-hand sides of cells. v is null on the finest grid.
+  /// By slot: potentials and right-hand sides of cells. On the finest grid v is the preconditioned residual.
   float *v, *f;
   /// By group: potentials (current, in the first half of the cycle, after a sweep), right-hand sides, fluxes from
   /// cells.
@@ -165,6 +165,17 @@ struct CycleArrays {
   double* group_rhs;
   /// By piece: partial sums.
   float* partial;
+};
+
+/// Preconditioned residual z = M r (device pointers): in single precision by slot (memory index), in double precision
+/// by group (bodies with one potential).
+struct PreconditionedResidual {
+  float* cell = nullptr;
+  double* group = nullptr;
+  long cells = 0;  ///< number of slots
+
+  /// Returns the k-th entry, by slot and then by group.
+  LICHTENBERG_HOST_DEVICE double operator[](long k) const { return k < cells ? cell[k] : group[k - cells]; }
 };
 
 /// Maximum number of cells in a strip, a part of a row of a body's bounding box.

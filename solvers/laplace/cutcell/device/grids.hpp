@@ -39,9 +39,8 @@ class DeviceGrid {
     grid.h = h;
     grid.formula = formula;
     grid.finest = finest;
-    resize_with_zeros(grid.layout.size(), grid.cells.inverse_diagonal, grid.cycle.f);
+    resize_with_zeros(grid.layout.size(), grid.cells.inverse_diagonal, grid.cycle.f, grid.cycle.v);
     arrays_.resize(grid.layout.size(), grid.cells.owner);
-    if (!finest) resize_with_zeros(grid.layout.size(), grid.cycle.v);
   }
 
   /// Returns the device pointers to the grid's arrays.

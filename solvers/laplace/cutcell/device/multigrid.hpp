@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <map>
 #include <tuple>
 #include <variant>
 #include <vector>
@@ -65,9 +64,6 @@ class DeviceMultigrid {
     for (const GridSize& size : grid_sizes(nx, ny))
       grids_.emplace_back(run, size.nx, size.ny, problem.size.x / size.nx, formula, grids_.empty());
     medium_.assign(grids_.size(), false);
-    if (levels() > 1) return;
-    single_grid_v_.resize(grids_[0].view().layout.size());
-    single_grid_v_.zero();
   }
 
   /// Discretizes the problem on all grids and prepares the coarsest grid's solver. Whether the arrays were large enough
@@ -142,32 +138,36 @@ class DeviceMultigrid {
 
   /// Applies the preconditioner: z = M r by one V-cycle. All pointers are to device memory.
   void apply(const double* r, double* z) {
-    run_.fill(z, 0, grids_[0].view().layout.size() * sizeof(double));
+    apply(r);
+    const PreconditionedResidual from = result();
+    run_.for_each(from.cells + problem_.groups, [=] LICHTENBERG_HOST_DEVICE(int k) { z[k] = from[k]; });
+  }
+  /// Applies the preconditioner to r by one V-cycle, by a recorded graph of kernels where possible. The result is that
+  /// of result().
+  void apply(const double* r) {
     store_residual(run_, problem_, grids_[0].view(), r);
-    apply(z);
-  }
-
-  /// Computes z = M r from the stored residual (StoreResidual), by a recorded graph of kernels where possible. z must
-  /// be 0 in the padding between rows of cells.
-  void apply(double* z) {
     if (on_device())
-      run_.run(recordings_[z], [&] { cycle(z); });
+      run_.run(recording_, [&] { cycle(); });
     else
-      cycle(z);
+      cycle();
   }
-  /// Computes z = M r from the stored residual by one V-cycle, kernel by kernel, without recording.
-  void cycle(double* z) {
-    double* z_of_groups = z + grids_[0].view().layout.size();
-    if (first_solved_ > 0) down(0, z);
-    coarse_cycle(1);
-    if (first_solved_ > 0) return up(0, z, z_of_groups);
-    // There is one grid only, whose potentials are double.
+  /// Returns the result z = M r of the last V-cycle; 0 in the padding between rows of cells.
+  PreconditionedResidual result() const {
     const GridView& grid = grids_[0].view();
-    copy_potentials(run_, problem_, grid, single_grid_v_.data(), z);
+    return {grid.cycle.v, group_result_.data(), static_cast<long>(grid.layout.size())};
+  }
+  /// Computes z = M r from the stored residual (StoreResidual) by one V-cycle, kernel by kernel, without recording.
+  void cycle() {
+    if (first_solved_ > 0) down(0);
+    coarse_cycle(1);
+    const PreconditionedResidual z = result();
+    if (first_solved_ > 0) return up(0, z.group);
+    const GridView& grid = grids_[0].view();  // the only one
+    complete_potentials(run_, problem_, grid, z);
     if (!grid.groups.clusters) return;
-    relax_groups(run_, problem_, grid, static_cast<const float*>(single_grid_v_.data()), nullptr);
+    relax_groups(run_, problem_, grid, nullptr);
     relax_direct_links(run_, problem_, grid,
-                       GroupSweep{grid.cycle.flux, grid.cycle.phi, nullptr, grid.cycle.phi_next, z_of_groups});
+                       GroupSweep{grid.cycle.flux, grid.cycle.phi, nullptr, grid.cycle.phi_next, z.group});
   }
 
   /// Returns true if nested_guess() computes a guess: there are coarse grids, and no groups (bodies with one potential)
@@ -198,9 +198,9 @@ class DeviceMultigrid {
  private:
   /// Runs the part of a V-cycle on coarse grids from number `first` on.
   void coarse_cycle(int first) {
-    for (int l = first; l < first_solved_; ++l) down(l, grids_[l].view().cycle.v);
+    for (int l = first; l < first_solved_; ++l) down(l);
     solve_coarse();
-    for (int l = first_solved_ - 1; l >= first; --l) up(l, grids_[l].view().cycle.v, nullptr);
+    for (int l = first_solved_ - 1; l >= first; --l) up(l, nullptr);
   }
 
   /// Returns true if set-ups may do without the host again, after many solves without strong links (large gap
@@ -249,12 +249,12 @@ class DeviceMultigrid {
       views.push_back(grids_[l].view());
     }
     if (clustered()) clustering_.reserve_links(problem_.groups, views);
-    if (levels() == 1) views[0].cycle.v = single_grid_v_.data();
     views_.upload(views);
     coarsest_.reserve(problem_, grids_.back().view(), clustered());
     first_solved_ = on_device() ? first_small : levels() - 1;
     if (first_solved_ > 0) guess_.resize(grids_[1].view().layout.size() + problem_.groups);
-    recordings_.clear();
+    group_result_.resize(problem_.groups);
+    recording_.clear();
     building_.clear();
     building_finest_.clear();
     ++generation_;
@@ -334,26 +334,24 @@ class DeviceMultigrid {
     return all;
   }
 
-  template <class V>
-  void down(int l, V* v) {
-    if (l > 0) collect(run_, problem_, grids_[l].view());
-    descend(run_, problem_, grids_[l].view(), grids_[l + 1].view(), v);
+  void down(int l) {
+    const GridView& grid = grids_[l].view();
+    if (l > 0) collect(run_, problem_, grid);
+    descend(run_, problem_, grid, grids_[l + 1].view());
   }
-  template <class V>
-  void up(int l, V* v, double* z_of_groups) {
+  void up(int l, double* z_of_groups) {
     const GridView& coarse = grids_[l + 1].view();
     const bool was_small = on_device() && l + 1 == first_solved_;
     if (!was_small && coarse.may_have(Items::newly_absorbed)) interpolate_absorbed(run_, problem_, coarse);
-    ascend(run_, problem_, grids_[l].view(), coarse, v, z_of_groups);
+    ascend(run_, problem_, grids_[l].view(), coarse, z_of_groups);
   }
 
   /// Computes the part of the V-cycle on the small grids by one kernel, or solves on the coarsest grid by the host.
   void solve_coarse() {
     const GridView& grid = grids_.back().view();
-    float* v = levels() > 1 ? grid.cycle.v : single_grid_v_.data();
     if (!on_device()) {
       if (levels() > 1) collect(run_, problem_, grid);
-      return coarsest_.solve(grid, v);
+      return coarsest_.solve(grid, grid.cycle.v);
     }
     const SmallGrids all = small_grids(first_solved_);
     run_.template for_each_block<SmallGrids::threads>(1, all.bytes(), all);
@@ -374,10 +372,10 @@ class DeviceMultigrid {
   int generation_ = 0;
   int solves_without_strong_links_ = 0;  // in a row
   typename Executor::Recording building_, building_finest_;
-  std::map<double*, typename Executor::Recording> recordings_;  // by z
+  typename Executor::Recording recording_;
   Clustering<Executor> clustering_;
-  parallel::Array<float, Executor> single_grid_v_{run_};
-  parallel::Array<float, Executor> guess_{run_};  // KeptGuess of all coarse grids
+  parallel::Array<double, Executor> group_result_{run_};  // PreconditionedResidual::group
+  parallel::Array<float, Executor> guess_{run_};          // KeptGuess of all coarse grids
 };
 
 }  // namespace lichtenberg::laplace::device

@@ -30,8 +30,10 @@ struct SolveVectors {
   long size;
   /// Right-hand side; potentials, in units of the solver's potential unit.
   double *b, *x;
-  /// Residual b - A x; preconditioned residual z = M r.
-  double *r, *z;
+  /// Residual b - A x.
+  double* r;
+  /// Preconditioned residual z = M r.
+  PreconditionedResidual z;
   /// Search direction; A p.
   double *p, *q;
   Iterations* iterations;
@@ -409,14 +411,20 @@ void subtract(const Executor& run, ProblemView problem, GridView grid, const dou
 /// Subtracts from z its mean over all unknowns, its component in the null space if no potential is given. `mean`:
 /// receives the mean.
 template <class Executor>
-void remove_mean(const Executor& run, ProblemView problem, GridView grid, double* z, double* mean) {
+void remove_mean(const Executor& run, ProblemView problem, GridView grid, PreconditionedResidual z, double* mean) {
   run.sum(
       static_cast<long>(grid.layout.size()) + problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int k) {
         return grid.is_unknown(k) ? Mean{z[k], 1} : Mean{};
       },
       [=] LICHTENBERG_HOST_DEVICE(const Mean& all) { *mean = all.value(); });
-  subtract(run, problem, grid, mean, z);
+  run.for_each(z.cells + problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
+    if (!grid.is_unknown(k)) return;
+    if (k < z.cells)
+      z.cell[k] = static_cast<float>(z.cell[k] - *mean);
+    else
+      z.group[k - z.cells] -= *mean;
+  });
 }
 
 /// Shifts all unknown potentials x so that the mean potential of all bodies is zero. `mean`: receives the mean before

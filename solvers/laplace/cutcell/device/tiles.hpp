@@ -1,8 +1,7 @@
 #pragma once
 
 // Cells of a large grid in the V-cycle, one tile per block. Each half of a cycle is one kernel, which computes the
-// cells that tiles share once per tile. V is the type of the potentials: double on the finest grid, whose potentials
-// are the preconditioned residual, else float. The arithmetic is in single precision.
+// cells that tiles share once per tile. The arithmetic is in single precision.
 //
 // In the first half, red cells (colour 0) contain f / diagonal. Black cells are relaxed, which leaves residuals in red
 // cells only. In the second half, black cells are relaxed after the red cells have received the coarse correction; red
@@ -50,24 +49,22 @@ LICHTENBERG_HOST_DEVICE inline bool is_eliminated(const GridView& grid, int slot
 /// Cells of a tile of the grid, with a border (halo) on all sides, in a block's memory. A row consists of pairs of a
 /// red and a black cell, the cells 2 k and 2 k + 1 of the grid's row for pair k. They have equal numbers in the rows of
 /// their colours (Layout), and a warp takes a row of pairs at a time. `halo`: rows of the border; the row below the
-/// border is even.
-template <int rows_, int halo_>
+/// border is even. `medium`: the conductances of faces differ from 1.
+template <int rows_, int halo_, bool medium>
 struct Tile {
   static constexpr int rows = rows_, halo = halo_, pairs = 32, cells = 2 * rows * pairs;
+  /// Size of a tile's memory (bytes).
+  static constexpr std::size_t bytes = (medium ? 5 : 3) * cells * sizeof(float);
   /// By colour, row and pair (at()). `inverse`: 1 / diagonal, negative in boundary cells, 0 without unknown. `f`:
   /// right-hand sides with the fluxes from groups. `value`: potentials. `east`, `north`: conductances of faces.
   float *inverse, *f, *value, *east, *north;
-  bool medium;
 
-  /// Returns the size of a tile's memory (bytes). `medium`: with conductances of faces.
-  static constexpr std::size_t bytes(bool medium) { return (medium ? 5 : 3) * cells * sizeof(float); }
-  LICHTENBERG_HOST_DEVICE Tile(float* memory, bool medium_)
+  LICHTENBERG_HOST_DEVICE explicit Tile(float* memory)
       : inverse(memory),
         f(memory + cells),
         value(memory + 2 * cells),
         east(memory + 3 * cells),
-        north(memory + 4 * cells),
-        medium(medium_) {}
+        north(memory + 4 * cells) {}
 
   /// Returns the index of a cell in the tile's arrays.
   LICHTENBERG_HOST_DEVICE static int at(int colour, int y, int pair) { return (colour * rows + y) * pairs + pair; }
@@ -79,7 +76,7 @@ struct Tile {
     const int own = at(colour, y, pair), beside = at(1 - colour, y, pair);
     const int to_west = beside - 1 + shift(colour, y), to_east = to_west + 1;
     const int south = beside - pairs, to_north = beside + pairs;
-    if (!medium) return value[to_west] + value[to_east] + value[south] + value[to_north];
+    if constexpr (!medium) return value[to_west] + value[to_east] + value[south] + value[to_north];
     return east[to_west] * value[to_west] + east[own] * value[to_east] + north[south] * value[south] +
            north[own] * value[to_north];
   }
@@ -160,23 +157,22 @@ LICHTENBERG_HOST_DEVICE float full_weighting(const ProblemView& problem, int nx,
 /// Kernel for the first half of a V-cycle on a tile (rectangle of cells). It relaxes red, then black cells from zero
 /// with the potentials `phi` of groups (bodies with one potential). It stores the coarse right-hand side by full
 /// weighting and, in v, the potentials of those cells that the groups' residuals need.
-template <class V, int rows>
+template <int rows, bool medium>
 struct Descend {
   ProblemView problem;
   GridView fine, coarse;
   /// Potentials of the groups; null if no group has an unknown potential.
   const float* phi;
-  V* v;
 
   /// Border of a tile: three rows, and two pairs of columns.
   static constexpr int halo = 3, halo_pairs = 2;
-  using Cells = Tile<rows, halo>;
+  using Cells = Tile<rows, halo, medium>;
   using Tiles = Tiling<Cells::pairs - 2 * halo_pairs, rows / 2 - halo>;
-  static std::size_t bytes(const GridView& fine) { return Cells::bytes(fine.has_medium); }
+  static constexpr std::size_t bytes = Cells::bytes;
 
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int b) const {
-    const Cells tile(block.template memory<float>(), fine.has_medium);
+    const Cells tile(block.template memory<float>());
     const int I = b % Tiles::in_a_row(coarse) * Tiles::across, J = b / Tiles::in_a_row(coarse) * Tiles::along;
     const int from_k = I - halo_pairs, from_j = 2 * J - halo;
     block.each(rows, Cells::pairs, [&](int y, int pair) {
@@ -209,13 +205,14 @@ struct Descend {
     if (pair < halo_pairs || pair >= Cells::pairs - halo_pairs) return;
     const int own = Cells::at(colour, y, pair);
     const bool is_near = tile.inverse[own] < 0;
-    if (!is_near && !fine.has_medium) return;
+    if (!is_near && !medium) return;
     if (!inside(fine.layout, 2 * k, j)) return;
     const int slot = static_cast<int>(fine.layout.row(colour, j)) + k;
     if (fine.binds && is_near && is_eliminated(fine, slot))
-      v[slot] = (fine.cycle.f[slot] + (colour == 0 ? 0.0f : tile.flux(colour, y, pair))) * std::abs(tile.inverse[own]);
+      fine.cycle.v[slot] =
+          (fine.cycle.f[slot] + (colour == 0 ? 0.0f : tile.flux(colour, y, pair))) * std::abs(tile.inverse[own]);
     else
-      v[slot] = tile.value[own];
+      fine.cycle.v[slot] = tile.value[own];
   }
 };
 
@@ -244,26 +241,23 @@ LICHTENBERG_HOST_DEVICE inline float interpolated(float own, float beside, float
 /// Kernel for the second half of a V-cycle on a tile (rectangle of cells). It adds the coarse grid's correction, then
 /// relaxes black and red cells. `phi`: the groups' potentials of the first half, to which those of the coarse grid are
 /// added; null: none. A group is a set of bodies with one potential.
-template <class V, int rows>
+template <int rows, bool medium>
 struct Ascend {
   ProblemView problem;
   GridView fine, coarse;
   const float* phi;
-  V* v;
 
   /// Border of a tile: two rows, and a pair of columns.
   static constexpr int halo = 2;
-  using Cells = Tile<rows, halo>;
+  using Cells = Tile<rows, halo, medium>;
   using Tiles = Tiling<Cells::pairs - 2, rows / 2 - halo>;
   static constexpr int coarse_width = Cells::pairs + 2, coarse_cells = coarse_width * (rows / 2 + 2);
-  static std::size_t bytes(const GridView& fine) {
-    return Cells::bytes(fine.has_medium) + coarse_cells * sizeof(float);
-  }
+  static constexpr std::size_t bytes = Cells::bytes + coarse_cells * sizeof(float);
 
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int b) const {
     float* correction = block.template memory<float>();
-    const Cells tile(correction + coarse_cells, fine.has_medium);
+    const Cells tile(correction + coarse_cells);
     const int I = b % Tiles::in_a_row(coarse) * Tiles::across, J = b / Tiles::in_a_row(coarse) * Tiles::along;
     const int from_k = I - 1, from_j = 2 * J - halo;
     block.template each<2>(coarse_cells, [&](int k) {
@@ -284,9 +278,9 @@ struct Ascend {
       for (int colour = 0; colour < 2; ++colour) {
         const int own = Cells::at(colour, y, pair), slot = static_cast<int>(fine.layout.row(colour, j)) + k;
         if (fine.binds && tile.inverse[own] < 0 && is_eliminated(fine, slot))  // until groups are relaxed (bound.hpp)
-          v[slot] = (fine.cycle.f[slot] + tile.flux(colour, y, pair)) * std::abs(tile.inverse[own]);
+          fine.cycle.v[slot] = (fine.cycle.f[slot] + tile.flux(colour, y, pair)) * std::abs(tile.inverse[own]);
         else
-          v[slot] = colour == 0 ? tile.relaxed(0, y, pair) : tile.value[own];
+          fine.cycle.v[slot] = colour == 0 ? tile.relaxed(0, y, pair) : tile.value[own];
       }
     });
   }

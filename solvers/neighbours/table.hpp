@@ -82,7 +82,7 @@ class CellGrid {
     run_->exclusive_scan(first, all + 1);
     run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int i) { order[first[cell[i]] + index_in_cell[i]] = i; });
   }
-  const int* order() const { return order_.data(); }          ///< Particles by cells, in device memory
+  const int* order() const { return order_.data(); }  ///< Particles by cells, in device memory
   /// Returns the index of the first particle of each layer of cells along x in the sorted order, then the number of
   /// particles.
   std::vector<int> layer_starts() const {
@@ -196,8 +196,8 @@ struct RowParts {
   CellWindow window;
   RangeTest within;
   PositionOf position_of;
-  int n, parts;  ///< Number of particles; parts per row
-  bool once;     ///< True if each pair is only in the row of the particle that comes first
+  int n, parts;    ///< Number of particles; parts per row
+  bool once;       ///< True if each pair is only in the row of the particle that comes first
   RingRange rows;  ///< Particles whose rows are built; the others are empty
 
   /// Calls visit(j) for the partners j in part k / n of row k % n (k: thread, n: number of particles). Neighbouring

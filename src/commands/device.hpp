@@ -31,8 +31,8 @@ inline bool is_for_cuda(const Scene& scene) {
   return std::visit([](const auto& field) { return field.device == FieldDevice::cuda; }, scene.field_table);
 }
 
-/// Parses the part of `--device` after "cuda:": numbers of devices, or "all" (-1). Throws InputError for another text and
-/// for a device that is given twice.
+/// Parses the part of `--device` after "cuda:": numbers of devices, or "all" (-1). Throws InputError for another text
+/// and for a device that is given twice.
 inline std::vector<int> cuda_devices_in(const std::string& list) {
   if (list == "all") return {-1};
   std::vector<int> devices;
@@ -40,9 +40,10 @@ inline std::vector<int> cuda_devices_in(const std::string& list) {
     comma = list.find(',', from);
     const std::string number = list.substr(from, comma == std::string::npos ? comma : comma - from);
     if (number.empty() || number.size() > 3 || number.find_first_not_of("0123456789") != std::string::npos)
-      throw InputError(fmt::format("--device cuda:{} is not allowed: it must be a list of device numbers, as in "
-                                   "cuda:0,1, or cuda:all",
-                                   list));
+      throw InputError(
+          fmt::format("--device cuda:{} is not allowed: it must be a list of device numbers, as in "
+                      "cuda:0,1, or cuda:all",
+                      list));
     if (std::ranges::count(devices, std::stoi(number)))
       throw InputError(fmt::format("--device cuda:{} is not allowed: it has the device {} twice", list, number));
     devices.push_back(std::stoi(number));
@@ -73,8 +74,8 @@ inline void set_device(Scene& scene, const std::string& device) {
   const std::size_t colon = device.find(':');
   const auto kind = value_of<FieldDevice>(device.substr(0, colon));
   if (!kind || (colon != std::string::npos && kind != FieldDevice::cuda))
-    throw InputError(fmt::format("--device {} is not allowed: it must be {}, or for grains cuda:0,1 or cuda:all", device,
-                                 fmt::join(names_of<FieldDevice>(), ", ")));
+    throw InputError(fmt::format("--device {} is not allowed: it must be {}, or for grains cuda:0,1 or cuda:all",
+                                 device, fmt::join(names_of<FieldDevice>(), ", ")));
   if (colon != std::string::npos) scene.cuda_devices = cuda_devices_in(device.substr(colon + 1));
   std::visit([&](auto& field) { field.device = *kind; }, scene.field_table);
 }

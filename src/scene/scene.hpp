@@ -266,7 +266,7 @@ struct Scene {
   std::optional<Reference> reference;  ///< units of a scene of grains; other scenes are in SI
   /// Numbers of the CUDA devices of a gas, from `--device`; -1: all; none: the first
   std::vector<int> cuda_devices;
-  bool in_si = false;                  ///< scene of grains whose file is in SI; the program chose `reference`
+  bool in_si = false;  ///< scene of grains whose file is in SI; the program chose `reference`
   std::vector<Stage> stages;
   Effects effects;  ///< effects that have a table in the scene
   FieldTable field_table;

@@ -193,8 +193,8 @@ int main(int argc, char** argv) {
       const auto one = granular::device::make_cuda_gas(scene, {options.devices[0]});
       measure(gas, *one, options);
     }
-    const auto device = options.host ? granular::device::make_host_gas(scene)
-                                     : granular::device::make_cuda_gas(scene, options.devices);
+    const auto device =
+        options.host ? granular::device::make_host_gas(scene) : granular::device::make_cuda_gas(scene, options.devices);
     if (!options.no_cpu) compare(gas, *device);
     measure(gas, *device, options);
   } catch (const std::exception& error) {

@@ -262,7 +262,8 @@ class DeviceMeshOn final : public DeviceMesh {
     const double half = 0.5 * sources.shortest_length();
     table_.build(n, cells_.view(), lengths, std::min(sums_.cutoff() + skin, half),
                  [=] LICHTENBERG_HOST_DEVICE(int s) { return to[s].at; });
-    sums_.arrange(RingRange::whole(n), cells_.view(), skin / 2, [=] LICHTENBERG_HOST_DEVICE(int s) { return to[s].at; });
+    sums_.arrange(RingRange::whole(n), cells_.view(), skin / 2,
+                  [=] LICHTENBERG_HOST_DEVICE(int s) { return to[s].at; });
   }
 
  private:

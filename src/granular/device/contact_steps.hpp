@@ -218,8 +218,8 @@ struct ContactSteps {
   FixedPointScale units, inverse_units;
   std::uint64_t seed = 0;
   bool exchanges = false;
-  Vec3 units_per_length;  ///< 2^32 over the search lengths (1/d0)
-  ShareOfGrains range;    ///< grains of this rank
+  Vec3 units_per_length;    ///< 2^32 over the search lengths (1/d0)
+  ShareOfGrains range;      ///< grains of this rank
   bool is_divided = false;  ///< true if there are several ranks
 
   /// Returns the sum of the radii of a pair (d0).

@@ -59,15 +59,15 @@ double bytes_needed(const Scene& scene);
 /// Returns the number of CUDA devices. Throws InputError if there is no usable device or the program was built without
 /// CUDA.
 int cuda_device_count();
-/// Returns the numbers of the CUDA devices that a scene selects, at least one (Scene::cuda_devices). Throws the exceptions
-/// of cuda_device_count() if it selects all.
+/// Returns the numbers of the CUDA devices that a scene selects, at least one (Scene::cuda_devices). Throws the
+/// exceptions of cuda_device_count() if it selects all.
 std::vector<int> chosen_devices(const Scene& scene);
 /// Estimates by what factor several H200s of a host are faster than one, from measurements
 /// (docs/measurements/device-gas.json).
 double expected_gain(std::size_t grains, int devices);
 /// Makes the gas of a scene on CUDA devices with the given numbers; none: on the current one. The calling thread must
-/// also make the calls of a gas on one device. Throws the exceptions of check_scene() and cuda_device_count(), InputError
-/// for a device that does not exist, and Failure if a device lacks memory.
+/// also make the calls of a gas on one device. Throws the exceptions of check_scene() and cuda_device_count(),
+/// InputError for a device that does not exist, and Failure if a device lacks memory.
 std::unique_ptr<DeviceGas> make_cuda_gas(const Scene& scene, const std::vector<int>& devices = {});
 /// Makes a gas that runs the algorithms of a device sequentially on the CPU, for tests. Throws the exceptions of
 /// check_scene() with Target::host. `ranks`: number of devices that threads of the CPU represent.

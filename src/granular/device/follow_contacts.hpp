@@ -32,7 +32,7 @@ template <class Law>
 struct FollowContacts {
   ContactSteps<Law> steps;
   PositionWrap wrap;
-  const int* go;                   ///< 0: no step has been chosen
+  const int* go;                     ///< 0: no step has been chosen
   int from = 0, to = 1'000'000'000;  ///< substeps from ... to - 1
 
   template <class Grid>

@@ -251,7 +251,8 @@ class GasLists {
   /// present positions.
   void divide_grains(const Sums& sums) {
     cells_.share_order();
-    const double contact = 2 * state_->largest_radius + skin_, layer = state_->search_lengths.x / cells_.view().cells[0];
+    const double contact = 2 * state_->largest_radius + skin_,
+                 layer = state_->search_lengths.x / cells_.view().cells[0];
     const double near = contacts_in_substep * contact,
                  far = std::max(near + contact, sums ? sums->cutoff() + skin_ : 0);
     state_->share.divide(cells_.layer_starts(), static_cast<int>(std::ceil(near / layer)),

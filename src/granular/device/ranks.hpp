@@ -28,7 +28,8 @@ class GasOnRanks final : public DeviceGas {
   GasOnRanks(const GasOnRanks&) = delete;
   GasOnRanks& operator=(const GasOnRanks&) = delete;
   ~GasOnRanks() override {
-    for (std::size_t r = 0; r < ranks_.size(); ++r) std::jthread([&] { enter_(static_cast<int>(r)), ranks_[r].reset(); });
+    for (std::size_t r = 0; r < ranks_.size(); ++r)
+      std::jthread([&] { enter_(static_cast<int>(r)), ranks_[r].reset(); });
   }
 
   void load(const Checkpoint& checkpoint, const GrainContactLaw& law, bool elastic, double stage_begin,

@@ -54,7 +54,8 @@ void check_for_several(const Scene& scene, const DeviceForces& forces, Target ta
   if (!forces.drives.empty()) refuse("external drives");
   constexpr std::size_t fewest = 300'000;
   if (target == Target::cuda && scene.conductors.size() < fewest)
-    refuse(fmt::format("{} grains faster than one does (they gain from {} grains on)", scene.conductors.size(), fewest));
+    refuse(
+        fmt::format("{} grains faster than one does (they gain from {} grains on)", scene.conductors.size(), fewest));
 }
 
 double bytes_needed(const Scene& scene, const DeviceForces& forces) {

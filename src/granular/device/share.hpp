@@ -43,9 +43,9 @@ class Share {
     range_ = ShareOfGrains::all(n);
     first_.clear();
   }
-  /// Divides the grains into ranges of about equal size. `start`: index of the first grain of each layer, and the number
-  /// of grains; `rows`, `known`: numbers of layers on each side of the own ones (ShareOfGrains). Throws Failure for fewer
-  /// layers than ranks.
+  /// Divides the grains into ranges of about equal size. `start`: index of the first grain of each layer, and the
+  /// number of grains; `rows`, `known`: numbers of layers on each side of the own ones (ShareOfGrains). Throws Failure
+  /// for fewer layers than ranks.
   void divide(const std::vector<int>& start, int rows, int known) {
     const int layers = static_cast<int>(start.size()) - 1, ranks = run_->ranks();
     if (layers < ranks)
@@ -137,8 +137,7 @@ class Share {
     entry_.resize(index.size());
     const int* of = index_.data();
     int* to = entry_.data();
-    run_->for_each(static_cast<long>(index.size()),
-                   [=] LICHTENBERG_HOST_DEVICE(int k) { to[k] = table.begin(of[k]); });
+    run_->for_each(static_cast<long>(index.size()), [=] LICHTENBERG_HOST_DEVICE(int k) { to[k] = table.begin(of[k]); });
     const std::vector<int> entry = entry_.download();
     entries_ = rows_;
     for (std::size_t k = 0; k < entries_.size(); ++k)

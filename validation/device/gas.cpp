@@ -122,7 +122,7 @@ void run(granular::device::DeviceGas& device, int steps) {
   for (int left = steps; left > 0; left -= 100) device.step(far, std::min(left, 100));
 }
 
-void measure(granular::Gas& gas, granular::device::DeviceGas& device, const Options& options) {
+Checkpoint measure(granular::Gas& gas, granular::device::DeviceGas& device, const Options& options) {
   const Checkpoint start = gas.save();
   const granular::GasEnergy before = gas.energy();
   device.load(start, gas.law(), false, 0, gas.surface());
@@ -144,7 +144,7 @@ void measure(granular::Gas& gas, granular::device::DeviceGas& device, const Opti
   Checkpoint end = start, again = start;
   device.store(end);
   fmt::print("state: hash {:016x}\n", hash(end));
-  if (options.no_cpu) return;
+  if (options.no_cpu) return end;
   device.load(start, gas.law(), false, 0, gas.surface());
   run(device, options.warm);
   run(device, options.steps);
@@ -161,6 +161,24 @@ void measure(granular::Gas& gas, granular::device::DeviceGas& device, const Opti
     fmt::print("{:.2f} fields of dipoles an evaluation\n",
                static_cast<double>(end.integers["effects.coulomb.counters"].at(1)) /
                    static_cast<double>(end.integers["effects.coulomb.counters"].at(0)));
+  return end;
+}
+
+/// Prints the arrays in which two states differ.
+void print_differences(const Checkpoint& a, const Checkpoint& b) {
+  const auto differ = [](const auto& one, const auto& other) {
+    for (const auto& [name, values] : one) {
+      const auto& others = other.at(name);
+      std::size_t count = values.size() == others.size() ? 0 : 1, first = 0;
+      double most = 0;
+      for (std::size_t k = 0; k < std::min(values.size(), others.size()); ++k)
+        if (values[k] != others[k])
+          first = count++ == 0 ? k : first, most = std::max(most, std::abs(static_cast<double>(values[k] - others[k])));
+      if (count > 0)
+        fmt::print("{}: {} of {} numbers differ, by up to {:.2e}, first {}\n", name, count, values.size(), most, first);
+    }
+  };
+  differ(a.reals, b.reals), differ(a.integers, b.integers);
 }
 
 }  // namespace
@@ -189,14 +207,16 @@ int main(int argc, char** argv) {
     const Scene scene = prepared(options);
     granular::Gas gas(scene);
     fmt::print("{} grains, {}\n", scene.conductors.size(), options.scene);
+    Checkpoint of_one;
     if (options.devices.size() > 1) {  // first on one of them
       const auto one = granular::device::make_cuda_gas(scene, {options.devices[0]});
-      measure(gas, *one, options);
+      of_one = measure(gas, *one, options);
     }
     const auto device =
         options.host ? granular::device::make_host_gas(scene) : granular::device::make_cuda_gas(scene, options.devices);
     if (!options.no_cpu) compare(gas, *device);
-    measure(gas, *device, options);
+    const Checkpoint end = measure(gas, *device, options);
+    if (options.devices.size() > 1) print_differences(of_one, end);
   } catch (const std::exception& error) {
     fmt::print(stderr, "device_gas: {}\n", error.what());
     return 1;

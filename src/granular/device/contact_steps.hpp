@@ -154,14 +154,13 @@ struct StepResults {
   int crossed = 0, outgrown = 0;
 
   /// Adds the results of another rank for its grains and pairs.
-  void join(const StepResults& o) {
+  LICHTENBERG_HOST_DEVICE void join(const StepResults& o) {
     begun += o.begun, transfers += o.transfers, refused += o.refused, unchanged += o.unchanged;
-    for (double StepResults::*most : {&StepResults::speed2, &StepResults::acceleration2, &StepResults::impact2,
-                                      &StepResults::moved2, &StepResults::too_fast2, &StepResults::charge})
-      this->*most = std::max(this->*most, o.*most);
-    for (int StepResults::*most : {&StepResults::lost, &StepResults::passed, &StepResults::escaped,
-                                   &StepResults::overfull, &StepResults::crossed, &StepResults::outgrown})
-      this->*most = std::max(this->*most, o.*most);
+    const auto raise = [](auto& most, auto value) { most = value > most ? value : most; };
+    raise(speed2, o.speed2), raise(acceleration2, o.acceleration2), raise(impact2, o.impact2);
+    raise(moved2, o.moved2), raise(too_fast2, o.too_fast2), raise(charge, o.charge);
+    raise(lost, o.lost), raise(passed, o.passed), raise(escaped, o.escaped);
+    raise(overfull, o.overfull), raise(crossed, o.crossed), raise(outgrown, o.outgrown);
   }
   /// Resets the results that accumulate in a step: the counts and `impact2`.
   LICHTENBERG_HOST_DEVICE void begin_step() {

@@ -109,19 +109,20 @@ class GasImpl final : public DeviceGas {
       record_progress(now);
     }
   }
-  /// Makes the outer steps of a series on several ranks. The host chooses each step from the results of all ranks.
+  /// Makes the outer steps of a series on several ranks. Each device chooses the steps from the results of all ranks,
+  /// and the hosts wait for each choice.
   template <class Law>
   void steps_of_ranks(const Law& law, Progress& now) {
-    const bool exchanges = has_slow_forces() && gas_.options.exchanges;
     while (now.wanted()) {
       if (!now.go) begin_steps(law);
       progress_.send();
       follow_on_ranks(law);
       run_->run_concurrently([&] { follow_charges(); }, [&] { find_impacts(law); });
       finish(NoAction());
+      join_results();
+      choose_next(
+          ChooseNext<Law>{rule(law), results_.device(), parameters_.device(), progress_.device(), nullptr, false});
       fetch_results();
-      ChooseNext<Law>{rule(law), &results_.host(), &parameters_.host(), &now, nullptr, exchanges}();
-      if (now.go) parameters_.send(), results_.send();
       record_progress(now);
     }
   }
@@ -138,16 +139,13 @@ class GasImpl final : public DeviceGas {
       locate_others();
     }
   }
-  /// Fetches the results of a step of all ranks. Sends the momenta and smooth forces at its end to other ranks.
+  /// Fetches the results of a step and the choice of the next. Meanwhile sends the momenta and smooth forces at the end
+  /// of the step to other ranks.
   void fetch_results() {
-    results_.fetch();
+    progress_.fetch(), parameters_.fetch(), results_.fetch();
     run_->mark(fetched_);
     if (gas_.share.is_divided()) gas_.share.send_to_neighbours(gas_.view().momentum, gas_.view().slow_force);
     run_->wait_until(fetched_);
-    StepResults& results = results_.host();
-    const std::vector<StepResults> all = run_->from_all(results);
-    for (std::size_t r = 0; r < all.size(); ++r)
-      if (static_cast<int>(r) != run_->rank()) results.join(all[r]);
   }
   /// Begins a series of outer steps (from one evaluation of the smooth forces to the next). The host chooses the first
   /// step, and the device the others, until the neighbour lists become invalid.
@@ -233,6 +231,7 @@ class GasImpl final : public DeviceGas {
     if (has_slow_forces()) recharge_once();
     energy_known_ = true;
     begin(law);
+    join_results();
     fetch_results();
   }
   template <class Law>
@@ -336,6 +335,29 @@ class GasImpl final : public DeviceGas {
     run_->for_each(gas_.share.range().own.count,
                    [=] LICHTENBERG_HOST_DEVICE(int k) { g.slow_force[first + k] = force(first + k); });
     if (gas_.share.is_divided()) gas_.share.send_to_neighbours(g.slow_force);
+  }
+  /// Joins the results of a step of all ranks.
+  void join_results() {
+    if (!gas_.share.is_divided()) return;
+    rank_results_.resize(run_->ranks());
+    StepResults *mine = results_.device(), *all = rank_results_.data();
+    const int rank = run_->rank(), ranks = run_->ranks();
+    std::vector<parallel::Transfer> transfers;
+    for (int r = 0; r < ranks; ++r)
+      if (r != rank)
+        transfers.push_back({mine, sizeof(StepResults), r, true}),
+            transfers.push_back({all + r, sizeof(StepResults), r, false});
+    run_->exchange(transfers);
+    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) {
+      StepResults results = *mine;
+      for (int r = 0; r < ranks; ++r)
+        if (r != rank) results.join(all[r]);
+      *mine = results;
+    });
+  }
+  template <class Law>
+  void choose_next(const ChooseNext<Law>& next) {
+    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) { next(); });
   }
   /// Sets the fixed-point positions of the grains near those of this rank to the positions that other ranks have sent.
   void locate_others() {
@@ -554,6 +576,7 @@ class GasImpl final : public DeviceGas {
   parallel::Mirrored<StepResults, Executor> results_{*run_};
   parallel::Mirrored<StepParameters, Executor> parameters_{*run_};
   parallel::Mirrored<Progress, Executor> progress_{*run_};
+  Array<StepResults> rank_results_{*run_};
   typename Executor::TimePoint fetched_;  ///< the results of a step are on the host
   typename Executor::Recording step_;
   typename GasLists<Executor>::Kernels recorded_;

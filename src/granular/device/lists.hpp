@@ -253,10 +253,10 @@ class GasLists {
     cells_.share_order();
     const double contact = 2 * state_->largest_radius + skin_,
                  layer = state_->search_lengths.x / cells_.view().cells[0];
-    const double near = contacts_in_substep * contact,
-                 far = std::max(near + contact, sums ? sums->cutoff() + skin_ : 0);
-    state_->share.divide(cells_.layer_starts(), static_cast<int>(std::ceil(near / layer)),
-                         static_cast<int>(std::ceil(far / layer)));
+    const auto layers = [&](double length) { return static_cast<int>(std::ceil(length / layer)); };
+    const int rows = layers(contacts_in_substep * contact);
+    state_->share.divide(cells_.layer_starts(), rows,
+                         std::max(rows + layers(contact), layers(sums ? sums->cutoff() + skin_ : 0)));
   }
   static Vec3 cell_edges(const GasState<Executor>& state) {
     if (state.options.tables) return periodic::device::cell_edges(*state.options.tables, 0.6);

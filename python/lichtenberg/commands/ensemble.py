@@ -51,8 +51,8 @@ ARGUMENTS = [
     ),
     argument(
         "--device",
-        "device for the field solver or for grains, cpu or cuda (default: field.device of the scene, cpu for grains)",
-        allowed=["cpu", "cuda"],
+        "device for the field solver or for grains, cpu or cuda; for grains also cuda:0,1 or cuda:all for several "
+        "devices (default: field.device of the scene, cpu for grains)",
     ),
     argument("--jobs", "members that run at the same time (default: one per core)", "int", positive=True),
     argument(
@@ -166,7 +166,7 @@ class Process:
     process, which passes it on once. If this process ends, the system interrupts the run."""
 
     def __init__(self, folder, member, device):
-        self.member, self.messages = member, os.memfd_create("messages")
+        self.member, self.device, self.messages = member, device, os.memfd_create("messages")
         result = folder.file(member, ".h5")
         words = ["lichtenberg", "run", f"--out={result}", "--quiet", *[f"--device={device}"] * bool(device)]
         words += ["--resume"] * os.path.exists(result) + ["--", folder.file(member, ".toml")]
@@ -254,7 +254,8 @@ def run_members(program, folder, members, request, interruption):
     returns early, when all processes have ended at their checkpoints."""
     waiting = deque(sorted((m for m in members if m.state == "waiting"), key=lambda member: -member.cost))
     running, told, progress = [], False, Progress(members, request.quiet)
-    jobs = request.jobs or os.cpu_count() or 1
+    devices = devices_of(request.device)
+    jobs = request.jobs or (len(devices) if ":" in devices[0] else os.cpu_count() or 1)
     while waiting or running:
         if interruption.signal and not told:
             told = True
@@ -271,7 +272,8 @@ def run_members(program, folder, members, request, interruption):
             if member.state == "failed":
                 report_failure(member)
             else:
-                running.append(Process(folder, member, request.device))
+                busy = [process.device for process in running]
+                running.append(Process(folder, member, min(devices, key=busy.count)))
         time.sleep(0.005)
         running = [process for process in running if not collect(program, folder, process, progress)]
         progress.show()
@@ -288,6 +290,21 @@ def collect(program, folder, process, progress):
         progress.end_line()
         report_failure(process.member)
     return True
+
+
+def devices_of(written):
+    """Returns the values of --device for members side by side, one for each device: "cuda:0", "cuda:1"."""
+    if written in (None, "", "cpu", "cuda"):
+        return [written or ""]
+    found = re.fullmatch("cuda:(all|[0-9]+(?:,[0-9]+)*)", written)
+    if not found:
+        raise InputError(f"--device: {written} is not allowed: it is one of cpu, cuda, cuda:all or a list as cuda:0,1")
+    if found[1] != "all":
+        return [f"cuda:{number}" for number in found[1].split(",")]
+    present = sorted(int(path.name[6:]) for path in Path("/dev").glob("nvidia[0-9]*"))
+    if not present:
+        raise InputError("--device cuda:all: this machine has no CUDA device that can be used")
+    return [f"cuda:{number}" for number in range(len(present))]
 
 
 def share_of(written):
@@ -345,6 +362,7 @@ def report(program, request, members, share):
 
 def act(request):
     request.out = request.out or Path(request.scene).stem + "-ensemble"
+    devices_of(request.device)  # refuses other values before anything is written
     program = Members(request)
     members = program.members
     if all(member.state == "failed" for member in members):

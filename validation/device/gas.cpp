@@ -122,8 +122,10 @@ void run(granular::device::DeviceGas& device, int steps) {
   for (int left = steps; left > 0; left -= 100) device.step(far, std::min(left, 100));
 }
 
-Checkpoint measure(granular::Gas& gas, granular::device::DeviceGas& device, const Options& options) {
-  const Checkpoint start = gas.save();
+/// Runs the gas from the state `start` and returns the state at the end.
+Checkpoint measure(granular::Gas& gas, granular::device::DeviceGas& device, const Options& options,
+                   const Checkpoint& start) {
+  gas.restore(start);
   const granular::GasEnergy before = gas.energy();
   device.load(start, gas.law(), false, 0, gas.surface());
   run(device, options.warm);
@@ -207,15 +209,16 @@ int main(int argc, char** argv) {
     const Scene scene = prepared(options);
     granular::Gas gas(scene);
     fmt::print("{} grains, {}\n", scene.conductors.size(), options.scene);
+    const Checkpoint start = gas.save();
     Checkpoint of_one;
     if (options.devices.size() > 1) {  // first on one of them
       const auto one = granular::device::make_cuda_gas(scene, {options.devices[0]});
-      of_one = measure(gas, *one, options);
+      of_one = measure(gas, *one, options, start);
     }
     const auto device =
         options.host ? granular::device::make_host_gas(scene) : granular::device::make_cuda_gas(scene, options.devices);
     if (!options.no_cpu) compare(gas, *device);
-    const Checkpoint end = measure(gas, *device, options);
+    const Checkpoint end = measure(gas, *device, options, start);
     if (options.devices.size() > 1) print_differences(of_one, end);
   } catch (const std::exception& error) {
     fmt::print(stderr, "device_gas: {}\n", error.what());

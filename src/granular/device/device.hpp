@@ -62,7 +62,7 @@ int cuda_device_count();
 /// Returns the numbers of the CUDA devices that a scene selects, at least one (Scene::cuda_devices). Throws the
 /// exceptions of cuda_device_count() if it selects all.
 std::vector<int> chosen_devices(const Scene& scene);
-/// Estimates by what factor several H200s of a host are faster than one, from measurements
+/// Estimates the speed of several H200s of a host over that of one, from measurements
 /// (docs/measurements/device-gas.json).
 double expected_gain(std::size_t grains, int devices);
 /// Makes the gas of a scene on CUDA devices with the given numbers; none: on the current one. The calling thread must

@@ -96,9 +96,9 @@ std::vector<int> chosen_devices(const Scene& scene) {
 double expected_gain(std::size_t grains, int devices) {
   // Shares of a step on one device: transforms, which each device repeats, and for each exchange of halos a layer
   // of grains whose number grows with N^(2/3). A constant time is lost to communication.
-  const double n = static_cast<double>(grains), one = 1.55e-9 * n, repeated = 0.12 * one, p = devices;
+  const double n = static_cast<double>(grains), one = 1.55e-9 * n, repeated = 0.2 * one, p = devices;
   const double halo = 7e-9 * std::pow(n, 2.0 / 3);
-  return one / ((one - repeated) / p + repeated + halo + 8e-5);
+  return one / ((one - repeated) / p + repeated + halo + 1.55e-4);
 }
 
 double bytes_needed(const Scene& scene) { return bytes_needed(scene, device_forces(scene, Target::host)); }

@@ -16,8 +16,8 @@
 
 namespace lichtenberg::granular::device {
 
-/// Grains of a rank by their sorted indices: those that it owns; those whose rows of the table of candidate pairs it
-/// has; those whose state it keeps up to date. Each range contains the one before.
+/// Grains of a rank by their sorted indices. `own`: it moves them. `rows`: it has their rows of the table of candidate
+/// pairs. `known`: it keeps their state up to date. Each range contains the one before.
 struct ShareOfGrains {
   RingRange own, rows, known;
 

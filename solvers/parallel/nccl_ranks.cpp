@@ -36,8 +36,8 @@ struct NcclRing {
 
 class NcclLink final : public Link {
  public:
-  NcclLink(int rank, const std::shared_ptr<Meeting>& meeting, std::shared_ptr<NcclRing> ring)
-      : Link(rank, meeting), ring_(std::move(ring)), mine_(ring_->ranks[rank]) {}
+  NcclLink(int rank, const std::shared_ptr<HostBarrier>& barrier, std::shared_ptr<NcclRing> ring)
+      : Link(rank, barrier), ring_(std::move(ring)), mine_(ring_->ranks[rank]) {}
 
   void sum(void* numbers, std::size_t n, Number type, void* stream) const override {
     const ncclDataType_t of = type == Number::int32 ? ncclInt32 : type == Number::int64 ? ncclInt64 : ncclFloat64;
@@ -71,9 +71,9 @@ std::vector<std::unique_ptr<Link>> cuda_links(const std::vector<int>& devices) {
   const auto ring = std::make_shared<NcclRing>();
   ring->ranks.resize(devices.size());
   check_nccl(ncclCommInitAll(ring->ranks.data(), ranks, devices.data()));
-  const auto meeting = std::make_shared<Meeting>(ranks);
+  const auto barrier = std::make_shared<HostBarrier>(ranks);
   std::vector<std::unique_ptr<Link>> links;
-  for (int r = 0; r < ranks; ++r) links.push_back(std::make_unique<NcclLink>(r, meeting, ring));
+  for (int r = 0; r < ranks; ++r) links.push_back(std::make_unique<NcclLink>(r, barrier, ring));
   return links;
 }
 

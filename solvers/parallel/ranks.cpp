@@ -23,12 +23,12 @@ class HostLink final : public Link {
       sum_of(static_cast<double*>(numbers), n);
   }
   void broadcast(void* data, std::size_t bytes, void*) const override {
-    const auto all = meeting().publish(rank(), data);
+    const auto all = barrier().publish(rank(), data);
     if (rank() > 0) std::memcpy(data, all[0], bytes);
-    meeting().wait();
+    barrier().wait();
   }
   void exchange(std::span<const Transfer> transfers, void*) const override {
-    const auto all = meeting().publish(rank(), &transfers);
+    const auto all = barrier().publish(rank(), &transfers);
     std::vector<std::size_t> taken(ranks(), 0);
     for (const Transfer& to : transfers) {
       if (to.sends) continue;
@@ -38,24 +38,24 @@ class HostLink final : public Link {
       if (theirs[k].bytes != to.bytes) throw Failure("ranks exchange different numbers of bytes");
       std::memcpy(to.data, theirs[k++].data, to.bytes);
     }
-    meeting().wait();
+    barrier().wait();
   }
 
  private:
   template <class T>
   void sum_of(T* numbers, std::size_t n) const {
-    const auto all = meeting().publish(rank(), numbers);
+    const auto all = barrier().publish(rank(), numbers);
     std::vector<T> sums(n);
     for (const void* each : all)
       for (std::size_t k = 0; k < n; ++k) sums[k] += static_cast<const T*>(each)[k];
-    meeting().wait();
+    barrier().wait();
     std::ranges::copy(sums, numbers);
   }
 };
 
 }  // namespace
 
-void Meeting::wait() {
+void HostBarrier::wait() {
   const int round = round_;
   if (++arrived_ == ranks_) {
     arrived_ = 0;
@@ -68,16 +68,16 @@ void Meeting::wait() {
   }
 }
 
-std::span<const void* const> Meeting::publish(int rank, const void* mine) {
+std::span<const void* const> HostBarrier::publish(int rank, const void* mine) {
   slots_[rank] = mine;
   wait();
   return slots_;
 }
 
 std::vector<std::unique_ptr<Link>> host_links(int ranks) {
-  const auto meeting = std::make_shared<Meeting>(ranks);
+  const auto barrier = std::make_shared<HostBarrier>(ranks);
   std::vector<std::unique_ptr<Link>> links;
-  for (int r = 0; r < ranks; ++r) links.push_back(std::make_unique<HostLink>(r, meeting));
+  for (int r = 0; r < ranks; ++r) links.push_back(std::make_unique<HostLink>(r, barrier));
   return links;
 }
 

@@ -15,9 +15,9 @@ namespace lichtenberg::parallel {
 
 /// Barrier of the host threads of all ranks, and exchange of small values between them. If one of the threads fails,
 /// the others do not wait for it forever: their calls throw Failure.
-class Meeting {
+class HostBarrier {
  public:
-  explicit Meeting(int ranks) : ranks_(ranks), slots_(ranks) {}
+  explicit HostBarrier(int ranks) : ranks_(ranks), slots_(ranks) {}
   int ranks() const { return ranks_; }
   /// Waits until all ranks have called. Throws Failure if a rank has failed.
   void wait();
@@ -55,14 +55,14 @@ inline constexpr Number number_type<double> = Number::real64;
 /// calls. Functions throw Failure if a rank has failed. `stream`: a CUDA stream, null on the CPU.
 class Link {
  public:
-  Link(int rank, std::shared_ptr<Meeting> meeting) : rank_(rank), meeting_(std::move(meeting)) {}
+  Link(int rank, std::shared_ptr<HostBarrier> barrier) : rank_(rank), barrier_(std::move(barrier)) {}
   Link(const Link&) = delete;
   Link& operator=(const Link&) = delete;
   virtual ~Link() = default;
 
   int rank() const { return rank_; }
-  int ranks() const { return meeting_->ranks(); }
-  Meeting& meeting() const { return *meeting_; }
+  int ranks() const { return barrier_->ranks(); }
+  HostBarrier& barrier() const { return *barrier_; }
 
   /// Replaces n numbers in device memory by their sums over all ranks. The sums must be exact, so that they do not
   /// depend on the order.
@@ -72,11 +72,11 @@ class Link {
   /// Sends and receives ranges of device memory.
   virtual void exchange(std::span<const Transfer> transfers, void* stream) const = 0;
   /// Ends all communication after a failure, so that no device waits for another one.
-  virtual void abort() { meeting_->fail(); }
+  virtual void abort() { barrier_->fail(); }
 
  private:
   int rank_;
-  std::shared_ptr<Meeting> meeting_;
+  std::shared_ptr<HostBarrier> barrier_;
 };
 
 /// Makes the links of several ranks on the CPU, for tests.
@@ -99,8 +99,8 @@ class Communicator {
   std::vector<T> from_all(const T& mine) const {
     if (!link_) return {mine};
     std::vector<T> all;
-    for (const void* each : link_->meeting().publish(rank(), &mine)) all.push_back(*static_cast<const T*>(each));
-    link_->meeting().wait();
+    for (const void* each : link_->barrier().publish(rank(), &mine)) all.push_back(*static_cast<const T*>(each));
+    link_->barrier().wait();
     return all;
   }
 

@@ -210,16 +210,16 @@ int main(int argc, char** argv) {
     granular::Gas gas(scene);
     fmt::print("{} grains, {}\n", scene.conductors.size(), options.scene);
     const Checkpoint start = gas.save();
-    Checkpoint of_one;
+    Checkpoint single;
     if (options.devices.size() > 1) {  // first on one of them
       const auto one = granular::device::make_cuda_gas(scene, {options.devices[0]});
-      of_one = measure(gas, *one, options, start);
+      single = measure(gas, *one, options, start);
     }
     const auto device =
         options.host ? granular::device::make_host_gas(scene) : granular::device::make_cuda_gas(scene, options.devices);
     if (!options.no_cpu) compare(gas, *device);
     const Checkpoint end = measure(gas, *device, options, start);
-    if (options.devices.size() > 1) print_differences(of_one, end);
+    if (options.devices.size() > 1) print_differences(single, end);
   } catch (const std::exception& error) {
     fmt::print(stderr, "device_gas: {}\n", error.what());
     return 1;

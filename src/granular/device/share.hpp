@@ -88,10 +88,10 @@ class Share {
   }
   /// As send_to_neighbours, and sends values of the entries of own rows to the ranks that have these rows.
   template <class E, class... T>
-  void send_with_entries(E* of_entries, T*... values) const {
+  void send_with_entries(E* entry_values, T*... values) const {
     std::vector<parallel::Transfer> transfers;
     (append(transfers, known_, values), ...);
-    append(transfers, entries_, of_entries);
+    append(transfers, entries_, entry_values);
     run_->exchange(transfers);
   }
   /// Sends values of own grains to all ranks, so that each rank has all.

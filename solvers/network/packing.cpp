@@ -49,6 +49,7 @@ std::vector<ParticleContact> contacts_of_pairs(const ParticlePacking& packing, p
 /// Returns the vector (m) from the first to the second particle of a contact, of nearest images.
 Point between(const ParticlePacking& packing, const ParticleContact& contact) {
   const Point &a = packing.position[contact.i], &b = packing.position[contact.j];
+  if (!packing.box.any_periodic()) return {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
   const NearestImage<3> nearest(packing.box);
   return {nearest(b[0] - a[0], 0), nearest(b[1] - a[1], 1), nearest(b[2] - a[2], 2)};
 }

@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <exception>
+#include <map>
+#include <mutex>
 
 #include "solvers/error.hpp"
+#include "solvers/network/ranges.hpp"
 #include "solvers/network/resistor.hpp"
 
 namespace lichtenberg::network {
@@ -136,20 +139,20 @@ Path path_to_wall(const ParticlePacking& packing, const ParticleWallContact& c) 
           .contact = contact_state(packing, c)};
 }
 
-/// Calls act(k) for k = 0 ... count - 1 on threads, and then throws the exception of the smallest k, if any did.
+/// Calls act(k) for k = 0 ... count - 1 on threads, and then throws the first exception of the first range with one.
 template <class Act>
 void for_each_checked(std::size_t count, parallel::Team& team, const Act& act) {
-  constexpr std::size_t a_task = 1 << 14;
-  std::vector<std::exception_ptr> error((count + a_task - 1) / a_task);
-  team.for_each(static_cast<int>(error.size()), [&](int task) {
+  std::map<std::size_t, std::exception_ptr> errors;
+  std::mutex mutex;
+  for_each_range(count, team, [&](std::size_t begin, std::size_t end) {
     try {
-      for (std::size_t k = task * a_task; k < std::min(count, (task + 1) * a_task); ++k) act(k);
+      for (std::size_t k = begin; k < end; ++k) act(k);
     } catch (...) {
-      error[task] = std::current_exception();
+      const std::lock_guard lock(mutex);
+      errors[begin] = std::current_exception();
     }
   });
-  for (const std::exception_ptr& thrown : error)
-    if (thrown) std::rethrow_exception(thrown);
+  if (!errors.empty()) std::rethrow_exception(errors.begin()->second);
 }
 
 }  // namespace

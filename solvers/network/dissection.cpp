@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "solvers/error.hpp"
+#include "solvers/network/ranges.hpp"
 
 namespace lichtenberg::network {
 namespace {
@@ -25,10 +26,15 @@ class Geometric {
         low[axis] = std::min(low[axis], p[axis]);
         high[axis] = std::max(high[axis], p[axis]);
       }
-    double reach = 0;
-    for (const Link& link : network.links)
-      if (!kept[link.a] && !kept[link.b])
-        reach = std::max(reach, distance(network.position[link.a], network.position[link.b]));
+    std::atomic<double> reach = 0;
+    for_each_range(network.links.size(), team, [&](std::size_t begin, std::size_t end) {
+      double longest = 0;
+      for (std::size_t k = begin; k < end; ++k)
+        if (const Link& link = network.links[k]; !kept[link.a] && !kept[link.b])
+          longest = std::max(longest, distance(network.position[link.a], network.position[link.b]));
+      for (double former = reach; longest > former && !reach.compare_exchange_weak(former, longest);) {
+      }
+    });
     // Coordinates are rounded to single precision relative to the extent.
     reach_ = static_cast<float>(reach * (1 + 1e-6) + 2.5e-7 * distance(low, high));
     for (int n = 0; n < network.nodes; ++n)

@@ -17,6 +17,15 @@ std::size_t pairs_of(std::size_t n) { return n * (n - 1) / 2; }
 /// Returns where column k of a lower triangle with m rows begins, with columns stored contiguously.
 std::int64_t start_of_column(std::int64_t k, std::int64_t m) { return k * m - k * (k - 1) / 2; }
 
+/// Calls act(k) for each column k of a dense block, on threads if there are many.
+template <class Act>
+void for_each_column(int columns, parallel::Team& team, const Act& act) {
+  constexpr int a_task = 256;
+  team.for_each((columns + a_task - 1) / a_task, [&](int task) {
+    for (int k = task * a_task; k < std::min(columns, (task + 1) * a_task); ++k) act(k);
+  });
+}
+
 }  // namespace
 
 /// Array whose values are not initialized, and which keeps its memory.
@@ -294,23 +303,21 @@ void Elimination::eliminate(const Block& block, Results& results, Workspace& wor
     double* g = workspace.front.get(m * m);
     assemble(front, dissection_.fronts[f].children, results, g, team);
     eliminate_stars(g, front.rows(), front.size, team);
-    if (factor != nullptr)
-      for (int k = 0; k < front.size; ++k) std::copy_n(g + k * (m + 1), m - k, front.star(k));
     double* mesh = results.add(front.border);
-    for (std::size_t k = front.size; k < m; ++k) mesh = std::copy_n(g + k * (m + 1) + 1, m - k - 1, mesh);
+    for_each_column(front.rows(), team, [&](int k) {
+      const double* column = g + k * (m + 1);
+      if (k >= front.size)
+        std::copy_n(column + 1, m - k - 1, mesh + start_of_column(k - front.size, front.rows() - front.size - 1));
+      else if (factor != nullptr)
+        std::copy_n(column, m - k, front.star(k));
+    });
   }
 }
 
 /// Assembles a front, [rows, rows], from its own links and the last `children` results.
 void Elimination::assemble(const Front& front, int children, Results& results, double* g, parallel::Team& team) const {
-  constexpr int columns_a_task = 256;
   const int m = front.rows();
-  const auto each_column = [&](int columns, const auto& act) {
-    team.for_each((columns + columns_a_task - 1) / columns_a_task, [&](int task) {
-      for (int k = task * columns_a_task; k < std::min(columns, (task + 1) * columns_a_task); ++k) act(k);
-    });
-  };
-  each_column(m, [&](int k) { std::fill_n(g + std::size_t(k) * (m + 1), m - k, 0.0); });
+  for_each_column(m, team, [&](int k) { std::fill_n(g + std::size_t(k) * (m + 1), m - k, 0.0); });
   for (int k = 0; k < front.size; ++k)
     for (const int link : incidence_.of(node(front.first + k)))
       if (const int other = number_[other_end(network_.links[link], node(front.first + k))]; other > front.first + k)
@@ -322,7 +329,7 @@ void Elimination::assemble(const Front& front, int children, Results& results, d
     const int n = static_cast<int>(border.size());
     row.resize(n);
     front.find_rows(border, row.data());
-    each_column(n, [&](int k) {
+    for_each_column(n, team, [&](int k) {
       double* column = g + std::size_t(row[k]) * m;
       const double* from = mesh + start_of_column(k, n - 1) - k - 1;
       for (int i = k + 1; i < n; ++i) column[row[i]] += from[i];

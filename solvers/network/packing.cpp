@@ -7,6 +7,7 @@
 
 #include "solvers/error.hpp"
 #include "solvers/neighbours/pairs.hpp"
+#include "solvers/network/ranges.hpp"
 #include "solvers/network/spatial_order.hpp"
 
 namespace lichtenberg::network {
@@ -21,13 +22,13 @@ double height(const Point& p, const PackingWall& wall) {
 template <int d>
 std::vector<ParticleContact> contacts_of_pairs(const ParticlePacking& packing, parallel::Team& team) {
   const std::vector<int> order = spatial_order(packing.position);
-  std::vector<double> position, radius;
-  position.reserve(d * order.size());
-  radius.reserve(order.size());
-  for (const int i : order) {
-    position.insert(position.end(), packing.position[i].begin(), packing.position[i].begin() + d);
-    radius.push_back(packing.radius[i]);
-  }
+  std::vector<double> position(d * order.size()), radius(order.size());
+  for_each_range(order.size(), team, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      std::copy_n(packing.position[order[k]].begin(), d, position.begin() + static_cast<std::ptrdiff_t>(d * k));
+      radius[k] = packing.radius[order[k]];
+    }
+  });
   Box<d> box;
   for (int k = 0; k < d; ++k) box.lengths[k] = packing.box.lengths[k];
   std::copy_n(packing.box.sides.begin(), 2 * d, box.sides.begin());
@@ -49,6 +50,7 @@ std::vector<ParticleContact> contacts_of_pairs(const ParticlePacking& packing, p
 /// Returns the vector (m) from the first to the second particle of a contact, of nearest images.
 Point between(const ParticlePacking& packing, const ParticleContact& contact) {
   const Point &a = packing.position[contact.i], &b = packing.position[contact.j];
+  if (!packing.box.any_periodic()) return {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
   const NearestImage<3> nearest(packing.box);
   return {nearest(b[0] - a[0], 0), nearest(b[1] - a[1], 1), nearest(b[2] - a[2], 2)};
 }

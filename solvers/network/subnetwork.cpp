@@ -4,6 +4,7 @@
 #include <numeric>
 #include <utility>
 
+#include "solvers/network/ranges.hpp"
 #include "solvers/network/spatial_order.hpp"
 
 namespace lichtenberg::network {
@@ -34,10 +35,9 @@ Subnetwork reordered(const Network& network, const std::vector<int>& first, para
   std::vector<int> number(network.nodes);
   const bool placed = !network.position.empty();
   result.network.position.resize(placed ? network.nodes : 0);
-  constexpr int nodes_a_task = 1 << 16;
-  team.for_each((network.nodes + nodes_a_task - 1) / nodes_a_task, [&](int task) {
-    for (int n = task * nodes_a_task; n < std::min(network.nodes, (task + 1) * nodes_a_task); ++n) {
-      number[result.node[n]] = n;
+  for_each_range(network.nodes, team, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t n = begin; n < end; ++n) {
+      number[result.node[n]] = static_cast<int>(n);
       if (placed) result.network.position[n] = network.position[result.node[n]];
     }
   });

@@ -254,7 +254,7 @@ void measure_to_all(const NetworkArguments& request, const std::string& electrod
   options.between = electrode;
   const std::vector<ResistancesToAll> found = resistances_with_progress(frame, options, request.quiet);
   if (!request.json.printed()) print_table(found);
-  request.json.put(json_of(request, frame, found), 2);
+  if (!request.json.word.empty()) request.json.put(json_of(request, frame, found), 2);
   print_warnings(frame.warnings);
 }
 
@@ -379,7 +379,7 @@ void measure(const NetworkArguments& request) {
   for (const NetworkModel model : models) networks.push_back(solve_network(frame, model, options, voltage));
   if (!request.no_save) save_networks(request.file, frame, networks, !why_no_contact.empty());
   if (!request.json.printed()) print_tables(networks, why_no_contact);
-  request.json.put(json_of(request, frame, networks, why_no_contact), 2);
+  if (!request.json.word.empty()) request.json.put(json_of(request, frame, networks, why_no_contact), 2);
   if (draws(request)) draw_networks(request, frame.warnings, networks);
   print_warnings(frame.warnings);
 }

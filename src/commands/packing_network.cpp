@@ -6,8 +6,8 @@
 #include <cmath>
 #include <thread>
 
+#include "solvers/disjoint_sets.hpp"
 #include "solvers/error.hpp"
-#include "solvers/network/components.hpp"
 #include "solvers/network/resistor.hpp"
 #include "src/effects/read_scene.hpp"
 #include "src/effects/soft_repulsion.hpp"
@@ -157,12 +157,18 @@ std::vector<double> resistances_between_contacts(const PackingFrame& frame, cons
 
 /// Returns for each particle whether a path of contacts joins it to one of the electrodes.
 std::vector<char> joined(const PackingFrame& frame, const std::vector<network::PackingElectrode>& electrodes) {
-  const network::PackingNetwork paths = particle_network(
-      frame.packing, frame.contacts, network::resistor_model("constant"), {.resistance = 1}, electrodes);
-  const std::vector<int> piece = network::components(paths.network).of;
-  std::vector<char> result(frame.packing.size());
-  for (int i = 0; i < frame.packing.size(); ++i)
-    result[i] = std::ranges::any_of(paths.electrode, [&](int e) { return piece[e] == piece[i]; });
+  const int particles = frame.packing.size();
+  DisjointSets sets(particles + static_cast<int>(frame.packing.walls.size()));
+  for (const auto [i, j] : frame.contacts.pairs) sets.unite(i, j);
+  std::vector<int> ends;
+  for (const network::PackingElectrode& electrode : electrodes) {
+    ends.push_back(electrode.wall ? particles + electrode.index : electrode.index);
+    for (const auto [i, wall] : frame.contacts.walls)
+      if (electrode.wall && wall == electrode.index) sets.unite(i, ends.back());
+  }
+  std::vector<char> result(particles);
+  for (int i = 0; i < particles; ++i)
+    result[i] = std::ranges::any_of(ends, [&](int end) { return sets.find(end) == sets.find(i); });
   return result;
 }
 
@@ -253,8 +259,10 @@ PackingFrame read_packing(const std::string& path, std::optional<int> frame) {
     if (file->has(size_of_load)) result.scene = resized(std::move(result.scene), size_in(*file, result.frame));
     result.packing = read_frame(*file, result.frame);
     if (is_packing) complete_packing(result);
-    for (const Conductor& conductor : result.scene.conductors)
-      result.packing.resistivity.push_back(conductor.relative_resistivity);
+    if (std::ranges::any_of(result.scene.conductors, [](const Conductor& c) { return c.relative_resistivity != 1; }))
+      for (const Conductor& conductor : result.scene.conductors)
+        result.packing.resistivity.push_back(conductor.relative_resistivity);
+    result.scene.conductors = {};
     network::check(result.packing);
     result.contacts = network::find_contacts(result.packing, *team_for(result.packing));
     result.warnings = warnings_of(result);

@@ -17,7 +17,7 @@ namespace lichtenberg {
 struct PackingFrame {
   std::shared_ptr<const ResultFile> file;  ///< file of the frame
   int frame = 0;
-  Scene scene;  ///< scene of the run
+  Scene scene;  ///< scene of the run, without its conductors
   network::ParticlePacking packing;
   network::Contacts contacts;
   /// Reasons why the frame may be unreliable (Summary::warnings), such as a packing not at rest

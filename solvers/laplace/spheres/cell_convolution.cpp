@@ -49,6 +49,7 @@ CellConvolution::CellConvolution(const Mirrors& mirrors, const Cells& cells, dou
   for (int l = 0; l <= degree_; ++l)
     for (int t = 0; l + t <= degree_; ++t)
       for (const Coupling::Term& term : coupling.terms(l, t)) products_.push_back(product(term));
+  std::ranges::stable_sort(products_, {}, &Product::target);  // So that sums stay in the first-level cache
 }
 
 bool CellConvolution::fits(const Mirrors& mirrors, const Cells& cells, double accuracy) const {
@@ -123,8 +124,9 @@ void CellConvolution::transform_back(int harmonic, const Scalar* in_waves, doubl
 template <class Scalar>
 void CellConvolution::multiply(Eigen::Index first, Eigen::Index size, const Scalar* source, Scalar* field) const {
   const Eigen::Index total = kernel_.cols();
-  for (Eigen::Index h = 0; h < kernel_.rows(); ++h) std::fill_n(field + h * total + first, size, Scalar{});
+  int target = -1;
   for (const Product& product : products_) {
+    if (product.target != target) std::fill_n(field + (target = product.target) * total + first, size, Scalar{});
     const double factor = product.factor, *kernel = kernel_.row(product.derivative).data() + first;
     const Scalar* in = source + product.source * total + first;
     Scalar* out = field + product.target * total + first;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <vector>
 
 #include "solvers/laplace/spheres/near_field.hpp"
@@ -42,9 +43,12 @@ struct Cells {
 
   /// Finds all pairs of a target and a source, or an image of a source, in near cells, except a sphere with itself;
   /// sorted by target. `sources` must be the spheres of the grid.
-  std::vector<NearPair> near_pairs(const std::vector<Site>& targets, const std::vector<Site>& sources) const;
+  std::vector<NearPair> near_pairs(const std::vector<Site>& targets, const std::vector<Site>& sources,
+                                   parallel::Team& team) const;
 
  private:
+  void add_near_pairs(int target, Vec3 position, const std::vector<Site>& sources,
+                      std::span<const std::array<int, 3>> offsets, std::vector<NearPair>& pairs) const;
   /// Cell inside the grid that a cell mirrors or repeats, along one axis, and the reflection and shift (m) between
   /// them.
   struct ImageCell {

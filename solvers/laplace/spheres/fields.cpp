@@ -274,7 +274,7 @@ Fields::Fields(const SphereProblem& problem, const Mirrors& mirrors, const Spher
     cells_ = std::make_unique<Cells>(problem, sites_);
   else if (mirrors.bounded && !(has_fixed_degree() && fixed_degree_ <= low_degree))
     range_ = choose_range(mirrors, sites_);
-  const std::vector<NearPair> pairs = near_pairs(sites_);
+  const std::vector<NearPair> pairs = near_pairs(sites_, team);
   choose_degrees(problem, pairs, team);
   stop_if_requested();
   near_ = std::make_unique<NearField>(sites_, sites_, pairs, narrowness_ * accuracy, team);
@@ -299,10 +299,10 @@ FarImages Fields::far_images(double target_radius, double accuracy) const {
   return images;
 }
 
-std::vector<NearPair> Fields::near_pairs(const std::vector<Site>& targets) const {
-  if (cells_ && mirrors_.bounded) return cells_->near_pairs(targets, sites_);
+std::vector<NearPair> Fields::near_pairs(const std::vector<Site>& targets, parallel::Team& team) const {
+  if (cells_ && mirrors_.bounded) return cells_->near_pairs(targets, sites_, team);
   if (mirrors_.bounded && range_ == 0) return {};
-  if (cells_ && &targets == &sites_) return cells_->near_pairs(targets, sites_);
+  if (cells_ && &targets == &sites_) return cells_->near_pairs(targets, sites_, team);
   std::vector<NearPair> pairs;
   for (std::size_t t = 0; t < targets.size(); ++t)
     for (std::size_t s = 0; s < sites_.size(); ++s)
@@ -348,7 +348,8 @@ std::vector<double> Fields::one_degree_beyond(const double* multipoles, parallel
   std::vector<Site> targets = sites_;
   for (Site& target : targets) ++target.degree;
   std::vector<double> local(starts(targets).back());
-  NearField(targets, sites_, near_pairs(sites_), narrowness_ * accuracy_, team).add(multipoles, local.data(), team);
+  NearField(targets, sites_, near_pairs(sites_, team), narrowness_ * accuracy_, team)
+      .add(multipoles, local.data(), team);
   if (far_) far_->add(multipoles, local.data(), team, 1);
   if (cell_field_) CellField(convolution_, *cells_, targets, sites_).add(multipoles, local.data(), team);
   return local;
@@ -358,7 +359,7 @@ void Fields::add_at(std::span<const Vec3> points, double unit, const double* mul
                     parallel::Team& team) const {
   std::vector<Site> targets;
   for (const Vec3 point : points) targets.push_back({point, unit, 1});
-  NearField(targets, sites_, near_pairs(targets), 0.01 * accuracy_, team).add(multipoles, local, team);
+  NearField(targets, sites_, near_pairs(targets, team), 0.01 * accuracy_, team).add(multipoles, local, team);
   if (!mirrors_.bounded) return;
   if (cells_)
     CellField(convolution_, *cells_, targets, sites_).add(multipoles, local, team);
@@ -370,7 +371,7 @@ std::shared_ptr<const ChargesAndDipoles> Fields::charges_and_dipoles(std::shared
                                                                      parallel::Team& team) const {
   if (past && past->is_usable_for(sites_)) return past;
   if (!cells_ || !ChargesAndDipoles::saves_time(sites_.size())) return nullptr;
-  auto made = std::make_shared<const ChargesAndDipoles>(mirrors_, *cells_, sites_, near_pairs(sites_), team);
+  auto made = std::make_shared<const ChargesAndDipoles>(mirrors_, *cells_, sites_, near_pairs(sites_, team), team);
   return made->is_positive() ? made : nullptr;
 }
 

@@ -87,10 +87,8 @@ QuarterTurn::QuarterTurn(int degree) : degree_(degree) {
   for (int l = 0; l <= degree; ++l) {
     half.advance(l);
     for (int m = -l; m <= l; ++m) {
-      const bool odd_in_x = (m < 0) != ((m & 1) != 0), odd_in_z = ((l + m) & 1) != 0;
-      const bool sine = odd_in_z;  // Odd in y before the rotation
-      const int parity = sine != odd_in_x ? 1 : 0;
-      const int first = parity == 1 ? 1 : sine ? 2 : 0;
+      const bool sine = reads_sines(l, m);
+      const int first = first_column(l, m);
       start_.push_back({sine, first, value_.size()});
       const int row = std::abs(m);
       for (int k = first; k <= l; k += 2) {

@@ -52,6 +52,16 @@ class QuarterTurn {
   }
   int degree() const { return degree_; }
 
+  /// Returns Row::sine: true for coefficients that are odd in z, hence odd in y before the rotation.
+  static constexpr bool reads_sines(int l, int m) { return ((l + m) & 1) != 0; }
+  /// Returns Row::first_m. It is odd if the rotated coefficient is odd in x for cosines, or even in x for sines.
+  static constexpr int first_column(int l, int m) {
+    const bool sine = reads_sines(l, m), odd_in_x = (m < 0) != ((m & 1) != 0);
+    return sine != odd_in_x ? 1 : sine ? 2 : 0;
+  }
+  /// Returns the values of all rows in the order of at(l, m).
+  const double* values() const { return value_.data(); }
+
  private:
   struct Start {
     bool sine;

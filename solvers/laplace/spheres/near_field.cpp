@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
+#include <cstring>
+#include <map>
 #include <mutex>
 
 namespace lichtenberg::laplace::spheres {
@@ -42,39 +43,6 @@ class DegreesByDistance {
   std::array<double, largest_degree> largest_ratio_{};
 };
 
-/// Properties that the pairs of a batch share, followed by the pair's index, packed into one sortable number.
-struct Key {
-  int source_degree = 0, target_degree = 0, mask = 0;
-  std::uint32_t pair = 0;
-
-  std::uint64_t packed() const {
-    return (static_cast<std::uint64_t>(source_degree) << 43) + (static_cast<std::uint64_t>(target_degree) << 35) +
-           (static_cast<std::uint64_t>(mask) << 32) + pair;
-  }
-  static Key of(std::uint64_t packed) {
-    return {static_cast<int>(packed >> 43), static_cast<int>(packed >> 35 & 255), static_cast<int>(packed >> 32 & 7),
-            static_cast<std::uint32_t>(packed)};
-  }
-};
-
-/// Returns the pairs sorted by degrees and mirrors.
-std::vector<std::uint64_t> order_of(std::span<const NearPair> pairs, const std::vector<Site>& targets,
-                                    const std::vector<Site>& sources, double accuracy) {
-  const DegreesByDistance degrees(accuracy);
-  std::vector<std::uint64_t> order(pairs.size());
-  for (std::size_t p = 0; p < pairs.size(); ++p) {
-    const Site &target = targets[pairs[p].target], &source = sources[pairs[p].source];
-    const double d = norm(pairs[p].displacement);
-    order[p] = Key{.source_degree = std::min(source.degree, degrees.at(source.radius, d - target.radius)),
-                   .target_degree = std::min(target.degree, degrees.at(target.radius, d - source.radius)),
-                   .mask = pairs[p].mask,
-                   .pair = static_cast<std::uint32_t>(p)}
-                   .packed();
-  }
-  std::sort(order.begin(), order.end());
-  return order;
-}
-
 /// Returns the index of the first pair of each chunk of targets.
 std::vector<std::size_t> chunk_starts(const std::vector<NearPair>& pairs, std::size_t targets) {
   std::vector<std::size_t> start;
@@ -84,12 +52,62 @@ std::vector<std::size_t> chunk_starts(const std::vector<NearPair>& pairs, std::s
   return start;
 }
 
-/// Returns one harmonic of eight sources. It is built in a register, because a vector load after eight scalar stores
-/// must wait for all of them.
-Lanes gathered(const std::array<const double*, lanes>& from, int harmonic) {
+/// Loads eight consecutive numbers.
+Lanes loaded(const double* from) {
   Lanes value;
-  for (int k = 0; k < lanes; ++k) value[k] = from[k][harmonic];
+  std::memcpy(&value, from, sizeof value);
   return value;
+}
+
+/// Transposes eight vectors of eight numbers: exchanges the off-diagonal halves of blocks of two, four and eight.
+void transpose(std::array<Lanes, lanes>& row) {
+  for (const int k : {0, 2, 4, 6}) {
+    const Lanes a = row[k], b = row[k + 1];
+    row[k] = __builtin_shufflevector(a, b, 0, 8, 2, 10, 4, 12, 6, 14);
+    row[k + 1] = __builtin_shufflevector(a, b, 1, 9, 3, 11, 5, 13, 7, 15);
+  }
+  for (const int k : {0, 1, 4, 5}) {
+    const Lanes a = row[k], b = row[k + 2];
+    row[k] = __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13);
+    row[k + 2] = __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15);
+  }
+  for (const int k : {0, 1, 2, 3}) {
+    const Lanes a = row[k], b = row[k + 4];
+    row[k] = __builtin_shufflevector(a, b, 0, 1, 2, 3, 8, 9, 10, 11);
+    row[k + 4] = __builtin_shufflevector(a, b, 4, 5, 6, 7, 12, 13, 14, 15);
+  }
+}
+
+/// Collects `count` numbers of each of eight sources: value[h][k] = from[k][h].
+void gather(const std::array<const double*, lanes>& from, int count, Lanes* value) {
+  int h = 0;
+  for (; h + lanes <= count; h += lanes) {
+    std::array<Lanes, lanes> block;
+    for (int k = 0; k < lanes; ++k) block[k] = loaded(from[k] + h);
+    transpose(block);
+    std::copy(block.begin(), block.end(), value + h);
+  }
+  for (; h < count; ++h) {
+    Lanes one;  // A register: a vector load after eight scalar stores would wait for all of them
+    for (int k = 0; k < lanes; ++k) one[k] = from[k][h];
+    value[h] = one;
+  }
+}
+
+/// Adds `count` numbers to each of up to eight targets, which may be equal: to[k][h] += value[h][k].
+void scatter(const Lanes* value, int count, std::span<double* const> to) {
+  int h = 0;
+  for (; h + lanes <= count; h += lanes) {
+    std::array<Lanes, lanes> block;
+    std::copy(value + h, value + h + lanes, block.begin());
+    transpose(block);
+    for (std::size_t k = 0; k < to.size(); ++k) {
+      const Lanes sum = loaded(to[k] + h) + block[k];
+      std::memcpy(to[k] + h, &sum, sizeof sum);
+    }
+  }
+  for (; h < count; ++h)
+    for (std::size_t k = 0; k < to.size(); ++k) to[k][h] += value[h][k];
 }
 
 }  // namespace
@@ -113,23 +131,32 @@ NearField::NearField(const std::vector<Site>& targets, const std::vector<Site>& 
 
 std::vector<NearField::Batch> NearField::batches(std::span<const NearPair> pairs, const std::vector<Site>& targets,
                                                  const std::vector<Site>& sources, double accuracy) const {
-  std::vector<Batch> made;
-  for (const std::uint64_t packed : order_of(pairs, targets, sources, accuracy)) {
-    const Key key = Key::of(packed);
-    const auto fits = [&](const Batch& batch) {
-      return batch.count < lanes && batch.source_degree == key.source_degree &&
-             batch.target_degree == key.target_degree && batch.mask == key.mask;
-    };
-    if (made.empty() || !fits(made.back())) made.push_back({key.source_degree, key.target_degree, key.mask});
-    const NearPair& pair = pairs[key.pair];
-    add_to_batch(made.back(), pair, targets[pair.target], sources[pair.source]);
+  const DegreesByDistance degrees(accuracy);
+  std::map<std::array<int, 3>, std::vector<Batch>> made;  // By degrees and mirrors
+  std::size_t count = 0;
+  for (const NearPair& pair : pairs) {
+    const Site &target = targets[pair.target], &source = sources[pair.source];
+    const double d = norm(pair.displacement);
+    const int source_degree = std::min(source.degree, degrees.at(source.radius, d - target.radius));
+    const int target_degree = std::min(target.degree, degrees.at(target.radius, d - source.radius));
+    std::vector<Batch>& equal = made[{source_degree, target_degree, pair.mask}];
+    if (equal.empty() || equal.back().count == lanes) {
+      equal.push_back({source_degree, target_degree, pair.mask});
+      ++count;
+    }
+    add_to_batch(equal.back(), pair, target, source);
   }
-  return made;
+  std::vector<Batch> all;
+  all.reserve(count);
+  for (const auto& [degrees_and_mirrors, equal] : made) all.insert(all.end(), equal.begin(), equal.end());
+  return all;
 }
 
 void NearField::add_to_batch(Batch& batch, const NearPair& pair, const Site& target, const Site& source) const {
-  if (batch.count == 0)
+  if (batch.count == 0) {
     for (int k = 0; k < lanes; ++k) batch.directions.set(k, {0, 0, 1});
+    batch.source.fill(source_start_[pair.source]);  // Empty lanes read any source
+  }
   const int k = batch.count++;
   const double d = norm(pair.displacement);
   batch.directions.set(k, pair.displacement);
@@ -143,17 +170,18 @@ void NearField::add_to_batch(Batch& batch, const NearPair& pair, const Site& tar
 void NearField::add_batch(const Batch& batch, const double* multipoles, double* local, Lanes* value,
                           Lanes* scratch) const {
   std::array<const double*, lanes> from;
-  for (int k = 0; k < lanes; ++k) from[k] = multipoles + batch.source[k];
+  std::array<double*, lanes> to;
+  for (int k = 0; k < lanes; ++k) from[k] = multipoles + batch.source[k], to[k] = local + batch.target[k];
+  gather(from, harmonics(batch.source_degree), value);
   const double* sign = signs_.data() + static_cast<std::ptrdiff_t>(batch.mask) * harmonics(largest_degree_);
   Lanes factor = batch.sign;
   for (int l = 0; l <= batch.source_degree; ++l, factor *= batch.source_factor)
-    for (int h = at(l, -l); h <= at(l, l); ++h) value[h] = factor * sign[h] * gathered(from, h);
+    for (int h = at(l, -l); h <= at(l, l); ++h) value[h] *= factor * sign[h];
   translation_->apply(batch.directions, batch.source_degree, batch.target_degree, value, scratch);
   factor = Lanes{} + 1;
   for (int l = 0; l <= batch.target_degree; ++l, factor *= batch.target_factor)
     for (int h = at(l, -l); h <= at(l, l); ++h) value[h] *= factor;
-  for (int k = 0; k < batch.count; ++k)
-    for (int h = 0; h < harmonics(batch.target_degree); ++h) local[batch.target[k] + h] += value[h][k];
+  scatter(value, harmonics(batch.target_degree), std::span(to).first(batch.count));
 }
 
 void NearField::add(const double* multipoles, double* local, parallel::Team& team) const {

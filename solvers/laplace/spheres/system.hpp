@@ -64,7 +64,7 @@ class Fields {
                                                                parallel::Team& team) const;
 
  private:
-  std::vector<NearPair> near_pairs(const std::vector<Site>& targets) const;
+  std::vector<NearPair> near_pairs(const std::vector<Site>& targets, parallel::Team& team) const;
   FarImages far_images(double target_radius, double accuracy) const;
   void choose_degrees(const SphereProblem& problem, const std::vector<NearPair>& pairs, parallel::Team& team);
   /// Degree that the neighbours of a sphere require.

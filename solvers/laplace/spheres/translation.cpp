@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solvers/laplace/spheres/unrolled_translation.hpp"
+
 namespace lichtenberg::laplace::spheres {
 
 void PairDirections::set(int lane, Vec3 displacement) {
@@ -29,6 +31,8 @@ std::vector<std::vector<double>> root_binomials(int most) {
   return row;
 }
 
+constexpr int most_unrolled = 8;  ///< Compilation time and size grow with the cube of this degree
+
 }  // namespace
 
 Translation::Translation(int degree) : turn_(degree), side_(degree + 1) {
@@ -47,6 +51,12 @@ Translation::Translation(int degree) : turn_(degree), side_(degree + 1) {
       for (int s = m; s <= t; ++s)
         shift_[(static_cast<std::size_t>(m) * side_ + t) * side_ + s] =
             (m & 1 ? -1 : 1) * std::exp2(t) * root[t + m][s + m] * root[t - m][s - m];
+  for (int p = 0; p <= std::min(degree, most_unrolled); ++p) {
+    unrolled_.emplace_back();
+    for (int m = 0; m <= p; ++m)
+      for (int t = m; t <= p; ++t)
+        for (int s = m; s <= p; ++s) unrolled_[p].push_back(factor(m, t, s));
+  }
 }
 
 void Translation::turn_about_z(const Lanes& cosine, const Lanes& sine, int degree, Lanes* value) const {
@@ -130,8 +140,21 @@ void Translation::in_axis_frame(const PairDirections& directions, int source_deg
   std::copy(scratch, scratch + harmonics(target_degree), value);
 }
 
+template <int degree>
+void Translation::apply_unrolled(const PairDirections& directions, Lanes* value, Lanes* scratch) const {
+  UnrolledTranslation<degree>::apply(directions, turn_.values(), unrolled_[degree].data(), value, scratch);
+}
+
 void Translation::apply(const PairDirections& directions, int source_degree, int target_degree, Lanes* value,
                         Lanes* scratch) const {
+  const int larger = std::max(source_degree, target_degree);
+  if (larger <= most_unrolled) {
+    std::fill(value + harmonics(source_degree), value + harmonics(larger), Lanes{});
+    for_each_constant<most_unrolled + 1>([&](auto degree) {
+      if (degree == larger) apply_unrolled<degree>(directions, value, scratch);
+    });
+    return;
+  }
   in_axis_frame(directions, source_degree, target_degree, value, scratch,
                 [&](const Lanes* from, Lanes* to) { along_axis(source_degree, target_degree, from, to); });
 }

@@ -30,7 +30,8 @@ class Translation {
 
   /// Translates multipoles a_lm of a source of radius R_s to local coefficients b_lm at a target of radius R_t at a
   /// distance d. On entry `value` contains a_lm (2 R_s/d)^l R_s/d up to the source degree, on return b_lm (2 R_t/d)^-l
-  /// up to the target degree. `value` and `scratch` have harmonics(larger degree) elements; both are overwritten.
+  /// up to the target degree. `value` and `scratch` have harmonics(larger degree) elements; both are overwritten. Up to
+  /// degree 8 all loops are unrolled.
   void apply(const PairDirections& directions, int source_degree, int target_degree, Lanes* value,
              Lanes* scratch) const;
 
@@ -60,11 +61,15 @@ class Translation {
   void turn_about_z(const Lanes& cosine, const Lanes& sine, int degree, Lanes* value) const;
   void quarter_turn(int degree, const Lanes* from, Lanes* to) const;
   void along_axis(int source_degree, int target_degree, const Lanes* from, Lanes* to) const;
+  template <int degree>
+  void apply_unrolled(const PairDirections& directions, Lanes* value, Lanes* scratch) const;
+  double factor(int m, int t, int s) const { return axis_[(static_cast<std::size_t>(m) * side_ + t) * side_ + s]; }
 
   QuarterTurn turn_;
   int side_;
-  std::vector<double> axis_;   ///< Layout [m][l target][l source]
-  std::vector<double> shift_;  ///< Layout [m][l higher][l lower]
+  std::vector<double> axis_;                   ///< Layout [m][l target][l source]
+  std::vector<double> shift_;                  ///< Layout [m][l higher][l lower]
+  std::vector<std::vector<double>> unrolled_;  ///< Factors of axis_ for UnrolledTranslation of each degree
 };
 
 }  // namespace lichtenberg::laplace::spheres

@@ -54,12 +54,12 @@ struct UnrolledTranslation {
     for_each_constant<harmonics(degree)>([&](auto row) __attribute__((always_inline)) {
       constexpr int l = degree_at(row), m = row - at(l, 0);
       if constexpr (m >= 0) {
-        const double* of_row = factor + first_factor(m, l);
+        const double* row_factor = factor + first_factor(m, l);
         Lanes cosine{}, sine{};
         LICHTENBERG_UNROLL(16)
         for (int s = m; s <= degree; ++s) {
-          cosine += of_row[s - m] * from[at(s, m)];
-          if constexpr (m > 0) sine += of_row[s - m] * from[at(s, -m)];
+          cosine += row_factor[s - m] * from[at(s, m)];
+          if constexpr (m > 0) sine += row_factor[s - m] * from[at(s, -m)];
         }
         to[at(l, m)] = cosine;
         if constexpr (m > 0) to[at(l, -m)] = sine;

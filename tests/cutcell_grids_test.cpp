@@ -105,14 +105,17 @@ TEST_CASE("EdgeCells: visits each cell next to a conductor once, with its links"
     expected_links[link.cell] += problem.groups[problem.bodies[link.body].group].floating;
   }
   for (int j = 0; j < 64; ++j)
-    for (int colour = 0; colour < 2; ++colour)
-      edges.for_each(colour, j, [&](std::int32_t cell, int first, int end, double inverse_diagonal) {
+    for (int colour = 0; colour < 2; ++colour) {
+      for (const auto& [cell, inverse_diagonal] : edges.cells(colour, j)) {
         CHECK(inverse_diagonal == 1 / level.diagonal[cell]);
         CHECK((cell < level.layout.colour_size()) == (colour == 0));
         ++visits[cell];
-        links[cell] += end - first;
-        for (int m = first; m < end; ++m) CHECK(lists.cell(m) == cell);
+      }
+      edges.for_each_link(colour, j, [&](int link, int k) {
+        CHECK(lists.cell(link) == edges.cells(colour, j)[k].cell);
+        ++links[lists.cell(link)];
       });
+    }
   CHECK(visits == expected_visits);
   CHECK(links == expected_links);
   CHECK(static_cast<long>(edges.size()) == std::count(visits.begin(), visits.end(), 1));

@@ -29,6 +29,9 @@ ParticlePacking chain(double force) {
   return packing;
 }
 
+/// particle_network as an object, with its default arguments.
+constexpr auto by_particles = [](const auto&... given) { return particle_network(given...); };
+
 /// Returns the resistances of the particle-centred and the contact-centred network.
 std::pair<double, double> resistances(const ParticlePacking& packing, const char* model, const Parameters& p,
                                       const std::vector<PackingElectrode>& electrodes = ends) {
@@ -37,7 +40,7 @@ std::pair<double, double> resistances(const ParticlePacking& packing, const char
     const PackingNetwork net = build(packing, contacts, resistor_model(model), p, electrodes);
     return conduct(net.network, net.electrode[0], net.electrode[1]).resistance;
   };
-  return {measured(particle_network), measured(contact_network)};
+  return {measured(by_particles), measured(contact_network)};
 }
 
 template <class Work>

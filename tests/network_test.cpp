@@ -27,6 +27,9 @@ using doctest::Approx;
 
 namespace {
 
+/// particle_network as an object, with its default arguments.
+constexpr auto by_particles = [](const auto&... given) { return particle_network(given...); };
+
 double resistance(const Network& network, int low, int high) { return conduct(network, low, high).resistance; }
 
 /// Rounding of sums of a few hundred terms.
@@ -178,11 +181,11 @@ TEST_CASE("column of disks: constant, length and constriction resistors add") {
     const PackingNetwork net = build(packing, contacts, resistor_model(model), p, walls);
     return conduct(net.network, net.electrode[0], net.electrode[1]).resistance;
   };
-  CHECK(measured(particle_network, "constant") == exactly(4 * 3));
+  CHECK(measured(by_particles, "constant") == exactly(4 * 3));
   CHECK(measured(contact_network, "constant") == exactly(3 * 3));
-  CHECK(measured(particle_network, "length") == exactly(2 * 5.4));  // The whole height in both cases.
+  CHECK(measured(by_particles, "length") == exactly(2 * 5.4));  // The whole height in both cases.
   CHECK(measured(contact_network, "length") == exactly(2 * 5.4));
-  CHECK(measured(particle_network, "constriction") == exactly(6 * 5 / 0.04));
+  CHECK(measured(by_particles, "constriction") == exactly(6 * 5 / 0.04));
 }
 
 TEST_CASE("constriction model, ring: contact- and particle-centred networks agree") {
@@ -201,7 +204,7 @@ TEST_CASE("constriction model, ring: contact- and particle-centred networks agre
     const PackingNetwork net = build(packing, contacts, resistor_model("constriction"), p, walls);
     return conduct(net.network, net.electrode[0], net.electrode[1]).resistance;
   };
-  CHECK(measured(contact_network) == exactly(measured(particle_network)));
+  CHECK(measured(contact_network) == exactly(measured(by_particles)));
 }
 
 TEST_CASE("sphere resistor model, small contacts: equals a Legendre series") {
@@ -303,6 +306,98 @@ TEST_CASE("Elimination::potentials: equals dense solves for four right-hand side
   CHECK((both(rest, Eigen::all) - solve_dense(see, fed_rest - sek * given)).cwiseAbs().maxCoeff() < bound);
 }
 
+TEST_CASE("Elimination: ratios of 1e60 keep their digits in large fronts") {
+  // A complete network is one dense front. The reference eliminates node by node with twice the digits.
+  std::mt19937_64 random(17);
+  std::uniform_real_distribution<double> decades(-30, 30);
+  const int n = 160;
+  Network net{.nodes = n};
+  std::vector<std::vector<long double>> g(n, std::vector<long double>(n, 0));
+  for (int i = 0; i < n; ++i)
+    for (int j = 0; j < i; ++j) {
+      net.links.push_back({i, j, std::pow(10, decades(random))});
+      g[i][j] = g[j][i] = net.links.back().conductance;
+    }
+  for (int k = n - 1; k >= 2; --k) {
+    long double sum = 0;
+    for (int j = 0; j < k; ++j) sum += g[k][j];
+    for (int i = 0; i < k; ++i)
+      for (int j = 0; j < k; ++j)
+        if (i != j) g[i][j] += g[k][i] / sum * g[k][j];
+  }
+  // Each of n eliminations has relative errors of about n / 2 additions at most, which rarely add up.
+  CHECK(conductance_between(net, 0, 1) == Approx(static_cast<double>(g[0][1])).epsilon(1e-13));
+}
+
+namespace {
+
+/// Square lattice of side^2 nodes at their positions, with conductances from 1 to 5.
+Network square_lattice(int side) {
+  Network net{.nodes = side * side};
+  for (int n = 0; n < net.nodes; ++n) {
+    const int x = n % side, y = n / side;
+    if (x > 0) net.links.push_back({n - 1, n, 1.0 + (x * y) % 5});
+    if (y > 0) net.links.push_back({n - side, n, 2.0 + (x + y) % 3});
+    net.position.push_back({double(x), double(y), 0});
+  }
+  return net;
+}
+
+}  // namespace
+
+TEST_CASE("Elimination: same bits for any threads, and if memory is short") {
+  const Network net = square_lattice(220);  // Several subtrees, as they have at most 2^14 nodes
+  const std::vector<int> kept = {5, 31000};
+  Eigen::MatrixXd fed = Eigen::MatrixXd::Zero(net.nodes, 1);
+  fed(777) = 1;
+  const Eigen::MatrixXd given = Eigen::Vector2d(0, 1);
+  const Elimination alone(net, kept);
+  const Eigen::MatrixXd potential = alone.potentials(given, fed);
+  const Eigen::VectorXd resistance = alone.resistances();
+  for (const int threads : {2, 3})
+    for (const double bytes : {1e5, 1e12}) {
+      parallel::Team team(threads);
+      const Elimination other(net, kept, {.bytes = bytes, .required = true, .team = &team});
+      CHECK(other.mesh() == alone.mesh());
+      CHECK(other.potentials(given, fed) == potential);
+      CHECK(other.resistances() == resistance);
+      CHECK(Elimination(net, kept, {.mesh_only = true, .team = &team}).mesh() == alone.mesh());
+    }
+  // Kirchhoff's law at each node that is not kept: currents of a few amperes, rounded once per link.
+  Eigen::VectorXd unbalanced = -fed.col(0);
+  for (const Link& link : net.links) {
+    const double current = link.conductance * (potential(link.a) - potential(link.b));
+    unbalanced(link.a) += current;
+    unbalanced(link.b) -= current;
+  }
+  for (const int n : kept) unbalanced(n) = 0;
+  CHECK(unbalanced.cwiseAbs().maxCoeff() < 1e-13);
+}
+
+TEST_CASE("find_contacts: same pairs for any threads, and across a flat packing") {
+  std::mt19937_64 random(23);
+  std::uniform_real_distribution<double> coordinate(0, 60);
+  ParticlePacking packing;
+  for (int k = 0; k < 5000; ++k) {
+    packing.position.push_back({coordinate(random), coordinate(random), 0});
+    packing.radius.push_back(0.5);
+  }
+  parallel::Team team(3);
+  const auto pairs_of = [](const Contacts& contacts) {
+    std::vector<std::pair<int, int>> pairs;
+    for (const auto [i, j] : contacts.pairs) pairs.emplace_back(i, j);
+    return pairs;
+  };
+  auto pairs = pairs_of(find_contacts(packing));
+  CHECK(pairs_of(find_contacts(packing, team)) == pairs);
+  std::vector<std::pair<int, int>> expected;
+  for (int i = 0; i < packing.size(); ++i)
+    for (int j = i + 1; j < packing.size(); ++j)
+      if (distance(packing.position[i], packing.position[j]) < 1 - 1e-9) expected.emplace_back(i, j);
+  std::ranges::sort(pairs);
+  CHECK(pairs == expected);
+}
+
 TEST_CASE("resistances_from one node: equal those of individual pairs") {
   std::mt19937_64 random(13);
   std::uniform_real_distribution<double> decades(-8, 8), coordinate(0, 1);
@@ -335,14 +430,10 @@ TEST_CASE("resistances_from: k (n - k) / n to node k in a ring of n unit resisto
 
 TEST_CASE("network with node positions: resistance equals that without positions") {
   const int side = 40;
-  Network net{.nodes = side * side};
-  for (int y = 0; y < side; ++y)
-    for (int x = 0; x < side; ++x) {
-      if (x > 0) net.links.push_back({y * side + x - 1, y * side + x, 1.0 + (x * y) % 5});
-      if (y > 0) net.links.push_back({y * side + x - side, y * side + x, 2.0 + (x + y) % 3});
-    }
+  Network net = square_lattice(side);
+  const std::vector<Point> position = std::exchange(net.position, {});
   const double without = resistance(net, 0, side * side - 1);
-  for (int n = 0; n < net.nodes; ++n) net.position.push_back({double(n % side), double(n / side), 0});
+  net.position = position;
   CHECK(resistance(net, 0, side * side - 1) == exactly(without));
 }
 

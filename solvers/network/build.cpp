@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <exception>
 
 #include "solvers/error.hpp"
 #include "solvers/network/resistor.hpp"
@@ -25,10 +26,6 @@ struct ElectrodeOf {
 /// eliminated.
 Point electrode_position(const ParticlePacking& packing, const PackingElectrode& electrode) {
   return electrode.wall ? packing.walls[electrode.index].point : packing.position[electrode.index];
-}
-
-int dimension(const ParticlePacking& packing) {
-  return std::ranges::any_of(packing.position, [](const Point& p) { return p[2] != 0; }) ? 3 : 2;
 }
 
 /// Throws InputError if the model needs forces of contacts that are not known.
@@ -125,10 +122,41 @@ class ContactNodes {
   std::vector<int> electrode_node;
 };
 
+Path path_between(const ParticlePacking& packing, const ParticleContact& c) {
+  const double d = distance(packing, c), ri = packing.radius[c.i], rj = packing.radius[c.j];
+  return {.length = {d * ri / (ri + rj), d * rj / (ri + rj)},
+          .resistivity = {packing.resistivity_of(c.i), packing.resistivity_of(c.j)},
+          .contact = contact_state(packing, c, d)};
+}
+
+Path path_to_wall(const ParticlePacking& packing, const ParticleWallContact& c) {
+  return {.length = {distance(packing.position[c.particle], contact_point(packing, c)), 0},
+          .resistivity = {packing.resistivity_of(c.particle), 0},
+          .wall = true,
+          .contact = contact_state(packing, c)};
+}
+
+/// Calls act(k) for k = 0 ... count - 1 on threads, and then throws the exception of the smallest k, if any did.
+template <class Act>
+void for_each_checked(std::size_t count, parallel::Team& team, const Act& act) {
+  constexpr std::size_t a_task = 1 << 14;
+  std::vector<std::exception_ptr> error((count + a_task - 1) / a_task);
+  team.for_each(static_cast<int>(error.size()), [&](int task) {
+    try {
+      for (std::size_t k = task * a_task; k < std::min(count, (task + 1) * a_task); ++k) act(k);
+    } catch (...) {
+      error[task] = std::current_exception();
+    }
+  });
+  for (const std::exception_ptr& thrown : error)
+    if (thrown) std::rethrow_exception(thrown);
+}
+
 }  // namespace
 
 PackingNetwork particle_network(const ParticlePacking& packing, const Contacts& contacts, const ResistorModel& model,
-                                const Parameters& parameters, const std::vector<PackingElectrode>& electrodes) {
+                                const Parameters& parameters, const std::vector<PackingElectrode>& electrodes,
+                                parallel::Team& team) {
   if (model.path == nullptr)
     throw InputError(
         fmt::format("the resistor model \"{}\" is one of contacts on a particle: a contact-centred network "
@@ -145,29 +173,25 @@ PackingNetwork particle_network(const ParticlePacking& packing, const Contacts& 
   }
   network.nodes = static_cast<int>(network.position.size());
   const ElectrodeOf electrode_of(packing, electrodes);
-  const auto add = [&](int a, int b, int other, const Path& path) {
-    network.links.push_back({a, b, 1 / model.path(parameters, path)});
-    result.first_particle.push_back(a);
-    result.second_particle.push_back(other);
-  };
-  for (std::vector<int>* column : {&result.first_particle, &result.second_particle})
-    column->reserve(contacts.pairs.size() + contacts.walls.size());
-  network.links.reserve(contacts.pairs.size() + contacts.walls.size());
-  for (const ParticleContact& c : contacts.pairs) {
-    const double d = distance(packing, c);
-    const double ri = packing.radius[c.i], rj = packing.radius[c.j];
-    add(c.i, c.j, c.j,
-        {.length = {d * ri / (ri + rj), d * rj / (ri + rj)},
-         .resistivity = {packing.resistivity_of(c.i), packing.resistivity_of(c.j)},
-         .contact = contact_state(packing, c)});
-  }
+  std::vector<ParticleWallContact> terminals;
   for (const ParticleWallContact& c : contacts.walls)
-    if (const int e = electrode_of.wall[c.wall]; e >= 0)
-      add(c.particle, result.electrode[e], -1,
-          {.length = {distance(packing.position[c.particle], contact_point(packing, c)), 0},
-           .resistivity = {packing.resistivity_of(c.particle), 0},
-           .wall = true,
-           .contact = contact_state(packing, c)});
+    if (electrode_of.wall[c.wall] >= 0) terminals.push_back(c);
+  const std::size_t pairs = contacts.pairs.size(), all = pairs + terminals.size();
+  network.links.resize(all);
+  result.first_particle.resize(all);
+  result.second_particle.resize(all);
+  for_each_checked(all, team, [&](std::size_t k) {
+    if (k < pairs) {
+      const auto [i, j] = contacts.pairs[k];
+      network.links[k] = {i, j, 1 / model.path(parameters, path_between(packing, contacts.pairs[k]))};
+      result.first_particle[k] = i, result.second_particle[k] = j;
+    } else {
+      const auto [i, wall] = terminals[k - pairs];
+      network.links[k] = {i, result.electrode[electrode_of.wall[wall]],
+                          1 / model.path(parameters, path_to_wall(packing, terminals[k - pairs]))};
+      result.first_particle[k] = i, result.second_particle[k] = -1;
+    }
+  });
   return result;
 }
 

@@ -25,9 +25,10 @@ struct PackingNetwork {
 /// to centre, or from centre to wall. Nodes 0 ... N - 1 are the particles, followed by the walls that are electrodes.
 /// Contacts with walls that are not electrodes are omitted.
 /// `model` and `parameters` give the resistances. Throws InputError if the model supports contact-centred networks
-/// only, and the exceptions of check_particles.
+/// only, and the exceptions of check_particles. The threads of `team` do not affect the result.
 PackingNetwork particle_network(const ParticlePacking& packing, const Contacts& contacts, const ResistorModel& model,
-                                const Parameters& parameters, const std::vector<PackingElectrode>& electrodes);
+                                const Parameters& parameters, const std::vector<PackingElectrode>& electrodes,
+                                parallel::Team& team = parallel::Team::single());
 
 /// Checks whether a contact-centred network is possible with these electrodes. Returns an error message if two
 /// electrodes touch, because their contact would have two potentials; otherwise an empty text.

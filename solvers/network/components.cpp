@@ -19,8 +19,10 @@ class DepthFirst {
         parent_link(network.nodes, -1),
         next_(incidence.start.begin(), incidence.start.end() - 1) {}
 
-  void from(int first) {
-    enter(first, -1);
+  /// Searches from a, and first along an additional link from a to b, with a number after all others.
+  void from(int a, int b) {
+    enter(a, -1);
+    enter(b, static_cast<int>(network_.links.size()));
     while (!path_.empty()) {
       const int node = path_.back();
       if (next_[node] == incidence_.start[node + 1])
@@ -74,25 +76,21 @@ Components components(const Network& network) {
 }
 
 std::vector<char> backbone(const Network& network, int a, int b) {
-  // With an additional link from a to b, the links that carry current are the biconnected component of that link. It
-  // contains the tree path from a (the root) to b. A subtree belongs to it if its parent does and if it reaches above
+  // With an additional link from a to b, the links that carry current are the biconnected component of that link,
+  // which is the tree path from a (the root) to b. A subtree belongs to it if its parent does and if it reaches above
   // its parent.
-  Network closed{.nodes = network.nodes, .links = network.links};
-  closed.links.push_back({a, b, 1});
-  const Incidence incidence(closed);
-  DepthFirst walk(closed, incidence);
-  walk.from(a);
+  const Incidence incidence(network);
+  DepthFirst walk(network, incidence);
+  walk.from(a, b);
   std::vector<char> below(network.nodes, 0);  // True if the tree link to the node's parent is in the component
-  const auto parent = [&](int node) { return other_end(closed.links[walk.parent_link[node]], node); };
-  const int extra = static_cast<int>(network.links.size());
-  for (int node = b; node != a; node = parent(node)) below[node] = 1;
+  below[b] = 1;
   for (const int node : walk.order) {
-    if (node == a || below[node]) continue;
-    const int p = parent(node);
+    if (node == a || node == b) continue;
+    const int p = other_end(network.links[walk.parent_link[node]], node);
     below[node] = p != a && below[p] && walk.low[node] < walk.visit[p];
   }
   std::vector<char> carries(network.links.size(), 0);
-  for (int k = 0; k < extra; ++k) {
+  for (std::size_t k = 0; k < network.links.size(); ++k) {
     const Link& link = network.links[k];
     if (link.a == link.b || walk.visit[link.a] < 0) continue;
     const int later = walk.visit[link.a] > walk.visit[link.b] ? link.a : link.b;  // End of a back edge

@@ -13,6 +13,7 @@
 #include "solvers/network/elimination.hpp"
 #include "solvers/network/link_currents.hpp"
 #include "solvers/network/multigrid.hpp"
+#include "solvers/network/subnetwork.hpp"
 
 namespace lichtenberg::network {
 namespace {
@@ -28,43 +29,18 @@ void check_nodes(const Network& network, const std::vector<int>& nodes) {
   }
 }
 
-/// Subset of a network's links, with the nodes at their ends.
-struct Subnetwork {
-  Network network;
-  std::vector<int> node;    ///< [nodes of the part] index in the whole network
-  std::vector<int> number;  ///< [nodes of the whole network] index in the part, or -1
-};
-
-/// Extracts a part. `first`: nodes that come first in any case. `chosen(k)`: true if link k is in the part.
-template <class Chosen>
-Subnetwork extract(const Network& network, const std::vector<int>& first, const Chosen& chosen) {
-  Subnetwork subnetwork{.number = std::vector<int>(network.nodes, -1)};
-  const auto number = [&](int node) {
-    if (subnetwork.number[node] < 0) {
-      subnetwork.number[node] = static_cast<int>(subnetwork.node.size());
-      subnetwork.node.push_back(node);
-    }
-    return subnetwork.number[node];
-  };
-  for (const int node : first) number(node);
+/// Sets the potential of dead ends, which links outside the backbone form, to that of the node where they begin.
+void fill_dead_ends(const Network& network, const std::vector<char>& backbone, std::vector<double>& potential) {
+  Network dead{.nodes = network.nodes};
   for (std::size_t k = 0; k < network.links.size(); ++k)
-    if (const Link& link = network.links[k]; chosen(k))
-      subnetwork.network.links.push_back({number(link.a), number(link.b), link.conductance});
-  subnetwork.network.nodes = static_cast<int>(subnetwork.node.size());
-  if (!network.position.empty())
-    for (const int node : subnetwork.node) subnetwork.network.position.push_back(network.position[node]);
-  return subnetwork;
-}
-
-/// Sets the potential of dead ends to that of the node where they begin.
-void fill_dead_ends(const Network& network, std::vector<double>& potential) {
-  const Incidence incidence(network);
+    if (!backbone[k]) dead.links.push_back(network.links[k]);
+  const Incidence incidence(dead);
   std::vector<int> reached;
   for (int n = 0; n < network.nodes; ++n)
-    if (!std::isnan(potential[n])) reached.push_back(n);
+    if (!std::isnan(potential[n]) && !incidence.of(n).empty()) reached.push_back(n);
   for (std::size_t k = 0; k < reached.size(); ++k)
     for (const int link : incidence.of(reached[k])) {
-      const int next = other_end(network.links[link], reached[k]);
+      const int next = other_end(dead.links[link], reached[k]);
       if (!std::isnan(potential[next])) continue;
       potential[next] = potential[reached[k]];
       reached.push_back(next);
@@ -96,18 +72,20 @@ constexpr double widest_for_multigrid = 1e6;
 /// elimination, whose time is predictable (docs/numerics/networks.md).
 constexpr double operations_a_link = 3e4;
 
-Elimination::Limits limits(const Network& network, const ConductionOptions& options) {
-  if (options.method == Method::elimination || network.links.empty()) return {};
-  if (options.method == Method::multigrid) return {.operations = -1};
+Elimination::Options elimination_options(const Network& network, const ConductionOptions& options) {
   const auto [least, most] = std::ranges::minmax(network.links, {}, &Link::conductance);
-  if (most.conductance > widest_for_multigrid * least.conductance) return {};
-  return {.bytes = options.memory, .operations = operations_a_link * static_cast<double>(network.links.size())};
+  const bool wide = most.conductance > widest_for_multigrid * least.conductance;
+  return {.bytes = options.memory,
+          .operations =
+              options.method == Method::multigrid ? -1 : operations_a_link * static_cast<double>(network.links.size()),
+          .required = options.method == Method::elimination || (options.method == Method::automatic && wide),
+          .team = options.team};
 }
 
 std::vector<double> eliminate(const Network& network, const Elimination& elimination, double voltage,
                               Conduction& result) {
   result.method = Method::elimination;
-  result.entries = elimination.stored_entries();
+  result.entries = elimination.entries();
   result.conductance = elimination.mesh()(1, 0);
   result.current = voltage * result.conductance;
   const Eigen::VectorXd v = elimination.potentials(Eigen::Vector2d(0, voltage));
@@ -135,7 +113,7 @@ std::vector<double> iterate(const Network& network, const ConductionOptions& opt
 
 /// Solves a network in which all links can carry a current, between node 0 and node 1; returns the link currents.
 std::vector<double> solve(const Network& network, const ConductionOptions& options, Conduction& result) {
-  const Elimination elimination(network, {0, 1}, limits(network, options));
+  const Elimination elimination(network, {0, 1}, elimination_options(network, options));
   return elimination.done() ? eliminate(network, elimination, options.voltage, result)
                             : iterate(network, options, result);
 }
@@ -146,58 +124,64 @@ Conduction conduct(const Network& network, int low, int high, const ConductionOp
   check(network);
   check_nodes(network, {low, high});
   Conduction result;
-  result.component = components(network).of;
-  result.connected = result.component[low] == result.component[high];
-  result.backbone = backbone(network, low, high);
+  result.backbone.assign(network.links.size(), 0);
   result.link_current.assign(network.links.size(), 0);
   std::vector<double> potential(network.nodes, NAN);
   potential[low] = 0;
   potential[high] = options.voltage;
+  Subnetwork part = reordered(network, {low, high}, *options.team);
+  keep_links(part, backbone(part.network, 0, 1), 2);
+  result.connected = !part.network.links.empty();
   if (result.connected) {
-    const Subnetwork subnetwork = extract(network, {low, high}, [&](std::size_t k) { return result.backbone[k] != 0; });
-    const std::vector<double> current = solve(subnetwork.network, options, result);
-    for (int n = 0; n < subnetwork.network.nodes; ++n) potential[subnetwork.node[n]] = result.potential[n];
-    for (std::size_t k = 0, carrying = 0; k < network.links.size(); ++k)
-      if (result.backbone[k]) result.link_current[k] = current[carrying++];
-    result.unknowns = subnetwork.network.nodes - 2;
+    const std::vector<double> current = solve(part.network, options, result);
+    for (int n = 0; n < part.network.nodes; ++n) potential[part.node[n]] = result.potential[n];
+    for (std::size_t k = 0; k < current.size(); ++k) {
+      result.link_current[part.link[k]] = current[k];
+      result.backbone[part.link[k]] = 1;
+    }
+    result.unknowns = part.network.nodes - 2;
   }
-  fill_dead_ends(network, potential);
+  fill_dead_ends(network, result.backbone, potential);
   result.potential = std::move(potential);
   result.resistance = result.connected ? 1 / result.conductance : std::numeric_limits<double>::infinity();
   if (result.connected) check_power(result, network, options);
   return result;
 }
 
-std::vector<double> resistances_from(const Network& network, int node) {
+namespace {
+
+/// Returns the part of a network that is connected to one of the kept nodes, which come first.
+Subnetwork reachable_from(const Network& network, const std::vector<int>& kept, parallel::Team& team) {
   check(network);
-  check_nodes(network, {node});
-  const std::vector<int> component = components(network).of;
-  const Subnetwork subnetwork =
-      extract(network, {node}, [&](std::size_t k) { return component[network.links[k].a] == component[node]; });
-  const Eigen::VectorXd found = Elimination(subnetwork.network, {0}).resistances();
+  check_nodes(network, kept);
+  Subnetwork part = reordered(network, kept, team);
+  const Components pieces = components(part.network);
+  std::vector<char> has_kept(pieces.number, 0), chosen;
+  for (std::size_t k = 0; k < kept.size(); ++k) has_kept[pieces.of[k]] = 1;
+  for (const Link& link : part.network.links) chosen.push_back(has_kept[pieces.of[link.a]]);
+  keep_links(part, chosen, static_cast<int>(kept.size()));
+  return part;
+}
+
+}  // namespace
+
+std::vector<double> resistances_from(const Network& network, int node) {
+  const Subnetwork part = reachable_from(network, {node}, parallel::Team::single());
+  const Eigen::VectorXd found = Elimination(part.network, {0}).resistances();
   std::vector<double> resistance(network.nodes, std::numeric_limits<double>::infinity());
-  for (int n = 0; n < subnetwork.network.nodes; ++n) resistance[subnetwork.node[n]] = found(n);
+  for (int n = 0; n < part.network.nodes; ++n) resistance[part.node[n]] = found(n);
   return resistance;
 }
 
-double conductance_between(const Network& network, int low, int high) {
-  check_nodes(network, {low, high});
-  return condense(network, {low, high})(1, 0);
+double conductance_between(const Network& network, int low, int high, parallel::Team& team) {
+  return condense(network, {low, high}, team)(1, 0);
 }
 
-Eigen::MatrixXd condense(const Network& network, const std::vector<int>& kept) {
-  check(network);
-  check_nodes(network, kept);
-  const Components parts = components(network);
-  std::vector<char> has_kept(parts.number, 0);
-  for (const int n : kept) has_kept[parts.of[n]] = 1;
-  const auto seen = [&](int n) { return has_kept[parts.of[n]] != 0; };
-  const bool whole = std::ranges::all_of(has_kept, [](char c) { return c != 0; });
-  if (whole) return Elimination(network, kept).mesh();
-  const Subnetwork subnetwork = extract(network, kept, [&](std::size_t k) { return seen(network.links[k].a); });
+Eigen::MatrixXd condense(const Network& network, const std::vector<int>& kept, parallel::Team& team) {
+  const Subnetwork part = reachable_from(network, kept, team);
   std::vector<int> first(kept.size());
   std::iota(first.begin(), first.end(), 0);
-  return Elimination(subnetwork.network, first).mesh();
+  return Elimination(part.network, first, {.mesh_only = true, .team = &team}).mesh();
 }
 
 }  // namespace lichtenberg::network

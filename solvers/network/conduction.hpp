@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "solvers/network/network.hpp"
+#include "solvers/parallel/team.hpp"
 
 namespace lichtenberg::network {
 
@@ -18,8 +19,9 @@ enum class Method {
 struct ConductionOptions {
   Method method = Method::automatic;
   double voltage = 1;        ///< Potential of the second electrode (V); the first is at 0
-  double memory = 4e9;       ///< Bytes available to the elimination
+  double memory = 4e9;       ///< Bytes available to the elimination; in short memory it computes subtrees twice
   double tolerance = 1e-10;  ///< Tolerance of the multigrid: sum of unbalanced currents over the total current
+  parallel::Team* team = &parallel::Team::single();  ///< Threads; they do not affect the results
 };
 
 /// Current flow through a resistor network between two of its nodes, the electrodes.
@@ -33,10 +35,9 @@ struct Conduction {
   std::vector<double> potential;        ///< [nodes] Potential (V); NaN in a component without a path to an electrode
   std::vector<double> link_current;     ///< [links] Current (A) from a to b; exactly 0 outside the backbone
   std::vector<char> backbone;           ///< [links] True if the link can carry a current
-  std::vector<int> component;           ///< [nodes] Connected component
   Method method = Method::elimination;  ///< Method used
   int unknowns = 0;                     ///< Nodes of the backbone without the electrodes
-  std::int64_t entries = 0;             ///< Numbers stored by the elimination
+  std::int64_t entries = 0;             ///< Numbers in the factor of the elimination
   int iterations = 0;                   ///< Iterations of the multigrid
 };
 
@@ -57,6 +58,6 @@ std::vector<double> resistances_from(const Network& network, int node);
 
 /// Computes the effective conductance (S) between two nodes by elimination; 0 without a path. Throws InputError if the
 /// nodes are equal or not in the network, and the exceptions of check(network).
-double conductance_between(const Network& network, int low, int high);
+double conductance_between(const Network& network, int low, int high, parallel::Team& team = parallel::Team::single());
 
 }  // namespace lichtenberg::network

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "solvers/network/network.hpp"
+#include "solvers/parallel/team.hpp"
 
 namespace lichtenberg::network {
 
@@ -20,9 +21,11 @@ struct Dissection {
   int pending = 0;            ///< Number of fronts without a parent; their Schur complements go to the kept nodes
 };
 
-/// Computes a nested dissection. `kept`: [nodes], nonzero for nodes that are not eliminated. A network with positions
-/// is cut recursively at the median along the axis of its largest extent. Without positions the library METIS finds the
+/// Computes a nested dissection. `incidence`: that of the network; `kept`: [nodes], nonzero for nodes that are not
+/// eliminated. A network with positions is cut recursively near the median along the axis of its largest extent, by the
+/// threads of `team`, whose number does not affect the result. Without positions the library METIS finds the
 /// separators; Failure is thrown if it fails.
-Dissection dissect(const Network& network, const std::vector<char>& kept);
+Dissection dissect(const Network& network, const Incidence& incidence, const std::vector<char>& kept,
+                   parallel::Team& team);
 
 }  // namespace lichtenberg::network

@@ -2,227 +2,404 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <cmath>
+#include <iterator>
+
+#include "solvers/network/star_mesh.hpp"
 
 namespace lichtenberg::network {
 namespace {
 
-/// Eliminates the first `stars` nodes of a dense network of m nodes by star-mesh transformations. `g`: [m, m],
-/// column-major, with conductances below the diagonal. Column k is overwritten by the conductances of node k at its
-/// elimination, with their sum s_k on the diagonal. The last m - stars columns become the remaining mesh. Other
-/// diagonal entries are not conductances and are never read.
-void eliminate_stars(double* g, int m, int stars) {
-  constexpr int block = 48;         // Number of columns that stay in the cache during their elimination
-  constexpr int worth_a_call = 24;  // Number of columns from which Eigen's blocked product is faster than a loop
-  const auto spread = [&](int k, int from, int to) {  // Adds the mesh of star k in columns from ... to - 1
-    const double* star = g + std::size_t(k) * m;
-    for (int j = from; j < to; ++j) {
-      const double share = star[j] / star[k];
-      if (share == 0) continue;
-      double* column = g + std::size_t(j) * m;
-      for (int i = j + 1; i < m; ++i) column[i] += share * star[i];
-    }
-  };
-  for (int begin = 0; begin < stars; begin += block) {
-    const int end = std::min(begin + block, stars);
-    const bool by_product = m - end >= worth_a_call && end - begin >= 4;
-    for (int k = begin; k < end; ++k) {
-      double* star = g + std::size_t(k) * m;
-      double sum = 0;
-      for (int i = k + 1; i < m; ++i) sum += star[i];
-      star[k] = sum;
-      spread(k, k + 1, by_product ? end : m);
-    }
-    if (!by_product) continue;
-    const int rest = m - end;
-    Eigen::Map<Eigen::MatrixXd, 0, Eigen::OuterStride<>> all(g, m, m, Eigen::OuterStride<>(m));
-    Eigen::MatrixXd roots = all.block(end, begin, rest, end - begin);
-    for (int k = begin; k < end; ++k) roots.col(k - begin) /= std::sqrt(all(k, k));
-    all.block(end, end, rest, rest).selfadjointView<Eigen::Lower>().rankUpdate(roots);
-  }
-}
+using Border = std::span<const int>;
+
+/// Returns the number of pairs of n nodes.
+std::size_t pairs_of(std::size_t n) { return n * (n - 1) / 2; }
+
+/// Returns where column k of a lower triangle with m rows begins, with columns stored contiguously.
+std::int64_t start_of_column(std::int64_t k, std::int64_t m) { return k * m - k * (k - 1) / 2; }
 
 }  // namespace
 
-/// Links by their earlier end, with both ends numbered in the order of elimination.
-struct Elimination::ForwardLinks {
-  std::vector<int> start, number;
-  std::vector<double> conductance;
-
-  ForwardLinks(const Network& network, const std::vector<int>& order) : start(network.nodes + 1, 0) {
-    std::vector<int> number_of(network.nodes);
-    for (int k = 0; k < network.nodes; ++k) number_of[order[k]] = k;
-    for (const Link& link : network.links)
-      if (link.a != link.b) ++start[std::min(number_of[link.a], number_of[link.b])];
-    int sum = 0;
-    for (int& s : start) sum += s, s = sum;
-    number.resize(sum);
-    conductance.resize(sum);
-    for (const Link& link : network.links) {
-      if (link.a == link.b) continue;
-      const auto [earlier, later] = std::minmax(number_of[link.a], number_of[link.b]);
-      const int slot = --start[earlier];
-      number[slot] = later;
-      conductance[slot] = link.conductance;
-    }
-  }
-};
-
-/// Construction of an elimination, with its temporary data.
-class Elimination::Run {
+/// Array whose values are not initialized, and which keeps its memory.
+class Elimination::Buffer {
  public:
-  Run(Elimination& result, const Network& network)
-      : r_(result), forward_(network, result.dissection_.order), local_(network.nodes, -1) {}
-
-  /// Finds the later nodes that each front joins, and from these the sizes of all arrays.
-  void symbolic() {
-    std::vector<int> waiting;  // Fronts whose results have not been taken in yet
-    r_.border_start_ = {0};
-    r_.factor_start_ = {0};
-    for (std::size_t f = 0; f < r_.dissection_.fronts.size(); ++f) {
-      const auto [first, last, children] = r_.dissection_.fronts[f];
-      const auto begin = static_cast<std::ptrdiff_t>(r_.border_.size());
-      const auto add = [&](int n) {
-        if (n < last || local_[n] == static_cast<int>(f)) return;
-        local_[n] = static_cast<int>(f);
-        r_.border_.push_back(n);
-      };
-      for (int e = forward_.start[first]; e < forward_.start[last]; ++e) add(forward_.number[e]);
-      for (int c = 0; c < children; ++c) {
-        for (int b = r_.border_start_[waiting.back()]; b < r_.border_start_[waiting.back() + 1]; ++b)
-          add(r_.border_[b]);
-        waiting.pop_back();
-      }
-      waiting.push_back(static_cast<int>(f));
-      std::sort(r_.border_.begin() + begin, r_.border_.end());
-      r_.border_start_.push_back(static_cast<int>(r_.border_.size()));
-      const double s = last - first, m = s + r_.border(static_cast<int>(f));
-      largest_ = std::max(largest_, static_cast<int>(m));
-      r_.factor_start_.push_back(r_.factor_start_.back() + static_cast<std::int64_t>(s * m));
-      for (double k = 0; k < s; ++k) r_.operations_ += (m - k - 1) * (m - k - 1);
-    }
+  /// Returns at least `size` elements. Values are lost if it allocates memory.
+  double* get(std::size_t size) {
+    if (size > size_) data_ = std::make_unique_for_overwrite<double[]>(size_ = size);
+    return data_.get();
   }
-
-  /// Returns the bytes of the factor and of the largest front with its children's results, which are about as large
-  /// again.
-  double bytes() const {
-    return 8.0 * (static_cast<double>(r_.factor_start_.back()) + 3.0 * largest_ * largest_) + 4.0 * r_.border_.size();
-  }
-
-  void numeric() {
-    r_.factor_.resize(r_.factor_start_.back());
-    front_.resize(std::size_t(largest_) * largest_);
-    for (std::size_t f = 0; f < r_.dissection_.fronts.size(); ++f) {
-      assemble(static_cast<int>(f));
-      const int s = r_.size(static_cast<int>(f)), m = s + r_.border(static_cast<int>(f));
-      eliminate_stars(front_.data(), m, s);
-      std::copy_n(front_.begin(), std::size_t(s) * m, r_.factor_.begin() + r_.factor_start_[f]);
-      push(static_cast<int>(f), s, m);
-    }
-    finish();
-  }
+  double* data() const { return data_.get(); }
 
  private:
-  /// Assembles a front from its own links and its children's results.
-  void assemble(int f) {
-    const auto [first, last, children] = r_.dissection_.fronts[f];
-    const int s = last - first, m = s + r_.border(f);
-    for (int k = 0; k < s; ++k) local_[first + k] = k;
-    for (int b = 0; b < m - s; ++b) local_[r_.border_[r_.border_start_[f] + b]] = s + b;
-    std::fill_n(front_.begin(), std::size_t(m) * m, 0.0);
-    for (int k = 0; k < s; ++k)
-      for (int e = forward_.start[first + k]; e < forward_.start[first + k + 1]; ++e)
-        front_[std::size_t(k) * m + local_[forward_.number[e]]] += forward_.conductance[e];
-    for (int c = 0; c < children; ++c) take_in(front_.data(), m);
-  }
-
-  /// Adds the last pending result to a dense network of m nodes; local_ maps nodes to its rows.
-  void take_in(double* into, int m) {
-    const int child = waiting_.back();
-    waiting_.pop_back();
-    const int n = r_.border(child);
-    const int* number = r_.border_.data() + r_.border_start_[child];
-    row_.resize(n);
-    for (int b = 0; b < n; ++b) row_[b] = local_[number[b]];
-    const double* from = stack_.data() + stack_.size() - std::size_t(n) * n;
-    for (int j = 0; j < n; ++j) {
-      double* column = into + std::size_t(row_[j]) * m;
-      for (int i = j + 1; i < n; ++i) column[row_[i]] += from[std::size_t(j) * n + i];
-    }
-    stack_.resize(stack_.size() - std::size_t(n) * n);
-  }
-
-  void push(int f, int s, int m) {
-    const int n = m - s;
-    const std::size_t end = stack_.size();
-    stack_.resize(end + std::size_t(n) * n);
-    for (int j = 0; j < n; ++j)
-      std::copy_n(front_.begin() + std::size_t(s + j) * m + s, n, stack_.begin() + end + std::size_t(j) * n);
-    waiting_.push_back(f);
-  }
-
-  /// Adds the remaining results to the mesh of the kept nodes.
-  void finish() {
-    const int kept = r_.kept_, first = r_.nodes_ - kept;
-    Eigen::MatrixXd& mesh = r_.mesh_;
-    mesh = Eigen::MatrixXd::Zero(kept, kept);
-    for (int k = 0; k < kept; ++k) {
-      local_[first + k] = k;
-      for (int e = forward_.start[first + k]; e < forward_.start[first + k + 1]; ++e)
-        mesh(forward_.number[e] - first, k) += forward_.conductance[e];
-    }
-    while (!waiting_.empty()) take_in(mesh.data(), kept);
-    mesh.diagonal().setZero();
-    mesh = Eigen::MatrixXd(mesh.selfadjointView<Eigen::Lower>());
-  }
-
-  Elimination& r_;
-  ForwardLinks forward_;
-  std::vector<int> local_, row_, waiting_;
-  int largest_ = 0;
-  std::vector<double> front_, stack_;
+  std::unique_ptr<double[]> data_;
+  std::size_t size_ = 0;
 };
 
-Elimination::Elimination(const Network& network, const std::vector<int>& kept, const Limits& limits)
-    : nodes_(network.nodes), kept_(static_cast<int>(kept.size())) {
+/// Consecutive fronts: a subtree of the dissection, which one thread eliminates, or one front above all subtrees.
+struct Elimination::Block {
+  int first = 0, last = 0;  ///< Fronts [first, last)
+  bool subtree = true;
+  std::vector<int> border_start{0}, border{};  ///< Per front: the later nodes that its elimination joins, ascending
+  std::vector<std::int64_t> factor_start{0};   ///< Start of each front in the factor
+  std::size_t peak = 0;                        ///< Entries of the Results of a subtree
+  Buffer factor{};  ///< Per front: lower triangle of its columns, with s_k on the diagonal; empty: not stored
+
+  Border border_of(int front) const {
+    const int f = front - first;
+    return {border.data() + border_start[f], static_cast<std::size_t>(border_start[f + 1] - border_start[f])};
+  }
+};
+
+/// Front: the nodes with the numbers first ... first + size - 1, which are eliminated, and its border.
+struct Elimination::Front {
+  int first = 0, size = 0;
+  Border border{};
+  double* factor = nullptr;
+
+  Front(const Elimination& e, const Block& block, int f, double* factor_of_block)
+      : first(e.dissection_.fronts[f].first),
+        size(e.dissection_.fronts[f].last - first),
+        border(block.border_of(f)),
+        factor(factor_of_block == nullptr ? nullptr : factor_of_block + block.factor_start[f - block.first]) {}
+  /// Front of the kept nodes.
+  explicit Front(const Elimination& e) : first(e.network_.nodes - e.kept_), size(e.kept_) {}
+
+  int rows() const { return size + static_cast<int>(border.size()); }
+  /// Returns the conductances of star k from its diagonal on, [rows() - k].
+  double* star(int k) const { return factor + start_of_column(k, rows()); }
+  /// Finds the rows of nodes with ascending numbers.
+  void find_rows(Border numbers, int* row) const {
+    auto at = border.begin();
+    for (const int n : numbers) {
+      if (n >= first + size)
+        while (*at != n) ++at;
+      *row++ = n < first + size ? n - first : size + static_cast<int>(at - border.begin());
+    }
+  }
+  /// Returns the row of the node with this number.
+  int row(int number) const {
+    return number < first + size ? number - first
+                                 : size + static_cast<int>(std::ranges::lower_bound(border, number) - border.begin());
+  }
+};
+
+/// Meshes on the borders of fronts that no later front has taken in yet. Each is stored as its entries below the
+/// diagonal, by columns.
+struct Elimination::Results {
+  std::vector<Border> borders{};
+  Buffer mesh{};
+  std::size_t used = 0;
+
+  double* add(Border border) {
+    borders.push_back(border);
+    used += pairs_of(border.size());
+    return mesh.data() + used - pairs_of(border.size());
+  }
+  /// Returns the last mesh, which is valid until a mesh is added.
+  const double* pop() {
+    used -= pairs_of(borders.back().size());
+    borders.pop_back();
+    return mesh.data() + used;
+  }
+  /// Moves all meshes of `other` to the end.
+  void append(Results& other) {
+    std::copy_n(other.mesh.data(), other.used, mesh.data() + used);
+    borders.insert(borders.end(), other.borders.begin(), other.borders.end());
+    used += other.used;
+    other.clear();
+  }
+  void clear() {
+    borders.clear();
+    used = 0;
+  }
+};
+
+/// Memory of a task.
+struct Elimination::Workspace {
+  Buffer front{}, factor{};
+  Results results{};
+};
+
+/// Finds the later nodes that each front joins, and from these the sizes of all arrays.
+class Elimination::Sizes {
+ public:
+  explicit Sizes(Elimination& elimination) : e_(elimination) {
+    std::vector<Waiting> subtree(e_.blocks_.size());
+    e_.team_.for_each(static_cast<int>(subtree.size()), [&](int b) {
+      if (e_.blocks_[b].subtree) find(e_.blocks_[b], subtree[b]);
+    });
+    for (std::size_t b = 0; b < subtree.size(); ++b) {
+      Block& block = e_.blocks_[b];
+      if (block.subtree)
+        all_.take(subtree[b]);
+      else
+        find(block, all_);
+      block.peak = subtree[b].peak;
+      (block.subtree ? below_ : above_) += block.factor_start.back();
+    }
+    e_.operations_ = all_.operations;
+    e_.entries_ = above_ + below_;
+  }
+
+  /// Returns the bytes of the factor, the largest front and the meshes that wait.
+  double bytes(bool with_subtrees) const {
+    const double largest = all_.largest, factor = static_cast<double>(above_ + (with_subtrees ? below_ : 0));
+    return 8 * (factor + largest * largest + static_cast<double>(all_.peak));
+  }
+  std::size_t peak() const { return all_.peak; }
+
+ private:
+  /// Fronts that no later front has taken in yet, and the cost until then.
+  struct Waiting {
+    std::vector<std::pair<const Block*, int>> fronts;
+    std::size_t entries = 0, peak = 0;
+    int largest = 0;
+    double operations = 0;
+
+    void push(const Block& block, int front) {
+      fronts.emplace_back(&block, front);
+      entries += pairs_of(block.border_of(front).size());
+      peak = std::max(peak, entries);
+    }
+    Border pop() {
+      const auto [block, front] = fronts.back();
+      fronts.pop_back();
+      entries -= pairs_of(block->border_of(front).size());
+      return block->border_of(front);
+    }
+    void take(const Waiting& subtree) {
+      for (const auto& [block, front] : subtree.fronts) push(*block, front);
+      largest = std::max(largest, subtree.largest);
+      operations += subtree.operations;
+    }
+  };
+
+  void find(Block& block, Waiting& waiting) const {
+    std::vector<int> joined, more;
+    for (int f = block.first; f < block.last; ++f) {
+      const auto [first, last, children] = e_.dissection_.fronts[f];
+      joined.clear();
+      for (int k = first; k < last; ++k)
+        for (const int link : e_.incidence_.of(e_.node(k)))
+          if (const int n = e_.number_[other_end(e_.network_.links[link], e_.node(k))]; n >= last) joined.push_back(n);
+      std::ranges::sort(joined);
+      joined.erase(std::unique(joined.begin(), joined.end()), joined.end());
+      for (int c = 0; c < children; ++c) {
+        const Border border = waiting.pop();
+        more.clear();
+        std::set_union(joined.begin(), joined.end(), std::ranges::lower_bound(border, last), border.end(),
+                       std::back_inserter(more));
+        joined.swap(more);
+      }
+      block.border.insert(block.border.end(), joined.begin(), joined.end());
+      block.border_start.push_back(static_cast<int>(block.border.size()));
+      const std::int64_t s = last - first, m = s + static_cast<std::int64_t>(block.border_of(f).size());
+      block.factor_start.push_back(block.factor_start.back() + start_of_column(s, m));
+      waiting.largest = std::max(waiting.largest, static_cast<int>(m));
+      for (double k = 0; k < static_cast<double>(s); ++k)
+        waiting.operations += (static_cast<double>(m) - k - 1) * (static_cast<double>(m) - k - 1);
+      waiting.push(block, f);
+    }
+  }
+
+  Elimination& e_;
+  Waiting all_;
+  std::int64_t above_ = 0, below_ = 0;  ///< Entries of the factor above the subtrees, and of these
+};
+
+Elimination::Elimination(const Network& network, const std::vector<int>& kept, const Options& options)
+    : network_(network),
+      team_(*options.team),
+      kept_(static_cast<int>(kept.size())),
+      incidence_(network),
+      number_(network.nodes) {
   std::vector<char> stays(network.nodes, 0);
   for (const int n : kept) stays[n] = 1;
-  dissection_ = dissect(network, stays);
+  dissection_ = dissect(network, incidence_, stays, team_);
   std::copy(kept.begin(), kept.end(), dissection_.order.end() - kept_);
-  Run run(*this, network);
-  run.symbolic();
-  done_ = operations_ <= limits.operations && run.bytes() <= limits.bytes;
-  if (done_) run.numeric();
+  for (int k = 0; k < network.nodes; ++k) number_[node(k)] = k;
+  find_blocks();
+  const Sizes sizes(*this);
+  done_ = options.required || (operations_ <= options.operations && sizes.bytes(false) <= options.bytes);
+  if (done_) eliminate_all(sizes, !options.mesh_only && sizes.bytes(true) <= options.bytes, !options.mesh_only);
+}
+
+Elimination::~Elimination() = default;
+
+/// Divides the fronts into the largest subtrees of a limited size, and single fronts above them. Neighbouring subtrees
+/// that are small together are one block.
+void Elimination::find_blocks() {
+  const int most = std::max(1 << 14, network_.nodes / 128);  // nodes of a block
+  std::vector<int> first, waiting;                           // first node of each front's subtree
+  for (std::size_t f = 0; f < dissection_.fronts.size(); ++f) {
+    first.push_back(dissection_.fronts[f].first);
+    for (int c = 0; c < dissection_.fronts[f].children; ++c) {
+      first.back() = first[waiting.back()];
+      waiting.pop_back();
+    }
+    waiting.push_back(static_cast<int>(f));
+  }
+  const auto first_front = [&](int f) {  // of the subtree
+    const auto begins = [](const Dissection::Front& front, int n) { return front.first < n; };
+    const auto& fronts = dissection_.fronts;
+    return static_cast<int>(std::lower_bound(fronts.begin(), fronts.begin() + f, first[f], begins) - fronts.begin());
+  };
+  for (int f = static_cast<int>(first.size()) - 1; f >= 0; f = blocks_.back().first - 1) {
+    const int last = dissection_.fronts[f].last;
+    if (last - first[f] > most) {
+      blocks_.push_back({.first = f, .last = f + 1, .subtree = false});
+      continue;
+    }
+    int begin = first_front(f);
+    while (begin > 0 && last - first[begin - 1] <= most) begin = first_front(begin - 1);
+    blocks_.push_back({.first = begin, .last = f + 1});
+  }
+  std::ranges::reverse(blocks_);
+}
+
+/// Eliminates batches of subtrees on threads, each followed by the fronts above that have all their children.
+void Elimination::eliminate_all(const Sizes& sizes, bool stores_subtrees, bool stores_others) {
+  Workspace above;
+  Results results;
+  results.mesh.get(sizes.peak());
+  std::vector<Workspace> below(std::max(8, 2 * team_.size()));
+  const auto factor = [](Block& block, bool stores) {
+    return stores ? block.factor.get(block.factor_start.back()) : nullptr;
+  };
+  for (std::size_t b = 0; b < blocks_.size();) {
+    std::vector<Block*> batch;
+    for (std::size_t next = b; next < blocks_.size() && batch.size() < below.size(); ++next)
+      if (blocks_[next].subtree) batch.push_back(&blocks_[next]);
+    team_.for_each(static_cast<int>(batch.size()), [&](int k) {
+      eliminate(*batch[k], below[k].results, below[k], factor(*batch[k], stores_subtrees), parallel::Team::single());
+    });
+    for (std::size_t k = 0; b < blocks_.size() && !(blocks_[b].subtree && k == batch.size()); ++b)
+      if (blocks_[b].subtree)
+        results.append(below[k++].results);
+      else
+        eliminate(blocks_[b], results, above, factor(blocks_[b], stores_others), team_);
+  }
+  mesh_.resize(kept_, kept_);
+  assemble(Front(*this), static_cast<int>(results.borders.size()), results, mesh_.data(), team_);
+  mesh_.diagonal().setZero();
+  mesh_ = Eigen::MatrixXd(mesh_.selfadjointView<Eigen::Lower>());
+}
+
+/// Eliminates the fronts of a block. `factor`: where their columns are stored, or null.
+void Elimination::eliminate(const Block& block, Results& results, Workspace& workspace, double* factor,
+                            parallel::Team& team) const {
+  if (block.subtree) results.mesh.get(block.peak);
+  for (int f = block.first; f < block.last; ++f) {
+    const Front front(*this, block, f, factor);
+    const std::size_t m = front.rows();
+    double* g = workspace.front.get(m * m);
+    assemble(front, dissection_.fronts[f].children, results, g, team);
+    eliminate_stars(g, front.rows(), front.size, team);
+    if (factor != nullptr)
+      for (int k = 0; k < front.size; ++k) std::copy_n(g + k * (m + 1), m - k, front.star(k));
+    double* mesh = results.add(front.border);
+    for (std::size_t k = front.size; k < m; ++k) mesh = std::copy_n(g + k * (m + 1) + 1, m - k - 1, mesh);
+  }
+}
+
+/// Assembles a front, [rows, rows], from its own links and the last `children` results.
+void Elimination::assemble(const Front& front, int children, Results& results, double* g, parallel::Team& team) const {
+  constexpr int columns_a_task = 256;
+  const int m = front.rows();
+  const auto each_column = [&](int columns, const auto& act) {
+    team.for_each((columns + columns_a_task - 1) / columns_a_task, [&](int task) {
+      for (int k = task * columns_a_task; k < std::min(columns, (task + 1) * columns_a_task); ++k) act(k);
+    });
+  };
+  each_column(m, [&](int k) { std::fill_n(g + std::size_t(k) * (m + 1), m - k, 0.0); });
+  for (int k = 0; k < front.size; ++k)
+    for (const int link : incidence_.of(node(front.first + k)))
+      if (const int other = number_[other_end(network_.links[link], node(front.first + k))]; other > front.first + k)
+        g[std::size_t(k) * m + front.row(other)] += network_.links[link].conductance;
+  std::vector<int> row;
+  for (int c = 0; c < children; ++c) {
+    const Border border = results.borders.back();
+    const double* mesh = results.pop();
+    const int n = static_cast<int>(border.size());
+    row.resize(n);
+    front.find_rows(border, row.data());
+    each_column(n, [&](int k) {
+      double* column = g + std::size_t(row[k]) * m;
+      const double* from = mesh + start_of_column(k, n - 1) - k - 1;
+      for (int i = k + 1; i < n; ++i) column[row[i]] += from[i];
+    });
+  }
+}
+
+/// Returns the factor of a block; if it is not stored, the block is eliminated again.
+double* Elimination::factor_of(const Block& block, Workspace& workspace) const {
+  if (block.factor.data() != nullptr) return block.factor.data();
+  double* factor = workspace.factor.get(block.factor_start.back());
+  eliminate(block, workspace.results, workspace, factor, parallel::Team::single());
+  workspace.results.clear();
+  return factor;
+}
+
+/// Carries the currents that are injected into nodes, by number, on to later nodes.
+void Elimination::inject(double* x) const {
+  Workspace workspace;
+  for (const Block& block : blocks_) {
+    double* factor = factor_of(block, workspace);
+    for (int f = block.first; f < block.last; ++f) {
+      const Front front(*this, block, f, factor);
+      for (int k = 0; k < front.size; ++k) {
+        const double *star = front.star(k) - k, *own = x + front.first;
+        for (int i = k + 1; i < front.size; ++i) x[front.first + i] += star[i] / star[k] * own[k];
+        for (int i = front.size; i < front.rows(); ++i) x[front.border[i - front.size]] += star[i] / star[k] * own[k];
+      }
+    }
+  }
+}
+
+/// Replaces the currents that reach nodes, by number, by potentials. Those of the kept nodes are given.
+void Elimination::substitute(double* x) const {
+  std::vector<const Block*> subtrees;
+  for (auto block = blocks_.rbegin(); block != blocks_.rend(); ++block)
+    if (block->subtree)
+      subtrees.push_back(&*block);
+    else
+      substitute(*block, block->factor.data(), x);
+  std::vector<Workspace> workspaces(std::max(8, 2 * team_.size()));
+  for (std::size_t done = 0; done < subtrees.size(); done += workspaces.size())
+    team_.for_each(static_cast<int>(std::min(workspaces.size(), subtrees.size() - done)), [&](int k) {
+      const Block& block = *subtrees[done + k];
+      substitute(block, factor_of(block, workspaces[k]), x);
+    });
+}
+
+void Elimination::substitute(const Block& block, double* factor, double* x) const {
+  Eigen::VectorXd v;
+  for (int f = block.last - 1; f >= block.first; --f) {
+    const Front front(*this, block, f, factor);
+    v.resize(front.rows());
+    for (int i = front.size; i < front.rows(); ++i) v[i] = x[front.border[i - front.size]];
+    for (int k = front.size - 1; k >= 0; --k) {
+      const Eigen::Map<const Eigen::VectorXd> star(front.star(k), front.rows() - k);
+      const Eigen::Index later = front.rows() - k - 1;
+      v[k] = (x[front.first + k] + star.tail(later).dot(v.tail(later))) / star[0];
+    }
+    std::copy_n(v.data(), front.size, x + front.first);
+  }
 }
 
 Eigen::MatrixXd Elimination::potentials(const Eigen::MatrixXd& kept_potential, const Eigen::MatrixXd& injected) const {
-  const auto columns = kept_potential.cols();
-  // Rows by number in the order of elimination: first the currents that reach a node, then its potential.
-  Eigen::MatrixXd x = Eigen::MatrixXd::Zero(nodes_, columns);
-  const int fronts = static_cast<int>(dissection_.fronts.size());
-  const auto star = [&](int f, int k) {
-    return factor_.data() + factor_start_[f] + std::int64_t(k) * (size(f) + border(f));
-  };
-  const auto number = [&](int f, int row) {
-    return row < size(f) ? dissection_.fronts[f].first + row : border_[border_start_[f] + row - size(f)];
-  };
-  if (injected.size() > 0) {
-    for (int k = 0; k < nodes_ - kept_; ++k) x.row(k) = injected.row(node(k));
-    for (int f = 0; f < fronts; ++f)
-      for (int k = 0; k < size(f); ++k)
-        for (int i = k + 1; i < size(f) + border(f); ++i)
-          x.row(number(f, i)) += star(f, k)[i] / star(f, k)[k] * x.row(dissection_.fronts[f].first + k);
-  }
-  x.bottomRows(kept_) = kept_potential;
-  for (int f = fronts - 1; f >= 0; --f)
-    for (int k = size(f) - 1; k >= 0; --k) {
-      const double* g = star(f, k);
-      auto mine = x.row(dissection_.fronts[f].first + k);
-      for (int i = k + 1; i < size(f) + border(f); ++i) mine += g[i] * x.row(number(f, i));
-      mine /= g[k];
+  const int nodes = network_.nodes;
+  Eigen::MatrixXd potential(nodes, kept_potential.cols());
+  Eigen::VectorXd x(nodes);
+  for (Eigen::Index c = 0; c < potential.cols(); ++c) {
+    x.setZero();
+    if (injected.size() > 0) {
+      for (int k = 0; k < nodes - kept_; ++k) x[k] = injected(node(k), c);
+      inject(x.data());
     }
-  Eigen::MatrixXd potential(nodes_, columns);
-  for (int k = 0; k < nodes_; ++k) potential.row(node(k)) = x.row(k);
+    x.tail(kept_) = kept_potential.col(c);
+    substitute(x.data());
+    for (int k = 0; k < nodes; ++k) potential(node(k), c) = x[k];
+  }
   return potential;
 }
 
@@ -242,39 +419,46 @@ std::vector<int> Elimination::parents() const {
 /// Computes the rows and columns of the inverse for a front's own nodes, from the last to the first. The potential of a
 /// star's centre is the mean of those of its ends with weights w. Hence Z_ki = sum_j w_j Z_ji, and Z_kk = 1 / s_k +
 /// sum_i w_i Z_ki.
-void Elimination::invert_stars(int front, Eigen::MatrixXd& inverse) const {
+void Elimination::invert_stars(const Front& front, Eigen::MatrixXd& inverse) {
   const Eigen::Index m = inverse.rows();
-  for (Eigen::Index k = size(front) - 1; k >= 0; --k) {
-    const Eigen::Map<const Eigen::VectorXd> star(factor_.data() + factor_start_[front] + k * m, m);
+  for (Eigen::Index k = front.size - 1; k >= 0; --k) {
+    const Eigen::Map<const Eigen::VectorXd> star(front.star(static_cast<int>(k)), m - k);
     const Eigen::Index later = m - k - 1;
-    const Eigen::VectorXd weight = star.tail(later) / star(k);
+    const Eigen::VectorXd weight = star.tail(later) / star(0);
     inverse.col(k).tail(later) = inverse.bottomRightCorner(later, later) * weight;
     inverse.row(k).tail(later) = inverse.col(k).tail(later).transpose();
-    inverse(k, k) = 1 / star(k) + weight.dot(inverse.col(k).tail(later));
+    inverse(k, k) = 1 / star(0) + weight.dot(inverse.col(k).tail(later));
   }
 }
 
+const Elimination::Block& Elimination::block_of(int front) const {
+  return *std::ranges::upper_bound(blocks_, front, {}, [](const Block& block) { return block.last; });
+}
+
 Eigen::VectorXd Elimination::resistances() const {
-  Eigen::VectorXd result = Eigen::VectorXd::Zero(nodes_);
+  Eigen::VectorXd result = Eigen::VectorXd::Zero(network_.nodes);
   const std::vector<int> parent = parents();
   std::vector<std::vector<int>> children(parent.size());
   for (std::size_t f = 0; f < parent.size(); ++f)
     if (parent[f] >= 0) children[parent[f]].push_back(static_cast<int>(f));
   std::vector<Eigen::MatrixXd> border_inverse(parent.size());  // Inverse of each front's border, taken from its parent
-  std::vector<int> row(nodes_, -1), rows;
-  for (int f = static_cast<int>(parent.size()) - 1; f >= 0; --f) {
-    const int s = size(f), m = s + border(f);
-    Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(m, m);
-    if (border_inverse[f].size() > 0) inverse.bottomRightCorner(m - s, m - s) = border_inverse[f];
-    border_inverse[f].resize(0, 0);
-    invert_stars(f, inverse);
-    const int first = dissection_.fronts[f].first;
-    for (int k = 0; k < s; ++k) result(node(first + k)) = inverse(k, k), row[first + k] = k;
-    for (int b = 0; b < m - s; ++b) row[border_[border_start_[f] + b]] = s + b;
-    for (const int child : children[f]) {
-      rows.clear();
-      for (int b = border_start_[child]; b < border_start_[child + 1]; ++b) rows.push_back(row[border_[b]]);
-      border_inverse[child] = inverse(rows, rows);
+  Workspace workspace;
+  std::vector<int> rows;
+  for (auto block = blocks_.rbegin(); block != blocks_.rend(); ++block) {
+    double* factor = factor_of(*block, workspace);
+    for (int f = block->last - 1; f >= block->first; --f) {
+      const Front front(*this, *block, f, factor);
+      const int s = front.size, m = front.rows();
+      Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(m, m);
+      if (border_inverse[f].size() > 0) inverse.bottomRightCorner(m - s, m - s) = border_inverse[f];
+      border_inverse[f].resize(0, 0);
+      invert_stars(front, inverse);
+      for (int k = 0; k < s; ++k) result(node(front.first + k)) = inverse(k, k);
+      for (const int child : children[f]) {
+        rows.clear();
+        for (const int n : block_of(child).border_of(child)) rows.push_back(front.row(n));
+        border_inverse[child] = inverse(rows, rows);
+      }
     }
   }
   return result;

@@ -3,10 +3,13 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <limits>
+#include <memory>
+#include <span>
 #include <vector>
 
 #include "solvers/network/dissection.hpp"
 #include "solvers/network/network.hpp"
+#include "solvers/parallel/team.hpp"
 
 namespace lichtenberg::network {
 
@@ -19,20 +22,27 @@ namespace lichtenberg::network {
 /// 1985). No step subtracts. Each resulting conductance therefore has a small relative error for any ratio of
 /// conductances, even 1e60 (O'Cinneide 1993; Alfa, Xue & Ye 2002). A pivot from which Cholesky's method subtracts loses
 /// all digits at a ratio of 1e16.
-/// The fronts of a nested dissection are eliminated in sequence as dense blocks (multifrontal method, Duff & Reid
-/// 1983).
+/// The fronts of a nested dissection are eliminated as dense blocks (multifrontal method, Duff & Reid 1983). Threads
+/// share the subtrees of the dissection, and the products of the fronts above them; results have identical bits for any
+/// number of threads.
 class Elimination {
  public:
-  /// Upper limits of the cost of an elimination: memory (bytes) and number of floating-point operations.
-  struct Limits {
-    double bytes = std::numeric_limits<double>::infinity(), operations = std::numeric_limits<double>::infinity();
+  /// Options of an elimination.
+  struct Options {
+    double bytes = std::numeric_limits<double>::infinity();       ///< Memory (bytes) that it may take
+    double operations = std::numeric_limits<double>::infinity();  ///< Floating-point operations that it may take
+    bool required = false;                                        ///< True if it is done even above these limits
+    bool mesh_only = false;  ///< True if only mesh() is needed: nothing is stored for the other results
+    parallel::Team* team = &parallel::Team::single();  ///< Threads; must outlive the elimination
   };
 
   /// Eliminates all nodes of the network except `kept` (in any order, without duplicates). If that would exceed the
-  /// limits, nothing is eliminated and done() is false.
-  Elimination(const Network& network, const std::vector<int>& kept, const Limits& limits);
+  /// limits of the options, nothing is eliminated and done() is false. Subtrees whose factors would exceed the memory
+  /// are eliminated again when potentials() or resistances() need them. The network must outlive the elimination.
+  Elimination(const Network& network, const std::vector<int>& kept, const Options& options);
   /// Eliminates all nodes of the network except `kept`, without limits of the cost.
-  Elimination(const Network& network, const std::vector<int>& kept) : Elimination(network, kept, Limits()) {}
+  Elimination(const Network& network, const std::vector<int>& kept) : Elimination(network, kept, Options()) {}
+  ~Elimination();
   /// Returns true if the nodes are eliminated; false if the limits excluded it, so that there are no results.
   bool done() const { return done_; }
 
@@ -52,32 +62,44 @@ class Elimination {
   /// operations of the elimination. All sums are of positive numbers.
   Eigen::VectorXd resistances() const;
 
-  /// Returns the number of matrix entries that the elimination stores.
-  std::int64_t stored_entries() const { return static_cast<std::int64_t>(factor_.size()); }
+  /// Returns the number of matrix entries of the factor.
+  std::int64_t entries() const { return entries_; }
   double operations() const { return operations_; }  ///< Operations of the elimination: two per multiplication
 
  private:
-  struct ForwardLinks;
-  struct Update;
-  class Run;
+  class Buffer;
+  struct Block;
+  struct Front;
+  struct Results;
+  struct Workspace;
+  class Sizes;
 
-  /// Returns the number of nodes that a front eliminates.
-  int size(int front) const { return dissection_.fronts[front].last - dissection_.fronts[front].first; }
-  /// Returns the number of later nodes that are linked to a front's nodes at its elimination.
-  int border(int front) const { return border_start_[front + 1] - border_start_[front]; }
-  void invert_stars(int front, Eigen::MatrixXd& inverse) const;
+  void find_blocks();
+  void eliminate_all(const Sizes& sizes, bool stores_subtrees, bool stores_others);
+  void eliminate(const Block& block, Results& results, Workspace& workspace, double* factor,
+                 parallel::Team& team) const;
+  void assemble(const Front& front, int children, Results& results, double* g, parallel::Team& team) const;
+  double* factor_of(const Block& block, Workspace& workspace) const;
+  void inject(double* x) const;
+  void substitute(double* x) const;
+  void substitute(const Block& block, double* factor, double* x) const;
+  static void invert_stars(const Front& front, Eigen::MatrixXd& inverse);
   std::vector<int> parents() const;
+  const Block& block_of(int front) const;
 
   /// Returns the node with the given number in the order of elimination; the kept nodes come last, in the order of
   /// `kept`.
   int node(int number) const { return dissection_.order[number]; }
 
-  int nodes_, kept_;
+  const Network& network_;
+  parallel::Team& team_;
+  int kept_;
+  Incidence incidence_;
   Dissection dissection_;
-  std::vector<int> border_start_, border_;  ///< Per front: the later nodes that its elimination joins, ascending
-  std::vector<std::int64_t> factor_start_;  ///< Start of each front in factor_
-  std::vector<double> factor_;  ///< Per front: columns [size + border] of its nodes, with s_k on the diagonal
+  std::vector<int> number_;    ///< Number of each node in the order of elimination
+  std::vector<Block> blocks_;  ///< In postorder
   Eigen::MatrixXd mesh_;
+  std::int64_t entries_ = 0;
   double operations_ = 0;
   bool done_ = false;
 };

@@ -7,6 +7,7 @@
 #include "solvers/geometry/box.hpp"
 #include "solvers/network/network.hpp"
 #include "solvers/network/resistor.hpp"
+#include "solvers/parallel/team.hpp"
 
 namespace lichtenberg::network {
 
@@ -61,12 +62,17 @@ double distance(const ParticlePacking& packing, const ParticleContact& contact);
 
 /// Returns overlap, force and effective radius of a contact.
 ContactState contact_state(const ParticlePacking& packing, const ParticleContact& contact);
+/// Returns the state of a contact whose centres have a known distance (m).
+ContactState contact_state(const ParticlePacking& packing, const ParticleContact& contact, double distance);
 ContactState contact_state(const ParticlePacking& packing, const ParticleWallContact& contact);
 
-/// Finds all contacts of a packing, between particles and with walls, by the criterion of contact_margin. A cell list
-/// limits the comparisons of particles to neighbouring cells. Throws InputError if a periodic box is so short that two
-/// images of a particle could touch another one.
-Contacts find_contacts(const ParticlePacking& packing);
+/// Returns 2 if all particles are in the plane z = 0, otherwise 3.
+int dimension(const ParticlePacking& packing);
+
+/// Finds all contacts of a packing, between particles and with walls, by the criterion of contact_margin. Pairs
+/// near to each other in space are so in the list. Throws InputError if a periodic box is so short that two images of a
+/// particle could touch another one. The threads of `team` do not affect the result.
+Contacts find_contacts(const ParticlePacking& packing, parallel::Team& team = parallel::Team::single());
 
 /// Returns the contact point (m) of two particles, which divides the line of centres in proportion to the radii. Across
 /// a periodic side it is the image next to the particle `seen_from`, one of the two.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <thread>
 
 #include "solvers/error.hpp"
 #include "solvers/network/components.hpp"
@@ -48,6 +49,13 @@ std::vector<network::PackingWall> read_walls(const hdf5::Handle& file) {
   std::vector<network::PackingWall> walls;
   for (std::size_t k = 0; k < names.size(); ++k) walls.push_back({names[k], point[k], normal[k]});
   return walls;
+}
+
+/// Returns as many threads as the machine has processors, for frames that are worth it.
+std::unique_ptr<parallel::Team> team_for(const network::ParticlePacking& packing) {
+  constexpr int few = 5000;
+  return std::make_unique<parallel::Team>(
+      packing.size() < few ? 1 : std::max(1, static_cast<int>(std::thread::hardware_concurrency())));
 }
 
 network::ParticlePacking read_frame(const ResultFile& result, int frame) {
@@ -115,8 +123,10 @@ const network::ResistorModel& checked_resistor(const NetworkOptions& options) {
 
 network::PackingNetwork build(const PackingFrame& frame, NetworkModel model, const NetworkOptions& options,
                               const std::vector<network::PackingElectrode>& electrodes) {
-  const auto builder = model == NetworkModel::particle ? network::particle_network : network::contact_network;
-  return builder(frame.packing, frame.contacts, checked_resistor(options), options.parameters, electrodes);
+  const network::ResistorModel& resistor = checked_resistor(options);
+  return model == NetworkModel::particle
+             ? particle_network(frame.packing, frame.contacts, resistor, options.parameters, electrodes)
+             : contact_network(frame.packing, frame.contacts, resistor, options.parameters, electrodes);
 }
 
 /// Solves the contact-centred network, with one network per particle as second electrode.
@@ -246,7 +256,7 @@ PackingFrame read_packing(const std::string& path, std::optional<int> frame) {
     for (const Conductor& conductor : result.scene.conductors)
       result.packing.resistivity.push_back(conductor.relative_resistivity);
     network::check(result.packing);
-    result.contacts = network::find_contacts(result.packing);
+    result.contacts = network::find_contacts(result.packing, *team_for(result.packing));
     result.warnings = warnings_of(result);
     return result;
   } catch (const hdf5::Error& error) {
@@ -278,7 +288,7 @@ SolvedNetwork solve_network(const PackingFrame& frame, NetworkModel model, const
   const auto electrodes = electrodes_of(frame, requested.between);
   solved.network = build(frame, model, solved.options, electrodes);
   solved.conduction = network::conduct(solved.network.network, solved.network.electrode[0], solved.network.electrode[1],
-                                       {.voltage = voltage});
+                                       {.voltage = voltage, .team = team_for(frame.packing).get()});
   sort_particles(frame, electrodes, solved);
   return solved;
 }

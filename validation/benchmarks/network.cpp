@@ -1,10 +1,10 @@
-// Measures the computation of a packing's resistance from positions on one core: times of contacts, network, set-up and
-// solve, and peak memory. Methods: this program's elimination and multigrid; CHOLMOD on the same matrix with AMD and
-// METIS ordering. `network_scipy.py` adds SciPy.
+// Measures the computation of a packing's resistance from positions: times of contacts, network, set-up and solve, and
+// peak memory. Methods: this program's elimination (the resistance alone, or with all potentials and currents) and
+// multigrid; CHOLMOD on the same matrix with AMD and METIS ordering. `network_scipy.py` adds SciPy.
 //
-//   benchmark_network [--sizes 10000,100000,1000000] [--seed 1] [--repeats 3] [--save FOLDER]
+//   benchmark_network [--sizes 10000,100000,1000000] [--methods elimination,currents] [--threads 1] [--repeats 3]
 //
-// Seconds are the minimum processor time of the repeats, which other programs affect little.
+// Times of parts are processor times of all threads, which other programs affect little; `wall` is the elapsed time.
 
 #include <cholmod.h>
 #include <fmt/format.h>
@@ -14,15 +14,16 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <ctime>
 #include <fstream>
 #include <random>
+#include <utility>
 
 #include "solvers/network/build.hpp"
 #include "solvers/network/components.hpp"
 #include "solvers/network/conduction.hpp"
-#include "solvers/network/elimination.hpp"
 #include "solvers/network/multigrid.hpp"
 #include "solvers/network/resistor.hpp"
 #include "src/version.hpp"
@@ -62,7 +63,7 @@ class Clock {
 };
 
 struct Cost {
-  double contacts = 0, network = 0, setup = 0, solve = 0, resistance = 0;
+  double contacts = 0, network = 0, setup = 0, solve = 0, resistance = 0, wall = 0;
   double nodes = 0, links = 0;
   double total() const { return contacts + network + setup + solve; }
 };
@@ -82,15 +83,6 @@ Network joined(const Network& network, int& low, int& high) {
   low = number[low];
   high = number[high];
   return result;
-}
-
-void by_elimination(const Network& net, int low, int high, Cost& cost) {
-  Clock clock;
-  Elimination(net, {low, high}, {.operations = -1});  // order and sizes only
-  const double order = clock.lap();
-  cost.setup += order;
-  cost.resistance = 1 / Elimination(net, {low, high}).mesh()(1, 0);
-  cost.solve = clock.lap() - order;  // the second construction repeats the ordering
 }
 
 void by_multigrid(const Network& net, int low, int high, Cost& cost) {
@@ -140,43 +132,71 @@ void by_cholmod(const Network& net, int low, int high, bool metis, Cost& cost) {
   cost.solve = clock.lap();
 }
 
-Cost measure(const ParticlePacking& packing, const std::string& kind, const std::string& method,
-             const std::string& save) {
-  Cost cost;
+struct Request {
+  std::string kind, method, save;
+  int threads = 1;
+};
+
+void store(const Network& network, int low, int high, const std::string& path) {
+  std::ofstream file(path, std::ios::binary);
+  const std::int64_t header[] = {network.nodes, static_cast<std::int64_t>(network.links.size()), low, high};
+  file.write(reinterpret_cast<const char*>(header), sizeof header);
+  file.write(reinterpret_cast<const char*>(network.links.data()),
+             static_cast<std::streamsize>(network.links.size() * sizeof(Link)));
+}
+
+/// Solves by a method that needs a connected network.
+void solve_joined(PackingNetwork& net, const Request& request, Cost& cost) {
   Clock clock;
-  const Contacts contacts = find_contacts(packing);
-  cost.contacts = clock.lap();
-  PackingNetwork net = (kind == "particle" ? particle_network : contact_network)(
-      packing, contacts, resistor_model("length"), {.resistance_per_length = 1}, {{true, 0}, {true, 1}});
-  cost.network = clock.lap();
   int low = net.electrode[0], high = net.electrode[1];
   const Network whole = joined(net.network, low, high);
   net.network = {};
   cost.setup = clock.lap();
-  cost.nodes = whole.nodes;
-  cost.links = static_cast<double>(whole.links.size());
-  if (method == "elimination") by_elimination(whole, low, high, cost);
-  if (method == "multigrid") by_multigrid(whole, low, high, cost);
-  if (method == "CHOLMOD, AMD") by_cholmod(whole, low, high, false, cost);
-  if (method == "CHOLMOD, METIS") by_cholmod(whole, low, high, true, cost);
-  if (!save.empty()) {
-    std::ofstream file(save, std::ios::binary);
-    const std::int64_t header[] = {whole.nodes, static_cast<std::int64_t>(whole.links.size()), low, high};
-    file.write(reinterpret_cast<const char*>(header), sizeof header);
-    file.write(reinterpret_cast<const char*>(whole.links.data()),
-               static_cast<std::streamsize>(whole.links.size() * sizeof(Link)));
+  if (request.method == "multigrid") by_multigrid(whole, low, high, cost);
+  if (request.method == "cholmod-amd") by_cholmod(whole, low, high, false, cost);
+  if (request.method == "cholmod-metis") by_cholmod(whole, low, high, true, cost);
+  if (!request.save.empty()) store(whole, low, high, request.save);
+}
+
+Cost measure(const ParticlePacking& packing, const Request& request) {
+  Cost cost;
+  parallel::Team team(request.threads);
+  const auto began = std::chrono::steady_clock::now();
+  Clock clock;
+  PackingNetwork net;
+  {
+    const Contacts contacts = find_contacts(packing, team);
+    cost.contacts = clock.lap();
+    const ResistorModel& model = resistor_model("length");
+    const Parameters parameters{.resistance_per_length = 1};
+    const std::vector<PackingElectrode> electrodes = {{true, 0}, {true, 1}};
+    net = request.kind == "particle" ? particle_network(packing, contacts, model, parameters, electrodes, team)
+                                     : contact_network(packing, contacts, model, parameters, electrodes);
+    cost.network = clock.lap();
   }
+  cost.nodes = net.network.nodes;
+  cost.links = static_cast<double>(net.network.links.size());
+  const int low = net.electrode[0], high = net.electrode[1];
+  if (request.method == "elimination") {
+    cost.resistance = 1 / conductance_between(net.network, low, high, team);
+    cost.solve = clock.lap();
+  } else if (request.method == "currents") {
+    cost.resistance = conduct(net.network, low, high, {.method = Method::elimination, .team = &team}).resistance;
+    cost.solve = clock.lap();
+  } else {
+    solve_joined(net, request, cost);
+  }
+  cost.wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
   return cost;
 }
 
 /// Measures in a child process, whose peak memory is then known.
-Cost in_child(const ParticlePacking& packing, const std::string& kind, const std::string& method,
-              const std::string& save, double& mebibytes) {
+Cost in_child(const ParticlePacking& packing, const Request& request, double& mebibytes) {
   int pipes[2];
   if (pipe(pipes) != 0) throw std::runtime_error("no pipe");
   const pid_t child = fork();
   if (child == 0) {
-    const Cost cost = measure(packing, kind, method, save);
+    const Cost cost = measure(packing, request);
     _exit(write(pipes[1], &cost, sizeof cost) == sizeof cost ? 0 : 1);
   }
   Cost cost;
@@ -197,25 +217,27 @@ std::string processor() {
   return "unknown processor";
 }
 
-void compare(const ParticlePacking& packing, const std::string& kind, int repeats, const std::string& save) {
-  double cholmod = 0;
-  for (const std::string method : {"CHOLMOD, AMD", "CHOLMOD, METIS", "elimination", "multigrid"}) {
+/// Measures the methods, each in the order of the list. The ratio is over the first method of CHOLMOD in it.
+void compare(const ParticlePacking& packing, const std::vector<std::string>& methods, int repeats, Request request) {
+  double cholmod = NAN;
+  for (const std::string& method : methods) {
+    request.method = method;
     Cost best;
     double mebibytes = 0;
     for (int k = 0; k < repeats; ++k) {
-      const Cost cost = in_child(packing, kind, method, k == 0 && method == "elimination" ? save : "", mebibytes);
+      const Cost cost = in_child(packing, request, mebibytes);
       if (k == 0 || cost.total() < best.total()) best = cost;
     }
-    if (method == "CHOLMOD, AMD") {
-      cholmod = best.setup + best.solve;
-      fmt::print("\n{} particles, {}-centred: {:.0f} nodes, {:.0f} resistors\n", packing.size(), kind, best.nodes,
-                 best.links);
-      fmt::print("{:<16}{:>10}{:>10}{:>10}{:>10}{:>10}{:>8}{:>10}{:>20}\n", "", "contacts", "network", "set-up",
-                 "solve", "total", "ratio", "MiB", "R");
+    if (std::isnan(cholmod) && method.starts_with("cholmod")) cholmod = best.setup + best.solve;
+    if (method == methods.front()) {
+      fmt::print("\n{} particles, {}-centred: {:.0f} nodes, {:.0f} resistors\n", packing.size(), request.kind,
+                 best.nodes, best.links);
+      fmt::print("{:<16}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}{:>8}{:>10}{:>20}\n", "", "contacts", "network", "set-up",
+                 "solve", "total", "wall", "ratio", "MiB", "R");
     }
-    fmt::print("{:<16}{:>10.3f}{:>10.3f}{:>10.3f}{:>10.3f}{:>10.3f}{:>8.2f}{:>10.0f}{:>20.14f}\n", method,
-               best.contacts, best.network, best.setup, best.solve, best.total(), cholmod / (best.setup + best.solve),
-               mebibytes, best.resistance);
+    fmt::print("{:<16}{:>10.3f}{:>10.3f}{:>10.3f}{:>10.3f}{:>10.3f}{:>10.3f}{:>8.2f}{:>10.0f}{:>20.14f}\n", method,
+               best.contacts, best.network, best.setup, best.solve, best.total(), best.wall,
+               cholmod / (best.setup + best.solve), mebibytes, best.resistance);
     std::fflush(stdout);
   }
 }
@@ -227,23 +249,29 @@ int main(int argc, char** argv) {
   std::vector<int> sizes = {10000, 100000, 1000000};
   std::uint64_t seed = 1;
   int repeats = 3;
-  std::string save;
+  Request request;
+  std::string folder;
+  const std::vector<std::string> all = {"cholmod-amd", "cholmod-metis", "elimination", "currents", "multigrid"};
+  std::vector<std::string> methods = all;
   program.add_option("--sizes", sizes, "particles")->delimiter(',');
+  program.add_option("--methods", methods, "methods to measure")->delimiter(',')->check(CLI::IsMember(all));
+  program.add_option("--threads", request.threads, "of this program's elimination");
   program.add_option("--seed", seed, "of the packings");
   program.add_option("--repeats", repeats, "of each measurement, the fastest counts");
-  program.add_option("--save", save, "folder to leave the networks in, for network_scipy.py");
+  program.add_option("--save", folder, "folder to leave the networks of multigrid in, for network_scipy.py");
   CLI11_PARSE(program, argc, argv);
   double load[1] = {0};
   getloadavg(load, 1);
   const Version version = lichtenberg_version();
   fmt::print("{}, load {:.1f}; lichtenberg {}, {}\n", processor(), load[0], version.commit, version.compiler);
-  fmt::print(
-      "seconds of one core from positions to the resistance; ratio: CHOLMOD with AMD over it, set-up and solve\n");
+  fmt::print("seconds from positions to the resistance; ratio: CHOLMOD over it, set-up and solve\n");
   for (const int n : sizes) {
     const ParticlePacking packing = jittered_lattice(n, seed);
     for (const std::string kind : {"particle", "contact"}) {
       if (kind == "contact" && n > 300000) continue;  // has 2.7 times the nodes and four times the resistors
-      compare(packing, kind, repeats, save.empty() ? "" : fmt::format("{}/{}-{}.network", save, kind, n));
+      request.kind = kind;
+      request.save = folder.empty() ? "" : fmt::format("{}/{}-{}.network", folder, kind, n);
+      compare(packing, methods, repeats, request);
     }
   }
 }

@@ -60,7 +60,7 @@ void AssembledSystem::set_up_preconditioner(const LaplaceProblem& problem) {
   parallel::check_petsc(KSPSetUp(krylov_.ksp));
 }
 
-void AssembledSystem::solve(std::vector<double>& b, std::vector<double>& x, std::vector<double>&,
+void AssembledSystem::solve(std::vector<double>& b, std::vector<double>& x, SplitVector&,
                             const StopCriterion& criterion, LaplaceSolution& solution) {
   std::vector<double> unknowns = by_unknown(x), charges = by_unknown(b);
   numbering_.from_potentials(unknowns.data());

@@ -16,8 +16,8 @@ class AssembledSystem : public LinearSystem {
   AssembledSystem(LinkFormula links, double tolerance, CutCellOptions::Device device = CutCellOptions::Device::cpu);
 
   void build(const LaplaceProblem& problem, Level& level, CutCellOperator& op) override;
-  void solve(std::vector<double>& b, std::vector<double>& x, std::vector<double>& residual,
-             const StopCriterion& criterion, LaplaceSolution& solution) override;
+  void solve(std::vector<double>& b, std::vector<double>& x, SplitVector& residual, const StopCriterion& criterion,
+             LaplaceSolution& solution) override;
 
   /// Assembles the matrix of the discretized grid `level` and makes PETSc's vectors. Part of build().
   void assemble_matrix(const LaplaceProblem& problem, const Level& level);

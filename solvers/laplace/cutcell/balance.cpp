@@ -13,7 +13,7 @@ void CutCellOperator::balance(const LaplaceProblem& problem, double scale, const
   std::vector<double> to_cells(groups_, 0.0), from_cells(groups_, 0.0), shift(groups_, 0.0);
   links_.add_conductances(*team_, to_cells.data());
   links_.add_to_groups(*team_, x, from_cells.data());
-  apply_groups(x, shift.data());
+  apply_groups(x, x_group, shift.data());
   for (std::size_t g = 0; g < groups_; ++g) shift[g] = group_diagonal_[g] > 0 ? b[cells_ + g] - shift[g] : 0.0;
   solve_groups(shift.data());
   std::vector<double> response(groups_, 0.0);

@@ -12,9 +12,9 @@ namespace lichtenberg::laplace {
 struct MatrixFreeContext {
   CutCellOperator* op = nullptr;
   Multigrid* multigrid = nullptr;
-  bool null_space = false;      ///< nothing is grounded: the matrix maps constants to zero
-  double applications = 0;      ///< number of operator evaluations
-  std::vector<double> r, p, q;  ///< residual (before the solve: of the initial guess), direction, A p
+  bool null_space = false;  ///< nothing is grounded: the matrix maps constants to zero
+  double applications = 0;  ///< number of operator evaluations
+  SplitVector r, p, q;      ///< residual (before the solve: of the initial guess), direction, A p
 
   /// Computes y = A x and counts the evaluation.
   void multiply(const double* x, double* y) {
@@ -27,8 +27,11 @@ struct MatrixFreeContext {
 
 /// Name of a PETSc KSP type: conjugate gradients with the iterates of KSPCG and the natural norm, except for rounding.
 /// They may end one V-cycle earlier, by a predicted norm. Updates and products of vectors are computed row by row
-/// together with the operator and the V-cycle, on the threads of the operator's team. The type accesses x and b in
-/// place. Its preconditioner must be the multigrid, a PCSHELL with a MatrixFreeContext.
+/// together with the operator and the V-cycle, on the threads of the operator's team. Residual and direction of cells
+/// are stored in single precision, but the sums of A p are in double precision. Whenever the norm has fallen by three
+/// decades, the iteration starts again from the residual of x. The rounding of a residual next to a conductor of large
+/// conductance acts as a charge on it, with a norm of up to 1e-5 of the first. The type accesses x and b in place. Its
+/// preconditioner must be the multigrid, a PCSHELL with a MatrixFreeContext.
 inline constexpr const char* fused_cg = "cutcell";
 
 /// Registers the conjugate gradients `fused_cg` with PETSc, which must be running. Throws Failure if PETSc reports an

@@ -5,7 +5,8 @@ namespace lichtenberg::laplace {
 void EdgeCells::build(const Level& level, const LinkLists<double>& links, parallel::Team& team) {
   const int rows = level.layout.ny, chunks = 4 * team.size();
   rows_.resize(rows);
-  cells_.resize(level.row_links.size());
+  cells_.resize(level.row_links.size() + 1);  // one more, so that the end of the last row is a valid reference
+  cell_of_link_.resize(level.row_links.size());
   team.for_each(chunks, [&](int k) {
     for (int j = rows * k / chunks; j < rows * (k + 1) / chunks; ++j) list_row(level, links, j);
   });
@@ -16,14 +17,14 @@ void EdgeCells::build(const Level& level, const LinkLists<double>& links, parall
 void EdgeCells::list_row(const Level& level, const LinkLists<double>& links, int j) {
   Row& row = rows_[j];
   row.start = row.black = row.end = level.row_start[j];
-  row.first_link = links.row_start(j);
-  int link = row.first_link;
+  row.first_link = row.black_link = row.links_end = links.row_start(j);
   for (int m = level.row_start[j]; m < level.row_start[j + 1]; ++m) {
     const std::int32_t cell = level.row_links[m].cell;
     if (row.end > row.start && cells_[row.end - 1].cell == cell) continue;
-    while (link < links.row_end(j) && links.cell(link) == cell) ++link;
-    if (cell < level.layout.colour_size()) ++row.black;
-    cells_[row.end++] = {cell, link, 1 / level.diagonal[cell]};
+    for (; row.links_end < links.row_end(j) && links.cell(row.links_end) == cell; ++row.links_end)
+      cell_of_link_[row.links_end] = row.end;
+    cells_[row.end++] = {cell, 1 / level.diagonal[cell]};
+    if (cell < level.layout.colour_size()) row.black = row.end, row.black_link = row.links_end;
   }
 }
 

@@ -281,7 +281,7 @@ void Grid::interpolate_row(const Grid& coarse, int colour, int j, const Effect& 
 }
 
 /// Adds the correction to red cells only, because the subsequent relaxation of black cells overwrites their values.
-void Grid::correct_and_smooth(const Grid& coarse, const double* r, double* row_product) {
+void Grid::correct_and_smooth(const Grid& coarse, const float* r, double* row_product) {
   for (int sweep = 0; sweep < sweeps_; ++sweep) {
     const bool is_last = sweep + 1 == sweeps_;
     wavefront(*team_, layout, 3, [&](int stage, int j) {
@@ -312,7 +312,7 @@ void Grid::add_correction(const Grid& coarse, int j) {
   });
 }
 
-double Grid::row_dot_of_cells(const double* r, int j) const {
+double Grid::row_dot_of_cells(const float* r, int j) const {
   double product = 0;
   for (int colour = 0; colour < 2; ++colour) {
     const std::ptrdiff_t at = layout.row(colour, j);

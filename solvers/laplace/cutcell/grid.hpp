@@ -34,7 +34,7 @@ class Grid {
   /// Adds the coarse-grid correction of `coarse`, which must have called spread(), then smooths. The order of
   /// relaxation is black cells, red cells, groups (bodies with one potential). If r is not null, row_product[j] becomes
   /// the scalar product of r and v over row j.
-  void correct_and_smooth(const Grid& coarse, const double* r = nullptr, double* row_product = nullptr);
+  void correct_and_smooth(const Grid& coarse, const float* r = nullptr, double* row_product = nullptr);
   /// Distributes the right-hand sides `charge` of absorbed groups to f of the four cells around each group, and sets
   /// these entries of `charge` to 0. An absorbed group has no unknown on this grid. A group is a set of bodies with one
   /// potential.
@@ -75,7 +75,7 @@ class Grid {
   void add_link_fluxes(int j, const std::vector<float>& potential);
   void add_cell_fluxes(std::vector<float>& sum) const;
   void add_correction(const Grid& coarse, int j);
-  double row_dot_of_cells(const double* r, int j) const;
+  double row_dot_of_cells(const float* r, int j) const;
   void add_group_residuals(std::vector<float>& charges) const;
   template <class Effect>
   void interpolate_row(const Grid& coarse, int colour, int j, const Effect& effect) const;

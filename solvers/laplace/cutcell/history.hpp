@@ -26,16 +26,15 @@ class SolutionHistory {
   /// Returns the potentials of the last solution by body, in the solver's potential unit.
   const std::vector<double>& newest_of_bodies() const { return solutions_.front().body; }
 
-  /// Computes the initial guess x for op x = b by Galerkin projection on the stored solutions. Returns the work in
-  /// evaluations of `op`. The history must not be empty.
+  /// Computes the initial guess x for op x = b by Galerkin projection on the stored solutions, at most
+  /// `history_length`. Returns the work in evaluations of `op`. The history must not be empty.
   double initial_guess(const LaplaceProblem& problem, const CutCellOperator& op, const std::vector<double>& b,
                        std::vector<double>& x);
   /// Sets x to the last solution on the unknowns of the new geometry. A floating group (bodies with one unknown
   /// potential) gets the mean potential of its bodies.
   void newest_as_guess(const LaplaceProblem& problem, const CutCellOperator& op, std::vector<double>& x);
-  /// Stores the solution x as the newest and drops the oldest if there are more than `history_length`. Covered cells in
-  /// x must hold their conductor's potential. `body_potential`: by body, in the units of x. The values of x are
-  /// undefined after the call.
+  /// Stores the solution x as the newest and drops the oldest. Covered cells in x must hold their conductor's
+  /// potential. `body_potential`: by body, in the units of x. The values of x are undefined after the call.
   void store(std::vector<double>& x, std::vector<double> body_potential);
 
  private:
@@ -43,17 +42,23 @@ class SolutionHistory {
     std::vector<double> x;     // cells, then groups
     std::vector<double> body;  // potentials
   };
-  void set_groups(const LaplaceProblem& problem, std::size_t cells);
-  void form_basis(const CutCellOperator& op, std::ptrdiff_t from, int count);
-  GuessProducts row_products(const CutCellOperator& op, const double* b, int j);
-  GuessProducts group_products(const CutCellOperator& op, const double* b);
-  GuessProducts products(const CutCellOperator& op, const std::vector<double>& b);
+  /// Difference of two successive solutions; zero where there is no unknown.
+  struct Difference {
+    std::vector<float> cell;
+    std::vector<double> group;
+  };
+  void set_groups(const LaplaceProblem& problem, std::size_t cells, double* x_group);
+  void form_basis(const CutCellOperator& op, int j, double* x);
+  GuessProducts row_products(const CutCellOperator& op, const double* b, const double* x, int j) const;
+  GuessProducts group_products(const CutCellOperator& op, const double* b, const double* x) const;
+  GuessProducts products(const CutCellOperator& op, const double* b, double* x);
+
+  int differences() const { return static_cast<int>(solutions_.size()) - 1; }
 
   std::deque<StoredSolution> solutions_;  // newest first
-  // Basis: the newest solution and successive differences, which are nearly orthogonal where the solutions are nearly
-  // parallel; zero where there is no unknown. `image_`: the operator applied to one of them.
-  std::array<std::vector<double>, history_length> basis_;
-  std::vector<double> image_;
+  // Differences of successive solutions, the newest first. With the newest solution they are the basis: they are nearly
+  // orthogonal where the solutions are nearly parallel, and their digits fit single precision.
+  std::array<Difference, history_length - 1> difference_;
 };
 
 }  // namespace lichtenberg::laplace

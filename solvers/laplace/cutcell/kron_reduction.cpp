@@ -39,7 +39,7 @@ void KronReduction::add_fluxes(std::vector<float>& sum) const {
       sum[cells_.links[m].group] += static_cast<float>(share_[m] * flux_[k]);
 }
 
-void KronReduction::substitute(const std::vector<float>& phi, const double* r, double* row_product,
+void KronReduction::substitute(const std::vector<float>& phi, const float* r, double* row_product,
                                std::vector<float>& v) const {
   for (std::size_t k = 0; k < cells_.cells.size(); ++k) {
     const EliminatedCells::Cell& cell = cells_.cells[k];
@@ -47,7 +47,7 @@ void KronReduction::substitute(const std::vector<float>& phi, const double* r, d
     for (int m = cells_.start[k]; m < cells_.start[k + 1]; ++m)
       flux += cells_.links[m].conductance * phi[cells_.links[m].group];
     const auto value = static_cast<float>(flux / cell.diagonal);
-    if (r) row_product[cell.row] += r[cell.slot] * (value - v[cell.slot]);
+    if (r) row_product[cell.row] += static_cast<double>(r[cell.slot]) * (value - v[cell.slot]);
     v[cell.slot] = value;
   }
 }

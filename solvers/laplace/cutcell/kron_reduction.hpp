@@ -49,7 +49,7 @@ class KronReduction {
   /// Computes the potentials of the eliminated cells (with a large conductance to a conductor) in v from the group
   /// potentials phi (back substitution). Unless r is null, updates `row_product`, the scalar products of r and v by
   /// row. A group is a set of bodies with one potential.
-  void substitute(const std::vector<float>& phi, const double* r, double* row_product, std::vector<float>& v) const;
+  void substitute(const std::vector<float>& phi, const float* r, double* row_product, std::vector<float>& v) const;
 
  private:
   bool is_red(const EliminatedCells::Cell& cell) const { return cell.slot < colour_size_; }

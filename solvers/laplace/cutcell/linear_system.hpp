@@ -27,7 +27,7 @@ class LinearSystem {
   /// Solves A x = b from the initial guess in x until `criterion` is met. `residual`: b - A x of the guess, which may
   /// be overwritten. Sets iterations and residual of `solution`, and adds to its work, which is set to 0 if it cannot
   /// be counted. Throws Failure if the iteration does not converge.
-  virtual void solve(std::vector<double>& b, std::vector<double>& x, std::vector<double>& residual,
+  virtual void solve(std::vector<double>& b, std::vector<double>& x, SplitVector& residual,
                      const StopCriterion& criterion, LaplaceSolution& solution) = 0;
 };
 

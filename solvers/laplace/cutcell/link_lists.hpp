@@ -52,12 +52,10 @@ class LinkLists {
   /// Returns the slot (memory index) of the fluid cell of a link in the list by rows. A link is the conductance between
   /// a fluid cell and a conductor.
   std::int32_t cell(int link) const { return by_row_[link].cell; }
-  /// Returns the sum of conductance * potential of the group over the links `first` to `end` - 1 of the list by rows.
-  /// `potential` [groups]. A group is a set of bodies with one potential.
-  Real flux(int first, int end, const Real* potential) const {
-    Real flux = 0;
-    for (int m = first; m < end; ++m) flux += by_row_[m].conductance * potential[by_row_[m].group];
-    return flux;
+  /// Returns conductance * potential of the group for a link of the list by rows. `potential` [groups]. A group is a
+  /// set of bodies with one potential.
+  Real flux(int link, const Real* potential) const {
+    return by_row_[link].conductance * potential[by_row_[link].group];
   }
 
   /// Excludes links from the sums by group (add_to_groups, add_conductances) by setting their conductances to zero.
@@ -67,8 +65,9 @@ class LinkLists {
   }
 
   /// Adds to `sum` [groups] the sum of conductance * v over each floating group's links. `v`: potentials of cells by
-  /// slot (memory index). A group is a set of bodies with one potential.
-  void add_to_groups(parallel::Team& team, const Real* v, Real* sum) const {
+  /// slot (memory index), in single or double precision. A group is a set of bodies with one potential.
+  template <class Value>
+  void add_to_groups(parallel::Team& team, const Value* v, Real* sum) const {
     add_links(team, sum, [v](const BodyLink& link) { return link.conductance * v[link.cell]; });
   }
 
@@ -125,6 +124,17 @@ class LinkLists {
     row_end_[j] = at;
   }
 
+  /// Sums a term over the links of a run, in four partial sums, because each addition waits for the last.
+  template <class Term>
+  Real sum_of_run(const Run& run, const Term& term) const {
+    Real part[4] = {};
+    int m = run.start;
+    for (; m + 4 <= run.end; m += 4)
+      for (int l = 0; l < 4; ++l) part[l] += term(by_body_[m + l]);
+    for (int l = 0; m < run.end; ++m, ++l) part[l] += term(by_body_[m]);
+    return (part[0] + part[2]) + (part[1] + part[3]);
+  }
+
   template <class Term>
   void add_links(parallel::Team& team, Real* sum, const Term& term) const {
     const std::size_t runs = runs_.size();
@@ -132,9 +142,7 @@ class LinkLists {
     const int chunks = std::clamp(static_cast<int>(by_body_.size()) / links_a_chunk, 1, 4 * team.size());
     team.for_each(chunks, [&](int k) {
       for (std::size_t n = runs * k / chunks; n < runs * (k + 1) / chunks; ++n) {
-        Real run_sum = 0;
-        for (int m = runs_[n].start; m < runs_[n].end; ++m) run_sum += term(by_body_[m]);
-        run_sum_[n] = run_sum;
+        run_sum_[n] = sum_of_run(runs_[n], term);
       }
     });
     for (std::size_t n = 0; n < runs; ++n) sum[runs_[n].group] += run_sum_[n];

@@ -70,7 +70,7 @@ void MatrixFreeSystem::make_vectors(PetscInt n) {
   krylov_.make_shell_matrix(shell(), n);
 }
 
-void MatrixFreeSystem::solve(std::vector<double>& b, std::vector<double>& x, std::vector<double>& residual,
+void MatrixFreeSystem::solve(std::vector<double>& b, std::vector<double>& x, SplitVector& residual,
                              const StopCriterion& criterion, LaplaceSolution& solution) {
   const PlacedArray to(krylov_.x, x), from(krylov_.b, b);
   krylov_.criterion = criterion;

@@ -16,8 +16,8 @@ class MatrixFreeSystem : public LinearSystem {
   void build(const LaplaceProblem& problem, Level& level, CutCellOperator& op) override;
   void finish() override { multigrid_.finish(); }
   void first_guess(const LaplaceProblem& problem, double scale, std::vector<double>& x) override;
-  void solve(std::vector<double>& b, std::vector<double>& x, std::vector<double>& residual,
-             const StopCriterion& criterion, LaplaceSolution& solution) override;
+  void solve(std::vector<double>& b, std::vector<double>& x, SplitVector& residual, const StopCriterion& criterion,
+             LaplaceSolution& solution) override;
 
  private:
   void discretize(const LaplaceProblem& problem, Level& level, CutCellOperator& op);

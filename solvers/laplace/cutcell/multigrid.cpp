@@ -58,33 +58,35 @@ void Multigrid::build_finest(const LaplaceProblem& problem, const Level& finest)
   if (coarse_levels_.empty()) coarse_solver_->factorize(problem, finest);
 }
 
-void Multigrid::take_row(int j, const double* r) {
+template <class Real>
+void Multigrid::take_row(int j, const Real* r) {
   Grid& grid = *grids_[0];
   for (int colour = 0; colour < 2; ++colour) {
-    const double* __restrict from = r + grid.layout.row(colour, j);
+    const Real* __restrict from = r + grid.layout.row(colour, j);
     float* __restrict to = &grid.f[grid.layout.row(colour, j)];
     for (int k = 0; k < grid.layout.row_length(colour, j); ++k) to[k] = static_cast<float>(from[k]);
   }
 }
 
-void Multigrid::take_groups(const double* r) {
+template void Multigrid::take_row(int, const float*);
+
+void Multigrid::take_groups(const double* r_group) {
   Grid& grid = *grids_[0];
-  const double* r_group = r + grid.layout.size();
   for (std::size_t g = 0; g < grid.charge.size(); ++g) grid.charge[g] = static_cast<float>(r_group[g]);
 }
 
-double Multigrid::cycle(const double* r) {
+double Multigrid::cycle(const float* r, const double* r_group) {
   cycle(0, r, row_product_.data());
   Grid& grid = *grids_[0];
   if (levels() == 1) grid.solve_coupled_groups();
   group_potential_.resize(grid.phi.size());
   for (std::size_t g = 0; g < grid.phi.size(); ++g) group_potential_[g] = grid.potential_of(static_cast<int>(g));
-  const double* r_group = r + grid.layout.size();
   double product = 0;
+  if (!r) return product;
   if (levels() > 1) {
     product = ordered_sum(row_product_);
   } else {
-    for (std::ptrdiff_t k = 0; k < grid.layout.size(); ++k) product += r[k] * grid.v[k];
+    for (std::ptrdiff_t k = 0; k < grid.layout.size(); ++k) product += static_cast<double>(r[k]) * grid.v[k];
   }
   for (std::size_t g = 0; g < grid.phi.size(); ++g) product += r_group[g] * group_potential_[g];
   return product;
@@ -93,8 +95,8 @@ double Multigrid::cycle(const double* r) {
 void Multigrid::apply(const double* r, double* z) {
   const Grid& grid = *grids_[0];
   for_each_row(team_, grid.layout, [&](int j) { take_row(j, r); });
-  take_groups(r);
-  cycle(r);
+  take_groups(r + grid.layout.size());
+  cycle(nullptr, nullptr);
   std::copy(grid.v.begin(), grid.v.end(), z);
   std::copy(group_potential_.begin(), group_potential_.end(), z + grid.v.size());
 }
@@ -109,7 +111,7 @@ double Multigrid::take_work() { return std::exchange(work_, 0.0); }
 
 void Multigrid::spread_correction(int l) { grids_[l]->spread(grids_[l]->phi, grids_[l]->mirror); }
 
-void Multigrid::cycle(int l, const double* r, double* row_product) {
+void Multigrid::cycle(int l, const float* r, double* row_product) {
   Grid& grid = *grids_[l];
   if (l + 1 == levels()) {
     coarse_solver_->solve(grid.f.data(), grid.charge.data(), grid.v.data(), grid.phi.data());

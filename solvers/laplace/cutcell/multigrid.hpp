@@ -39,13 +39,15 @@ class Multigrid {
   void apply(const double* r, double* z);
   /// Copies row j of the residual r to the finest grid as its right-hand side. take_row() for all rows, take_groups()
   /// and cycle() together equal apply(). They serve fused passes over r and z.
-  void take_row(int j, const double* r);
-  /// Copies the groups' entries of the residual r to the finest grid as right-hand side of the V-cycle. A group is a
-  /// set of bodies with one potential.
-  void take_groups(const double* r);
+  template <class Real>
+  void take_row(int j, const Real* r);
+  /// Copies the groups' entries of the residual to the finest grid as right-hand side of the V-cycle. A group is a set
+  /// of bodies with one potential.
+  void take_groups(const double* r_group);
   /// Runs one V-cycle on the residual r, which take_row() and take_groups() have copied. Returns the scalar product
-  /// r'z. The result z = M r is then in cells() and groups().
-  double cycle(const double* r);
+  /// r'z. The result z = M r is then in cells() and groups(). `r`: by slot (memory index); null: the product is not
+  /// needed; `r_group` [groups].
+  double cycle(const float* r, const double* r_group);
   /// Returns the cells' part of z = M r after cycle(), by slot (memory index).
   const float* cells() const { return grids_[0]->v.data(); }
   /// Returns the groups' part of z = M r after cycle(). A group is a set of bodies with one potential.
@@ -66,7 +68,7 @@ class Multigrid {
 
  private:
   void discretize_coarse(const LaplaceProblem& problem, const Level& finest, parallel::Team& team);
-  void cycle(int l, const double* r, double* row_product);
+  void cycle(int l, const float* r, double* row_product);
   void spread_correction(int l);
   double share(int l) const;
   LinkFormula formula_;

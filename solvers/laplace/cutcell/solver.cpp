@@ -102,7 +102,8 @@ class CpuSolver : public CutCellBackend {
   std::unique_ptr<Level> level;
   CutCellOperator op;
   std::unique_ptr<LinearSystem> system;
-  std::vector<double> b, x, residual;   // layout + groups
+  std::vector<double> b, x;  // layout + groups
+  SplitVector residual;
   SolutionHistory history;              // bodies' potentials in the order of the problems
   const CpuSolver* followed = nullptr;  // the solver on a coarser grid
   Potentials followed_then;             // its solution at the last solve here; no bodies: none
@@ -122,7 +123,9 @@ void CpuSolver::make_grids(const LaplaceProblem& problem) {
 void CpuSolver::discretize(const LaplaceProblem& problem) {
   order.sort(problem, level->layout.ny);
   system->build(order.sorted(), *level, op);
-  for (std::vector<double>* vector : {&x, &b, &residual}) parallel::resize_in_huge_pages(*vector, op.size());
+  for (std::vector<double>* vector : {&x, &b}) parallel::resize_in_huge_pages(*vector, op.size());
+  parallel::resize_in_huge_pages(residual.cell, op.cells());
+  residual.group.resize(op.size() - op.cells());
 }
 
 void CpuSolver::begin(const LaplaceProblem& problem, LaplaceSolution& solution) {
@@ -142,9 +145,9 @@ void CpuSolver::begin(const LaplaceProblem& problem, LaplaceSolution& solution) 
 
 void CpuSolver::iterate(LaplaceSolution& solution) {
   solution.work += op.relax_edges(b.data(), x.data(), edge_sweeps);
-  const double guess_norm = op.stretch(b.data(), x.data(), residual.data());
+  const double guess_norm = op.stretch(b.data(), x.data(), residual);
   solution.work += 1;
-  if (op.grounded_by_couplings()) op.fix_potential_level(x.data(), residual.data());
+  if (op.grounded_by_couplings()) op.fix_potential_level(x.data(), residual);
   system->finish();
   system->solve(b, x, residual, {options_.tolerance, guess_norm, 0, 0, rounding_of_residual()}, solution);
   op.balance(order.sorted(), unit_, b.data(), x.data());
@@ -191,7 +194,10 @@ void CpuSolver::finish(const LaplaceProblem& problem, LaplaceSolution& solution)
 void CpuSolver::store(const LaplaceProblem& problem, const LaplaceSolution& solution) {
   std::vector<double> body_potential;
   for (const Body& body : problem.bodies) body_potential.push_back(solution.group_potential[body.group] / unit_);
-  for (const std::ptrdiff_t slot : level->covered) x[slot] = body_potential[order.index(level->owner[slot].body())];
+  for (std::size_t body = 0; body < body_potential.size(); ++body) {
+    const double potential = body_potential[order.index(static_cast<int>(body))];
+    for (int m = level->covered_start[body]; m < level->covered_start[body + 1]; ++m) x[level->covered[m]] = potential;
+  }
   history.store(x, std::move(body_potential));
 }
 

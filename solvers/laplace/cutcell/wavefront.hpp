@@ -55,21 +55,21 @@ void wavefront(parallel::Team& team, const Layout& layout, int stages, const Row
 /// Returns the scalar product of a and b, n entries each, with 16 partial sums in vector registers if n is at least 16.
 /// The partial sums start as the first products and are added pairwise, because zeroing and sequential addition would
 /// dominate the cost of short rows.
-template <class Real>
-double row_dot(int n, const double* __restrict a, const Real* __restrict b) {
+template <class RealA, class RealB>
+double row_dot(int n, const RealA* __restrict a, const RealB* __restrict b) {
   constexpr int width = 16;
   double sum = 0;
   int k = 0;
   if (n >= width) {
     double part[width];
-    for (int l = 0; l < width; ++l) part[l] = a[l] * static_cast<double>(b[l]);
+    for (int l = 0; l < width; ++l) part[l] = static_cast<double>(a[l]) * static_cast<double>(b[l]);
     for (k = width; k + width <= n; k += width)
-      for (int l = 0; l < width; ++l) part[l] += a[k + l] * static_cast<double>(b[k + l]);
+      for (int l = 0; l < width; ++l) part[l] += static_cast<double>(a[k + l]) * static_cast<double>(b[k + l]);
     for (int half = width / 2; half > 0; half /= 2)
       for (int l = 0; l < half; ++l) part[l] += part[l + half];
     sum = part[0];
   }
-  for (; k < n; ++k) sum += a[k] * static_cast<double>(b[k]);
+  for (; k < n; ++k) sum += static_cast<double>(a[k]) * static_cast<double>(b[k]);
   return sum;
 }
 

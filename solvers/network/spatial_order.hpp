@@ -1,0 +1,13 @@
+#pragma once
+
+#include <vector>
+
+#include "solvers/network/network.hpp"
+
+namespace lichtenberg::network {
+
+/// Returns the indices of points in an order that keeps neighbours close in memory: by cells of some dozen points in
+/// Morton's order, and ascending within a cell.
+std::vector<int> spatial_order(const std::vector<Point>& position);
+
+}  // namespace lichtenberg::network

@@ -1,0 +1,86 @@
+#include "solvers/network/subnetwork.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "solvers/network/spatial_order.hpp"
+
+namespace lichtenberg::network {
+namespace {
+
+/// Returns the nodes in their new order: `first`, then the others by position, or in the order of the links.
+std::vector<int> order_of(const Network& network, const std::vector<int>& first) {
+  std::vector<int> order = first;
+  order.reserve(network.nodes);
+  std::vector<char> taken(network.nodes, 0);
+  const auto take = [&](int n) {
+    if (std::exchange(taken[n], 1) == 0) order.push_back(n);
+  };
+  for (const int n : first) taken[n] = 1;
+  if (!network.position.empty()) {
+    for (const int n : spatial_order(network.position)) take(n);
+    return order;
+  }
+  for (const Link& link : network.links) take(link.a), take(link.b);
+  for (int n = 0; n < network.nodes; ++n) take(n);
+  return order;
+}
+
+}  // namespace
+
+Subnetwork reordered(const Network& network, const std::vector<int>& first, parallel::Team& team) {
+  Subnetwork result{.network = {.nodes = network.nodes}, .node = order_of(network, first)};
+  std::vector<int> number(network.nodes);
+  const bool placed = !network.position.empty();
+  result.network.position.resize(placed ? network.nodes : 0);
+  constexpr int nodes_a_task = 1 << 16;
+  team.for_each((network.nodes + nodes_a_task - 1) / nodes_a_task, [&](int task) {
+    for (int n = task * nodes_a_task; n < std::min(network.nodes, (task + 1) * nodes_a_task); ++n) {
+      number[result.node[n]] = n;
+      if (placed) result.network.position[n] = network.position[result.node[n]];
+    }
+  });
+  std::vector<int> start(network.nodes + 1, 0);
+  const auto smaller = [&](const Link& link) { return std::min(number[link.a], number[link.b]); };
+  for (const Link& link : network.links) ++start[smaller(link) + 1];
+  std::partial_sum(start.begin(), start.end(), start.begin());
+  result.network.links.resize(network.links.size());
+  result.link.resize(network.links.size());
+  for (std::size_t k = 0; k < network.links.size(); ++k) {
+    const Link& link = network.links[k];
+    const int at = start[smaller(link)]++;
+    result.network.links[at] = {number[link.a], number[link.b], link.conductance};
+    result.link[at] = static_cast<int>(k);
+  }
+  return result;
+}
+
+void keep_links(Subnetwork& part, std::span<const char> chosen, int kept) {
+  Network& network = part.network;
+  std::vector<int> number(network.nodes, -1);
+  std::fill_n(number.begin(), kept, 0);
+  std::size_t links = 0;
+  for (std::size_t k = 0; k < network.links.size(); ++k) {
+    if (!chosen[k]) continue;
+    const Link link = network.links[k];
+    number[link.a] = number[link.b] = 0;
+    part.link[links] = part.link[k];
+    network.links[links++] = link;
+  }
+  network.links.resize(links);
+  part.link.resize(links);
+  int nodes = 0;
+  for (int n = 0; n < network.nodes; ++n) {
+    if (number[n] < 0) continue;
+    if (!network.position.empty()) network.position[nodes] = network.position[n];
+    part.node[nodes] = part.node[n];
+    number[n] = nodes++;
+  }
+  network.nodes = nodes;
+  part.node.resize(nodes);
+  if (!network.position.empty()) network.position.resize(nodes);
+  for (Link& link : network.links) link.a = number[link.a], link.b = number[link.b];
+}
+
+}  // namespace lichtenberg::network

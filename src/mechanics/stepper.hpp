@@ -36,8 +36,9 @@ class Stepper {
   virtual void begin(double time) = 0;
   /// Advances bodies, charges and contacts from `time` to `end` (s). At both ends contacts are up to date and the field
   /// is solved. Each step ends with StepperContext::commit. Positions may differ from those of the solve by a
-  /// correction of force errors, of at most two position tolerances. A merge of equipotential groups may change a force
-  /// more than earlier merges did. The correction is then larger for a body that cannot touch another on its path.
+  /// correction of force errors, of at most four position tolerances. A merge of equipotential groups may change a
+  /// force more than earlier merges did. The correction is then larger for a body that cannot touch another on its
+  /// path.
   virtual void advance(double time, double end) = 0;
   /// Returns true if the integrator limits the displacement of a body in each step (Model::largest_move) itself.
   /// Otherwise StepperContext::between_steps checks it.

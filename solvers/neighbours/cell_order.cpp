@@ -113,11 +113,6 @@ auto CellOrder<d>::neighbour_rows(int y, int z) const -> std::vector<Row> {
   return rows;
 }
 
-template <int d>
-void CellOrder<d>::set_velocity(int slot, const Vec<d>& velocity) {
-  for (int k = 0; k < d; ++k) velocity_[k][slot] = static_cast<float>(velocity[k]);
-}
-
 /// Finds the particles near a slot. `nearest_images`: computes nearest images; otherwise `image_shift` is the shift of
 /// the image. `moving`: finds only pairs that may meet. Each vector is computed without branches, because the results
 /// are hard to predict.

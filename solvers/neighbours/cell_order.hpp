@@ -35,7 +35,9 @@ class CellOrder {
     double near = 0;    ///< Initial distance (m), above 0, below which a pair is found in any case
   };
   /// Sets the velocity (m/s) of the particle in this slot for pairs_that_meet(). The next sort() invalidates it.
-  void set_velocity(int slot, const Vec<d>& velocity);
+  void set_velocity(int slot, const Vec<d>& velocity) {
+    for (int k = 0; k < d; ++k) velocity_[k][slot] = static_cast<float>(velocity[k]);
+  }
   /// Finds the pairs of pairs() that can approach to flight.within during a flight at constant velocities, or that are
   /// initially closer than flight.near. With initial distance r and its rate r', a pair is returned if r < flight.near
   /// or r + r' flight.time < flight.within, up to rounding. For approaching particles r + r' flight.time is a lower

@@ -85,7 +85,8 @@ class ContactEventQueue {
     return now_ + time <= horizon_ && time <= longer * bucket_ && fastest <= bounds_.speed() &&
            velocity_kicks_ <= bounds_.velocity_kick && external_acceleration_ <= bounds_.external_acceleration;
   }
-  /// Fills the queue with all pairs that may touch within a time `horizon` (t0) from now, except pairs in contact.
+  /// Fills the queue with all pairs that may touch within a time `horizon` (t0) from now, except pairs in contact. The
+  /// next take() returns all of them; wait() then sorts those that may touch later by time.
   /// `step`: expected length of steps (t0); is_open(pair): true for a pair in contact.
   template <class IsOpen>
   void search(const Bodies& bodies, const Bounds& bounds, double horizon, double step, const IsOpen& is_open,
@@ -101,18 +102,7 @@ class ContactEventQueue {
   const Bounds& bounds() const { return bounds_; }
 
  private:
-  static constexpr int pairs_a_task = 4096;  ///< a multiple of any width
-  static constexpr int particles_a_task = 4096;
   static constexpr double slack = 1e-6;  ///< relative to a bucket's duration: above the rounding of sums of steps
-  static constexpr int ahead = 16;
-  /// Copy of a grain's position, velocity and radius in the order of search cells.
-  struct alignas(64) SortedParticle {
-    std::array<double, d> position, velocity;
-    double radius = 0;
-  };
-
-  void copy_sorted(const Bodies& bodies, parallel::Team& team);
-  void estimate(const std::vector<Pair>& pairs, parallel::Team& team);
 
   Bounds bounds_;
   double now_ = 0, horizon_ = -1, bucket_ = 1;  ///< t0; now and horizon: since the search
@@ -121,62 +111,7 @@ class ContactEventQueue {
   std::vector<std::vector<Pair>> waiting_;  ///< [buckets of time]
   std::vector<Pair> soon_;                  ///< pairs of buckets that have been taken
   CellOrder<d> cells_;
-  NearestImage<d> nearest_{Box<d>{}};
-  std::vector<SortedParticle> sorted_;  ///< in cell order
-  std::vector<double> min_time_to_contact_;
 };
-
-template <int d>
-void ContactEventQueue<d>::copy_sorted(const Bodies& bodies, parallel::Team& team) {
-  const int n = bodies.size();
-  sorted_.resize(n);
-  const auto copy = [&](int s) {
-    const int i = cells_.particles()[s], later = cells_.particles()[std::min(s + ahead, n - 1)];
-    __builtin_prefetch(&bodies.position[later * d]);
-    __builtin_prefetch(&bodies.momentum[later * d]);
-    SortedParticle& particle = sorted_[s];
-    const double per_mass = 1 / bodies.mass[i];
-    for (int k = 0; k < d; ++k) {
-      particle.position[k] = bodies.position[i * d + k];
-      particle.velocity[k] = per_mass * bodies.momentum[i * d + k];
-    }
-    particle.radius = bodies.radius[i];
-    Vec<d> velocity;
-    for (int k = 0; k < d; ++k) velocity[k] = particle.velocity[k];
-    cells_.set_velocity(s, velocity);
-  };
-  team.for_each((n + particles_a_task - 1) / particles_a_task, [&](int task) {
-    for (int s = task * particles_a_task; s < std::min(n, (task + 1) * particles_a_task); ++s) copy(s);
-  });
-}
-
-/// Computes lower bounds on the times until contact, min_time_to_contact(), of all `pairs` of sorted grains.
-template <int d>
-void ContactEventQueue<d>::estimate(const std::vector<Pair>& pairs, parallel::Team& team) {
-  const int count = static_cast<int>(pairs.size());
-  min_time_to_contact_.resize(count + width);
-  team.for_each((count + pairs_a_task - 1) / pairs_a_task, [&](int task) {
-    const int end = std::min(count, (task + 1) * pairs_a_task);
-    for (int first = task * pairs_a_task; first < end; first += width) {
-      const auto of = [&](const auto& value) {
-        return SimdPack([&](int lane) {
-          const Pair pair = pairs[std::min(first + lane, count - 1)];
-          return value(sorted_[pair.i], sorted_[pair.j]);
-        });
-      };
-      PairState<d, SimdPack> state;
-      for (int k = 0; k < d; ++k) {
-        const SimdPack x =
-            of([k](const SortedParticle& i, const SortedParticle& j) { return j.position[k] - i.position[k]; });
-        state.separation[k] = x - nearest_.length[k] * nearbyint(x * nearest_.inverse_length[k]);
-        state.velocity[k] =
-            of([k](const SortedParticle& i, const SortedParticle& j) { return j.velocity[k] - i.velocity[k]; });
-      }
-      const SimdPack reach = of([](const SortedParticle& i, const SortedParticle& j) { return i.radius + j.radius; });
-      min_time_to_contact<d>(state, reach, bounds_).copy_to(&min_time_to_contact_[first], anywhere);
-    }
-  });
-}
 
 template <int d>
 template <class IsOpen>
@@ -192,20 +127,21 @@ void ContactEventQueue<d>::search(const Bodies& bodies, const Bounds& bounds, do
   for (auto& bucket : waiting_) bucket.clear();
 
   const Spheres<d> grains = spheres<d>(bodies);
-  nearest_ = NearestImage<d>(grains.box);
   const double widest = *std::ranges::max_element(bodies.radius);
   cells_.sort(grains, (2 + rounding) * widest + bounds.approach(horizon));
-  copy_sorted(bodies, team);
+  for (int i = 0; i < bodies.size(); ++i) {
+    const double per_mass = 1 / bodies.mass[i];
+    Vec<d> velocity;
+    for (int k = 0; k < d; ++k) velocity[k] = per_mass * bodies.momentum[i * d + k];
+    cells_.set_velocity(cells_.slots()[i], velocity);
+  }
   // These pairs include all with min_time_to_contact() below the horizon, also if all grains had the largest radius.
   const double reach = (1 + rounding) * 2 * widest + bounds.excess;
-  const std::vector<Pair>& pairs =
-      cells_.pairs_that_meet({.time = horizon, .within = reach + bounds.closed_by(horizon), .near = reach}, team);
-  estimate(pairs, team);
-  for (std::size_t p = 0; p < pairs.size(); ++p) {
-    if (!(min_time_to_contact_[p] < horizon)) continue;
-    const int i = cells_.particles()[pairs[p].i], j = cells_.particles()[pairs[p].j];
+  for (const auto& [a, b] :
+       cells_.pairs_that_meet({.time = horizon, .within = reach + bounds.closed_by(horizon), .near = reach}, team)) {
+    const int i = cells_.particles()[a], j = cells_.particles()[b];
     const Pair pair{std::min(i, j), std::max(i, j)};
-    if (!is_open(pair)) wait(pair, min_time_to_contact_[p]);
+    if (!is_open(pair)) soon_.push_back(pair);
   }
 }
 

@@ -89,10 +89,13 @@ class Motion final : public ContactMotion {
                   .contact_acceleration = 2 * std::max(least * largest, more * queue_.max_contact_acceleration())};
     const double step = ContactEventQueue<d>::longer * dt_;  // the longest until the next search
     bounds.excess = std::min(largest, unseen_acceleration(step, 2 * bounds.speed())) * step * step / 4;
-    pairs_.clear();
-    for (const Open& one : open_) pairs_.push_back(one.contact.pair);
-    const auto open = [&](Pair pair) {  // the grains of a contact have slots
-      return grains_.has_slot(pair.i) && grains_.has_slot(pair.j) && std::ranges::binary_search(pairs_, pair);
+    const int contacts = static_cast<int>(open_.size());
+    first_contact_.assign(bodies.size(), contacts);
+    for (int p = contacts - 1; p >= 0; --p) first_contact_[open_[p].contact.pair.i] = p;
+    const auto open = [&](Pair pair) {
+      int p = first_contact_[pair.i];
+      while (p < contacts && open_[p].contact.pair < pair) ++p;
+      return p < contacts && open_[p].contact.pair == pair;
     };
     const auto search_in = [&](const Bodies& now) {
       queue_.search(now, bounds, (1 + rounding) * horizon(bounds.fastest), dt_, open, team);
@@ -166,20 +169,11 @@ class Motion final : public ContactMotion {
     constexpr int ahead = ContactingGrains<d>::ahead;
     const int count = static_cast<int>(due_.size());
     for (int p = first + ahead; p < std::min(first + ahead + width, count); ++p) grains_.prefetch(due_[p]);
-    std::array<std::array<double, width>, 2 * d + 1> found;
-    for (int lane = 0; lane < width; ++lane) {
-      const Pair pair = due_[std::min(first + lane, count - 1)];
-      const auto lower = grains_.at(pair.i, n), higher = grains_.at(pair.j, n);
-      for (int k = 0; k < d; ++k) {
-        found[k][lane] = nearest_(higher.position[k] - lower.position[k], k);
-        found[d + k][lane] = higher.per_mass * higher.momentum[k] - lower.per_mass * lower.momentum[k];
-      }
-      found[2 * d][lane] = grains_.radius_of(pair.i) + grains_.radius_of(pair.j);
-    }
-    const auto of = [&](int which) { return SimdPack(found[which].data(), anywhere); };
-    const PairState<d, SimdPack> state{Vectors<d>::each([&](int k) { return of(k); }),
-                                       Vectors<d>::each([&](int k) { return of(d + k); })};
-    min_time_to_contact<d>(state, of(2 * d), queue_.bounds()).copy_to(&min_time_to_contact_[first], anywhere);
+    const auto pair = [&](int lane) { return due_[std::min(first + lane, count - 1)]; };
+    const GrainPack<d> lower = grains_.at([&](int lane) { return pair(lane).i; }, n),
+                       higher = grains_.at([&](int lane) { return pair(lane).j; }, n);
+    min_time_to_contact<d>(relative_state(lower, higher, nearest_), lower.radius + higher.radius, queue_.bounds())
+        .copy_to(&min_time_to_contact_[first], anywhere);
   }
 
   void update_contacts(double time, bool all_touch, parallel::Team& team) {
@@ -268,7 +262,8 @@ class Motion final : public ContactMotion {
   ContactEventQueue<d> queue_;
   Bodies flown_;  ///< moved to the step at which a search is made
 
-  std::vector<Pair> due_, pairs_;            ///< pairs: those in contact, during a search
+  std::vector<Pair> due_;
+  std::vector<int> first_contact_;           ///< by particle, during a search: first contact in which it is the lower
   std::vector<double> min_time_to_contact_;  ///< t0, of the pairs that are due
   std::vector<Candidate> candidates_;
   std::vector<Open> open_, begun_, sorted_;

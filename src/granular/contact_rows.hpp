@@ -84,12 +84,6 @@ class ContactRows {
     ContactForceTerms<SimdPack> operator()(const SimdPack& overlap) const { return law.force_terms(overlap, scale); }
   };
   using Pairs = PairMotion<d, ScaledLaw, SimdPack>;
-  /// State of one grain of each pair in a vector of pairs.
-  struct GrainPack {
-    Vectors<d> position, velocity;
-    SimdPack per_mass;
-  };
-
   void resize(int pairs);
   /// Calls visit(row) for each row (`width` successive pairs) of the pairs first <= p < last, in parallel. `first` must
   /// be a multiple of `width`.
@@ -101,8 +95,7 @@ class ContactRows {
     });
   }
   template <bool advances, class Slot>
-  GrainPack load_grains(const Slot& slot, int n) const;
-  PairState<d, SimdPack> relative_state(const GrainPack& lower, const GrainPack& higher) const;
+  GrainPack<d> load_grains(const Slot& slot, int n) const;
   template <bool advances>
   void load_states(Row row, int n);
   void compute_forces(Row row);
@@ -145,9 +138,10 @@ void ContactRows<d, Law>::resize(int pairs) {
 /// those at the start of step n; otherwise the grains fly there without contact.
 template <int d, class Law>
 template <bool advances, class Slot>
-auto ContactRows<d, Law>::load_grains(const Slot& slot, int n) const -> GrainPack {
-  GrainPack s;
+GrainPack<d> ContactRows<d, Law>::load_grains(const Slot& slot, int n) const {
+  GrainPack<d> s;
   s.per_mass = SimdPack([&](int lane) { return grains_.grain(slot(lane)).per_mass; });
+  s.radius = SimdPack([&](int lane) { return grains_.forces(slot(lane)).radius; });
   const SimdPack t([&](int lane) { return advances ? (n - grains_.grain(slot(lane)).followed_to) * dt_ : 0; });
   for (int k = 0; k < d; ++k) {
     s.position[k] = SimdPack([&](int lane) { return grains_.grain(slot(lane)).position[k]; });
@@ -163,32 +157,19 @@ auto ContactRows<d, Law>::load_grains(const Slot& slot, int n) const -> GrainPac
 }
 
 template <int d, class Law>
-PairState<d, SimdPack> ContactRows<d, Law>::relative_state(const GrainPack& lower, const GrainPack& higher) const {
-  PairState<d, SimdPack> state;
-  for (int k = 0; k < d; ++k) {
-    const SimdPack x = higher.position[k] - lower.position[k];
-    state.separation[k] = x - nearest_.length[k] * nearbyint(x * nearest_.inverse_length[k]);
-    state.velocity[k] = higher.velocity[k] - lower.velocity[k];
-  }
-  return state;
-}
-
-template <int d, class Law>
 template <bool advances>
 [[gnu::flatten]] void ContactRows<d, Law>::load_states(Row row, int n) {
-  const GrainPack lower = load_grains<advances>([&](int lane) { return pair_[row[lane]].i; }, n);
-  const GrainPack higher = load_grains<advances>([&](int lane) { return pair_[row[lane]].j; }, n);
-  const auto state = relative_state(lower, higher);
-  const SimdPack radius_i([&](int lane) { return grains_.forces(pair_[row[lane]].i).radius; });
-  const SimdPack radius_j([&](int lane) { return grains_.forces(pair_[row[lane]].j).radius; });
-  const SimdPack reach = radius_i + radius_j;
+  const GrainPack<d> lower = load_grains<advances>([&](int lane) { return pair_[row[lane]].i; }, n);
+  const GrainPack<d> higher = load_grains<advances>([&](int lane) { return pair_[row[lane]].j; }, n);
+  const auto state = relative_state(lower, higher, nearest_);
+  const SimdPack reach = lower.radius + higher.radius;
   columns_.separation.put(row, state.separation);
   columns_.velocity.put(row, state.velocity);
   columns_.lower.put(row, lower.per_mass);
   columns_.higher.put(row, higher.per_mass);
   columns_.reach.put(row, reach);
   columns_.mass.put(row, 1.0 / (lower.per_mass + higher.per_mass));
-  columns_.scale.put(row, law_.scale(radius_i, radius_j));
+  columns_.scale.put(row, law_.scale(lower.radius, higher.radius));
   columns_.overlap.put(row, reach - sqrt(norm2(state.separation)));
 }
 

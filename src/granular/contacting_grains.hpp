@@ -11,9 +11,30 @@
 #include "solvers/neighbours/pairs.hpp"
 #include "solvers/parallel/team.hpp"
 #include "src/granular/pair_state.hpp"
+#include "src/granular/pair_table.hpp"
 #include "src/model/bodies.hpp"
 
 namespace lichtenberg::granular {
+
+/// State of one grain of each pair in a SIMD vector of pairs.
+template <int d>
+struct GrainPack {
+  Vectors<d> position, velocity;
+  SimdPack per_mass, radius;
+};
+
+/// Returns the states of pairs of grains, of the higher with respect to the nearest image of the lower one.
+template <int d>
+PairState<d, SimdPack> relative_state(const GrainPack<d>& lower, const GrainPack<d>& higher,
+                                      const NearestImage<d>& nearest) {
+  PairState<d, SimdPack> state;
+  for (int k = 0; k < d; ++k) {
+    const SimdPack x = higher.position[k] - lower.position[k];
+    state.separation[k] = x - nearest.length[k] * nearbyint(x * nearest.inverse_length[k]);
+    state.velocity[k] = higher.velocity[k] - lower.velocity[k];
+  }
+  return state;
+}
 
 /// Positions and momenta of the grains of a gas during contact substeps of equal length. Grains that are or may come in
 /// contact have copies in contiguous arrays (slots). The others remain in the bodies and move from the start to the end
@@ -43,8 +64,6 @@ class ContactingGrains {
              parallel::Team& team);
   /// Returns the slot (index of the copy) of a grain, and makes a copy if it has none. `particle`: index in the bodies.
   int slot_of(int particle);
-  bool has_slot(int particle) const { return slot_[particle] >= 0; }
-  double radius_of(int particle) const { return properties_[particle].radius; }
   double widest() const { return widest_; }      ///< largest radius (d0)
   double lightest() const { return lightest_; }  ///< smallest mass (m0)
 
@@ -57,9 +76,10 @@ class ContactingGrains {
 
   /// Returns the state at the start of step n of the grain in a slot, if no contact acts on it until then.
   Grain flown(int slot, int n) const;
-  /// Returns the state at the start of step n of a grain with or without a slot, if no contact acts on it until then.
-  /// `particle`: index in the bodies. Assigns no slot.
-  Grain at(int particle, int n) const;
+  /// Returns the states of a SIMD vector of grains at the start of step n, if no contact acts on them until then. The
+  /// grains need no slots and get none. particle(lane): index in the bodies.
+  template <class Particle>
+  GrainPack<d> at(const Particle& particle, int n) const;
   /// Moves the grain in a slot to the start of step n, if needed, and adds the effect of a contact in the step before.
   /// It adds by * shift to the position and sign * impulse to the momentum.
   void apply_contact(int slot, int n, double by, const Vec<d>& shift, double sign, const Vec<d>& impulse);
@@ -80,6 +100,7 @@ class ContactingGrains {
 
   void make(const Bodies& bodies);
   void prefetch_particle(int particle) const;
+  bool has_slot(int particle) const { return slot_[particle] >= 0; }
   int new_slot(int particle);
   void fill(int slot);
   double fly_all(Bodies& bodies, double t, int first, int last) const;
@@ -197,16 +218,28 @@ template <int d>
 }
 
 template <int d>
-[[gnu::always_inline]] inline auto ContactingGrains<d>::at(int particle, int n) const -> Grain {
-  if (const int slot = slot_[particle]; slot >= 0) return flown(slot, n);
-  Grain grain{.per_mass = properties_[particle].per_mass};
-  const double t = n * dt_;
-  for (int k = 0; k < d; ++k) {
-    const double slow_force = slow_forces_.empty() ? 0 : slow_forces_[particle * d + k];
-    grain.position[k] = bodies_->position[particle * d + k], grain.momentum[k] = bodies_->momentum[particle * d + k];
-    granular::fly(grain.position[k], grain.momentum[k], slow_force, grain.per_mass, t);
+template <class Particle>
+[[gnu::always_inline]] inline GrainPack<d> ContactingGrains<d>::at(const Particle& particle, int n) const {
+  std::array<const double*, width> position, momentum;
+  std::array<double, width> flight;
+  for (int lane = 0; lane < width; ++lane) {
+    const int i = particle(lane), slot = slot_[i];
+    position[lane] = slot >= 0 ? grains_[slot].position.data() : &bodies_->position[i * d];
+    momentum[lane] = slot >= 0 ? grains_[slot].momentum.data() : &bodies_->momentum[i * d];
+    flight[lane] = dt_ * (slot >= 0 ? n - grains_[slot].followed_to : n);
   }
-  return grain;
+  GrainPack<d> s;
+  s.per_mass = SimdPack([&](int lane) { return properties_[particle(lane)].per_mass; });
+  s.radius = SimdPack([&](int lane) { return properties_[particle(lane)].radius; });
+  const SimdPack t(flight.data(), anywhere);
+  for (int k = 0; k < d; ++k) {
+    s.position[k] = SimdPack([&](int lane) { return position[lane][k]; });
+    SimdPack p([&](int lane) { return momentum[lane][k]; }), force = 0;
+    if (!slow_forces_.empty()) force = SimdPack([&](int lane) { return slow_forces_[particle(lane) * d + k]; });
+    granular::fly(s.position[k], p, force, s.per_mass, t);
+    s.velocity[k] = p * s.per_mass;
+  }
+  return s;
 }
 
 template <int d>

@@ -229,6 +229,24 @@ TEST_CASE("bounded sum: a cloud without sides keeps the accuracy while it expand
     }
 }
 
+// The mesh scales with the cloud. A mesh that is chosen again changes forces by some of their error, which is 1e-2 here.
+TEST_CASE("bounded sum: forces of a cloud that keeps its shape scale with it") {
+  const Enclosure unbounded{.unbounded = true};
+  SourceSet sources = random_sources(400, {40, 40, 40}, 1, false, 11);
+  const MeshRequest request{.accuracy = 1e-2, .charges = sources.size(), .contact = 1};
+  BoundedSum sum(request, unbounded, {});
+  const Response before = evaluated(sum, sources);
+  for (const int eighths : {1, 5, 13, 40}) {
+    const double by = std::exp2(eighths / 8.0);
+    SourceSet larger = sources;
+    for (double& x : larger.position) x *= by;
+    Response found = evaluated(sum, larger);
+    for (double& f : found.force) f *= by * by;
+    CHECK(relative_difference(found.force, before.force) < 1e-5);
+    CHECK(by * found.energy == Approx(before.energy).epsilon(1e-5));
+  }
+}
+
 TEST_CASE("bounded sum: forces are slopes of the energy, dipoles have images") {
   for (const Side upper : {o, g}) {
     const Enclosure enclosure{{9, 8, 7}, {p, p, o, o, g, upper}};

@@ -58,15 +58,54 @@ MeshChoice choose_with_domain(double accuracy, const Enclosure& enclosure, const
   }
 }
 
+/// Extents of the charges in an unbounded enclosure, in units of `unit`. The unit is the longest extent, if the choice
+/// of the mesh depends on no other length. Clouds of the same shape then have the same mesh; otherwise the unit is 1.
+struct CloudShape {
+  Vec3 extents;
+  double unit = 1;
+};
+
+/// Returns the shape of charges with these extents. Extents that are results of rounded_up() have ratios 2^(n/8).
+CloudShape shape_of(const Vec3& extents, const MeshRequest& request) {
+  const double longest = std::max({extents.x, extents.y, extents.z});
+  const double shortest = std::min({extents.x, extents.y, extents.z}), volume = extents.x * extents.y * extents.z;
+  // The distance of near pairs is then half the mean spacing.
+  const bool has_shape = !request.fixed.any() && !request.polarizability && shortest > request.contact &&
+                         0.5 * std::cbrt(volume / std::max(request.charges, 1)) > request.contact;
+  CloudShape shape{extents};
+  if (!has_shape) return shape;
+  for (int k = 0; k < 3; ++k) {
+    const double n = 8 * std::log2(extents[k] / longest);
+    if (std::abs(n - std::nearbyint(n)) > 1e-9) return {extents};
+    shape.extents[k] = std::exp2(std::nearbyint(n) / 8);
+  }
+  shape.unit = longest;
+  return shape;
+}
+
+MeshChoice choose_for(const CloudShape& shape, MeshRequest request, const Enclosure& enclosure) {
+  const double accuracy = request.accuracy;
+  request.accuracy = std::max(0.5 * accuracy, 1e-8), request.contact /= shape.unit;
+  return choose_with_domain(accuracy, enclosure,
+                            [&] { return choose_quick_mesh(enclosure.request(request, shape.extents)); });
+}
+
+void scale(std::span<double> values, double by) {
+  if (by == 1) return;
+  for (double& value : values) value *= by;
+}
+
 }  // namespace
 
 double rounded_up(double length) { return length > 0 ? std::exp2(std::ceil(8 * std::log2(length)) / 8) : 0; }
 
-MeshChoice choose_cloud_mesh(const Vec3& extents, MeshRequest request, const Enclosure& enclosure) {
-  const double accuracy = request.accuracy;
-  request.accuracy = std::max(0.5 * accuracy, 1e-8);
-  return choose_with_domain(accuracy, enclosure,
-                            [&] { return choose_quick_mesh(enclosure.request(request, extents)); });
+MeshChoice choose_cloud_mesh(const Vec3& extents, const MeshRequest& request, const Enclosure& enclosure) {
+  const CloudShape shape = shape_of(extents, request);
+  const double unit = shape.unit;
+  MeshChoice choice = choose_for(shape, request, enclosure);
+  choice.cutoff *= unit, choice.alpha /= unit, choice.mesh.lengths = unit * choice.mesh.lengths;
+  choice.mesh.open.range *= unit, choice.mesh.open.volume *= unit * unit * unit;
+  return choice;
 }
 
 bool Enclosure::is_periodic() const {
@@ -115,26 +154,30 @@ BoundedSum::BoundedSum(const MeshRequest& request, const Enclosure& enclosure, c
   if (!enclosure.unbounded) sized_.push_back({{}, false, choice.mesh.lengths, make_mesh_sum(choice)});
 }
 
-/// Returns the sum for the extents of the sources. Two sums are kept, because extents may change to and fro.
+/// Returns the sum for the extents of the sources, and sets the unit. Three sums are kept: the sides of a cloud exceed
+/// the next rounded length at different times while it grows, and then its shape returns.
 BoundedSum::Sized& BoundedSum::sized_for(const Sources& sources) {
   if (!enclosure_.unbounded) return sized_.front();
-  const Vec3 extents = extents_of(sources);
   const bool by_pairs = sources.size() <= few;
+  const CloudShape shape = by_pairs ? CloudShape{extents_of(sources)} : shape_of(extents_of(sources), request_);
+  unit_ = shape.unit;
   const auto found = std::ranges::find_if(
-      sized_, [&](const Sized& sized) { return sized.extents == extents && sized.by_pairs == by_pairs; });
+      sized_, [&](const Sized& sized) { return sized.extents == shape.extents && sized.by_pairs == by_pairs; });
   if (found != sized_.end()) return *found;
-  if (sized_.size() > 1) {
+  if (sized_.size() > 2) {
     const SumSeconds past = sized_.front().sum->seconds();
     earlier_.near += past.near, earlier_.mesh += past.mesh;
     sized_.erase(sized_.begin());
   }
   if (by_pairs) {
     constexpr double no_period = 1e100;
-    sized_.push_back(
-        {extents, true, {no_period, no_period, no_period}, std::make_unique<MinimumImage>(MinimumImage::Reach::box)});
+    sized_.push_back({shape.extents,
+                      true,
+                      {no_period, no_period, no_period},
+                      std::make_unique<MinimumImage>(MinimumImage::Reach::box)});
   } else {
-    const MeshChoice choice = choose_cloud_mesh(extents, request_, enclosure_);
-    sized_.push_back({extents, false, choice.mesh.lengths, make_mesh_sum(choice)});
+    const MeshChoice choice = choose_for(shape, request_, enclosure_);
+    sized_.push_back({shape.extents, false, choice.mesh.lengths, make_mesh_sum(choice)});
   }
   return sized_.back();
 }
@@ -143,6 +186,7 @@ const Sources& BoundedSum::with_images(const Sources& sources, Vec3 lengths) {
   require_inside(enclosure_, sources);
   all_ = sources;
   all_.lengths = lengths;
+  if (enclosure_.unbounded) return in_unit(sources, lengths);
   if (enclosure_.copies() == 1) return all_;
   position_.assign(sources.position.begin(), sources.position.end());
   charge_.assign(sources.charge.begin(), sources.charge.end());
@@ -151,11 +195,21 @@ const Sources& BoundedSum::with_images(const Sources& sources, Vec3 lengths) {
   return all_ = {lengths, position_, charge_, dipole_};
 }
 
+/// Returns the sources with positions in the unit of the latest sum. It is 1 if they have dipoles.
+const Sources& BoundedSum::in_unit(const Sources& sources, Vec3 lengths) {
+  position_.assign(sources.position.begin(), sources.position.end());
+  scale(position_, 1 / unit_);
+  return all_ = {lengths, position_, sources.charge, sources.dipole};
+}
+
 void BoundedSum::evaluate(const Sources& sources, std::span<const Pair>, parallel::Team& team, Response& response) {
   Sized& sized = sized_for(sources);
   sized.sum->evaluate(with_images(sources, sized.lengths), {}, team, response);
   resize(response, sources.size());
-  response.energy /= enclosure_.copies();
+  response.energy /= enclosure_.copies() * unit_;
+  scale(response.potential, 1 / unit_);
+  scale(response.field, 1 / (unit_ * unit_));
+  scale(response.force, 1 / (unit_ * unit_));
 }
 
 void BoundedSum::forces(const Sources& sources, std::span<const Pair>, parallel::Team& team,
@@ -163,6 +217,7 @@ void BoundedSum::forces(const Sources& sources, std::span<const Pair>, parallel:
   Sized& sized = sized_for(sources);
   sized.sum->forces(with_images(sources, sized.lengths), {}, team, force);
   force.resize(sources.position.size());
+  scale(force, 1 / (unit_ * unit_));
 }
 
 void BoundedSum::dipole_field(const Sources& sources, std::span<const Pair>, parallel::Team& team,

@@ -34,7 +34,8 @@ struct Enclosure {
 /// of the mesh ends beyond the charges (OpenAxes). Both are exact, apart from the error of the mesh.
 ///
 /// In an unbounded box the mesh follows the extents of the charges, rounded up by at most 9 %. Its parameters depend on
-/// the present extents only. Few charges are summed pair by pair.
+/// the present extents only. Positions are scaled to the longest extent where no other length enters the choice, so
+/// that a growing cloud keeps its mesh. Few charges are summed pair by pair.
 class BoundedSum : public Sum {
  public:
   /// Number of charges up to which a sum over all pairs of an unbounded box takes less time than a mesh.
@@ -55,7 +56,7 @@ class BoundedSum : public Sum {
   SumSeconds seconds() const override;
 
  private:
-  /// Sum for some extents of an unbounded box; all 0 for one with sides.
+  /// Sum for some extents of an unbounded box, in the unit of their shape; all 0 for one with sides.
   struct Sized {
     Vec3 extents;
     bool by_pairs;
@@ -64,10 +65,12 @@ class BoundedSum : public Sum {
   };
   Sized& sized_for(const Sources& sources);
   const Sources& with_images(const Sources& sources, Vec3 lengths);
+  const Sources& in_unit(const Sources& sources, Vec3 lengths);
 
   MeshRequest request_;
   Enclosure enclosure_;
   std::vector<Sized> sized_;  ///< The latest sums
+  double unit_ = 1;           ///< Unit of length of the latest sum
   SumSeconds earlier_;        ///< Times of sums that are no longer in sized_
   std::vector<double> position_, charge_, dipole_;
   Sources all_;
@@ -81,7 +84,7 @@ MeshChoice choose_bounded_mesh(const MeshRequest& request, const Enclosure& encl
 /// Chooses the mesh of charges with these extents in an unbounded enclosure, without a measurement of its error. It
 /// is made for half of the requested error: estimates for random positions can be wrong by a factor of two in clusters.
 /// Throws the exceptions of choose_quick_mesh().
-MeshChoice choose_cloud_mesh(const Vec3& extents, MeshRequest request, const Enclosure& enclosure);
+MeshChoice choose_cloud_mesh(const Vec3& extents, const MeshRequest& request, const Enclosure& enclosure);
 
 /// Returns the smallest of the lengths 2^(n/8) that is not below this one; 0 for 0.
 double rounded_up(double length);

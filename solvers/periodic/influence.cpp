@@ -23,7 +23,7 @@ struct Axis {
 
   Axis(double length, int points, const WindowTransform& transform) {
     for (int mode = 0; mode <= points / 2; ++mode) {
-      const WindowTransform::Aliases window = transform(2 * M_PI * mode / points);
+      const WindowTransform::Aliases window = transform.at_mode(mode, points);
       Mode& sums = modes.emplace_back();
       for (int m = -far_aliases; m <= far_aliases; ++m) {
         const double k = 2 * M_PI * (mode + static_cast<double>(m) * points) / length, u = window[m + far_aliases];

@@ -141,6 +141,11 @@ WindowTransform::WindowTransform(int order, ProlateRecipe recipe) : boxes_(recip
         nodes_.push_back(
             {x, weights[n / 2] / parts * value(pieces[j], s) / size, std::cos(2 * M_PI * x), std::sin(2 * M_PI * x)});
       }
+  fill_sample();
+}
+
+void WindowTransform::fill_sample() {
+  for (int mode = 0; mode <= sample_points / 2; ++mode) sample_[mode] = (*this)(2 * M_PI * mode / sample_points);
 }
 
 WindowTransform::Aliases WindowTransform::operator()(double k) const {

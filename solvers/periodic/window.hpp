@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <vector>
 
 namespace lichtenberg::periodic {
@@ -42,15 +43,22 @@ class WindowTransform {
   /// Computes the transform at the wave numbers k + 2 pi m (in 1 / spacing) for m from -far_aliases to far_aliases.
   /// These waves are aliases of each other on the mesh. The transform is 1 at wave number 0.
   Aliases operator()(double k) const;
+  /// Returns the transform at the aliases of a mode of a mesh, 0 to points / 2. Those of `sample_points` are stored.
+  Aliases at_mode(int mode, int points) const {
+    return points == sample_points ? sample_[mode] : (*this)(2 * M_PI * mode / points);
+  }
+  static constexpr int sample_points = 16;  ///< Number of points for which many errors of meshes are estimated
 
  private:
-  explicit WindowTransform(int boxes) : boxes_(boxes) {}
+  explicit WindowTransform(int boxes) : boxes_(boxes) { fill_sample(); }
+  void fill_sample();
 
   struct Node {
     double position, weight, cosine, sine;  ///< Cosine and sine of 2 pi position
   };
   int boxes_;
   std::vector<Node> nodes_;  ///< Quadrature nodes of the prolate function; empty for a spline
+  std::array<Aliases, sample_points / 2 + 1> sample_{};
 };
 
 }  // namespace lichtenberg::periodic

@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "solvers/periodic/bounded.hpp"
-#include "src/granular/device/contact_steps.hpp"
+#include "src/granular/device/contact_data.hpp"
 
 namespace lichtenberg::granular::device {
 

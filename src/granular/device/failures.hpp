@@ -5,7 +5,7 @@
 #include <string>
 
 #include "solvers/error.hpp"
-#include "src/granular/device/contact_steps.hpp"
+#include "src/granular/device/contact_data.hpp"
 
 namespace lichtenberg::granular::device {
 

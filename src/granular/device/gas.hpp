@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -21,6 +22,7 @@
 #include "src/granular/device/ordered_exchange.hpp"
 #include "src/granular/device/rough_state.hpp"
 #include "src/granular/device/snapshot_memory.hpp"
+#include "src/granular/device/step_end.hpp"
 
 namespace lichtenberg::granular::device {
 
@@ -120,8 +122,9 @@ class GasImpl final : public DeviceGas {
       run_->run_concurrently([&] { follow_charges(); }, [&] { find_impacts(law); });
       finish(NoAction());
       join_results();
-      choose_next(
-          ChooseNext<Law>{rule(law), results_.device(), parameters_.device(), progress_.device(), nullptr, false});
+      const ChooseNext<Law> next{rule(law),          results_.device(), parameters_.device(),
+                                 progress_.device(), nullptr,           false};
+      run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) { next(); });
       fetch_results();
       record_progress(now);
     }
@@ -136,7 +139,7 @@ class GasImpl final : public DeviceGas {
       follow(law, step, step + 1);
       step + 1 < count ? gas_.share.send_with_entries(contacts.since, g.position, g.touches, g.momentum)
                        : gas_.share.send_with_entries(contacts.since, g.position, g.touches);
-      locate_others();
+      gas_.locate_others();
     }
   }
   /// Fetches the results of a step and the choice of the next. Meanwhile sends the momenta and smooth forces at the end
@@ -301,23 +304,14 @@ class GasImpl final : public DeviceGas {
     store_slow_forces();
   }
   void recharge_sums(bool solved) {
-    FieldEnergyBudget* budget = gas_.field_energy.data();
-    const GrainsView g = gas_.view();
-    const int n = gas_.n;
-    find_maximum(*run_, n, &budget->largest_charge,
-                 [=] LICHTENBERG_HOST_DEVICE(int s) { return std::abs(g.charge[s]); });
-    const Vec3 units_per_length = gas_.units_per_length();
-    run_->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) {
-      const double scale = periodic::device::charge_scale(budget->largest_charge);
-      g.charged[s] = {fixed_point_position(g.position[s], units_per_length), static_cast<float>(scale * g.charge[s])};
-      if (s == 0) budget->scale = scale;
-    });
+    gas_.scale_charges();
+    const PointCharge* charged = gas_.view().charged;
     if (!dipoles_)
-      sums_->evaluate(g.charged, lists_.partners(), true);
+      sums_->evaluate(charged, lists_.partners(), true);
     else if (!solved)
-      dipoles_->follow_charges(g.charged, scale(), lists_.partners());
+      dipoles_->follow_charges(charged, scale(), lists_.partners());
     else
-      dipoles_->evaluate(g.charged, scale(), lists_.partners());
+      dipoles_->evaluate(charged, scale(), lists_.partners());
   }
   /// Computes forces and energy of all pair force laws. Fixed-point sums do not depend on the order of lists.
   void find_pair_forces() {
@@ -335,39 +329,6 @@ class GasImpl final : public DeviceGas {
     run_->for_each(gas_.share.range().own.count,
                    [=] LICHTENBERG_HOST_DEVICE(int k) { g.slow_force[first + k] = force(first + k); });
     if (gas_.share.is_divided()) gas_.share.send_to_neighbours(g.slow_force);
-  }
-  /// Joins the results of a step of all ranks.
-  void join_results() {
-    if (!gas_.share.is_divided()) return;
-    rank_results_.resize(run_->ranks());
-    StepResults *mine = results_.device(), *all = rank_results_.data();
-    const int rank = run_->rank(), ranks = run_->ranks();
-    std::vector<parallel::Transfer> transfers;
-    for (int r = 0; r < ranks; ++r)
-      if (r != rank)
-        transfers.push_back({mine, sizeof(StepResults), r, true}),
-            transfers.push_back({all + r, sizeof(StepResults), r, false});
-    run_->exchange(transfers);
-    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) {
-      StepResults results = *mine;
-      for (int r = 0; r < ranks; ++r)
-        if (r != rank) results.join(all[r]);
-      *mine = results;
-    });
-  }
-  template <class Law>
-  void choose_next(const ChooseNext<Law>& next) {
-    run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) { next(); });
-  }
-  /// Sets the fixed-point positions of the grains near those of this rank to the positions that other ranks have sent.
-  void locate_others() {
-    const auto other = gas_.share.other();
-    const GrainsView g = gas_.view();
-    const Vec3 units_per_length = gas_.units_per_length();
-    run_->for_each(gas_.share.others(), [=] LICHTENBERG_HOST_DEVICE(int k) {
-      const int s = other(k);
-      g.compact[s].at = g.charged[s].at = fixed_point_position(g.position[s], units_per_length);
-    });
   }
 
   /// Records the kernels of an outer step, to be executed many times; on a device as a CUDA graph. An outer step lasts
@@ -389,7 +350,7 @@ class GasImpl final : public DeviceGas {
   /// Lists candidate pairs and runs the contact substeps of the chosen outer step (from one evaluation of the smooth
   /// forces to the next). `from`, `to`: only the substeps from ... to - 1.
   template <class Law>
-  void follow(const Law& law, int from = 0, int to = 1'000'000'000) {
+  void follow(const Law& law, int from = 0, int to = std::numeric_limits<int>::max()) {
     const PositionWrap wrap{gas_.box, gas_.units_per_length()};
     const int* go = &progress_.device()->go;
     if constexpr (is_rough<Law>)
@@ -405,68 +366,19 @@ class GasImpl final : public DeviceGas {
       sums_->evaluate(gas_.view().charged, lists_.partners(), gas_.options.exchanges);
     find_pair_forces();
   }
-  /// Computes the bound on impact speeds by elastic energy after the last contact substep. Compares the ended contacts
-  /// with the restitution coefficient of the law.
+  /// Computes the bound on impact speeds after the last contact substep (find_impact_speeds()).
   template <class Law>
   void find_impacts(const Law& law) {
-    const auto steps = contact_steps(law);
-    StepResults* results = results_.device();
-    const int parts = std::max(gas_.n / 16, 1);
-    run_->sum_segments(
-        parts,
-        [=] LICHTENBERG_HOST_DEVICE(int p) {
-          const int share = (results->pairs + parts - 1) / parts, left = results->pairs - p * share;
-          return left < share ? left : share;
-        },
-        [=] LICHTENBERG_HOST_DEVICE(int p, int t) {
-          return MaxReduction{steps.impact2(p * ((results->pairs + parts - 1) / parts) + t)};
-        },
-        [=] LICHTENBERG_HOST_DEVICE(int, MaxReduction most) {
-          parallel::max_atomically(&results->impact2, most.value);
-        });
-    run_->for_each(steps.restitution.capacity, [=] LICHTENBERG_HOST_DEVICE(int k) { steps.count_end(k); });
+    find_impact_speeds(*run_, contact_steps(law), gas_.n);
   }
-  /// Ends an outer step: corrects momenta for a linear change of the smooth forces, and adds exchanged charges.
-  /// Computes the maxima from which the next step is chosen, and then calls action().
+  /// Ends an outer step (finish_step()), and then calls action().
   template <class Action>
   void finish(Action action) {
-    const ForceView force = forces();
-    const GrainsView g = gas_.view();
-    const double quantum = gas_.units.charge;
-    const StepParameters* parameters = parameters_.device();
-    FieldEnergyBudget* budget = gas_.field_energy.data();
-    StepResults* results = results_.device();
-    const Vec3 units_per_length = gas_.units_per_length();
-    const int first = gas_.share.range().own.first;
-    run_->template sum<1>(
-        gas_.share.range().own.count,
-        [=] LICHTENBERG_HOST_DEVICE(int k) {
-          const int s = first + k;
-          const Vec3 now = force(s), at = g.position[s];
-          const Vec3 p = g.momentum[s] + (0.5 * parameters->outer) * (now - g.slow_force[s]);
-          g.momentum[s] = p, g.slow_force[s] = now;
-          std::int64_t& moved = g.moved_charge[s];
-          if (moved != 0) g.charge[s] += quantum * static_cast<double>(moved), moved = 0;
-          const FixedPointPosition from = g.sorted_at[s], to = fixed_point_position(at, units_per_length);
-          const Vec3 path{lichtenberg::nearest_difference(to.x, from.x) / units_per_length.x,
-                          lichtenberg::nearest_difference(to.y, from.y) / units_per_length.y,
-                          lichtenberg::nearest_difference(to.z, from.z) / units_per_length.z};
-          StepMaxima here;
-          here.speed2 = norm2(g.inverse_mass[s] * p), here.acceleration2 = norm2(g.inverse_mass[s] * now);
-          here.moved2 = norm2(path), here.charge = std::abs(g.charge[s]);
-          here.lost = !(here.speed2 < INFINITY) || !(norm2(at) < INFINITY);
-          return here;
-        },
-        [=] LICHTENBERG_HOST_DEVICE(StepMaxima most) {
-          results->speed2 = most.speed2, results->acceleration2 = most.acceleration2;
-          results->moved2 = most.moved2, results->charge = most.charge;
-          results->lost = most.lost;
-          budget->energy = force.energy();
-          // The ended contacts are in the statistics now. Reset, so that a graph without a step does not count them
-          // again.
-          results->ended = 0;
-          action();
-        });
+    finish_step(gas_, forces(), parameters_.device(), results_.device(), action);
+  }
+  /// Joins the results of a step of all ranks.
+  void join_results() {
+    if (gas_.share.is_divided()) device::join_results(*run_, results_.device(), rank_results_);
   }
 
  private:

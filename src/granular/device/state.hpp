@@ -8,9 +8,10 @@
 #include <memory>
 #include <vector>
 
-#include "src/granular/device/contact_steps.hpp"
+#include "src/granular/device/contact_data.hpp"
 #include "src/granular/device/device.hpp"
 #include "src/granular/device/gas_parts.hpp"
+#include "src/granular/device/restitution.hpp"
 #include "src/granular/device/share.hpp"
 #include "src/granular/pace.hpp"
 
@@ -144,6 +145,29 @@ struct GasState {
       all.sorted_at[s] = all.charged[s].at = fixed_point_position(g.position, over);
       all.compact[s] = {all.sorted_at[s], static_cast<float>(g.radius)};
       all.touches[s] = 0;
+    });
+  }
+  /// Computes the input of the sums over charges: fixed-point positions, and charges scaled to at most 1.
+  void scale_charges() {
+    FieldEnergyBudget* budget = field_energy.data();
+    const GrainsView g = view();
+    find_maximum(*run, n, &budget->largest_charge,
+                 [=] LICHTENBERG_HOST_DEVICE(int s) { return std::abs(g.charge[s]); });
+    const Vec3 over = units_per_length();
+    run->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) {
+      const double scale = periodic::device::charge_scale(budget->largest_charge);
+      g.charged[s] = {fixed_point_position(g.position[s], over), static_cast<float>(scale * g.charge[s])};
+      if (s == 0) budget->scale = scale;
+    });
+  }
+  /// Sets the fixed-point positions of the grains near those of this rank to the positions that other ranks have sent.
+  void locate_others() {
+    const auto other = share.other();
+    const GrainsView g = view();
+    const Vec3 over = units_per_length();
+    run->for_each(share.others(), [=] LICHTENBERG_HOST_DEVICE(int k) {
+      const int s = other(k);
+      g.compact[s].at = g.charged[s].at = fixed_point_position(g.position[s], over);
     });
   }
   /// Returns the energy dissipated since the gas was loaded, in quanta units.energy.

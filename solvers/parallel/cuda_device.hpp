@@ -35,6 +35,24 @@ inline int device_attribute(cudaDeviceAttr attribute) {
   return value;
 }
 
+/// Moment in a CUDA stream (CudaExecutor::mark). Throws Failure if a CUDA call fails.
+class CudaTimePoint {
+ public:
+  CudaTimePoint() { check_cuda(cudaEventCreate(&event_)); }
+  CudaTimePoint(const CudaTimePoint&) = delete;
+  CudaTimePoint& operator=(const CudaTimePoint&) = delete;
+  ~CudaTimePoint() { cudaEventDestroy(event_); }
+  cudaEvent_t event() const { return event_; }
+  double seconds_since(const CudaTimePoint& earlier) const {
+    float milliseconds = 0;
+    check_cuda(cudaEventElapsedTime(&milliseconds, earlier.event_, event_));
+    return 1e-3 * milliseconds;
+  }
+
+ private:
+  cudaEvent_t event_ = nullptr;
+};
+
 /// Free and total memory of a CUDA device (bytes).
 struct DeviceMemory {
   std::size_t available = 0, all = 0;

@@ -23,7 +23,7 @@ enum class KernelStart { in_turn, early };
 
 /// Executor for CUDA: runs loops, sums, scans, sorts and transfers of device algorithms on the current CUDA device, in
 /// one stream. Only functions for concurrent work use further streams. The functions are documented at HostExecutor.
-class CudaExecutor : public Communicator {
+class CudaExecutor : public Communicator<CudaExecutor> {
  public:
   /// Prepares an executor on a stream, which may belong to another library; nullptr: the default stream. Throws Failure
   /// if a CUDA call fails, and the exceptions of cuda_loops_on_host().
@@ -174,18 +174,6 @@ class CudaExecutor : public Communicator {
     });
     copy(keys, sorted_keys, bytes);
     copy(values, sorted_values, bytes);
-  }
-
-  template <class T>
-  void sum_over_ranks(T* numbers, long n) const {
-    if (link()) link()->sum(numbers, static_cast<std::size_t>(n), number_type<T>, stream_);
-  }
-  template <class T>
-  void broadcast(T* values, long n) const {
-    if (link()) link()->broadcast(values, n * sizeof(T), stream_);
-  }
-  void exchange(std::span<const Transfer> transfers) const {
-    if (link()) link()->exchange(transfers, stream_);
   }
 
   std::size_t available_memory() const { return device_memory().available; }
@@ -339,24 +327,9 @@ class CudaExecutor : public Communicator {
     check_cuda(cudaStreamWaitEvent(stream_, join_, 0));
   }
 
-  class TimePoint {
-   public:
-    TimePoint() { check_cuda(cudaEventCreate(&event_)); }
-    TimePoint(const TimePoint&) = delete;
-    TimePoint& operator=(const TimePoint&) = delete;
-    ~TimePoint() { cudaEventDestroy(event_); }
-    double seconds_since(const TimePoint& earlier) const {
-      float milliseconds = 0;
-      check_cuda(cudaEventElapsedTime(&milliseconds, earlier.event_, event_));
-      return 1e-3 * milliseconds;
-    }
-
-   private:
-    friend class CudaExecutor;
-    cudaEvent_t event_ = nullptr;
-  };
-  void wait_until(const TimePoint& moment) const { check_cuda(cudaEventSynchronize(moment.event_)); }
-  void mark(TimePoint& moment) const { check_cuda(cudaEventRecord(moment.event_, stream_)); }
+  using TimePoint = CudaTimePoint;
+  void wait_until(const TimePoint& moment) const { check_cuda(cudaEventSynchronize(moment.event())); }
+  void mark(TimePoint& moment) const { check_cuda(cudaEventRecord(moment.event(), stream_)); }
 
   template <class F>
   double seconds(F f) const {
@@ -365,7 +338,7 @@ class CudaExecutor : public Communicator {
     mark(start);
     f();
     mark(end);
-    check_cuda(cudaEventSynchronize(end.event_));
+    check_cuda(cudaEventSynchronize(end.event()));
     return end.seconds_since(start);
   }
 

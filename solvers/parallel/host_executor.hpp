@@ -103,11 +103,12 @@ struct NoAddedValues {
 
 /// Executor for the CPU: runs device algorithms (loops, sums, scans, sorts, transfers) on one thread, item by item. It
 /// is the reference for tests of CudaExecutor, which has the same functions.
-class HostExecutor : public Communicator {
+class HostExecutor : public Communicator<HostExecutor> {
  public:
   HostExecutor() = default;
   /// Executor of one of several ranks, for tests of algorithms for several devices.
   explicit HostExecutor(std::shared_ptr<Link> link) : Communicator(std::move(link)) {}
+  void* stream() const { return nullptr; }  ///< the CPU has no streams
 
   /// Parallel loop: calls f(k) for k = 0 ... n - 1, in any order. On a CUDA device, `threads` successive calls form a
   /// block.
@@ -297,21 +298,6 @@ class HostExecutor : public Communicator {
       keys[k] = pairs[k].first;
       values[k] = pairs[k].second;
     }
-  }
-
-  /// Replaces n numbers (int, std::int64_t, double) in device memory by their sums over all ranks, which must be exact.
-  template <class T>
-  void sum_over_ranks(T* numbers, long n) const {
-    if (link()) link()->sum(numbers, static_cast<std::size_t>(n), number_type<T>, nullptr);
-  }
-  /// Copies n values in device memory of rank 0 to all ranks.
-  template <class T>
-  void broadcast(T* values, long n) const {
-    if (link()) link()->broadcast(values, n * sizeof(T), nullptr);
-  }
-  /// Sends ranges of device memory to other ranks and receives others from them.
-  void exchange(std::span<const Transfer> transfers) const {
-    if (link()) link()->exchange(transfers, nullptr);
   }
 
   /// Checks that the given number of bytes is free on the device. CudaExecutor throws Failure otherwise; on the CPU

@@ -34,8 +34,8 @@ class HostLink final : public Link {
       if (to.sends) continue;
       const auto& theirs = *static_cast<const std::span<const Transfer>*>(all[to.peer]);
       std::size_t& k = taken[to.peer];
-      while (!(theirs[k].sends && theirs[k].peer == rank())) ++k;
-      if (theirs[k].bytes != to.bytes) throw Failure("ranks exchange different numbers of bytes");
+      while (k < theirs.size() && !(theirs[k].sends && theirs[k].peer == rank())) ++k;
+      if (k == theirs.size() || theirs[k].bytes != to.bytes) throw Failure("ranks exchange different numbers of bytes");
       std::memcpy(to.data, theirs[k++].data, to.bytes);
     }
     barrier().wait();

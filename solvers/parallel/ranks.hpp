@@ -85,7 +85,9 @@ std::vector<std::unique_ptr<Link>> host_links(int ranks);
 /// without NCCL, and Failure if NCCL fails.
 std::vector<std::unique_ptr<Link>> cuda_links(const std::vector<int>& devices);
 
-/// Functions of an executor for the communication between ranks. With one rank they do nothing.
+/// Functions of an executor for the communication between ranks, in sequence with its kernels. With one rank they do
+/// nothing. `Executor`: the class that inherits them; its function stream() returns a CUDA stream, or null on the CPU.
+template <class Executor>
 class Communicator {
  public:
   Communicator() = default;
@@ -103,8 +105,24 @@ class Communicator {
     link_->barrier().wait();
     return all;
   }
+  /// Replaces n numbers (int, std::int64_t, double) in device memory by their sums over all ranks, which must be exact.
+  template <class T>
+  void sum_over_ranks(T* numbers, long n) const {
+    if (link_) link_->sum(numbers, static_cast<std::size_t>(n), number_type<T>, stream());
+  }
+  /// Copies n values in device memory of rank 0 to all ranks.
+  template <class T>
+  void broadcast(T* values, long n) const {
+    if (link_) link_->broadcast(values, n * sizeof(T), stream());
+  }
+  /// Sends ranges of device memory to other ranks and receives others from them.
+  void exchange(std::span<const Transfer> transfers) const {
+    if (link_) link_->exchange(transfers, stream());
+  }
 
  private:
+  void* stream() const { return static_cast<const Executor*>(this)->stream(); }
+
   std::shared_ptr<Link> link_;
 };
 

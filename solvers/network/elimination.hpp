@@ -32,7 +32,7 @@ class Elimination {
     double bytes = std::numeric_limits<double>::infinity();       ///< Memory (bytes) that it may take
     double operations = std::numeric_limits<double>::infinity();  ///< Floating-point operations that it may take
     bool required = false;                                        ///< True if it is done even above these limits
-    bool mesh_only = false;  ///< True if only mesh() is needed: nothing is stored for the other results
+    bool mesh_only = false;  ///< True if only mesh() is called: nothing is stored for the other results
     parallel::Team* team = &parallel::Team::single();  ///< Threads; must outlive the elimination
   };
 

@@ -145,7 +145,6 @@ class Elimination::Sizes {
       block.peak = subtree[b].peak;
       (block.subtree ? below_ : above_) += block.factor_start.back();
     }
-    e_.operations_ = all_.operations;
     e_.entries_ = above_ + below_;
   }
 
@@ -155,6 +154,7 @@ class Elimination::Sizes {
     return 8 * (factor + largest * largest + static_cast<double>(all_.peak));
   }
   std::size_t peak() const { return all_.peak; }
+  double operations() const { return all_.operations; }
 
  private:
   /// Fronts that no later front has taken in yet, and the cost until then.
@@ -228,7 +228,7 @@ Elimination::Elimination(const Network& network, const std::vector<int>& kept, c
   for (int k = 0; k < network.nodes; ++k) number_[node(k)] = k;
   find_blocks();
   const Sizes sizes(*this);
-  done_ = options.required || (operations_ <= options.operations && sizes.bytes(false) <= options.bytes);
+  done_ = options.required || (sizes.operations() <= options.operations && sizes.bytes(false) <= options.bytes);
   if (done_) eliminate_all(sizes, !options.mesh_only && sizes.bytes(true) <= options.bytes, !options.mesh_only);
 }
 

@@ -56,6 +56,33 @@ TEST_CASE("translation of multipoles: the shifted expansion gives an equal field
   CHECK(moved == doctest::Approx(exact).epsilon(1e-13));
 }
 
+TEST_CASE("translation up to degree 8: unrolled loops equal general ones") {
+  // A target degree of 9 takes the general loops; its coefficients up to lower degrees are those of a lower target.
+  using laplace::spheres::harmonics;
+  using laplace::spheres::Lanes;
+  constexpr int above = 9;
+  const laplace::spheres::Translation translation(above);
+  laplace::spheres::PairDirections directions;
+  for (int lane = 0; lane < laplace::spheres::lanes; ++lane) directions.set(lane, {0.3, lane - 3.0, lane % 3 - 1.0});
+  for (int source = 0; source < above; ++source)
+    for (int target = 0; target < above; ++target) {
+      CAPTURE(source);
+      CAPTURE(target);
+      std::vector<Lanes> value(harmonics(above)), scratch(value.size());
+      for (int h = 0; h < harmonics(source); ++h)
+        for (int lane = 0; lane < laplace::spheres::lanes; ++lane) value[h][lane] = std::sin(1 + 3 * h + lane);
+      std::vector<Lanes> general = value;
+      translation.apply(directions, source, target, value.data(), scratch.data());
+      translation.apply(directions, source, above, general.data(), scratch.data());
+      double error = 0;
+      for (int h = 0; h < harmonics(target); ++h)
+        for (int lane = 0; lane < laplace::spheres::lanes; ++lane)
+          error = std::max(error, std::abs(value[h][lane] - general[h][lane]));
+      // Rounding in five sums of at most 9 products with values of at most about 9.
+      CHECK(error < 1e-13);
+    }
+}
+
 TEST_CASE("sphere forces: energy derivatives at constant charge and potential") {
   // Fourth-order central differences have an error of h^4 times the fifth derivative, about 1/(0.15)^5 of the force:
   // 1e-11. Rounding of the energy, 1e-12, is divided by the step: 1e-8.

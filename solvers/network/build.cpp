@@ -8,8 +8,8 @@
 #include <mutex>
 
 #include "solvers/error.hpp"
-#include "solvers/network/ranges.hpp"
 #include "solvers/network/resistor.hpp"
+#include "solvers/parallel/ranges.hpp"
 
 namespace lichtenberg::network {
 namespace {
@@ -144,7 +144,7 @@ template <class Act>
 void for_each_checked(std::size_t count, parallel::Team& team, const Act& act) {
   std::map<std::size_t, std::exception_ptr> errors;
   std::mutex mutex;
-  for_each_range(count, team, [&](std::size_t begin, std::size_t end) {
+  parallel::for_each_range(count, team, [&](std::size_t begin, std::size_t end) {
     try {
       for (std::size_t k = begin; k < end; ++k) act(k);
     } catch (...) {

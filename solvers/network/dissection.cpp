@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "solvers/error.hpp"
-#include "solvers/network/ranges.hpp"
+#include "solvers/parallel/ranges.hpp"
 
 namespace lichtenberg::network {
 namespace {
@@ -27,7 +27,7 @@ class Geometric {
         high[axis] = std::max(high[axis], p[axis]);
       }
     std::atomic<double> reach = 0;
-    for_each_range(network.links.size(), team, [&](std::size_t begin, std::size_t end) {
+    parallel::for_each_range(network.links.size(), team, [&](std::size_t begin, std::size_t end) {
       double longest = 0;
       for (std::size_t k = begin; k < end; ++k)
         if (const Link& link = network.links[k]; !kept[link.a] && !kept[link.b])

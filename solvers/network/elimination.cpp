@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "solvers/network/star_mesh.hpp"
+#include "solvers/parallel/ranges.hpp"
 
 namespace lichtenberg::network {
 namespace {
@@ -20,9 +21,8 @@ std::int64_t start_of_column(std::int64_t k, std::int64_t m) { return k * m - k 
 /// Calls act(k) for each column k of a dense block, on threads if there are many.
 template <class Act>
 void for_each_column(int columns, parallel::Team& team, const Act& act) {
-  constexpr int a_task = 256;
-  team.for_each((columns + a_task - 1) / a_task, [&](int task) {
-    for (int k = task * a_task; k < std::min(columns, (task + 1) * a_task); ++k) act(k);
+  parallel::for_each_range<256>(columns, team, [&](int first, int last) {
+    for (int k = first; k < last; ++k) act(k);
   });
 }
 
@@ -145,7 +145,6 @@ class Elimination::Sizes {
       block.peak = subtree[b].peak;
       (block.subtree ? below_ : above_) += block.factor_start.back();
     }
-    e_.operations_ = all_.operations;
     e_.entries_ = above_ + below_;
   }
 
@@ -155,6 +154,7 @@ class Elimination::Sizes {
     return 8 * (factor + largest * largest + static_cast<double>(all_.peak));
   }
   std::size_t peak() const { return all_.peak; }
+  double operations() const { return all_.operations; }
 
  private:
   /// Fronts that no later front has taken in yet, and the cost until then.
@@ -228,7 +228,7 @@ Elimination::Elimination(const Network& network, const std::vector<int>& kept, c
   for (int k = 0; k < network.nodes; ++k) number_[node(k)] = k;
   find_blocks();
   const Sizes sizes(*this);
-  done_ = options.required || (operations_ <= options.operations && sizes.bytes(false) <= options.bytes);
+  done_ = options.required || (sizes.operations() <= options.operations && sizes.bytes(false) <= options.bytes);
   if (done_) eliminate_all(sizes, !options.mesh_only && sizes.bytes(true) <= options.bytes, !options.mesh_only);
 }
 
@@ -237,16 +237,12 @@ Elimination::~Elimination() = default;
 /// Divides the fronts into the largest subtrees of a limited size, and single fronts above them. Neighbouring subtrees
 /// that are small together are one block.
 void Elimination::find_blocks() {
-  const int most = std::max(1 << 14, network_.nodes / 128);  // nodes of a block
-  std::vector<int> first, waiting;                           // first node of each front's subtree
-  for (std::size_t f = 0; f < dissection_.fronts.size(); ++f) {
-    first.push_back(dissection_.fronts[f].first);
-    for (int c = 0; c < dissection_.fronts[f].children; ++c) {
-      first.back() = first[waiting.back()];
-      waiting.pop_back();
-    }
-    waiting.push_back(static_cast<int>(f));
-  }
+  const int most = std::max(1 << 14, network_.nodes / 128);  // Nodes of a block
+  const std::vector<int> parent = parents();
+  std::vector<int> first;  // First node of each front's subtree
+  for (const Dissection::Front& front : dissection_.fronts) first.push_back(front.first);
+  for (std::size_t f = 0; f < first.size(); ++f)
+    if (parent[f] >= 0) first[parent[f]] = std::min(first[parent[f]], first[f]);
   const auto first_front = [&](int f) {  // of the subtree
     const auto begins = [](const Dissection::Front& front, int n) { return front.first < n; };
     const auto& fronts = dissection_.fronts;

@@ -30,9 +30,9 @@ class Elimination {
   /// Options of an elimination.
   struct Options {
     double bytes = std::numeric_limits<double>::infinity();       ///< Memory (bytes) that it may take
-    double operations = std::numeric_limits<double>::infinity();  ///< Floating-point operations that it may take
+    double operations = std::numeric_limits<double>::infinity();  ///< Operations that it may take, two per product
     bool required = false;                                        ///< True if it is done even above these limits
-    bool mesh_only = false;  ///< True if only mesh() is needed: nothing is stored for the other results
+    bool mesh_only = false;  ///< True if only mesh() is called: nothing is stored for the other results
     parallel::Team* team = &parallel::Team::single();  ///< Threads; must outlive the elimination
   };
 
@@ -64,7 +64,6 @@ class Elimination {
 
   /// Returns the number of matrix entries of the factor.
   std::int64_t entries() const { return entries_; }
-  double operations() const { return operations_; }  ///< Operations of the elimination: two per multiplication
 
  private:
   class Buffer;
@@ -100,7 +99,6 @@ class Elimination {
   std::vector<Block> blocks_;  ///< In postorder
   Eigen::MatrixXd mesh_;
   std::int64_t entries_ = 0;
-  double operations_ = 0;
   bool done_ = false;
 };
 

@@ -7,8 +7,8 @@
 
 #include "solvers/error.hpp"
 #include "solvers/neighbours/pairs.hpp"
-#include "solvers/network/ranges.hpp"
 #include "solvers/network/spatial_order.hpp"
+#include "solvers/parallel/ranges.hpp"
 
 namespace lichtenberg::network {
 namespace {
@@ -23,7 +23,7 @@ template <int d>
 std::vector<ParticleContact> contacts_of_pairs(const ParticlePacking& packing, parallel::Team& team) {
   const std::vector<int> order = spatial_order(packing.position);
   std::vector<double> position(d * order.size()), radius(order.size());
-  for_each_range(order.size(), team, [&](std::size_t begin, std::size_t end) {
+  parallel::for_each_range(order.size(), team, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       std::copy_n(packing.position[order[k]].begin(), d, position.begin() + static_cast<std::ptrdiff_t>(d * k));
       radius[k] = packing.radius[order[k]];

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "solvers/parallel/ranges.hpp"
+
 namespace lichtenberg::network {
 namespace {
 
@@ -46,16 +48,15 @@ class Dense {
 
   /// Adds the meshes of the stars begin ... end - 1 to the columns end ... last - 1.
   void add_meshes(int begin, int end, int last) {
-    const int rows = m_ - end, strips = (last - end + strip - 1) / strip;
+    const int rows = m_ - end;
     roots_.resize(rows, end - begin);
-    team_.for_each((rows + strip - 1) / strip, [&](int task) {
-      const int first = task * strip, count = std::min(rows - first, strip);
+    parallel::for_each_range<strip>(rows, team_, [&](int first, int next) {
       for (int k = begin; k < end; ++k)
-        roots_.col(k - begin).segment(first, count) =
-            block(end + first, k, count, 1) / std::sqrt(g_[std::size_t(k) * (m_ + 1)]);
+        roots_.col(k - begin).segment(first, next - first) =
+            block(end + first, k, next - first, 1) / std::sqrt(g_[std::size_t(k) * (m_ + 1)]);
     });
-    team_.for_each(strips, [&](int task) {
-      const int first = task * strip, count = std::min(last - end - first, strip), next = first + count;
+    parallel::for_each_range<strip>(last - end, team_, [&](int first, int next) {
+      const int count = next - first;
       const auto own = roots_.middleRows(first, count);
       block(end + first, end + first, count, count).selfadjointView<Eigen::Lower>().rankUpdate(own);
       if (next < rows)
@@ -88,8 +89,8 @@ class Dense {
       }
       spread(g_, m_, k, k + 1, end, end);
     }
-    team_.for_each((rest + strip - 1) / strip, [&](int task) {
-      Block rows = block(end + task * strip, begin, std::min(rest - task * strip, strip), width);
+    parallel::for_each_range<strip>(rest, team_, [&](int first, int next) {
+      Block rows = block(end + first, begin, next - first, width);
       share_.triangularView<Eigen::UnitUpper>().solveInPlace<Eigen::OnTheRight>(rows);
     });
   }

@@ -4,8 +4,8 @@
 #include <numeric>
 #include <utility>
 
-#include "solvers/network/ranges.hpp"
 #include "solvers/network/spatial_order.hpp"
+#include "solvers/parallel/ranges.hpp"
 
 namespace lichtenberg::network {
 namespace {
@@ -35,9 +35,9 @@ Subnetwork reordered(const Network& network, const std::vector<int>& first, para
   std::vector<int> number(network.nodes);
   const bool placed = !network.position.empty();
   result.network.position.resize(placed ? network.nodes : 0);
-  for_each_range(network.nodes, team, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t n = begin; n < end; ++n) {
-      number[result.node[n]] = static_cast<int>(n);
+  parallel::for_each_range(network.nodes, team, [&](int begin, int end) {
+    for (int n = begin; n < end; ++n) {
+      number[result.node[n]] = n;
       if (placed) result.network.position[n] = network.position[result.node[n]];
     }
   });

@@ -125,7 +125,8 @@ network::PackingNetwork build(const PackingFrame& frame, NetworkModel model, con
                               const std::vector<network::PackingElectrode>& electrodes) {
   const network::ResistorModel& resistor = checked_resistor(options);
   return model == NetworkModel::particle
-             ? particle_network(frame.packing, frame.contacts, resistor, options.parameters, electrodes)
+             ? particle_network(frame.packing, frame.contacts, resistor, options.parameters, electrodes,
+                                *team_for(frame.packing))
              : contact_network(frame.packing, frame.contacts, resistor, options.parameters, electrodes);
 }
 

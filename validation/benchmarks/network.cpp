@@ -155,7 +155,7 @@ void solve_joined(PackingNetwork& net, const Request& request, Cost& cost) {
   if (request.method == "multigrid") by_multigrid(whole, low, high, cost);
   if (request.method == "cholmod-amd") by_cholmod(whole, low, high, false, cost);
   if (request.method == "cholmod-metis") by_cholmod(whole, low, high, true, cost);
-  if (!request.save.empty()) store(whole, low, high, request.save);
+  if (request.method == "multigrid" && !request.save.empty()) store(whole, low, high, request.save);
 }
 
 Cost measure(const ParticlePacking& packing, const Request& request) {
@@ -255,11 +255,16 @@ int main(int argc, char** argv) {
   std::vector<std::string> methods = all;
   program.add_option("--sizes", sizes, "particles")->delimiter(',');
   program.add_option("--methods", methods, "methods to measure")->delimiter(',')->check(CLI::IsMember(all));
-  program.add_option("--threads", request.threads, "of this program's elimination");
+  program.add_option("--threads", request.threads, "of contacts, particle-centred networks and elimination")
+      ->check(CLI::PositiveNumber);
   program.add_option("--seed", seed, "of the packings");
-  program.add_option("--repeats", repeats, "of each measurement, the fastest counts");
+  program.add_option("--repeats", repeats, "of each measurement, the fastest counts")->check(CLI::PositiveNumber);
   program.add_option("--save", folder, "folder to leave the networks of multigrid in, for network_scipy.py");
   CLI11_PARSE(program, argc, argv);
+  if (!folder.empty() && std::ranges::find(methods, "multigrid") == methods.end()) {
+    fmt::print(stderr, "--save stores networks of multigrid, which --methods excludes\n");
+    return 2;
+  }
   double load[1] = {0};
   getloadavg(load, 1);
   const Version version = lichtenberg_version();

@@ -52,13 +52,6 @@ std::vector<std::size_t> chunk_starts(const std::vector<NearPair>& pairs, std::s
   return start;
 }
 
-/// Loads eight consecutive numbers.
-Lanes loaded(const double* from) {
-  Lanes value;
-  std::memcpy(&value, from, sizeof value);
-  return value;
-}
-
 /// Transposes eight vectors of eight numbers: exchanges the off-diagonal halves of blocks of two, four and eight.
 void transpose(std::array<Lanes, lanes>& row) {
   for (const int k : {0, 2, 4, 6}) {
@@ -83,7 +76,7 @@ void gather(const std::array<const double*, lanes>& from, int count, Lanes* valu
   int h = 0;
   for (; h + lanes <= count; h += lanes) {
     std::array<Lanes, lanes> block;
-    for (int k = 0; k < lanes; ++k) block[k] = loaded(from[k] + h);
+    for (int k = 0; k < lanes; ++k) std::memcpy(&block[k], from[k] + h, sizeof block[k]);
     transpose(block);
     std::copy(block.begin(), block.end(), value + h);
   }
@@ -102,7 +95,9 @@ void scatter(const Lanes* value, int count, std::span<double* const> to) {
     std::copy(value + h, value + h + lanes, block.begin());
     transpose(block);
     for (std::size_t k = 0; k < to.size(); ++k) {
-      const Lanes sum = loaded(to[k] + h) + block[k];
+      Lanes sum;
+      std::memcpy(&sum, to[k] + h, sizeof sum);
+      sum += block[k];
       std::memcpy(to[k] + h, &sum, sizeof sum);
     }
   }

@@ -22,6 +22,17 @@ std::string moving_scene(const std::string& end) {
   return small_scene + "[effects.stokes_drag]\n[output]\nevery = 0.01\npicture = false\n[stop]\ntime = " + end + "\n";
 }
 
+/// Returns a periodic gas of 8 grains with an end (t0).
+std::string small_gas(const std::string& end) {
+  std::string scene = "[units]\n[domain]\nsize = [8, 8, 8]\n";
+  for (const char* side : {"left", "right", "bottom", "top", "front", "back"})
+    scene += std::string(side) + " = \"periodic\"\n";
+  return scene +
+         "[[population]]\ncount = 8\ntemperature = 1\n[effects.viscoelastic_contact]\n"
+         "[output]\npicture = false\n[stop]\ntime = " +
+         end + "\n";
+}
+
 }  // namespace
 
 TEST_CASE("solve --from: solves the field at a frame of a run") {
@@ -153,6 +164,55 @@ TEST_CASE("fixed conductor: stays in place while the other one moves") {
   folder.write("fast.toml", replaced(scene, "fixed = true", "fixed = true\n  velocity = [1.0, 0.0]"));
   check_refused(run(folder, "explain fast.toml --set medium.viscosity=0.7"),
                 "conductor.velocity is not allowed with conductor.fixed");
+}
+
+TEST_CASE("--device: values that are no device or list of devices are refused") {
+  const Folder folder;  // The scene does not exist: it is read later.
+  for (const std::string command : {"run", "explain", "solve", "ensemble"})
+    for (const std::string value :
+         {"gpu", "cpu:0", "cuda:", "cuda:x", "cuda:-1", "cuda:0,", "cuda:,1", "\"cuda:0 1\"", "cuda:0,all", "cuda0"})
+      check_refused(run(folder, command + " none.toml --device " + value),
+                    "is not allowed: it must be cpu, cuda, or for grains cuda:0,1 or cuda:all");
+  check_refused(run(folder, "run none.toml --device cuda:1,0,1"),
+                "--device cuda:1,0,1 is not allowed: it has the device 1 twice");
+}
+
+TEST_CASE("--device: lists of devices are refused for fields") {
+  const Folder folder;
+  folder.write("small.toml", small_scene);
+  for (const std::string command : {"run", "explain", "solve", "ensemble"})
+    for (const std::string value : {"cuda:0", "cuda:0,1", "cuda:all"})
+      check_refused(run(folder, command + " small.toml --device " + value),
+                    "--device " + value + " is for grains only: a field needs --device cuda, without numbers");
+}
+
+TEST_CASE("--device cuda:0,1: refused for a gas without gain, also by --resume") {
+  const Folder folder;
+  folder.write("gas.toml", small_gas("0.1"));
+  const std::string slower =
+      "8 grains faster than one does (they gain from 300000 grains on): one device is needed, as in --device cuda:0";
+  for (const std::string command : {"run", "explain"})
+    check_refused(run(folder, command + " gas.toml --device cuda:0,1"), slower);
+  check_refused(run(folder, "solve gas.toml --device cuda:1"), "--device cuda is for scenes of conductors");
+  REQUIRE(run(folder, "run gas.toml --quiet").status == 0);
+  const auto positions = [&] {
+    return hdf5::get<double>(hdf5::load(folder / "gas.h5"), "particles/conductors/position/value");
+  };
+  const auto before = positions();
+  check_refused(run(folder, "run gas.toml --resume --device cuda:0,1"), slower);
+  CHECK(positions() == before);
+}
+
+TEST_CASE("ensemble --device cuda:1,3: members have one device each") {
+  const Folder folder;
+  folder.write("gas.toml", small_gas("0.1"));
+  const auto devices_of = [&](const std::string& device) {
+    const std::string answers = run(folder, "ensemble-members gas.toml --out many" + device).out;
+    return json::parse(answers.substr(0, answers.find('\n')))["devices"];
+  };
+  CHECK(devices_of(" --device cuda:1,3") == json{"cuda:1", "cuda:3"});
+  CHECK(devices_of(" --device cuda").empty());
+  CHECK(devices_of("").empty());
 }
 
 }  // namespace commands_run_test

@@ -14,6 +14,21 @@ using namespace lichtenberg::device_gases;
 
 namespace {
 
+/// Box of which each rank keeps a part up to date: `layers` x 5 x 5 grains on a cubic lattice that drifts along x. All
+/// grains touch their neighbours, so that forces pass from rank to rank along rows of contacts in each substep.
+Scene long_lattice(int layers) {
+  constexpr double spacing = 0.99, drift = 4;
+  Scene scene = gas(0, 1, 1);
+  scene.domain.size = {layers * spacing, 5 * spacing, 5 * spacing};
+  Random random({.seed = 1, .purpose = RandomPurpose::population});
+  for (int i = 0; i < 25 * layers; ++i) {
+    const Vec3 cell = {static_cast<double>(i / 25), static_cast<double>(i / 5 % 5), static_cast<double>(i % 5)};
+    const Vec3 noise = 0.1 * Vec3{random.normal(), random.normal(), random.normal()};
+    grains::add(scene, spacing * cell + Vec3{0.2, 0.2, 0.2}, Vec3{drift, 0, 0} + noise);
+  }
+  return scene;
+}
+
 /// Runs a gas for some outer steps on a number of ranks, and returns its checkpoint.
 Checkpoint after_steps(const Scene& scene, const Checkpoint& start, int ranks, int steps) {
   granular::Gas gas(scene);
@@ -59,6 +74,12 @@ TEST_CASE("ranks: a charged gas has the same bits on one, two and three") {
   scene.mechanics.step = 0.01;
   scene.mechanics.contact_steps = 10;
   check_same_on_ranks(scene, 60);
+}
+
+TEST_CASE("ranks: rows of contacts across them have the same bits") {
+  Scene scene = long_lattice(60);
+  scene.mechanics.step = 0.002;
+  check_same_on_ranks(scene, 90);
 }
 
 }  // namespace granular_device_ranks_test

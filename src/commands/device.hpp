@@ -31,24 +31,30 @@ inline bool is_for_cuda(const Scene& scene) {
   return std::visit([](const auto& field) { return field.device == FieldDevice::cuda; }, scene.field_table);
 }
 
-/// Parses the part of `--device` after "cuda:": numbers of devices, or "all" (-1). Throws InputError for another text
-/// and for a device that is given twice.
-inline std::vector<int> cuda_devices_in(const std::string& list) {
-  if (list == "all") return {-1};
-  std::vector<int> devices;
+/// Device of the field solver or of the grains, and numbers of CUDA devices as in Scene::cuda_devices.
+struct ChosenDevice {
+  FieldDevice device;
+  std::vector<int> cuda_devices;
+};
+
+/// Parses the value of `--device`. Throws InputError for a value that is not allowed, and for a device that is given
+/// twice.
+inline ChosenDevice device_from(const std::string& written) {
+  if (const auto device = value_of<FieldDevice>(written)) return {*device, {}};
+  const std::string prefix = "cuda:", list = written.starts_with(prefix) ? written.substr(prefix.size()) : "";
+  if (list == "all") return {FieldDevice::cuda, {-1}};
+  ChosenDevice chosen{FieldDevice::cuda, {}};
   for (std::size_t from = 0, comma = 0; comma != std::string::npos; from = comma + 1) {
     comma = list.find(',', from);
     const std::string number = list.substr(from, comma == std::string::npos ? comma : comma - from);
     if (number.empty() || number.size() > 3 || number.find_first_not_of("0123456789") != std::string::npos)
-      throw InputError(
-          fmt::format("--device cuda:{} is not allowed: it must be a list of device numbers, as in "
-                      "cuda:0,1, or cuda:all",
-                      list));
-    if (std::ranges::count(devices, std::stoi(number)))
-      throw InputError(fmt::format("--device cuda:{} is not allowed: it has the device {} twice", list, number));
-    devices.push_back(std::stoi(number));
+      throw InputError(fmt::format("--device {} is not allowed: it must be {}, or for grains cuda:0,1 or cuda:all",
+                                   written, fmt::join(names_of<FieldDevice>(), ", ")));
+    if (std::ranges::count(chosen.cuda_devices, std::stoi(number)))
+      throw InputError(fmt::format("--device {} is not allowed: it has the device {} twice", written, number));
+    chosen.cuda_devices.push_back(std::stoi(number));
   }
-  return devices;
+  return chosen;
 }
 
 /// Makes the argument `--set` (changed keys of the scene), for commands that read a scene.
@@ -67,17 +73,16 @@ inline std::vector<Setting> settings_of(const std::vector<std::string>& written)
   return settings;
 }
 
-/// Sets the device of the field solver or of the grains. `device`: value of `--device`; empty leaves the scene
-/// unchanged. Throws InputError for a value that is not allowed.
-inline void set_device(Scene& scene, const std::string& device) {
-  if (device.empty()) return;
-  const std::size_t colon = device.find(':');
-  const auto kind = value_of<FieldDevice>(device.substr(0, colon));
-  if (!kind || (colon != std::string::npos && kind != FieldDevice::cuda))
-    throw InputError(fmt::format("--device {} is not allowed: it must be {}, or for grains cuda:0,1 or cuda:all",
-                                 device, fmt::join(names_of<FieldDevice>(), ", ")));
-  if (colon != std::string::npos) scene.cuda_devices = cuda_devices_in(device.substr(colon + 1));
-  std::visit([&](auto& field) { field.device = *kind; }, scene.field_table);
+/// Sets the device of the field solver or of the grains. `written`: value of `--device`; empty leaves the scene
+/// unchanged. Throws InputError for a value that is not allowed, and for a list of devices without grains.
+inline void set_device(Scene& scene, const std::string& written) {
+  if (written.empty()) return;
+  const ChosenDevice chosen = device_from(written);
+  if (!chosen.cuda_devices.empty() && !scene.reference)
+    throw InputError(fmt::format("{}: --device {} is for grains only: a field needs --device cuda, without numbers",
+                                 scene.path, written));
+  scene.cuda_devices = chosen.cuda_devices;
+  std::visit([&](auto& field) { field.device = chosen.device; }, scene.field_table);
 }
 
 /// Reads a scene with keys changed by `--set` and prints its warnings. `device`: value of `--device`, empty: as in the
@@ -86,6 +91,7 @@ inline void set_device(Scene& scene, const std::string& device) {
 inline Scene read_scene_for(const std::string& path, const std::string& device,
                             const std::vector<std::string>& settings, const StopRequest& stop = {},
                             const std::vector<Conductor>& bodies = {}) {
+  if (!device.empty()) device_from(device);  // Throws before the scene is read, which may take minutes.
   Scene scene = read_scene(path, effects::all_kinds(), settings_of(settings), stop, bodies);
   for (const std::string& warning : scene.warnings) fmt::print(stderr, "lichtenberg: {}\n", printable(warning));
   set_device(scene, device);

@@ -15,6 +15,7 @@
 #include "src/commands/streams.hpp"
 #include "src/effects/effects.hpp"
 #include "src/effects/read_scene.hpp"
+#include "src/granular/device/device.hpp"
 #include "src/scene/old_names.hpp"
 #include "src/scene/schema.hpp"
 #include "src/version.hpp"
@@ -27,7 +28,7 @@ using ensemble::Variation;
 using Json = nlohmann::ordered_json;
 
 struct EnsembleArguments {
-  std::string scene, folder, conductors;
+  std::string scene, folder, device, conductors;
   std::vector<std::string> vary, settings;
   int seeds = 1;
 };
@@ -76,6 +77,15 @@ std::vector<Variation> variations_of(const EnsembleArguments& request, const Sce
   return variations;
 }
 
+/// Returns the values of --device for members that run side by side, one for each CUDA device of a list; none without
+/// a list.
+std::vector<std::string> devices_of(const Scene& scene) {
+  std::vector<std::string> devices;
+  if (scene.cuda_devices.empty()) return devices;
+  for (const int number : granular::device::chosen_devices(scene)) devices.push_back(fmt::format("cuda:{}", number));
+  return devices;
+}
+
 /// Returns [key, TOML text, JSON value]. Numbers, texts and arrays are valid JSON; other values become texts.
 Json to_json(const Setting& setting) {
   const Json value = Json::parse(setting.value, nullptr, false);
@@ -113,12 +123,13 @@ Json answer(const Json& question, const std::vector<Member>& members, const std:
 
 /// Writes a line with the ensemble's properties and one line per member, then answers one request per line.
 void serve_ensemble(const EnsembleArguments& request) {
-  const Scene scene = read_scene_for(request.scene, "", request.settings);
+  const Scene scene = read_scene_for(request.scene, request.device, request.settings);
   const std::vector<Member> members = ensemble::make_members(scene, variations_of(request, scene), request.folder);
   const Version version = lichtenberg_version();
   print_json_line({{"version", version.number},
                    {"commit", version.commit},
                    {"mark", ensemble::member_mark},
+                   {"devices", devices_of(scene)},
                    {"members", members.size()}});
   for (const Member& member : members) print_json_line(to_json(member));
   answer_questions([&](const Json& question) { return answer(question, members, request.folder); });
@@ -135,6 +146,7 @@ Command ensemble_members_command() {
            {"--seeds", &request->seeds, "as of ensemble"},
            {"--vary", &request->vary, "as of ensemble", {.repeated = true}},
            set_argument(request->settings),
+           {"--device", &request->device, "as of ensemble"},
            {"--out", &request->folder, "as of ensemble", {.required = true}}},
           [request] { serve_ensemble(*request); }};
 }

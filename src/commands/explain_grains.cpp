@@ -330,15 +330,17 @@ void explain_cost(Explanation& out, granular::Gas& gas, const Work& work) {
   out.print("\n");
 }
 
-/// Writes the memory of a gas on CUDA devices, the grains that fit, and the gain by several devices.
+/// Prints the memory of a gas on CUDA devices, the grains that fit on an H200, and the gain by several devices.
 void explain_device(Explanation& out, const Scene& scene, int devices) {
-  const double bytes = granular::device::bytes_needed(scene);
-  out.print("  device               cuda: some {:.0f} MiB of its memory, {:.2g} of these grains on one of 140 GiB\n",
-            bytes / (1 << 20), 140.0 * (1 << 30) / bytes * static_cast<double>(scene.conductors.size()));
+  constexpr double mebibyte = 1 << 20, h200 = 140 * 1024 * mebibyte;
+  const double bytes = granular::device::bytes_needed(scene), grains = static_cast<double>(scene.conductors.size());
+  out.print(
+      "  device               cuda: some {:.0f} MiB of {}; an H200 (140 GiB) has space for {:.2g} of these grains\n",
+      bytes / mebibyte, devices == 1 ? "its memory" : "the memory of each", grains * h200 / bytes);
   if (devices == 1) return;
   const double gain = granular::device::expected_gain(scene.conductors.size(), devices);
   out.add("device_gain", gain, "1");
-  out.print("  {:<21}{:.1f} times the speed of one; each has arrays of all grains\n",
+  out.print("  {:<21}some {:.1f} times the speed of one, less for many contact steps (from runs on two H200s)\n",
             fmt::format("{} devices", devices), gain);
 }
 

@@ -30,9 +30,6 @@ void check_field_device(const Scene& scene) {
   if (is_for_cuda(scene) && !scene.effects.has(&EffectKind::field))
     throw InputError(scene.path +
                      ": the device cuda is for grains and for fields of conductors; this scene has neither");
-  if (!scene.cuda_devices.empty())
-    throw InputError(scene.path +
-                     ": several or numbered CUDA devices are for grains only: --device cuda is allowed for a field");
 }
 
 MotionKind conductor_motion() {

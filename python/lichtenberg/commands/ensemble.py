@@ -54,7 +54,7 @@ ARGUMENTS = [
         "device for the field solver or for grains, cpu or cuda; for grains also cuda:0,1 or cuda:all for several "
         "devices (default: field.device of the scene, cpu for grains)",
     ),
-    argument("--jobs", "members that run at the same time (default: one per core)", "int", positive=True),
+    argument("--jobs", "members that run at the same time (default: one per core, or per device of a list)", "int", positive=True),
     argument(
         "--share",
         "K/N: run the Kth of N shares of the members only, as in 3/8, so that N machines on one file system work concurrently; "
@@ -90,11 +90,13 @@ class Members(Program):
 
     def __init__(self, request):
         words = [f"--out={request.out}", f"--seeds={request.seeds or 1}"]
+        words += [f"--device={request.device}"] if request.device else []
         words += [f"--conductors={request.conductors}"] if request.conductors else []
         words += [f"--vary={each}" for each in request.vary] + [f"--set={each}" for each in request.set]
         super().__init__("ensemble-members", *words, "--", request.scene, own_session=True)
         about = self.read()
         self.version, self.commit, self.mark = about["version"], about["commit"], about["mark"]
+        self.devices = about["devices"]  # values of --device, if members run side by side on several devices
         self.members = [Member(number=number, **self.read()) for number in range(about["members"])]
         for member in self.members:
             member.state = "failed" if member.sentence else "waiting"
@@ -254,8 +256,8 @@ def run_members(program, folder, members, request, interruption):
     returns early, when all processes have ended at their checkpoints."""
     waiting = deque(sorted((m for m in members if m.state == "waiting"), key=lambda member: -member.cost))
     running, told, progress = [], False, Progress(members, request.quiet)
-    devices = devices_of(request.device)
-    jobs = request.jobs or (len(devices) if ":" in devices[0] else os.cpu_count() or 1)
+    devices = program.devices or [request.device]
+    jobs = request.jobs or len(program.devices) or os.cpu_count() or 1
     while waiting or running:
         if interruption.signal and not told:
             told = True
@@ -290,21 +292,6 @@ def collect(program, folder, process, progress):
         progress.end_line()
         report_failure(process.member)
     return True
-
-
-def devices_of(written):
-    """Returns the values of --device for members side by side, one for each device: "cuda:0", "cuda:1"."""
-    if written in (None, "", "cpu", "cuda"):
-        return [written or ""]
-    found = re.fullmatch("cuda:(all|[0-9]+(?:,[0-9]+)*)", written)
-    if not found:
-        raise InputError(f"--device: {written} is not allowed: it is one of cpu, cuda, cuda:all or a list as cuda:0,1")
-    if found[1] != "all":
-        return [f"cuda:{number}" for number in found[1].split(",")]
-    present = sorted(int(path.name[6:]) for path in Path("/dev").glob("nvidia[0-9]*"))
-    if not present:
-        raise InputError("--device cuda:all: this machine has no CUDA device that can be used")
-    return [f"cuda:{number}" for number in range(len(present))]
 
 
 def share_of(written):
@@ -362,7 +349,6 @@ def report(program, request, members, share):
 
 def act(request):
     request.out = request.out or Path(request.scene).stem + "-ensemble"
-    devices_of(request.device)  # refuses other values before anything is written
     program = Members(request)
     members = program.members
     if all(member.state == "failed" for member in members):

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <vector>
 
-#include "solvers/parallel/team.hpp"
+#include "solvers/parallel/ranges.hpp"
 
 namespace lichtenberg {
 
@@ -15,10 +15,7 @@ constexpr int bodies_a_range = 1024;
 /// bodies, first <= i < end. The result for one body must not depend on the results for others.
 template <class Work>
 void for_ranges(parallel::Team& team, int n, const Work& work) {
-  team.for_each((n + bodies_a_range - 1) / bodies_a_range, [&](int range) {
-    const int first = range * bodies_a_range;
-    work(first, std::min(n, first + bodies_a_range));
-  });
+  parallel::for_each_range<bodies_a_range>(n, team, work);
 }
 
 /// Returns the maximum of work(first, end) over the ranges of bodies of for_ranges(), but at least `least`.

@@ -38,9 +38,11 @@ class IterateProduct {
   explicit IterateProduct(std::size_t size) : value_(size), direction_product_(size) {}
   /// Sets the direction of the next step, and the current iterate. Returns the storage of the direction's product.
   double* next(const double* direction, const double* iterate) {
-    const double* largest = std::max_element(direction, direction + value_.size(),
-                                             [](double a, double b) { return std::abs(a) < std::abs(b); });
-    index_ = largest - direction, component_ = *largest, before_ = iterate[index_];
+    const Eigen::Map<const Eigen::VectorXd> all(direction, static_cast<Eigen::Index>(value_.size()));
+    const double largest = all.lpNorm<Eigen::Infinity>();
+    index_ = 0;
+    while (index_ + 1 < all.size() && std::abs(all[index_]) != largest) ++index_;
+    component_ = all[index_], before_ = iterate[index_];
     return direction_product_.data();
   }
   /// Adds the product of the step that led to this iterate.

@@ -51,8 +51,6 @@ void PartLinker::link(int part) {
     body_ = piece.body;
     if (bodies_.resolves(body_)) {
       link_piece(piece);
-      compute_pending();
-      couple_opposed_surfaces();
     } else if (const auto subgrid = bodies_.subgrid_of_group(group_of(body_));
                !subgrid.empty() && subgrid.front() == body_) {
       link_subgrid_conductors(group_of(body_));
@@ -60,6 +58,8 @@ void PartLinker::link(int part) {
     links_.counts.push_back({static_cast<int>(links_.covered.size() - covered_before),
                              static_cast<int>(links_.links.size() - links_before)});
   }
+  compute_pending();
+  couple_opposed_surfaces();
 }
 
 /// Returns the columns of row j whose cells and neighbours all belong to the piece's disk. The disk must have all cells
@@ -133,7 +133,7 @@ void PartLinker::link_fluid_cell(CellIndex cell, int side, std::ptrdiff_t slot) 
   const Conductance c = in_batches ? Conductance{} : fluid_link(outline, centre_of(fluid), -e, formula_);
   links_.links.push_back({slot, body_, c.value, c.gradient});
   if (outline.kind == Outline::Kind::curve) links_.arms.push_back({link, curve_arm(outline, centre_of(cell), e)});
-  if (in_batches) add_pending(link, centre_of(fluid) - outline.centre, -e);
+  if (in_batches) add_pending(link, outline, centre_of(fluid), -e);
 }
 
 void PartLinker::link_conductor(CellIndex cell, Vec2 e, int other) {
@@ -143,11 +143,12 @@ void PartLinker::link_conductor(CellIndex cell, Vec2 e, int other) {
   links_.pairs.push_back({body_, other, c.value, c.gradient_a, c.gradient_b, arm, arm_of_other});
 }
 
-/// Adds a link to the batch of pending ones. `centre`: the fluid cell's centre relative to the body's; e: direction
-/// from the fluid cell to the body's cell.
-void PartLinker::add_pending(int link, Vec2 centre, Vec2 e) {
+/// Adds a link to the batch of pending ones. `centre`: of the fluid cell; e: direction from it to the disk's cell.
+void PartLinker::add_pending(int link, const Outline& disk, Vec2 centre, Vec2 e) {
   auto& [batch, of, count] = pending_;
-  batch.x[count] = centre.x, batch.y[count] = centre.y, batch.ex[count] = e.x, batch.ey[count] = e.y;
+  const Vec2 d = centre - disk.centre;
+  batch.x[count] = d.x, batch.y[count] = d.y, batch.ex[count] = e.x, batch.ey[count] = e.y;
+  batch.radius[count] = disk.size, batch.radius2[count] = disk.size * disk.size;
   of[count] = link;
   if (++count < LinkBatch::width) return;
   compute_pending();
@@ -159,8 +160,9 @@ void PartLinker::compute_pending() {
   for (int k = count; k < LinkBatch::width; ++k) {  // copies of the last link fill the batch
     batch.x[k] = batch.x[count - 1], batch.y[k] = batch.y[count - 1];
     batch.ex[k] = batch.ex[count - 1], batch.ey[k] = batch.ey[count - 1];
+    batch.radius[k] = batch.radius[count - 1], batch.radius2[k] = batch.radius2[count - 1];
   }
-  const BatchConductances c = log_fitted_links(batch, bodies_.outlines[body_].size);
+  const BatchConductances c = log_fitted_links(batch);
   for (int k = 0; k < count; ++k) {
     FluidLink& link = links_.links[of[k]];
     link.conductance = c.value[k];
@@ -176,7 +178,7 @@ void PartLinker::couple_opposed_surfaces() {
     FluidLink& link = links_.links[opposed.link];
     Conductance c{link.conductance, link.gradient};
     const OpposedSurfaceCorrection squeezed = correct_for_opposed_surface(
-        bodies_.outlines[body_], centre_of(opposed.cell), opposed.e, bodies_.outlines[opposed.other], c);
+        bodies_.outlines[link.body], centre_of(opposed.cell), opposed.e, bodies_.outlines[opposed.other], c);
     if (!squeezed.close) continue;
     link.conductance = c.value;
     link.gradient = c.gradient;

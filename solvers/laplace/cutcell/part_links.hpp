@@ -74,8 +74,8 @@ class PartLinker {
   };
   void link_piece(const BodyPiece& piece);
   void link_columns(int j, Columns columns);
-  void link_cell(CellIndex cell, const std::array<std::ptrdiff_t, 4>& neighbours);
-  void link_fluid_cell(CellIndex cell, int side, std::ptrdiff_t slot);
+  void link_cell(CellIndex cell, std::ptrdiff_t slot, const std::array<std::ptrdiff_t, 4>& neighbours);
+  void link_fluid_cell(CellIndex cell, int side, std::ptrdiff_t slot, CellOwner opposed);
   void link_conductor(CellIndex cell, Vec2 e, int other);
   void add_pending(int link, const Outline& disk, Vec2 centre, Vec2 e);
   void compute_pending();
@@ -93,8 +93,9 @@ class PartLinker {
   const std::vector<CellOwner>& owner_;
   const Layout layout_;
   PartLinks& links_;
-  // The body whose links are being computed.
+  // The body whose links are being computed, and whether they are computed in batches.
   int body_ = -1;
+  bool in_batches_ = false;
   PendingLinks pending_;
   std::vector<OpposedLink> opposed_;
 };

@@ -87,7 +87,7 @@ TEST_CASE("ranks: a charged gas has the same bits on one, two and three") {
   check_same_on_ranks(scene, 60);
 }
 
-TEST_CASE("ranks: a gas that exchanges charge has the same bits on one, two and three") {
+TEST_CASE("ranks: a gas that exchanges charge has equal bits on one, two and three") {
   const Scene scene = exchanging_gas();
   check_same_on_ranks(scene, 30);
   CHECK(after_steps(scene, granular::Gas(scene).save(), 2, 30).integers.at("effects.charge_exchange.counters").at(1) >

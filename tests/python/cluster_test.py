@@ -1,4 +1,4 @@
-"""Scripts of scenes/cluster with stand-ins for Slurm and ssh, which start the shares as processes."""
+"""Scripts of scenes/cluster with substitutes for Slurm and ssh (folder cluster), which start the shares as processes."""
 import json
 import os
 import shutil
@@ -8,68 +8,15 @@ from pathlib import Path
 
 import runs
 
-# `sbatch` as far as slurm.sh uses it. It runs all tasks of the array at the same time and waits for them. In LIMITED=1 the
-# first task gets SIGTERM as soon as its run has begun, as before a time limit. Tasks that `scontrol requeue` names are run again.
-SBATCH = """#!/usr/bin/env python3
-import json, os, re, shutil, signal, subprocess, sys, time
-from pathlib import Path
-
-options, rest = {}, sys.argv[1:]
-while rest[0].startswith("--"):
-    name, _, value = rest.pop(0)[2:].partition("=")
-    options[name] = value
-queue = Path(os.environ["QUEUE"])
-job = 100 + len(list(queue.glob("script-*")))
-script = shutil.copy(rest[0], queue / f"script-{job}")  # Slurm runs a copy of the script
-tasks = re.fullmatch("1-([0-9]+)", options["array"]) if "array" in options else None
-waiting = list(range(1, int(tasks[1]) + 1)) if tasks else [0]
-limited = os.environ.get("LIMITED") == "1" and tasks
-(queue / f"options-{job}.json").write_text(json.dumps(options))
-
-def start(task):
-    own = job * 1000 + task
-    names = {"SLURM_JOB_ID": str(own), "SLURM_CPUS_PER_TASK": "1"} | ({"SLURM_ARRAY_TASK_ID": str(task)} if task else {})
-    log = options["output"].replace("%A", str(job)).replace("%a", str(task))
-    return own, task, subprocess.Popen(["bash", script, *rest[1:]], env=os.environ | names, stdout=open(log, "a"), stderr=subprocess.STDOUT)
-
-while waiting:
-    started = [start(task) for task in waiting]
-    waiting = []
-    while limited and started[0][2].poll() is None and not list(Path(".").glob("*-ensemble/*.h5")):
-        time.sleep(0.01)
-    if limited:
-        started[0][2].send_signal(signal.SIGTERM)
-        limited = False
-    for own, task, process in started:
-        process.wait()
-        if (queue / f"requeue-{own}").exists():
-            (queue / f"requeue-{own}").rename(queue / f"requeued-{own}")
-            waiting.append(task)
-print(f"{job};stand-in")
-"""
-SCONTROL = """#!/bin/sh
-[ "$1" = requeue ] && touch "$QUEUE/requeue-$2"
-"""
-SSH = """#!/bin/sh
-[ "$1" = -tt ] && shift
-[ "$1" = lost ] && { echo "ssh: connect to host lost: no route" >&2; exit 255; }
-shift
-exec bash -c "$*"
-"""
-
 
 class Cluster(unittest.TestCase):
-    """A test in a new folder with a scene gas.toml and the stand-ins."""
+    """A test in a new folder with a scene gas.toml and the substitutes."""
 
     def setUp(self):
         self.folder = runs.FOLDER / self.id().rpartition(".")[2]
         self.queue = self.folder / "queue"
         self.queue.mkdir(parents=True)
-        (self.folder / "bin").mkdir()
-        for name, text in (("sbatch", SBATCH), ("scontrol", SCONTROL), ("ssh", SSH)):
-            path = self.folder / "bin" / name
-            path.write_text(text)
-            path.chmod(0o755)
+        shutil.copytree(runs.HOME / "tests/python/cluster", self.folder / "bin")
         (self.folder / "gas.toml").write_text(runs.gas_scene())
         (self.folder / "hosts.txt").write_text("one  # a comment\n\n# all of it a comment\ntwo\n")
 

@@ -152,7 +152,7 @@ struct GasState {
   void join_exchanged_charges() {
     if (share.is_divided() && options.exchanges && !elastic) share.add_to_owners(view().moved_charge, received_charge);
   }
-  /// Returns the largest magnitude of a charge (q0), in device memory. Each rank must know all charges.
+  /// Returns the largest magnitude of a charge (q0), in device memory. Each rank must have all charges.
   const double* find_largest_charge() {
     double* largest = &field_energy.data()->largest_charge;
     const double* charge = view().charge;
@@ -160,7 +160,7 @@ struct GasState {
     return largest;
   }
   /// Computes the input of the sums over charges: fixed-point positions, and charges scaled to at most 1. `largest`:
-  /// largest magnitude of a charge (q0) in device memory. With several ranks each knows the charges near its own
+  /// largest magnitude of a charge (q0) in device memory. With several ranks each has the charges near its own
   /// grains.
   void scale_charges(const double* largest) {
     FieldEnergyBudget* budget = field_energy.data();

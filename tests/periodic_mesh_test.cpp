@@ -191,6 +191,21 @@ TEST_CASE("choose_mesh: force errors are 0.1 to 2 times the requested accuracy")
   }
 }
 
+TEST_CASE("choose_measured_mesh: counts the partners of charges in a cluster") {
+  constexpr double accuracy = 1e-3;
+  SourceSet sources = random_sources(1000, {20, 20, 20}, 1, false, 4);
+  MeshRequest request{.accuracy = accuracy, .charges = 1000, .lengths = {20, 20, 20}};
+  CHECK(choose_measured_mesh(request, sources).mesh.open.volume == 0);
+  sources.lengths = request.lengths = {200, 200, 200};
+  for (double& x : sources.position) x += 190;  // across the sides of the box
+  const MeshChoice choice = choose_measured_mesh(request, sources);
+  CHECK(choice.error < accuracy);
+  CHECK(choice.cutoff < choose_quick_mesh(request).cutoff);
+  CHECK(choice.mesh.open.volume > 4000);
+  CHECK(choice.mesh.open.volume < 32000);
+  CHECK(seconds_of(choice, 1000) > seconds_of({.mesh = choice.mesh, .cutoff = 1, .single = choice.single}, 1000));
+}
+
 TEST_CASE("mesh sum with net charge: equals Ewald's for four charge clouds") {
   SourceSet sources = gas(3);
   for (double& q : sources.charge) q += 0.5;

@@ -147,15 +147,39 @@ Mesh sample_of(const Mesh& mesh) {
   return sample;
 }
 
-/// Returns the lowest band limit whose neglected force is at most `most`, by bisection: the error falls with the band
-/// limit.
-double band_limit_for(double most, double cutoff, double dipole2) {
-  double low = 1, high = 100;
-  while (high - low > 1e-3) {
-    const double middle = 0.5 * (low + high);
-    (neglected_with(prolate_cloud(middle, cutoff), dipole2) > most ? low : high) = middle;
+/// Returns the first index of 0 ... count - 1 for which a condition holds that holds for all larger ones; `count` if
+/// there is none. The condition is tested near `guess` first.
+template <class Holds>
+int first_index(int count, int guess, const Holds& holds) {
+  int low = -1, high = count, step = 1;  // the condition fails at `low` and holds at `high`
+  for (int at = std::clamp(guess, 0, count - 1); low + 1 < high; step *= 2) {
+    (holds(at) ? high : low) = at;
+    if (low < 0 && high > 0)
+      at = std::max(high - step, 0);
+    else if (high == count && low + 1 < count)
+      at = std::min(low + step, count - 1);
+    else
+      at = low + (high - low) / 2;
   }
   return high;
+}
+
+/// Returns the lowest band limit, as a multiple of a small step above 1, whose neglected force is at most `most`. The
+/// error falls with the band limit b, about as 16 pi b exp(-2 b) / cutoff, because the prolate function is nearly a
+/// Gaussian.
+double band_limit_for(double most, double cutoff, double dipole2) {
+  constexpr int steps = 1 << 17;
+  constexpr double step = 99.0 / steps;
+  const auto excess = [&](double b) { return std::log(neglected_with(prolate_cloud(b, cutoff), dipole2) / most); };
+  double b = 10;
+  for (int k = 0; k < 8; ++k) {
+    const double rough = std::log(16 * M_PI * b / (cutoff * most)) - 2 * b;
+    b = std::clamp(b + rough / (2 - 1 / b), 1.0, 100.0);
+  }
+  for (int k = 0; k < 2; ++k) b = std::clamp(b + excess(b) / (2 - 1 / b), 1.0, 100.0);
+  const int found =
+      first_index(steps - 1, static_cast<int>((b - 1) / step), [&](int n) { return excess(1 + (n + 1) * step) <= 0; });
+  return 1 + (found + 1) * step;
 }
 
 /// Returns the smallest alpha of a gauss_cloud whose neglected force is at most `most`, by bisection: the error falls
@@ -220,17 +244,19 @@ struct Meshes {
     const auto mesh = of(number, order, cloud.cutoff);
     return mesh && mesh_error(sample_of(*mesh), cloud, dipole2_of(request)) <= most;
   }
-  /// Returns the coarsest mesh whose squared error is at most `most`; empty if there is none.
-  std::optional<Mesh> coarsest(const Cloud& cloud, double most, int order) const {
-    const auto number =
-        std::ranges::partition_point(points.along_longest, [&](int n) { return !fine_enough(n, order, cloud, most); });
-    return number == points.along_longest.end() ? std::nullopt : of(*number, order, cloud.cutoff);
+  /// Returns the coarsest mesh whose squared error is at most `most`; empty if there is none. `guess`: index of its
+  /// number of points, updated.
+  std::optional<Mesh> coarsest(const Cloud& cloud, double most, int order, int& guess) const {
+    const int count = static_cast<int>(points.along_longest.size());
+    guess = first_index(count, guess, [&](int n) { return fine_enough(points.along_longest[n], order, cloud, most); });
+    return guess == count ? std::nullopt : of(points.along_longest[guess], order, cloud.cutoff);
   }
 };
 
 /// Estimated work (ns), without that of the mesh points.
 double work_on_charges(const SumMethod& method, const MeshRequest& request, double cutoff, double order) {
-  return request.charges * (method.near(density_of(request), cutoff) + method.charge + method.row * order * order);
+  return request.charges *
+         (method.near(density_around(request, cutoff), cutoff) + method.charge + method.row * order * order);
 }
 
 /// Chooses the splitting of 1/r at this cut-off for a squared error of the near part of at most `most`; empty if alpha
@@ -268,6 +294,7 @@ std::optional<MeshChoice> choose_with(Window window, double most, const MeshRequ
   if (!coarsest_of_all) return {};
   const double least_on_mesh = work_on_mesh(method, *coarsest_of_all);
   std::optional<MeshChoice> best;
+  std::vector<int> guesses(method.highest_order + 1);
   for (const double cutoff : cutoffs_of(meshes, most, request, method)) {
     if (cutoff > method.longest_cutoff || work_on_charges(method, request, cutoff, 0) + least_on_mesh >= least) break;
     auto choice = split_at(cutoff, most, request);
@@ -276,7 +303,7 @@ std::optional<MeshChoice> choose_with(Window window, double most, const MeshRequ
     for (int order = method.lowest_order; order <= method.highest_order; ++order) {
       const double by_charges = work_on_charges(method, request, cutoff, order);
       if (order != request.fixed.order.value_or(order) || by_charges + least_on_mesh >= least) continue;
-      const auto mesh = meshes.coarsest(cloud, most, order);
+      const auto mesh = meshes.coarsest(cloud, most, order, guesses[order]);
       if (!mesh || by_charges + work_on_mesh(method, *mesh) >= least) continue;
       least = by_charges + work_on_mesh(method, *mesh);
       choice->mesh = *mesh;
@@ -394,6 +421,20 @@ Mesh MeshRequest::box(double cutoff) const {
   return mesh;
 }
 
+double density_around(const MeshRequest& request, double radius) {
+  const double mean = density_of(request);
+  if (request.local_density.empty()) return mean;
+  const Vec3& lengths = request.lengths;
+  const double edge = std::cbrt(4 * M_PI / 3) * radius, longest = std::max({lengths.x, lengths.y, lengths.z});
+  const double level =
+      std::clamp(std::log2(longest / edge), 0.0, static_cast<double>(request.local_density.size()) - 1);
+  const auto lower = static_cast<std::size_t>(level), upper = std::min(lower + 1, request.local_density.size() - 1);
+  const double found =
+      std::lerp(request.local_density[lower], request.local_density[upper], level - static_cast<double>(lower));
+  constexpr double clearly = 1.5;
+  return found > clearly * mean ? found : mean;
+}
+
 double random_force(double charge2, double charges, double volume, double contact) {
   return charge2 * std::sqrt(force2(contact) / (charges * volume));
 }
@@ -417,6 +458,15 @@ std::string why_not_single(const MeshRequest& request) {
   if (fixed.cutoff.value_or(0) > longest_in_single(request))
     return fmt::format("single needs a cutoff of a third of the box, {:.4g}, or less", longest_in_single(request));
   return "";
+}
+
+double seconds_of(const MeshChoice& choice, int charges) {
+  const Mesh& mesh = choice.mesh;
+  const SumMethod method = choice.single ? in_single_precision(choice.cutoff, {mesh.window})
+                                         : in_double_precision(2 * choice.cutoff, mesh.order);
+  const double density = charges / (mesh.open.volume > 0 ? mesh.open.volume : mesh.volume());
+  const double charge = method.near(density, choice.cutoff) + method.charge + method.row * mesh.order * mesh.order;
+  return 1e-9 * (charges * charge + work_on_mesh(method, mesh));
 }
 
 MeshChoice choose_mesh(double accuracy, int charges, Vec3 lengths, double contact, int lowest_order) {

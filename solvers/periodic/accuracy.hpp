@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "solvers/periodic/influence.hpp"
 #include "solvers/periodic/sum.hpp"
@@ -60,6 +61,8 @@ struct MeshRequest {
   double contact = 1;      ///< Smallest distance between two charges.
   std::optional<double> polarizability{};  ///< Polarizability (length^3) of induced dipoles; empty: no dipoles.
   FixedParameters fixed{};
+  /// Mean number density around a charge, within cubes of the longest edge over 2^k, k = 0, 1, ...; empty: uniform.
+  std::vector<double> local_density{};
   bool on_device = false;  ///< True for a DeviceMesh, which also has prolate windows for charges without dipoles.
   // The following options serve comparisons only.
   bool gauss = false;        ///< True: Ewald's Gaussian splitting in place of the prolate one.
@@ -72,6 +75,10 @@ struct MeshRequest {
   /// beyond the end of the Green's function.
   Mesh box(double cutoff) const;
 };
+
+/// Returns the mean number density of the charges of a request around a charge within a radius. The density of a
+/// dense cluster counts only if it is clearly above the mean.
+double density_around(const MeshRequest& request, double radius);
 
 /// Smallest relative error of forces for which a SingleMesh may be chosen.
 constexpr double finest_single = 6e-7;
@@ -106,6 +113,10 @@ MeshChoice choose_quick_mesh(const MeshRequest& request);
 /// dipoles are those that the charges induce. Without a measurement the result is that of choose_quick_mesh(): if
 /// cut-off, points and order are fixed, for fewer than two sources, and if the forces vanish.
 MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& sources);
+
+/// Returns the estimated time (s) of one evaluation of the forces between charges on one core with AVX-512. `charges`:
+/// their number, with images.
+double seconds_of(const MeshChoice& choice, int charges);
 
 /// Makes the mesh sum (ParticleMesh or SingleMesh) with these parameters.
 std::unique_ptr<Sum> make_mesh_sum(const MeshChoice& choice);

@@ -284,7 +284,7 @@ void ChargeMesh<Real>::spread(const Columns<Real>& columns, Kind kind, parallel:
   total_ = kind == Kind::dipoles ? 0 : columns.total_charge();
   with_constants(kind, [&](auto order, auto constant) {
     columns.for_each_tile(team, [&] [[gnu::noinline]] (int first, int end) {
-      for (int s = columns.first(first)[0]; s < columns.first(end)[0]; ++s) spread_source<order, constant>(columns, s);
+      for (int s = columns.begin(first); s < columns.begin(end); ++s) spread_source<order, constant>(columns, s);
     });
   });
 }

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include "solvers/error.hpp"
@@ -39,6 +40,15 @@ Response evaluated(const MeshChoice& choice, const Sources& sources) {
   return response;
 }
 
+/// Returns the choice with the volume in which charges of the density around a charge fit, if it is clearly smaller
+/// than the periodic box.
+MeshChoice with_volume(MeshChoice choice, const MeshRequest& request) {
+  const double density = density_around(request, choice.cutoff);
+  if (!choice.mesh.open.any() && request.charges < 0.5 * density * choice.mesh.volume())
+    choice.mesh.open.volume = request.charges / density;
+  return choice;
+}
+
 /// Computes reference forces, with an error of 1/30 of the requested one. Empty with open axes if no mesh reaches this
 /// error.
 Exact exact_forces(const MeshRequest& request, const Sources& sources) {
@@ -49,7 +59,7 @@ Exact exact_forces(const MeshRequest& request, const Sources& sources) {
     try {
       MeshRequest exact = request;
       exact.accuracy = finer, exact.only_double = true, exact.fixed = {};
-      const MeshChoice choice = choose_quick_mesh(exact);
+      const MeshChoice choice = with_volume(choose_quick_mesh(exact), request);
       return {spread_over(sources.size(), sources.size()), evaluated(choice, sources).force};
     } catch (const InputError&) {  // No mesh reaches this accuracy: use Ewald's sum
     }
@@ -61,6 +71,38 @@ Exact exact_forces(const MeshRequest& request, const Sources& sources) {
   Ewald(splitting_for(sources, std::max(0.1 * finer, 1e-12)))
       .evaluate_at(sample, sources, parallel::Team::single(), response);
   return {sample, response.force};
+}
+
+/// Returns MeshRequest::local_density of the sources.
+std::vector<double> local_density_of(const MeshRequest& request, const Sources& sources) {
+  constexpr int levels = 10;
+  const double longest = std::max({request.lengths.x, request.lengths.y, request.lengths.z});
+  std::vector<std::uint64_t> cells;  // in the finest level; three bits select a cube of the next finer level
+  for (int i = 0; i < sources.size(); ++i) {
+    std::uint64_t cell = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double x = sources.position[3 * i + k] / longest;
+      const auto along = static_cast<std::uint32_t>((x - std::floor(x)) * (1 << levels));
+      for (int level = 0; level < levels; ++level)
+        cell |= static_cast<std::uint64_t>(along >> level & 1) << (3 * level + k);
+    }
+    cells.push_back(cell);
+  }
+  std::ranges::sort(cells);
+  std::vector<double> local_density;
+  for (int level = 0; level <= levels; ++level) {
+    const double edge = longest / (1 << level);
+    if (edge < 2 * request.contact) break;
+    const int shift = 3 * (levels - level);
+    double others = 0;  // in the cube of a charge, summed over the charges
+    for (std::size_t first = 0, last = 0; first < cells.size(); first = last) {
+      while (last < cells.size() && cells[last] >> shift == cells[first] >> shift) ++last;
+      const auto count = static_cast<double>(last - first);
+      others += count * (count - 1);
+    }
+    local_density.push_back(others / (sources.size() * edge * edge * edge));
+  }
+  return local_density;
 }
 
 /// Returns the dipoles that the charges induce on this mesh. Empty if they have no stable state, which the run itself
@@ -104,12 +146,14 @@ double found_error(const MeshChoice& choice, const Sources& sources, const Exact
 
 }  // namespace
 
-MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& given) {
-  if (request.fixed.complete() || given.size() < 2) return choose_quick_mesh(request);
+MeshChoice choose_measured_mesh(const MeshRequest& given_request, const Sources& given) {
+  if (given_request.fixed.complete() || given.size() < 2) return choose_quick_mesh(given_request);
+  MeshRequest request = given_request;
+  request.local_density = local_density_of(request, given);
   std::vector<double> charge(given.charge.begin(), given.charge.end());
   if (std::ranges::all_of(charge, [](double q) { return q == 0; }))
     for (std::size_t i = 0; i < charge.size(); ++i) charge[i] = i % 2 == 0 ? 1 : -1;
-  MeshChoice best = choose_quick_mesh(request);  // Throws if the request is out of reach
+  MeshChoice best = with_volume(choose_quick_mesh(request), request);  // Throws if the request is out of reach
   Sources sources{given.lengths, given.position, charge};
   const std::vector<double> dipole = induced_dipoles(best, request, sources);
   sources.dipole = dipole;
@@ -123,7 +167,7 @@ MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& given
   for (int round = 0; round < rounds; ++round) {
     MeshChoice found = best;
     try {
-      found = choose_quick_mesh(now);
+      found = with_volume(choose_quick_mesh(now), request);
     } catch (const InputError&) {  // The finer accuracy is out of reach
       if (round > 0) return best;
     }

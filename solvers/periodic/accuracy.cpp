@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
 #include <vector>
 
 #include "solvers/error.hpp"
 #include "solvers/periodic/mesh.hpp"
+#include "solvers/periodic/sum_method.hpp"
 
 namespace lichtenberg::periodic {
 
@@ -15,74 +15,6 @@ namespace {
 
 /// Integral of the squared force between unit charges over all space beyond contact.
 double force2(double contact) { return 4 * M_PI / contact; }
-
-/// Returns the multiples of 8 from 16 to 1024 without other prime factors than `primes`.
-std::vector<int> numbers_of(std::initializer_list<int> primes) {
-  std::vector<int> numbers;
-  for (int n = 16; n <= 1024; n += 8) {
-    int left = n;
-    for (const int prime : primes)
-      while (left % prime == 0) left /= prime;
-    if (left == 1) numbers.push_back(n);
-  }
-  return numbers;
-}
-
-/// Numbers of points for which RowTransform is efficient.
-std::vector<int> quick_numbers() { return numbers_of({2, 3, 5}); }
-
-constexpr int highest_double_order = 7, highest_device_order = 7;
-
-/// Capabilities of a method of summation, and its cost model: nanoseconds on one core
-/// (validation/benchmarks/periodic.cpp).
-struct SumMethod {
-  std::vector<int> points;      ///< Numbers of points per side with efficient transforms
-  std::vector<Window> windows;  ///< Windows, in the order of preference
-  int lowest_order, highest_order;
-  double longest_cutoff;
-  double cutoff_ratio;                                        ///< Ratio of successive cut-offs that are tried
-  std::function<double(double density, double cutoff)> near;  ///< Cost of the near part, per charge
-  double charge, row;  ///< Costs of a charge on the mesh: fixed, and per row of mesh points
-  /// Cost of both transforms of a mesh of points^3, per point and doubling of the number of points
-  std::function<double(int points)> point;
-  /// True: the window with the least work is taken. False: the first window that reaches the accuracy
-  bool compares_windows = false;
-};
-
-SumMethod in_double_precision(double length, int lowest_order) {
-  constexpr double pair = 6;
-  const auto near = [](double density, double cutoff) {
-    return pair * 0.5 * density * 4 * M_PI / 3 * std::pow(cutoff, 3);
-  };
-  return {
-      quick_numbers(),         {Window::spline}, lowest_order, highest_double_order, 0.5 * length, 1.1, near, 50, 1.8,
-      [](int) { return 0.55; }};
-}
-
-SumMethod in_single_precision(double longest_cutoff, const std::vector<Window>& windows) {
-  // Each charge of a cluster interacts with all charges within the cut-off of the cluster's box, a cube around
-  // `together` charges. The search for these charges takes time too.
-  constexpr double pair = 0.45, search = 15;
-  const auto near = [](double density, double cutoff) {
-    const double edge = std::cbrt(Near<float>::together / density), r = cutoff;
-    const double volume = std::pow(edge, 3) + 6 * edge * edge * r + 3 * M_PI * edge * r * r + 4 * M_PI / 3 * r * r * r;
-    return search + pair * 0.5 * density * volume;
-  };
-  // Large meshes do not fit into the second-level cache.
-  const auto point = [](int points) { return points <= 100 ? 0.145 : 0.25; };
-  return {quick_numbers(), windows, 4, 8, longest_cutoff, 1.05, near, 28, 1.1, point};
-}
-
-/// Cost model of an H200, where memory access limits all threads (docs/measurements/device-gas.json). Neighbour lists
-/// have a skin. Tiles add to each point of the mesh when they spread, and copy it when they interpolate.
-SumMethod on_device(double length, const std::vector<Window>& windows) {
-  constexpr double partner = 0.0036, skin = 0.5;
-  const auto near = [](double density, double cutoff) {
-    return partner * density * 4 * M_PI / 3 * std::pow(cutoff + skin, 3);
-  };
-  return {numbers_of({2, 3, 5, 7}),   windows, 4, highest_device_order, 0.5 * length, 1.05, near, 0.1, 0.006,
-          [](int) { return 0.0025; }, true};
-}
 
 /// Returns the squared error of the near part for charges with dipoles: Cloud::neglected with the terms of its
 /// derivatives.
@@ -115,11 +47,6 @@ double longest_in_single(const MeshRequest& request) {
 
 double dipole2_of(const MeshRequest& request) {
   return request.polarizability ? induced_dipole2(*request.polarizability, density_of(request), request.contact) : 0;
-}
-
-double work_on_mesh(const SumMethod& method, const Mesh& mesh) {
-  const double points = static_cast<double>(mesh.points[0]) * mesh.points[1] * mesh.points[2];
-  return method.point(mesh.points[2]) * points * std::log2(points);
 }
 
 /// Returns the mesh in the given box whose spacings are at most the longest side over `along_longest`; empty if
@@ -292,7 +219,7 @@ std::optional<MeshChoice> choose_with(Window window, double most, const MeshRequ
   const Meshes meshes{request, Points(request, method), window};
   const auto coarsest_of_all = meshes.of(meshes.points.along_longest.front(), method.lowest_order, request.contact);
   if (!coarsest_of_all) return {};
-  const double least_on_mesh = work_on_mesh(method, *coarsest_of_all);
+  const double least_on_mesh = work_on_mesh(method, *coarsest_of_all, request);
   std::optional<MeshChoice> best;
   std::vector<int> guesses(method.highest_order + 1);
   for (const double cutoff : cutoffs_of(meshes, most, request, method)) {
@@ -304,8 +231,8 @@ std::optional<MeshChoice> choose_with(Window window, double most, const MeshRequ
       const double by_charges = work_on_charges(method, request, cutoff, order);
       if (order != request.fixed.order.value_or(order) || by_charges + least_on_mesh >= least) continue;
       const auto mesh = meshes.coarsest(cloud, most, order, guesses[order]);
-      if (!mesh || by_charges + work_on_mesh(method, *mesh) >= least) continue;
-      least = by_charges + work_on_mesh(method, *mesh);
+      if (!mesh || by_charges + work_on_mesh(method, *mesh, request) >= least) continue;
+      least = by_charges + work_on_mesh(method, *mesh, request);
       choice->mesh = *mesh;
       best = choice;
     }
@@ -320,7 +247,7 @@ std::optional<MeshChoice> choose(double most, const MeshRequest& request, const 
   double least = INFINITY;
   for (const Window window : method.windows) {
     if (const auto choice = choose_with(window, most, request, method, least)) best = choice;
-    if (best && !method.compares_windows) break;
+    if (best && !method.on_device) break;
   }
   return best;
 }
@@ -424,15 +351,12 @@ Mesh MeshRequest::box(double cutoff) const {
 double density_around(const MeshRequest& request, double radius) {
   const double mean = density_of(request);
   if (request.local_density.empty()) return mean;
-  const Vec3& lengths = request.lengths;
-  const double edge = std::cbrt(4 * M_PI / 3) * radius, longest = std::max({lengths.x, lengths.y, lengths.z});
-  const double level =
-      std::clamp(std::log2(longest / edge), 0.0, static_cast<double>(request.local_density.size()) - 1);
-  const auto lower = static_cast<std::size_t>(level), upper = std::min(lower + 1, request.local_density.size() - 1);
-  const double found =
-      std::lerp(request.local_density[lower], request.local_density[upper], level - static_cast<double>(lower));
-  constexpr double clearly = 1.5;
-  return found > clearly * mean ? found : mean;
+  const double longest = std::max({request.lengths.x, request.lengths.y, request.lengths.z});
+  const std::size_t last = request.local_density.size() - 1;
+  const double level = std::clamp(2 * std::log2(longest / radius), 0.0, static_cast<double>(last));
+  const auto lower = static_cast<std::size_t>(level), upper = std::min(lower + 1, last);
+  return std::max(
+      mean, std::lerp(request.local_density[lower], request.local_density[upper], level - static_cast<double>(lower)));
 }
 
 double random_force(double charge2, double charges, double volume, double contact) {
@@ -460,13 +384,13 @@ std::string why_not_single(const MeshRequest& request) {
   return "";
 }
 
-double seconds_of(const MeshChoice& choice, int charges) {
+double seconds_of(const MeshChoice& choice, const MeshRequest& request) {
   const Mesh& mesh = choice.mesh;
   const SumMethod method = choice.single ? in_single_precision(choice.cutoff, {mesh.window})
                                          : in_double_precision(2 * choice.cutoff, mesh.order);
-  const double density = charges / (mesh.open.volume > 0 ? mesh.open.volume : mesh.volume());
+  const double density = request.charges / (mesh.open.volume > 0 ? mesh.open.volume : mesh.volume());
   const double charge = method.near(density, choice.cutoff) + method.charge + method.row * mesh.order * mesh.order;
-  return 1e-9 * (charges * charge + work_on_mesh(method, mesh));
+  return 1e-9 * (request.charges * charge + work_on_mesh(method, mesh, request));
 }
 
 MeshChoice choose_mesh(double accuracy, int charges, Vec3 lengths, double contact, int lowest_order) {

@@ -1,6 +1,6 @@
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
+#include <ranges>
 #include <vector>
 
 #include "solvers/error.hpp"
@@ -73,36 +73,55 @@ Exact exact_forces(const MeshRequest& request, const Sources& sources) {
   return {sample, response.force};
 }
 
-/// Returns MeshRequest::local_density of the sources.
+/// Returns MeshRequest::local_density of a sample of the sources; empty if it is nowhere clearly above their mean
+/// density beyond contact.
 std::vector<double> local_density_of(const MeshRequest& request, const Sources& sources) {
-  constexpr int levels = 10;
-  const double longest = std::max({request.lengths.x, request.lengths.y, request.lengths.z});
-  std::vector<std::uint64_t> cells;  // in the finest level; three bits select a cube of the next finer level
-  for (int i = 0; i < sources.size(); ++i) {
-    std::uint64_t cell = 0;
-    for (int k = 0; k < 3; ++k) {
-      const double x = sources.position[3 * i + k] / longest;
-      const auto along = static_cast<std::uint32_t>((x - std::floor(x)) * (1 << levels));
-      for (int level = 0; level < levels; ++level)
-        cell |= static_cast<std::uint64_t>(along >> level & 1) << (3 * level + k);
+  constexpr double clearly = 1.5, beyond_contact = 1.5;
+  const Vec3& lengths = request.lengths;
+  const double longest = std::max({lengths.x, lengths.y, lengths.z}), mean = density_around(request, request.contact);
+  std::vector<double> within;  // Number of other sources, summed over the sample
+  for (double radius = longest; radius > request.contact; radius *= M_SQRT1_2) within.push_back(0);
+  const std::vector<int> sample = spread_over(sources.size(), 64);
+  for (const int i : sample)
+    for (int j = 0; j < sources.size(); ++j) {
+      double square = 0;
+      for (int k = 0; k < 3; ++k) {
+        double separation = (sources.position[3 * i + k] - sources.position[3 * j + k]) / longest;
+        if (!request.open[k]) separation -= lengths[k] / longest * std::nearbyint(longest / lengths[k] * separation);
+        square += separation * separation;
+      }
+      const int level = square > 0 ? std::min(-1 - std::ilogb(square), static_cast<int>(within.size()) - 1) : -1;
+      if (level >= 0) ++within[level];
     }
-    cells.push_back(cell);
+  bool clustered = false;
+  double radius = longest * std::pow(M_SQRT2, 1.0 - static_cast<double>(within.size())), others = 0;
+  for (double& density : within | std::views::reverse) {
+    others += density;
+    density = others / (static_cast<double>(sample.size()) * 4 * M_PI / 3 * std::pow(radius, 3));
+    clustered |= radius > beyond_contact * request.contact && density > clearly * mean;
+    radius *= M_SQRT2;
   }
-  std::ranges::sort(cells);
-  std::vector<double> local_density;
-  for (int level = 0; level <= levels; ++level) {
-    const double edge = longest / (1 << level);
-    if (edge < 2 * request.contact) break;
-    const int shift = 3 * (levels - level);
-    double others = 0;  // in the cube of a charge, summed over the charges
-    for (std::size_t first = 0, last = 0; first < cells.size(); first = last) {
-      while (last < cells.size() && cells[last] >> shift == cells[first] >> shift) ++last;
-      const auto count = static_cast<double>(last - first);
-      others += count * (count - 1);
+  return clustered ? within : std::vector<double>{};
+}
+
+/// Returns MeshRequest::used of the sources.
+std::array<double, 2> used_part_of(const Sources& sources) {
+  constexpr int cells = 64;
+  std::array<double, 2> used{};
+  for (int k = 0; k < 2; ++k) {
+    std::array<bool, cells> has{};
+    for (int i = 0; i < sources.size(); ++i) {
+      const double x = sources.position[3 * i + k] / sources.lengths[k];
+      has[std::min(static_cast<int>(cells * (x - std::floor(x))), cells - 1)] = true;
     }
-    local_density.push_back(others / (sources.size() * edge * edge * edge));
+    int gap = 0, run = 0;
+    for (int c = 0; c < 2 * cells; ++c) {
+      run = has[c % cells] ? 0 : run + 1;
+      gap = std::max(gap, run);
+    }
+    used[k] = 1 - static_cast<double>(gap) / cells;
   }
-  return local_density;
+  return used;
 }
 
 /// Returns the dipoles that the charges induce on this mesh. Empty if they have no stable state, which the run itself
@@ -149,7 +168,7 @@ double found_error(const MeshChoice& choice, const Sources& sources, const Exact
 MeshChoice choose_measured_mesh(const MeshRequest& given_request, const Sources& given) {
   if (given_request.fixed.complete() || given.size() < 2) return choose_quick_mesh(given_request);
   MeshRequest request = given_request;
-  request.local_density = local_density_of(request, given);
+  request.local_density = local_density_of(request, given), request.used = used_part_of(given);
   std::vector<double> charge(given.charge.begin(), given.charge.end());
   if (std::ranges::all_of(charge, [](double q) { return q == 0; }))
     for (std::size_t i = 0; i < charge.size(); ++i) charge[i] = i % 2 == 0 ? 1 : -1;

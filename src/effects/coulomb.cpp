@@ -184,7 +184,7 @@ double cost_of_charges(const Scene& scene) {
   const periodic::Enclosure enclosure = enclosure_of(scene.domain);
   if (!enclosure.is_periodic()) request = enclosure.request(request);
   const periodic::MeshChoice choice = scene.domain.open ? mesh_for(scene) : periodic::choose_quick_mesh(request);
-  return periodic::seconds_of(choice, request.charges) / static_cast<double>(scene.conductors.size());
+  return periodic::seconds_of(choice, request) / static_cast<double>(scene.conductors.size());
 }
 
 double strength_in(const Scene& scene) { return scene.effects.find<CoulombOptions>()->strength; }

@@ -50,8 +50,9 @@ Scene scene(int grains, double accuracy, const Options& options) {
   // The exchange is so weak that charges stay nearly constant.
   if (accuracy > 0 && options.exchange) text += "[effects.charge_exchange]\ntransfer_prefactor = 1e-9\n";
   // The shortest possible contact lasts .147, at twice the speed of the fastest of 5e4 grains.
-  text += fmt::format("[mechanics]\nstep = {}\ncontact_substeps = {}\nthreads = {}\n", options.every * options.step,
+  text += fmt::format("[mechanics]\ncontact_substeps = {}\nthreads = {}\n",
                       std::max(1, static_cast<int>(std::lround(0.147 / options.step))), options.threads);
+  if (accuracy > 0) text += fmt::format("step = {}\n", options.every * options.step);
   text += "[stop]\ntime = 1e6\n[output]\nevery = 1e6\npicture = false\n";
   Scene gas = parse_scene(text, "gas.toml");
   gas.domain.size = std::cbrt(1 / options.filled) * gas.domain.size;

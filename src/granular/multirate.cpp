@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 
 #include "solvers/error.hpp"
 #include "src/granular/integrator.hpp"
 #include "src/granular/pace.hpp"
 #include "src/granular/slow_force_limits.hpp"
+#include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::granular {
 namespace {
@@ -29,7 +31,10 @@ class Multirate final : public GasIntegrator {
                       .stability_limit = stability_limit,
                       .path = path_in_step(gas.scene()),
                       .speed = gas.speed_to_follow(now)};
-    if (std::isinf(requested)) gas.find_forces(now), bounds.acceleration = now.acceleration;
+    if (std::isinf(requested) && only_contacts_act(gas.scene()))
+      bounds.requested = std::numeric_limits<double>::max();  // bounded by the path alone, also below a contact substep
+    else if (std::isinf(requested))
+      gas.find_forces(now), bounds.acceleration = now.acceleration;
     return longest_step_within(bounds, [&](double gain) {
       return gas.time_to_resolve(gas.fastest_impact(now) + gain) / gas.scene().mechanics.contact_steps;
     });

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "solvers/parallel/team.hpp"
 #include "solvers/periodic/influence.hpp"
 #include "solvers/periodic/sum.hpp"
 
@@ -113,7 +114,9 @@ MeshChoice choose_quick_mesh(const MeshRequest& request);
 /// met, `error` of the result is the error reached. Charges that are all 0 are replaced by alternating +1 and -1;
 /// dipoles are those that the charges induce. Without a measurement the result is that of choose_quick_mesh(): if
 /// cut-off, points and order are fixed, for fewer than two sources, and if the forces vanish.
-MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& sources);
+/// `team`: threads of the measurement.
+MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& sources,
+                                parallel::Team& team = parallel::Team::single());
 
 /// Returns the estimated time (s) of one evaluation of the forces between charges on one core with AVX-512, for a
 /// choice made for the request.

@@ -74,24 +74,28 @@ Exact exact_forces(const MeshRequest& request, const Sources& sources, parallel:
 
 /// Returns MeshRequest::local_density of a sample of the sources; empty if it is nowhere clearly above their mean
 /// density beyond contact.
-std::vector<double> local_density_of(const MeshRequest& request, const Sources& sources) {
+std::vector<double> local_density_of(const MeshRequest& request, const Sources& sources, parallel::Team& team) {
   constexpr double clearly = 1.5, beyond_contact = 1.5;
   const Vec3& lengths = request.lengths;
   const double longest = std::max({lengths.x, lengths.y, lengths.z}), mean = density_around(request, request.contact);
   std::vector<double> within;  // Number of other sources, summed over the sample
   for (double radius = longest; radius > request.contact; radius *= M_SQRT1_2) within.push_back(0);
   const std::vector<int> sample = spread_over(sources.size(), 64);
-  for (const int i : sample)
+  std::vector<std::vector<double>> others_of(sample.size(), within);
+  team.for_each(static_cast<int>(sample.size()), [&](int s) {
     for (int j = 0; j < sources.size(); ++j) {
       double square = 0;
       for (int k = 0; k < 3; ++k) {
-        double separation = (sources.position[3 * i + k] - sources.position[3 * j + k]) / longest;
+        double separation = (sources.position[3 * sample[s] + k] - sources.position[3 * j + k]) / longest;
         if (!request.open[k]) separation -= lengths[k] / longest * std::nearbyint(longest / lengths[k] * separation);
         square += separation * separation;
       }
       const int level = square > 0 ? std::min(-1 - std::ilogb(square), static_cast<int>(within.size()) - 1) : -1;
-      if (level >= 0) ++within[level];
+      if (level >= 0) ++others_of[s][level];
     }
+  });
+  for (const std::vector<double>& others : others_of)
+    for (std::size_t level = 0; level < within.size(); ++level) within[level] += others[level];
   bool clustered = false;
   double radius = longest * std::pow(M_SQRT2, 1.0 - static_cast<double>(within.size())), others = 0;
   for (double& density : within | std::views::reverse) {
@@ -168,7 +172,7 @@ double found_error(const MeshChoice& choice, const Sources& sources, const Exact
 MeshChoice choose_measured_mesh(const MeshRequest& given_request, const Sources& given, parallel::Team& team) {
   if (given_request.fixed.complete() || given.size() < 2) return choose_quick_mesh(given_request);
   MeshRequest request = given_request;
-  request.local_density = local_density_of(request, given), request.used = used_part_of(given);
+  request.local_density = local_density_of(request, given, team), request.used = used_part_of(given);
   std::vector<double> charge(given.charge.begin(), given.charge.end());
   if (std::ranges::all_of(charge, [](double q) { return q == 0; }))
     for (std::size_t i = 0; i < charge.size(); ++i) charge[i] = i % 2 == 0 ? 1 : -1;

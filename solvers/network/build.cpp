@@ -9,7 +9,6 @@
 
 #include "solvers/error.hpp"
 #include "solvers/network/resistor.hpp"
-#include "solvers/parallel/huge_pages.hpp"
 #include "solvers/parallel/ranges.hpp"
 
 namespace lichtenberg::network {
@@ -181,9 +180,9 @@ PackingNetwork particle_network(const ParticlePacking& packing, const Contacts& 
   for (const ParticleWallContact& c : contacts.walls)
     if (electrode_of.wall[c.wall] >= 0) terminals.push_back(c);
   const std::size_t pairs = contacts.pairs.size(), all = pairs + terminals.size();
-  parallel::resize_in_huge_pages(network.links, all);
-  parallel::resize_in_huge_pages(result.first_particle, all);
-  parallel::resize_in_huge_pages(result.second_particle, all);
+  network.links.resize(all);
+  result.first_particle.resize(all);
+  result.second_particle.resize(all);
   for_each_checked(all, team, [&](std::size_t k) {
     if (k < pairs) {
       const auto [i, j] = contacts.pairs[k];

@@ -4,8 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <numeric>
 
 #include "solvers/error.hpp"
 #include "solvers/neighbours/pairs.hpp"
@@ -36,30 +34,16 @@ std::vector<ParticleContact> contacts_of_pairs(const ParticlePacking& packing, p
   std::copy_n(packing.box.sides.begin(), 2 * d, box.sides.begin());
   const Spheres<d> spheres{position, radius, box};
   const NearestImage<d> nearest(box);
-  std::vector<Pair> pairs = pairs_closer_than(spheres, 0, team);
-  const auto touch = [&](const Pair& pair) {
-    const auto [a, b] = pair;
+  std::vector<ParticleContact> contacts;
+  const std::vector<Pair> pairs = pairs_closer_than(spheres, 0, team);
+  contacts.reserve(pairs.size());
+  for (const auto [a, b] : pairs) {
     double squared = 0;
     for (int k = 0; k < d; ++k)
       squared += std::pow(nearest(position[std::size_t(a) * d + k] - position[std::size_t(b) * d + k], k), 2);
     const double within = (1 - contact_margin) * (radius[a] + radius[b]);
-    return squared < within * within;
-  };
-  constexpr int a_range = 1 << 15;
-  std::vector<std::size_t> start(pairs.size() / a_range + 2, 0);  // first contact of each range of pairs
-  parallel::for_each_range<a_range>(pairs.size(), team, [&](std::size_t begin, std::size_t end) {
-    const auto kept = std::remove_if(pairs.begin() + begin, pairs.begin() + end, std::not_fn(touch));
-    start[begin / a_range + 1] = kept - (pairs.begin() + begin);
-  });
-  std::partial_sum(start.begin(), start.end(), start.begin());
-  std::vector<ParticleContact> contacts(start.back());
-  parallel::for_each_range<a_range>(pairs.size(), team, [&](std::size_t begin, std::size_t) {
-    const std::size_t range = begin / a_range, first = start[range];
-    for (std::size_t k = first; k < start[range + 1]; ++k) {
-      const auto [a, b] = pairs[begin + k - first];
-      contacts[k] = {std::min(order[a], order[b]), std::max(order[a], order[b])};
-    }
-  });
+    if (squared < within * within) contacts.push_back({std::min(order[a], order[b]), std::max(order[a], order[b])});
+  }
   return contacts;
 }
 

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "solvers/network/spatial_order.hpp"
-#include "solvers/parallel/huge_pages.hpp"
 #include "solvers/parallel/ranges.hpp"
 
 namespace lichtenberg::network {
@@ -33,8 +32,8 @@ std::vector<int> order_of(const Network& network, const std::vector<int>& first,
 /// does not depend on the number of tasks.
 void sort_links(const Network& network, const std::vector<int>& number, parallel::Team& team, Subnetwork& result) {
   const std::size_t links = network.links.size();
-  parallel::resize_in_huge_pages(result.network.links, links);
-  parallel::resize_in_huge_pages(result.link, links);
+  result.network.links.resize(links);
+  result.link.resize(links);
   std::vector<std::pair<int, int>> ends(links);
   parallel::for_each_range(links, team, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) ends[k] = {number[network.links[k].a], number[network.links[k].b]};
@@ -63,7 +62,7 @@ Subnetwork reordered(const Network& network, const std::vector<int>& first, para
   Subnetwork result{.network = {.nodes = network.nodes}, .node = order_of(network, first, team)};
   std::vector<int> number(network.nodes);
   const bool placed = !network.position.empty();
-  parallel::resize_in_huge_pages(result.network.position, placed ? network.nodes : 0);
+  result.network.position.resize(placed ? network.nodes : 0);
   parallel::for_each_range(network.nodes, team, [&](int begin, int end) {
     for (int n = begin; n < end; ++n) {
       number[result.node[n]] = n;

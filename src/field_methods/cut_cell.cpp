@@ -62,7 +62,7 @@ const FieldMethodKind& cut_cell_method() {
       .on_grid = true,
       .curves = true,
       .moving_by_positions = true,
-      .on_processes = FieldLinearSolver::assembled,
+      .on_processes = true,
       .energy_noise = 30};  // above the values in docs/measurements/mechanics.json
   return kind;
 }

@@ -5,6 +5,7 @@
 
 #include "solvers/laplace/cutcell/grid_bodies.hpp"
 #include "solvers/laplace/cutcell/level.hpp"
+#include "solvers/laplace/cutcell/slabs.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -60,6 +61,24 @@ void add_row(const LaplaceProblem& problem, const GridBodies& bodies, const Leve
   }
 }
 
+/// Lists the pairs of groups with links to the same eliminated cell.
+void list_pairs(Level& level) {
+  level.eliminated_pairs.clear();
+  const auto& [cells, start, links, link_of_level] = level.eliminated;
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    if (!level.layout.own.contains(cells[k].row)) continue;
+    for (int m = start[k]; m < start[k + 1]; ++m)
+      for (int n = m + 1; n < start[k + 1]; ++n)
+        level.eliminated_pairs.push_back(
+            {links[m].body,
+             links[n].body,
+             EliminatedCells::schur_offdiagonal(links[m].conductance, links[n].conductance, cells[k].diagonal),
+             {},
+             {}});
+  }
+  gather_list(level.layout, level.eliminated_pairs);
+}
+
 }  // namespace
 
 void find_eliminated_cells(const LaplaceProblem& problem, const GridBodies& bodies, Level& level,
@@ -73,6 +92,7 @@ void find_eliminated_cells(const LaplaceProblem& problem, const GridBodies& bodi
   });
   level.eliminated.clear();
   for (const EliminatedCells& part : found) level.eliminated.append(part);
+  list_pairs(level);
 }
 
 }  // namespace lichtenberg::laplace

@@ -27,9 +27,10 @@ constexpr int cells = 768;
 /// groups the largest group potential is of the order of this norm. A factor of 100 covers the constants.
 constexpr double agreement = 100 * tolerance;
 
-/// Disks of a radius between 0.25 and 4 times `radius` in random places, whose gaps may be a hundredth of a cell. The
+/// Disks of a radius between 0.25 and 4 times `radius` at random positions, with gaps of 1 % of a cell and more. The
 /// last two have one potential, and so have the first two, at the bottom and the top of the box.
-LaplaceProblem random_disks(int count, double radius) {
+/// `bar`: with a grounded bar from bottom to top.
+LaplaceProblem random_disks(int count, double radius, bool bar = false) {
   std::mt19937_64 generator(3);
   const auto random = [&](double from, double to) {
     return from + (to - from) * static_cast<double>(generator() >> 11) * 0x1p-53;
@@ -38,6 +39,10 @@ LaplaceProblem random_disks(int count, double radius) {
   problem.size = {96, 64};
   problem.bodies = {{Disk{{20, 5}, 3}, 0}, {Disk{{20, 59}, 3}, 0}};
   problem.groups = {{true, 0.5, 0}};
+  if (bar) {
+    problem.bodies.push_back({Bar{{60, 2}, {62, 62}, 0.3}, 1});
+    problem.groups.push_back({false, 0, 2});
+  }
   while (static_cast<int>(problem.bodies.size()) < count) {
     const double r = radius * std::pow(2, random(-2, 2));
     const Disk disk{{random(r + 1, 95 - r), random(r + 1, 63 - r)}, r};
@@ -103,7 +108,8 @@ void check_solution(const LaplaceProblem& problem, const LaplaceSolution& soluti
   for (double& phi : whole.group_potential) phi -= shift;
   const auto size = [](double value) { return std::abs(value); };
   check_close(whole.group_potential, solution.group_potential, agreement, size);
-  check_close(whole.body_charge, solution.body_charge, agreement, size);
+  // The charge of a body is a sum over some hundred links.
+  check_close(whole.body_charge, solution.body_charge, 10 * agreement, size);
   // Through the shortest link, 100 cells, squared.
   check_close(whole.body_force, solution.body_force, 1e4 * agreement, [](Vec2 f) { return norm(f); });
   CHECK(solution.energy == doctest::Approx(whole.energy).epsilon(agreement));
@@ -138,13 +144,9 @@ std::vector<Case> cases() {
   all.push_back({"electrode on the left", problem});
   problem.sides[bottom] = problem.sides[top] = {Side::Kind::electrode, -2, {}};
   all.push_back({"electrodes on three sides", problem});
-  problem.couplings = {{0, 3, 1e3}, {3, 6, 0.5}, {6, 9, 1e9}};
+  problem.couplings = {{0, 3, 100}, {3, 6, 0.5}, {6, 9, 1e-6}};
   all.push_back({"couplings", problem});
-  problem = random_disks(30, 1.5);
-  problem.bodies.push_back({Bar{{60, 2}, {62, 62}, 0.3}, static_cast<int>(problem.groups.size())});
-  problem.groups.push_back({false, 0, 2});
-  problem.bodies.erase(problem.bodies.begin() + 2, problem.bodies.end() - 2);
-  all.push_back({"grounded bar through all slabs", problem});
+  all.push_back({"grounded bar through all slabs", random_disks(30, 1.5, true)});
   problem = random_disks(400, 0.35);
   problem.sides[right] = {Side::Kind::electrode, 1, {}};
   all.push_back({"small disks", problem});

@@ -100,8 +100,8 @@ CellIndex cell_of_centre(const Outline& outline, const Layout& layout) {
   return {cell_at(outline.centre.x, layout.nx), cell_at(outline.centre.y, layout.ny)};
 }
 
-/// Returns true if the disk has a cell, or if its rows are not all stored: the process does not know then. Such a disk
-/// is larger than a cell and covers one, unless others cover it completely.
+/// Returns true if the disk has a cell, or if its rows are not all stored. In the second case the disk is larger than a
+/// cell and covers one, unless others cover it completely.
 bool has_cell(int body, const Outline& outline, const Level& level) {
   const Layout& layout = level.layout;
   const CellRange range = cells_around(outline, layout.nx, layout.ny);

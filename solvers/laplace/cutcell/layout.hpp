@@ -31,8 +31,8 @@ struct Layout {
 
   /// Number of padding slots before each row: one AVX register of floats.
   static constexpr int pad = 8;
-  /// Number of ghost rows on either side of a slab. The discretization is complete in all but the outermost two,
-  /// because links depend on the owners of cells up to two rows away. A pass of the V-cycle uses six (Grid::ghosts_before).
+  /// Number of ghost rows on either side of a slab. The discretization is incomplete in the outermost two, because
+  /// links depend on the owners of cells up to two rows away. A pass of the V-cycle uses six (Grid::ghosts_before).
   static constexpr int ghosts = 10;
 
   Layout() = default;
@@ -47,8 +47,8 @@ struct Layout {
   }
   /// Returns true if several processes own rows of the grid.
   LICHTENBERG_HOST_DEVICE bool is_divided() const { return own.count() < ny; }
-  /// Returns true for a grid that is not divided, and in the process with the first rows of a divided one. It counts
-  /// what all processes have in common when sums over processes are formed.
+  /// Returns true for a grid that is not divided, and in the process with the first rows of a divided one. In sums over
+  /// processes, this process adds the terms that all have in common.
   LICHTENBERG_HOST_DEVICE bool is_first() const { return own.begin == 0; }
   /// Returns true if this process owns the cell at the memory index `slot`.
   bool owns(std::ptrdiff_t slot) const {

@@ -7,7 +7,7 @@
 
 namespace lichtenberg::laplace {
 
-// All processes of a program share a field solve: the first announces each solve, and the others hold their rows of the
+// All processes of a program share a field solve. The first announces each solve, and the others hold their rows of the
 // grids or of the assembled system (parallel::join_processes).
 //
 // In other programs all processes may call CutCellSolver::solve, which is collective over PETSC_COMM_WORLD; every

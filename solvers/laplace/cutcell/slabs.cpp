@@ -51,11 +51,11 @@ void exchange(const Layout& at, Real* v, int rows) {
   check_mpi(MPI_Waitall(8, requests, MPI_STATUSES_IGNORE));
 }
 
-/// Places of the processes' parts in a concatenation.
-struct Places {
+/// Positions of the processes' parts in a concatenation.
+struct Concatenation {
   std::vector<int> count, start;
 
-  explicit Places(int own) : count(parallel::process_count()), start(count.size(), 0) {
+  explicit Concatenation(int own) : count(parallel::process_count()), start(count.size(), 0) {
     check_mpi(MPI_Allgather(&own, 1, MPI_INT, count.data(), 1, MPI_INT, PETSC_COMM_WORLD));
     for (std::size_t k = 1; k < start.size(); ++k) start[k] = start[k - 1] + count[k - 1];
   }
@@ -65,17 +65,17 @@ struct Places {
 template <class Value>
 std::vector<Value> gather_values(const Layout& at, std::vector<Value> own, bool everywhere) {
   if (!at.is_divided()) return own;
-  const Places places(at.own.count());
+  const Concatenation parts(at.own.count());
   const bool receives = everywhere || at.is_first();
   std::vector<Value> all(receives ? static_cast<std::size_t>(at.nx) * at.ny : 0);
   MPI_Datatype row = MPI_DATATYPE_NULL;
   check_mpi(MPI_Type_contiguous(static_cast<int>(at.nx * sizeof(Value)), MPI_BYTE, &row));
   check_mpi(MPI_Type_commit(&row));
   if (everywhere)
-    check_mpi(MPI_Allgatherv(own.data(), at.own.count(), row, all.data(), places.count.data(), places.start.data(), row,
+    check_mpi(MPI_Allgatherv(own.data(), at.own.count(), row, all.data(), parts.count.data(), parts.start.data(), row,
                              PETSC_COMM_WORLD));
   else
-    check_mpi(MPI_Gatherv(own.data(), at.own.count(), row, all.data(), places.count.data(), places.start.data(), row, 0,
+    check_mpi(MPI_Gatherv(own.data(), at.own.count(), row, all.data(), parts.count.data(), parts.start.data(), row, 0,
                           PETSC_COMM_WORLD));
   check_mpi(MPI_Type_free(&row));
   return receives ? all : own;
@@ -101,10 +101,10 @@ void exchange_ghosts(const Layout& at, float* v, int rows) { exchange(at, v, row
 
 void gather_rows(const Layout& at, Rows own, float* v) {
   if (own.count() == at.ny) return;
-  const Places places(static_cast<int>(own.count() * at.stride));
+  const Concatenation parts(static_cast<int>(own.count() * at.stride));
   for (int colour = 0; colour < 2; ++colour)
-    check_mpi(MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, v + at.row(colour, 0), places.count.data(),
-                             places.start.data(), MPI_FLOAT, PETSC_COMM_WORLD));
+    check_mpi(MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DATATYPE_NULL, v + at.row(colour, 0), parts.count.data(),
+                             parts.start.data(), MPI_FLOAT, PETSC_COMM_WORLD));
 }
 
 std::vector<double> gather_field(const Layout& at, std::vector<double> own, bool everywhere) {
@@ -115,10 +115,10 @@ std::vector<int> gather_field(const Layout& at, std::vector<int> own, bool every
 }
 
 std::vector<char> gather_bytes(const std::vector<char>& bytes) {
-  const Places places(static_cast<int>(bytes.size()));
-  std::vector<char> all(places.start.back() + places.count.back());
-  check_mpi(MPI_Allgatherv(bytes.data(), static_cast<int>(bytes.size()), MPI_BYTE, all.data(), places.count.data(),
-                           places.start.data(), MPI_BYTE, PETSC_COMM_WORLD));
+  const Concatenation parts(static_cast<int>(bytes.size()));
+  std::vector<char> all(parts.start.back() + parts.count.back());
+  check_mpi(MPI_Allgatherv(bytes.data(), static_cast<int>(bytes.size()), MPI_BYTE, all.data(), parts.count.data(),
+                           parts.start.data(), MPI_BYTE, PETSC_COMM_WORLD));
   return all;
 }
 

@@ -39,8 +39,8 @@ void for_each_row(parallel::Team& team, const Layout& layout, const Row& row) {
 /// Runs several passes over a grid (stages) in one pass over memory, each one row behind the previous. Calls row(stage,
 /// j) for stages 0 ... stages - 1 and all own rows. Stage s of row j comes after stage s - 1 of rows j - 1, j and j
 /// + 1. It comes before stage s + 1 of these rows. Each band of rows first does the part that does not depend on other
-/// bands. The triangles between bands follow. The last stage also runs on `more` ghost rows on either side, each stage
-/// before it on one row more, so that no ghost rows need to be exchanged between the stages.
+/// bands. The triangles between bands follow. The last stage also runs on `more` ghost rows on either side. Each stage
+/// before it runs on one row more, so that no exchange of ghost rows is necessary between the stages.
 template <class Row>
 void wavefront(parallel::Team& team, const Layout& layout, int stages, int more, const Row& row) {
   const Rows all = layout.extended(more + stages - 1);

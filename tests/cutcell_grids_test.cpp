@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "solvers/laplace/cutcell/agglomerates.hpp"
+#include "solvers/laplace/cutcell/coarse.hpp"
 #include "solvers/laplace/cutcell/edge_cells.hpp"
 #include "solvers/laplace/cutcell/level_builder.hpp"
 #include "solvers/laplace/cutcell/link.hpp"
@@ -116,6 +117,35 @@ TEST_CASE("EdgeCells: visits each cell next to a conductor once, with its links"
   CHECK(visits == expected_visits);
   CHECK(links == expected_links);
   CHECK(static_cast<long>(edges.size()) == std::count(visits.begin(), visits.end(), 1));
+}
+
+TEST_CASE("CoarseSolver: after another matrix it gives the bits of a new one") {
+  LaplaceProblem two_groups{.size = {16, 16}, .permittivity = 1};
+  two_groups.sides[bottom].kind = Side::Kind::electrode;
+  two_groups.groups = {{.floating = true}, {.floating = true}};
+  two_groups.bodies = {{Disk{{5, 8}, 2.2}, 0}, {Disk{{11, 8.3}, 2.2}, 1}};
+  LaplaceProblem shifted = two_groups, further = two_groups, one_group = two_groups;
+  std::get<Disk>(shifted.bodies[0].shape).centre.x += 0.01;  // matrix entries in the same rows and columns
+  std::get<Disk>(further.bodies[0].shape).centre.x += 1;     // as many unknowns
+  one_group.groups.pop_back();
+  one_group.bodies[1].group = 0;
+  CoarseSolver kept;
+  for (const LaplaceProblem* problem : {&two_groups, &shifted, &further, &one_group, &shifted, &two_groups}) {
+    Level level(*problem, 16, 16);
+    LevelBuilder().build(*problem, LinkFormula::log_fitted, level);
+    const std::vector<float> f(level.layout.size(), 0.1f), charge(2, 1.0f);
+    const auto potentials = [&](CoarseSolver& solver) {
+      std::vector<float> v(level.layout.size(), 0.0f), phi(2, 0.0f);
+      solver.factorize(*problem, level);
+      solver.solve(f.data(), charge.data(), v.data(), phi.data());
+      v.insert(v.end(), phi.begin(), phi.end());
+      return v;
+    };
+    CoarseSolver unused;
+    const std::vector<float> expected = potentials(unused);
+    CHECK(*std::ranges::max_element(expected) > 0);
+    CHECK(potentials(kept) == expected);
+  }
 }
 
 TEST_CASE("multigrid preconditioner: is symmetric and positive definite") {

@@ -46,11 +46,12 @@ TEST_CASE("log_fitted_links: batches equal single links to rounding") {
         const Conductance alone = fluid_link(disk, p, e, LinkFormula::log_fitted);
         LinkBatch batch;
         batch.x.fill(p.x - centre.x), batch.y.fill(p.y - centre.y), batch.ex.fill(e.x), batch.ey.fill(e.y);
-        const BatchConductances together = log_fitted_links(batch, R);
+        batch.radius.fill(R), batch.radius2.fill(R * R);
+        const BatchConductances together = log_fitted_links(batch);
         // Both have r^2 - R^2 with the rounding of R^2, divided by some cells times R, or by 1e-4 for a short cut.
         const double cut = std::max(norm(p - centre) - R, smallest_cut), rounding = 1e-15 * (1 + R / cut);
-        CHECK(together.value[k % 8] == doctest::Approx(alone.value).epsilon(rounding));
-        const Vec2 gradient{together.gradient_x[k % 8], together.gradient_y[k % 8]};
+        CHECK(together.value[k % LinkBatch::width] == doctest::Approx(alone.value).epsilon(rounding));
+        const Vec2 gradient{together.gradient_x[k % LinkBatch::width], together.gradient_y[k % LinkBatch::width]};
         CHECK(norm(gradient - alone.gradient) < 2 * rounding * norm(alone.gradient));
       }
     }

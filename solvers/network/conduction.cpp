@@ -14,6 +14,7 @@
 #include "solvers/network/link_currents.hpp"
 #include "solvers/network/multigrid.hpp"
 #include "solvers/network/subnetwork.hpp"
+#include "solvers/parallel/ranges.hpp"
 
 namespace lichtenberg::network {
 namespace {
@@ -156,9 +157,11 @@ Subnetwork reachable_from(const Network& network, const std::vector<int>& kept, 
   check_nodes(network, kept);
   Subnetwork part = reordered(network, kept, team);
   const Components pieces = components(part.network);
-  std::vector<char> has_kept(pieces.number, 0), chosen;
+  std::vector<char> has_kept(pieces.number, 0), chosen(part.network.links.size());
   for (std::size_t k = 0; k < kept.size(); ++k) has_kept[pieces.of[k]] = 1;
-  for (const Link& link : part.network.links) chosen.push_back(has_kept[pieces.of[link.a]]);
+  parallel::for_each_range(chosen.size(), team, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) chosen[k] = has_kept[pieces.of[part.network.links[k].a]];
+  });
   keep_links(part, chosen, static_cast<int>(kept.size()));
   return part;
 }

@@ -21,7 +21,7 @@ double height(const Point& p, const PackingWall& wall) {
 /// Finds the pairs of particles in contact with a search in d dimensions, which sees the particles in spatial order.
 template <int d>
 std::vector<ParticleContact> contacts_of_pairs(const ParticlePacking& packing, parallel::Team& team) {
-  const std::vector<int> order = spatial_order(packing.position);
+  const std::vector<int> order = spatial_order(packing.position, team);
   std::vector<double> position(d * order.size()), radius(order.size());
   parallel::for_each_range(order.size(), team, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {

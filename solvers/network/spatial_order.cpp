@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <numeric>
 
+#include "solvers/parallel/ranges.hpp"
+
 namespace lichtenberg::network {
 namespace {
 
@@ -49,12 +51,14 @@ class MortonCells {
 
 }  // namespace
 
-std::vector<int> spatial_order(const std::vector<Point>& position) {
+std::vector<int> spatial_order(const std::vector<Point>& position, parallel::Team& team) {
   if (position.empty()) return {};
   const MortonCells cells(position);
-  std::vector<int> start(cells.number() + 1, 0), cell, order(position.size());
-  cell.reserve(position.size());
-  for (const Point& p : position) ++start[cell.emplace_back(cells.of(p)) + 1];
+  std::vector<int> start(cells.number() + 1, 0), cell(position.size()), order(position.size());
+  parallel::for_each_range(position.size(), team, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) cell[i] = cells.of(position[i]);
+  });
+  for (const int c : cell) ++start[c + 1];
   std::partial_sum(start.begin(), start.end(), start.begin());
   for (std::size_t i = 0; i < cell.size(); ++i) order[start[cell[i]]++] = static_cast<int>(i);
   return order;

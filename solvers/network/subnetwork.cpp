@@ -11,7 +11,7 @@ namespace lichtenberg::network {
 namespace {
 
 /// Returns the nodes in their new order: `first`, then the others by position, or in the order of the links.
-std::vector<int> order_of(const Network& network, const std::vector<int>& first) {
+std::vector<int> order_of(const Network& network, const std::vector<int>& first, parallel::Team& team) {
   std::vector<int> order = first;
   order.reserve(network.nodes);
   std::vector<char> taken(network.nodes, 0);
@@ -20,7 +20,7 @@ std::vector<int> order_of(const Network& network, const std::vector<int>& first)
   };
   for (const int n : first) taken[n] = 1;
   if (!network.position.empty()) {
-    for (const int n : spatial_order(network.position)) take(n);
+    for (const int n : spatial_order(network.position, team)) take(n);
     return order;
   }
   for (const Link& link : network.links) take(link.a), take(link.b);
@@ -28,10 +28,38 @@ std::vector<int> order_of(const Network& network, const std::vector<int>& first)
   return order;
 }
 
+/// Renumbers the links and sorts them by their smaller node. Each task sorts the links of some nodes, so that the order
+/// does not depend on the number of tasks.
+void sort_links(const Network& network, const std::vector<int>& number, parallel::Team& team, Subnetwork& result) {
+  const std::size_t links = network.links.size();
+  result.network.links.resize(links);
+  result.link.resize(links);
+  std::vector<std::pair<int, int>> ends(links);
+  parallel::for_each_range(links, team, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) ends[k] = {number[network.links[k].a], number[network.links[k].b]};
+  });
+  const auto for_each_link = [&](const auto& act) {
+    const int tasks = team.size();
+    team.for_each(tasks, [&](int task) {
+      const auto bound = [&](int t) { return static_cast<int>(std::int64_t(network.nodes) * t / tasks); };
+      for (std::size_t k = 0; k < links; ++k)
+        if (const int n = std::min(ends[k].first, ends[k].second); n >= bound(task) && n < bound(task + 1)) act(n, k);
+    });
+  };
+  std::vector<int> start(network.nodes + 1, 0);
+  for_each_link([&](int n, std::size_t) { ++start[n + 1]; });
+  std::partial_sum(start.begin(), start.end(), start.begin());
+  for_each_link([&](int n, std::size_t k) {
+    const int at = start[n]++;
+    result.network.links[at] = {ends[k].first, ends[k].second, network.links[k].conductance};
+    result.link[at] = static_cast<int>(k);
+  });
+}
+
 }  // namespace
 
 Subnetwork reordered(const Network& network, const std::vector<int>& first, parallel::Team& team) {
-  Subnetwork result{.network = {.nodes = network.nodes}, .node = order_of(network, first)};
+  Subnetwork result{.network = {.nodes = network.nodes}, .node = order_of(network, first, team)};
   std::vector<int> number(network.nodes);
   const bool placed = !network.position.empty();
   result.network.position.resize(placed ? network.nodes : 0);
@@ -41,18 +69,7 @@ Subnetwork reordered(const Network& network, const std::vector<int>& first, para
       if (placed) result.network.position[n] = network.position[result.node[n]];
     }
   });
-  std::vector<int> start(network.nodes + 1, 0);
-  const auto smaller = [&](const Link& link) { return std::min(number[link.a], number[link.b]); };
-  for (const Link& link : network.links) ++start[smaller(link) + 1];
-  std::partial_sum(start.begin(), start.end(), start.begin());
-  result.network.links.resize(network.links.size());
-  result.link.resize(network.links.size());
-  for (std::size_t k = 0; k < network.links.size(); ++k) {
-    const Link& link = network.links[k];
-    const int at = start[smaller(link)]++;
-    result.network.links[at] = {number[link.a], number[link.b], link.conductance};
-    result.link[at] = static_cast<int>(k);
-  }
+  sort_links(network, number, team, result);
   return result;
 }
 

@@ -17,9 +17,9 @@ constexpr std::uint64_t first_remaining(std::uint64_t loop) { return loop & inde
 constexpr std::uint64_t end_of_remaining(std::uint64_t loop) { return (loop >> index_bits) & index_mask; }
 constexpr bool any_remaining(std::uint64_t loop) { return first_remaining(loop) < end_of_remaining(loop); }
 
-/// Times for which an idle worker thread polls, and then yields its processor, before it sleeps. Waking a thread takes
-/// longer than most loops. The serial parts between a solve's loops are shorter than these times, and so are the parts
-/// between two solves of a run. A sleeping worker would miss the loops that follow.
+/// Times for which an idle thread polls, and then yields its processor, before it sleeps. Waking a thread takes longer
+/// than most loops. The serial parts between a solve's loops are shorter than these times, and so are the parts between
+/// two solves of a run. A sleeping worker would miss the loops that follow.
 constexpr std::chrono::microseconds polling_time{50}, yielding_time{1000};
 
 void pause() {
@@ -28,6 +28,18 @@ void pause() {
 #else
   std::this_thread::yield();
 #endif
+}
+
+/// Waits a moment in a loop that polls since `start`. Returns false if the thread should sleep instead.
+bool poll_again(std::chrono::steady_clock::time_point start) {
+  const auto idle = std::chrono::steady_clock::now() - start;
+  if (idle < polling_time)
+    pause();
+  else if (idle < yielding_time)
+    std::this_thread::yield();
+  else
+    return false;
+  return true;
 }
 
 }  // namespace
@@ -96,15 +108,7 @@ void Team::work_until_stopped() {
   while (!stop_) {
     const auto start = std::chrono::steady_clock::now();
     while (!stop_ && !run_side_task() && !run_next_piece(End::last)) {
-      const auto idle = std::chrono::steady_clock::now() - start;
-      if (idle < polling_time) {
-        pause();
-        continue;
-      }
-      if (idle < yielding_time) {
-        std::this_thread::yield();
-        continue;
-      }
+      if (poll_again(start)) continue;
       const std::uint64_t seen = loop_.load(std::memory_order_acquire);
       if (any_remaining(seen) || side_task_ == waiting || stop_) break;
       loop_.wait(seen, std::memory_order_acquire);
@@ -125,7 +129,12 @@ void Team::start(std::function<void()> task) {
 }
 
 void Team::finish() {
-  if (!run_side_task()) side_task_.wait(running, std::memory_order_acquire);
+  if (!run_side_task()) {
+    const auto start = std::chrono::steady_clock::now();
+    while (side_task_.load(std::memory_order_acquire) == running && poll_again(start)) {
+    }
+    side_task_.wait(running, std::memory_order_acquire);
+  }
   side_task_.store(none, std::memory_order_relaxed);
   side_work_ = nullptr;
   if (side_error_) std::rethrow_exception(std::exchange(side_error_, nullptr));

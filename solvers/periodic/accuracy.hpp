@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "solvers/parallel/team.hpp"
 #include "solvers/periodic/influence.hpp"
 #include "solvers/periodic/sum.hpp"
 
@@ -105,7 +106,9 @@ MeshChoice choose_quick_mesh(const MeshRequest& request);
 /// met, `error` of the result is the error reached. Charges that are all 0 are replaced by alternating +1 and -1;
 /// dipoles are those that the charges induce. Without a measurement the result is that of choose_quick_mesh(): if
 /// cut-off, points and order are fixed, for fewer than two sources, and if the forces vanish.
-MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& sources);
+/// `team`: threads of the measurement.
+MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& sources,
+                                parallel::Team& team = parallel::Team::single());
 
 /// Makes the mesh sum (ParticleMesh or SingleMesh) with these parameters.
 std::unique_ptr<Sum> make_mesh_sum(const MeshChoice& choice);

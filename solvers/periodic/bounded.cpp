@@ -238,7 +238,8 @@ SumSeconds BoundedSum::seconds() const {
   return seconds;
 }
 
-MeshChoice choose_bounded_mesh(const MeshRequest& request, const Enclosure& enclosure, const Sources& sources) {
+MeshChoice choose_bounded_mesh(const MeshRequest& request, const Enclosure& enclosure, const Sources& sources,
+                               parallel::Team& team) {
   if (enclosure.unbounded) return choose_cloud_mesh(extents_of(sources), request, enclosure);
   std::vector<double> position(sources.position.begin(), sources.position.end());
   std::vector<double> charge(sources.charge.begin(), sources.charge.end()), none;
@@ -247,7 +248,7 @@ MeshChoice choose_bounded_mesh(const MeshRequest& request, const Enclosure& encl
   append_images(enclosure, position, charge, none);
   const MeshRequest all = enclosure.request(request);
   return choose_with_domain(request.accuracy, enclosure, [&] {
-    return choose_measured_mesh(all, {all.box(request.contact).lengths, position, charge});
+    return choose_measured_mesh(all, {all.box(request.contact).lengths, position, charge}, team);
   });
 }
 

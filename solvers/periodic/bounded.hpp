@@ -79,7 +79,8 @@ class BoundedSum : public Sum {
 /// Chooses the mesh of a BoundedSum, with the error measured at the positions of `sources` in a box with sides, and
 /// estimated without sides. Throws InputError if no mesh reaches the accuracy, as in a box that is thinner than a pair
 /// of charges.
-MeshChoice choose_bounded_mesh(const MeshRequest& request, const Enclosure& enclosure, const Sources& sources);
+MeshChoice choose_bounded_mesh(const MeshRequest& request, const Enclosure& enclosure, const Sources& sources,
+                               parallel::Team& team = parallel::Team::single());
 
 /// Chooses the mesh of charges with these extents in an unbounded enclosure, without a measurement of its error. It
 /// is made for half of the requested error: estimates for random positions can be wrong by a factor of two in clusters.

@@ -33,15 +33,15 @@ Sources in_box(const MeshChoice& choice, Sources sources) {
   return sources;
 }
 
-Response evaluated(const MeshChoice& choice, const Sources& sources) {
+Response evaluated(const MeshChoice& choice, const Sources& sources, parallel::Team& team) {
   Response response;
-  make_mesh_sum(choice)->evaluate(in_box(choice, sources), {}, parallel::Team::single(), response);
+  make_mesh_sum(choice)->evaluate(in_box(choice, sources), {}, team, response);
   return response;
 }
 
 /// Computes reference forces, with an error of 1/30 of the requested one. Empty with open axes if no mesh reaches this
 /// error.
-Exact exact_forces(const MeshRequest& request, const Sources& sources) {
+Exact exact_forces(const MeshRequest& request, const Sources& sources, parallel::Team& team) {
   constexpr double share = 1.0 / 30;
   const double finer = request.accuracy * share;
   const bool open = request.box(request.contact).open.any();
@@ -50,7 +50,7 @@ Exact exact_forces(const MeshRequest& request, const Sources& sources) {
       MeshRequest exact = request;
       exact.accuracy = finer, exact.only_double = true, exact.fixed = {};
       const MeshChoice choice = choose_quick_mesh(exact);
-      return {spread_over(sources.size(), sources.size()), evaluated(choice, sources).force};
+      return {spread_over(sources.size(), sources.size()), evaluated(choice, sources, team).force};
     } catch (const InputError&) {  // No mesh reaches this accuracy: use Ewald's sum
     }
   }
@@ -58,21 +58,21 @@ Exact exact_forces(const MeshRequest& request, const Sources& sources) {
   constexpr int enough = 64;
   Response response;
   const std::vector<int> sample = spread_over(sources.size(), sources.size() > few ? enough : few);
-  Ewald(splitting_for(sources, std::max(0.1 * finer, 1e-12)))
-      .evaluate_at(sample, sources, parallel::Team::single(), response);
+  Ewald(splitting_for(sources, std::max(0.1 * finer, 1e-12))).evaluate_at(sample, sources, team, response);
   return {sample, response.force};
 }
 
 /// Returns the dipoles that the charges induce on this mesh. Empty if they have no stable state, which the run itself
 /// reports in detail.
-std::vector<double> induced_dipoles(const MeshChoice& choice, const MeshRequest& request, const Sources& sources) {
+std::vector<double> induced_dipoles(const MeshChoice& choice, const MeshRequest& request, const Sources& sources,
+                                    parallel::Team& team) {
   std::vector<double> dipole;
   if (!request.polarizability) return dipole;
   const auto sum = make_mesh_sum(choice);
   Response response;
   try {
     InducedDipoles(*sum, DipoleSum::ewald, *request.polarizability, request.accuracy)
-        .evaluate(in_box(choice, sources), {}, parallel::Team::single(), dipole, response);
+        .evaluate(in_box(choice, sources), {}, team, dipole, response);
   } catch (const InputError&) {
     dipole.clear();
   }
@@ -91,8 +91,8 @@ bool has_forces(const Exact& exact, const Sources& sources, double contact) {
   return std::sqrt(squares / static_cast<double>(exact.sample.size())) > rounding * random;
 }
 
-double found_error(const MeshChoice& choice, const Sources& sources, const Exact& exact) {
-  const Response found = evaluated(choice, sources);
+double found_error(const MeshChoice& choice, const Sources& sources, const Exact& exact, parallel::Team& team) {
+  const Response found = evaluated(choice, sources, team);
   double error = 0, size = 0;
   for (std::size_t s = 0; s < exact.sample.size(); ++s)
     for (int k = 0; k < 3; ++k) {
@@ -104,16 +104,16 @@ double found_error(const MeshChoice& choice, const Sources& sources, const Exact
 
 }  // namespace
 
-MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& given) {
+MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& given, parallel::Team& team) {
   if (request.fixed.complete() || given.size() < 2) return choose_quick_mesh(request);
   std::vector<double> charge(given.charge.begin(), given.charge.end());
   if (std::ranges::all_of(charge, [](double q) { return q == 0; }))
     for (std::size_t i = 0; i < charge.size(); ++i) charge[i] = i % 2 == 0 ? 1 : -1;
   MeshChoice best = choose_quick_mesh(request);  // Throws if the request is out of reach
   Sources sources{given.lengths, given.position, charge};
-  const std::vector<double> dipole = induced_dipoles(best, request, sources);
+  const std::vector<double> dipole = induced_dipoles(best, request, sources, team);
   sources.dipole = dipole;
-  const Exact exact = exact_forces(request, sources);
+  const Exact exact = exact_forces(request, sources, team);
   constexpr int rounds = 4;
   if (!has_forces(exact, sources, request.contact)) return best;
   MeshRequest now = request;
@@ -127,7 +127,7 @@ MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& given
     } catch (const InputError&) {  // The finer accuracy is out of reach
       if (round > 0) return best;
     }
-    found.error = found_error(found, sources, exact);
+    found.error = found_error(found, sources, exact, team);
     if (round == 0 || found.error <= request.accuracy || found.error < best.error) best = found;
     if (!(found.error > request.accuracy) && !(found.error < request.accuracy / 3)) return best;
     now.accuracy = std::clamp(now.accuracy * std::clamp(0.6 * request.accuracy / found.error, 0.1, 10.0), 1e-8, 0.1);

@@ -6,6 +6,7 @@
 #include "solvers/periodic/short_range.hpp"
 #include "src/effects/induced_dipoles.hpp"
 #include "src/model/motion.hpp"
+#include "src/scene/grain_threads.hpp"
 
 namespace lichtenberg::effects {
 namespace {
@@ -77,8 +78,9 @@ periodic::MeshChoice mesh_for(const Scene& scene) {
   const periodic::MeshRequest request = mesh_request(scene);
   const periodic::Enclosure enclosure = enclosure_of(scene.domain);
   const periodic::Sources sources{request.lengths, position, charge};
-  return enclosure.is_periodic() ? periodic::choose_measured_mesh(request, sources)
-                                 : periodic::choose_bounded_mesh(request, enclosure, sources);
+  parallel::Team team(threads_for_grains(scene));
+  return enclosure.is_periodic() ? periodic::choose_measured_mesh(request, sources, team)
+                                 : periodic::choose_bounded_mesh(request, enclosure, sources, team);
 }
 
 std::string accuracy_warning(const Scene& scene, const periodic::MeshChoice& choice) {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <thread>
 #include <utility>
 
 #include "solvers/error.hpp"
@@ -14,15 +13,10 @@
 #include "src/granular/pair_state.hpp"
 #include "src/model/surface_law.hpp"
 #include "src/scene/effect_kind.hpp"
+#include "src/scene/grain_threads.hpp"
 
 namespace lichtenberg::granular {
 namespace {
-
-int threads_for(const Scene& scene) {
-  if (scene.mechanics.threads > 0) return scene.mechanics.threads;
-  constexpr std::size_t few = 4000;  // below this, threads cost more than they save
-  return scene.conductors.size() < few ? 1 : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
 
 /// Path (d0) of the fastest grain between two searches for candidate pairs. A longer path makes the lists longer.
 constexpr double path_per_search = 0.3;
@@ -74,7 +68,7 @@ WallContact in_stage(const WallContact& walls, const GrainContactLaw& given, con
 
 Gas::Gas(const Scene& scene)
     : scene_(scene),
-      team_(std::make_unique<parallel::Team>(threads_for(scene))),
+      team_(std::make_unique<parallel::Team>(threads_for_grains(scene))),
       model_(effects::make_model(scene)),
       law_(contact_law(scene, model_)),
       list_(0, 0.5),

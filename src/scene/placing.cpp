@@ -254,7 +254,7 @@ bool can_have_radius(const PopulationDraft& population, double radius, Radii& ra
 
 SphereGrid::SphereGrid(double reach, std::size_t count, const Domain& domain) : box_(domain.box()), nearest_(box_) {
   // Limits the number of empty buckets where spheres are few.
-  const double most = 64 + 2.0 * static_cast<double>(count);
+  const double most = 64 + 8.0 * static_cast<double>(count);
   constexpr double wider = 1.25;
   buckets_ = {1, 1, 1};
   for (double side = reach, all = INFINITY; reach > 0 && all > most; side *= wider) {
@@ -301,10 +301,13 @@ void SphereGrid::insert(const Sphere& sphere) {
   spheres_.push_back(sphere);
 }
 
-/// Searches the sphere's own bucket first, because most conflicts in dense systems are there.
+/// Searches the sphere's own bucket first, because most conflicts in dense systems are there. Finds the buckets before
+/// it tests bodies, so that the processor waits for distant memory once and not for each bucket.
 std::optional<std::size_t> SphereGrid::conflict(const Sphere& sphere, double clearance) const {
   const Vec3 p = sphere.centre;
   const int x = bucket_along(0, p.x), y = bucket_along(1, p.y), z = bucket_along(2, p.z);
+  std::array<int, 27> latest;
+  int found = 0;
   for (const int dz : {0, -1, 1}) {
     const int bz = neighbour_bucket(2, z, dz);
     if (bz == none) continue;
@@ -313,16 +316,17 @@ std::optional<std::size_t> SphereGrid::conflict(const Sphere& sphere, double cle
       if (by == none) continue;
       const std::size_t row = (static_cast<std::size_t>(bz) * buckets_[1] + by) * buckets_[0];
       for (const int dx : {0, -1, 1})
-        if (const int bx = neighbour_bucket(0, x, dx); bx != none)
-          if (const auto found = conflict_in(row + bx, sphere, clearance)) return found;
+        if (const int bx = neighbour_bucket(0, x, dx); bx != none && latest_[row + bx] != none) {
+          latest[found] = latest_[row + bx];
+          __builtin_prefetch(&spheres_[latest[found]]);
+          __builtin_prefetch(&before_[latest[found]]);
+          ++found;
+        }
     }
   }
-  return {};
-}
-
-std::optional<std::size_t> SphereGrid::conflict_in(std::size_t bucket, const Sphere& sphere, double clearance) const {
-  for (int other = latest_[bucket]; other != none; other = before_[other])
-    if (gap(sphere, spheres_[other]) < clearance) return other;
+  for (int k = 0; k < found; ++k)
+    for (int other = latest[k]; other != none; other = before_[other])
+      if (gap(sphere, spheres_[other]) < clearance) return other;
   return {};
 }
 

@@ -38,7 +38,7 @@ inline Sphere sphere_of(const Conductor& conductor) { return {conductor.position
 class SphereGrid {
  public:
   /// Makes an empty cell list. `reach`: the largest centre distance (m) at which two bodies can conflict. `count`:
-  /// expected number of bodies; the number of buckets (cells) is at most 64 + 2 * count.
+  /// expected number of bodies; the number of buckets (cells) is at most 64 + 8 * count.
   SphereGrid(double reach, std::size_t count, const Domain& domain);
 
   void insert(const Sphere& sphere);
@@ -56,7 +56,6 @@ class SphereGrid {
   int bucket_along(int axis, double coordinate) const;
   /// Returns the index of the bucket `steps` further along the axis; `none` beyond a side.
   int neighbour_bucket(int axis, int bucket, int steps) const;
-  std::optional<std::size_t> conflict_in(std::size_t bucket, const Sphere& sphere, double clearance) const;
   double distance(Vec3 a, Vec3 b) const;
 
   Box<3> box_;

@@ -54,11 +54,18 @@ ARGUMENTS = [
         "device for the field solver or for grains, cpu or cuda; for grains also cuda:0,1 or cuda:all for several "
         "devices (default: field.device of the scene, cpu for grains)",
     ),
-    argument("--jobs", "members that run at the same time (default: one per core, or per device of a list)", "int", positive=True),
+    argument("--gather", "run nothing: make the table of the finished members and name the others (status 1 if there are any)", "flag"),
+    argument(
+        "--jobs",
+        "members that run at the same time (default: one per core, or per device of a list)",
+        "int",
+        positive=True,
+    ),
     argument(
         "--share",
         "K/N: run the Kth of N shares of the members only, as in 3/8, so that N machines on one file system work concurrently; "
-        "the same command without it makes the table",
+        "the same command with --gather for --share makes the table",
+        excluded="--gather",
     ),
     argument(
         "--json",
@@ -325,6 +332,17 @@ def table_of(folder, members):
     return table
 
 
+def fail_if_unfinished(members):
+    """Names the members that have no finished result, at most twenty."""
+    names = [messages.printable(member.name) for member in members if member.state != "finished"]
+    if names:
+        others = f" and {len(names) - 20} others" if len(names) > 20 else ""
+        raise Failure(
+            f"{len(names)} of {len(members)} members are not finished: {', '.join(names[:20])}{others}; "
+            "their shares' messages say why, and the same command without --gather goes on with them"
+        )
+
+
 def report(program, request, members, share):
     summary = summarize(program, members)
     text = json.dumps(to_json(program, request.scene, members, summary), indent=1, ensure_ascii=False) + "\n"
@@ -343,12 +361,14 @@ def report(program, request, members, share):
     holds = "holds" if share else "and the result files next to it hold"
     words = f"{what} {holds} {[m.state for m in members].count('finished')} of {len(members)} runs of {request.scene}"
     if share:
-        words += f", share {share[0]} of {share[1]}: once all shares are done, the same command without --share makes their table"
+        words += f", share {share[0]} of {share[1]}: once all shares are done, the same command with --gather for --share makes their table"
     messages.say(f"{words}\n{print_summary(summary)}", end="")
 
 
 def act(request):
     request.out = request.out or Path(request.scene).stem + "-ensemble"
+    if request.gather and request.jobs:
+        raise InputError("--jobs does not apply with --gather, which runs nothing: leave one of them out")
     program = Members(request)
     members = program.members
     if all(member.state == "failed" for member in members):
@@ -370,6 +390,9 @@ def act(request):
             inspect(program, folder, member)
             if member.state == "failed":
                 report_failure(member)
+    if request.gather:
+        report(program, request, members, share=None)
+        return fail_if_unfinished(members)
     interruption = Interruption()
     run_members(program, folder, members, request, interruption)
     report(program, request, members, share)

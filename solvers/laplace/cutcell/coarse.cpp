@@ -30,26 +30,30 @@ void CoarseSolver::factorize(const LaplaceProblem& problem, const Level& level) 
 }
 
 void CoarseSolver::factorize(SparseSystem system) {
-  release();
-  if (system.unknowns() == 0) return;  // all cells are covered by conductors of given potential
+  const bool same_entries = factor_ && system.start == system_.start && system.index == system_.index;
+  system_ = std::move(system);
+  if (!same_entries) release();
+  if (system_.unknowns() == 0) return;  // all cells are covered by conductors of given potential
   cholmod_sparse matrix{};
-  matrix.nrow = matrix.ncol = system.unknowns();
-  matrix.nzmax = system.index.size();
-  matrix.p = system.start.data();
-  matrix.i = system.index.data();
-  matrix.x = system.value.data();
+  matrix.nrow = matrix.ncol = system_.unknowns();
+  matrix.nzmax = system_.index.size();
+  matrix.p = system_.start.data();
+  matrix.i = system_.index.data();
+  matrix.x = system_.value.data();
   matrix.stype = 1;  // upper triangle by columns
   matrix.itype = CHOLMOD_INT;
   matrix.xtype = CHOLMOD_REAL;
   matrix.dtype = CHOLMOD_DOUBLE;
   matrix.sorted = matrix.packed = 1;
-  factor_ = cholmod_analyze(&matrix, &common_);
-  if (!factor_ || !cholmod_factorize(&matrix, factor_, &common_) || common_.status != CHOLMOD_OK)
+  if (!same_entries) {  // the analysis takes most of the time
+    factor_ = cholmod_analyze(&matrix, &common_);
+    rhs_ = cholmod_zeros(matrix.nrow, 1, CHOLMOD_REAL, &common_);
+  }
+  if (!factor_ || !cholmod_factorize(&matrix, factor_, &common_) || common_.status != CHOLMOD_OK) {
+    release();
     throw Failure(
         "field solver: the Cholesky factorization of the coarsest grid failed (a conductor without any link?)");
-  rhs_ = cholmod_zeros(matrix.nrow, 1, CHOLMOD_REAL, &common_);
-  system_ = {
-      .slot = std::move(system.slot), .group = std::move(system.group), .differences = std::move(system.differences)};
+  }
 }
 
 void CoarseSolver::solve(const float* f, const float* charge, float* v, float* phi) {

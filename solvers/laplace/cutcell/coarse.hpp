@@ -20,7 +20,9 @@ class CoarseSolver {
   CoarseSolver& operator=(const CoarseSolver&) = delete;
 
   /// Factorizes a symmetric matrix, given by its upper triangle by columns. Throws Failure if the factorization fails,
-  /// as for a matrix that is not positive definite. Without unknowns it only discards an earlier factorization.
+  /// as for a matrix that is not positive definite. Without unknowns it only discards an earlier factorization. If the
+  /// matrix has entries in the same rows and columns as the last one, the elimination order of the last one is used
+  /// again.
   void factorize(SparseSystem system);
   /// Assembles and factorizes the system of the coarsest grid `level`. Throws Failure if the factorization fails. If no
   /// potential is given, the level of the potentials is fixed arbitrarily.
@@ -38,7 +40,6 @@ class CoarseSolver {
   cholmod_dense* solution_ = nullptr;
   cholmod_dense* work_y_ = nullptr;
   cholmod_dense* work_e_ = nullptr;
-  // The numbering only, without rows.
   SparseSystem system_;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <span>
+#include <utility>
 
 #include "solvers/laplace/cutcell/grid_bodies.hpp"
 #include "solvers/laplace/cutcell/level.hpp"
@@ -81,17 +82,21 @@ void list_pairs(Level& level) {
 
 }  // namespace
 
-void find_eliminated_cells(const LaplaceProblem& problem, const GridBodies& bodies, Level& level,
-                           parallel::Team& team) {
-  const int rows = level.layout.ny, chunks = 4 * team.size();
-  std::vector<EliminatedCells> found(chunks);
+void find_eliminated_cells(const LaplaceProblem& problem, const GridBodies& bodies, Level& level, parallel::Team& team,
+                           std::vector<EliminatedCells>& found) {
+  const int rows = level.layout.ny, chunks = team.size() == 1 ? 1 : 4 * team.size();
+  found.resize(chunks);
   team.for_each(chunks, [&](int chunk) {
     found[chunk].clear();
     for (int j = rows * chunk / chunks; j < rows * (chunk + 1) / chunks; ++j)
       add_row(problem, bodies, level, j, found[chunk]);
   });
-  level.eliminated.clear();
-  for (const EliminatedCells& part : found) level.eliminated.append(part);
+  if (chunks == 1) {
+    std::swap(level.eliminated, found[0]);
+  } else {
+    level.eliminated.clear();
+    for (const EliminatedCells& part : found) level.eliminated.append(part);
+  }
   list_pairs(level);
 }
 

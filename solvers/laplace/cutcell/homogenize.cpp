@@ -36,7 +36,7 @@ void choose_resolved(const LaplaceProblem& problem, const Agglomerates& agglomer
     const int set = agglomerates.first_group[problem.bodies[body].group];
     Outline& outline = bodies.outlines[body];
     bodies.is_resolved[body] = is_resolved(outline, members[set] == 1 && !agglomerates.is_grounded[set]);
-    if (!bodies.is_resolved[body]) outline = unresolved_disk(outline);
+    if (!bodies.is_resolved[body] && outline.kind != Outline::Kind::disk) outline = unresolved_disk(outline);
   }
   if (std::ranges::find(bodies.is_resolved, 0) == bodies.is_resolved.end()) bodies.is_resolved.clear();
 }

@@ -23,7 +23,7 @@ void LevelBuilder::build(const LaplaceProblem& problem, LinkFormula formula, Lev
   if (formula == LinkFormula::aperture) return build_by_apertures(problem, level);
   bodies_.assign(problem, level.h);
   discretize(problem, formula, level, team);
-  find_eliminated_cells(problem, bodies_, level, team);
+  find_eliminated_cells(problem, bodies_, level, team, eliminated_);
 }
 
 void LevelBuilder::build_coarse(const LaplaceProblem& problem, LinkFormula formula, const Agglomerates& agglomerates,
@@ -34,7 +34,7 @@ void LevelBuilder::build_coarse(const LaplaceProblem& problem, LinkFormula formu
   if (finer) inherit_pairs(problem, *finer, bodies_, level);
   set_couplings(problem, largest_coarse_coupling, level);
   homogenize_fluid(problem, bodies_, level, team);
-  find_eliminated_cells(problem, bodies_, level, team);
+  find_eliminated_cells(problem, bodies_, level, team, eliminated_);
 }
 
 void set_couplings(const LaplaceProblem& problem, double largest, Level& level) {
@@ -176,22 +176,29 @@ void LevelBuilder::join_parts(Level& level, parallel::Team& team) {
 
 namespace {
 
-/// Sorts a row's links by cell. Counting is faster than a comparison sort for the few cells of a row. `first` and
-/// `sorted` are memory for intermediate results.
-void sort_row(int j, Level& level, std::vector<int>& first, std::vector<RowLink>& sorted) {
+/// Memory for intermediate results of sort_row().
+struct RowSort {
+  std::vector<int> number, first;
+};
+
+/// Writes the links of row j, sorted by cell, to `level.row_links`. `links`: their indices in `level.links`, one after
+/// another by body. Counting is faster than a comparison sort for the few cells of a row.
+void sort_row(int j, std::span<const int> links, Level& level, RowSort& sort) {
   const Layout& layout = level.layout;
-  const std::span<RowLink> row(level.row_links.begin() + level.row_start[j],
-                               level.row_links.begin() + level.row_start[j + 1]);
   const std::ptrdiff_t red = layout.row(0, j), black = layout.row(1, j);
-  const auto number = [&](const RowLink& link) {
-    return link.cell < black ? link.cell - red : link.cell - black + layout.stride;
-  };
-  first.assign(2 * layout.stride + 1, 0);
-  for (const RowLink& link : row) ++first[number(link) + 1];
-  std::partial_sum(first.begin(), first.end(), first.begin());
-  sorted.resize(row.size());
-  for (const RowLink& link : row) sorted[first[number(link)]++] = link;
-  std::copy(sorted.begin(), sorted.end(), row.begin());
+  sort.number.resize(links.size());
+  sort.first.assign(2 * layout.stride + 1, 0);
+  for (std::size_t k = 0; k < links.size(); ++k) {
+    const std::ptrdiff_t cell = level.links[links[k]].cell;
+    sort.number[k] = static_cast<int>(cell < black ? cell - red : cell - black + layout.stride);
+    ++sort.first[sort.number[k] + 1];
+  }
+  std::partial_sum(sort.first.begin(), sort.first.end(), sort.first.begin());
+  RowLink* const row = level.row_links.data() + level.row_start[j];
+  for (std::size_t k = 0; k < links.size(); ++k) {
+    const FluidLink& link = level.links[links[k]];
+    row[sort.first[sort.number[k]]++] = {static_cast<std::int32_t>(link.cell), link.body, link.conductance, links[k]};
+  }
 }
 
 }  // namespace
@@ -201,17 +208,15 @@ void sort_links_by_row(std::span<const int> link_row, Level& level, parallel::Te
   level.row_start.assign(rows + 1, 0);
   for (const int row : link_row) ++level.row_start[row + 1];
   std::partial_sum(level.row_start.begin(), level.row_start.end(), level.row_start.begin());
-  std::vector<int> next(level.row_start.begin(), level.row_start.end() - 1);
+  std::vector<int> next(level.row_start.begin(), level.row_start.end() - 1), by_row(level.links.size());
+  for (int m = 0; m < static_cast<int>(level.links.size()); ++m) by_row[next[link_row[m]]++] = m;
   level.row_links.resize(level.links.size());
-  for (int m = 0; m < static_cast<int>(level.links.size()); ++m) {
-    const FluidLink& link = level.links[m];
-    level.row_links[next[link_row[m]]++] = {static_cast<std::int32_t>(link.cell), link.body, link.conductance, m};
-  }
   const int chunks = 4 * team.size();
   team.for_each(chunks, [&](int chunk) {
-    std::vector<int> first;
-    std::vector<RowLink> sorted;
-    for (int j = rows * chunk / chunks; j < rows * (chunk + 1) / chunks; ++j) sort_row(j, level, first, sorted);
+    RowSort sort;
+    for (int j = rows * chunk / chunks; j < rows * (chunk + 1) / chunks; ++j)
+      sort_row(j, std::span(by_row).subspan(level.row_start[j], level.row_start[j + 1] - level.row_start[j]), level,
+               sort);
   });
 }
 

@@ -37,6 +37,8 @@ class LevelBuilder {
   std::vector<PartLinks> parts_;
   // Row of each link's cell.
   std::vector<int> link_row_;
+  // By chunk of rows.
+  std::vector<EliminatedCells> eliminated_;
 };
 
 /// Sorts the links (conductances between fluid cells and conductors) by row: computes `level.row_links` and

@@ -19,7 +19,7 @@ double odd_series(double z) {
 
 }  // namespace
 
-BatchConductances log_fitted_links(const LinkBatch& links, double radius) {
+BatchConductances log_fitted_links(const LinkBatch& links) {
   BatchConductances c;
 #pragma GCC ivdep
   for (int k = 0; k < LinkBatch::width; ++k) {
@@ -33,8 +33,8 @@ BatchConductances log_fitted_links(const LinkBatch& links, double radius) {
     const double quarter = half / (1 + std::sqrt(1 + half * half));
     const double eighth = quarter / (1 + std::sqrt(1 + quarter * quarter));
     const double theta = 8 * eighth * odd_series(-eighth * eighth);
-    const double r2 = x * x + y * y, distance = std::sqrt(r2), sum = distance + radius;
-    const double w = (r2 - radius * radius) / (sum * sum);  // ln(r/R) = 2 atanh(w)
+    const double r2 = x * x + y * y, distance = std::sqrt(r2), sum = distance + links.radius[k];
+    const double w = (r2 - links.radius2[k]) / (sum * sum);  // ln(r/R) = 2 atanh(w)
     const double log_ratio = at_least(2 * w * odd_series(w * w), smallest_cut / distance);
     const double inverse = 1 / log_ratio, value = theta * inverse;
     const double a2 = ax * ax + ay * ay, b2 = bx * bx + by * by, product = inverse / (a2 * b2 * r2);

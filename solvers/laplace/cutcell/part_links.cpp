@@ -49,10 +49,9 @@ void PartLinker::link(int part) {
   for (const BodyPiece& piece : assignment_.pieces(part)) {
     const std::size_t covered_before = links_.covered.size(), links_before = links_.links.size();
     body_ = piece.body;
+    in_batches_ = uses_batches();
     if (bodies_.resolves(body_)) {
       link_piece(piece);
-      compute_pending();
-      couple_opposed_surfaces();
     } else if (const auto subgrid = bodies_.subgrid_of_group(group_of(body_));
                !subgrid.empty() && subgrid.front() == body_) {
       link_subgrid_conductors(group_of(body_));
@@ -60,6 +59,8 @@ void PartLinker::link(int part) {
     links_.counts.push_back({static_cast<int>(links_.covered.size() - covered_before),
                              static_cast<int>(links_.links.size() - links_before)});
   }
+  compute_pending();
+  couple_opposed_surfaces();
 }
 
 /// Returns the columns of row j whose cells and neighbours all belong to the piece's disk. The disk must have all cells
@@ -93,10 +94,11 @@ void PartLinker::link_piece(const BodyPiece& piece) {
 /// Computes the links of the body's cells in these columns of row j that have a neighbour outside the body.
 void PartLinker::link_columns(int j, Columns columns) {
   for (int i = columns.from; i <= columns.to; ++i) {
-    if (!owner_[layout_(i, j)].is(body_)) continue;
+    const std::ptrdiff_t slot = layout_(i, j);
+    if (!owner_[slot].is(body_)) continue;
     const std::array<std::ptrdiff_t, 4> neighbours = neighbours_of(layout_, i, j);
     if (std::ranges::all_of(neighbours, [&](std::ptrdiff_t next) { return owner_[next].is(body_); })) continue;
-    link_cell({i, j}, neighbours);
+    link_cell({i, j}, slot, neighbours);
   }
 }
 
@@ -106,14 +108,17 @@ bool PartLinker::uses_batches() const {
          outline.size >= least_batched_radius;
 }
 
-/// Computes the links of a cell that the body covers to its neighbours. `neighbours`: their slots (memory indices),
-/// left, right, bottom, top.
-void PartLinker::link_cell(CellIndex cell, const std::array<std::ptrdiff_t, 4>& neighbours) {
+/// Computes the links of a cell that the body covers to its neighbours. `slot`, `neighbours`: slots (memory indices) of
+/// the cell and of its neighbours, left, right, bottom, top.
+void PartLinker::link_cell(CellIndex cell, std::ptrdiff_t slot, const std::array<std::ptrdiff_t, 4>& neighbours) {
+  // The second cell on a side has the same colour, so that its slot is one entry or two rows away. Outside the box it
+  // is in the padding, which is fluid.
+  const std::array<std::ptrdiff_t, 4> to_second{-1, 1, -2 * layout_.stride, 2 * layout_.stride};
   for (int side = 0; side < 4; ++side) {
     const CellOwner owner = owner_[neighbours[side]];
     if (owner.is(body_) || !is_inside(next_cell(cell, side))) continue;
     if (owner.is_fluid())
-      link_fluid_cell(cell, side, neighbours[side]);
+      link_fluid_cell(cell, side, neighbours[side], owner_[slot + to_second[side]]);
     else if (const int other = owner.body();
              other > body_ && group_of(other) != group_of(body_) && layout_.own.contains(cell.j))
       link_conductor(cell, direction(side), other);
@@ -121,20 +126,19 @@ void PartLinker::link_cell(CellIndex cell, const std::array<std::ptrdiff_t, 4>& 
 }
 
 /// Computes the link between the body's cell and the fluid cell at `slot` (memory index) on one of its sides.
-void PartLinker::link_fluid_cell(CellIndex cell, int side, std::ptrdiff_t slot) {
+/// `opposed`: owner of the cell beyond the fluid cell.
+void PartLinker::link_fluid_cell(CellIndex cell, int side, std::ptrdiff_t slot, CellOwner opposed) {
   const Outline& outline = bodies_.outlines[body_];
   const Vec2 e = direction(side);
-  const CellIndex fluid = next_cell(cell, side), beyond = next_cell(fluid, side);
-  const CellOwner opposed = is_inside(beyond) ? owner_[layout_(beyond.i, beyond.j)] : CellOwner();
+  const CellIndex fluid = next_cell(cell, side);
   const int link = static_cast<int>(links_.links.size());
   if (!opposed.is_fluid() && group_of(opposed.body()) != group_of(body_))
     opposed_.push_back({link, cell, e, opposed.body()});
   links_.link_row.push_back(fluid.j);
-  const bool in_batches = uses_batches();
-  const Conductance c = in_batches ? Conductance{} : fluid_link(outline, centre_of(fluid), -e, formula_);
+  const Conductance c = in_batches_ ? Conductance{} : fluid_link(outline, centre_of(fluid), -e, formula_);
   links_.links.push_back({slot, body_, c.value, c.gradient});
   if (outline.kind == Outline::Kind::curve) links_.arms.push_back({link, curve_arm(outline, centre_of(cell), e)});
-  if (in_batches) add_pending(link, centre_of(fluid) - outline.centre, -e);
+  if (in_batches_) add_pending(link, outline, centre_of(fluid), -e);
 }
 
 void PartLinker::link_conductor(CellIndex cell, Vec2 e, int other) {
@@ -144,11 +148,12 @@ void PartLinker::link_conductor(CellIndex cell, Vec2 e, int other) {
   links_.pairs.push_back({body_, other, c.value, c.gradient_a, c.gradient_b, arm, arm_of_other});
 }
 
-/// Adds a link to the batch of pending ones. `centre`: the fluid cell's centre relative to the body's; e: direction
-/// from the fluid cell to the body's cell.
-void PartLinker::add_pending(int link, Vec2 centre, Vec2 e) {
+/// Adds a link to the batch of pending ones. `centre`: of the fluid cell; e: direction from it to the disk's cell.
+void PartLinker::add_pending(int link, const Outline& disk, Vec2 centre, Vec2 e) {
   auto& [batch, of, count] = pending_;
-  batch.x[count] = centre.x, batch.y[count] = centre.y, batch.ex[count] = e.x, batch.ey[count] = e.y;
+  const Vec2 d = centre - disk.centre;
+  batch.x[count] = d.x, batch.y[count] = d.y, batch.ex[count] = e.x, batch.ey[count] = e.y;
+  batch.radius[count] = disk.size, batch.radius2[count] = disk.size * disk.size;
   of[count] = link;
   if (++count < LinkBatch::width) return;
   compute_pending();
@@ -160,8 +165,9 @@ void PartLinker::compute_pending() {
   for (int k = count; k < LinkBatch::width; ++k) {  // copies of the last link fill the batch
     batch.x[k] = batch.x[count - 1], batch.y[k] = batch.y[count - 1];
     batch.ex[k] = batch.ex[count - 1], batch.ey[k] = batch.ey[count - 1];
+    batch.radius[k] = batch.radius[count - 1], batch.radius2[k] = batch.radius2[count - 1];
   }
-  const BatchConductances c = log_fitted_links(batch, bodies_.outlines[body_].size);
+  const BatchConductances c = log_fitted_links(batch);
   for (int k = 0; k < count; ++k) {
     FluidLink& link = links_.links[of[k]];
     link.conductance = c.value[k];
@@ -177,7 +183,7 @@ void PartLinker::couple_opposed_surfaces() {
     FluidLink& link = links_.links[opposed.link];
     Conductance c{link.conductance, link.gradient};
     const OpposedSurfaceCorrection squeezed = correct_for_opposed_surface(
-        bodies_.outlines[body_], centre_of(opposed.cell), opposed.e, bodies_.outlines[opposed.other], c);
+        bodies_.outlines[link.body], centre_of(opposed.cell), opposed.e, bodies_.outlines[opposed.other], c);
     if (!squeezed.close) continue;
     link.conductance = c.value;
     link.gradient = c.gradient;

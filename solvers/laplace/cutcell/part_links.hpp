@@ -57,8 +57,8 @@ class PartLinker {
   void link(int part);
 
  private:
-  /// Links of one body whose conductances are computed together once the batch is full or the body's links are
-  /// complete. `link`: indices in PartLinks::links.
+  /// Links whose conductances are computed together once the batch is full or the part's links are complete. `link`:
+  /// indices in PartLinks::links.
   struct PendingLinks {
     LinkBatch batch;
     std::array<int, LinkBatch::width> link;
@@ -74,10 +74,10 @@ class PartLinker {
   };
   void link_piece(const BodyPiece& piece);
   void link_columns(int j, Columns columns);
-  void link_cell(CellIndex cell, const std::array<std::ptrdiff_t, 4>& neighbours);
-  void link_fluid_cell(CellIndex cell, int side, std::ptrdiff_t slot);
+  void link_cell(CellIndex cell, std::ptrdiff_t slot, const std::array<std::ptrdiff_t, 4>& neighbours);
+  void link_fluid_cell(CellIndex cell, int side, std::ptrdiff_t slot, CellOwner opposed);
   void link_conductor(CellIndex cell, Vec2 e, int other);
-  void add_pending(int link, Vec2 centre, Vec2 e);
+  void add_pending(int link, const Outline& disk, Vec2 centre, Vec2 e);
   void compute_pending();
   void couple_opposed_surfaces();
   void link_subgrid_conductors(int group);
@@ -93,8 +93,9 @@ class PartLinker {
   const std::vector<CellOwner>& owner_;
   const Layout layout_;
   PartLinks& links_;
-  // The body whose links are being computed.
+  // The body whose links are being computed, and whether they are computed in batches.
   int body_ = -1;
+  bool in_batches_ = false;
   PendingLinks pending_;
   std::vector<OpposedLink> opposed_;
 };

@@ -24,6 +24,37 @@ int degree_for(double accuracy, const Cells& cells) {
   return std::clamp(static_cast<int>(std::ceil(degree)), least_degree, most_degree);
 }
 
+/// Accuracy from which single precision suffices: its rounding errors are at most 1 % of it.
+constexpr double least_single = 1e-4;
+
+/// Multiplies each row of contiguous matrices: out = in factor'. A flat box with one layer of cells has two waves along
+/// z.
+template <class Scalar>
+void multiply_rows(const Eigen::Ref<const RowMatrix<Scalar>>& in, const RowMatrix<Scalar>& factor,
+                   Eigen::Ref<RowMatrix<Scalar>> out) {
+  const Scalar *from = in.data(), *f = factor.data();
+  Scalar* to = out.data();
+  if (in.cols() == 1 && out.cols() == 2) {
+    for (Eigen::Index r = 0; r < in.rows(); ++r) to[2 * r] = f[0] * from[r], to[2 * r + 1] = f[1] * from[r];
+  } else if (in.cols() == 2 && out.cols() == 1) {
+    for (Eigen::Index r = 0; r < in.rows(); ++r) to[r] = f[0] * from[2 * r] + f[1] * from[2 * r + 1];
+  } else {
+    out.noalias() = in * factor.transpose();
+  }
+}
+
+/// Transforms the second index of an array [x][y][z], given as a matrix [x][y z] with `nz` values of z.
+template <class Scalar>
+RowMatrix<Scalar> along_middle_axis(const RowMatrix<Scalar>& factor, const Eigen::Ref<const RowMatrix<Scalar>>& in,
+                                    Eigen::Index nz) {
+  if (nz == 1) return in * factor.transpose();
+  RowMatrix<Scalar> out(in.rows(), factor.rows() * nz);
+  for (Eigen::Index x = 0; x < in.rows(); ++x)
+    Eigen::Map<RowMatrix<Scalar>>(out.row(x).data(), factor.rows(), nz).noalias() =
+        factor * Eigen::Map<const RowMatrix<Scalar>>(in.row(x).data(), factor.cols(), nz);
+  return out;
+}
+
 }  // namespace
 
 CellConvolution::CellConvolution(const Mirrors& mirrors, const Cells& cells, double accuracy)
@@ -40,9 +71,12 @@ CellConvolution::CellConvolution(const Mirrors& mirrors, const Cells& cells, dou
       bounded_(mirrors.bounded),
       images_(mirrors.images),
       volume_(mirrors.bounded ? mirrors.volume() : 0),
-      axis_(cell_axes(cells)),
-      kernel_(
-          cell_kernel(mirrors, cells, axis_, degree, unit_, 0.1 * accuracy)) {  // A tenth of all errors; see far_field
+      axis_(cell_axes(cells)) {
+  RowMatrix<double> kernel = cell_kernel(mirrors, cells, axis_, degree, unit_, 0.1 * accuracy);  // See far_field
+  if (accuracy >= least_single)
+    kernel_ = kernel.cast<float>().eval();
+  else
+    kernel_ = std::move(kernel);
   for (int l = 0; l <= degree_; ++l)
     for (int m = -l; m <= l; ++m) odd_.push_back(odd_axes(l, m));
   const Coupling coupling(degree_);
@@ -82,15 +116,15 @@ CellConvolution::Product CellConvolution::product(const Coupling::Term& term) co
 
 template <class Scalar>
 RowMatrix<Scalar> CellConvolution::to_waves(int axis, int odd) const {
-  if constexpr (std::is_same_v<Scalar, Complex>)
-    if (!cells_.mirrored[axis]) return axis_[axis].complex_to;
+  if constexpr (Eigen::NumTraits<Scalar>::IsComplex)
+    if (!cells_.mirrored[axis]) return axis_[axis].complex_to.template cast<Scalar>();
   return axis_[axis].to[is_sine(axis, odd)].template cast<Scalar>();
 }
 
 template <class Scalar>
 RowMatrix<Scalar> CellConvolution::from_waves(int axis, int odd) const {
-  if constexpr (std::is_same_v<Scalar, Complex>)
-    if (!cells_.mirrored[axis]) return axis_[axis].complex_from;
+  if constexpr (Eigen::NumTraits<Scalar>::IsComplex)
+    if (!cells_.mirrored[axis]) return axis_[axis].complex_from.template cast<Scalar>();
   return axis_[axis].from[is_sine(axis, odd)].template cast<Scalar>();
 }
 
@@ -98,41 +132,42 @@ template <class Scalar>
 void CellConvolution::transform(int harmonic, const double* in_cells, Scalar* in_waves) const {
   const auto [nx, ny, nz] = cells_.count;
   const int odd = odd_[harmonic];
-  const Eigen::Map<const RowMatrix<double>> in(in_cells, nx * ny, nz);
-  const RowMatrix<Scalar> z = in.template cast<Scalar>() * to_waves<Scalar>(2, odd).transpose();
-  RowMatrix<Scalar> y(nx, modes(1) * modes(2));
-  const RowMatrix<Scalar> along_y = to_waves<Scalar>(1, odd);
-  for (int x = 0; x < nx; ++x)
-    Eigen::Map<RowMatrix<Scalar>>(y.row(x).data(), modes(1), modes(2)) = along_y * z.middleRows(x * ny, ny);
-  Eigen::Map<RowMatrix<Scalar>>(in_waves, modes(0), modes(1) * modes(2)) = to_waves<Scalar>(0, odd) * y;
+  const Eigen::Map<const RowMatrix<double>> in(in_cells, nx, ny * nz);
+  const RowMatrix<Scalar> x = to_waves<Scalar>(0, odd) * in.template cast<Scalar>();
+  const RowMatrix<Scalar> y = along_middle_axis<Scalar>(to_waves<Scalar>(1, odd), x, nz);
+  Eigen::Map<RowMatrix<Scalar>> out(in_waves, modes(0) * modes(1), modes(2));
+  multiply_rows<Scalar>(Eigen::Map<const RowMatrix<Scalar>>(y.data(), out.rows(), nz), to_waves<Scalar>(2, odd), out);
 }
 
 template <class Scalar>
 void CellConvolution::transform_back(int harmonic, const Scalar* in_waves, double* in_cells) const {
   const auto [nx, ny, nz] = cells_.count;
   const int odd = odd_[harmonic];
-  const Eigen::Map<const RowMatrix<Scalar>> in(in_waves, modes(0), modes(1) * modes(2));
-  const RowMatrix<Scalar> y = from_waves<Scalar>(0, odd) * in;
-  RowMatrix<Scalar> z(nx * ny, modes(2));
-  const RowMatrix<Scalar> along_y = from_waves<Scalar>(1, odd);
-  for (int x = 0; x < nx; ++x)
-    z.middleRows(x * ny, ny) = along_y * Eigen::Map<const RowMatrix<Scalar>>(y.row(x).data(), modes(1), modes(2));
-  Eigen::Map<RowMatrix<double>>(in_cells, nx * ny, nz) = (z * from_waves<Scalar>(2, odd).transpose()).real();
+  const Eigen::Map<const RowMatrix<Scalar>> in(in_waves, modes(0) * modes(1), modes(2));
+  RowMatrix<Scalar> z(in.rows(), nz);
+  multiply_rows<Scalar>(in, from_waves<Scalar>(2, odd), z);
+  const Eigen::Map<const RowMatrix<Scalar>> by_x(z.data(), modes(0), modes(1) * nz);
+  const RowMatrix<Scalar> y = along_middle_axis<Scalar>(from_waves<Scalar>(1, odd), by_x, nz);
+  const RowMatrix<Scalar> x = from_waves<Scalar>(0, odd) * y;
+  Eigen::Map<RowMatrix<double>>(in_cells, nx, ny * nz) = x.real().template cast<double>();
 }
 
 /// Multiplies `size` modes from `first` on.
 template <class Scalar>
 void CellConvolution::multiply(Eigen::Index first, Eigen::Index size, const Scalar* source, Scalar* field) const {
-  const Eigen::Index total = kernel_.cols();
+  using Real = typename Eigen::NumTraits<Scalar>::Real;
+  const RowMatrix<Real>& kernels = std::get<RowMatrix<Real>>(kernel_);
+  const Eigen::Index total = kernels.cols();
   int target = -1;
   for (const Product& product : products_) {
     if (product.target != target) std::fill_n(field + (target = product.target) * total + first, size, Scalar{});
-    const double factor = product.factor, *kernel = kernel_.row(product.derivative).data() + first;
+    const auto factor = static_cast<Real>(product.factor);
+    const Real* kernel = kernels.row(product.derivative).data() + first;
     const Scalar* in = source + product.source * total + first;
     Scalar* out = field + product.target * total + first;
-    if constexpr (std::is_same_v<Scalar, Complex>)
+    if constexpr (Eigen::NumTraits<Scalar>::IsComplex)
       if (product.turned) {
-        for (Eigen::Index w = 0; w < size; ++w) out[w] += factor * kernel[w] * Complex{in[w].imag(), -in[w].real()};
+        for (Eigen::Index w = 0; w < size; ++w) out[w] += factor * kernel[w] * Scalar{in[w].imag(), -in[w].real()};
         continue;
       }
     for (Eigen::Index w = 0; w < size; ++w) out[w] += factor * kernel[w] * in[w];
@@ -146,7 +181,7 @@ void CellConvolution::convolve(const std::vector<double>& multipoles, std::vecto
   constexpr Eigen::Index block = 128;
   const int all = harmonics(degree_);
   const std::ptrdiff_t cells = cells_.cells();
-  const Eigen::Index total = kernel_.cols();
+  const Eigen::Index total = modes(0) * modes(1) * modes(2);
   scratch_.resize(2 * all * total * sizeof(Scalar) / sizeof(double));
   auto *source = reinterpret_cast<Scalar*>(scratch_.data()), *field = source + all * total;
   team.for_each(all, [&](int h) { transform(h, multipoles.data() + h * cells, source + h * total); });
@@ -157,10 +192,11 @@ void CellConvolution::convolve(const std::vector<double>& multipoles, std::vecto
 
 void CellConvolution::apply(const std::vector<double>& multipoles, std::vector<double>& local,
                             parallel::Team& team) const {
-  if (has_complex_waves(cells_))
-    convolve<Complex>(multipoles, local, team);
+  const bool complex = has_complex_waves(cells_), single = std::holds_alternative<RowMatrix<float>>(kernel_);
+  if (single)
+    complex ? convolve<std::complex<float>>(multipoles, local, team) : convolve<float>(multipoles, local, team);
   else
-    convolve<double>(multipoles, local, team);
+    complex ? convolve<std::complex<double>>(multipoles, local, team) : convolve<double>(multipoles, local, team);
   if (bounded_) add_background(multipoles, local);
 }
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <variant>
+
 #include "solvers/laplace/spheres/cell_axes.hpp"
 #include "solvers/laplace/spheres/images.hpp"
 #include "solvers/laplace/spheres/lattice.hpp"
@@ -27,7 +29,6 @@ class CellConvolution {
   bool fits(const Mirrors& mirrors, const Cells& cells, double accuracy) const;
 
  private:
-  using Complex = std::complex<double>;
   /// Product of coefficients, for all modes: local[target] += factor kernel[derivative] multipoles[source], times -i if
   /// `turned`.
   struct Product {
@@ -62,7 +63,8 @@ class CellConvolution {
   std::array<CellAxis, 3> axis_;
   std::vector<int> odd_;  ///< odd_axes of each harmonic
   std::vector<Product> products_;
-  RowMatrix<double> kernel_;             ///< Kernel in the layout of cell_kernel
+  /// Kernel in the layout of cell_kernel, in single precision if this suffices for the accuracy
+  std::variant<RowMatrix<double>, RowMatrix<float>> kernel_;
   mutable std::vector<double> scratch_;  ///< Kept between products, because its initialization takes time
 };
 

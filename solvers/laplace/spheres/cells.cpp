@@ -81,43 +81,50 @@ Cells::ImageCell Cells::inside(int axis, int index) const {
                    : ImageCell{within, false, block * lengths_[axis], sign};
 }
 
+Cells::Neighbourhood Cells::neighbourhood() const {
+  Neighbourhood near;
+  for (int k = 0; k < 3; ++k) {
+    near.most[k] = static_cast<int>(range / edge[k]);
+    for (int index = -near.most[k]; index < count[k] + near.most[k]; ++index)
+      near.inside[k].push_back(inside(k, index));
+  }
+  for (int x = -near.most[0]; x <= near.most[0]; ++x)
+    for (int y = -near.most[1]; y <= near.most[1]; ++y)
+      for (int z = -near.most[2]; z <= near.most[2]; ++z)
+        if (is_near(x, y, z)) near.offsets.push_back({x, y, z});
+  return near;
+}
+
 std::vector<NearPair> Cells::near_pairs(const std::vector<Site>& targets, const std::vector<Site>& sources,
                                         parallel::Team& team) const {
   constexpr int targets_a_part = 32;
-  std::vector<std::array<int, 3>> offsets;
-  std::array<int, 3> most;
-  for (int k = 0; k < 3; ++k) most[k] = static_cast<int>(range / edge[k]);
-  for (int x = -most[0]; x <= most[0]; ++x)
-    for (int y = -most[1]; y <= most[1]; ++y)
-      for (int z = -most[2]; z <= most[2]; ++z)
-        if (is_near(x, y, z)) offsets.push_back({x, y, z});
+  const Neighbourhood near = neighbourhood();
   const int all = static_cast<int>(targets.size());
   std::vector<std::vector<NearPair>> part((all + targets_a_part - 1) / targets_a_part);
   team.for_each(static_cast<int>(part.size()), [&](int p) {
     for (int t = p * targets_a_part; t < std::min((p + 1) * targets_a_part, all); ++t)
-      add_near_pairs(t, targets[t].centre, sources, offsets, part[p]);
+      add_near_pairs(t, targets[t].centre, sources, near, part[p]);
   });
-  std::size_t size = 0;
-  for (const std::vector<NearPair>& one : part) size += one.size();
-  std::vector<NearPair> pairs;
-  pairs.reserve(size);
-  for (std::vector<NearPair>& one : part) {
-    pairs.insert(pairs.end(), one.begin(), one.end());
-    one = {};  // Pairs of many spheres take much memory
-  }
+  std::vector<std::size_t> start = {0};
+  for (const std::vector<NearPair>& one : part) start.push_back(start.back() + one.size());
+  std::vector<NearPair> pairs(start.back());
+  team.for_each(static_cast<int>(part.size()), [&](int p) {
+    std::copy(part[p].begin(), part[p].end(), pairs.begin() + static_cast<std::ptrdiff_t>(start[p]));
+    part[p] = {};  // Pairs of many spheres take much memory
+  });
   return pairs;
 }
 
-void Cells::add_near_pairs(int target, Vec3 position, const std::vector<Site>& sources,
-                           std::span<const std::array<int, 3>> offsets, std::vector<NearPair>& pairs) const {
+void Cells::add_near_pairs(int target, Vec3 position, const std::vector<Site>& sources, const Neighbourhood& near,
+                           std::vector<NearPair>& pairs) const {
   const auto at = indices(position);
-  for (const auto& offset : offsets) {
-    const ImageCell x = inside(0, at[0] + offset[0]), y = inside(1, at[1] + offset[1]),
-                    z = inside(2, at[2] + offset[2]);
+  for (const auto& offset : near.offsets) {
+    const auto along = [&](int k) -> const ImageCell& { return near.inside[k][at[k] + offset[k] + near.most[k]]; };
+    const ImageCell &x = along(0), &y = along(1), &z = along(2);
     if (x.index < 0 || y.index < 0 || z.index < 0) continue;
     const int mask = (x.reflected ? 1 : 0) + (y.reflected ? 2 : 0) + (z.reflected ? 4 : 0);
+    const Vec3 image{x.reflected ? -1.0 : 1.0, y.reflected ? -1.0 : 1.0, z.reflected ? -1.0 : 1.0};
     for (const int s : members[number({x.index, y.index, z.index})]) {
-      const Vec3 image = Vec3{x.reflected ? -1.0 : 1.0, y.reflected ? -1.0 : 1.0, z.reflected ? -1.0 : 1.0};
       const Vec3 c = sources[s].centre;
       const Vec3 displacement =
           position - Vec3{image.x * c.x + x.shift, image.y * c.y + y.shift, image.z * c.z + z.shift};

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <array>
-#include <span>
 #include <vector>
 
 #include "solvers/laplace/spheres/near_field.hpp"
@@ -47,8 +46,6 @@ struct Cells {
                                    parallel::Team& team) const;
 
  private:
-  void add_near_pairs(int target, Vec3 position, const std::vector<Site>& sources,
-                      std::span<const std::array<int, 3>> offsets, std::vector<NearPair>& pairs) const;
   /// Cell inside the grid that a cell mirrors or repeats, along one axis, and the reflection and shift (m) between
   /// them.
   struct ImageCell {
@@ -57,6 +54,16 @@ struct Cells {
     double shift = 0, sign = 1;
   };
   ImageCell inside(int axis, int index) const;
+  /// Cells of a target's neighbourhood: their offsets, and the cells inside for each index along each axis, from
+  /// -`most` on.
+  struct Neighbourhood {
+    std::array<int, 3> most{};
+    std::vector<std::array<int, 3>> offsets;
+    std::array<std::vector<ImageCell>, 3> inside;
+  };
+  Neighbourhood neighbourhood() const;
+  void add_near_pairs(int target, Vec3 position, const std::vector<Site>& sources, const Neighbourhood& near,
+                      std::vector<NearPair>& pairs) const;
 
   bool bounded_ = false;
   Vec3 lengths_;

@@ -25,6 +25,22 @@ Eigen::MatrixXd to_cell(const Site& site, Vec3 centre, int degree, double unit) 
   return result;
 }
 
+/// Returns the lower half of the inverse of L L', by blocks of columns. Rows above a block do not affect it.
+Eigen::MatrixXd lower_half_of_inverse(const Eigen::MatrixXd& lower, parallel::Team& team) {
+  constexpr Eigen::Index block = 64;
+  const Eigen::Index size = lower.rows();
+  Eigen::MatrixXd inverse(size, size);
+  team.for_each(static_cast<int>((size + block - 1) / block), [&](int part) {
+    const Eigen::Index first = part * block, left = size - first;
+    const auto corner = lower.bottomRightCorner(left, left);
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Identity(left, std::min(block, left));
+    corner.triangularView<Eigen::Lower>().solveInPlace(columns);
+    corner.triangularView<Eigen::Lower>().adjoint().solveInPlace(columns);
+    inverse.block(first, first, left, columns.cols()) = columns;
+  });
+  return inverse;
+}
+
 }  // namespace
 
 bool ChargesAndDipoles::saves_time(std::size_t spheres) { return spheres <= most_spheres; }
@@ -39,7 +55,7 @@ ChargesAndDipoles::ChargesAndDipoles(const Mirrors& mirrors, const Cells& cells,
   const Eigen::LLT<Eigen::MatrixXd> factors(matrix);
   positive_ = factors.info() == Eigen::Success;
   if (!positive_) return;
-  const Eigen::MatrixXd inverse = factors.solve(Eigen::MatrixXd::Identity(size, size));
+  const Eigen::MatrixXd inverse = lower_half_of_inverse(factors.matrixLLT(), team);
   inverse_ = inverse.cast<float>().selfadjointView<Eigen::Lower>();
   charge_response_.resize(size, count);
   charges_.resize(count, count);

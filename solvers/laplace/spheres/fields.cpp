@@ -35,6 +35,8 @@ WallPotential::WallPotential(const SphereProblem& problem) {
 
 namespace {
 
+constexpr int least_site_degree = 2;
+
 /// Degree that a gap requires, and the accuracy for which the largest degree suffices.
 struct DegreeRequirement {
   double degree = 0, possible = 0;
@@ -52,6 +54,13 @@ DegreeRequirement at_gap(double radius, double other, double gap, double accurac
 DegreeRequirement at_contact(double radius, double other, double accuracy) {
   const double digits = std::log(accuracy), share = (1 + radius / other) / (4 * std::numbers::pi);
   return {digits * digits * share, std::exp(-std::sqrt(largest_degree / share))};
+}
+
+/// Returns a bound of cosh_less_one. A gap beyond it neither needs a degree above `degree` on a sphere of this radius,
+/// nor a correction. `largest`: largest radius of another sphere. The bound excludes most pairs without logarithms.
+double sufficient_cosh(double degree, double radius, double largest, double accuracy) {
+  const double without_correction = at_contact(radius, largest, accuracy).degree;
+  return std::cosh(-std::log(accuracy) / std::max<double>(least_site_degree, std::min(degree, without_correction))) - 1;
 }
 
 /// Returns the requirement next to a dielectric, for any gap. Each reflection multiplies by k = (eps - 1) / (eps + 1),
@@ -149,8 +158,6 @@ double choose_range(const Mirrors& mirrors, const std::vector<Site>& sites) {
 /// Number of spheres up to which direct interactions of all pairs cost less than cells.
 constexpr std::size_t direct_limit = 48;
 
-constexpr int least_site_degree = 2;
-
 /// Fixed degree up to which one sum over all images of a pair costs less than direct near images.
 constexpr int low_degree = 8;
 
@@ -217,13 +224,18 @@ void Fields::choose_reflecting(const SphereProblem& problem, const std::vector<N
 std::vector<NearPair> Fields::narrow_gaps(const SphereProblem& problem, const std::vector<NearPair>& pairs,
                                           const std::vector<NearPair>& lopsided,
                                           std::vector<RequiredDegree>& required) {
-  // The least degree suffices for nearly all pairs; this bound detects them without a logarithm.
-  const double least = std::cosh(-std::log(accuracy_) / least_site_degree) - 1;
+  const double largest = largest_radius(sites_);
   std::vector<NearPair> gaps;
+  int current = -1;
+  double known = 0, sufficient = 0;  // Degree of the current target, and the bound on its gaps for that degree
   for (const NearPair& pair : pairs) {
     const Site &site = sites_[pair.target], &other = sites_[pair.source];
+    if (pair.target != current || required[current].degree > known) {
+      current = pair.target, known = required[current].degree;
+      sufficient = sufficient_cosh(known, site.radius, largest, accuracy_);
+    }
     const double gap = norm(pair.displacement) - site.radius - other.radius;
-    if (gap > 0 && cosh_less_one(site.radius, other.radius, gap) > least) continue;
+    if (gap > 0 && cosh_less_one(site.radius, other.radius, gap) > sufficient) continue;
     if (!lopsided.empty() && (contains(lopsided, pair) || contains(lopsided, reversed(pair)))) continue;
     const Sphere &target = problem.spheres[pair.target], &source = problem.spheres[pair.source];
     const bool dielectric = !target.is_conductor() || !source.is_conductor();

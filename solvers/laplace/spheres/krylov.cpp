@@ -30,11 +30,50 @@ PetscErrorCode with_arrays(::Vec x, ::Vec y, const auto& f) {
   return 0;
 }
 
-PetscErrorCode multiply(Mat matrix, ::Vec x, ::Vec y) {
+/// Product of the matrix, without projection, with the iterate of conjugate gradients. Each step adds a multiple of a
+/// direction to the iterate, whose product is known. The results of a solve thus need no further product.
+class IterateProduct {
+ public:
+  /// Starts from the iterate 0 with `size` unknowns.
+  explicit IterateProduct(std::size_t size) : value_(size), direction_product_(size) {}
+  /// Sets the direction of the next step, and the current iterate. Returns the storage of the direction's product.
+  double* next(const double* direction, const double* iterate) {
+    const Eigen::Map<const Eigen::VectorXd> all(direction, static_cast<Eigen::Index>(value_.size()));
+    const double largest = all.lpNorm<Eigen::Infinity>();
+    index_ = 0;
+    while (index_ + 1 < all.size() && std::abs(all[index_]) != largest) ++index_;
+    component_ = all[index_], before_ = iterate[index_];
+    return direction_product_.data();
+  }
+  /// Adds the product of the step that led to this iterate.
+  void follow(const double* iterate) {
+    const double step = component_ == 0 ? 0 : (iterate[index_] - before_) / component_;
+    for (std::size_t k = 0; k < value_.size(); ++k) value_[k] += step * direction_product_[k];
+  }
+  /// Returns the storage of the product, for another computation of it.
+  double* restart() { return value_.data(); }
+  const std::vector<double>& value() const { return value_; }
+
+ private:
+  std::vector<double> value_, direction_product_;
+  std::ptrdiff_t index_ = 0;
+  double component_ = 0, before_ = 0;  ///< The direction's largest component, and that of the iterate before the step
+};
+
+/// System and the product that is computed along with the iteration (null: none).
+struct Operator {
   const System* system = nullptr;
-  PetscCall(MatShellGetContext(matrix, &system));
+  IterateProduct* product = nullptr;
+  const double* iterate = nullptr;
+};
+
+PetscErrorCode multiply(Mat matrix, ::Vec x, ::Vec y) {
+  const Operator* operation = nullptr;
+  PetscCall(MatShellGetContext(matrix, &operation));
+  const System* system = operation->system;
   return with_arrays(x, y, [&](const double* from, double* to) {
     system->apply(from, to);
+    if (operation->product) std::copy_n(to, system->size(), operation->product->next(from, operation->iterate));
     system->project(to);
   });
 }
@@ -61,8 +100,9 @@ void for_each_column(std::size_t size, Lanes* values, const auto& change) {
 }
 
 PetscErrorCode multiply_eight(Mat matrix, ::Vec x, ::Vec y) {
-  const System* system = nullptr;
-  PetscCall(MatShellGetContext(matrix, &system));
+  const Operator* operation = nullptr;
+  PetscCall(MatShellGetContext(matrix, &operation));
+  const System* system = operation->system;
   return with_arrays(x, y, [&](const double* from, double* to) {
     std::vector<Lanes> columns(system->size()), product(columns.size());
     std::memcpy(columns.data(), from, columns.size() * sizeof(Lanes));
@@ -103,11 +143,12 @@ double rounding(const System& system) {
   return 4 * std::numeric_limits<double>::epsilon() * std::sqrt(sum);
 }
 
-/// Computes the residual and returns its norm.
+/// Computes the matrix's product with x and the residual, and returns the residual's norm.
 double residual_of(const System& system, const std::vector<double>& x, const std::vector<double>& given,
-                   std::vector<double>& residual) {
-  residual.resize(x.size());
-  system.apply(x.data(), residual.data());
+                   std::vector<double>& product, std::vector<double>& residual) {
+  product.resize(x.size());
+  system.apply(x.data(), product.data());
+  residual = product;
   system.project(residual.data());
   for (std::size_t k = 0; k < x.size(); ++k) residual[k] = given[k] - residual[k];
   return length(residual);
@@ -130,6 +171,7 @@ struct Objects {
 /// Operator and preconditioner of conjugate gradients, for one right-hand side or for eight as one vector.
 struct Shell {
   const System* system = nullptr;
+  IterateProduct* product = nullptr;
   PetscInt size = 0;
   PetscErrorCode (*multiply)(Mat, ::Vec, ::Vec) = nullptr;
   PetscErrorCode (*precondition)(PC, ::Vec, ::Vec) = nullptr;
@@ -145,8 +187,13 @@ bool stops_by_residual(KSP ksp) {
   return cg == PETSC_TRUE && norm == KSP_NORM_UNPRECONDITIONED;
 }
 
-/// Ends the iteration after a stop request; otherwise PETSc's own test.
+/// Ends the iteration after a stop request; otherwise PETSc's own test. Conjugate gradients call it after each step.
 PetscErrorCode stop_test(KSP ksp, PetscInt iteration, PetscReal norm, KSPConvergedReason* reason, void* context) {
+  Mat matrix = nullptr;
+  const Operator* operation = nullptr;
+  PetscCall(KSPGetOperators(ksp, &matrix, nullptr));
+  PetscCall(MatShellGetContext(matrix, &operation));
+  if (operation->product && iteration > 0) operation->product->follow(operation->iterate);
   if (!StopRequestScope::requested()) return KSPConvergedDefault(ksp, iteration, norm, reason, context);
   *reason = KSP_DIVERGED_BREAKDOWN;
   return 0;
@@ -201,11 +248,13 @@ SolveOutcome refine(Objects& petsc, double goal) {
 KrylovResult conjugate_gradients(const Shell& shell, double* right_hand_side, double* x, double goal, double scale) {
   Objects petsc;
   auto* context = const_cast<System*>(shell.system);
+  Operator operation{shell.system, shell.product, x};
   check_petsc(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, shell.size, right_hand_side, &petsc.b));
   check_petsc(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, shell.size, x, &petsc.x));
-  check_petsc(MatCreateShell(PETSC_COMM_SELF, shell.size, shell.size, shell.size, shell.size, context, &petsc.matrix));
-  for (const MatOperation operation : {MATOP_MULT, MATOP_MULT_TRANSPOSE})
-    check_petsc(MatShellSetOperation(petsc.matrix, operation, reinterpret_cast<void (*)()>(shell.multiply)));
+  check_petsc(
+      MatCreateShell(PETSC_COMM_SELF, shell.size, shell.size, shell.size, shell.size, &operation, &petsc.matrix));
+  for (const MatOperation kind : {MATOP_MULT, MATOP_MULT_TRANSPOSE})
+    check_petsc(MatShellSetOperation(petsc.matrix, kind, reinterpret_cast<void (*)()>(shell.multiply)));
   check_petsc(KSPCreate(PETSC_COMM_SELF, &petsc.ksp));
   check_petsc(KSPSetOptionsPrefix(petsc.ksp, "spheres_"));
   check_petsc(KSPSetType(petsc.ksp, KSPCG));
@@ -228,7 +277,9 @@ KrylovResult conjugate_gradients(const Shell& shell, double* right_hand_side, do
     stop_if_requested();
     outcome = outcome_of(petsc.ksp);
   } else {
+    operation.product = nullptr;
     outcome = refine(petsc, goal);
+    if (shell.product) shell.system->apply(x, shell.product->restart());
   }
   if (outcome.reason < 0)
     throw Failure(fmt::format("the field of spheres: no convergence after {} iterations ({}, relative residual {:.3g})",
@@ -265,8 +316,8 @@ EightColumns solve_eight(const System& system, int first, double tolerance) {
   std::memcpy(from.data(), given.data(), n * sizeof(Lanes));
   // Bound on the residual of a single column, as if it contained the whole residual.
   const double goal = std::max(tolerance, 4 * std::numeric_limits<double>::epsilon() * std::sqrt(squares));
-  conjugate_gradients({&system, static_cast<PetscInt>(n * lanes), multiply_eight, precondition_eight}, from.data(),
-                      to.data(), goal, 1);
+  conjugate_gradients({&system, nullptr, static_cast<PetscInt>(n * lanes), multiply_eight, precondition_eight},
+                      from.data(), to.data(), goal, 1);
   std::memcpy(eight.x.data(), to.data(), n * sizeof(Lanes));
   system.apply(eight.x.data(), eight.residual.data());
   for_each_column(n, eight.residual.data(), [&](double* column) { system.project(column); });
@@ -286,21 +337,23 @@ double second_order_tolerance(double tolerance) { return std::max(tolerance, 0.1
 KrylovResult solve_krylov(const System& system, double tolerance, std::vector<double>& x) {
   parallel::start_petsc();
   const PetscInt n = system.size();
-  std::vector<double> residual, correction(n);
+  std::vector<double> product, residual, correction(n);
   const std::vector<double> cold = system.start();
   std::vector<double> given = system.right_hand_side();
   system.project(given.data());
   const double scale = std::hypot(length(given), length(cold));
-  double first = residual_of(system, x, given, residual);
+  double first = residual_of(system, x, given, product, residual);
   if (first > scale) {  // The initial guess is of another size, for example after charges have flowed to ground
     x = cold;
-    first = residual_of(system, x, given, residual);
+    first = residual_of(system, x, given, product, residual);
   }
   const double goal = std::max(tolerance * scale, rounding(system));
-  if (first <= goal) return {0, scale > 0 ? first / scale : 0};
-  const KrylovResult result =
-      conjugate_gradients({&system, n, multiply, precondition}, residual.data(), correction.data(), goal, scale);
-  for (PetscInt k = 0; k < n; ++k) x[k] += correction[k];
+  if (first <= goal) return {0, scale > 0 ? first / scale : 0, std::move(product)};
+  IterateProduct followed(n);
+  KrylovResult result = conjugate_gradients({&system, &followed, n, multiply, precondition}, residual.data(),
+                                            correction.data(), goal, scale);
+  for (PetscInt k = 0; k < n; ++k) x[k] += correction[k], product[k] += followed.value()[k];
+  result.product = std::move(product);
   return result;
 }
 

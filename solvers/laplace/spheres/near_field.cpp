@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <map>
 #include <mutex>
+#include <utility>
 
 namespace lichtenberg::laplace::spheres {
 
@@ -26,22 +26,33 @@ namespace {
 
 constexpr int targets_a_chunk = 32;
 
+}  // namespace
+
 /// Degrees of a pair, beyond which (reach / distance)^l is below the accuracy. They are the same for both directions,
 /// so that the matrix stays symmetric.
-class DegreesByDistance {
+class NearField::DegreesByDistance {
  public:
   explicit DegreesByDistance(double accuracy) {
     for (int l = 1; l <= largest_degree; ++l) largest_ratio_[l - 1] = std::pow(accuracy, 1.0 / l);
   }
-  int at(double reach, double distance) const {
-    if (reach >= distance) return 1 << 20;
-    const auto first = std::ranges::lower_bound(largest_ratio_, reach / distance);
-    return first == largest_ratio_.end() ? 1 << 20 : static_cast<int>(first - largest_ratio_.begin()) + 1;
+  /// Returns the degree, at most `most`.
+  int at(double reach, double distance, int most) const {
+    if (reach >= distance) return most;
+    const auto first = std::lower_bound(largest_ratio_.begin(), largest_ratio_.begin() + std::min(most, largest_degree),
+                                        reach / distance);
+    return std::min(static_cast<int>(first - largest_ratio_.begin()) + 1, most);
   }
 
  private:
   std::array<double, largest_degree> largest_ratio_{};
 };
+
+namespace {
+
+Lanes root(Lanes value) {
+  for (int k = 0; k < lanes; ++k) value[k] = std::sqrt(value[k]);
+  return value;
+}
 
 /// Returns the index of the first pair of each chunk of targets.
 std::vector<std::size_t> chunk_starts(const std::vector<NearPair>& pairs, std::size_t targets) {
@@ -87,18 +98,20 @@ void gather(const std::array<const double*, lanes>& from, int count, Lanes* valu
   }
 }
 
-/// Adds `count` numbers to each of up to eight targets, which may be equal: to[k][h] += value[h][k].
+/// Adds `count` numbers to each of up to eight targets, which may be equal: to[k][h] += value[h][k]. Successive equal
+/// targets are common, and are read and stored once.
 void scatter(const Lanes* value, int count, std::span<double* const> to) {
   int h = 0;
   for (; h + lanes <= count; h += lanes) {
     std::array<Lanes, lanes> block;
     std::copy(value + h, value + h + lanes, block.begin());
     transpose(block);
-    for (std::size_t k = 0; k < to.size(); ++k) {
+    for (std::size_t k = 0; k < to.size();) {
       Lanes sum;
       std::memcpy(&sum, to[k] + h, sizeof sum);
-      sum += block[k];
-      std::memcpy(to[k] + h, &sum, sizeof sum);
+      double* const target = to[k];
+      while (k < to.size() && to[k] == target) sum += block[k++];
+      std::memcpy(target + h, &sum, sizeof sum);
     }
   }
   for (; h < count; ++h)
@@ -111,9 +124,10 @@ NearField::NearField(const std::vector<Site>& targets, const std::vector<Site>& 
                      const std::vector<NearPair>& pairs, double accuracy, parallel::Team& team)
     : target_start_(starts(targets)), source_start_(starts(sources)) {
   const std::vector<std::size_t> start = chunk_starts(pairs, targets.size());
+  const DegreesByDistance degrees(accuracy);
   chunks_.resize(start.size() - 1);
   team.for_each(static_cast<int>(chunks_.size()), [&](int c) {
-    chunks_[c] = batches(std::span(pairs).subspan(start[c], start[c + 1] - start[c]), targets, sources, accuracy);
+    chunks_[c] = batches(std::span(pairs).subspan(start[c], start[c + 1] - start[c]), targets, sources, degrees);
   });
   for (const std::vector<Batch>& chunk : chunks_)
     for (const Batch& batch : chunk)
@@ -125,41 +139,64 @@ NearField::NearField(const std::vector<Site>& targets, const std::vector<Site>& 
 }
 
 std::vector<NearField::Batch> NearField::batches(std::span<const NearPair> pairs, const std::vector<Site>& targets,
-                                                 const std::vector<Site>& sources, double accuracy) const {
-  const DegreesByDistance degrees(accuracy);
-  std::map<std::array<int, 3>, std::vector<Batch>> made;  // By degrees and mirrors
-  std::size_t count = 0;
-  for (const NearPair& pair : pairs) {
-    const Site &target = targets[pair.target], &source = sources[pair.source];
-    const double d = norm(pair.displacement);
-    const int source_degree = std::min(source.degree, degrees.at(source.radius, d - target.radius));
-    const int target_degree = std::min(target.degree, degrees.at(target.radius, d - source.radius));
-    std::vector<Batch>& equal = made[{source_degree, target_degree, pair.mask}];
-    if (equal.empty() || equal.back().count == lanes) {
-      equal.push_back({source_degree, target_degree, pair.mask});
-      ++count;
-    }
-    add_to_batch(equal.back(), pair, target, source);
+                                                 const std::vector<Site>& sources,
+                                                 const DegreesByDistance& degrees) const {
+  int highest = 0;
+  std::vector<std::array<int, 2>> degree(pairs.size());  // Degrees of source and target
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    const Site &target = targets[pairs[p].target], &source = sources[pairs[p].source];
+    const double d = norm(pairs[p].displacement);
+    degree[p] = {degrees.at(source.radius, d - target.radius, source.degree),
+                 degrees.at(target.radius, d - source.radius, target.degree)};
+    highest = std::max({highest, degree[p][0], degree[p][1]});
   }
-  std::vector<Batch> all;
-  all.reserve(count);
-  for (const auto& [degrees_and_mirrors, equal] : made) all.insert(all.end(), equal.begin(), equal.end());
+  // Pairs of equal degrees and mirrors are counted first, so that batches do not grow.
+  const int side = highest + 1;
+  const auto kind = [&](std::size_t p) { return (degree[p][0] * side + degree[p][1]) * 8 + pairs[p].mask; };
+  std::vector<int> next(static_cast<std::size_t>(8) * side * side);
+  for (std::size_t p = 0; p < pairs.size(); ++p) ++next[kind(p)];
+  int count = 0;
+  for (int& one : next) count += (std::exchange(one, count * lanes) + lanes - 1) / lanes;
+  std::vector<Batch> all(count);
+  for (std::size_t p = 0; p < pairs.size(); ++p) {
+    const int slot = next[kind(p)]++;
+    Batch& batch = all[slot / lanes];
+    if (batch.count == 0) {
+      batch.source_degree = degree[p][0], batch.target_degree = degree[p][1], batch.mask = pairs[p].mask;
+      batch.source.fill(source_start_[pairs[p].source]);  // Empty lanes read any source
+    }
+    add_to_batch(batch, pairs[p], targets[pairs[p].target], sources[pairs[p].source]);
+  }
+  for (Batch& batch : all) complete(batch);
   return all;
 }
 
+/// Adds a pair. Displacement and radii are stored in place of the numbers that complete() computes from them.
 void NearField::add_to_batch(Batch& batch, const NearPair& pair, const Site& target, const Site& source) const {
-  if (batch.count == 0) {
-    for (int k = 0; k < lanes; ++k) batch.directions.set(k, {0, 0, 1});
-    batch.source.fill(source_start_[pair.source]);  // Empty lanes read any source
-  }
   const int k = batch.count++;
-  const double d = norm(pair.displacement);
-  batch.directions.set(k, pair.displacement);
+  batch.directions.cos_azimuth[k] = pair.displacement.x;
+  batch.directions.sin_azimuth[k] = pair.displacement.y;
+  batch.directions.cos_polar[k] = pair.displacement.z;
   batch.target[k] = target_start_[pair.target];
   batch.source[k] = source_start_[pair.source];
-  batch.sign[k] = pair.sign * source.radius / d;
-  batch.source_factor[k] = 2 * source.radius / d;
-  batch.target_factor[k] = 2 * target.radius / d;
+  batch.sign[k] = pair.sign;
+  batch.source_factor[k] = source.radius;
+  batch.target_factor[k] = target.radius;
+}
+
+/// Computes the directions and factors of a batch, for all lanes at once.
+void NearField::complete(Batch& batch) {
+  PairDirections& direction = batch.directions;
+  for (int k = batch.count; k < lanes; ++k) direction.cos_polar[k] = 1;
+  const Lanes x = direction.cos_azimuth, y = direction.sin_azimuth, z = direction.cos_polar, across2 = x * x + y * y,
+              across = root(across2), d = root(across2 + z * z);
+  direction.cos_polar = z / d;
+  direction.sin_polar = across / d;
+  direction.cos_azimuth = across > 0 ? x / across : Lanes{} + 1;
+  direction.sin_azimuth = across > 0 ? y / across : Lanes{};
+  batch.sign *= batch.source_factor / d;
+  batch.source_factor *= 2 / d;
+  batch.target_factor *= 2 / d;
 }
 
 void NearField::add_batch(const Batch& batch, const double* multipoles, double* local, Lanes* value,

@@ -51,6 +51,7 @@ class NearField {
   void add(const Lanes* multipoles, Lanes* local, parallel::Team& team) const;
 
  private:
+  class DegreesByDistance;
   /// Up to eight pairs of equal degrees and mirrors.
   struct Batch {
     int source_degree = 0, target_degree = 0, mask = 0, count = 0;
@@ -59,7 +60,8 @@ class NearField {
     Lanes sign{}, source_factor{}, target_factor{};  ///< sign R_s/d, 2 R_s/d, 2 R_t/d; 0 in empty lanes
   };
   std::vector<Batch> batches(std::span<const NearPair> pairs, const std::vector<Site>& targets,
-                             const std::vector<Site>& sources, double accuracy) const;
+                             const std::vector<Site>& sources, const DegreesByDistance& degrees) const;
+  static void complete(Batch& batch);
   void add_to_batch(Batch& batch, const NearPair& pair, const Site& target, const Site& source) const;
   void add_batch(const Batch& batch, const double* multipoles, double* local, Lanes* value, Lanes* scratch) const;
   void add_pair(const Batch& batch, int pair, const Lanes* multipoles, Lanes* local, Lanes* value,

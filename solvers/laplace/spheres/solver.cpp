@@ -78,7 +78,7 @@ SphereSolution SphereSolver::solve(const SphereProblem& problem) {
   }
   {
     const Stopwatch watch(seconds.forces);
-    solution = system->results(x);
+    solution = system->results(x, krylov.product);
   }
   my.history.push_front(system->past(x, solution.group_potential));
   if (my.history.size() > longest_history) my.history.pop_back();

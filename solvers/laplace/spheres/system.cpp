@@ -220,11 +220,10 @@ void System::add_reflected_forces(const double* multipoles, SphereSolution& solu
     solution.sphere_force[reflection.large] += force_on_large(reflection, sites_, start_, multipoles) * scale;
 }
 
-SphereSolution System::results(const std::vector<double>& x) const {
+SphereSolution System::results(const std::vector<double>& x, const std::vector<double>& product) const {
   SphereSolution solution;
-  std::vector<double> y(size()), missed = right_hand_side();
-  apply(x.data(), y.data());
-  for (int k = 0; k < size(); ++k) missed[k] = y[k] - missed[k];
+  std::vector<double> missed = right_hand_side();
+  for (int k = 0; k < size(); ++k) missed[k] = product[k] - missed[k];
   solution.group_potential = constraints_.potentials(missed.data());
   solution.coupling_charge = constraints_.carried(x.data());
   const double neutralized = problem_.neutralized_charge();

@@ -139,8 +139,8 @@ class System {
   std::vector<double> unit_potential(int group) const;
   /// Computes the charge of each group over 4 pi eps from x: the scalar products with unit_potential().
   std::vector<double> group_charges(const double* x) const;
-  /// Computes potentials, charges, dipoles, forces and energy from the solution x.
-  SphereSolution results(const std::vector<double>& x) const;
+  /// Computes potentials, charges, dipoles, forces and energy from the solution x and its `product` with the matrix.
+  SphereSolution results(const std::vector<double>& x, const std::vector<double>& product) const;
 
   const SphereProblem& problem() const { return problem_; }
   const std::vector<Site>& sites() const { return fields_->sites(); }

@@ -123,9 +123,10 @@ class GasImpl final : public DeviceGas {
       finish(NoAction());
       join_results();
       const ChooseNext<Law> next{rule(law),          results_.device(), parameters_.device(),
-                                 progress_.device(), nullptr,           false};
+                                 progress_.device(), nullptr,           exchange_changes_forces()};
       run_->for_each(1, [=] LICHTENBERG_HOST_DEVICE(int) { next(); });
       fetch_results();
+      if (now.exchanged) recharge(true);
       record_progress(now);
     }
   }
@@ -292,7 +293,7 @@ class GasImpl final : public DeviceGas {
   /// Computes smooth forces and potential energy after a change of charges or of the order of grains. `by_exchange`:
   /// the change of energy enters the budget of charge exchange; `solved`: the induced dipoles are known.
   void recharge(bool by_exchange, bool solved = false) {
-    if (sums_) recharge_sums(solved);
+    if (sums_) recharge_sums(by_exchange, solved);
     find_pair_forces();
     FieldEnergyBudget* budget = gas_.field_energy.data();
     const ForceView force = forces();
@@ -303,8 +304,8 @@ class GasImpl final : public DeviceGas {
     });
     store_slow_forces();
   }
-  void recharge_sums(bool solved) {
-    gas_.scale_charges();
+  void recharge_sums(bool by_exchange, bool solved) {
+    gas_.scale_charges(by_exchange ? &results_.device()->charge : gas_.find_largest_charge());
     const PointCharge* charged = gas_.view().charged;
     if (!dipoles_)
       sums_->evaluate(charged, lists_.partners(), true);
@@ -337,7 +338,7 @@ class GasImpl final : public DeviceGas {
   template <class Law>
   void record(const Law& law) {
     Progress* now = progress_.device();
-    const bool exchanges = has_slow_forces() && gas_.options.exchanges;
+    const bool exchanges = exchange_changes_forces();
     follow(law);
     if (gas_.exchanges_in_order() && !gas_.elastic)
       exchange_in_order(*run_, smooth_steps(law), gas_.options.exchange, affinity_.data(), &now->go);
@@ -374,6 +375,7 @@ class GasImpl final : public DeviceGas {
   /// Ends an outer step (finish_step()), and then calls action().
   template <class Action>
   void finish(Action action) {
+    gas_.join_exchanged_charges();
     finish_step(gas_, forces(), parameters_.device(), results_.device(), action);
   }
   /// Joins the results of a step of all ranks.
@@ -399,6 +401,7 @@ class GasImpl final : public DeviceGas {
             lists_.in_reach()};
   }
   bool has_slow_forces() const { return sums_ || !parts_.empty(); }
+  bool exchange_changes_forces() const { return has_slow_forces() && gas_.options.exchanges; }
   bool has_bounds() const { return sums_ && !gas_.options.enclosure.is_periodic(); }
 
   ForceView forces() const {

@@ -49,7 +49,8 @@ void check_for_several(const Scene& scene, const DeviceForces& forces, Target ta
   for (int k = 0; k < 3; ++k)
     if (!scene.domain.box().periodic(k)) refuse("domains that are not periodic along all axes");
   if (forces.polarizability > 0) refuse("induced dipoles (effects.induced_dipoles)");
-  if (forces.exchanges) refuse("charge exchange (effects.charge_exchange)");
+  if (forces.exchanges && forces.exchange.in_order())
+    refuse("charge exchange that depends on earlier exchanges (effects.charge_exchange)");
   if (!forces.parts.empty()) refuse("pair laws and forces of fields");
   if (!forces.drives.empty()) refuse("external drives");
   constexpr std::size_t fewest = 300'000;

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "solvers/error.hpp"
@@ -93,6 +94,33 @@ class Share {
     (append(transfers, known_, values), ...);
     append(transfers, entries_, entry_values);
     run_->exchange(transfers);
+  }
+  /// Adds the values of grains of other ranks to those of the ranks that own them, and sets them to 0 here. The sums
+  /// must be exact. `received`: memory for values from other ranks.
+  template <class T>
+  void add_to_owners(T* values, parallel::Array<T, Executor>& received) const {
+    const int rank = run_->rank();
+    long size = 0;
+    for (const Segment& s : known_) size += s.from == rank ? s.end - s.begin : 0;
+    received.resize(size);
+    std::vector<parallel::Transfer> transfers;
+    T* at = received.data();
+    for (const Segment& s : known_) {
+      const std::size_t bytes = (s.end - s.begin) * sizeof(T);
+      if (s.from == rank) transfers.push_back({std::exchange(at, at + (s.end - s.begin)), bytes, s.to, false});
+      if (s.to == rank) transfers.push_back({values + s.begin, bytes, s.from, true});
+    }
+    run_->exchange(transfers);
+    const T* from = received.data();
+    for (const Segment& s : known_) {
+      T* to = values + s.begin;
+      const int count = s.end - s.begin;
+      if (s.from == rank) {
+        run_->for_each(count, [=] LICHTENBERG_HOST_DEVICE(int k) { to[k] += from[k]; });
+        from += count;
+      }
+      if (s.to == rank) run_->for_each(count, [=] LICHTENBERG_HOST_DEVICE(int k) { to[k] = 0; });
+    }
   }
   /// Sends values of own grains to all ranks, so that each rank has all.
   template <class... T>

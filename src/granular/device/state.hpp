@@ -117,6 +117,7 @@ struct GasState {
     const GrainsView& g = view();
     field_at_source ? share.send_to_all(g.position, g.momentum, g.image, g.dissipated, field_at_source)
                     : share.send_to_all(g.position, g.momentum, g.image, g.dissipated);
+    if (options.exchanges) share.send_to_all(g.charge, g.collisions);
   }
   double driven_energy() const { return driven_before + static_cast<double>(driven.download().front()) * units.energy; }
   double dissipated_energy() const {
@@ -147,15 +148,27 @@ struct GasState {
       all.touches[s] = 0;
     });
   }
-  /// Computes the input of the sums over charges: fixed-point positions, and charges scaled to at most 1.
-  void scale_charges() {
+  /// Joins the charges that grains of different ranks have exchanged. Then each rank can charge its own grains.
+  void join_exchanged_charges() {
+    if (share.is_divided() && options.exchanges && !elastic) share.add_to_owners(view().moved_charge, received_charge);
+  }
+  /// Returns the largest magnitude of a charge (q0), in device memory. Each rank must have all charges.
+  const double* find_largest_charge() {
+    double* largest = &field_energy.data()->largest_charge;
+    const double* charge = view().charge;
+    find_maximum(*run, n, largest, [=] LICHTENBERG_HOST_DEVICE(int s) { return std::abs(charge[s]); });
+    return largest;
+  }
+  /// Computes the input of the sums over charges: fixed-point positions, and charges scaled to at most 1. `largest`:
+  /// largest magnitude of a charge (q0) in device memory. With several ranks each has the charges near its own
+  /// grains.
+  void scale_charges(const double* largest) {
     FieldEnergyBudget* budget = field_energy.data();
     const GrainsView g = view();
-    find_maximum(*run, n, &budget->largest_charge,
-                 [=] LICHTENBERG_HOST_DEVICE(int s) { return std::abs(g.charge[s]); });
+    if (share.is_divided()) share.send_to_neighbours(g.charge);
     const Vec3 over = units_per_length();
     run->for_each(n, [=] LICHTENBERG_HOST_DEVICE(int s) {
-      const double scale = periodic::device::charge_scale(budget->largest_charge);
+      const double scale = periodic::device::charge_scale(*largest);
       g.charged[s] = {fixed_point_position(g.position[s], over), static_cast<float>(scale * g.charge[s])};
       if (s == 0) budget->scale = scale;
     });
@@ -213,6 +226,7 @@ struct GasState {
   Array<FixedPointVec> pair_force{*run};  ///< forces of pair laws in quanta; empty without such laws
   Array<std::int64_t> pair_energy{*run};
   Array<Grain> spare{*run};
+  Array<std::int64_t> received_charge{*run};  ///< from other ranks (join_exchanged_charges())
 
   Array<Extremes> extremes{*run};
   RestitutionOn<Executor> restitution{*run};

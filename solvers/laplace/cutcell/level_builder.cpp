@@ -184,6 +184,7 @@ struct RowSort {
 /// Writes the links of row j, sorted by cell, to `level.row_links`. `links`: their indices in `level.links`, one after
 /// another by body. Counting is faster than a comparison sort for the few cells of a row.
 void sort_row(int j, std::span<const int> links, Level& level, RowSort& sort) {
+  if (links.empty()) return;
   const Layout& layout = level.layout;
   const std::ptrdiff_t red = layout.row(0, j), black = layout.row(1, j);
   sort.number.resize(links.size());

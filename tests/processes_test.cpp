@@ -85,6 +85,16 @@ TEST_CASE("two MPI processes: a run writes one file and one summary") {
   CHECK(count(result.out, "energy") == 1);
 }
 
+TEST_CASE("two MPI processes: a run on divided rows has a picture and continues") {
+  const std::string program = "mpirun -n 2 LICHTENBERG run scene.toml --set field.cells=256 --set output.picture=true";
+  const auto has_picture = [](const Folder& folder) { return exists(folder / "scene.png"); };
+  const Ended result =
+      run(program + " --set stop.time=1e-3 && " + program + " --resume --set stop.time=2e-3", scene, has_picture);
+  INFO(result.err);
+  CHECK(result.status == 0);
+  CHECK(count(result.out, "energy") == 2);
+}
+
 TEST_CASE("two MPI processes: another field method is refused, no file is made") {
   const auto no_file = [](const Folder& folder) { return !exists(folder / "scene.h5"); };
   const Ended relaxation = run("mpirun -n 2 LICHTENBERG run scene.toml", scene + "method = \"relaxation\"\n", no_file);

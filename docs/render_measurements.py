@@ -60,6 +60,9 @@ PAGES = {
                     "that were measured and rejected."),
     "performance-device": ("Performance on a CUDA device", "Times on an NVIDIA H200. Repeated runs on a device give "
                            "bitwise identical results."),
+    "performance-scaling": ("Several devices and processes", "Data that devices and processes exchange, measured and expected gains, and "
+                "limits of larger numbers. [Determinism](numerics/determinism.md) states which results "
+                "have identical bits."),
     "performance-parameters": ("Cost and error by numerical parameter", "Iterations, solves and errors as functions of "
                                "tolerances and scene parameters. Counts of iterations do not depend on the machine."),
     "validation": ("Validation", "`build/validation NAME` exits with 1 if an error exceeds its bound; "

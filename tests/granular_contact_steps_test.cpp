@@ -215,4 +215,52 @@ TEST_CASE("contact_substeps: follow effects.coulomb.accuracy unless given") {
   CHECK(steps("") == contact_steps_for(usual_contact_accuracy));
 }
 
+TEST_CASE("mechanics.step: open by default only where smooth contacts act alone") {
+  const auto step = [](const std::string& more) {
+    std::string text = gas_text(2, 10, 1, 1, more);
+    const std::string slow = "[effects.charge_exchange]\n[effects.coulomb]\nsum = \"minimum-image\"\n";
+    text.erase(text.find(slow), slow.size());
+    return parse_scene(text, "gas.toml").mechanics.step;
+  };
+  CHECK(std::isinf(step("")));
+  CHECK(step("[mechanics]\nstep = 0.01\n") == 0.01);
+  CHECK(step("[effects.gas_drag]\n") == 0.05);
+  CHECK(step("[effects.friction]\n") == 0.05);
+}
+
+TEST_CASE("multirate: steps of contacts alone last as long as a list of pairs") {
+  Scene scene = contact_scene(8, 27.7, 45);
+  add_gas(scene, 60, 8, 1);
+  const auto steps_to_2 = [&](double step) {
+    scene.mechanics.step = step;
+    Run run(scene);
+    const double fastest = run.gas.fastest();
+    run.to(2);
+    CHECK(run.gas.collisions > 20);
+    return std::pair(run.gas.steps, 2 * fastest / granular::path_per_search);
+  };
+  const auto [steps, most] = steps_to_2(INFINITY);
+  CHECK(static_cast<double>(steps) < most + 1);  // The gas cools.
+  CHECK(steps_to_2(0.01).first == 200);
+}
+
+// Errors of contacts are those of their substeps, 1e-6 with 90 of them.
+TEST_CASE("multirate: long steps change no collision, also from rest") {
+  const auto end = [](Scene scene, double step) {
+    scene.mechanics.step = step;
+    Run run(scene);
+    run.to(8);
+    CHECK(run.gas.contacts().empty());
+    return run.gas.bodies().momentum;
+  };
+  Scene flying = contact_scene(20, 27.7, 90), at_rest = flying;
+  add_pair(flying, 2, 0.5);
+  for (const double x : {5.0, 5.7, 6.9}) add(at_rest, {x, 10, 10});
+  for (const Scene& scene : {flying, at_rest}) {
+    const std::vector<double> expected = end(scene, 0.01), found = end(scene, INFINITY);
+    for (std::size_t k = 0; k < found.size(); ++k) CHECK(std::abs(found[k] - expected[k]) < 1e-5);
+  }
+  CHECK(std::abs(end(at_rest, INFINITY)[6]) > 0.1);
+}
+
 }  // namespace granular_contact_steps_test

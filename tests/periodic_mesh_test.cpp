@@ -191,6 +191,21 @@ TEST_CASE("choose_mesh: force errors are 0.1 to 2 times the requested accuracy")
   }
 }
 
+TEST_CASE("choose_measured_mesh: counts the partners of charges in a cluster") {
+  constexpr double accuracy = 1e-3;
+  SourceSet sources = random_sources(1000, {20, 20, 20}, 1, false, 4);
+  MeshRequest request{.accuracy = accuracy, .charges = 1000, .lengths = {20, 20, 20}};
+  CHECK(choose_measured_mesh(request, sources).mesh.open.volume == 0);
+  sources.lengths = request.lengths = {200, 200, 200};
+  for (double& x : sources.position) x += 190;  // across the sides of the box
+  const MeshChoice choice = choose_measured_mesh(request, sources);
+  CHECK(choice.error < accuracy);
+  CHECK(choice.cutoff < choose_quick_mesh(request).cutoff);
+  CHECK(choice.mesh.open.volume > 4000);
+  CHECK(choice.mesh.open.volume < 32000);
+  CHECK(seconds_of(choice, request) > seconds_of({.mesh = choice.mesh, .cutoff = 1, .single = choice.single}, request));
+}
+
 TEST_CASE("mesh sum with net charge: equals Ewald's for four charge clouds") {
   SourceSet sources = gas(3);
   for (double& q : sources.charge) q += 0.5;
@@ -233,6 +248,24 @@ TEST_CASE("mesh sum, forces: negative energy slopes less shares of the net force
     CHECK(std::abs(slope[k] - missing[k % 3] * std::pow(sources.charge[k / 3], 2) - at.force[k]) < 1e-6);
 }
 
+// The mesh has the period of the shift, so that forces change by rounding only.
+TEST_CASE("mesh sum: a cluster that moves leaves nothing behind on the mesh") {
+  SourceSet sources = random_sources(60, {4, 4, 4}, 0.5, false, 6);
+  sources.lengths = {32, 32, 32};
+  const Mesh mesh{sources.lengths, {64, 64, 64}, 5};
+  const Cloud cloud = prolate_cloud(8, 2);
+  ParticleMesh sum(mesh, cloud);
+  const Response before = evaluated(sum, sources);
+  for (const double shift : {15.0, 30.0}) {
+    for (double& x : sources.position) x += shift;
+    const Response moved = evaluated(sum, sources);
+    ParticleMesh fresh(mesh, cloud);
+    CHECK(moved.force == evaluated(fresh, sources).force);
+    CHECK(relative_difference(moved.force, before.force) < 1e-12);
+  }
+  CHECK(relative_difference(before.force, by_ewald(sources, 1e-10).force) < 1e-3);
+}
+
 TEST_CASE("mesh tiles: tiles processed concurrently reach no common charge") {
   const SourceSet sources = random_sources(1500, {30, 20, 12}, 0.5, false, 10);
   const double reach = 2.4;
@@ -243,7 +276,7 @@ TEST_CASE("mesh tiles: tiles processed concurrently reach no common charge") {
   std::atomic<int> conflicts = 0, seen = 0;
   parallel::Team team(4);
   columns.for_each_tile(team, [&](int first_column, int end_column) {
-    const int first = columns.first(first_column)[0], end = columns.first(end_column)[0];
+    const int first = columns.begin(first_column), end = columns.begin(end_column);
     std::vector<bool> mine(sources.size());
     for (int s = first; s < end; ++s)
       for (int other = 0; other < sources.size(); ++other) {

@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
 #include <vector>
 
 #include "solvers/error.hpp"
 #include "solvers/periodic/mesh.hpp"
+#include "solvers/periodic/sum_method.hpp"
 
 namespace lichtenberg::periodic {
 
@@ -15,74 +15,6 @@ namespace {
 
 /// Integral of the squared force between unit charges over all space beyond contact.
 double force2(double contact) { return 4 * M_PI / contact; }
-
-/// Returns the multiples of 8 from 16 to 1024 without other prime factors than `primes`.
-std::vector<int> numbers_of(std::initializer_list<int> primes) {
-  std::vector<int> numbers;
-  for (int n = 16; n <= 1024; n += 8) {
-    int left = n;
-    for (const int prime : primes)
-      while (left % prime == 0) left /= prime;
-    if (left == 1) numbers.push_back(n);
-  }
-  return numbers;
-}
-
-/// Numbers of points for which RowTransform is efficient.
-std::vector<int> quick_numbers() { return numbers_of({2, 3, 5}); }
-
-constexpr int highest_double_order = 7, highest_device_order = 7;
-
-/// Capabilities of a method of summation, and its cost model: nanoseconds on one core
-/// (validation/benchmarks/periodic.cpp).
-struct SumMethod {
-  std::vector<int> points;      ///< Numbers of points per side with efficient transforms
-  std::vector<Window> windows;  ///< Windows, in the order of preference
-  int lowest_order, highest_order;
-  double longest_cutoff;
-  double cutoff_ratio;                                        ///< Ratio of successive cut-offs that are tried
-  std::function<double(double density, double cutoff)> near;  ///< Cost of the near part, per charge
-  double charge, row;  ///< Costs of a charge on the mesh: fixed, and per row of mesh points
-  /// Cost of both transforms of a mesh of points^3, per point and doubling of the number of points
-  std::function<double(int points)> point;
-  /// True: the window with the least work is taken. False: the first window that reaches the accuracy
-  bool compares_windows = false;
-};
-
-SumMethod in_double_precision(double length, int lowest_order) {
-  constexpr double pair = 6;
-  const auto near = [](double density, double cutoff) {
-    return pair * 0.5 * density * 4 * M_PI / 3 * std::pow(cutoff, 3);
-  };
-  return {
-      quick_numbers(),         {Window::spline}, lowest_order, highest_double_order, 0.5 * length, 1.1, near, 50, 1.8,
-      [](int) { return 0.55; }};
-}
-
-SumMethod in_single_precision(double longest_cutoff, const std::vector<Window>& windows) {
-  // Each charge of a cluster interacts with all charges within the cut-off of the cluster's box, a cube around
-  // `together` charges. The search for these charges takes time too.
-  constexpr double pair = 0.45, search = 15;
-  const auto near = [](double density, double cutoff) {
-    const double edge = std::cbrt(Near<float>::together / density), r = cutoff;
-    const double volume = std::pow(edge, 3) + 6 * edge * edge * r + 3 * M_PI * edge * r * r + 4 * M_PI / 3 * r * r * r;
-    return search + pair * 0.5 * density * volume;
-  };
-  // Large meshes do not fit into the second-level cache.
-  const auto point = [](int points) { return points <= 100 ? 0.145 : 0.25; };
-  return {quick_numbers(), windows, 4, 8, longest_cutoff, 1.05, near, 28, 1.1, point};
-}
-
-/// Cost model of an H200, where memory access limits all threads (docs/measurements/device-gas.json). Neighbour lists
-/// have a skin. Tiles add to each point of the mesh when they spread, and copy it when they interpolate.
-SumMethod on_device(double length, const std::vector<Window>& windows) {
-  constexpr double partner = 0.0036, skin = 0.5;
-  const auto near = [](double density, double cutoff) {
-    return partner * density * 4 * M_PI / 3 * std::pow(cutoff + skin, 3);
-  };
-  return {numbers_of({2, 3, 5, 7}),   windows, 4, highest_device_order, 0.5 * length, 1.05, near, 0.1, 0.006,
-          [](int) { return 0.0025; }, true};
-}
 
 /// Returns the squared error of the near part for charges with dipoles: Cloud::neglected with the terms of its
 /// derivatives.
@@ -117,11 +49,6 @@ double dipole2_of(const MeshRequest& request) {
   return request.polarizability ? induced_dipole2(*request.polarizability, density_of(request), request.contact) : 0;
 }
 
-double work_on_mesh(const SumMethod& method, const Mesh& mesh) {
-  const double points = static_cast<double>(mesh.points[0]) * mesh.points[1] * mesh.points[2];
-  return method.point(mesh.points[2]) * points * std::log2(points);
-}
-
 /// Returns the mesh in the given box whose spacings are at most the longest side over `along_longest`; empty if
 /// `numbers` has no number that large.
 std::optional<Mesh> mesh_of(int along_longest, const std::vector<int>& numbers, Mesh mesh, int order, Window window) {
@@ -147,15 +74,39 @@ Mesh sample_of(const Mesh& mesh) {
   return sample;
 }
 
-/// Returns the lowest band limit whose neglected force is at most `most`, by bisection: the error falls with the band
-/// limit.
-double band_limit_for(double most, double cutoff, double dipole2) {
-  double low = 1, high = 100;
-  while (high - low > 1e-3) {
-    const double middle = 0.5 * (low + high);
-    (neglected_with(prolate_cloud(middle, cutoff), dipole2) > most ? low : high) = middle;
+/// Returns the first index of 0 ... count - 1 for which a condition holds that holds for all larger ones; `count` if
+/// there is none. The condition is tested near `guess` first.
+template <class Holds>
+int first_index(int count, int guess, const Holds& holds) {
+  int low = -1, high = count, step = 1;  // the condition fails at `low` and holds at `high`
+  for (int at = std::clamp(guess, 0, count - 1); low + 1 < high; step *= 2) {
+    (holds(at) ? high : low) = at;
+    if (low < 0 && high > 0)
+      at = std::max(high - step, 0);
+    else if (high == count && low + 1 < count)
+      at = std::min(low + step, count - 1);
+    else
+      at = low + (high - low) / 2;
   }
   return high;
+}
+
+/// Returns the lowest band limit, as a multiple of a small step above 1, whose neglected force is at most `most`. The
+/// error falls with the band limit b, about as 16 pi b exp(-2 b) / cutoff, because the prolate function is nearly a
+/// Gaussian.
+double band_limit_for(double most, double cutoff, double dipole2) {
+  constexpr int steps = 1 << 17;
+  constexpr double step = 99.0 / steps;
+  const auto excess = [&](double b) { return std::log(neglected_with(prolate_cloud(b, cutoff), dipole2) / most); };
+  double b = 10;
+  for (int k = 0; k < 8; ++k) {
+    const double rough = std::log(16 * M_PI * b / (cutoff * most)) - 2 * b;
+    b = std::clamp(b + rough / (2 - 1 / b), 1.0, 100.0);
+  }
+  for (int k = 0; k < 2; ++k) b = std::clamp(b + excess(b) / (2 - 1 / b), 1.0, 100.0);
+  const int found =
+      first_index(steps - 1, static_cast<int>((b - 1) / step), [&](int n) { return excess(1 + (n + 1) * step) <= 0; });
+  return 1 + (found + 1) * step;
 }
 
 /// Returns the smallest alpha of a gauss_cloud whose neglected force is at most `most`, by bisection: the error falls
@@ -220,17 +171,19 @@ struct Meshes {
     const auto mesh = of(number, order, cloud.cutoff);
     return mesh && mesh_error(sample_of(*mesh), cloud, dipole2_of(request)) <= most;
   }
-  /// Returns the coarsest mesh whose squared error is at most `most`; empty if there is none.
-  std::optional<Mesh> coarsest(const Cloud& cloud, double most, int order) const {
-    const auto number =
-        std::ranges::partition_point(points.along_longest, [&](int n) { return !fine_enough(n, order, cloud, most); });
-    return number == points.along_longest.end() ? std::nullopt : of(*number, order, cloud.cutoff);
+  /// Returns the coarsest mesh whose squared error is at most `most`; empty if there is none. `guess`: index of its
+  /// number of points, updated.
+  std::optional<Mesh> coarsest(const Cloud& cloud, double most, int order, int& guess) const {
+    const int count = static_cast<int>(points.along_longest.size());
+    guess = first_index(count, guess, [&](int n) { return fine_enough(points.along_longest[n], order, cloud, most); });
+    return guess == count ? std::nullopt : of(points.along_longest[guess], order, cloud.cutoff);
   }
 };
 
 /// Estimated work (ns), without that of the mesh points.
 double work_on_charges(const SumMethod& method, const MeshRequest& request, double cutoff, double order) {
-  return request.charges * (method.near(density_of(request), cutoff) + method.charge + method.row * order * order);
+  return request.charges *
+         (method.near(density_around(request, cutoff), cutoff) + method.charge + method.row * order * order);
 }
 
 /// Chooses the splitting of 1/r at this cut-off for a squared error of the near part of at most `most`; empty if alpha
@@ -266,8 +219,9 @@ std::optional<MeshChoice> choose_with(Window window, double most, const MeshRequ
   const Meshes meshes{request, Points(request, method), window};
   const auto coarsest_of_all = meshes.of(meshes.points.along_longest.front(), method.lowest_order, request.contact);
   if (!coarsest_of_all) return {};
-  const double least_on_mesh = work_on_mesh(method, *coarsest_of_all);
+  const double least_on_mesh = work_on_mesh(method, *coarsest_of_all, request);
   std::optional<MeshChoice> best;
+  std::vector<int> guesses(method.highest_order + 1);
   for (const double cutoff : cutoffs_of(meshes, most, request, method)) {
     if (cutoff > method.longest_cutoff || work_on_charges(method, request, cutoff, 0) + least_on_mesh >= least) break;
     auto choice = split_at(cutoff, most, request);
@@ -276,9 +230,9 @@ std::optional<MeshChoice> choose_with(Window window, double most, const MeshRequ
     for (int order = method.lowest_order; order <= method.highest_order; ++order) {
       const double by_charges = work_on_charges(method, request, cutoff, order);
       if (order != request.fixed.order.value_or(order) || by_charges + least_on_mesh >= least) continue;
-      const auto mesh = meshes.coarsest(cloud, most, order);
-      if (!mesh || by_charges + work_on_mesh(method, *mesh) >= least) continue;
-      least = by_charges + work_on_mesh(method, *mesh);
+      const auto mesh = meshes.coarsest(cloud, most, order, guesses[order]);
+      if (!mesh || by_charges + work_on_mesh(method, *mesh, request) >= least) continue;
+      least = by_charges + work_on_mesh(method, *mesh, request);
       choice->mesh = *mesh;
       best = choice;
     }
@@ -293,7 +247,7 @@ std::optional<MeshChoice> choose(double most, const MeshRequest& request, const 
   double least = INFINITY;
   for (const Window window : method.windows) {
     if (const auto choice = choose_with(window, most, request, method, least)) best = choice;
-    if (best && !method.compares_windows) break;
+    if (best && !method.on_device) break;
   }
   return best;
 }
@@ -394,6 +348,17 @@ Mesh MeshRequest::box(double cutoff) const {
   return mesh;
 }
 
+double density_around(const MeshRequest& request, double radius) {
+  const double mean = density_of(request);
+  if (request.local_density.empty()) return mean;
+  const double longest = std::max({request.lengths.x, request.lengths.y, request.lengths.z});
+  const std::size_t last = request.local_density.size() - 1;
+  const double level = std::clamp(2 * std::log2(longest / radius), 0.0, static_cast<double>(last));
+  const auto lower = static_cast<std::size_t>(level), upper = std::min(lower + 1, last);
+  return std::max(
+      mean, std::lerp(request.local_density[lower], request.local_density[upper], level - static_cast<double>(lower)));
+}
+
 double random_force(double charge2, double charges, double volume, double contact) {
   return charge2 * std::sqrt(force2(contact) / (charges * volume));
 }
@@ -417,6 +382,15 @@ std::string why_not_single(const MeshRequest& request) {
   if (fixed.cutoff.value_or(0) > longest_in_single(request))
     return fmt::format("single needs a cutoff of a third of the box, {:.4g}, or less", longest_in_single(request));
   return "";
+}
+
+double seconds_of(const MeshChoice& choice, const MeshRequest& request) {
+  const Mesh& mesh = choice.mesh;
+  const SumMethod method = choice.single ? in_single_precision(choice.cutoff, {mesh.window})
+                                         : in_double_precision(2 * choice.cutoff, mesh.order);
+  const double density = request.charges / (mesh.open.volume > 0 ? mesh.open.volume : mesh.volume());
+  const double charge = method.near(density, choice.cutoff) + method.charge + method.row * mesh.order * mesh.order;
+  return 1e-9 * (request.charges * charge + work_on_mesh(method, mesh, request));
 }
 
 MeshChoice choose_mesh(double accuracy, int charges, Vec3 lengths, double contact, int lowest_order) {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "solvers/parallel/team.hpp"
 #include "solvers/periodic/influence.hpp"
@@ -61,6 +62,10 @@ struct MeshRequest {
   double contact = 1;      ///< Smallest distance between two charges.
   std::optional<double> polarizability{};  ///< Polarizability (length^3) of induced dipoles; empty: no dipoles.
   FixedParameters fixed{};
+  /// Mean number density around a charge, within balls of radius 2^(-k/2) times the longest edge, k = 0, 1, ...;
+  /// empty: uniform.
+  std::vector<double> local_density{};
+  std::array<double, 2> used{1, 1};  ///< Part of the box along x and y outside the longest gap between charges
   bool on_device = false;  ///< True for a DeviceMesh, which also has prolate windows for charges without dipoles.
   // The following options serve comparisons only.
   bool gauss = false;        ///< True: Ewald's Gaussian splitting in place of the prolate one.
@@ -73,6 +78,9 @@ struct MeshRequest {
   /// beyond the end of the Green's function.
   Mesh box(double cutoff) const;
 };
+
+/// Returns the mean number density of the charges of a request around a charge within a radius.
+double density_around(const MeshRequest& request, double radius);
 
 /// Smallest relative error of forces for which a SingleMesh may be chosen.
 constexpr double finest_single = 6e-7;
@@ -109,6 +117,10 @@ MeshChoice choose_quick_mesh(const MeshRequest& request);
 /// `team`: threads of the measurement.
 MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& sources,
                                 parallel::Team& team = parallel::Team::single());
+
+/// Returns the estimated time (s) of one evaluation of the forces between charges on one core with AVX-512, for a
+/// choice made for the request.
+double seconds_of(const MeshChoice& choice, const MeshRequest& request);
 
 /// Makes the mesh sum (ParticleMesh or SingleMesh) with these parameters.
 std::unique_ptr<Sum> make_mesh_sum(const MeshChoice& choice);

@@ -278,13 +278,29 @@ void ChargeMesh<Real>::spread_source(const Columns<Real>& columns, int s) {
   }
 }
 
+/// Marks the rows of the mesh on which the sources of a column are spread.
+template <class Real>
+void ChargeMesh<Real>::use_rows(const Columns<Real>& columns, int column) {
+  const auto [nx, ny, nz] = mesh_.points;
+  const auto [across, down] = columns.count();
+  const auto [x, y] = columns.column(column);
+  const auto first = [](int part, int parts, int points) {
+    return static_cast<int>(std::int64_t{part} * points / parts);
+  };
+  const int end_x = first(x + 1, across, nx) + mesh_.order, end_y = first(y + 1, down, ny) + mesh_.order;
+  for (int a = first(x, across, nx); a < end_x; ++a)
+    for (int b = first(y, down, ny); b < end_y; ++b) grid_.use(a % nx, b % ny);
+}
+
 template <class Real>
 void ChargeMesh<Real>::spread(const Columns<Real>& columns, Kind kind, parallel::Team& team) {
   grid_.clear(team);
+  for (int column = 0; column < columns.count()[0] * columns.count()[1]; ++column)
+    if (columns.begin(column) < columns.begin(column + 1)) use_rows(columns, column);
   total_ = kind == Kind::dipoles ? 0 : columns.total_charge();
   with_constants(kind, [&](auto order, auto constant) {
     columns.for_each_tile(team, [&] [[gnu::noinline]] (int first, int end) {
-      for (int s = columns.first(first)[0]; s < columns.first(end)[0]; ++s) spread_source<order, constant>(columns, s);
+      for (int s = columns.begin(first); s < columns.begin(end); ++s) spread_source<order, constant>(columns, s);
     });
   });
 }

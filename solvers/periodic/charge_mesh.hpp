@@ -50,6 +50,7 @@ class ChargeMesh {
   ChargeMesh(const Mesh& mesh, const Cloud& cloud, const Influence& influence);
   template <class Work>
   void with_constants(Kind kind, const Work& work) const;
+  void use_rows(const Columns<Real>& columns, int column);
   template <int order, Kind kind>
   void spread_source(const Columns<Real>& columns, int s);
   template <int order, Kind kind>

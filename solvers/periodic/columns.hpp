@@ -58,7 +58,9 @@ class Columns {
     int together = 8;        ///< Number of sources in a cube of the column width, approximately
     double widest = 0;       ///< Upper bound of the column width
     double reach = 0;        ///< Distance of interactions along x and y
-    double volume = 0;       ///< Volume that contains the sources; 0: the whole box
+    /// Volume that contains the sources, at the density around a source; 0: the whole box. Only columns with sources
+    /// have bins, so that a small volume in a large box costs little.
+    double volume = 0;
   };
   /// Makes columns for a periodic box with these edges.
   Columns(Vec3 lengths, const Layout& layout) : lengths_(lengths), layout_(layout) {}
@@ -89,8 +91,13 @@ class Columns {
             tile % tiles_[1] * columns_[1] + inside % columns_[1]};
   }
   int bins() const { return bins_; }  ///< Number of bins of a column
-  /// Returns the index of the first sorted source of each bin of a column; entry bins() is the end of the column.
-  const int* first(int column) const { return &first_[static_cast<std::size_t>(column) * bins_]; }
+  /// Returns the index of the first sorted source of a column, or the number of sources for the number of columns.
+  int begin(int column) const { return begin_[column]; }
+  /// Returns the index of the first sorted source of each bin of a column; entry bins() is the end of the column. The
+  /// entries are 0 for a column without sources.
+  const int* first(int column) const {
+    return begin_[column] < begin_[column + 1] ? &first_[static_cast<std::size_t>(row_[column]) * bins_] : none_.data();
+  }
 
   /// Parallel loop over tiles: calls work(first, end) with the range of columns of each tile. Only tiles of every other
   /// row and column run at the same time. If `work` writes only to sources within `reach` of its tile, no two of them
@@ -112,6 +119,7 @@ class Columns {
   int columns_a_tile() const { return columns_[0] * columns_[1]; }
   void lay_out(int sources);
   void find_coordinates(const Sources& sources, int first, int last);
+  void count_sources();
   void store(const Sources& sources);
 
   Vec3 lengths_;
@@ -122,8 +130,11 @@ class Columns {
   int bins_ = 0;
   double charge_unit_ = 1, total_charge_ = 0;
   std::vector<std::array<FixedPoint, 3>> unsorted_;  ///< Positions of the sources, in input order
-  std::vector<int> bin_;                             ///< Bin of each source, in input order
+  std::vector<int> column_, bin_;                    ///< Column and bin of each source, in input order
+  std::vector<int> begin_;                           ///< Index of the first sorted source of a column
+  std::vector<int> row_;                             ///< Number of a column among those with sources
   std::vector<int> first_, next_;                    ///< Index of the first, and of the next, sorted source of a bin
+  std::vector<int> none_;                            ///< Bins of a column without sources
   std::vector<int> sorted_;
   std::array<std::vector<FixedPoint>, 3> coordinate_;
   std::array<std::vector<Real>, 4> quantity_;

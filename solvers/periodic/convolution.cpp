@@ -66,9 +66,12 @@ Convolution<Real>::Convolution(std::array<int, 3> points, int halo, std::span<co
       across_(odd_blocks<Real>(points[1])),
       sheet_(odd_blocks<Real>(points[0] * across_)),
       pack_(points[2] % 2 == 0 ? 2 : 1),
+      blocks_((points[1] + rows_at_once - 1) / rows_at_once),
       along_x_(points[0]),
       along_y_(points[1]),
-      along_z_(points[2] / pack_) {
+      along_z_(points[2] / pack_),
+      used_(static_cast<std::size_t>(points[0]) * blocks_),
+      used_block_(blocks_) {
   const auto [nx, ny, nz] = points_;
   const int deep = nz / 2 + 1;
   const auto blocks = static_cast<int>(whole_blocks<Real>(nx) / wide<Real>);
@@ -90,7 +93,13 @@ Convolution<Real>::Convolution(std::array<int, 3> points, int halo, std::span<co
 
 template <class Real>
 void Convolution<Real>::clear(parallel::Team& team) {
-  team.for_each(points_[0], [&](int x) { std::fill_n(data() + x * plane(), plane(), Real{}); });
+  team.for_each(points_[0], [&](int x) {
+    for (int y = 0; y < points_[1]; y += rows_at_once)
+      if (used(x, y))
+        std::fill_n(data() + x * plane() + y * row_, std::min(rows_at_once, points_[1] - y) * row_, Real{});
+  });
+  std::ranges::fill(used_, false);
+  std::ranges::fill(used_block_, false);
 }
 
 /// Stores the modes of a block of rows along z. If pairs of real numbers were packed into complex ones, the transform
@@ -141,6 +150,7 @@ template <class Real>
   WorkArrays<Real> work(nz);
   Numbers *re = work.re(), *im = work.im();
   for (int y = 0; y < ny; y += wide<Real>) {
+    if (!used(x, y)) continue;
     Real* rows = data() + x * plane() + y * row_;
     const int count = std::min(wide<Real>, ny - y);
     for (int k = 0; k < count; ++k)
@@ -164,6 +174,7 @@ template <class Real>
   WorkArrays<Real> work(nz);
   Numbers *re = work.re(), *im = work.im();
   for (int y = 0; y < ny; y += wide<Real>) {
+    if (!used(x, y)) continue;
     load_modes(x, y, re, im);
     along_z_.apply(im, re, work.spare());
     Real* rows = data() + x * plane() + y * row_;
@@ -192,7 +203,7 @@ void Convolution<Real>::filter_along_y(int z, int block, Numbers* re, Numbers* i
   Numbers columns[wide<Real>];
   for (int part = 0; part < 2; ++part)
     for (int y = 0; y < ny; y += wide<Real>) {
-      load_columns(modes(z, x, part) + y, across_, count, columns);
+      load_columns(modes(z, x, part) + y, across_, used_block_[y / wide<Real>] ? count : 0, columns);
       std::copy_n(columns, wide<Real>, (part == 0 ? re : im) + y);
     }
   along_y_.apply(re, im, spare);
@@ -204,6 +215,7 @@ void Convolution<Real>::filter_along_y(int z, int block, Numbers* re, Numbers* i
   along_y_.apply(im, re, spare);
   for (int part = 0; part < 2; ++part)
     for (int y = 0; y < ny; y += wide<Real>) {
+      if (!used_block_[y / wide<Real>]) continue;
       std::copy_n((part == 0 ? re : im) + y, wide<Real>, columns);
       transpose(columns);
       for (int k = 0; k < count; ++k) lanes<wide<Real>>(modes(z, x + k, part) + y) = columns[k];
@@ -217,10 +229,15 @@ template <class Real>
   Numbers *re = work.re(), *im = work.im(), *spare = work.spare();
   const auto transform_along_x = [&](bool back) {
     for (int y = 0; y < points_[1]; y += wide<Real>) {
+      if (!used_block_[y / wide<Real>]) continue;
       const auto mode = [&](int x, int part) -> Numbers& { return lanes<wide<Real>>(modes(z, x, part) + y); };
-      for (int x = 0; x < points_[0]; ++x) re[x] = mode(x, 0), im[x] = mode(x, 1);
+      for (int x = 0; x < points_[0]; ++x) {
+        const bool has = back || used(x, y);
+        re[x] = has ? mode(x, 0) : Numbers{}, im[x] = has ? mode(x, 1) : Numbers{};
+      }
       back ? along_x_.apply(im, re, spare) : along_x_.apply(re, im, spare);
-      for (int x = 0; x < points_[0]; ++x) mode(x, 0) = re[x], mode(x, 1) = im[x];
+      for (int x = 0; x < points_[0]; ++x)
+        if (!back || used(x, y)) mode(x, 0) = re[x], mode(x, 1) = im[x];
     }
   };
   transform_along_x(false);

@@ -15,8 +15,9 @@ namespace lichtenberg::periodic {
 /// Phys. 323, 191; for one and two periodic axes Shamshirgar, Bagge and Tornberg 2021, J. Chem. Phys. 154, 164109).
 struct OpenAxes {
   std::array<bool, 3> along{};
-  double range = 0;   ///< Distance at which the Green's function ends (length)
-  double volume = 0;  ///< Volume of the part of the box that contains charges
+  double range = 0;  ///< Distance at which the Green's function ends (length)
+  /// Volume of the part of the box that contains charges, also without open axes; 0: the whole box
+  double volume = 0;
 
   bool any() const { return along[0] || along[1] || along[2]; }
 };

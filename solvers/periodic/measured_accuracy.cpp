@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <ranges>
 #include <vector>
 
 #include "solvers/error.hpp"
@@ -39,6 +40,15 @@ Response evaluated(const MeshChoice& choice, const Sources& sources, parallel::T
   return response;
 }
 
+/// Returns the choice with the volume in which charges of the density around a charge fit, if it is clearly smaller
+/// than the periodic box.
+MeshChoice with_volume(MeshChoice choice, const MeshRequest& request) {
+  const double density = density_around(request, choice.cutoff);
+  if (!choice.mesh.open.any() && request.charges < 0.5 * density * choice.mesh.volume())
+    choice.mesh.open.volume = request.charges / density;
+  return choice;
+}
+
 /// Computes reference forces, with an error of 1/30 of the requested one. Empty with open axes if no mesh reaches this
 /// error.
 Exact exact_forces(const MeshRequest& request, const Sources& sources, parallel::Team& team) {
@@ -49,7 +59,7 @@ Exact exact_forces(const MeshRequest& request, const Sources& sources, parallel:
     try {
       MeshRequest exact = request;
       exact.accuracy = finer, exact.only_double = true, exact.fixed = {};
-      const MeshChoice choice = choose_quick_mesh(exact);
+      const MeshChoice choice = with_volume(choose_quick_mesh(exact), request);
       return {spread_over(sources.size(), sources.size()), evaluated(choice, sources, team).force};
     } catch (const InputError&) {  // No mesh reaches this accuracy: use Ewald's sum
     }
@@ -60,6 +70,61 @@ Exact exact_forces(const MeshRequest& request, const Sources& sources, parallel:
   const std::vector<int> sample = spread_over(sources.size(), sources.size() > few ? enough : few);
   Ewald(splitting_for(sources, std::max(0.1 * finer, 1e-12))).evaluate_at(sample, sources, team, response);
   return {sample, response.force};
+}
+
+/// Returns MeshRequest::local_density of a sample of the sources; empty if it is nowhere clearly above their mean
+/// density beyond contact.
+std::vector<double> local_density_of(const MeshRequest& request, const Sources& sources, parallel::Team& team) {
+  constexpr double clearly = 1.5, beyond_contact = 1.5;
+  const Vec3& lengths = request.lengths;
+  const double longest = std::max({lengths.x, lengths.y, lengths.z}), mean = density_around(request, request.contact);
+  std::vector<double> within;  // Number of other sources, summed over the sample
+  for (double radius = longest; radius > request.contact; radius *= M_SQRT1_2) within.push_back(0);
+  const std::vector<int> sample = spread_over(sources.size(), 64);
+  std::vector<std::vector<double>> others_of(sample.size(), within);
+  team.for_each(static_cast<int>(sample.size()), [&](int s) {
+    for (int j = 0; j < sources.size(); ++j) {
+      double square = 0;
+      for (int k = 0; k < 3; ++k) {
+        double separation = (sources.position[3 * sample[s] + k] - sources.position[3 * j + k]) / longest;
+        if (!request.open[k]) separation -= lengths[k] / longest * std::nearbyint(longest / lengths[k] * separation);
+        square += separation * separation;
+      }
+      const int level = square > 0 ? std::min(-1 - std::ilogb(square), static_cast<int>(within.size()) - 1) : -1;
+      if (level >= 0) ++others_of[s][level];
+    }
+  });
+  for (const std::vector<double>& others : others_of)
+    for (std::size_t level = 0; level < within.size(); ++level) within[level] += others[level];
+  bool clustered = false;
+  double radius = longest * std::pow(M_SQRT2, 1.0 - static_cast<double>(within.size())), others = 0;
+  for (double& density : within | std::views::reverse) {
+    others += density;
+    density = others / (static_cast<double>(sample.size()) * 4 * M_PI / 3 * std::pow(radius, 3));
+    clustered |= radius > beyond_contact * request.contact && density > clearly * mean;
+    radius *= M_SQRT2;
+  }
+  return clustered ? within : std::vector<double>{};
+}
+
+/// Returns MeshRequest::used of the sources.
+std::array<double, 2> used_part_of(const Sources& sources) {
+  constexpr int cells = 64;
+  std::array<double, 2> used{};
+  for (int k = 0; k < 2; ++k) {
+    std::array<bool, cells> has{};
+    for (int i = 0; i < sources.size(); ++i) {
+      const double x = sources.position[3 * i + k] / sources.lengths[k];
+      has[std::min(static_cast<int>(cells * (x - std::floor(x))), cells - 1)] = true;
+    }
+    int gap = 0, run = 0;
+    for (int c = 0; c < 2 * cells; ++c) {
+      run = has[c % cells] ? 0 : run + 1;
+      gap = std::max(gap, run);
+    }
+    used[k] = 1 - static_cast<double>(gap) / cells;
+  }
+  return used;
 }
 
 /// Returns the dipoles that the charges induce on this mesh. Empty if they have no stable state, which the run itself
@@ -104,12 +169,14 @@ double found_error(const MeshChoice& choice, const Sources& sources, const Exact
 
 }  // namespace
 
-MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& given, parallel::Team& team) {
-  if (request.fixed.complete() || given.size() < 2) return choose_quick_mesh(request);
+MeshChoice choose_measured_mesh(const MeshRequest& given_request, const Sources& given, parallel::Team& team) {
+  if (given_request.fixed.complete() || given.size() < 2) return choose_quick_mesh(given_request);
+  MeshRequest request = given_request;
+  request.local_density = local_density_of(request, given, team), request.used = used_part_of(given);
   std::vector<double> charge(given.charge.begin(), given.charge.end());
   if (std::ranges::all_of(charge, [](double q) { return q == 0; }))
     for (std::size_t i = 0; i < charge.size(); ++i) charge[i] = i % 2 == 0 ? 1 : -1;
-  MeshChoice best = choose_quick_mesh(request);  // Throws if the request is out of reach
+  MeshChoice best = with_volume(choose_quick_mesh(request), request);  // Throws if the request is out of reach
   Sources sources{given.lengths, given.position, charge};
   const std::vector<double> dipole = induced_dipoles(best, request, sources, team);
   sources.dipole = dipole;
@@ -123,7 +190,7 @@ MeshChoice choose_measured_mesh(const MeshRequest& request, const Sources& given
   for (int round = 0; round < rounds; ++round) {
     MeshChoice found = best;
     try {
-      found = choose_quick_mesh(now);
+      found = with_volume(choose_quick_mesh(now), request);
     } catch (const InputError&) {  // The finer accuracy is out of reach
       if (round > 0) return best;
     }

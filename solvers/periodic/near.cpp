@@ -345,7 +345,9 @@ std::vector<typename Near<Real>::NearColumn> Near<Real>::columns_near(const Colu
     for (int b = -(steps_y / 2); b < steps_y - steps_y / 2 && dx < 1; ++b) {
       const Real dy = gap(1, b, down), left = 1 - dx * dx - dy * dy;
       const int other = columns.number_of((x + a + across) % across, (y + b + down) % down);
-      if (left > 0 && other >= column) near.push_back({columns.first(other), std::sqrt(left) * more / scale_[2]});
+      const bool occupied = columns.begin(other) < columns.begin(other + 1);
+      if (left > 0 && other >= column && occupied)
+        near.push_back({columns.first(other), std::sqrt(left) * more / scale_[2]});
     }
   }
   return near;
@@ -355,10 +357,11 @@ template <class Real>
 template <Kind kind, bool potentials>
 [[gnu::noinline]] void Near<Real>::compute_column(const Columns<Real>& columns, int column,
                                                   const FieldSums<Real>& sums) const {
+  if (columns.begin(column) == columns.begin(column + 1)) return;
   const std::vector<NearColumn> near = columns_near(columns, column);
   Neighbourhood<kind, potentials> neighbourhood(*this, columns, sums);
-  const int end = columns.first(column)[columns.bins()];
-  for (int s = columns.first(column)[0]; s < end;) {
+  const int end = columns.begin(column + 1);
+  for (int s = columns.begin(column); s < end;) {
     const Cluster cluster = cluster_from(columns, s, end);
     neighbourhood.compute(cluster, near);
     s += cluster.size;

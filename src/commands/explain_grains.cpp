@@ -181,8 +181,6 @@ struct Work {
 /// Counts the work of multirate without its acceleration techniques. Elastic contacts transfer no charge and need no
 /// new evaluation of forces.
 Work count_work(const Scene& scene, const GrainContactLaw& law, const TheoryPrediction& prediction) {
-  const double max_path =
-      std::isinf(scene.mechanics.step) ? granular::path_by_accuracy(scene) : granular::path_by_length(scene);
   const double note = std::min(0.1 * scene.output.every, scene.stop.time);  // a run stops at these instants
   const granular::GrainProperties grains = grain_properties(scene);
   const ContactAttraction attraction = granular::contact_attraction(scene);
@@ -194,7 +192,7 @@ Work count_work(const Scene& scene, const GrainContactLaw& law, const TheoryPred
     const double longest = granular::longest_step_within(
         {.requested = scene.mechanics.step,
          .stability_limit = granular::max_outer_step(attraction, stage_law, charge, smallest_mass(scene)),
-         .path = max_path,
+         .path = granular::path_in_step(scene),
          .speed = speed},
         [&](double) { return inner; });
     const double step = note / std::ceil(note / longest), steps = duration / step;
@@ -235,18 +233,19 @@ void explain_integrator(Explanation& out, granular::Gas& gas) {
   granular::Instant now = gas.instant();
   const double contact = gas.time_to_resolve(gas.fastest_impact(now)) / scene.mechanics.contact_steps;
   // This avoids computing the forces at the start, which are not needed otherwise.
-  const auto by_accuracy = [&] {
+  const auto by_path = [&] {
     return granular::longest_step_within({.stability_limit = granular::max_outer_step(gas),
-                                          .path = granular::path_by_accuracy(scene),
+                                          .path = granular::path_in_step(scene),
                                           .speed = gas.fastest()},
                                          [&](double) { return contact; });
   };
   const double step = std::isinf(requested_step)
-                          ? by_accuracy()
+                          ? by_path()
                           : granular::make_integrator(scene.mechanics.integrator)->longest_step(gas, now);
   out.print("  integrator           {}, steps {}\n", name_of(scene.mechanics.integrator),
-            std::isinf(requested_step) ? std::string("chosen by the accuracy of forces")
-                                       : fmt::format("of at most {:g} t0", requested_step));
+            !std::isinf(requested_step) ? fmt::format("of at most {:g} t0", requested_step)
+            : only_contacts_act(scene)  ? std::string("as long as a list of near pairs: only contacts act")
+                                        : std::string("chosen by the accuracy of forces"));
   if (!scene.mechanics.integrator->reads("contact_substeps") || !gas.has_smooth_forces()) return;
   if (std::isinf(step)) return;  // no motion
   out.print("  constant forces      for {:.0f} contact substeps at the start, {:.2g} t0: {}\n",

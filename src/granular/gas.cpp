@@ -18,9 +18,6 @@
 namespace lichtenberg::granular {
 namespace {
 
-/// Path (d0) of the fastest grain between two searches for candidate pairs. A longer path makes the lists longer.
-constexpr double path_per_search = 0.3;
-
 /// Returns the largest displacement (d0) of a grain within which it cannot come near two images of another grain.
 double longest_travel(const Bodies& bodies) {
   double shortest = INFINITY;
@@ -212,8 +209,12 @@ double Gas::fastest_impact(const Instant& now) const {
                                  : fastest_release(law_, model_.bodies, contacts_));
 }
 
+double Gas::speed_to_follow(const Instant& now) const {
+  return has_smooth_forces() || rough_ ? now.statistics.fastest : 0.5 * fastest_impact(now);
+}
+
 ContactsFollowed Gas::advance_contacts(const Instant& now, double dt, int times, double gain) {
-  const double fastest = now.statistics.fastest;
+  const double fastest = speed_to_follow(now);
   const double path = (fastest + gain) * dt / times, allowed_path = 0.5 * longest_travel(model_.bodies);
   // Twice the largest speed is a bound on speeds after a collision.
   if (path > allowed_path) refuse_travel(dt / times, fastest, gain);

@@ -100,6 +100,9 @@ class Gas {
   /// Estimates the largest impact speed (v0). It is the larger of two speeds: twice the largest speed of a grain, and
   /// the largest relative speed that the elastic energy of a contact can give its grains.
   double fastest_impact(const Instant& now) const;
+  /// Returns the largest speed (v0) of a grain. Without smooth forces it is at least half of the speed that a contact's
+  /// elastic energy can give its grains. These may be at rest, and a step may last longer than the contact.
+  double speed_to_follow(const Instant& now) const;
   /// Returns the time (t0) that contact substeps must resolve for impact speeds up to `impact` (v0): the shortest
   /// contact duration, or the damping time of typical impacts if that is shorter.
   double time_to_resolve(double impact) const;

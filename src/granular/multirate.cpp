@@ -1,11 +1,13 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 
 #include "solvers/error.hpp"
 #include "src/granular/integrator.hpp"
 #include "src/granular/pace.hpp"
 #include "src/granular/slow_force_limits.hpp"
+#include "src/scene/effect_kind.hpp"
 
 namespace lichtenberg::granular {
 namespace {
@@ -25,10 +27,14 @@ class Multirate final : public GasIntegrator {
           fmt::format("{}: mechanics.step = {:g} is too long: forces that are constant over it would excite "
                       "oscillations of grains bound by their charges; at most {:.2g} is allowed",
                       gas.scene().path, requested, 0.99 * stability_limit));
-    const double path = std::isinf(requested) ? path_by_accuracy(gas.scene()) : path_by_length(gas.scene());
-    StepBounds bounds{
-        .requested = requested, .stability_limit = stability_limit, .path = path, .speed = now.statistics.fastest};
-    if (std::isinf(requested)) gas.find_forces(now), bounds.acceleration = now.acceleration;
+    StepBounds bounds{.requested = requested,
+                      .stability_limit = stability_limit,
+                      .path = path_in_step(gas.scene()),
+                      .speed = gas.speed_to_follow(now)};
+    if (std::isinf(requested) && only_contacts_act(gas.scene()))
+      bounds.requested = std::numeric_limits<double>::max();  // bounded by the path alone, also below a contact substep
+    else if (std::isinf(requested))
+      gas.find_forces(now), bounds.acceleration = now.acceleration;
     return longest_step_within(bounds, [&](double gain) {
       return gas.time_to_resolve(gas.fastest_impact(now) + gain) / gas.scene().mechanics.contact_steps;
     });

@@ -13,6 +13,9 @@ namespace lichtenberg::granular {
 /// Largest path of a grain in a step of constant forces, relative to the length over which the forces change.
 constexpr double max_relative_path = 0.2;
 
+/// Path (d0) of the fastest grain between two searches for candidate pairs. A longer path makes the lists longer.
+constexpr double path_per_search = 0.3;
+
 /// Returns the expected largest speed u among n = `grains` grains with a Maxwell distribution, in units of sqrt(T/m).
 /// The tail of the distribution beyond u, about sqrt(2/pi) u exp(-u^2/2), contains one grain.
 inline double fastest_of(std::size_t grains) {
@@ -87,6 +90,7 @@ LICHTENBERG_HOST_DEVICE double longest_step_within(const StepBounds& bounds, con
   const auto& [requested, stability_limit, path, speed, acceleration] = bounds;
   if (std::isinf(requested)) {
     const double flight = time_for(path, speed, acceleration);
+    if (std::isinf(flight)) return stability_limit;  // no motion
     return std::min(stability_limit, std::max(flight, contact_step(2 * acceleration * flight)));
   }
   const double most = std::min(requested, stability_limit);

@@ -1,6 +1,7 @@
 #include "src/granular/slow_force_limits.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "solvers/error.hpp"
 #include "src/granular/pace.hpp"
@@ -19,6 +20,11 @@ double path_by_accuracy(const Scene& scene) {
   const double diameter = 2 * scene.smallest_radius();
   const double length = least_in(scene, &StepLimits::force_length).value_or(diameter);
   return path_for_accuracy(*accuracy, scene.conductors.size(), std::min(diameter, length));
+}
+
+double path_in_step(const Scene& scene) {
+  if (!std::isinf(scene.mechanics.step)) return path_by_length(scene);
+  return only_contacts_act(scene) ? path_per_search : path_by_accuracy(scene);
 }
 
 ContactAttraction contact_attraction(const Scene& scene) {

@@ -16,6 +16,10 @@ double path_by_length(const Scene& scene);
 /// of the most accurate forces (StepLimits::force_accuracy, path_for_accuracy()). Throws Failure if no effect of the
 /// scene states the accuracy of its forces.
 double path_by_accuracy(const Scene& scene);
+/// Returns the largest path (d0) of the fastest grain in a step: path_by_length() with mechanics.step; otherwise
+/// path_by_accuracy(), or path_per_search if only contacts act. A step then lasts as long as a list of candidate pairs.
+/// Throws the exceptions of path_by_accuracy().
+double path_in_step(const Scene& scene);
 /// Returns the sum of the attractions of two grains in contact by all effects of the scene.
 ContactAttraction contact_attraction(const Scene& scene);
 /// Returns a limit of the outer step (t0), over which slow forces (all except contacts) are constant, that keeps the

@@ -169,6 +169,10 @@ std::optional<double> number_in(const Scene& scene, double (*EffectKind::*number
 /// `number`: member of StepLimits that computes it.
 std::optional<double> least_in(const Scene& scene, double (*StepLimits::*number)(const Scene&));
 
+/// Returns true if smooth grains change their motion and charges in contacts alone: no effect of the scene defines
+/// Effect::add_forces, drive, exchange_charges or set_surface.
+bool only_contacts_act(const Scene& scene);
+
 /// Returns true if an effect of the scene defines Effect::drive (a force or gas drag on grains). Theories of free
 /// cooling do not apply then.
 bool is_driven(const Scene& scene);

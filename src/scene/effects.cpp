@@ -35,6 +35,13 @@ std::optional<double> least_in(const Scene& scene, double (*StepLimits::*number)
   return least;
 }
 
+bool only_contacts_act(const Scene& scene) {
+  return std::ranges::none_of(scene.effects, [](const Effects::Entry& entry) {
+    const Overrides& own = entry.kind->make.overrides();
+    return own.add_forces || own.drive || own.exchange_charges || own.set_surface;
+  });
+}
+
 const EffectKind* surface_effect(const Effects& effects) {
   for (const Effects::Entry& entry : effects)
     if (entry.kind->make.overrides().set_surface) return entry.kind;

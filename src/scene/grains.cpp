@@ -236,11 +236,12 @@ void check_grains(const Draft& draft) {
 namespace {
 
 /// Returns the default step (t0). For multirate it is infinite if an effect has a force accuracy, which then sets the
-/// step. For other integrators it follows from the shortest contact of grains at T = 10 in a stage with ten times the
-/// stiffness.
+/// step, or if only contacts act. For other integrators it follows from the shortest contact of grains at T = 10 in a
+/// stage with ten times the stiffness.
 double default_step(const Scene& scene) {
   const IntegratorKind& integrator = scene.mechanics.integrator.kind();
-  return integrator.takes_any_step && least_in(scene, &StepLimits::force_accuracy) ? INFINITY : integrator.usual_step;
+  const bool any_step = least_in(scene, &StepLimits::force_accuracy) || only_contacts_act(scene);
+  return integrator.takes_any_step && any_step ? INFINITY : integrator.usual_step;
 }
 
 /// Returns the default number of contact substeps, with which contacts have the same error as the most accurate forces.

@@ -30,7 +30,7 @@ struct IntegratorKind {
 
   // Grains:
   double usual_step = 0;        ///< t0, default of mechanics.step
-  bool takes_any_step = false;  ///< true if the force accuracy of effects can set the step
+  bool takes_any_step = false;  ///< true if the force accuracy of effects, or a list of pairs, can set the step
   std::size_t most_grains = 0;  ///< largest number of grains that it can move; 0: no limit
   bool is_on_device = false;    ///< true if it has a CUDA implementation
   /// True if it computes friction, adhesion and walls (Effect::set_surface)

@@ -278,8 +278,9 @@ std::vector<Key> grain_steps() {
        .target = [](Draft& d) { return &d.scene.mechanics.step; },
        .unit = "t0",
        .range = positive,
-       .computed_default =
-           "multirate: from effects.coulomb.accuracy, or 0.05; cvode: 0.05; verlet: 0.005; gear: 0.0015",
+       .computed_default = "multirate: from effects.coulomb.accuracy, without any force except contacts as long as a "
+                           "list of near pairs, or "
+                           "0.05; cvode: 0.05; verlet: 0.005; gear: 0.0015",
        .help =
            "longest step of the motion of grains, in reduced units (t0). multirate: the forces of charges are "
            "constant over it, and it is shorter if the fastest grain would fly farther than about .2 d0; verlet and "

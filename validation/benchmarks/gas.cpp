@@ -28,14 +28,15 @@ struct Options {
   int every = 1;  // contact substeps per evaluation of charges' forces
   bool exchange = false;
   int steps = 20, repeats = 5;
-  int sample = 300;  // number of grains whose force is compared with Ewald sums
+  int sample = 300;   // number of grains whose force is compared with Ewald sums
+  double filled = 1;  // part of the box that contains the grains
 };
 
 double seconds_now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-/// Returns a gas of G's density. `accuracy` 0: without forces of charges.
+/// Returns a gas of G's density in a part of the box. `accuracy` 0: without forces of charges.
 Scene scene(int grains, double accuracy, const Options& options) {
   std::string text = "[units]\n[domain]\n";
   const double length = 70 * std::cbrt(grains / 50016.0);
@@ -49,10 +50,13 @@ Scene scene(int grains, double accuracy, const Options& options) {
   // The exchange is so weak that charges stay nearly constant.
   if (accuracy > 0 && options.exchange) text += "[effects.charge_exchange]\ntransfer_prefactor = 1e-9\n";
   // The shortest possible contact lasts .147, at twice the speed of the fastest of 5e4 grains.
-  text += fmt::format("[mechanics]\nstep = {}\ncontact_substeps = {}\nthreads = {}\n", options.every * options.step,
+  text += fmt::format("[mechanics]\ncontact_substeps = {}\nthreads = {}\n",
                       std::max(1, static_cast<int>(std::lround(0.147 / options.step))), options.threads);
+  if (accuracy > 0) text += fmt::format("step = {}\n", options.every * options.step);
   text += "[stop]\ntime = 1e6\n[output]\nevery = 1e6\npicture = false\n";
-  return parse_scene(text, "gas.toml");
+  Scene gas = parse_scene(text, "gas.toml");
+  gas.domain.size = std::cbrt(1 / options.filled) * gas.domain.size;
+  return gas;
 }
 
 /// Arranges the grains in balls of about a hundred touching grains, with shuffled charges.
@@ -164,6 +168,7 @@ int main(int argc, char** argv) {
   program.add_flag("--exchange", options.exchange, "charges move: two evaluations of forces a step");
   program.add_option("--steps", options.steps, "a stretch, of contacts");
   program.add_option("--repeats", options.repeats, "stretches, of which the fastest counts");
+  program.add_option("--filled", options.filled, "part of the box that contains the grains: 1 or one cluster");
   program.add_option("--sample", options.sample, "grains whose force is compared with Ewald's; 0: none");
   CLI11_PARSE(program, argc, argv);
   fmt::print("{}\nms a step of {} at T = {}; set-up in ms; errors: relative rms errors of forces\n",

@@ -43,7 +43,8 @@ PERIODIC = "\n".join(f'{side} = "periodic"' for side in ("left", "right", "botto
 
 
 def gas_of(grains, length, coulomb, step, contact_steps):
-    """Returns the common beginning of all scenes here; tables of grains and of charges' forces are texts."""
+    """Returns the common beginning of all scenes here; tables of grains and of charges' forces are texts. step None:
+    the program's own choice."""
     return f"""[units]
 [domain]
 size = [{length}, {length}, {length}]
@@ -54,7 +55,7 @@ stiffness = {ELASTIC}
 damping = {DISSIPATIVE}
 {coulomb}
 [mechanics]
-step = {step}
+{f"step = {step}" if step else ""}
 contact_substeps = {contact_steps}
 threads = 1"""
 
@@ -64,7 +65,7 @@ def scene(grains, length, accuracy, steps, every=1, step=STEP):
     act each `every` contact steps."""
     coulomb = f"[effects.coulomb]\ncoupling_constant = 1\naccuracy = {accuracy}" if accuracy else ""
     populations = "\n".join(f"[[population]]\ncount = {grains // 2}\ncharge = {q}\ntemperature = 1" for q in (1, -1))
-    return gas_of(populations, length, coulomb, every * step, contact_steps(step)) + f"""
+    return gas_of(populations, length, coulomb, every * step if accuracy else None, contact_steps(step)) + f"""
 [stop]
 time = {steps * STEP}
 [output]

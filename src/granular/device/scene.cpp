@@ -110,7 +110,9 @@ GasOptions gas_options(const Scene& scene) {
   options.lengths = bodies.box.lengths, options.sides = bodies.box.sides;
   options.rough = !surface_key(scene).empty();
   options.mass = bodies.mass, options.radius = bodies.radius;
-  options.step = scene.mechanics.step, options.contact_steps = scene.mechanics.contact_steps;
+  const bool by_list = std::isinf(scene.mechanics.step) && only_contacts_act(scene);  // lists of a device are longer
+  options.step = by_list ? scene.mechanics.integrator->usual_step : scene.mechanics.step;
+  options.contact_steps = scene.mechanics.contact_steps;
   options.seed = scene.seed, options.path = scene.path;
   options.bytes = bytes_needed(scene, options);
   if (const auto& mesh = options.mesh)

@@ -58,17 +58,23 @@ std::size_t count(const std::string& text, const std::string& part) {
 
 }  // namespace
 
-TEST_CASE("two MPI processes: solve prints one answer, equal to one process's") {
-  const Ended alone = run("LICHTENBERG solve scene.toml --json", scene + assembled);
-  const Ended two = run("mpirun -n 2 LICHTENBERG solve scene.toml --json --capacitance", scene + assembled);
-  INFO(two.err);
-  REQUIRE(alone.status == 0);
-  REQUIRE(two.status == 0);
-  const json a = json::parse(alone.out), b = json::parse(two.out);
-  for (int k = 0; k < 2; ++k)
-    CHECK(a["conductors"][k]["potential"].get<double>() ==
-          doctest::Approx(b["conductors"][k]["potential"].get<double>()).epsilon(1e-8));
-  CHECK(a["unknowns"] == b["unknowns"]);
+TEST_CASE("MPI processes: solve prints one answer, equal to one process's") {
+  for (const auto& [processes, set] : {std::pair{"2", "field.linear_solver=assembled"},
+                                       {"2", "field.cells=64"},      // a small grid, the same in both processes
+                                       {"3", "field.cells=256"}}) {  // rows are divided
+    CAPTURE(set);
+    const std::string solve = std::string("LICHTENBERG solve scene.toml --json --set ") + set;
+    const Ended alone = run(solve, scene);
+    const Ended several = run(std::string("mpirun -n ") + processes + " " + solve + " --capacitance", scene);
+    INFO(several.err);
+    REQUIRE(alone.status == 0);
+    REQUIRE(several.status == 0);
+    const json a = json::parse(alone.out), b = json::parse(several.out);
+    for (int k = 0; k < 2; ++k)
+      CHECK(a["conductors"][k]["potential"].get<double>() ==
+            doctest::Approx(b["conductors"][k]["potential"].get<double>()).epsilon(1e-8));
+    CHECK(a["unknowns"] == b["unknowns"]);
+  }
 }
 
 TEST_CASE("two MPI processes: a run writes one file and one summary") {
@@ -79,12 +85,28 @@ TEST_CASE("two MPI processes: a run writes one file and one summary") {
   CHECK(count(result.out, "energy") == 1);
 }
 
-TEST_CASE("two MPI processes: the multigrid solver is refused, no file is made") {
+TEST_CASE("two MPI processes: a run on divided rows has a picture and continues") {
+  const std::string program = "mpirun -n 2 LICHTENBERG run scene.toml --set field.cells=256 --set output.picture=true";
+  const auto has_picture = [](const Folder& folder) { return exists(folder / "scene.png"); };
+  const Ended result =
+      run(program + " --set stop.time=1e-3 && " + program + " --resume --set stop.time=2e-3", scene, has_picture);
+  INFO(result.err);
+  CHECK(result.status == 0);
+  CHECK(count(result.out, "energy") == 2);
+}
+
+TEST_CASE("two MPI processes: another field method is refused, no file is made") {
   const auto no_file = [](const Folder& folder) { return !exists(folder / "scene.h5"); };
-  const Ended multigrid = run("mpirun -n 2 LICHTENBERG run scene.toml", scene, no_file);
-  CHECK(multigrid.status == 2);
-  CHECK(count(multigrid.err, "lichtenberg: ") == 1);
-  CHECK(count(multigrid.err, "field.linear_solver = \"multigrid\" runs on one process") == 1);
+  const Ended relaxation = run("mpirun -n 2 LICHTENBERG run scene.toml", scene + "method = \"relaxation\"\n", no_file);
+  CHECK(relaxation.status == 2);
+  CHECK(count(relaxation.err, "lichtenberg: ") == 1);
+  CHECK(count(relaxation.err, "field.method = \"relaxation\" runs on one process") == 1);
+}
+
+TEST_CASE("two MPI processes: another Krylov method with the multigrid is refused") {
+  const Ended result = run("mpirun -n 2 LICHTENBERG solve scene.toml --petsc -field_ksp_type cg", scene + "\n");
+  CHECK(result.status == 2);
+  CHECK(count(result.err, "leave -field_ksp_type and -field_pc_type out") == 1);
 }
 
 TEST_CASE("two MPI processes: an error of all processes is printed once") {

@@ -29,7 +29,23 @@ void send_to_others(const Message& message, int tag) {
     MPI_Send(bytes.data(), static_cast<int>(bytes.size()), MPI_BYTE, rank, tag, PETSC_COMM_WORLD);
 }
 
+/// Waits for a message from a process. MPI's own functions would keep the core busy while the first process works alone
+/// on the motion. The waiting process polls, and sleeps between polls if no message has come for some time.
+void wait_for_message(int rank) {
+  constexpr std::chrono::microseconds polling_time{1000}, sleeping_time{50};
+  const auto start = std::chrono::steady_clock::now();
+  for (int there = 0;;) {
+    MPI_Iprobe(rank, MPI_ANY_TAG, PETSC_COMM_WORLD, &there, MPI_STATUS_IGNORE);
+    if (there) return;
+    if (std::chrono::steady_clock::now() - start < polling_time)
+      std::this_thread::yield();
+    else
+      std::this_thread::sleep_for(sleeping_time);
+  }
+}
+
 Message receive(int from, int* tag) {
+  wait_for_message(from);
   MPI_Status status;
   MPI_Probe(from, MPI_ANY_TAG, PETSC_COMM_WORLD, &status);
   *tag = status.MPI_TAG;

@@ -273,12 +273,14 @@ void check_processes(const FieldTable* field) {
   std::string what = "a scene without a field", instead = "leave mpirun out";
   if (field) {
     const FieldMethodKind* method = method_of(*field);
+    const auto device = std::visit([](const auto& table) { return table.device; }, *field);
     const auto linear_solver = std::visit([](const auto& table) { return table.linear_solver; }, *field);
-    if (method && method->on_processes == linear_solver) return;
+    const bool shares = device == FieldDevice::cpu || linear_solver == FieldLinearSolver::assembled;
+    if (method && method->on_processes && shares) return;
     what = !method                ? "field.accuracy without a field.method"
-           : method->on_processes ? fmt::format("field.linear_solver = \"{}\"", name_of(linear_solver))
+           : method->on_processes ? fmt::format("field.device = \"{}\"", name_of(device))
                                   : fmt::format("field.method = \"{}\"", method->name);
-    instead = "set field.method = \"cut-cell\" and field.linear_solver = \"assembled\", or leave mpirun out";
+    instead = "set field.method = \"cut-cell\" without a device, or leave mpirun out";
   }
   throw InputError(
       fmt::format("{} runs on one process, and mpirun started {} processes: {}", what, processes, instead));

@@ -70,9 +70,9 @@ bool is_inside_integrator(const Scene& scene);
 /// effects.wall_contact.
 void check_can_move(const Scene& scene);
 
-/// Checks a run on several processes (mpirun), which support only field methods with the assembled linear solver.
-/// Throws InputError if there are several processes and `field` selects another solver. `field`: null if no field is
-/// solved, which also requires one process.
+/// Checks a run on several processes (mpirun), which support only field methods that share a solve. Throws InputError
+/// if there are several processes and `field` selects another method, or the multigrid on a device. `field`: null if no
+/// field is solved, which also requires one process.
 void check_processes(const FieldTable* field);
 
 /// Effect of the electric field between floating conductors, which have given charges and unknown potentials (Laplace's

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "solvers/laplace/accuracy/accuracy.hpp"
+#include "solvers/parallel/petsc.hpp"
 #include "src/field_methods/field_method.hpp"
 
 namespace lichtenberg {
@@ -14,11 +15,13 @@ laplace::LinkFormula link_formula(FieldLinks links) {
 }
 
 std::string describe(const FieldOptions& options) {
-  return fmt::format("cut-cell finite volumes, {} links; conjugate gradients, {}{}", name_of(options.links),
+  const int processes = parallel::process_count();
+  return fmt::format("cut-cell finite volumes, {} links; conjugate gradients, {}{}{}", name_of(options.links),
                      options.linear_solver == FieldLinearSolver::assembled
                          ? "assembled matrix with a preconditioner of PETSc's"
                          : "matrix-free with geometric multigrid",
-                     options.device == FieldDevice::cuda ? ", on a CUDA device" : "");
+                     options.device == FieldDevice::cuda ? ", on a CUDA device" : "",
+                     processes > 1 ? fmt::format(", rows divided among {} processes", processes) : "");
 }
 
 FieldMethodCost cost(const FieldOptions& options) {
@@ -62,7 +65,7 @@ const FieldMethodKind& cut_cell_method() {
       .on_grid = true,
       .curves = true,
       .moving_by_positions = true,
-      .on_processes = FieldLinearSolver::assembled,
+      .on_processes = true,
       .energy_noise = 30};  // above the values in docs/measurements/mechanics.json
   return kind;
 }

@@ -71,9 +71,8 @@ struct FieldMethodKind {
   bool curves = false;               ///< true: supports electrodes of shape polygon, ellipse and curve
   bool only_separate = false;        ///< true: supports no overlaps, so a run needs contact forces
   bool moving_by_positions = false;  ///< true: the default of moving_tolerance depends on mechanics.position_tolerance
-  /// Linear solver that divides its work among several processes. Empty: none does.
-  std::optional<FieldLinearSolver> on_processes{};
-  double least_radius = 0;  ///< smallest radius of a conductor, in cells; 0: no limit
+  bool on_processes = false;         ///< true: several processes (mpirun) share a solve
+  double least_radius = 0;           ///< smallest radius of a conductor, in cells; 0: no limit
   /// Noise of the field energy: relative difference between two solves of one state, in units of moving_tolerance.
   double energy_noise = 8;
 

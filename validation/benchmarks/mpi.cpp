@@ -1,12 +1,15 @@
-// Times the assembled system on one or more processes: 324 floating disks around a grounded half-disk, as in the
-// dendrite scene. Reports discretization (repeated by each process), assembly of the rows, set-up of the preconditioner
-// and solve.
+// Times a field solve on one or more processes: 324 floating disks around a grounded half-disk, as in the dendrite
+// scene. For the assembled system it reports discretization (repeated by each process), assembly of the rows, set-up of
+// the preconditioner and solve. For the multigrid it reports set-up and solve without an earlier solution, and the
+// largest memory of a process.
 //
 //   mpirun -n 2 benchmark_mpi [--sizes 256,512,1024] [--seed 1] [--repeats 5]
+//   mpirun -n 2 benchmark_mpi --multigrid --sizes 4096 --conductors 20000 --radius 1
 //
 // Each time is the minimum over the repeats of the slowest process's time.
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -73,29 +76,67 @@ void benchmark(int cells, const LaplaceProblem& problem, const std::string& name
   std::fflush(stdout);
 }
 
+/// Memory of this process at its largest so far (MiB).
+double largest_memory() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<double>(usage.ru_maxrss) / 1024;
+}
+
+void benchmark_multigrid(int cells, const LaplaceProblem& problem, int threads, int repeats) {
+  CutCellSolver solver({.cells = cells, .tolerance = 1e-8, .threads = threads});
+  double setup = 1e9, all = 1e9, memory = 0;
+  LaplaceSolution solution;
+  for (int k = 0; k <= repeats; ++k) {
+    solver.forget();
+    const double now = seconds([&] { solution = solver.solve(problem); });
+    if (k == 0) continue;  // the first call allocates
+    all = std::min(all, now);
+    setup = std::min(setup, solution.seconds.setup);
+  }
+  const double own = largest_memory();
+  MPI_Allreduce(&own, &memory, 1, MPI_DOUBLE, MPI_MAX, PETSC_COMM_WORLD);
+  if (parallel::process_rank() > 0) return;
+  fmt::print("{:>5} {:>9}  {:<31} {:>9.1f} {:>9} {:>9} {:>9.1f} {:>9.1f} {:>5} {:>7.0f}\n", cells,
+             parallel::process_count(), fmt::format("multigrid, {} thread{}", threads, threads > 1 ? "s" : ""),
+             1e3 * setup, "", "", 1e3 * (all - setup), 1e3 * all, solution.iterations, memory);
+  std::fflush(stdout);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   std::vector<int> sizes{256, 512, 1024};
   std::uint64_t seed = 1;
-  int repeats = 5;
-  CLI::App app("Times the assembled field solve on the processes that mpirun starts");
+  int repeats = 5, conductors = 324, threads = 1;
+  double radius = 8;
+  bool multigrid = false;
+  CLI::App app("Times a field solve on the processes that mpirun starts");
   app.add_option("--sizes", sizes, "cells along a side")->delimiter(',');
   app.add_option("--seed", seed, "of the configuration");
   app.add_option("--repeats", repeats, "counted solves; the fastest is printed");
+  app.add_flag("--multigrid", multigrid, "the multigrid instead of the assembled system");
+  app.add_option("--threads", threads, "of a process, with --multigrid");
+  app.add_option("--conductors", conductors, "number of disks");
+  app.add_option("--radius", radius, "of the disks (S/512)");
   CLI11_PARSE(app, argc, argv);
 
   parallel::start_petsc();
-  const LaplaceProblem problem = benchmarks::disks_round_ground(324, seed);
+  const LaplaceProblem problem = benchmarks::disks_round_ground(conductors, seed, radius);
   if (parallel::process_rank() == 0)
     fmt::print(
-        "lichtenberg {}, PETSc {}.{}.{}; 324 conductors, R = S/64 cells, seed {}, tolerance 1e-8; ms\n"
-        "{:>5} {:>9}  {:<31} {:>9} {:>9} {:>9} {:>9} {:>9} {:>5}\n",
-        lichtenberg_version().commit, PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, PETSC_VERSION_SUBMINOR, seed, "S",
-        "processes", "preconditioner", "links", "assembly", "set-up", "solve", "all", "iter");
-  for (const int cells : sizes)
+        "lichtenberg {}, PETSc {}.{}.{}; {} conductors, R = {} S/512, seed {}, tolerance 1e-8; ms\n"
+        "{:>5} {:>9}  {:<31} {:>9} {:>9} {:>9} {:>9} {:>9} {:>5} {:>7}\n",
+        lichtenberg_version().commit, PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, PETSC_VERSION_SUBMINOR, conductors,
+        radius, seed, "S", "processes", "preconditioner", "links", "assembly", "set-up", "solve", "all", "iter", "MiB");
+  for (const int cells : sizes) {
+    if (multigrid) {
+      benchmark_multigrid(cells, problem, threads, repeats);
+      continue;
+    }
     for (const auto& [name, options] : preconditioners) {
       for (const auto& [option, value] : options) parallel::check_petsc(PetscOptionsSetValue(nullptr, option, value));
       benchmark(cells, problem, name, repeats);
     }
+  }
 }

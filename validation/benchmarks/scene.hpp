@@ -10,12 +10,13 @@
 
 namespace lichtenberg::benchmarks {
 
-/// Makes a random field problem for benchmarks: `conductors` floating disks of radius S/64 around a grounded half-disk
-/// on the bottom of a square box of side S. Gaps are at least S/256, charges between 0 and 1. Lengths are in cells, S =
-/// 512.
-inline laplace::LaplaceProblem disks_round_ground(int conductors, std::uint64_t seed) {
+/// Makes a random field problem for benchmarks: `conductors` floating disks of a radius, by default S/64, around a
+/// grounded half-disk on the bottom of a square box of side S. Gaps are at least a quarter of the radius, charges
+/// between 0 and 1. Lengths are in cells, S = 512.
+inline laplace::LaplaceProblem disks_round_ground(int conductors, std::uint64_t seed, double radius = 8) {
   using namespace laplace;
-  constexpr double side = 512, radius = 8, least_gap = 2;
+  constexpr double side = 512;
+  const double least_gap = 0.25 * radius;
   std::mt19937_64 generator(seed);
   const auto uniform = [&](double from, double to) {
     return from + (to - from) * static_cast<double>(generator() >> 11) * 0x1p-53;

@@ -52,8 +52,9 @@ class CutCellBackend : public LaplaceSolver {
   virtual void clear_history() = 0;
   virtual Field last_field() const = 0;
 
-  /// Converts potentials to a Field (by row, in V) on the grid `at` with cells of size h (m). `cell`: potentials by
-  /// slot (memory index of a cell), in units of `unit_` (V); `owner`: body that covers each cell, or fluid, by slot.
+  /// Converts potentials to a Field (by row, in V) on the own rows of the grid `at` with cells of size h (m). `cell`:
+  /// potentials by slot (memory index of a cell), in units of `unit_` (V); `owner`: body that covers each cell, or
+  /// fluid, by slot.
   Field field_on(const Layout& at, double h, const double* cell, const CellOwner* owner) const;
   /// Returns the wall time since the start of the solve (s).
   double seconds() const;

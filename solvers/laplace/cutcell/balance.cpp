@@ -13,6 +13,8 @@ void CutCellOperator::balance(const LaplaceProblem& problem, double scale, const
   std::vector<double> to_cells(groups_, 0.0), from_cells(groups_, 0.0), shift(groups_, 0.0);
   links_.add_conductances(*team_, to_cells.data());
   links_.add_to_groups(*team_, x, from_cells.data());
+  const Layout& at = level_->layout;
+  for (std::vector<double>* sum : {&to_cells, &from_cells}) add_over_slabs(at, sum->data(), std::ssize(*sum));
   apply_groups(x, shift.data());
   for (std::size_t g = 0; g < groups_; ++g) shift[g] = group_diagonal_[g] > 0 ? b[cells_ + g] - shift[g] : 0.0;
   solve_groups(shift.data());
@@ -20,8 +22,12 @@ void CutCellOperator::balance(const LaplaceProblem& problem, double scale, const
   LevelSums sums;
   for_each_given(
       problem, *level_,
-      [&](std::ptrdiff_t cell, double c, double given) { sums += LevelSums::from_link(c, given / scale, x[cell]); },
+      [&](std::ptrdiff_t cell, double c, double given) {
+        if (at.owns(cell)) sums += LevelSums::from_link(c, given / scale, x[cell]);
+      },
       [&](int g, double c, double) { response[g] += group_diagonal_[g] > 0 ? c : 0.0; });
+  add_over_slabs(at, response.data(), std::ssize(response));
+  sums = {sum_over_slabs(at, sums.flux), sum_over_slabs(at, sums.conductance)};
   solve_groups(response.data());
   for (std::size_t g = 0; g < groups_; ++g)
     if (group_diagonal_[g] > 0)

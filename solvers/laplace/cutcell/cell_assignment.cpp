@@ -26,6 +26,17 @@ void CellAssignment::assign(const GridBodies& bodies, Level& level, parallel::Te
   assign_small_disks(bodies, level);
 }
 
+namespace {
+
+/// Returns the rows of the range that this process stores.
+CellRange stored_part(CellRange range, const Layout& layout) {
+  range.from_j = std::max(range.from_j, layout.stored.begin);
+  range.to_j = std::min(range.to_j, layout.stored.end - 1);
+  return range;
+}
+
+}  // namespace
+
 /// Divides large bodies into pieces of 64 rows, and joins pieces to parts of at least 4096 cells. A single thread gets
 /// one part. All subgrid conductors of a group belong to the part of the first of them; they take a small share of the
 /// set-up.
@@ -37,7 +48,8 @@ void CellAssignment::divide(const GridBodies& bodies, const Layout& layout, int 
   int rows = 0;
   long cells = cells_a_part;
   for (int body = 0; body < static_cast<int>(bodies.outlines.size()); ++body) {
-    const CellRange all = cells_around(bodies.outlines[body], layout.nx, layout.ny);
+    CellRange all = cells_around(bodies.outlines[body], layout.nx, layout.ny);
+    if (bodies.resolves(body)) all = stored_part(all, layout);
     for (int j = all.from_j; j <= all.to_j; j += rows_a_piece) {
       const CellRange range{all.from_i, all.to_i, j, std::min(j + rows_a_piece - 1, all.to_j)};
       if (cells >= cells_a_part) {
@@ -88,11 +100,14 @@ CellIndex cell_of_centre(const Outline& outline, const Layout& layout) {
   return {cell_at(outline.centre.x, layout.nx), cell_at(outline.centre.y, layout.ny)};
 }
 
+/// Returns true if the disk has a cell, or if its rows are not all stored. In the second case the disk is larger than a
+/// cell and covers one, unless others cover it completely.
 bool has_cell(int body, const Outline& outline, const Level& level) {
   const Layout& layout = level.layout;
+  const CellRange range = cells_around(outline, layout.nx, layout.ny);
+  if (range.from_j < layout.stored.begin || range.to_j >= layout.stored.end) return true;
   const auto [i_centre, j_centre] = cell_of_centre(outline, layout);
   if (level.owner[layout(i_centre, j_centre)].is(body)) return true;
-  const CellRange range = cells_around(outline, layout.nx, layout.ny);
   for (int j = range.from_j; j <= range.to_j; ++j)
     for (int i = range.from_i; i <= range.to_i; ++i)
       if (level.owner[layout(i, j)].is(body)) return true;
@@ -115,7 +130,7 @@ void CellAssignment::assign_small_disks(const GridBodies& bodies, Level& level) 
       cell = CellOwner::by(body);
       extend_columns(body, index);
     } else {
-      shared_cells_.push_back({body, cell.body()});
+      shared_cells_.push_back({body, cell.body(), index.j});
     }
   }
 }

@@ -25,6 +25,8 @@ struct BodyPiece {
 /// Resolved disk `body` that owns no cell. The cell that contains the disk's centre belongs to another body, `owner`.
 struct SharedCell {
   int body, owner;
+  /// Row of the cell.
+  int row;
 };
 
 /// Assignment of a grid's cells to the bodies that cover them, by the cells' centres. Large bodies are divided into

@@ -50,7 +50,7 @@ class Iteration {
     const double mean = context_.null_space ? mean_correction() : 0.0;
     const std::vector<double>& diagonal = op_.level().diagonal;
     in_groups([&](std::ptrdiff_t k) { p_[k] = z_group[k - cells_] - mean + (beta == 0 ? 0 : beta * p_[k]); });
-    wavefront(op_.team(), layout_, 2, [&](int stage, int j) {
+    wavefront(op_.team(), layout_, 2, 0, [&](int stage, int j) {
       if (stage == 1)
         row_product_[j] = op_.apply_row(j, p_, q_);
       else if (mean != 0)
@@ -61,7 +61,7 @@ class Iteration {
       else
         in_row(j, [&](std::ptrdiff_t k) { p_[k] = z[k] + beta * p_[k]; });
     });
-    *curvature = ordered_sum(row_product_) + op_.apply_groups(p_, q_ + cells_);
+    *curvature = ordered_sum(layout_, row_product_) + op_.apply_groups(p_, q_ + cells_);
     return 0;
   }
 
@@ -97,12 +97,15 @@ class Iteration {
   /// Returns the mean of z over all unknowns: its component in the null space.
   double mean_correction() const {
     const std::vector<double>& diagonal = op_.level().diagonal;
-    double sum = 0, count = static_cast<double>(groups_);
-    for (std::ptrdiff_t k = 0; k < cells_; ++k)
-      if (diagonal[k] > 0) {
-        sum += multigrid_.cells()[k];
-        ++count;
-      }
+    double sum = 0, count = 0;
+    for (int colour = 0; colour < 2; ++colour)
+      for (std::ptrdiff_t k = layout_.row(colour, layout_.own.begin); k < layout_.row(colour, layout_.own.end); ++k)
+        if (diagonal[k] > 0) {
+          sum += multigrid_.cells()[k];
+          ++count;
+        }
+    sum = sum_over_slabs(layout_, sum);
+    count = sum_over_slabs(layout_, count) + static_cast<double>(groups_);
     for (std::ptrdiff_t g = 0; g < groups_; ++g) sum += multigrid_.groups()[g];
     return sum / count;
   }

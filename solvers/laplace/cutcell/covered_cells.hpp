@@ -12,11 +12,15 @@ namespace lichtenberg::laplace {
 /// cells and the groups (bodies with one potential).
 class CoveredCells {
  public:
-  /// Copies the list of covered cells (inside conductors) of `level` and the group (bodies with one potential) of each
-  /// body.
+  /// Lists the covered cells (inside conductors) of `level` in own rows and the group (bodies with one potential) of
+  /// each body.
   void build(const LaplaceProblem& problem, const Level& level) {
-    cell_.assign(level.covered.begin(), level.covered.end());
-    start_ = level.covered_start;
+    if (level.layout.is_divided()) {
+      list_own_cells(level);
+    } else {
+      cell_.assign(level.covered.begin(), level.covered.end());
+      start_ = level.covered_start;
+    }
     group_.clear();
     for (const Body& body : problem.bodies) group_.push_back(body.group);
   }
@@ -33,7 +37,7 @@ class CoveredCells {
 
   /// Adds the values of covered cells (inside conductors) in f (by slot, the memory index) to their groups (bodies with
   /// one potential) in `group_value` [groups].
-  void add_to_groups(const std::vector<float>& f, std::vector<float>& group_value) const {
+  void add_to_groups(const std::vector<float>& f, float* group_value) const {
     const int bodies = static_cast<int>(group_.size());
     for (int body = 0; body < bodies; ++body) {
       float sum = 0;
@@ -43,6 +47,16 @@ class CoveredCells {
   }
 
  private:
+  void list_own_cells(const Level& level) {
+    cell_.clear();
+    start_.assign(1, 0);
+    for (std::size_t body = 0; body + 1 < level.covered_start.size(); ++body) {
+      for (int m = level.covered_start[body]; m < level.covered_start[body + 1]; ++m)
+        if (level.layout.owns(level.covered[m])) cell_.push_back(static_cast<std::int32_t>(level.covered[m]));
+      start_.push_back(static_cast<int>(cell_.size()));
+    }
+  }
+
   // Slots by body; [bodies + 1] a body's first in them; its group.
   std::vector<std::int32_t> cell_;
   std::vector<int> start_, group_;

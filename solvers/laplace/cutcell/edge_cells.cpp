@@ -10,7 +10,7 @@ void EdgeCells::build(const Level& level, const LinkLists<double>& links, parall
     for (int j = rows * k / chunks; j < rows * (k + 1) / chunks; ++j) list_row(level, links, j);
   });
   size_ = 0;
-  for (const Row& row : rows_) size_ += row.end - row.start;
+  for (int j = level.layout.own.begin; j < level.layout.own.end; ++j) size_ += rows_[j].end - rows_[j].start;
 }
 
 void EdgeCells::list_row(const Level& level, const LinkLists<double>& links, int j) {

@@ -26,7 +26,7 @@ class EdgeCells {
       link = cells_[k].links_end;
     }
   }
-  /// Returns the number of listed cells.
+  /// Returns the number of listed cells in own rows.
   std::size_t size() const { return size_; }
 
  private:

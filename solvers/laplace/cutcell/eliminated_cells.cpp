@@ -6,6 +6,7 @@
 
 #include "solvers/laplace/cutcell/grid_bodies.hpp"
 #include "solvers/laplace/cutcell/level.hpp"
+#include "solvers/laplace/cutcell/slabs.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -61,6 +62,24 @@ void add_row(const LaplaceProblem& problem, const GridBodies& bodies, const Leve
   }
 }
 
+/// Lists the pairs of groups with links to the same eliminated cell.
+void list_pairs(Level& level) {
+  level.eliminated_pairs.clear();
+  const auto& [cells, start, links, link_of_level] = level.eliminated;
+  for (std::size_t k = 0; k < cells.size(); ++k) {
+    if (!level.layout.own.contains(cells[k].row)) continue;
+    for (int m = start[k]; m < start[k + 1]; ++m)
+      for (int n = m + 1; n < start[k + 1]; ++n)
+        level.eliminated_pairs.push_back(
+            {links[m].body,
+             links[n].body,
+             EliminatedCells::schur_offdiagonal(links[m].conductance, links[n].conductance, cells[k].diagonal),
+             {},
+             {}});
+  }
+  gather_list(level.layout, level.eliminated_pairs);
+}
+
 }  // namespace
 
 void find_eliminated_cells(const LaplaceProblem& problem, const GridBodies& bodies, Level& level, parallel::Team& team,
@@ -72,9 +91,13 @@ void find_eliminated_cells(const LaplaceProblem& problem, const GridBodies& bodi
     for (int j = rows * chunk / chunks; j < rows * (chunk + 1) / chunks; ++j)
       add_row(problem, bodies, level, j, found[chunk]);
   });
-  if (chunks == 1) return std::swap(level.eliminated, found[0]);
-  level.eliminated.clear();
-  for (const EliminatedCells& part : found) level.eliminated.append(part);
+  if (chunks == 1) {
+    std::swap(level.eliminated, found[0]);
+  } else {
+    level.eliminated.clear();
+    for (const EliminatedCells& part : found) level.eliminated.append(part);
+  }
+  list_pairs(level);
 }
 
 }  // namespace lichtenberg::laplace

@@ -55,21 +55,12 @@ struct EliminatedCells {
   void clear();
   /// Appends the cells of another list `more` and their links (conductances to conductors).
   void append(const EliminatedCells& more);
-  /// Calls effect(link_a, link_b, conductance) for each pair of groups with links to the same eliminated cell. An
-  /// eliminated cell has a large conductance to a conductor; a group is a set of bodies with one potential.
-  /// `conductance`: the value that the elimination adds between the two groups.
-  template <class Effect>
-  void for_each_pair(const Effect& effect) const {
-    for (std::size_t k = 0; k < cells.size(); ++k)
-      for (int m = start[k]; m < start[k + 1]; ++m)
-        for (int n = m + 1; n < start[k + 1]; ++n)
-          effect(links[m], links[n], schur_offdiagonal(links[m].conductance, links[n].conductance, cells[k].diagonal));
-  }
 };
 
-/// Finds the near-surface cells that the V-cycle eliminates, and stores them in `level.eliminated`. They are fluid
-/// cells with a link of at least `least_conductance` to a resolved body and with a link to a floating group. A floating
-/// group is a set of bodies with one unknown potential.
+/// Finds the near-surface cells that the V-cycle eliminates, and stores them in `level.eliminated`. Stores the
+/// conductances that their elimination adds between groups in `level.eliminated_pairs`. The cells are fluid cells with
+/// a link of at least `least_conductance` to a resolved body and with a link to a floating group. A floating group is a
+/// set of bodies with one unknown potential.
 void find_eliminated_cells(const LaplaceProblem& problem, const GridBodies& bodies, Level& level, parallel::Team& team);
 
 }  // namespace lichtenberg::laplace

@@ -76,7 +76,7 @@ Grid::Grid(const Layout& at, int sweeps, parallel::Team& team)
 
 void Grid::build(const LaplaceProblem& problem, const Level& level, parallel::Team& team) {
   const std::size_t groups = problem.groups.size();
-  for_each_row(team, layout, [&](int j) {
+  for_each_row(team, layout, layout.stored, [&](int j) {
     for (int colour = 0; colour < 2; ++colour) {
       const std::ptrdiff_t row = layout.row(colour, j);
       invert_row(layout.row_length(colour, j), &level.diagonal[row], &inverse_diagonal_[row]);
@@ -134,11 +134,13 @@ void Grid::update_eliminated(int colour, int j) {
   eliminated_.update(colour, j, [this](const EliminatedCells::Cell& cell) { return flux_from_neighbours(cell); });
 }
 
-/// Adds the fluxes from cells to their groups (bodies with one potential) to `sum`. Fluxes from eliminated near-surface
-/// cells do not contain the part that returns to them.
+/// Adds the fluxes from cells to their groups (bodies with one potential) to `sum`, in all processes. Fluxes from
+/// eliminated near-surface cells do not contain the part that returns to them.
 void Grid::add_cell_fluxes(std::vector<float>& sum) const {
-  links_.add_to_groups(*team_, v.data(), sum.data());
-  eliminated_.add_fluxes(sum);
+  add_sums(layout, std::ssize(sum), sum.data(), [this](float* part) {
+    links_.add_to_groups(*team_, v.data(), part);
+    eliminated_.add_fluxes(part);
+  });
 }
 
 /// Relaxes the groups (bodies with one potential) after a sweep over cells. Sets flux_ to the change of their
@@ -147,7 +149,7 @@ void Grid::relax_groups_again(bool forward) {
   const std::vector<float> before = phi;
   std::fill(flux_.begin(), flux_.end(), 0.0f);
   if (forward)
-    for (int j = 0; j < layout.ny; ++j) update_eliminated(0, j);
+    for (int j = layout.own.begin; j < layout.own.end; ++j) update_eliminated(0, j);
   add_cell_fluxes(flux_);
   groups_.relax(forward, charge, flux_, phi);
   for (std::size_t g = 0; g < phi.size(); ++g) flux_[g] = phi[g] - before[g];
@@ -157,15 +159,21 @@ void Grid::add_link_fluxes(int j, const std::vector<float>& potential) {
   links_.add_to_row(j, potential.data(), [&](std::int32_t cell, float flux) { f[cell] += flux; });
 }
 
+/// Returns the number of ghost rows whose red cells a sweep before the correction relaxes. The last sweep leaves them
+/// correct in the rows that the sweeps after the correction start from, and the residual in one ghost row.
+int Grid::ghosts_before(int sweep) const { return std::max(2 * sweeps_, 3) + 2 * (sweeps_ - 1 - sweep); }
+
 /// Relaxes conductors first, so that the sweep over cells has their potentials as boundary values. CG then needs 12
 /// iterations, otherwise 26.
 void Grid::smooth_from_zero() {
+  exchange_ghosts(layout, f.data(), ghosts_before(0));
   std::fill(phi.begin(), phi.end(), 0.0f);
   std::fill(flux_.begin(), flux_.end(), 0.0f);
   eliminated_.start(f);
-  eliminated_.add_fluxes(flux_);
+  add_sums(layout, std::ssize(flux_), flux_.data(), [this](float* part) { eliminated_.add_fluxes(part); });
   groups_.relax(true, charge, flux_, phi);
-  wavefront(*team_, layout, sweeps_ == 1 ? 3 : 2, [&](int stage, int j) {
+  const auto stages = [this](int sweep) { return sweep + 1 == sweeps_ ? 3 : 2; };
+  wavefront(*team_, layout, stages(0), ghosts_before(0) + 1 - stages(0), [&](int stage, int j) {
     if (stage == 0) {
       add_link_fluxes(j, phi);
       const std::ptrdiff_t at = layout.row(0, j);
@@ -181,7 +189,7 @@ void Grid::smooth_from_zero() {
   });
   for (int sweep = 1; sweep < sweeps_; ++sweep) {
     relax_groups_again(true);
-    wavefront(*team_, layout, sweep + 1 == sweeps_ ? 3 : 2, [&](int stage, int j) {
+    wavefront(*team_, layout, stages(sweep), ghosts_before(sweep) + 1 - stages(sweep), [&](int stage, int j) {
       if (stage == 0) add_link_fluxes(j, flux_);
       if (stage < 2) {
         relax(stage, j);
@@ -237,6 +245,7 @@ void Grid::add_group_residuals(std::vector<float>& charges) const {
 }
 
 void Grid::absorb_charges(std::span<const AbsorbedGroup> groups) {
+  // In a slab, cells of other processes have the weight 0.
   for (const AbsorbedGroup& group : groups) {
     for (int k = 0; k < 4; ++k) f[group.cell[k]] += group.weight[k] * charge[group.group];
     charge[group.group] = 0;
@@ -249,20 +258,25 @@ void Grid::restrict_groups(Grid& coarse) {
   coarse.charge = charge;
   add_group_residuals(coarse.charge);
   coarse.absorb_charges(coarse.newly_absorbed_);
-  coarse.covered_.add_to_groups(coarse.f, coarse.charge);
+  add_sums(coarse.layout, std::ssize(coarse.charge), coarse.charge.data(),
+           [&coarse](float* part) { coarse.covered_.add_to_groups(coarse.f, part); });
 }
 
 void Grid::restrict_to(Grid& coarse) {
-  for_each_row(*team_, coarse.layout, [&](int J) { restrict_row(coarse, J); });
+  const Rows rows{layout.own.begin / 2, layout.own.end / 2};
+  for_each_row(*team_, coarse.layout, rows, [&](int J) { restrict_row(coarse, J); });
+  if (!coarse.layout.is_divided()) gather_rows(coarse.layout, rows, coarse.f.data());
   restrict_groups(coarse);
 }
 
 void Grid::spread(const std::vector<float>& potential, const std::array<float, 4>& mirrored) {
-  covered_.fill(potential, *team_, bands(layout, *team_), v);
-  for (const AbsorbedGroup& group : newly_absorbed_) {
-    phi[group.group] = 0;
-    for (int k = 0; k < 4; ++k) phi[group.group] += group.weight[k] * v[group.cell[k]];
-  }
+  covered_.fill(potential, *team_, bands(layout, layout.own, *team_), v);
+  exchange_ghosts(layout, v.data(), MirroredRows::ghosts);
+  std::vector<float> absorbed(newly_absorbed_.size(), 0.0f);
+  for (std::size_t n = 0; n < absorbed.size(); ++n)
+    for (int k = 0; k < 4; ++k) absorbed[n] += newly_absorbed_[n].weight[k] * v[newly_absorbed_[n].cell[k]];
+  add_over_slabs(layout, absorbed.data(), std::ssize(absorbed));
+  for (std::size_t n = 0; n < absorbed.size(); ++n) phi[newly_absorbed_[n].group] = absorbed[n];
   mirrored_.assign(v, mirrored, layout, *team_);
 }
 
@@ -284,7 +298,7 @@ void Grid::interpolate_row(const Grid& coarse, int colour, int j, const Effect& 
 void Grid::correct_and_smooth(const Grid& coarse, const double* r, double* row_product) {
   for (int sweep = 0; sweep < sweeps_; ++sweep) {
     const bool is_last = sweep + 1 == sweeps_;
-    wavefront(*team_, layout, 3, [&](int stage, int j) {
+    wavefront(*team_, layout, 3, 2 * (sweeps_ - 1 - sweep), [&](int stage, int j) {
       if (stage == 0) {
         add_link_fluxes(j, sweep == 0 ? coarse.phi : flux_);
         if (sweep == 0) add_correction(coarse, j);
@@ -322,7 +336,7 @@ double Grid::row_dot_of_cells(const double* r, int j) const {
 }
 
 void Grid::interpolate_from(const Grid& coarse) {
-  for_each_row(*team_, layout, [&](int j) {
+  for_each_row(*team_, layout, layout.extended(1), [&](int j) {
     float* __restrict to = v.data();
     const float* __restrict inverse_diagonal = inverse_diagonal_.data();
     for (int colour = 0; colour < 2; ++colour)

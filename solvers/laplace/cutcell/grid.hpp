@@ -14,7 +14,9 @@ namespace lichtenberg::laplace {
 
 /// One grid of the multigrid V-cycle in single precision: its linear system, its vectors and the passes of the cycle.
 /// Unknowns are the potentials of fluid cells and of floating groups (bodies with one potential), except groups in an
-/// effective medium. Passes over cells run in bands of rows on a thread team (wavefront.hpp).
+/// effective medium. Passes over cells run in bands of rows on a thread team (wavefront.hpp). In a slab, a pass begins
+/// with an exchange of ghost rows and computes the values in ghost rows that its later stages need. Values of groups
+/// are the same in all processes.
 class Grid {
  public:
   /// Makes a grid of the V-cycle. `sweeps`: number of smoothing sweeps before the correction from the next coarser
@@ -72,6 +74,7 @@ class Grid {
   float flux_from_neighbours(const EliminatedCells::Cell& cell) const;
   void update_eliminated(int colour, int j);
   void relax_groups_again(bool forward);
+  int ghosts_before(int sweep) const;
   void add_link_fluxes(int j, const std::vector<float>& potential);
   void add_cell_fluxes(std::vector<float>& sum) const;
   void add_correction(const Grid& coarse, int j);

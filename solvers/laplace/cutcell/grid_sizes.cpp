@@ -31,4 +31,27 @@ std::vector<GridSize> grid_sizes(int nx, int ny) {
   return sizes;
 }
 
+std::vector<Layout> grid_layouts(int nx, int ny, int process, int processes) {
+  constexpr long least_rows = 32, least_cells = 1L << 15;  // of a divided grid: rows a process, cells in all
+  const std::vector<GridSize> sizes = grid_sizes(nx, ny);
+  const int last = static_cast<int>(sizes.size()) - 1;
+  int divided = 0;
+  const auto is_large = [&](GridSize size) {
+    return size.ny >= least_rows * processes && static_cast<long>(size.nx) * size.ny >= least_cells;
+  };
+  while (processes > 1 && divided < last && is_large(sizes[divided])) ++divided;
+  std::vector<Layout> layouts;
+  for (int l = 0; l <= last; ++l) {
+    const auto [columns, rows] = sizes[l];
+    if (l >= divided) {
+      layouts.emplace_back(columns, rows);
+      continue;
+    }
+    const long coarser = sizes[divided].ny;  // rows of the finest grid that is not divided
+    const auto first_row = [&](int k) { return static_cast<int>(coarser * k / processes) << (divided - l); };
+    layouts.emplace_back(columns, rows, Rows{first_row(process), first_row(process + 1)});
+  }
+  return layouts;
+}
+
 }  // namespace lichtenberg::laplace

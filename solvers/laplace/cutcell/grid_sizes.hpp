@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "solvers/laplace/cutcell/layout.hpp"
 #include "solvers/laplace/problem.hpp"
 
 namespace lichtenberg::laplace {
@@ -19,5 +20,11 @@ GridSize finest_grid(const LaplaceProblem& problem, int cells);
 /// cells per side of the next finer one. Coarsening ends at an odd number of cells, or at 8 or fewer along the shorter
 /// side.
 std::vector<GridSize> grid_sizes(int nx, int ny);
+
+/// Computes the layouts of these grids for one of several processes. Rows of large grids are divided into slabs of
+/// nearly equal size. The process that owns row J of a grid owns rows 2J and 2J + 1 of the next finer one. Grids with
+/// few rows a process, few cells, or an odd number of cells are not divided, nor is the coarsest. `process`: index of
+/// the process.
+std::vector<Layout> grid_layouts(int nx, int ny, int process, int processes);
 
 }  // namespace lichtenberg::laplace

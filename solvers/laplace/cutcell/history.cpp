@@ -91,14 +91,16 @@ GuessProducts SolutionHistory::products(const CutCellOperator& op, const std::ve
   form_basis(op, static_cast<std::ptrdiff_t>(op.cells()), static_cast<int>(op.size() - op.cells()));
   const Layout& at = op.level().layout;
   std::vector<GuessProducts> row_results(at.ny);
-  wavefront(op.team(), at, 2, [&](int stage, int j) {
+  wavefront(op.team(), at, 2, 0, [&](int stage, int j) {
     if (stage == 1)
       row_results[j] = row_products(op, b.data(), j);
     else
       for (int colour = 0; colour < 2; ++colour) form_basis(op, at.row(colour, j), at.row_length(colour, j));
   });
   GuessProducts all = group_products(op, b.data());
+  if (!at.is_first()) all = {};
   for (const GuessProducts& row : row_results) all += row;
+  add_over_slabs(at, &all.gram[0][0], sizeof(GuessProducts) / sizeof(double));
   return all;
 }
 

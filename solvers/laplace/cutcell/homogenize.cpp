@@ -64,7 +64,10 @@ void absorb_groups(const LaplaceProblem& problem, const Agglomerates& agglomerat
     level.is_absorbed[g] = !is_kept[set] && extent[set].size() <= least_extent;
     if (!level.is_absorbed[g]) continue;
     const Interpolation at_centre = interpolate(level.layout, extent[set].centre(), electrodes(problem).data());
-    level.absorbed.push_back({static_cast<int>(g), std::to_array(at_centre.cell), std::to_array(at_centre.weight)});
+    AbsorbedGroup absorbed{static_cast<int>(g), std::to_array(at_centre.cell), std::to_array(at_centre.weight)};
+    for (int k = 0; k < 4; ++k)
+      if (!level.layout.own.contains(at_centre.row[k])) absorbed.cell[k] = 0, absorbed.weight[k] = 0;
+    level.absorbed.push_back(absorbed);
   }
   const auto is_new = [&](const AbsorbedGroup& group) { return !finer || finer->has_unknown(group.group); };
   const auto first_old = std::stable_partition(level.absorbed.begin(), level.absorbed.end(), is_new);
@@ -98,7 +101,9 @@ std::vector<float> cell_permittivity(const LaplaceProblem& problem, const GridBo
     const Outline& disk = bodies.outlines[body];
     const double area = std::numbers::pi * disk.size * disk.size;
     const Interpolation around = interpolate(level.layout, disk.centre, electrodes(problem).data());
-    for (int k = 0; k < 4; ++k) permittivity[around.cell[k]] += static_cast<float>(area) * std::abs(around.weight[k]);
+    for (int k = 0; k < 4; ++k)
+      if (level.layout.stored.contains(around.row[k]))
+        permittivity[around.cell[k]] += static_cast<float>(area) * std::abs(around.weight[k]);
   }
   for (float& value : permittivity) value = effective_permittivity(value);
   return permittivity;
@@ -148,10 +153,7 @@ void inherit_pairs(const LaplaceProblem& problem, const Level& finer, const Grid
     if (is_kept(pair.body_a) && is_kept(pair.body_b)) level.pairs.push_back(pair);
   };
   for (const PairLink& pair : finer.pairs) inherit(pair);
-  finer.eliminated.for_each_pair(
-      [&](const EliminatedCells::Link& a, const EliminatedCells::Link& b, double conductance) {
-        inherit({a.body, b.body, conductance, {}, {}});
-      });
+  for (const PairLink& pair : finer.eliminated_pairs) inherit(pair);
 }
 
 void homogenize_fluid(const LaplaceProblem& problem, const GridBodies& bodies, Level& level, parallel::Team& team) {
@@ -161,7 +163,7 @@ void homogenize_fluid(const LaplaceProblem& problem, const GridBodies& bodies, L
   const std::vector<float> permittivity = cell_permittivity(problem, bodies, level);
   level.faces.east.assign(level.layout.size(), 0.0f);
   level.faces.north.assign(level.layout.size(), 0.0f);
-  for_each_row(team, level.layout, [&](int j) { fill_row(j, permittivity, bodies, level); });
+  for_each_row(team, level.layout, level.layout.stored, [&](int j) { fill_row(j, permittivity, bodies, level); });
   for (SideLink& link : level.side_links)
     if (link.cell >= 0) level.diagonal[link.cell] += link.conductance *= permittivity[link.cell];
 }

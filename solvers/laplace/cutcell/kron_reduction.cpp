@@ -1,22 +1,29 @@
 #include "solvers/laplace/cutcell/kron_reduction.hpp"
 
+#include "solvers/laplace/cutcell/slabs.hpp"
+
 namespace lichtenberg::laplace {
 
 void KronReduction::build(const EliminatedCells& cells, const Layout& layout, std::vector<float>& group_diagonal) {
   cells_ = cells;
   colour_size_ = layout.colour_size();
+  own_ = layout.own;
   row_start_.assign(layout.ny + 1, 0);
   share_.clear();
   for (std::size_t k = 0; k < cells_.cells.size(); ++k) {
     const EliminatedCells::Cell& cell = cells_.cells[k];
     ++row_start_[cell.row + 1];
-    for (int m = cells_.start[k]; m < cells_.start[k + 1]; ++m) {
-      const auto& [body, group, conductance] = cells_.links[m];
-      group_diagonal[group] += static_cast<float>(EliminatedCells::schur_diagonal(conductance, cell.diagonal));
-      share_.push_back(conductance / cell.diagonal);
-    }
+    for (int m = cells_.start[k]; m < cells_.start[k + 1]; ++m)
+      share_.push_back(cells_.links[m].conductance / cell.diagonal);
   }
   for (int j = 0; j < layout.ny; ++j) row_start_[j + 1] += row_start_[j];
+  add_sums(layout, std::ssize(group_diagonal), group_diagonal.data(), [this](float* sum) {
+    for (int k = row_start_[own_.begin]; k < row_start_[own_.end]; ++k)
+      for (int m = cells_.start[k]; m < cells_.start[k + 1]; ++m) {
+        const auto& [body, group, conductance] = cells_.links[m];
+        sum[group] += static_cast<float>(EliminatedCells::schur_diagonal(conductance, cells_.cells[k].diagonal));
+      }
+  });
   f_.assign(cells_.cells.size(), 0.0);
   flux_.assign(cells_.cells.size(), 0.0);
 }
@@ -33,8 +40,8 @@ void KronReduction::set_relaxed(const std::vector<float>& v, const std::vector<f
   }
 }
 
-void KronReduction::add_fluxes(std::vector<float>& sum) const {
-  for (std::size_t k = 0; k < cells_.cells.size(); ++k)
+void KronReduction::add_fluxes(float* sum) const {
+  for (int k = row_start_[own_.begin]; k < row_start_[own_.end]; ++k)
     for (int m = cells_.start[k]; m < cells_.start[k + 1]; ++m)
       sum[cells_.links[m].group] += static_cast<float>(share_[m] * flux_[k]);
 }
@@ -47,7 +54,7 @@ void KronReduction::substitute(const std::vector<float>& phi, const double* r, d
     for (int m = cells_.start[k]; m < cells_.start[k + 1]; ++m)
       flux += cells_.links[m].conductance * phi[cells_.links[m].group];
     const auto value = static_cast<float>(flux / cell.diagonal);
-    if (r) row_product[cell.row] += r[cell.slot] * (value - v[cell.slot]);
+    if (r && own_.contains(cell.row)) row_product[cell.row] += r[cell.slot] * (value - v[cell.slot]);
     v[cell.slot] = value;
   }
 }

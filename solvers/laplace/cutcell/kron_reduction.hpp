@@ -17,7 +17,8 @@ class KronReduction {
  public:
   /// Copies the list of eliminated cells, and computes for each of their links the share of the cell's flux that goes
   /// to the link's group. On entry `group_diagonal` [groups] contains the sums of conductances without links to these
-  /// cells. On return it is the diagonal of the Schur complement. A group is a set of bodies with one potential.
+  /// cells. On return it is the diagonal of the Schur complement. A group is a set of bodies with one potential. In a
+  /// slab, sums over groups are those of the cells in own rows.
   void build(const EliminatedCells& cells, const Layout& layout, std::vector<float>& group_diagonal);
 
   /// Starts a V-cycle from zero potentials: copies the right-hand side of the eliminated cells, which is then also
@@ -45,7 +46,7 @@ class KronReduction {
   }
   /// Adds the flux that each group (bodies with one potential) receives from the eliminated cells (with a large
   /// conductance to a conductor) to `sum` [groups].
-  void add_fluxes(std::vector<float>& sum) const;
+  void add_fluxes(float* sum) const;
   /// Computes the potentials of the eliminated cells (with a large conductance to a conductor) in v from the group
   /// potentials phi (back substitution). Unless r is null, updates `row_product`, the scalar products of r and v by
   /// row. A group is a set of bodies with one potential.
@@ -56,6 +57,7 @@ class KronReduction {
 
   EliminatedCells cells_;
   std::ptrdiff_t colour_size_ = 0;
+  Rows own_;
   // [rows + 1] a row's first cell.
   std::vector<int> row_start_;
   // By link: share of the cell's flux that goes to the link's group.

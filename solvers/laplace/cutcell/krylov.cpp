@@ -97,14 +97,14 @@ void Krylov::release() {
 bool Krylov::is(KSPType type) const { return is_type(ksp, type); }
 
 void Krylov::make_shell_matrix(const Shell& shell, PetscInt n) {
-  parallel::check_petsc(MatCreateShell(PETSC_COMM_SELF, n, n, n, n, shell.work, &matrix));
+  parallel::check_petsc(MatCreateShell(PETSC_COMM_WORLD, n, n, PETSC_DETERMINE, PETSC_DETERMINE, shell.work, &matrix));
   parallel::check_petsc(MatShellSetVecType(matrix, shell.vector_type));
   for (const MatOperation operation : {MATOP_MULT, MATOP_MULT_TRANSPOSE})  // it is symmetric
     parallel::check_petsc(MatShellSetOperation(matrix, operation, reinterpret_cast<void (*)()>(shell.multiply)));
 }
 
 void Krylov::make_shell_method(const Shell& shell, double tolerance, KSPType cg) {
-  parallel::check_petsc(KSPCreate(PETSC_COMM_SELF, &ksp));
+  parallel::check_petsc(KSPCreate(PETSC_COMM_WORLD, &ksp));
   PC pc = preconditioner(ksp);
   parallel::check_petsc(PCSetType(pc, PCSHELL));
   parallel::check_petsc(PCShellSetApply(pc, shell.precondition));
@@ -113,6 +113,7 @@ void Krylov::make_shell_method(const Shell& shell, double tolerance, KSPType cg)
   parallel::check_petsc(PCShellSetName(pc, shell.name));
   set_options(tolerance, cg);
   require_shell();
+  require_own_method(cg);
   if (is(cg) && !has_shell(ksp)) parallel::check_petsc(KSPSetType(ksp, KSPCG));
 }
 
@@ -187,6 +188,15 @@ void Krylov::require_shell() {
   release();
   throw InputError("-field_pc_type " + chosen +
                    " needs a matrix: set field.linear_solver = \"assembled\" in the scene, or leave the option out");
+}
+
+/// Throws InputError if several processes use another method than `cg`: PETSc's methods would count ghost rows twice.
+void Krylov::require_own_method(KSPType cg) {
+  if (parallel::process_count() == 1 || (is(cg) && has_shell(ksp))) return;
+  release();
+  throw InputError(
+      "with field.linear_solver = \"multigrid\" several processes use the method cutcell and its preconditioner only: "
+      "leave -field_ksp_type and -field_pc_type out, or set field.linear_solver = \"assembled\"");
 }
 
 void Krylov::set_null_space(MatNullSpace space) {

@@ -136,7 +136,7 @@ struct Krylov {
     mark(static_cast<double*>(WriteAccess(ones)));
     MatNullSpace space = nullptr;
     parallel::check_petsc(VecNormalize(ones, nullptr));
-    parallel::check_petsc(MatNullSpaceCreate(PETSC_COMM_SELF, PETSC_FALSE, 1, &ones, &space));
+    parallel::check_petsc(MatNullSpaceCreate(PETSC_COMM_WORLD, PETSC_FALSE, 1, &ones, &space));
     parallel::check_petsc(VecDestroy(&ones));
     set_null_space(space);
   }
@@ -150,6 +150,7 @@ struct Krylov {
 
  private:
   void require_shell();
+  void require_own_method(KSPType cg);
   void choose_norm();
   KSPConvergedReason solve_with_restarts();
 };

@@ -4,18 +4,16 @@
 
 namespace lichtenberg::laplace {
 
-Level::Level(const LaplaceProblem& problem, int nx, int ny) : layout(nx, ny), h(problem.size.x / nx) {
+Level::Level(const LaplaceProblem& problem, const Layout& at) : layout(at), h(problem.size.x / at.nx) {
   parallel::resize_in_huge_pages(owner, layout.size());
   parallel::resize_in_huge_pages(diagonal, layout.size());
 }
 
 std::vector<NetworkLink> Level::direct_links(const LaplaceProblem& problem) const {
   std::vector<NetworkLink> direct;
-  for (const PairLink& pair : pairs)
-    direct.push_back({problem.bodies[pair.body_a].group, problem.bodies[pair.body_b].group, pair.conductance});
-  eliminated.for_each_pair([&](const EliminatedCells::Link& a, const EliminatedCells::Link& b, double conductance) {
-    direct.push_back({a.group, b.group, conductance});
-  });
+  for (const std::vector<PairLink>* list : {&pairs, &eliminated_pairs})
+    for (const PairLink& pair : *list)
+      direct.push_back({problem.bodies[pair.body_a].group, problem.bodies[pair.body_b].group, pair.conductance});
   return direct;
 }
 

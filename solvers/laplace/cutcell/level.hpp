@@ -98,7 +98,7 @@ struct FixedCoupling {
 
 /// Floating group (bodies with one potential) without an unknown on a coarse grid, because it is part of the effective
 /// medium. Its potential is the bilinear interpolation between four cells at the centre of its agglomerate (groups that
-/// coarse grids treat as one).
+/// coarse grids treat as one). Cells of other processes have the slot 0 and the weight 0.
 struct AbsorbedGroup {
   int group;
   std::array<std::ptrdiff_t, 4> cell;
@@ -119,7 +119,9 @@ struct FaceConductances {
 /// LevelBuilder fills it.
 struct Level {
   /// Makes a grid of nx x ny square cells over the problem's box, without bodies and links (conductances).
-  Level(const LaplaceProblem& problem, int nx, int ny);
+  Level(const LaplaceProblem& problem, int nx, int ny) : Level(problem, Layout(nx, ny)) {}
+  /// Makes the rows that `at` stores of such a grid.
+  Level(const LaplaceProblem& problem, const Layout& at);
 
   /// Returns true if the potential of a floating group (bodies with one unknown potential) is an unknown of this grid.
   /// A coarse grid may treat a small group as part of an effective medium instead.
@@ -141,6 +143,7 @@ struct Level {
   /// Slots of the covered cells, sorted by body. `covered_start` [bodies + 1]: a body's first in `covered`.
   std::vector<std::ptrdiff_t> covered;
   std::vector<int> covered_start;
+  /// Number of cells that no body covers, in all processes.
   long fluid_cells = 0;
 
   /// Links between fluid cells and conductors, sorted by body. `link_start` [bodies + 1]: a body's first in `links`.
@@ -153,10 +156,13 @@ struct Level {
   std::vector<CrossGradient> cross_gradients;
   /// Points of attack of the links to closed curves.
   std::vector<LinkArm> arms;
-  /// Direct links between bodies of different groups.
+  /// Direct links between bodies of different groups, of all processes.
   std::vector<PairLink> pairs;
+  /// Links of cells in stored rows and of bodies in own rows.
   std::vector<SideLink> side_links;
   EliminatedCells eliminated;
+  /// Conductances that the elimination adds between two groups, of all processes.
+  std::vector<PairLink> eliminated_pairs;
 
   /// Sum of each fluid cell's conductances (matrix diagonal), by slot; 0 in covered cells and padding.
   std::vector<double> diagonal;

@@ -58,7 +58,7 @@ namespace {
 
 void sum_diagonal(Level& level, parallel::Team& team) {
   const Layout& layout = level.layout;
-  for_each_row(team, layout, [&](int j) {
+  for_each_row(team, layout, layout.stored, [&](int j) {
     for (int colour = 0; colour < 2; ++colour) {
       const std::ptrdiff_t row = layout.row(colour, j);
       for (int k = 0; k < layout.row_length(colour, j); ++k)
@@ -70,8 +70,17 @@ void sum_diagonal(Level& level, parallel::Team& team) {
   });
 }
 
+void count_fluid_cells(Level& level) {
+  const Layout& at = level.layout;
+  const auto is_own = [&](std::ptrdiff_t slot) { return at.owns(slot); };
+  const auto covered = at.is_divided() ? std::ranges::count_if(level.covered, is_own) : std::ssize(level.covered);
+  const auto fluid = static_cast<double>(static_cast<long>(at.nx) * at.own.count() - covered);
+  level.fluid_cells = static_cast<long>(sum_over_slabs(at, fluid));
+}
+
 void link_shared_cell(const LaplaceProblem& problem, const GridBodies& bodies, SharedCell cell, Level& level) {
-  if (problem.bodies[cell.body].group == problem.bodies[cell.owner].group) return;
+  if (problem.bodies[cell.body].group == problem.bodies[cell.owner].group || !level.layout.own.contains(cell.row))
+    return;
   const PairConductance c = shared_cell_link(bodies.outlines[cell.body], bodies.outlines[cell.owner]);
   level.pairs.push_back({cell.body, cell.owner, c.value, c.gradient_a, c.gradient_b});
 }
@@ -83,6 +92,7 @@ void link_sides(const LaplaceProblem& problem, const GridBodies& bodies, Level& 
     const Vec2 e = direction(side);
     for (int k = 0; k < faces_of(level.layout, side); ++k) {
       const CellIndex cell = cell_at_face(level.layout, side, k);
+      if (!level.layout.stored.contains(cell.j)) continue;
       const std::ptrdiff_t slot = level.layout(cell.i, cell.j);
       const bool fluid = level.owner[slot].is_fluid();
       if (!electrode) {
@@ -94,7 +104,7 @@ void link_sides(const LaplaceProblem& problem, const GridBodies& bodies, Level& 
       if (fluid) {
         level.diagonal[slot] += 1.0;  // half a cell to the wall: conductance 2 instead of 1
         level.side_links.push_back({slot, -1, side, 2.0, potential, {}});
-      } else {
+      } else if (level.layout.own.contains(cell.j)) {
         const int body = level.owner[slot].body();
         const PairConductance c = conductor_link(bodies.outlines[body], centre, e, 0.5, nullptr);
         const Vec2 arm = curve_arm(bodies.outlines[body], centre, e);
@@ -112,9 +122,11 @@ void LevelBuilder::discretize(const LaplaceProblem& problem, LinkFormula formula
   const LinkInputs inputs{problem, formula, bodies_, assignment_, level};
   team.for_each(assignment_.parts(), [&](int part) { PartLinker(inputs, parts_[part]).link(part); });
   join_parts(level, team);
+  count_fluid_cells(level);
   sort_links_by_row(link_row_, level, team);
   sum_diagonal(level, team);
   for (const SharedCell& cell : assignment_.shared_cells()) link_shared_cell(problem, bodies_, cell, level);
+  gather_list(level.layout, level.pairs);
   link_sides(problem, bodies_, level);
 }
 
@@ -143,7 +155,6 @@ void LevelBuilder::join_parts(Level& level, parallel::Team& team) {
       level.link_start[pieces[n].body + 1] += part.counts[n].links;
     }
   }
-  level.fluid_cells = static_cast<long>(level.layout.nx) * level.layout.ny - static_cast<long>(first_covered.back());
   std::partial_sum(level.covered_start.begin(), level.covered_start.end(), level.covered_start.begin());
   std::partial_sum(level.link_start.begin(), level.link_start.end(), level.link_start.begin());
   if (parts == 1) {
@@ -173,6 +184,7 @@ struct RowSort {
 /// Writes the links of row j, sorted by cell, to `level.row_links`. `links`: their indices in `level.links`, one after
 /// another by body. Counting is faster than a comparison sort for the few cells of a row.
 void sort_row(int j, std::span<const int> links, Level& level, RowSort& sort) {
+  if (links.empty()) return;
   const Layout& layout = level.layout;
   const std::ptrdiff_t red = layout.row(0, j), black = layout.row(1, j);
   sort.number.resize(links.size());

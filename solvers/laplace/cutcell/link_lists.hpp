@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "solvers/laplace/cutcell/level.hpp"
+#include "solvers/laplace/cutcell/slabs.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -12,7 +13,7 @@ namespace lichtenberg::laplace {
 /// cell and a conductor next to it. A floating group is a set of bodies with one unknown potential. The list by row of
 /// the cell serves for fluxes from groups to cells during a sweep. The list by body serves for fluxes from cells to
 /// groups. Links to groups of given potential are not listed: they enter the matrix diagonal and the right-hand side
-/// only.
+/// only. In a slab the list by row has the links of all stored rows; sums by group count the links of own rows only.
 template <class Real>
 class LinkLists {
  public:
@@ -29,7 +30,8 @@ class LinkLists {
       for (std::size_t n = runs * k / chunks; n < runs * (k + 1) / chunks; ++n)
         for (int m = runs_[n].start; m < runs_[n].end; ++m) {
           const FluidLink& link = level.links[m + runs_[n].fixed_before];
-          by_body_[m] = {static_cast<std::int32_t>(link.cell), static_cast<Real>(link.conductance)};
+          const bool counts = level.layout.owns(link.cell);
+          by_body_[m] = {static_cast<std::int32_t>(link.cell), static_cast<Real>(counts ? link.conductance : 0.0)};
         }
       for (int j = rows * k / chunks; j < rows * (k + 1) / chunks; ++j) list_row(level, j);
     });
@@ -152,18 +154,21 @@ class LinkLists {
 /// Computes the diagonal of each floating group's equation. It is the sum of the conductances of the group's links to
 /// cells, conductors and sides. Couplings (lumped capacitances between groups) and links excluded by
 /// LinkLists::leave_out() do not count. Groups of given potential get 0. A group is a set of bodies with one potential.
+/// The sums are those of all processes.
 template <class Real>
 std::vector<Real> group_diagonals(const LaplaceProblem& problem, const Level& level, const LinkLists<Real>& links,
                                   parallel::Team& team) {
   std::vector<Real> diagonal(problem.groups.size(), 0);
   links.add_conductances(team, diagonal.data());
   const auto group = [&](int body) { return problem.bodies[body].group; };
-  for (const PairLink& pair : level.pairs) {
-    diagonal[group(pair.body_a)] += static_cast<Real>(pair.conductance);
-    diagonal[group(pair.body_b)] += static_cast<Real>(pair.conductance);
-  }
+  if (level.layout.is_first())
+    for (const PairLink& pair : level.pairs) {
+      diagonal[group(pair.body_a)] += static_cast<Real>(pair.conductance);
+      diagonal[group(pair.body_b)] += static_cast<Real>(pair.conductance);
+    }
   for (const SideLink& link : level.side_links)
     if (link.body >= 0) diagonal[group(link.body)] += static_cast<Real>(link.conductance);
+  add_over_slabs(level.layout, diagonal.data(), std::ssize(diagonal));
   for (std::size_t g = 0; g < diagonal.size(); ++g)
     if (!problem.groups[g].floating) diagonal[g] = 0;
   return diagonal;
@@ -171,7 +176,8 @@ std::vector<Real> group_diagonals(const LaplaceProblem& problem, const Level& le
 
 /// Calls a function for each link between an unknown and a given potential (V), to form right-hand sides. Arguments:
 /// to_cell(slot, conductance, potential) for fluid cells and to_group(group, conductance, potential) for floating
-/// groups (bodies with one unknown potential). A slot is the memory index of a cell.
+/// groups (bodies with one unknown potential). A slot is the memory index of a cell. In a slab it lists the links of
+/// all stored cells. Links to groups are listed by one process each, so that sums over processes count them once.
 template <class ToCell, class ToGroup>
 void for_each_given(const LaplaceProblem& problem, const Level& level, const ToCell& to_cell, const ToGroup& to_group) {
   const auto group_of = [&](int body) { return problem.bodies[body].group; };
@@ -184,7 +190,9 @@ void for_each_given(const LaplaceProblem& problem, const Level& level, const ToC
     for (int m = level.link_start[body]; m < level.link_start[body + 1]; ++m)
       to_cell(level.links[m].cell, level.links[m].conductance, own.potential);
   }
+  const bool is_first = level.layout.is_first();
   for (const PairLink& pair : level.pairs) {
+    if (!is_first) break;
     const Group &a = problem.groups[group_of(pair.body_a)], &b = problem.groups[group_of(pair.body_b)];
     if (!b.floating) add_to_body(pair.body_a, pair.conductance, b.potential);
     if (!a.floating) add_to_body(pair.body_b, pair.conductance, a.potential);
@@ -196,7 +204,7 @@ void for_each_given(const LaplaceProblem& problem, const Level& level, const ToC
       add_to_body(link.body, link.conductance, link.potential);
   }
   for (const FixedCoupling& coupling : level.fixed_couplings)
-    to_group(coupling.group, coupling.conductance, coupling.potential);
+    if (is_first) to_group(coupling.group, coupling.conductance, coupling.potential);
 }
 
 /// Computes the right-hand side of one grid's system, in units of `scale` (V). It is the sum of conductance * given
@@ -207,11 +215,15 @@ template <class Real>
 void write_right_hand_side(const LaplaceProblem& problem, const Level& level, double scale, Real* cell, Real* group) {
   const auto in_units = [scale](double value) { return static_cast<Real>(value / scale); };
   std::fill_n(cell, level.layout.size(), Real{0});
-  for (std::size_t g = 0; g < problem.groups.size(); ++g)
-    group[g] = problem.groups[g].floating ? in_units(problem.groups[g].charge / problem.permittivity) : Real{0};
+  const bool is_first = level.layout.is_first();
+  for (std::size_t g = 0; g < problem.groups.size(); ++g) {
+    const Group& own = problem.groups[g];
+    group[g] = own.floating && is_first ? in_units(own.charge / problem.permittivity) : Real{0};
+  }
   for_each_given(
       problem, level, [&](std::ptrdiff_t slot, double c, double given) { cell[slot] += in_units(c * given); },
       [&](int g, double c, double given) { group[g] += in_units(c * given); });
+  add_over_slabs(level.layout, group, std::ssize(problem.groups));
 }
 
 }  // namespace lichtenberg::laplace

@@ -52,7 +52,7 @@ void MatrixFreeSystem::discretize(const LaplaceProblem& problem, Level& level, C
 void MatrixFreeSystem::make_krylov(CutCellOperator& op) {
   const auto n = static_cast<PetscInt>(op.size());
   PetscInt have = -1;
-  if (krylov_.x) parallel::check_petsc(VecGetSize(krylov_.x, &have));
+  if (krylov_.x) parallel::check_petsc(VecGetLocalSize(krylov_.x, &have));
   if (have != n) make_vectors(n);
   if (!krylov_.ksp) krylov_.make_shell_method(shell(), tolerance_, fused_cg);
   parallel::check_petsc(KSPSetOperators(krylov_.ksp, krylov_.matrix, krylov_.matrix));
@@ -65,7 +65,10 @@ void MatrixFreeSystem::make_vectors(PetscInt n) {
   parallel::check_petsc(MatDestroy(&krylov_.matrix));
   for (::Vec* vector : {&krylov_.x, &krylov_.b}) {
     parallel::check_petsc(VecDestroy(vector));
-    parallel::check_petsc(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, n, nullptr, vector));
+    if (parallel::process_count() == 1)
+      parallel::check_petsc(VecCreateSeqWithArray(PETSC_COMM_WORLD, 1, n, nullptr, vector));
+    else
+      parallel::check_petsc(VecCreateMPIWithArray(PETSC_COMM_WORLD, 1, n, PETSC_DETERMINE, nullptr, vector));
   }
   krylov_.make_shell_matrix(shell(), n);
 }

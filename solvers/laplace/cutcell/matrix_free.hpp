@@ -23,7 +23,7 @@ class MatrixFreeSystem : public LinearSystem {
   void discretize(const LaplaceProblem& problem, Level& level, CutCellOperator& op);
   void make_krylov(CutCellOperator& op);
   void make_vectors(PetscInt n);
-  Shell shell() { return Shell::of(&context_, "cut-cell multigrid", VECSEQ); }
+  Shell shell() { return Shell::of(&context_, "cut-cell multigrid", VECSTANDARD); }
   LinkFormula links_;
   double tolerance_;
   parallel::Team& team_;

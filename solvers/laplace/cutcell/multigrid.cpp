@@ -7,6 +7,7 @@
 #include "solvers/laplace/cutcell/coarse.hpp"
 #include "solvers/laplace/cutcell/grid_sizes.hpp"
 #include "solvers/laplace/cutcell/wavefront.hpp"
+#include "solvers/parallel/petsc.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -18,8 +19,10 @@ int Multigrid::levels() const { return static_cast<int>(grids_.size()); }
 
 void Multigrid::prepare(const LaplaceProblem& problem, const Layout& finest) {
   if (!grids_.empty()) return;
-  for (const GridSize size : grid_sizes(finest.nx, finest.ny)) {
-    if (!grids_.empty()) coarse_levels_.push_back(std::make_unique<Level>(problem, size.nx, size.ny));
+  const int process = finest.is_divided() ? parallel::process_rank() : 0;
+  const int processes = finest.is_divided() ? parallel::process_count() : 1;
+  for (const Layout& layout : grid_layouts(finest.nx, finest.ny, process, processes)) {
+    if (!grids_.empty()) coarse_levels_.push_back(std::make_unique<Level>(problem, layout));
     if (grids_.empty())
       grids_.push_back(std::make_unique<Grid>(finest, 1, team_));
     else
@@ -34,8 +37,8 @@ void Multigrid::build_coarse(const LaplaceProblem& problem, const Level& finest)
   if (coarse_levels_.empty()) return;
   const auto factorize = [&] { coarse_solver_->factorize(problem, *coarse_levels_.back()); };
   // The set-up of the coarse grids takes less time than that of the finest: enough work for one of two threads, but too
-  // much for one of three.
-  if (team_.size() == 2)
+  // much for one of three. Exchanges between processes are calls of one thread.
+  if (team_.size() == 2 && !finest.layout.is_divided())
     return team_.start([this, &problem, &finest, factorize] {
       discretize_coarse(problem, finest, parallel::Team::single());
       factorize();
@@ -76,13 +79,14 @@ void Multigrid::take_groups(const double* r) {
 double Multigrid::cycle(const double* r) {
   cycle(0, r, row_product_.data());
   Grid& grid = *grids_[0];
+  exchange_ghosts(grid.layout, grid.v.data(), 1);
   if (levels() == 1) grid.solve_coupled_groups();
   group_potential_.resize(grid.phi.size());
   for (std::size_t g = 0; g < grid.phi.size(); ++g) group_potential_[g] = grid.potential_of(static_cast<int>(g));
   const double* r_group = r + grid.layout.size();
   double product = 0;
   if (levels() > 1) {
-    product = ordered_sum(row_product_);
+    product = ordered_sum(grid.layout, row_product_);
   } else {
     for (std::ptrdiff_t k = 0; k < grid.layout.size(); ++k) product += r[k] * grid.v[k];
   }

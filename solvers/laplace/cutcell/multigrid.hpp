@@ -46,7 +46,7 @@ class Multigrid {
   /// Runs one V-cycle on the residual r, which take_row() and take_groups() have copied. Returns the scalar product
   /// r'z. The result z = M r is then in cells() and groups().
   double cycle(const double* r);
-  /// Returns the cells' part of z = M r after cycle(), by slot (memory index).
+  /// Returns the cells' part of z = M r after cycle(), by slot (memory index), in own rows and one ghost row.
   const float* cells() const { return grids_[0]->v.data(); }
   /// Returns the groups' part of z = M r after cycle(). A group is a set of bodies with one potential.
   const double* groups() const { return group_potential_.data(); }

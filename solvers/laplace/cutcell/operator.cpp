@@ -87,6 +87,7 @@ double CutCellOperator::apply_field_to_groups(const double* x, double* y_group) 
   const double* x_group = x + cells_;
   std::fill_n(y_group, groups_, 0.0);
   links_.add_to_groups(*team_, x, y_group);
+  add_over_slabs(level_->layout, y_group, std::ssize(group_diagonal_));
   for (const NetworkLink& pair : pairs_) {
     y_group[pair.a] += pair.conductance * x_group[pair.b];
     y_group[pair.b] += pair.conductance * x_group[pair.a];
@@ -127,14 +128,15 @@ double CutCellOperator::stretch(const double* b, double* x, double* r) const {
   const Layout& at = level_->layout;
   const int groups = static_cast<int>(groups_);
   std::vector<double> row_energy(at.ny), row_product(at.ny);
+  exchange_ghosts(at, x, 1);
   for_each_row(*team_, at, [&](int j) {
     row_energy[j] = apply_row(j, x, r);
     for (int colour = 0; colour < 2; ++colour)
       row_product[j] += row_dot(at.row_length(colour, j), x + at.row(colour, j), b + at.row(colour, j));
   });
-  const double field_energy = ordered_sum(row_energy) + apply_field_to_groups(x, r + cells_);
+  const double field_energy = ordered_sum(at, row_energy) + apply_field_to_groups(x, r + cells_);
   const double energy = level_->is_coupled() ? field_energy + apply_couplings(x + cells_, r + cells_) : field_energy;
-  const double product = ordered_sum(row_product) + row_dot(groups, x + cells_, b + cells_);
+  const double product = ordered_sum(at, row_product) + row_dot(groups, x + cells_, b + cells_);
   const double factor = energy > 0 ? product / energy : 0.0;
   const auto rescale = [=](std::ptrdiff_t from, int count) {
 #pragma GCC ivdep
@@ -176,7 +178,7 @@ void CutCellOperator::fix_potential_level(double* x, double* r) const {
     for (int colour = 0; colour < 2; ++colour)
       row_sum[j] += std::accumulate(r + at.row(colour, j), r + at.row(colour, j) + at.row_length(colour, j), 0.0);
   });
-  const double sum = std::accumulate(r + cells_, r + size(), ordered_sum(row_sum));
+  const double sum = std::accumulate(r + cells_, r + size(), ordered_sum(at, row_sum));
   double conductance = 0;
   for (const FixedCoupling& coupling : level_->fixed_couplings) conductance += coupling.conductance;
   const double shift = sum / conductance;
@@ -191,17 +193,19 @@ double CutCellOperator::relax_edges(const double* b, double* x, int sweeps) cons
   const Layout& at = level_->layout;
   if (!level_->faces.are_uniform()) return 0;
   for (int sweep = 0; sweep < sweeps; ++sweep) {
+    exchange_ghosts(at, x, 2);
     relax_groups(b, x);
     for (int colour = 0; colour < 2; ++colour)
-      for_each_row(*team_, at, [&](int j) { relax_edges_of_row(colour, j, b, x); });
+      for_each_row(*team_, at, at.extended(1 - colour), [&](int j) { relax_edges_of_row(colour, j, b, x); });
   }
   relax_groups(b, x);
-  return sweeps * static_cast<double>(edges_.size()) / (static_cast<double>(at.nx) * at.ny);
+  const double cells = sum_over_slabs(at, static_cast<double>(edges_.size()));
+  return sweeps * cells / (static_cast<double>(at.nx) * at.ny);
 }
 
 void CutCellOperator::relax_groups(const double* b, double* x) const {
   std::vector<double> flux(b + cells_, b + size());
-  links_.add_to_groups(*team_, x, flux.data());
+  add_sums(level_->layout, std::ssize(flux), flux.data(), [&](double* sum) { links_.add_to_groups(*team_, x, sum); });
   if (level_->is_coupled()) {
     group_factors_.solve(flux.data());
     for (std::size_t g = 0; g < groups_; ++g)

@@ -119,7 +119,8 @@ void PartLinker::link_cell(CellIndex cell, std::ptrdiff_t slot, const std::array
     if (owner.is(body_) || !is_inside(next_cell(cell, side))) continue;
     if (owner.is_fluid())
       link_fluid_cell(cell, side, neighbours[side], owner_[slot + to_second[side]]);
-    else if (const int other = owner.body(); other > body_ && group_of(other) != group_of(body_))
+    else if (const int other = owner.body();
+             other > body_ && group_of(other) != group_of(body_) && layout_.own.contains(cell.j))
       link_conductor(cell, direction(side), other);
   }
 }
@@ -220,10 +221,10 @@ void PartLinker::link_subgrid_conductors(int group) {
     for (int n = 0; n < 4; ++n) {
       const std::ptrdiff_t slot = around.cell[n];
       const double c = std::abs(around.weight[n]) * whole;
-      if (c == 0) continue;
+      if (c == 0 || !layout_.stored.contains(around.row[n])) continue;
       if (owner_[slot].is_fluid())
         add_to_cell(slot, around.row[n], c);
-      else if (const int other = owner_[slot].body(); group_of(other) != group)
+      else if (const int other = owner_[slot].body(); group_of(other) != group && layout_.own.contains(around.row[n]))
         links_.pairs.push_back({body, other, c, {}, {}});
     }
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "solvers/geometry/closed_curve.hpp"
+#include "solvers/laplace/cutcell/slabs.hpp"
 
 namespace lichtenberg::laplace {
 
@@ -45,6 +46,7 @@ void evaluate(const LaplaceProblem& problem, const Level& level, const double* c
               LaplaceSolution& solution, parallel::Team& team) {
   const double eps = problem.permittivity;
   const double stress = 0.5 * eps / level.h;
+  const Layout& at = level.layout;
   solution.body_charge.assign(problem.bodies.size(), 0.0);
   solution.body_force.assign(problem.bodies.size(), Vec2{});
   solution.side_charge.fill(0.0);
@@ -56,6 +58,7 @@ void evaluate(const LaplaceProblem& problem, const Level& level, const double* c
     for (int body = bodies * chunk / chunks; body < bodies * (chunk + 1) / chunks; ++body)
       for (int m = level.link_start[body]; m < level.link_start[body + 1]; ++m) {
         const FluidLink& link = level.links[m];
+        if (!at.owns(link.cell)) continue;
         const double difference = potential(body) - scale * cell[link.cell];
         solution.body_charge[body] += eps * link.conductance * difference;
         solution.body_force[body] += (stress * difference * difference) * link.gradient;
@@ -63,10 +66,12 @@ void evaluate(const LaplaceProblem& problem, const Level& level, const double* c
   });
   for (const CrossGradient& cross : level.cross_gradients) {
     const FluidLink& link = level.links[cross.link];
+    if (!at.owns(link.cell)) continue;
     const double difference = potential(link.body) - scale * cell[link.cell];
     solution.body_force[cross.body] += (stress * difference * difference) * cross.gradient;
   }
   for (const PairLink& pair : level.pairs) {
+    if (!at.is_first()) break;
     const double difference = potential(pair.body_a) - potential(pair.body_b);
     const double flux = eps * pair.conductance * difference;
     solution.body_charge[pair.body_a] += flux;
@@ -80,6 +85,7 @@ void evaluate(const LaplaceProblem& problem, const Level& level, const double* c
         problem, level, potential, [&](const FluidLink& link) { return scale * cell[link.cell]; }, solution);
   double energy = 0;
   for (const SideLink& link : level.side_links) {
+    if (link.cell >= 0 && !at.owns(link.cell)) continue;
     const double difference = link.potential - (link.cell >= 0 ? scale * cell[link.cell] : potential(link.body));
     const double flux = eps * link.conductance * difference;
     solution.side_charge[link.side] += flux;
@@ -88,6 +94,10 @@ void evaluate(const LaplaceProblem& problem, const Level& level, const double* c
     solution.body_charge[link.body] -= flux;
     solution.body_force[link.body] += (stress * difference * difference) * link.gradient;
   }
+  add_over_slabs(at, solution.body_charge.data(), std::ssize(solution.body_charge));
+  add_over_slabs(at, &solution.body_force.data()->x, 2 * std::ssize(solution.body_force));
+  add_over_slabs(at, solution.side_charge.data(), std::ssize(solution.side_charge));
+  energy = sum_over_slabs(at, energy);
   for (std::size_t body = 0; body < problem.bodies.size(); ++body)
     energy += 0.5 * solution.body_charge[body] * potential(static_cast<int>(body));
   solution.energy = energy;

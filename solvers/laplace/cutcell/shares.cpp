@@ -8,7 +8,7 @@ namespace {
 
 using parallel::Message;
 
-enum class Action : int { solve, forget, end };
+enum class Action : int { solve, forget, follow, gather, end };
 
 void put(Message& message, const LaplaceProblem& problem) {
   message.put(problem.size);
@@ -56,10 +56,20 @@ Message announcement_of(Action action, int number) {
 void SolverShares::operator()(Message& announcement) {
   const auto action = announcement.get<Action>();
   const int number = announcement.get<int>();
-  if (action == Action::end) solvers_.erase(number);
-  if (const auto solver = solvers_.find(number); action == Action::forget && solver != solvers_.end())
-    solver->second.forget();
+  const auto solver = solvers_.find(number);
   if (action == Action::solve) solve(number, announcement);
+  if (action == Action::follow) follow(number, announcement);
+  if (solver == solvers_.end()) return;
+  if (action == Action::end) solvers_.erase(solver);
+  if (action == Action::forget) solver->second.forget();
+  if (action == Action::gather) solver->second.field();
+}
+
+/// Makes the announced solvers if they have not solved a problem yet.
+void SolverShares::follow(int number, Message& announcement) {
+  CutCellSolver& solver = solvers_.try_emplace(number, announcement.get<CutCellOptions>()).first->second;
+  const int coarser = announcement.get<int>();
+  solver.follow(solvers_.try_emplace(coarser, announcement.get<CutCellOptions>()).first->second);
 }
 
 void SolverShares::solve(int number, Message& announcement) {
@@ -86,6 +96,19 @@ void announce_solve(int solver, const CutCellOptions& options, const LaplaceProb
 
 void announce_forgetting(int solver) {
   if (parallel::is_leading_process()) parallel::broadcast(announcement_of(Action::forget, solver));
+}
+
+void announce_following(int solver, const CutCellOptions& options, int coarser, const CutCellOptions& coarser_options) {
+  if (!parallel::is_leading_process()) return;
+  Message message = announcement_of(Action::follow, solver);
+  message.put(options);
+  message.put(coarser);
+  message.put(coarser_options);
+  parallel::broadcast(message);
+}
+
+void announce_gathering(int solver) {
+  if (parallel::is_leading_process()) parallel::broadcast(announcement_of(Action::gather, solver));
 }
 
 void announce_end(int solver) {

@@ -33,6 +33,7 @@ namespace {
 int team_size(const CutCellOptions& options) {
   if (options.linear_solver == CutCellOptions::LinearSolver::assembled) return 1;
   if (options.threads > 0) return options.threads;
+  if (parallel::process_count() > 1) return 1;
   const long useful = static_cast<long>(options.cells) * options.cells / cells_a_band;
   const long available = std::max(1u, std::thread::hardware_concurrency());
   return static_cast<int>(std::clamp(useful, 1L, available));
@@ -64,20 +65,21 @@ class CpuSolver : public CutCellBackend {
     static int solvers = 0;
     number = solvers++;
   }
-  ~CpuSolver() override {
-    if (assembled()) announce_end(number);
-  }
+  ~CpuSolver() override { announce_end(number); }
 
   LaplaceSolution solve(const LaplaceProblem& problem) override {
-    if (assembled()) announce_solve(number, options_, problem);
+    announce_solve(number, options_, problem);
     const FinishGuard guard(system);
     return CutCellBackend::solve(problem);
   }
   void forget() override {
-    if (assembled()) announce_forgetting(number);
+    announce_forgetting(number);
     CutCellBackend::forget();
   }
-  void follow(const CutCellBackend& coarser) override { followed = dynamic_cast<const CpuSolver*>(&coarser); }
+  void follow(const CutCellBackend& coarser) override {
+    followed = dynamic_cast<const CpuSolver*>(&coarser);
+    if (followed) announce_following(number, options_, followed->number, followed->options_);
+  }
 
  protected:
   void make_grids(const LaplaceProblem& problem) override;
@@ -115,7 +117,9 @@ std::unique_ptr<LinearSystem> make_system(const CutCellOptions& options, paralle
 }
 
 void CpuSolver::make_grids(const LaplaceProblem& problem) {
-  level = std::make_unique<Level>(problem, finest_.nx, finest_.ny);
+  const int processes = assembled() ? 1 : parallel::process_count();
+  level = std::make_unique<Level>(
+      problem, grid_layouts(finest_.nx, finest_.ny, assembled() ? 0 : parallel::process_rank(), processes).front());
   system = make_system(options_, team);
 }
 
@@ -156,9 +160,11 @@ void CpuSolver::iterate(LaplaceSolution& solution) {
 /// over the Laplacian's eigenvalues, 4 pi k / n of the k-th of n modes. The result is epsilon^2 x^2 n (log n) / 4 pi,
 /// in which log n / 4 pi is about 1.
 double CpuSolver::rounding_of_residual() const {
+  const Layout& at = level->layout;
+  const std::size_t unknowns = Layout(at.nx, at.ny).size() + x.size() - op.cells();
   const Eigen::Map<const Eigen::VectorXd> all(x.data(), static_cast<Eigen::Index>(x.size()));
-  return std::numeric_limits<double>::epsilon() * std::sqrt(static_cast<double>(x.size())) *
-         all.lpNorm<Eigen::Infinity>();
+  return std::numeric_limits<double>::epsilon() * std::sqrt(static_cast<double>(unknowns)) *
+         largest_of_slabs(at, all.lpNorm<Eigen::Infinity>());
 }
 
 void CpuSolver::fix_mean() {
@@ -192,6 +198,7 @@ void CpuSolver::store(const LaplaceProblem& problem, const LaplaceSolution& solu
   std::vector<double> body_potential;
   for (const Body& body : problem.bodies) body_potential.push_back(solution.group_potential[body.group] / unit_);
   for (const std::ptrdiff_t slot : level->covered) x[slot] = body_potential[order.index(level->owner[slot].body())];
+  exchange_ghosts(level->layout, x.data(), 1);  // for the operator's products with the stored solution
   history.store(x, std::move(body_potential));
 }
 
@@ -199,17 +206,21 @@ Potentials CpuSolver::potentials() const {
   if (history.empty()) return {};
   const Layout& at = level->layout;
   Potentials found{at.nx, at.ny, {}, history.newest_of_bodies()};
-  found.cell.reserve(static_cast<std::size_t>(at.nx) * at.ny);
-  for (int j = 0; j < at.ny; ++j)
+  found.cell.reserve(static_cast<std::size_t>(at.nx) * at.own.count());
+  for (int j = at.own.begin; j < at.own.end; ++j)
     for (int i = 0; i < at.nx; ++i) found.cell.push_back(unit_ * history.newest()[at(i, j)]);
+  found.cell = gather_field(at, std::move(found.cell), true);
   for (double& potential : found.body) potential *= unit_;
   return found;
 }
 
 Field CpuSolver::last_field() const {
+  if (level->layout.is_divided()) announce_gathering(number);
   Field field = field_on(level->layout, level->h, history.newest().data(), level->owner.data());
   for (int& body : field.body)
     if (body >= 0) body = order.index(body);
+  field.value = gather_field(level->layout, std::move(field.value), false);
+  field.body = gather_field(level->layout, std::move(field.body), false);
   return field;
 }
 
@@ -288,7 +299,7 @@ Field CutCellBackend::field() const {
 
 Field CutCellBackend::field_on(const Layout& at, double h, const double* cell, const CellOwner* owner) const {
   Field field{at.nx, at.ny, h, {}, {}};
-  for (int j = 0; j < at.ny; ++j)
+  for (int j = at.own.begin; j < at.own.end; ++j)
     for (int i = 0; i < at.nx; ++i) {
       const std::ptrdiff_t slot = at(i, j);
       field.value.push_back(unit_ * cell[slot]);

@@ -19,7 +19,7 @@ struct CutCellOptions {
   /// Formula of the conductances of links between fluid cells and conductors.
   LinkFormula links = LinkFormula::log_fitted;
   /// Threads of the set-up and the solve with `multigrid`; results are bitwise identical for any number. 0: the number
-  /// of processors, fewer on small grids.
+  /// of processors, fewer on small grids; one in each of several MPI processes.
   int threads = 0;
   /// Linear solver. `multigrid`: matrix-free, geometric multigrid as preconditioner. `assembled`: the same system as a
   /// sparse matrix for any PETSc preconditioner (default GAMG; option -field_pc_type).
@@ -49,8 +49,9 @@ class CutCellSolver : public LaplaceSolver {
   /// unused or unsupported PETSc option of the solver. Throws InputError for a link model that the options or the grid
   /// do not support.
   LaplaceSolution solve(const LaplaceProblem& problem) override;
-  /// Returns the potential of the last solve at the cell centres. Throws Failure before the first solve, and after
-  /// forget() or a failed solve.
+  /// Returns the potential of the last solve at the cell centres. If the grid is divided among several MPI processes,
+  /// the call is collective and the first process gets the field of all rows, the others that of their own. Throws
+  /// Failure before the first solve, and after forget() or a failed solve.
   Field field() const override;
   /// Discards earlier solutions, so that the next initial guess depends on its problem only. On a device the
   /// preconditioner still depends on links in earlier problems, and with it the result within the tolerance.

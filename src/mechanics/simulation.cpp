@@ -8,6 +8,7 @@
 #include <thread>
 
 #include "solvers/error.hpp"
+#include "solvers/parallel/petsc.hpp"
 #include "src/analysis/circuit.hpp"
 #include "src/analysis/network.hpp"
 #include "src/effects/contact_discharge.hpp"
@@ -57,7 +58,8 @@ double rounding_of_time(double time) { return 1e-14 * std::abs(time); }
 
 int team_size(const Scene& scene) {
   const int requested_threads = scene.effects.has<effects::FloatingConductorsOptions>() ? scene.field().threads : 0;
-  const int cores = requested_threads > 0 ? requested_threads : static_cast<int>(std::thread::hardware_concurrency());
+  const int available = parallel::process_count() > 1 ? 1 : static_cast<int>(std::thread::hardware_concurrency());
+  const int cores = requested_threads > 0 ? requested_threads : available;
   return std::clamp(1 + static_cast<int>(scene.conductors.size()) / bodies_per_thread, 1, std::max(cores, 1));
 }
 

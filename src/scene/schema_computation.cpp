@@ -179,8 +179,10 @@ std::vector<Key> field_solvers() {
       {.name = "threads",
        .target = [](Draft& d) { return &d.field.options.threads; },
        .range = {.low = 0, .high = 1024},
-       .help = "number of threads of the field methods cut-cell and spheres, without effect on the result. 0: one per "
-               "core, but fewer on small grids of cut-cell, and one for fewer than 48 spheres"},
+       .help =
+           "number of threads of the field methods cut-cell and spheres, without effect on the result. 0: one per "
+           "core, but fewer on small grids of cut-cell, one in each of several processes (mpirun), and one for fewer "
+           "than 48 spheres"},
       {.name = "boundary_stencil",
        .target = [](Draft& d) { return &d.field.options.links; },
        .help = "formula for the conductance between a grid cell and the surface of a disk. log-fitted: exact for a "

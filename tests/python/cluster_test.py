@@ -91,13 +91,27 @@ class Cluster(unittest.TestCase):
         self.call("hosts.sh", "hosts.txt", *words, SSH=ssh)
         self.expect_table_of_one_machine(words)
 
+    def test_hosts_script_that_is_ended_goes_on_with_the_same_command(self):
+        words = ["hosts.txt", "gas.toml", "--seeds", "3", "--jobs", "1", "--set", "stop.time=40"]
+        process = self.start("hosts.sh", *words, SSH=str(self.folder / "bin/ssh"))
+        while process.poll() is None and not list(self.folder.glob("gas-ensemble/*.h5")):
+            time.sleep(0.01)
+        process.terminate()
+        self.assertIn("stopped; the same command goes on", self.end(process, 143))
+        self.call("hosts.sh", *words, SSH=str(self.folder / "bin/ssh"))
+        self.expect_table_of_one_machine(words[1:])
+
     def test_hosts_script_refuses_wrong_input_before_any_share_starts(self):
         ssh = str(self.folder / "bin/ssh")
         Path(self.folder / "empty.txt").write_text("# none\n")
+        Path(self.folder / "mpi.txt").write_text("one slots=4\n")
         for words, sentence in (
             (["gas.toml"], "usage: "),
             (["no.txt", "gas.toml"], "the file of hosts no.txt cannot be read"),
             (["empty.txt", "gas.toml"], "names no host"),
+            (["mpi.txt", "gas.toml"], "'one slots=4' is no host name"),
+            ([".", "gas.toml"], "the file of hosts . cannot be read"),
+            (["hosts.txt", "gas.toml", "--gather"], "leave out --gather"),
             (["hosts.txt", "missing.toml"], "missing.toml"),
         ):
             self.assertIn(sentence, self.call("hosts.sh", *words, status=2, SSH=ssh))

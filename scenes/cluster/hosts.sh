@@ -19,16 +19,30 @@ program=${script%/scenes/cluster/hosts.sh}/lichtenberg
 if [[ ! -x $program ]]; then program=lichtenberg; fi
 program=${LICHTENBERG:-$program}
 
-if [[ ! -r $1 ]]; then
+if [[ ! -r $1 || -d $1 ]]; then
   echo "hosts.sh: the file of hosts $1 cannot be read" >&2
   exit 2
 fi
-mapfile -t hosts < <(sed 's/#.*//; s/[[:space:]]//g; /^$/d' "$1")
+mapfile -t hosts < <(sed 's/#.*//; s/^[[:space:]]*//; s/[[:space:]]*$//; /^$/d' "$1")
 shift
 if ((${#hosts[@]} == 0)); then
   echo 'hosts.sh: the file of hosts names no host' >&2
   exit 2
 fi
+for host in "${hosts[@]}"; do
+  if [[ $host == -* || $host == *[[:space:]]* ]]; then
+    echo "hosts.sh: '$host' is no host name: the file of hosts has one name on each line" >&2
+    exit 2
+  fi
+done
+for word in "$@"; do
+  case ${word%%=*} in
+    --gather | --share)
+      echo "hosts.sh: leave out $word: each host gets its own share, and the script makes the table" >&2
+      exit 2
+      ;;
+  esac
+done
 
 # Wrong input is refused before any share starts.
 status=0
@@ -40,7 +54,16 @@ fi
 
 # A terminal on the remote side (-tt) makes the share end with this script.
 processes=()
-trap '((${#processes[@]} == 0)) || kill "${processes[@]}" 2>/dev/null || true' INT TERM HUP
+stop() {
+  trap '' INT TERM HUP
+  kill "${processes[@]}" 2>/dev/null || true
+  wait
+  echo 'hosts.sh: stopped; the same command goes on from there' >&2
+  exit "$1"
+}
+trap 'stop 130' INT
+trap 'stop 143' TERM
+trap 'stop 129' HUP
 for k in "${!hosts[@]}"; do
   share=$((k + 1))/${#hosts[@]}
   remote=$(printf 'cd %q && exec %q ensemble' "$PWD" "$program")$(printf ' %q' "$@")" --share $share --quiet"

@@ -4,19 +4,21 @@
 #   scenes/cluster/slurm.sh SHARES SCENE [options of `lichtenberg ensemble`] [-- options of sbatch for the array]
 #   scenes/cluster/slurm.sh 8 scenes/seedling.toml --conductors 16,25,36 --seeds 8 -- --time=2:00:00 --cpus-per-task=4
 #
-# Task K of the array runs share K of SHARES. Five minutes before its time limit a task ends at checkpoints, and Slurm
-# queues it again. The same command continues after a failure: finished members are not run again. All nodes must see the
-# present folder and the program. Messages of task K are in ensemble-JOB-K.log. Those of the last job are in
-# ensemble-JOB-table.log; it names the members that are not finished. LICHTENBERG names another program.
+# Task K of the array runs share K of SHARES. Five minutes before its time limit a task ends at checkpoints and queues
+# itself again; a task that scancel ends is not queued again. The same command continues after a failure: finished members
+# are not run again. All nodes must see the present folder and the program. Messages of task K are in ensemble-JOB-K.log.
+# Those of the last job are in ensemble-JOB-table.log; it names the members that are not finished. LICHTENBERG names
+# another program.
 set -euo pipefail
 
-# The job of one share. It passes SIGTERM, which Slurm sends before the time limit, to the ensemble.
+# The job of one share. After SIGUSR1, which Slurm sends before the time limit, the ensemble is stopped and the job queued
+# again. SIGTERM would not do: Slurm sends it also to cancelled jobs.
 run_share() {
   local share=$1 status=0
   shift
   "$LICHTENBERG" ensemble "$@" --share "$share" --jobs "${SLURM_CPUS_PER_TASK:-1}" --quiet &
   local ensemble=$!
-  trap 'kill -TERM $ensemble' TERM
+  trap 'kill -TERM $ensemble' USR1
   wait $ensemble || status=$?
   # After the signal the first wait ends early.
   while kill -0 $ensemble 2>/dev/null; do
@@ -50,17 +52,25 @@ while (($#)) && [[ $1 != -- ]]; do
   shift
 done
 if (($#)); then shift; fi
+for word in "${ensemble[@]}"; do
+  case ${word%%=*} in
+    --gather | --share) echo "slurm.sh: leave out $word: each task gets its own share, and the last job makes the table" >&2 ;;
+    --jobs) echo "slurm.sh: leave out $word: --cpus-per-task of sbatch is the number of jobs" >&2 ;;
+    *) continue ;;
+  esac
+  exit 2
+done
 
 # Wrong input is refused before anything is queued.
 status=0
 message=$("$LICHTENBERG" ensemble "${ensemble[@]}" --gather 2>&1 >/dev/null) || status=$?
 case $status in
-  0) echo "all members are finished: $LICHTENBERG ensemble ${ensemble[*]} --gather shows the table"; exit ;;
+  0) echo 'all members are finished'; exec "$LICHTENBERG" ensemble "${ensemble[@]}" --gather ;;
   1) ;;
   *) echo "$message" >&2; exit $status ;;
 esac
 
-job=$(sbatch --parsable --job-name=lichtenberg --array="1-$shares" --signal=B:TERM@300 --requeue --open-mode=append \
+job=$(sbatch --parsable --job-name=lichtenberg --array="1-$shares" --signal=B:USR1@300 --requeue --open-mode=append \
   --output=ensemble-%A-%a.log "$@" "$script" --run-share "$shares" "${ensemble[@]}")
 job=${job%%;*}
 table=$(sbatch --parsable --job-name=lichtenberg-table --dependency="afterany:$job" \

@@ -57,7 +57,7 @@ ARGUMENTS = [
     argument("--gather", "run nothing: make the table of the finished members and name the others (status 1 if there are any)", "flag"),
     argument(
         "--jobs",
-        "members that run at the same time (default: one per core, or per device of a list)",
+        "members that run at the same time (default: one per core, or per device of a list); no effect with --gather",
         "int",
         positive=True,
     ),
@@ -120,7 +120,7 @@ class Folder:
         except OSError as error:
             if isinstance(error, FileExistsError):
                 raise InputError(f"--out {path}: a file of this name exists, name another folder") from None
-            raise Failure(f"the folder {path} cannot be made ({error.strerror})") from None
+            raise InputError(f"--out {path}: the folder cannot be made ({error.strerror})") from None
         self.path = path
         self.locks = [self.lock(".lock", fcntl.LOCK_SH if share else fcntl.LOCK_EX)]
         if share:
@@ -367,8 +367,6 @@ def report(program, request, members, share):
 
 def act(request):
     request.out = request.out or Path(request.scene).stem + "-ensemble"
-    if request.gather and request.jobs:
-        raise InputError("--jobs does not apply with --gather, which runs nothing: leave one of them out")
     program = Members(request)
     members = program.members
     if all(member.state == "failed" for member in members):

@@ -35,18 +35,24 @@ for host in "${hosts[@]}"; do
     exit 2
   fi
 done
-for word in "$@"; do
-  case ${word%%=*} in
-    --gather | --share)
-      echo "hosts.sh: leave out $word: each host gets its own share, and the script makes the table" >&2
+ensemble=("$@")
+table=()  # the options without --jobs, which is for runs only
+while (($#)); do
+  case $1 in
+    --gather | --share | --share=*)
+      echo "hosts.sh: leave out $1: each host gets its own share, and the script makes the table" >&2
       exit 2
       ;;
+    --jobs) shift ;;
+    --jobs=*) ;;
+    *) table+=("$1") ;;
   esac
+  if (($#)); then shift; fi
 done
 
 # Wrong input is refused before any share starts.
 status=0
-message=$("$program" ensemble "$@" --gather 2>&1 >/dev/null) || status=$?
+message=$("$program" ensemble "${table[@]}" --gather 2>&1 >/dev/null) || status=$?
 if ((status > 1)); then
   echo "$message" >&2
   exit $status
@@ -66,7 +72,7 @@ trap 'stop 143' TERM
 trap 'stop 129' HUP
 for k in "${!hosts[@]}"; do
   share=$((k + 1))/${#hosts[@]}
-  remote=$(printf 'cd %q && exec %q ensemble' "$PWD" "$program")$(printf ' %q' "$@")" --share $share --quiet"
+  remote=$(printf 'cd %q && exec %q ensemble' "$PWD" "$program")$(printf ' %q' "${ensemble[@]}")" --share $share --quiet"
   ${SSH:-ssh} -tt "${hosts[$k]}" "$remote" >"ensemble-hosts-$((k + 1)).log" 2>&1 </dev/null &
   processes+=($!)
 done
@@ -77,4 +83,4 @@ for k in "${!hosts[@]}"; do
     echo "hosts.sh: share $((k + 1)) on ${hosts[$k]} ended with status $status: see ensemble-hosts-$((k + 1)).log" >&2
   fi
 done
-exec "$program" ensemble "$@" --gather
+exec "$program" ensemble "${table[@]}" --gather

@@ -57,14 +57,14 @@ ARGUMENTS = [
     argument("--gather", "run nothing: make the table of the finished members and name the others (status 1 if there are any)", "flag"),
     argument(
         "--jobs",
-        "members that run at the same time (default: one per core, or per device of a list); no effect with --gather",
+        "members that run at the same time (default: one per core, or per device of a list)",
         "int",
         positive=True,
     ),
     argument(
         "--share",
         "K/N: run the Kth of N shares of the members only, as in 3/8, so that N machines on one file system work concurrently; "
-        "the same command with --gather for --share makes the table",
+        "the same command with --gather for --share and --jobs makes the table",
         excluded="--gather",
     ),
     argument(
@@ -361,12 +361,14 @@ def report(program, request, members, share):
     holds = "holds" if share else "and the result files next to it hold"
     words = f"{what} {holds} {[m.state for m in members].count('finished')} of {len(members)} runs of {request.scene}"
     if share:
-        words += f", share {share[0]} of {share[1]}: once all shares are done, the same command with --gather for --share makes their table"
+        words += f", share {share[0]} of {share[1]}: once all shares are done, the same command with --gather for --share and --jobs makes their table"
     messages.say(f"{words}\n{print_summary(summary)}", end="")
 
 
 def act(request):
     request.out = request.out or Path(request.scene).stem + "-ensemble"
+    if request.gather and request.jobs:
+        raise InputError("--jobs does not apply with --gather, which runs nothing: leave one of them out")
     program = Members(request)
     members = program.members
     if all(member.state == "failed" for member in members):

@@ -31,7 +31,7 @@ PetscErrorCode with_arrays(::Vec x, ::Vec y, const auto& f) {
 }
 
 /// Product of the matrix, without projection, with the iterate of conjugate gradients. The method multiplies the matrix
-/// by the direction of each step, so that the results of a solve need no further product. PETSc does not tell the
+/// by the direction of each step, so that the results of a solve need no further product. PETSc does not return the
 /// lengths of the steps; the change of one component gives them. This is the direction's largest one: its rounding
 /// error adds no more to the product than that of the iterate's largest component.
 class IterateProduct {

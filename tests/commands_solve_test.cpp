@@ -312,7 +312,8 @@ TEST_CASE("solve --petsc: other solvers for spheres give the default's energy") 
   const Folder folder;
   std::filesystem::copy(source_folder() + "/scenes/pair-3d.toml", folder / "pair.toml");
   const json expected = json::parse(run(folder, "solve pair.toml --json --capacitance").out);
-  for (const std::string method : {"minres", "bcgs", "gmres", "symmlq", "preonly", "chebyshev", "bicg"}) {
+  for (const std::string method : {"minres", "bcgs", "gmres", "symmlq", "preonly", "chebyshev", "bicg",
+                                   "cg -spheres_ksp_convergence_test default"}) {
     CAPTURE(method);
     const Ended ended = run(folder, "solve pair.toml --json --capacitance --petsc -spheres_ksp_type " + method);
     REQUIRE_MESSAGE(ended.status == 0, ended.err);

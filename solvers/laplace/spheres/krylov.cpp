@@ -30,50 +30,59 @@ PetscErrorCode with_arrays(::Vec x, ::Vec y, const auto& f) {
   return 0;
 }
 
-/// Product of the matrix, without projection, with the iterate of conjugate gradients. Each step adds a multiple of a
-/// direction to the iterate, whose product is known. The results of a solve thus need no further product.
+/// Product of the matrix, without projection, with the iterate of conjugate gradients. The method multiplies the matrix
+/// by the direction of each step, so that the results of a solve need no further product. PETSc does not return the
+/// lengths of the steps; the change of one component gives them. This is the direction's largest one: its rounding
+/// error adds no more to the product than that of the iterate's largest component.
 class IterateProduct {
  public:
-  /// Starts from the iterate 0 with `size` unknowns.
-  explicit IterateProduct(std::size_t size) : value_(size), direction_product_(size) {}
-  /// Sets the direction of the next step, and the current iterate. Returns the storage of the direction's product.
-  double* next(const double* direction, const double* iterate) {
+  /// Starts from an iterate of zeros, which conjugate gradients change.
+  explicit IterateProduct(const std::vector<double>& iterate)
+      : iterate_(iterate), value_(iterate.size()), direction_product_(iterate.size()) {}
+  /// Adds the last step and sets the direction of the next one. Returns the storage of the direction's product.
+  double* next(const double* direction) {
+    add_step();
     const Eigen::Map<const Eigen::VectorXd> all(direction, static_cast<Eigen::Index>(value_.size()));
     const double largest = all.lpNorm<Eigen::Infinity>();
     index_ = 0;
     while (index_ + 1 < all.size() && std::abs(all[index_]) != largest) ++index_;
-    component_ = all[index_], before_ = iterate[index_];
+    component_ = all[index_], before_ = iterate_[index_];
     return direction_product_.data();
   }
-  /// Adds the product of the step that led to this iterate.
-  void follow(const double* iterate) {
-    const double step = component_ == 0 ? 0 : (iterate[index_] - before_) / component_;
-    for (std::size_t k = 0; k < value_.size(); ++k) value_[k] += step * direction_product_[k];
+  /// Adds the last step and returns the product. Called once, at the end.
+  const std::vector<double>& complete() {
+    add_step();
+    return value_;
   }
-  /// Returns the storage of the product, for another computation of it.
-  double* restart() { return value_.data(); }
-  const std::vector<double>& value() const { return value_; }
 
  private:
+  void add_step() {
+    const double step = component_ == 0 ? 0 : (iterate_[index_] - before_) / component_;
+    for (std::size_t k = 0; k < value_.size(); ++k) value_[k] += step * direction_product_[k];
+  }
+
+  const std::vector<double>& iterate_;
   std::vector<double> value_, direction_product_;
   std::ptrdiff_t index_ = 0;
   double component_ = 0, before_ = 0;  ///< The direction's largest component, and that of the iterate before the step
 };
 
-/// System and the product that is computed along with the iteration (null: none).
-struct Operator {
+/// Operator and preconditioner of conjugate gradients, for one right-hand side or for eight as one vector.
+struct Shell {
   const System* system = nullptr;
-  IterateProduct* product = nullptr;
-  const double* iterate = nullptr;
+  IterateProduct* product = nullptr;  ///< null: not computed
+  PetscInt size = 0;
+  PetscErrorCode (*multiply)(Mat, ::Vec, ::Vec) = nullptr;
+  PetscErrorCode (*precondition)(PC, ::Vec, ::Vec) = nullptr;
 };
 
 PetscErrorCode multiply(Mat matrix, ::Vec x, ::Vec y) {
-  const Operator* operation = nullptr;
-  PetscCall(MatShellGetContext(matrix, &operation));
-  const System* system = operation->system;
+  const Shell* shell = nullptr;
+  PetscCall(MatShellGetContext(matrix, &shell));
+  const System* system = shell->system;
   return with_arrays(x, y, [&](const double* from, double* to) {
     system->apply(from, to);
-    if (operation->product) std::copy_n(to, system->size(), operation->product->next(from, operation->iterate));
+    if (shell->product) std::copy_n(to, system->size(), shell->product->next(from));
     system->project(to);
   });
 }
@@ -100,9 +109,9 @@ void for_each_column(std::size_t size, Lanes* values, const auto& change) {
 }
 
 PetscErrorCode multiply_eight(Mat matrix, ::Vec x, ::Vec y) {
-  const Operator* operation = nullptr;
-  PetscCall(MatShellGetContext(matrix, &operation));
-  const System* system = operation->system;
+  const Shell* shell = nullptr;
+  PetscCall(MatShellGetContext(matrix, &shell));
+  const System* system = shell->system;
   return with_arrays(x, y, [&](const double* from, double* to) {
     std::vector<Lanes> columns(system->size()), product(columns.size());
     std::memcpy(columns.data(), from, columns.size() * sizeof(Lanes));
@@ -143,14 +152,12 @@ double rounding(const System& system) {
   return 4 * std::numeric_limits<double>::epsilon() * std::sqrt(sum);
 }
 
-/// Computes the matrix's product with x and the residual, and returns the residual's norm.
-double residual_of(const System& system, const std::vector<double>& x, const std::vector<double>& given,
-                   std::vector<double>& product, std::vector<double>& residual) {
-  product.resize(x.size());
-  system.apply(x.data(), product.data());
+/// Computes the residual from the matrix's product with x, and returns its norm.
+double residual_of(const System& system, const std::vector<double>& product, const std::vector<double>& given,
+                   std::vector<double>& residual) {
   residual = product;
   system.project(residual.data());
-  for (std::size_t k = 0; k < x.size(); ++k) residual[k] = given[k] - residual[k];
+  for (std::size_t k = 0; k < residual.size(); ++k) residual[k] = given[k] - residual[k];
   return length(residual);
 }
 
@@ -168,15 +175,6 @@ struct Objects {
   }
 };
 
-/// Operator and preconditioner of conjugate gradients, for one right-hand side or for eight as one vector.
-struct Shell {
-  const System* system = nullptr;
-  IterateProduct* product = nullptr;
-  PetscInt size = 0;
-  PetscErrorCode (*multiply)(Mat, ::Vec, ::Vec) = nullptr;
-  PetscErrorCode (*precondition)(PC, ::Vec, ::Vec) = nullptr;
-};
-
 /// Returns true if the options leave conjugate gradients that stop by the norm of the residual. For another method,
 /// sets a norm that it supports.
 bool stops_by_residual(KSP ksp) {
@@ -187,13 +185,8 @@ bool stops_by_residual(KSP ksp) {
   return cg == PETSC_TRUE && norm == KSP_NORM_UNPRECONDITIONED;
 }
 
-/// Ends the iteration after a stop request; otherwise PETSc's own test. Conjugate gradients call it after each step.
+/// Ends the iteration after a stop request; otherwise PETSc's own test.
 PetscErrorCode stop_test(KSP ksp, PetscInt iteration, PetscReal norm, KSPConvergedReason* reason, void* context) {
-  Mat matrix = nullptr;
-  const Operator* operation = nullptr;
-  PetscCall(KSPGetOperators(ksp, &matrix, nullptr));
-  PetscCall(MatShellGetContext(matrix, &operation));
-  if (operation->product && iteration > 0) operation->product->follow(operation->iterate);
   if (!StopRequestScope::requested()) return KSPConvergedDefault(ksp, iteration, norm, reason, context);
   *reason = KSP_DIVERGED_BREAKDOWN;
   return 0;
@@ -247,12 +240,10 @@ SolveOutcome refine(Objects& petsc, double goal) {
 /// Solves from x = 0 until the residual is at most `goal`; the result's residual is relative to `scale`.
 KrylovResult conjugate_gradients(const Shell& shell, double* right_hand_side, double* x, double goal, double scale) {
   Objects petsc;
-  auto* context = const_cast<System*>(shell.system);
-  Operator operation{shell.system, shell.product, x};
   check_petsc(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, shell.size, right_hand_side, &petsc.b));
   check_petsc(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, shell.size, x, &petsc.x));
-  check_petsc(
-      MatCreateShell(PETSC_COMM_SELF, shell.size, shell.size, shell.size, shell.size, &operation, &petsc.matrix));
+  check_petsc(MatCreateShell(PETSC_COMM_SELF, shell.size, shell.size, shell.size, shell.size,
+                             const_cast<Shell*>(&shell), &petsc.matrix));
   for (const MatOperation kind : {MATOP_MULT, MATOP_MULT_TRANSPOSE})
     check_petsc(MatShellSetOperation(petsc.matrix, kind, reinterpret_cast<void (*)()>(shell.multiply)));
   check_petsc(KSPCreate(PETSC_COMM_SELF, &petsc.ksp));
@@ -261,7 +252,7 @@ KrylovResult conjugate_gradients(const Shell& shell, double* right_hand_side, do
   PC pc = nullptr;
   check_petsc(KSPGetPC(petsc.ksp, &pc));
   check_petsc(PCSetType(pc, PCSHELL));
-  check_petsc(PCShellSetContext(pc, context));
+  check_petsc(PCShellSetContext(pc, const_cast<System*>(shell.system)));
   check_petsc(PCShellSetApply(pc, shell.precondition));
   check_petsc(PCShellSetApplyTranspose(pc, shell.precondition));  // Symmetric, like the matrix
   check_petsc(KSPSetNormType(petsc.ksp, KSP_NORM_UNPRECONDITIONED));
@@ -277,9 +268,7 @@ KrylovResult conjugate_gradients(const Shell& shell, double* right_hand_side, do
     stop_if_requested();
     outcome = outcome_of(petsc.ksp);
   } else {
-    operation.product = nullptr;
     outcome = refine(petsc, goal);
-    if (shell.product) shell.system->apply(x, shell.product->restart());
   }
   if (outcome.reason < 0)
     throw Failure(fmt::format("the field of spheres: no convergence after {} iterations ({}, relative residual {:.3g})",
@@ -337,22 +326,27 @@ double second_order_tolerance(double tolerance) { return std::max(tolerance, 0.1
 KrylovResult solve_krylov(const System& system, double tolerance, std::vector<double>& x) {
   parallel::start_petsc();
   const PetscInt n = system.size();
-  std::vector<double> product, residual, correction(n);
+  std::vector<double> product(n), residual, correction(n);
   const std::vector<double> cold = system.start();
   std::vector<double> given = system.right_hand_side();
   system.project(given.data());
   const double scale = std::hypot(length(given), length(cold));
-  double first = residual_of(system, x, given, product, residual);
+  system.apply(x.data(), product.data());
+  double first = residual_of(system, product, given, residual);
   if (first > scale) {  // The initial guess is of another size, for example after charges have flowed to ground
     x = cold;
-    first = residual_of(system, x, given, product, residual);
+    system.apply(x.data(), product.data());
+    first = residual_of(system, product, given, residual);
   }
   const double goal = std::max(tolerance * scale, rounding(system));
   if (first <= goal) return {0, scale > 0 ? first / scale : 0, std::move(product)};
-  IterateProduct followed(n);
+  IterateProduct followed(correction);
   KrylovResult result = conjugate_gradients({&system, &followed, n, multiply, precondition}, residual.data(),
                                             correction.data(), goal, scale);
-  for (PetscInt k = 0; k < n; ++k) x[k] += correction[k], product[k] += followed.value()[k];
+  const std::vector<double>& added = followed.complete();
+  for (PetscInt k = 0; k < n; ++k) x[k] += correction[k], product[k] += added[k];
+  // PETSc's options can select a method whose products are not of directions of steps.
+  if (!(residual_of(system, product, given, residual) <= 2 * goal)) system.apply(x.data(), product.data());
   result.product = std::move(product);
   return result;
 }

@@ -253,8 +253,7 @@ class GasImpl final : public DeviceGas {
 
   void recharge_once() {
     typename Executor::Recording recording;
-    const bool solved = dipoles_ && dipoles_->known();
-    run_->run(recording, [&] { recharge(false, solved); });
+    run_->run(recording, [&] { recharge(false, dipoles_ && dipoles_->known()); });
     run_->wait();
   }
   /// Sorts the grains and rebuilds the neighbour lists; `travel`: bound on displacements in the next step (d0). Returns
@@ -338,15 +337,14 @@ class GasImpl final : public DeviceGas {
   template <class Law>
   void record(const Law& law) {
     Progress* now = progress_.device();
-    const bool exchanges = exchange_changes_forces();
     follow(law);
     if (gas_.exchanges_in_order() && !gas_.elastic)
       exchange_in_order(*run_, smooth_steps(law), gas_.options.exchange, affinity_.data(), &now->go);
     run_->run_concurrently([&] { follow_charges(); }, [&] { find_impacts(law); });
     if (has_bounds()) check_bounds(*run_, gas_.view(), bounds_, results_.device());
     finish(ChooseNext<Law>{rule(law), results_.device(), parameters_.device(), now,
-                           dipoles_ ? dipoles_->unstable() : nullptr, exchanges});
-    if (exchanges) run_->when(&now->exchanged, [&] { recharge(true); });
+                           dipoles_ ? dipoles_->unstable() : nullptr, exchange_changes_forces()});
+    if (exchange_changes_forces()) run_->when(&now->exchanged, [&] { recharge(true); });
   }
   /// Lists candidate pairs and runs the contact substeps of the chosen outer step (from one evaluation of the smooth
   /// forces to the next). `from`, `to`: only the substeps from ... to - 1.

@@ -1,12 +1,15 @@
 // Tests of conducting spheres in space: reference solutions, symmetries of the operator, forces as energy derivatives.
 #include <doctest/doctest.h>
+#include <petscsys.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/spheres/far_field.hpp"
+#include "solvers/parallel/petsc.hpp"
 #include "solvers/periodic/dipoles.hpp"
 #include "solvers/periodic/ewald.hpp"
 #include "tests/sphere_problems.hpp"
@@ -169,6 +172,32 @@ TEST_CASE("100 spheres in two groups in a flat box: at most 8 iterations") {
   for (Sphere& sphere : problem.spheres) sphere.group = sphere.group < 2 ? 0 : 1;
   problem.groups = {{.charge = -1}, {.floating = false}};
   CHECK(solver.solve(problem).iterations <= 8);
+}
+
+// The iteration also computes the product with the result, but in this variant not from the directions of its steps.
+TEST_CASE("spheres: CG with a single reduction gives the forces of plain CG") {
+  constexpr int side = 4;
+  constexpr double accuracy = 1e-3;
+  SphereProblem problem{.permittivity = 1};
+  problem.box.lengths = {2.1 * side, 2.1 * side, 2.1 * side};
+  for (int i = 0; i < side * side * side; ++i) {
+    problem.groups.push_back({.charge = std::sin(1.0 + 7 * i)});
+    const Vec3 cell{static_cast<double>(i % side), static_cast<double>(i / side % side),
+                    static_cast<double>(i / side / side)};
+    problem.spheres.push_back({2.05 * cell + Vec3{1.05, 1.05, 1.05}, 1, i});
+  }
+  problem.groups.front() = {.floating = false};
+  const SphereSolution plain = SphereSolver({.accuracy = accuracy}).solve(problem);
+  parallel::start_petsc();
+  parallel::check_petsc(PetscOptionsSetValue(nullptr, "-spheres_ksp_cg_single_reduction", "true"));
+  const SphereSolution single = SphereSolver({.accuracy = accuracy}).solve(problem);
+  parallel::check_petsc(PetscOptionsClearValue(nullptr, "-spheres_ksp_cg_single_reduction"));
+  double largest = 0, difference = 0;
+  for (std::size_t k = 0; k < problem.spheres.size(); ++k) {
+    largest = std::max(largest, norm(plain.sphere_force[k]));
+    difference = std::max(difference, norm(plain.sphere_force[k] - single.sphere_force[k]));
+  }
+  CHECK(difference < 2 * accuracy * largest);  // Each is within the accuracy.
 }
 
 TEST_CASE("sphere force: accurate at a distance and for radius ratios of 1e-5") {

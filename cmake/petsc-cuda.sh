@@ -116,6 +116,14 @@ build() {
     fail "PETSc could not be installed into $prefix" "$log"
 }
 
+# Adds the flags of MPI to PETSc's file for pkg-config, which leaves them to mpicc.
+add_mpi_flags() {
+  local file=$prefix/lib/pkgconfig/PETSc.pc shown
+  shown=$(mpicc -show)
+  flags() { grep -oE -- " $1[^ ]+" <<<"$shown" | tr -d '\n'; }
+  sed -i -e "s|^Cflags:.*|&$(flags -I)|" -e "s|^Libs:.*|&$(flags -L)$(flags -l)|" "$file"
+}
+
 read_arguments "$@"
 check_tools
 mkdir -p "$prefix" || fail "$prefix cannot be made"
@@ -124,6 +132,7 @@ if [[ $source ]]; then source=$(realpath "$source"); else download; fi
 unpack
 configure
 build
+if [[ $mpi ]]; then add_mpi_flags; fi
 rm -rf "$work"
 say "PETSc with CUDA is in $prefix; build lichtenberg with it:
   PKG_CONFIG_PATH=$prefix/lib/pkgconfig cmake --preset gpu -DCMAKE_CUDA_COMPILER=$cuda/bin/nvcc

@@ -181,8 +181,9 @@ TEST_CASE("--device: lists of devices that a field cannot use are refused") {
   const Folder folder;
   folder.write("small.toml", small_scene);
   for (const std::string command : {"run", "explain", "solve", "ensemble"}) {
-    check_refused(run(folder, command + " small.toml --device cuda:0"),
-                  "--device cuda:0 is for grains only: a field needs --device cuda, without numbers, or several devices");
+    check_refused(
+        run(folder, command + " small.toml --device cuda:0"),
+        "--device cuda:0 is for grains only: a field needs --device cuda, without numbers, or several devices");
     check_refused(run(folder, command + " small.toml --device cuda:0,1 --set field.linear_solver=assembled"),
                   "--device cuda:0,1 needs field.linear_solver = \"multigrid\"");
   }

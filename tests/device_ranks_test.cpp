@@ -22,13 +22,13 @@ namespace {
 double difference(const LaplaceSolution& a, const LaplaceSolution& b) {
   double worst = std::abs(b.energy / a.energy - 1);
   const auto compare = [&](const auto& x, const auto& y, auto magnitude) {
-    double largest = 0, apart = 0;
+    double largest = 0, change = 0;
     REQUIRE(x.size() == y.size());
     for (std::size_t k = 0; k < x.size(); ++k) {
       largest = std::max(largest, magnitude(x[k]));
-      apart = std::max(apart, magnitude(x[k] - y[k]));
+      change = std::max(change, magnitude(x[k] - y[k]));
     }
-    if (largest > 0) worst = std::max(worst, apart / largest);
+    if (largest > 0) worst = std::max(worst, change / largest);
   };
   const auto absolute = [](double value) { return std::abs(value); };
   compare(a.group_potential, b.group_potential, absolute);
@@ -38,8 +38,8 @@ double difference(const LaplaceSolution& a, const LaplaceSolution& b) {
   return worst;
 }
 
-/// Problem in a box of 96 x 96, with disks in its middle, a bar and a large disk across the borders of two and of three
-/// ranks, and disks too small for coarse grids.
+/// Problem in a box of 96 x 96. A bar and a large disk lie across the borders of two and of three ranks. Some disks are
+/// too small for coarse grids.
 LaplaceProblem across_borders() {
   LaplaceProblem problem{.permittivity = 2};
   problem.size = {96, 96};

@@ -26,8 +26,8 @@ namespace lichtenberg::laplace::device {
 template <class Executor>
 struct PetscSide;
 
-/// Several devices (CUDA devices, or threads of the CPU for tests): their threads, the executor of each, which `make`
-/// makes in its thread, and the least number of cells of a device (divided_grids()).
+/// Several devices (CUDA devices, or threads of the CPU for tests). `make` makes the executor of each in its thread;
+/// `least_cells`: least number of cells of a device (divided_grids()).
 template <class Executor>
 struct SeveralDevices {
   parallel::RankThreads threads;

@@ -12,8 +12,8 @@
 
 namespace lichtenberg::laplace::device {
 
-/// Rows next to the own ones of which kernels read values: right-hand sides in Descend (and Ascend), potentials of the
-/// coarse grid in Ascend, and potentials in a product with the operator.
+/// Numbers of rows next to the own ones that kernels read. They read right-hand sides in Descend and Ascend, potentials
+/// of the coarse grid in Ascend, and potentials in a product with the operator.
 constexpr int ghosts_of_rhs = 3, ghosts_of_correction = 2, ghosts_of_product = 1;
 
 /// Sends values by slot (memory index) of own rows to the ranks that read them: up to `ghosts` rows on either side of

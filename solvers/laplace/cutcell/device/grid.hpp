@@ -179,7 +179,7 @@ struct PreconditionedResidual {
 };
 
 /// Division of a grid's rows among the ranks of several devices (divided.hpp). Borders are multiples of 2^shift rows,
-/// so that coarser grids have borders in the same places.
+/// so that the borders on coarser grids are at the same heights.
 struct RowDivision {
   int ranks = 1, shift = 0;
   /// Returns the first row of a rank of a grid with `ny` rows; `ny` for the rank behind the last.

@@ -183,7 +183,7 @@ TEST_CASE("device ranks: nested iteration gives the guess of one device") {
   CHECK(difference(a, b) < 100 * options.tolerance);  // as above
 }
 
-TEST_CASE("device ranks: grids too small and methods of PETSc are refused") {
+TEST_CASE("device ranks: a grid too small for them is refused") {
   CutCellOptions options;
   options.cells = 32;
   CHECK_THROWS_WITH_AS(

@@ -144,16 +144,23 @@ void sum_by_group(const Executor& run, const GridView& grid, const CellPieces<Su
         finish(g, sum);
       });
 }
-/// Calls finish(s, sum) for n segments with the sum of value(s, t) over t = 0 ... count(s) - 1. On a divided grid each
-/// rank adds the terms for which is_own(s, t) is true.
+/// Segments of a sum: n segments, of which segment s has count(s) terms.
+template <class Count>
+struct Segments {
+  int n;
+  Count count;
+};
+/// Calls finish(s, sum) for each segment s with the sum of value(s, t) over its terms t. On a divided grid each rank
+/// adds the terms for which is_own(s, t) is true.
 template <class Executor, class Count, class Value, class IsOwn, class Finish>
-void sum_segments_of_ranks(const Executor& run, const GridView& grid, int n, Count count, Value value, IsOwn is_own,
-                           Finish finish) {
+void sum_segments_of_ranks(const Executor& run, const GridView& grid, const Segments<Count>& segments, Value value,
+                           IsOwn is_own, Finish finish) {
   using Sum = decltype(value(0, 0));
-  if (!grid.layout.is_divided()) return run.sum_segments(n, count, value, finish);
+  const int n = segments.n;
+  if (!grid.layout.is_divided()) return run.sum_segments(n, segments.count, value, finish);
   Sum* mine = values_of_ranks<Sum>(grid) + run.rank() * n;
   run.sum_segments(
-      n, count, [=] LICHTENBERG_HOST_DEVICE(int s, int t) { return is_own(s, t) ? value(s, t) : Sum{}; },
+      n, segments.count, [=] LICHTENBERG_HOST_DEVICE(int s, int t) { return is_own(s, t) ? value(s, t) : Sum{}; },
       [=] LICHTENBERG_HOST_DEVICE(int s, const Sum& sum) { mine[s] = sum; });
   add_ranks<Sum>(run, grid, n, finish);
 }

@@ -113,12 +113,11 @@ template <class Executor>
 void sum_bodies(const Executor& run, SolvedView solved, BodyResult* result) {
   const ProblemView& problem = solved.problem;
   const GridView& grid = solved.grid;
+  const auto count = [=] LICHTENBERG_HOST_DEVICE(int rank) {
+    return grid.link_start(rank + 1) - grid.link_start(rank) + grid.direct.start[rank + 1] - grid.direct.start[rank];
+  };
   sum_segments_of_ranks(
-      run, grid, problem.bodies,
-      [=] LICHTENBERG_HOST_DEVICE(int rank) {
-        return grid.link_start(rank + 1) - grid.link_start(rank) + grid.direct.start[rank + 1] -
-               grid.direct.start[rank];
-      },
+      run, grid, Segments<decltype(count)>{problem.bodies, count},
       [=] LICHTENBERG_HOST_DEVICE(int rank, int t) {
         const int links = grid.link_start(rank + 1) - grid.link_start(rank);
         if (t < links) return solved.link_result(grid.link_start(rank) + t);
@@ -143,11 +142,11 @@ void sum_sides(const Executor& run, SolvedView solved, SideResult* result) {
   const auto first = [at] LICHTENBERG_HOST_DEVICE(int segment, int next) {
     return (segment % side_parts + next) * faces_of(at, segment / side_parts) / side_parts;
   };
+  const auto count = [=] LICHTENBERG_HOST_DEVICE(int segment) {
+    return solved.problem.electrode[segment / side_parts] ? first(segment, 1) - first(segment, 0) : 0;
+  };
   sum_segments_of_ranks(
-      run, solved.grid, 4 * side_parts,
-      [=] LICHTENBERG_HOST_DEVICE(int segment) {
-        return solved.problem.electrode[segment / side_parts] ? first(segment, 1) - first(segment, 0) : 0;
-      },
+      run, solved.grid, Segments<decltype(count)>{4 * side_parts, count},
       [=] LICHTENBERG_HOST_DEVICE(int segment, int t) {
         return solved.face_result(segment / side_parts, first(segment, 0) + t);
       },

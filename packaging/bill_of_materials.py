@@ -117,12 +117,12 @@ def declared_packages():
 
 
 def linked_packages(program):
-    """Returns the packages of the libraries that the program itself names; what these load is theirs."""
+    """Returns the packages of the shared libraries that the program names, without those that these load."""
     needed = re.findall(r"NEEDED\s+(\S+)", subprocess.run(["objdump", "-p", program], capture_output=True, text=True, check=True).stdout)
     paths = dict(re.findall(r"(\S+) => (\S+)", subprocess.run(["ldd", program], capture_output=True, text=True, check=True).stdout))
     packages = set()
     for path in (Path(paths[name]).resolve() for name in needed if name in paths):
-        names = {str(path), str(path).removeprefix("/usr")}  # dpkg knows the name before /lib became a link
+        names = {str(path), str(path).removeprefix("/usr")}  # dpkg may have the path without /usr, from before the merge of the two
         owner = subprocess.run(["dpkg-query", "-S", *names], capture_output=True, text=True, check=False).stdout
         if not owner:
             raise Refused(f"{path} belongs to no Debian package, so that its licence is unknown")

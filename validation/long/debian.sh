@@ -22,7 +22,7 @@ if [[ ${LICHTENBERG_OWN_MOUNTS:-} != yes ]]; then exec env LICHTENBERG_OWN_MOUNT
 
 root=$(mktemp -d "/var/tmp/lichtenberg-$release.XXXXXX")
 remove_root() {
-  umount -q "$root/proc" "$root/dev" || true
+  umount "$root/proc" "$root/dev" 2>/dev/null || true
   mountpoint -q "$root/dev" || rm -rf --one-file-system "$root"
 }
 trap remove_root EXIT

@@ -59,14 +59,14 @@ def build_other():
     return build / "lichtenberg"
 
 
-def compare(what, rows, first, second):
+def compare(kind, rows, first, second):
     """Prints and returns the scenes with differences. `first` and `second` run a row in a folder."""
     failed = []
     for row in rows:
         with tempfile.TemporaryDirectory(prefix="lichtenberg-bits-") as folder:
             start = time.monotonic()
             names = differing(first(row, Path(folder)), second(row, Path(folder)))
-            print(f"{what}: {row['scene']} {row['command']}: {len(names)} arrays differ {names[:3]} ({time.monotonic() - start:.1f} s)", flush=True)
+            print(f"{kind}: {row['scene']} {row['command']}: {len(names)} arrays differ {names[:3]} ({time.monotonic() - start:.1f} s)", flush=True)
             if names:
                 failed.append(row["scene"])
     return failed

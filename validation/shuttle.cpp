@@ -187,8 +187,7 @@ void voltage(Report& report) {
 void contact_gaps(Report& report, bool is_long) {
   const Set real = {.gap = 10e-3, .contact_gap = 3e-3};
   const Crossing at_contact = theory_of(real).overdamped;
-  for (const double gap :
-       is_long ? std::vector<double>{1, 0.3, 0.1, 0.03, 0.01, 0.003} : std::vector<double>{1, 0.1, 0.01}) {
+  for (const double gap : is_long ? std::vector<double>{1, 0.3, 0.1, 0.03, 0.01, 0.003} : std::vector<double>{0.1}) {
     const Set set = {.gap = 10e-3, .cells = 384, .contact_gap = gap};
     const Crossing found = overdamped(report, set);
     fmt::print("    current, over that at .003 R: {:.4f}\n", found.current() / at_contact.current());
@@ -197,7 +196,7 @@ void contact_gaps(Report& report, bool is_long) {
 
 void finer_grids(Report& report, bool is_long) {
   const Set set = {.gap = 5e-3};
-  for (const int cells : is_long ? std::vector<int>{48, 96, 192, 384, 768} : std::vector<int>{48, 96, 192}) {
+  for (const int cells : is_long ? std::vector<int>{48, 96, 192, 384, 768} : std::vector<int>{48, 96}) {
     Set finer = set;
     finer.cells = cells;
     overdamped(report, finer);
@@ -230,8 +229,7 @@ int validate(int argc, char** argv) {
   Report report("The charge shuttle between two plates, against exact two-dimensional theory");
 
   report.section("without inertia, relative errors: gaps");
-  for (const double gap :
-       is_long ? std::vector<double>{1e-3, 2e-3, 5e-3, 10e-3, 20e-3} : std::vector<double>{2e-3, 10e-3})
+  for (const double gap : is_long ? std::vector<double>{1e-3, 2e-3, 5e-3, 10e-3, 20e-3} : std::vector<double>{10e-3})
     overdamped(report, {.gap = gap, .cells = gap > 15e-3 ? 384 : 192});
   report.section("without inertia: cells");
   finer_grids(report, is_long);
@@ -240,7 +238,7 @@ int validate(int argc, char** argv) {
   report.section("voltage (D 4.7)");
   voltage(report);
   report.section("with the inertia of steel");
-  for (const double gap : is_long ? std::vector<double>{1e-3, 2e-3, 5e-3, 10e-3} : std::vector<double>{1e-3, 5e-3})
+  for (const double gap : is_long ? std::vector<double>{1e-3, 2e-3, 5e-3, 10e-3} : std::vector<double>{1e-3})
     inertia(report, {.gap = gap});
   three_dimensions();
   return report.exit_status();

@@ -131,7 +131,7 @@ TEST_CASE("device, unbounded: one charge flies, two move apart by Coulomb's law"
   }
 }
 
-TEST_CASE("device, unbounded: resumed runs and batches have the same bits") {
+TEST_CASE("device, unbounded: resumed runs and batches have equal bits" * doctest::test_suite("long")) {
   const Scene scene = exploding(1e-3);
   const grains::Run cpu(scene);
   const Checkpoint start = cpu.gas.save();

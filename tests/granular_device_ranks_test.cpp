@@ -79,7 +79,7 @@ TEST_CASE("ranks: a gas that exchanges charge has equal bits on one and two") {
 TEST_CASE("ranks: rows of contacts across two have the same bits") {
   Scene scene = long_lattice(24);
   scene.mechanics.step = 0.002;
-  check_same_on_ranks(scene, 30, 2);
+  check_same_on_ranks(scene, 90, 2);
 }
 
 TEST_CASE("ranks: a neutral gas has the same bits on one, two and three" * doctest::test_suite("long")) {

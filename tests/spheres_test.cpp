@@ -237,13 +237,10 @@ TEST_CASE("insulated box, one sphere at -100 V: all potentials equal, no charge"
   }
 }
 
-/// Compares columns of the capacitance matrix with charges at unit potentials.
 void check_columns(SphereProblem problem, double accuracy) {
-  SphereSolver solver({.accuracy = accuracy});
-  const std::vector<double> matrix = solver.capacitance_matrix(problem);
+  const std::vector<double> matrix = SphereSolver({.accuracy = accuracy}).capacitance_matrix(problem);
   const std::size_t groups = problem.groups.size();
-  double largest = 0;
-  for (const double charge : matrix) largest = std::max(largest, std::abs(charge));
+  const double largest = std::abs(std::ranges::max(matrix, {}, [](double c) { return std::abs(c); }));
   for (const std::size_t column : {std::size_t{0}, groups / 2, groups - 1}) {
     for (std::size_t g = 0; g < groups; ++g)
       problem.groups[g] = {.floating = false, .potential = g == column ? 1. : 0.};

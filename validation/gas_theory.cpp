@@ -64,7 +64,7 @@ void closed_forms(Report& report) {
 
 void chance(Report& report, bool all) {
   report.section("collision integrals by Monte Carlo: differences in standard errors");
-  const int samples = all ? 20'000'000 : 1'000'000;
+  const int samples = all ? 20'000'000 : 200'000;
   const Aggregates gas{.density = 0.1, .temperature = 0.02, .charge_square = 0.03, .mass = 5, .diameter = 1.7};
   for (const double bjerrum : {0.05, 1.0, 20.0}) {
     const double coupling = bjerrum * 0.02 * 1.7 / 0.03;

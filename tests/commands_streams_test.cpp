@@ -98,7 +98,7 @@ TEST_CASE("ensemble: runs and tabulates members with stdout closed, stderr full"
   CHECK(std::filesystem::exists(folder / "moving-ensemble" / "ensemble.json"));
 }
 
-TEST_CASE("plot, view and export: write their files with closed or full streams") {
+TEST_CASE("plot, view and export: write with closed or full streams" * doctest::test_suite("long")) {
   const Moving folder;
   REQUIRE(run(folder, "run moving.toml --quiet").status == 0);
   for (const std::string streams : {">/dev/full", ">&-", ">&- 2>&-", ">/dev/full 2>/dev/full"}) {

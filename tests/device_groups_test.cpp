@@ -277,7 +277,7 @@ TEST_CASE("device solver after forget(): gives the bits of a new solver") {
   }
 }
 
-TEST_CASE("device kernels: recorded again only after long absence of strong links") {
+TEST_CASE("device kernels: recorded again after absence of strong links" * doctest::test_suite("long")) {
   CutCellOptions options;
   options.cells = 64;
   options.tolerance = 1e-2;

@@ -51,11 +51,11 @@ void check_equal(const Checkpoint& one, const Checkpoint& other) {
     CHECK(values == other.integers.at(name));
   }
 }
-void check_same_on_ranks(const Scene& scene, int steps) {
+void check_same_on_ranks(const Scene& scene, int steps, int most_ranks = 3) {
   const Checkpoint start = granular::Gas(scene).save();
   const Checkpoint one = after_steps(scene, start, 1, steps);
   CHECK(one.integers.at("counters").at(2) > 10);
-  for (const int ranks : {2, 3}) {
+  for (int ranks = 2; ranks <= most_ranks; ++ranks) {
     CAPTURE(ranks);
     check_equal(one, after_steps(scene, start, ranks, steps));
   }
@@ -72,13 +72,23 @@ Scene exchanging_gas() {
 
 }  // namespace
 
-TEST_CASE("ranks: a neutral gas has the same bits on one, two and three") {
+TEST_CASE("ranks: a gas that exchanges charge has equal bits on one and two") {
+  check_same_on_ranks(exchanging_gas(), 15, 2);
+}
+
+TEST_CASE("ranks: rows of contacts across two have the same bits") {
+  Scene scene = long_lattice(24);
+  scene.mechanics.step = 0.002;
+  check_same_on_ranks(scene, 90, 2);
+}
+
+TEST_CASE("ranks: a neutral gas has the same bits on one, two and three" * doctest::test_suite("long")) {
   Scene scene = gas(2500, 24, 3);
   scene.mechanics.step = 0.05;
   check_same_on_ranks(scene, 60);
 }
 
-TEST_CASE("ranks: a charged gas has the same bits on one, two and three") {
+TEST_CASE("ranks: a charged gas has the same bits on one, two and three" * doctest::test_suite("long")) {
   Scene scene = gas(800, 16, 2);
   for (std::size_t i = 0; i < scene.conductors.size(); ++i) scene.conductors[i].charge = i % 2 ? 1 : -1;
   scene.effects.add(effects::CoulombOptions{.strength = 1, .accuracy = 1e-4});
@@ -87,21 +97,21 @@ TEST_CASE("ranks: a charged gas has the same bits on one, two and three") {
   check_same_on_ranks(scene, 60);
 }
 
-TEST_CASE("ranks: a gas that exchanges charge has equal bits on one, two and three") {
+TEST_CASE("ranks: a gas that exchanges charge has equal bits on one, two and three" * doctest::test_suite("long")) {
   const Scene scene = exchanging_gas();
   check_same_on_ranks(scene, 30);
   CHECK(after_steps(scene, granular::Gas(scene).save(), 2, 30).integers.at("effects.charge_exchange.counters").at(1) >
         20);
 }
 
-TEST_CASE("ranks: a run that resumes on other numbers of ranks has the same bits") {
+TEST_CASE("ranks: a run that resumes on other numbers of ranks has the same bits" * doctest::test_suite("long")) {
   const Scene scene = exchanging_gas();
   const Checkpoint start = granular::Gas(scene).save(), middle = after_steps(scene, start, 1, 20);
   const Checkpoint end = after_steps(scene, middle, 1, 20);
   check_equal(end, after_steps(scene, after_steps(scene, start, 3, 20), 2, 20));
 }
 
-TEST_CASE("ranks: rows of contacts across them have the same bits") {
+TEST_CASE("ranks: rows of contacts across three have the same bits" * doctest::test_suite("long")) {
   Scene scene = long_lattice(60);
   scene.mechanics.step = 0.002;
   check_same_on_ranks(scene, 90);

@@ -39,28 +39,35 @@ TEST_CASE("two spheres: gaps down to 1e-5 R meet the requested accuracy") {
     }
 }
 
-TEST_CASE("three spheres, gaps of 0.01 to 0.1 R: errors within twice the request") {
-  for (const double gap : {0.1, 0.03, 0.01})
-    for (const bool row : {true, false}) {
-      CAPTURE(gap);
-      CAPTURE(row);
-      const double d = 2 + gap;
-      const Vec3 third = row ? Vec3{2 * d, 0, 0} : Vec3{0.5 * d, std::sqrt(0.75) * d, 0};
-      SphereProblem problem{.free_space = true, .permittivity = 1};
-      problem.spheres = {{{0, 0, 0}, 1, 0}, {{d, 0, 0}, 1, 1}, {third, 1, 2}};
-      problem.groups = {{.floating = false, .potential = -1}, {.charge = 15}, {.charge = 0}};
-      // Harmonics without a close-pair correction: exp(-alpha 200), alpha = acosh(1 + gap/2), is 2e-9 at 0.01 R.
-      const SphereSolution exact = SphereSolver({.accuracy = 1e-10, .degree = 200}).solve(problem);
-      for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-6}) {
-        CAPTURE(accuracy);
-        const SphereSolution found = SphereSolver({.accuracy = accuracy}).solve(problem);
-        for (int i = 0; i < 3; ++i) {
-          CHECK(std::abs(found.group_potential[i] - exact.group_potential[i]) < accuracy);
-          // The error is linear in the truncation at each gap of a sphere, and there are two gaps.
-          CHECK(norm(found.sphere_force[i] - exact.sphere_force[i]) < 2 * accuracy * norm(exact.sphere_force[0]));
-        }
-      }
+/// Compares three spheres, in a row or in a triangle, with harmonics without a close-pair correction: exp(-alpha 200),
+/// alpha = acosh(1 + gap/2), is 2e-9 at 0.01 R.
+void check_three_spheres(double gap, bool row) {
+  CAPTURE(gap);
+  CAPTURE(row);
+  const double d = 2 + gap;
+  const Vec3 third = row ? Vec3{2 * d, 0, 0} : Vec3{0.5 * d, std::sqrt(0.75) * d, 0};
+  SphereProblem problem{.free_space = true, .permittivity = 1};
+  problem.spheres = {{{0, 0, 0}, 1, 0}, {{d, 0, 0}, 1, 1}, {third, 1, 2}};
+  problem.groups = {{.floating = false, .potential = -1}, {.charge = 15}, {.charge = 0}};
+  const SphereSolution exact = SphereSolver({.accuracy = 1e-10, .degree = 200}).solve(problem);
+  for (const double accuracy : {1e-2, 1e-3, 1e-4, 1e-6}) {
+    CAPTURE(accuracy);
+    const SphereSolution found = SphereSolver({.accuracy = accuracy}).solve(problem);
+    for (int i = 0; i < 3; ++i) {
+      CHECK(std::abs(found.group_potential[i] - exact.group_potential[i]) < accuracy);
+      // The error is linear in the truncation at each gap of a sphere, and there are two gaps.
+      CHECK(norm(found.sphere_force[i] - exact.sphere_force[i]) < 2 * accuracy * norm(exact.sphere_force[0]));
     }
+  }
+}
+
+TEST_CASE("three spheres in a row, gaps of 0.03 R: errors within twice the request") {
+  check_three_spheres(0.03, true);
+}
+
+TEST_CASE("three spheres, gaps of 0.01 to 0.1 R: errors as requested" * doctest::test_suite("long")) {
+  for (const double gap : {0.1, 0.03, 0.01})
+    for (const bool row : {true, false}) check_three_spheres(gap, row);
 }
 
 TEST_CASE("three spheres with gaps of 1e-4 R: accurate as requested") {
@@ -131,21 +138,35 @@ TEST_CASE("close-pair correction of spheres: threads give identical bits") {
   for (int i = 0; i < 12; ++i) CHECK(alone.sphere_force[i] == together.sphere_force[i]);
 }
 
-TEST_CASE("spheres with gaps of 1e-3: force is energy derivative, field is dV/gap") {
+/// Returns a box with a gap above an electrode and one between two spheres.
+SphereProblem box_with_gaps(double gap) {
   SphereProblem problem = mixed_box();
-  const double gap = 1e-3;
   problem.spheres[0].centre.z = 0.15 + gap;  // Above an electrode.
   problem.spheres[2].centre = problem.spheres[1].centre + Vec3{0.6, -0.48, 0.64} * (0.32 + gap);
   problem.groups[2] = {.floating = false, .potential = -1};
-  // Fourth order in step / gap = 0.05, with a fifth derivative of about 24 forces: 6e-6 of the force.
-  SphereSolver solver({.accuracy = 1e-9});
-  const SphereSolution found = solver.solve(problem);
+  return problem;
+}
+
+/// Compares a force with the energy's derivative: fourth order in step / gap = 0.05, with a fifth derivative of about
+/// 24 forces: 6e-6 of the force.
+void check_slope(const SphereProblem& problem, const SphereSolution& found, int sphere, int axis, double gap) {
+  CAPTURE(sphere);
+  CAPTURE(axis);
+  CHECK(std::abs(slope_error(problem, sphere, axis, 0.05 * gap, 1e-9)) < 1e-5 * norm(found.sphere_force[sphere]));
+}
+
+TEST_CASE("spheres with gaps of 1e-3: forces are energy derivatives" * doctest::test_suite("long")) {
+  const SphereProblem problem = box_with_gaps(1e-3);
+  const SphereSolution found = SphereSolver({.accuracy = 1e-9}).solve(problem);
   for (const int sphere : {0, 2})
-    for (int axis = 0; axis < 3; ++axis) {
-      CAPTURE(sphere);
-      CAPTURE(axis);
-      CHECK(std::abs(slope_error(problem, sphere, axis, 0.05 * gap, 1e-9)) < 1e-5 * norm(found.sphere_force[sphere]));
-    }
+    for (int axis = 0; axis < 3; ++axis) check_slope(problem, found, sphere, axis, 1e-3);
+}
+
+TEST_CASE("spheres with gaps of 1e-3: force is energy derivative, field is dV/gap") {
+  const double gap = 1e-3;
+  const SphereProblem problem = box_with_gaps(gap);
+  const SphereSolution found = SphereSolver({.accuracy = 1e-9}).solve(problem);
+  check_slope(problem, found, 2, 0, gap);
   // In the middle of a gap between curved surfaces the field is the difference over the gap, within gap / R.
   const Vec3 middle = problem.spheres[1].centre + Vec3{0.6, -0.48, 0.64} * (0.2 + 0.5 * gap);
   SphereSolver rough({.accuracy = 1e-3});  // At this low degree the close-pair correction dominates the field.

@@ -62,7 +62,7 @@ TEST_CASE("spheres at fixed degrees 1 to 6: forces are energy derivatives") {
   }
 }
 
-TEST_CASE("64 spheres (cell method) at degree 2: a force is the energy derivative") {
+TEST_CASE("64 spheres (cell method) at degree 2: force is energy derivative" * doctest::test_suite("long")) {
   SphereProblem box{.permittivity = 1};
   box.box.lengths = {4, 4, 4};
   box.box.sides.fill(Boundary::periodic);
@@ -237,26 +237,25 @@ TEST_CASE("insulated box, one sphere at -100 V: all potentials equal, no charge"
   }
 }
 
-TEST_CASE("sphere capacitance matrix: columns are charges at unit potentials") {
-  const auto check_columns = [](SphereProblem problem, double accuracy) {
-    SphereSolver solver({.accuracy = accuracy});
-    const std::vector<double> matrix = solver.capacitance_matrix(problem);
-    const std::size_t groups = problem.groups.size();
-    double largest = 0;
-    for (const double charge : matrix) largest = std::max(largest, std::abs(charge));
-    for (const std::size_t column : {std::size_t{0}, groups / 2, groups - 1}) {
-      for (std::size_t g = 0; g < groups; ++g)
-        problem.groups[g] = {.floating = false, .potential = g == column ? 1. : 0.};
-      std::vector<double> charge(groups);
-      const SphereSolution solution = SphereSolver({.accuracy = accuracy}).solve(problem);
-      for (std::size_t i = 0; i < problem.spheres.size(); ++i)
-        charge[problem.spheres[i].group] += solution.sphere_charge[i];
-      for (std::size_t g = 0; g < groups; ++g) {
-        CHECK(std::abs(matrix[g * groups + column] - charge[g]) < accuracy * largest);
-        CHECK(std::abs(matrix[g * groups + column] - matrix[column * groups + g]) < accuracy * largest);
-      }
+void check_columns(SphereProblem problem, double accuracy) {
+  const std::vector<double> matrix = SphereSolver({.accuracy = accuracy}).capacitance_matrix(problem);
+  const std::size_t groups = problem.groups.size();
+  const double largest = std::abs(std::ranges::max(matrix, {}, [](double c) { return std::abs(c); }));
+  for (const std::size_t column : {std::size_t{0}, groups / 2, groups - 1}) {
+    for (std::size_t g = 0; g < groups; ++g)
+      problem.groups[g] = {.floating = false, .potential = g == column ? 1. : 0.};
+    std::vector<double> charge(groups);
+    const SphereSolution solution = SphereSolver({.accuracy = accuracy}).solve(problem);
+    for (std::size_t i = 0; i < problem.spheres.size(); ++i)
+      charge[problem.spheres[i].group] += solution.sphere_charge[i];
+    for (std::size_t g = 0; g < groups; ++g) {
+      CHECK(std::abs(matrix[g * groups + column] - charge[g]) < accuracy * largest);
+      CHECK(std::abs(matrix[g * groups + column] - matrix[column * groups + g]) < accuracy * largest);
     }
-  };
+  }
+}
+
+TEST_CASE("sphere capacitance matrix: columns are charges at unit potentials") {
   SphereProblem problem{.permittivity = 2};
   problem.box.lengths = {1, 1.2, 0.9};
   for (int i = 0; i < 11; ++i) {  // More than eight groups; the last one has two spheres.
@@ -269,6 +268,9 @@ TEST_CASE("sphere capacitance matrix: columns are charges at unit potentials") {
   check_columns(problem, 1e-8);
   problem.free_space = true;
   check_columns(problem, 1e-8);
+}
+
+TEST_CASE("capacitance matrix of 64 spheres: columns are charges" * doctest::test_suite("long")) {
   SphereProblem many{.permittivity = 2};
   many.box.lengths = {4, 4, 4};
   many.box.sides[2] = Boundary::electrode;

@@ -142,7 +142,7 @@ TEST_CASE("kinetic rates: power laws give closed forms, also from tables") {
   }
 }
 
-TEST_CASE("kinetic rates: equal Monte Carlo collision integrals") {
+TEST_CASE("kinetic rates: equal Monte Carlo collision integrals" * doctest::test_suite("long")) {
   for (const double bjerrum : {0.3, 2.0}) {
     const Aggregates gas{.density = 0.1, .temperature = 0.5, .charge_square = 0.7, .mass = 3, .diameter = 1.4};
     const double coupling = bjerrum * 0.5 * 1.4 / 0.7;

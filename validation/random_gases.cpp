@@ -1,6 +1,6 @@
 // Random small gases: compares mesh sums of charges with Ewald's, and multirate steps with CVODE.
 //
-//   random_gases         thirty of each
+//   random_gases         ten of each
 //   random_gases long    ten thousand
 //   random_gases N [M]   N, from seed M on
 //   random_gases N M sums    sums only; N M steps: motions only
@@ -309,7 +309,7 @@ void steps(Report& report, std::uint64_t first, int count) {
 
 int validate(int argc, char** argv) {
   const bool all = long_run_requested(argc, argv);
-  const int requested = argc > 1 && !all ? std::atoi(argv[1]) : 0, count = all ? 10000 : requested > 0 ? requested : 30;
+  const int requested = argc > 1 && !all ? std::atoi(argv[1]) : 0, count = all ? 10000 : requested > 0 ? requested : 10;
   const std::uint64_t first = argc > 2 ? static_cast<std::uint64_t>(std::atoll(argv[2])) : 0;
   const std::string_view only = argc > 3 ? argv[3] : "";
   Report report("Random small gases");

@@ -168,9 +168,9 @@ void inertia(Report& report, Set set) {
 }
 
 /// Tests R_E ~ 1 / V^2 (D 4.7), exact without inertia: all forces scale with V^2, all charges with V.
-void voltage(Report& report) {
+void voltage(Report& report, bool is_long) {
   std::vector<double> voltages, resistances;
-  for (const double v : {4.5e3, 9e3, 18e3}) {
+  for (const double v : is_long ? std::vector{4.5e3, 9e3, 18e3} : std::vector{4.5e3, 18e3}) {
     const Set set = {.gap = 5e-3, .voltage = v};
     const Crossing found = run(set, theory_of(set).overdamped.time, crossings);
     voltages.push_back(v);
@@ -187,9 +187,8 @@ void voltage(Report& report) {
 void contact_gaps(Report& report, bool is_long) {
   const Set real = {.gap = 10e-3, .contact_gap = 3e-3};
   const Crossing at_contact = theory_of(real).overdamped;
-  for (const double gap :
-       is_long ? std::vector<double>{1, 0.3, 0.1, 0.03, 0.01, 0.003} : std::vector<double>{1, 0.1, 0.01}) {
-    const Set set = {.gap = 10e-3, .cells = 384, .contact_gap = gap};
+  for (const double gap : is_long ? std::vector<double>{1, 0.3, 0.1, 0.03, 0.01, 0.003} : std::vector<double>{0.1}) {
+    const Set set = {.gap = 10e-3, .cells = is_long ? 384 : 192, .contact_gap = gap};
     const Crossing found = overdamped(report, set);
     fmt::print("    current, over that at .003 R: {:.4f}\n", found.current() / at_contact.current());
   }
@@ -197,7 +196,7 @@ void contact_gaps(Report& report, bool is_long) {
 
 void finer_grids(Report& report, bool is_long) {
   const Set set = {.gap = 5e-3};
-  for (const int cells : is_long ? std::vector<int>{48, 96, 192, 384, 768} : std::vector<int>{48, 96, 192}) {
+  for (const int cells : is_long ? std::vector<int>{48, 96, 192, 384, 768} : std::vector<int>{48, 96}) {
     Set finer = set;
     finer.cells = cells;
     overdamped(report, finer);
@@ -230,17 +229,16 @@ int validate(int argc, char** argv) {
   Report report("The charge shuttle between two plates, against exact two-dimensional theory");
 
   report.section("without inertia, relative errors: gaps");
-  for (const double gap :
-       is_long ? std::vector<double>{1e-3, 2e-3, 5e-3, 10e-3, 20e-3} : std::vector<double>{2e-3, 10e-3})
+  for (const double gap : is_long ? std::vector<double>{1e-3, 2e-3, 5e-3, 10e-3, 20e-3} : std::vector<double>{10e-3})
     overdamped(report, {.gap = gap, .cells = gap > 15e-3 ? 384 : 192});
   report.section("without inertia: cells");
   finer_grids(report, is_long);
   report.section("without inertia: contact gap");
   contact_gaps(report, is_long);
   report.section("voltage (D 4.7)");
-  voltage(report);
+  voltage(report, is_long);
   report.section("with the inertia of steel");
-  for (const double gap : is_long ? std::vector<double>{1e-3, 2e-3, 5e-3, 10e-3} : std::vector<double>{1e-3, 5e-3})
+  for (const double gap : is_long ? std::vector<double>{1e-3, 2e-3, 5e-3, 10e-3} : std::vector<double>{1e-3})
     inertia(report, {.gap = gap});
   three_dimensions();
   return report.exit_status();

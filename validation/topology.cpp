@@ -170,17 +170,17 @@ void report_checks(Report& report, const Checks& checks) {
 /// Reports trees of uniform points, of points with a minimum distance, and of the start of the source's main run.
 RandomTrees report_random(Report& report, bool large) {
   UniformRandom random(2018);
-  const RandomTrees uniform = large ? trees_on_torus(1000000, 10, 0, random) : trees_on_torus(10000, 40, 0, random);
+  const RandomTrees uniform = large ? trees_on_torus(1000000, 10, 0, random) : trees_on_torus(10000, 10, 0, random);
   report_checks(report, uniform.checks);
 
   print_fractions_head("Minimum spanning trees: degrees, Strahler numbers a point");
-  print_fractions(large ? "uniform, torus, N = 1e6, 10 trees" : "uniform, torus, N = 1e4, 40 trees", uniform.fractions);
+  print_fractions(large ? "uniform, torus, N = 1e6, 10 trees" : "uniform, torus, N = 1e4, 10 trees", uniform.fractions);
   for (const int n : {1000, 324, 100}) {
-    const int trees = (large ? 1000000 : 200000) / n;
+    const int trees = (large ? 1000000 : 50000) / n;
     print_fractions(fmt::format("uniform, torus, N = {}", n), trees_on_torus(n, trees, 0, random).fractions);
   }
   TreeFractions square;
-  for (int k = 0; k < (large ? 3000 : 600); ++k) {
+  for (int k = 0; k < (large ? 3000 : 150); ++k) {
     const std::vector<Vec2> point = uniform_points(324, random);
     square.add(euclidean_minimum_spanning_tree(point), point);
   }
@@ -227,10 +227,10 @@ void report_hard_core(Report& report, bool large, const TreeFractions& uniform) 
   print_fractions_head("The same of points that keep a distance d (spheres do); d in units of rho^(-1/2)");
   for (const double spacing : {0.2, 0.4, 0.7, 0.8})
     print_fractions(fmt::format("torus, d = {}", spacing),
-                    trees_on_torus(large ? 100000 : 10000, large ? 4 : 10, spacing, random).fractions);
-  const RandomTrees like = trees_on_torus(large ? 100000 : 10000, 20, dendrite_spacing, random);
+                    trees_on_torus(large ? 100000 : 10000, 4, spacing, random).fractions);
+  const RandomTrees like = trees_on_torus(large ? 100000 : 10000, large ? 20 : 5, dendrite_spacing, random);
   print_fractions(fmt::format("torus, d = {:.2f}, the dendrite's", dendrite_spacing), like.fractions);
-  const TreeFractions start = dendrite_starts(large ? 300 : 60);
+  const TreeFractions start = dendrite_starts(large ? 300 : 15);
   print_fractions("first instants of the dendrite", start);
   for (const auto& [name, source, error] :
        {std::tuple{"7.16", source_f, source_f_error}, std::tuple{"7.10", experiment_f, experiment_f_error}}) {

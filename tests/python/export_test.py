@@ -366,6 +366,7 @@ class OverwriteTest(unittest.TestCase):
             self.assertEqual(left, ["theirs"])
             self.assertIn("out was written by another export at the same time", raised)
 
+    @runs.long
     def test_processes_that_replace_one_folder_leave_it_whole(self):
         out = exported(runs.seedling(), "csv").rename(runs.FOLDER / "contended")
         names = sorted(os.listdir(out))

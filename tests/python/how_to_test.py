@@ -91,6 +91,7 @@ class Pages(SmallScenes):
                 self.call(command.replace("stop.time=200", "stop.time=2"))
         self.assertEqual(len(load("dendrite.h5")), 13)  # the last command began again
 
+    @runs.long
     def test_several_processes(self):
         self.enter_folder("several-processes")
         here = shutil.which("mpirun")
@@ -253,6 +254,7 @@ class Table(SmallScenes):
     # No scene setting makes this command shorter.
     SHORTER = {"work-precision scenes/dendrite-snapshot.toml": " --sizes 64,128"}
 
+    @runs.long
     def test_each_command(self):
         page = (runs.HOME / "docs/how-to/index.md").read_text()
         table = page[page.index("## Commands by task") : page.index("## Questions")]

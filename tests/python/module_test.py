@@ -16,6 +16,7 @@ sys.path.insert(0, str(SOURCE / "python"))
 import numpy as np
 
 import lichtenberg as li
+import runs
 from lichtenberg import core
 
 if core.find() is None:
@@ -659,6 +660,7 @@ class CompiledEffects(unittest.TestCase):
             with self.assertRaisesRegex(li.InputError, r"no table \[effects.drift\]"):
                 li.Scene(FALL, compiled=drift)
 
+    @runs.long
     def test_a_changed_effect_and_a_changed_header_are_compiled_again(self):
         inline = DRIFT.replace("const EffectKind& DriftOptions", "inline const EffectKind& DriftOptions")
         with tempfile.TemporaryDirectory() as folder:

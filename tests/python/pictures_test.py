@@ -273,6 +273,7 @@ class Plates(PicturesTest):
         self.assertIn("there is no ffmpeg, which makes films of pictures: install Debian's package ffmpeg", without.stderr)
         self.assertEqual(self.text("scene.mp4"), "mine")
 
+    @runs.long
     def test_file_names_with_a_colon_or_leading_dash_are_accepted(self):
         for name in ("a:b", "-c"):
             shutil.copy(self.folder / "scene.h5", self.folder / f"{name}.h5")
@@ -285,6 +286,7 @@ class Plates(PicturesTest):
         for name in ("-c.mp4", "-d:e.mp4", "-c.html", "a:b.html"):
             self.assertGreater((self.folder / name).stat().st_size, 0)
 
+    @runs.long
     def test_an_unknown_mplbackend_in_the_environment_is_ignored(self):
         for command in ("plot scene.h5 --overwrite", "plot scene.h5 --series --overwrite"):
             ended = self.shell(f"MPLBACKEND=nonsense LICHTENBERG {command}")
@@ -301,6 +303,7 @@ class Plates(PicturesTest):
         self.assertFalse((self.folder / "scene.mp4").exists())
         self.assertEqual([path.name for path in self.folder.glob("*partial*")], [])
 
+    @runs.long
     def test_each_frame_appears_once_with_170_pixels_per_inch_of_the_picture(self):
         made_film = self.run_without_error("film", "scene.h5", "--rate", "10")
         self.assertEqual(made_film, "scene.mp4 shows 6 frames by potential in 0.6 s\n")
@@ -317,6 +320,7 @@ class Plates(PicturesTest):
         self.run_without_error(*words, command=runs.program)
         self.assertEqual(self.shell(probe.format("nb_read_frames") + "scene-charge.mp4").stdout, "3\n")
 
+    @runs.long
     def test_curves_of_several_results_and_frames_side_by_side(self):
         shutil.copy(self.folder / "scene.h5", self.folder / "twin.h5")
         self.run_without_error("plot", "scene.h5", "--series", "--observables", "energy,charge_held", "--out", "curves.svg")
@@ -411,6 +415,7 @@ picture = false
 
 
 class Gas(unittest.TestCase):
+    @runs.long
     def test_charge_and_cluster_give_different_pictures(self):
         for colour in ("charge", "cluster"):
             status, _, complaint = runs.command("plot", runs.gas(), "--colour", colour, "--out", f"{colour}.png")

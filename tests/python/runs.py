@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import unittest
 import warnings
 import zlib
 from functools import cache
@@ -19,6 +20,8 @@ os.environ.setdefault("LICHTENBERG", PROGRAM)
 
 from lichtenberg.__main__ import main  # noqa: E402
 from lichtenberg.seal import FOOTER, MAGIC  # noqa: E402
+
+long = unittest.skipUnless("LICHTENBERG_LONG" in os.environ, "is of the long tier")  # decorator of a test
 
 _folder = tempfile.TemporaryDirectory(prefix="lichtenberg-test-")
 atexit.register(_folder.cleanup)

@@ -67,6 +67,7 @@ def svg_of(path, *options):
 class PictureTest(unittest.TestCase):
     """Scales, camera, captions and curves of the page are those of `plot`."""
 
+    @runs.long
     def test_scales_have_range_label_and_ticks_of_plot(self):
         for path in (runs.seedling(), runs.gas(), runs.electrodes_in_space(), runs.packing()):
             about, _ = stored(page_of(path))
@@ -84,6 +85,7 @@ class PictureTest(unittest.TestCase):
                 ticks = {text.translate(NORMAL) for _, text in column["bar"]["ticks"]}
                 self.assertLessEqual(ticks, words)
 
+    @runs.long
     def test_colour_and_range_are_those_of_plot(self):
         for colour, own_range in [("charge", "-1e-12,4e-12"), ("force", "1e-9,1e-6"), ("potential", None), (None, "-20,30")]:
             options = [f"--colour={colour}"] * bool(colour) + [f"--range={own_range}"] * bool(own_range)
@@ -125,6 +127,7 @@ class PictureTest(unittest.TestCase):
             np.testing.assert_allclose([camera["low"], camera["high"]], [expected.low, expected.high], rtol=5e-6)  # Six digits.
             self.assertLessEqual({label["text"] for label in camera["labels"]}, svg_of(path))
 
+    @runs.long
     def test_captions_and_default_colour_are_those_of_plot(self):
         for path in (runs.seedling(), runs.gas(), runs.packing()):
             about, _ = stored(page_of(path))

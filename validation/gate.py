@@ -1,12 +1,14 @@
 #!/usr/bin/env python3
-"""Compares the instructions, cache misses and memory of fixed pieces of work and of whole runs with the last record.
+"""Compares instructions, cache misses and memory of fixed pieces of work with the last record.
 
     validation/gate.py [--build build-gate] [--record "REASON"] [NAME ...]
 
-valgrind counts, so that the load of the machine and its processor do not matter. The build must not use AVX-512, which
-valgrind lacks: `cmake --preset gate; ninja -C build-gate benchmark_gate lichtenberg`. Prints a row per piece. Exits with
-1 if one takes 5 % more instructions or 10 % more memory than in the last record of docs/measurements/gate.json, with 2
-for wrong input. --record adds a record for this commit, with the reason for what changed, and renders the page.
+The counts are those of valgrind and do not depend on the processor or on the load of the machine. The build must not use
+AVX-512, which valgrind lacks: `cmake --preset gate; ninja -C build-gate benchmark_gate lichtenberg`. Prints a row per piece. The last record is
+the first one of docs/measurements/gate.json.
+
+Exits with 1 if a piece takes 5 % more instructions or 10 % more memory than in the last record. Exits with 2 for wrong
+input. --record adds a record for this commit, with the reason for the change, and renders the page.
 """
 import argparse
 import concurrent.futures
@@ -87,7 +89,7 @@ def measure(piece, words):
 
 
 def faults_of(row, last, commit):
-    """Yields a sentence for each limit that a row exceeds."""
+    """Yields a message for each limit that a row exceeds."""
     for quantity, limit in LIMITS.items():
         if row[quantity] > limit * last[quantity]:
             yield (f"{row['piece']}: {quantity} grew by {100 * (row[quantity] / last[quantity] - 1):.1f} %, from {last[quantity]} "

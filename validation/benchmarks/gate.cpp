@@ -1,8 +1,9 @@
 // Fixed pieces of work on one thread, of which validation/gate.py counts the instructions.
 //
-//   benchmark_gate NAME      runs one piece; valgrind counts the instructions of its part `measured`
-//   benchmark_gate --list    prints the names
-//   benchmark_gate --time    prints the least time of each piece as a ratio to that of a transform of 64^3 numbers
+//   benchmark_gate NAME | --list | --time
+//
+// Runs one piece, of which valgrind counts the part `measured`, or prints the names. With --time, prints the least time of
+// each piece as a ratio to the time of a Fourier transform of 64^3 numbers.
 
 #include <fftw3.h>
 #include <fmt/format.h>

@@ -111,7 +111,7 @@ def call(words, log, limit, environment=None):
         return child.wait(limit)
     except subprocess.TimeoutExpired:
         return None
-    finally:  # also ends what the command left running, and what a signal to this program interrupts
+    finally:  # also ends processes that the command left behind, or that a signal to this program interrupts
         try:
             os.killpg(child.pid, signal.SIGKILL)
         except ProcessLookupError:
@@ -120,7 +120,7 @@ def call(words, log, limit, environment=None):
 
 
 def build(check, log):
-    """Builds what a check needs; returns an empty text, or what failed."""
+    """Builds the targets of a check. Returns an empty text, or the reason of a failure."""
     folder = HOME / ("build" if check["preset"] == "release" else f"build-{check['preset']}")
     if not (folder / "build.ninja").exists() and call(["cmake", "--preset", check["preset"]], log, LONGEST * 60) != 0:
         return f"the preset {check['preset']} was not configured"

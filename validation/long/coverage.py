@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 """Counts by gcovr, a Debian package, the lines and branches of src/ and solvers/ that the quick tier executes.
 
-    coverage.py [--keep] [--write] [--lines FOLDER]
+    validation/long/coverage.py [--keep] [--write] [--lines FOLDER]
 
 It builds the preset coverage, runs its tests, and prints a row for each folder. The option --keep counts without a build
 and without tests. The option --write renews docs/measurements/coverage.json; run docs/render_measurements.py afterwards.

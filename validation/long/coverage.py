@@ -1,13 +1,13 @@
 #!/usr/bin/python3
-"""Counts the lines and branches of src/ and solvers/ that the quick tier executes, with gcovr (Debian package gcovr).
+"""Counts the lines and branches of src/ and solvers/ that the quick tier executes, by gcovr.
 
     coverage.py [--keep] [--write] [--lines FOLDER]
 
-Builds the preset coverage, runs its tests, and prints a row for each folder. --keep counts without a build and without
-tests. --write renews docs/measurements/coverage.json; run docs/render_measurements.py afterwards. --lines prints the
-lines of a folder that no test executes. Branches that only exceptions take are not counted, nor are CUDA files, which a
-device executes. Exit status 1: a bound is not reached, a test fails, or a file below LISTED has no reason in
-coverage.json.
+It builds the preset coverage. It runs its tests and prints a row for each folder. The option --keep counts without a
+build and without tests. The option --write renews docs/measurements/coverage.json for docs/render_measurements.py. The
+option --lines prints the lines of a folder that no test executes. Branches that only exceptions take are not counted.
+CUDA files are not counted, because a device executes them. The exit status is 1 if a bound is not reached, if a test
+fails, or if a file below LISTED has no reason in coverage.json.
 """
 import argparse
 import datetime

@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # Builds a PETSc with CUDA from Debian's source package, for the preset `gpu`:
-#   cmake/petsc-cuda.sh PREFIX [--arch 90] [--cuda /usr/local/cuda] [--source petsc_*.orig.tar.*] [--jobs N]
+#   cmake/petsc-cuda.sh PREFIX [--mpi] [--arch 90] [--cuda /usr/local/cuda] [--source petsc_*.orig.tar.*] [--jobs N]
 # apt downloads the source (PETSc 3.22 of Debian 13) from this machine's mirror without changes to its list of sources;
 # --source uses a local file. --arch is the device's compute capability without the dot: 80 for an A100, 90 for an H100
-# or H200. The build has one process and double precision.
+# or H200. The build has double precision and one process, or with --mpi those of the MPI whose mpicc is in the PATH.
 set -euo pipefail
 
 here=$(dirname "$(readlink -f "${BASH_SOURCE[0]}")")
-prefix='' source='' arch=90 cuda=/usr/local/cuda jobs=$(nproc) suite=trixie
+prefix='' source='' mpi='' arch=90 cuda=/usr/local/cuda jobs=$(nproc) suite=trixie
 
 say() { printf 'petsc-cuda: %s\n' "$*" >&2; }
 
@@ -26,7 +26,11 @@ read_arguments() {
         printf -v "${1#--}" '%s' "$2"
         shift 2
         ;;
-      -*) fail "there is no option $1; known are --arch, --cuda, --source and --jobs" ;;
+      --mpi)
+        mpi=yes
+        shift
+        ;;
+      -*) fail "there is no option $1; known are --mpi, --arch, --cuda, --source and --jobs" ;;
       *)
         [[ ! $prefix ]] || fail "one folder to install into, not both $prefix and $1"
         prefix=$(realpath -m "$1")
@@ -44,6 +48,11 @@ check_tools() {
   for tool in python3 gcc g++ make patch pkg-config tar; do
     command -v $tool >/dev/null || fail "$tool is missing: apt-get install python3 g++ make patch pkg-config"
   done
+  if [[ $mpi ]]; then
+    for tool in mpicc mpicxx; do
+      command -v $tool >/dev/null || fail "--mpi: $tool is missing: apt-get install libopenmpi-dev"
+    done
+  fi
   [[ -x $cuda/bin/nvcc ]] || fail "there is no $cuda/bin/nvcc: install the CUDA toolkit, or say where it is with --cuda"
   [[ $(gcc -print-file-name=liblapack.so) == /* ]] || fail "LAPACK is missing: apt-get install liblapack-dev"
   for library in cudart cufft cublas cusparse cusolver curand; do
@@ -80,15 +89,16 @@ unpack() {
 
 # --with-cuda-dir would link a library that CUDA 13 does not contain.
 configure() {
-  local log=$work/configure.log library libraries=()
+  local log=$work/configure.log library libraries=() compilers=(--with-mpi=0 --with-cc=gcc --with-cxx=g++)
+  if [[ $mpi ]]; then compilers=(--with-mpi=1 --with-cc=mpicc --with-cxx=mpicxx); fi
   for library in cudart cufft cublas cusparse cusolver curand; do libraries+=("$cuda/lib64/lib$library.so"); done
   say "configuring (log: $log)"
   (
     cd "$work/petsc"
     IFS=,
     python3 ./configure PETSC_DIR="$PWD" PETSC_ARCH=cuda --prefix="$prefix" \
-      --with-mpi=0 --with-fc=0 --with-debugging=0 --with-shared-libraries=1 \
-      --with-cc=gcc --with-cxx=g++ --with-cxx-dialect=17 --with-cuda-dialect=17 \
+      "${compilers[@]}" --with-fc=0 --with-debugging=0 --with-shared-libraries=1 \
+      --with-cxx-dialect=17 --with-cuda-dialect=17 \
       --with-cuda=1 --with-cuda-arch="$arch" --with-cudac="$cuda/bin/nvcc" \
       --with-cuda-include="$cuda/include" --with-cuda-lib="[${libraries[*]}]" \
       "--with-blaslapack-lib=[-llapack,-lblas]" --with-x=0 --with-ssl=0 --with-petsc4py=0 \
@@ -106,6 +116,14 @@ build() {
     fail "PETSc could not be installed into $prefix" "$log"
 }
 
+# Adds the flags of MPI to PETSc's file for pkg-config, which leaves them to mpicc.
+add_mpi_flags() {
+  local file=$prefix/lib/pkgconfig/PETSc.pc shown
+  shown=$(mpicc -show)
+  flags() { grep -oE -- " $1[^ ]+" <<<"$shown" | tr -d '\n'; }
+  sed -i -e "s|^Cflags:.*|&$(flags -I)|" -e "s|^Libs:.*|&$(flags -L)$(flags -l)|" "$file"
+}
+
 read_arguments "$@"
 check_tools
 mkdir -p "$prefix" || fail "$prefix cannot be made"
@@ -114,7 +132,11 @@ if [[ $source ]]; then source=$(realpath "$source"); else download; fi
 unpack
 configure
 build
+if [[ $mpi ]]; then add_mpi_flags; fi
 rm -rf "$work"
 say "PETSc with CUDA is in $prefix; build lichtenberg with it:
   PKG_CONFIG_PATH=$prefix/lib/pkgconfig cmake --preset gpu -DCMAKE_CUDA_COMPILER=$cuda/bin/nvcc
   ninja -C build-gpu lichtenberg"
+if [[ $mpi ]]; then
+  say "if MPI cannot send from device memory, as Debian's Open MPI: PETSC_OPTIONS='-use_gpu_aware_mpi 0'"
+fi

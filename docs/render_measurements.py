@@ -65,8 +65,13 @@ PAGES = {
                 "have identical bits."),
     "performance-parameters": ("Cost and error by numerical parameter", "Iterations, solves and errors as functions of "
                                "tolerances and scene parameters. Counts of iterations do not depend on the machine."),
+    "performance-history": ("Work by commit", "Instructions, cache misses and memory of fixed pieces of work, newest "
+                            "first. CI fails if a piece takes 5 % more instructions or 10 % more memory than in the "
+                            "first table (`validation/gate.py`)."),
     "validation": ("Validation", "`build/validation NAME` exits with 1 if an error exceeds its bound; "
                    "`ctest -L validation` runs the quick part of each program."),
+    "long-validation": ("Long checks", "Checks that take too long for every change. `validation/long.sh` runs them in "
+                        "slices of at most an hour, and `validation/long/checks.toml` lists them."),
     "figures": ("Published figures", "Published values and the values of this program, with a verdict each. D is the "
                 "dissertation on conductors, G the source on grains ([bibliography](bibliography.md)). "
                 "`paper-figures/make.sh` prints this comparison for new runs."),

@@ -15,6 +15,14 @@ struct DestroyFftwPlan {
 /// Plan of an FFTW transform. The pointer owns the plan and destroys it.
 using FftwPlan = std::unique_ptr<std::remove_pointer_t<fftw_plan>, DestroyFftwPlan>;
 
+/// Flags of all plans. FFTW_MEASURE would choose by timing, so that bits would differ between runs. Without SIMD they
+/// do not depend on the vectors of the processor.
+#ifdef LICHTENBERG_REPEATABLE
+constexpr unsigned fftw_planning = FFTW_ESTIMATE | FFTW_NO_SIMD;
+#else
+constexpr unsigned fftw_planning = FFTW_ESTIMATE;
+#endif
+
 /// Alignment (bytes) for SIMD vectors of 8 doubles, the longest vectors that FFTW supports.
 constexpr std::align_val_t fftw_alignment{64};
 /// Deleter of arrays of make_fftw_numbers().

@@ -168,7 +168,7 @@ TEST_CASE("fixed conductor: stays in place while the other one moves") {
 
 TEST_CASE("--device: values that are no device or list of devices are refused") {
   const Folder folder;  // The scene does not exist: it is read later.
-  const std::string allowed = "is not allowed: it must be cpu, cuda, or for grains cuda:0,1 or cuda:all";
+  const std::string allowed = "is not allowed: it must be cpu, cuda, or for several devices cuda:0,1 or cuda:all";
   for (const std::string value :
        {"gpu", "cpu:0", "cuda:", "cuda:x", "cuda:-1", "cuda:0,", "cuda:,1", "\"cuda:0 1\"", "cuda:0,all", "cuda0"})
     check_refused(run(folder, "run none.toml --device " + value), allowed);
@@ -178,15 +178,18 @@ TEST_CASE("--device: values that are no device or list of devices are refused") 
                 "--device cuda:1,0,1 is not allowed: it has the device 1 twice");
 }
 
-TEST_CASE("--device: lists of devices are refused for fields") {
+TEST_CASE("--device: lists of devices that a field cannot use are refused") {
   const Folder folder;
   folder.write("small.toml", small_scene);
-  for (const auto& [command, value] : {std::pair<std::string, std::string>{"run", "cuda:0"},
-                                       {"explain", "cuda:0,1"},
-                                       {"solve", "cuda:all"},
-                                       {"ensemble", "cuda:0"}})
-    check_refused(run(folder, command + " small.toml --device " + value),
-                  "--device " + value + " is for grains only: a field needs --device cuda, without numbers");
+  for (const auto& [command, value] :
+       {std::pair<std::string, std::string>{"run", "cuda:0"}, {"explain", "cuda:0"}, {"ensemble", "cuda:0"}})
+    check_refused(
+        run(folder, command + " small.toml --device " + value),
+        "--device " + value + " is for grains only: a field needs --device cuda, without numbers, or several devices");
+  check_refused(run(folder, "solve small.toml --device cuda:0,1 --set field.linear_solver=assembled"),
+                "--device cuda:0,1 needs field.linear_solver = \"multigrid\"");
+  check_refused(run(folder, "ensemble small.toml --device cuda:all"),
+                "an ensemble of fields needs --device cuda, without a list of devices");
 }
 
 TEST_CASE("--device cuda:0,1: refused for a gas without gain, also by --resume") {

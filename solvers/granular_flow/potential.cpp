@@ -36,8 +36,8 @@ Potential::Potential(const Grid& grid) : grid_(grid) {
   field_modes_ = make_fftw_numbers(2 * modes_);
   const std::array cells{grid.cells, grid.cells, grid.cells};
   // Estimated plans: measured ones, and with them the rounding, would vary from run to run.
-  forward_.reset(fftw_plan_dft_r2c(grid.dimension, cells.data(), values_.get(), complex(charge_modes_), FFTW_ESTIMATE));
-  backward_.reset(fftw_plan_dft_c2r(grid.dimension, cells.data(), complex(field_modes_), values_.get(), FFTW_ESTIMATE));
+  forward_.reset(fftw_plan_dft_r2c(grid.dimension, cells.data(), values_.get(), complex(charge_modes_), fftw_planning));
+  backward_.reset(fftw_plan_dft_c2r(grid.dimension, cells.data(), complex(field_modes_), values_.get(), fftw_planning));
 }
 
 /// Computes the modes of the field, -i k c_k / k^2.

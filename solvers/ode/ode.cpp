@@ -1,6 +1,5 @@
 #include "solvers/ode/ode.hpp"
 
-#include <cvode/cvode.h>
 #include <fmt/format.h>
 #include <nvector/nvector_serial.h>
 #include <sunlinsol/sunlinsol_dense.h>
@@ -14,6 +13,7 @@
 #include <string>
 
 #include "solvers/error.hpp"
+#include "solvers/ode/sundials.hpp"
 
 namespace lichtenberg {
 namespace {
@@ -82,10 +82,6 @@ int events(double time, N_Vector y, double* value, void* data) {
   });
 }
 
-void keep_message(int, const char*, const char*, char* text, void* data) {
-  static_cast<Integration*>(data)->message = text;
-}
-
 void check(const Integration& self, int flag) {
   if (flag >= 0) return;
   if (self.thrown) std::rethrow_exception(self.thrown);
@@ -115,13 +111,13 @@ void set_solver(Integration& self) {
 
 void set_up(Integration& self, double start, double end, std::span<const double> y) {
   const auto size = static_cast<sunindextype>(y.size());
-  if (SUNContext_Create(nullptr, &self.context) != 0) throw Failure("SUNDIALS could not be started");
+  self.context = sundials::make_context();
   self.y = N_VNew_Serial(size, self.context);
   self.absolute = N_VClone(self.y);
   std::ranges::copy(y, values(self.y).begin());
   std::ranges::copy(self.ode.absolute, values(self.absolute).begin());
   self.memory = CVodeCreate(self.ode.stiff ? CV_BDF : CV_ADAMS, self.context);
-  check(self, CVodeSetErrHandlerFn(self.memory, keep_message, &self));
+  check(self, sundials::keep_messages(self.context, self.memory, self.message));
   check(self, CVodeInit(self.memory, rates, start, self.y));
   check(self, CVodeSetUserData(self.memory, &self));
   check(self, CVodeSVtolerances(self.memory, self.ode.relative, self.absolute));

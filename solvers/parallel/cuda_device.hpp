@@ -4,7 +4,9 @@
 
 #include <cstddef>
 #include <cstdlib>
+#include <numeric>
 #include <string>
+#include <vector>
 
 #include "solvers/error.hpp"
 
@@ -25,6 +27,27 @@ inline void require_cuda_device() {
   cudaGetLastError();
   throw InputError(std::string("device = \"cuda\": this machine has no CUDA device that can be used (") +
                    cudaGetErrorString(code == cudaSuccess ? cudaErrorNoDevice : code) + ")");
+}
+
+/// Returns the number of CUDA devices. Throws InputError if there is no usable one.
+inline int cuda_device_count() {
+  require_cuda_device();
+  int count = 0;
+  check_cuda(cudaGetDeviceCount(&count));
+  return count;
+}
+/// Returns the given numbers of CUDA devices; for -1 those of all. Throws InputError for a device that does not exist.
+inline std::vector<int> cuda_devices(std::vector<int> numbers) {
+  const int present = cuda_device_count();
+  if (numbers == std::vector{-1}) {
+    numbers.resize(present);
+    std::iota(numbers.begin(), numbers.end(), 0);
+  }
+  for (const int each : numbers)
+    if (each >= present)
+      throw InputError("device \"cuda:" + std::to_string(each) + "\": this machine has " + std::to_string(present) +
+                       " CUDA devices, numbered from 0");
+  return numbers;
 }
 
 /// Returns an attribute of the current CUDA device. Throws Failure if a CUDA call fails.

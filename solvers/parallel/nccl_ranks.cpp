@@ -46,6 +46,10 @@ class NcclLink final : public Link {
   void broadcast(void* data, std::size_t bytes, void* stream) const override {
     check_nccl(ncclBroadcast(data, data, bytes, ncclInt8, 0, mine_, static_cast<cudaStream_t>(stream)));
   }
+  void gather(void* all, std::size_t bytes, void* stream) const override {
+    const void* mine = static_cast<const char*>(all) + rank() * bytes;
+    check_nccl(ncclAllGather(mine, all, bytes, ncclInt8, mine_, static_cast<cudaStream_t>(stream)));
+  }
   void exchange(std::span<const Transfer> transfers, void* stream) const override {
     check_nccl(ncclGroupStart());
     for (const Transfer& one : transfers)

@@ -36,6 +36,18 @@ void keep_blas_to_one_thread() {
   if (const auto set = reinterpret_cast<Set>(dlsym(RTLD_DEFAULT, "openblas_set_num_threads"))) set(1);
 }
 
+/// Throws Failure if the BLAS chooses its code by the processor, in builds for repeatable results.
+void require_repeatable_blas() {
+#ifdef LICHTENBERG_REPEATABLE
+  for (const char* function : {"openblas_get_config", "bli_info_get_version_str", "mkl_get_version"})
+    if (dlsym(RTLD_DEFAULT, function))
+      throw Failure(
+          "this build is for repeatable results, but the BLAS chooses its code by the processor (it has the function " +
+          std::string(function) +
+          "): choose libblas3 with `update-alternatives --config libblas.so.3-x86_64-linux-gnu`");
+#endif
+}
+
 }  // namespace
 
 void set_petsc_options(std::vector<std::string> list) { options() = std::move(list); }
@@ -66,6 +78,7 @@ void finish_petsc() {
 
 void start_petsc() {
   if (petsc_started()) return;
+  require_repeatable_blas();
   keep_blas_to_one_thread();
   std::vector<std::string> arguments = options();
   // Options come from the command line and from PETSC_OPTIONS, which results record, and not from files in the working

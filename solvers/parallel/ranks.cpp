@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <exception>
 #include <thread>
 
 #include "solvers/error.hpp"
@@ -25,6 +26,14 @@ class HostLink final : public Link {
   void broadcast(void* data, std::size_t bytes, void*) const override {
     const auto all = barrier().publish(rank(), data);
     if (rank() > 0) std::memcpy(data, all[0], bytes);
+    barrier().wait();
+  }
+  void gather(void* all, std::size_t bytes, void*) const override {
+    const auto of = barrier().publish(rank(), all);
+    for (int r = 0; r < ranks(); ++r) {
+      const std::size_t at = r * bytes;
+      if (r != rank()) std::memcpy(static_cast<char*>(all) + at, static_cast<const char*>(of[r]) + at, bytes);
+    }
     barrier().wait();
   }
   void exchange(std::span<const Transfer> transfers, void*) const override {
@@ -72,6 +81,32 @@ std::span<const void* const> HostBarrier::publish(int rank, const void* mine) {
   slots_[rank] = mine;
   wait();
   return slots_;
+}
+
+void RankThreads::on_all(const std::function<void(int)>& f) const {
+  std::exception_ptr failure;
+  std::atomic<bool> failed = false;
+  {
+    std::vector<std::jthread> threads;
+    for (int r = 0; r < ranks(); ++r)
+      threads.emplace_back([&, r] {
+        try {
+          enter_(r);
+          f(r);
+        } catch (...) {
+          if (!failed.exchange(true)) failure = std::current_exception();
+          links_[r]->abort();
+        }
+      });
+  }
+  if (failure) std::rethrow_exception(failure);
+}
+void RankThreads::on_each(const std::function<void(int)>& f) const {
+  for (int r = 0; r < ranks(); ++r)
+    std::jthread([&] {
+      enter_(r);
+      f(r);
+    });
 }
 
 std::vector<std::unique_ptr<Link>> host_links(int ranks) {

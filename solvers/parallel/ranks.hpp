@@ -6,6 +6,7 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <utility>
@@ -69,6 +70,8 @@ class Link {
   virtual void sum(void* numbers, std::size_t n, Number type, void* stream) const = 0;
   /// Copies device memory of rank 0 to all ranks.
   virtual void broadcast(void* data, std::size_t bytes, void* stream) const = 0;
+  /// Sends `bytes` of device memory, `all` + rank * bytes, to all ranks. Afterwards `all` has those of each rank.
+  virtual void gather(void* all, std::size_t bytes, void* stream) const = 0;
   /// Sends and receives ranges of device memory.
   virtual void exchange(std::span<const Transfer> transfers, void* stream) const = 0;
   /// Ends all communication after a failure, so that no device waits for another one.
@@ -84,6 +87,26 @@ std::vector<std::unique_ptr<Link>> host_links(int ranks);
 /// Makes the links of several CUDA devices, by NCCL: device[r] has rank r. Throws InputError if the program was built
 /// without NCCL, and Failure if NCCL fails.
 std::vector<std::unique_ptr<Link>> cuda_links(const std::vector<int>& devices);
+
+/// Host threads of the ranks of one computation, and their links.
+class RankThreads {
+ public:
+  /// `enter`: prepares a thread for the work of a rank.
+  RankThreads(std::vector<std::unique_ptr<Link>> links, std::function<void(int)> enter) : enter_(std::move(enter)) {
+    for (auto& link : links) links_.push_back(std::move(link));
+  }
+  int ranks() const { return static_cast<int>(links_.size()); }
+  const std::shared_ptr<Link>& link(int rank) const { return links_[rank]; }
+  /// Calls f(rank) for all ranks at the same time, in a thread each. If calls throw, the other ranks end too, and the
+  /// first exception is thrown again.
+  void on_all(const std::function<void(int)>& f) const;
+  /// Calls f(rank) for one rank after the other, in a thread each. f must not throw.
+  void on_each(const std::function<void(int)>& f) const;
+
+ private:
+  std::function<void(int)> enter_;
+  std::vector<std::shared_ptr<Link>> links_;
+};
 
 /// Functions of an executor for the communication between ranks, in sequence with its kernels. With one rank they do
 /// nothing. `Executor`: the class that inherits them; its function stream() returns a CUDA stream, or null on the CPU.
@@ -114,6 +137,12 @@ class Communicator {
   template <class T>
   void broadcast(T* values, long n) const {
     if (link_) link_->broadcast(values, n * sizeof(T), stream());
+  }
+  /// Sends n values in device memory, all[rank * n] and the next ones, to all ranks. Afterwards `all` has those of each
+  /// rank.
+  template <class T>
+  void gather(T* all, long n) const {
+    if (link_) link_->gather(all, n * sizeof(T), stream());
   }
   /// Sends ranges of device memory to other ranks and receives others from them.
   void exchange(std::span<const Transfer> transfers) const {

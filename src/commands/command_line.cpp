@@ -235,7 +235,13 @@ std::vector<Command> described_commands() {
 
 void declare(CLI::App& program, const std::vector<Command>& commands) {
   const Version version = lichtenberg_version();
-  program.set_version_flag("--version", fmt::format("lichtenberg {} ({})", version.number, version.commit));
+#ifdef LICHTENBERG_REPEATABLE
+  constexpr const char* repeatable = ", repeatable";
+#else
+  constexpr const char* repeatable = "";
+#endif
+  program.set_version_flag("--version",
+                           fmt::format("lichtenberg {} ({}{})", version.number, version.commit, repeatable));
   program.require_subcommand(1);
   program.footer(
       "To begin: write a scene with the keys of `lichtenberg help scene`, or copy one from scenes/ of the "

@@ -21,7 +21,7 @@ namespace lichtenberg {
 inline Argument device_argument(std::string& device) {
   return {"--device",
           &device,
-          "device for the field solver or for grains, cpu or cuda; for grains also cuda:0,1 or cuda:all for several "
+          "device for the field solver or for grains, cpu or cuda; also cuda:0,1 or cuda:all for several "
           "devices (default: field.device of the scene, cpu for grains)",
           {.offered = names_of<FieldDevice>()}};
 }
@@ -48,8 +48,9 @@ inline ChosenDevice device_from(const std::string& written) {
     comma = list.find(',', from);
     const std::string number = list.substr(from, comma == std::string::npos ? comma : comma - from);
     if (number.empty() || number.size() > 3 || number.find_first_not_of("0123456789") != std::string::npos)
-      throw InputError(fmt::format("--device {} is not allowed: it must be {}, or for grains cuda:0,1 or cuda:all",
-                                   written, fmt::join(names_of<FieldDevice>(), ", ")));
+      throw InputError(
+          fmt::format("--device {} is not allowed: it must be {}, or for several devices cuda:0,1 or cuda:all", written,
+                      fmt::join(names_of<FieldDevice>(), ", ")));
     if (std::ranges::count(chosen.cuda_devices, std::stoi(number)))
       throw InputError(fmt::format("--device {} is not allowed: it has the device {} twice", written, number));
     chosen.cuda_devices.push_back(std::stoi(number));
@@ -74,15 +75,31 @@ inline std::vector<Setting> settings_of(const std::vector<std::string>& written)
 }
 
 /// Sets the device of the field solver or of the grains. `written`: value of `--device`; empty leaves the scene
-/// unchanged. Throws InputError for a value that is not allowed, and for a list of devices without grains.
+/// unchanged. Throws InputError for a value that is not allowed, and for a list of devices that the field solver does
+/// not support.
 inline void set_device(Scene& scene, const std::string& written) {
   if (written.empty()) return;
   const ChosenDevice chosen = device_from(written);
-  if (!chosen.cuda_devices.empty() && !scene.reference)
-    throw InputError(fmt::format("{}: --device {} is for grains only: a field needs --device cuda, without numbers",
-                                 scene.path, written));
   scene.cuda_devices = chosen.cuda_devices;
   std::visit([&](auto& field) { field.device = chosen.device; }, scene.field_table);
+  if (scene.reference || chosen.cuda_devices.empty()) return;
+  if (std::ranges::any_of(chosen.cuda_devices, [](int number) { return number > 63; }))
+    throw InputError(fmt::format("{}: --device {} has a number above 63", scene.path, written));
+  if (chosen.cuda_devices.size() == 1 && chosen.cuda_devices.front() >= 0)
+    throw InputError(
+        fmt::format("{}: --device {} is for grains only: a field needs --device cuda, without numbers, or "
+                    "several devices, as in --device cuda:0,1",
+                    scene.path, written));
+  std::visit(
+      [&](auto& field) {
+        if (field.linear_solver != FieldLinearSolver::multigrid)
+          throw InputError(
+              fmt::format("{}: --device {} needs field.linear_solver = \"multigrid\": an assembled matrix "
+                          "is on one device, --device cuda",
+                          scene.path, written));
+        field.cuda_devices = chosen.cuda_devices;
+      },
+      scene.field_table);
 }
 
 /// Reads a scene with keys changed by `--set` and prints its warnings. `device`: value of `--device`, empty: as in the

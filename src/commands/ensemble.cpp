@@ -78,10 +78,13 @@ std::vector<Variation> variations_of(const EnsembleArguments& request, const Sce
 }
 
 /// Returns the values of --device for members that run side by side, one for each CUDA device of a list; none without
-/// a list.
+/// a list. Throws InputError for a list and a field, whose members share no device.
 std::vector<std::string> devices_of(const Scene& scene) {
   std::vector<std::string> devices;
   if (scene.cuda_devices.empty()) return devices;
+  if (!scene.reference)
+    throw InputError(
+        fmt::format("{}: an ensemble of fields needs --device cuda, without a list of devices", scene.path));
   for (const int number : granular::device::chosen_devices(scene)) devices.push_back(fmt::format("cuda:{}", number));
   return devices;
 }

@@ -138,6 +138,7 @@ FieldOptions field_chosen(const FieldRequest& field_request, const laplace::Choi
           .tolerance = choice.tolerance,
           .moving_tolerance = choice.tolerance,
           .device = field_request.device,
+          .cuda_devices = field_request.cuda_devices,
           .threads = field_request.threads,
           .linear_solver = field_request.linear_solver,
           .chosen_for = FieldAccuracy{field_request.accuracy, choice.estimate}};

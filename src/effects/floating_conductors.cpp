@@ -313,6 +313,7 @@ std::unique_ptr<FloatingConductors> make_floating_conductors(const Scene& scene)
   auto solver = make_field_solver(moving);
   if (cells == 0) return std::make_unique<FloatingConductors>(scene, std::move(solver));
   moving.cells = cells;
+  moving.cuda_devices.clear();                          // too few cells for several
   moving.tolerance = std::max(moving.tolerance, 1e-3);  // the grid's own error is at least ten times this value
   auto predictor = make_field_solver(moving);
   moving.method->follow(*solver, *predictor);

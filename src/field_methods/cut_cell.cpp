@@ -14,13 +14,19 @@ laplace::LinkFormula link_formula(FieldLinks links) {
   return links == FieldLinks::aperture ? laplace::LinkFormula::aperture : laplace::LinkFormula::log_fitted;
 }
 
+std::string on_devices(const std::vector<int>& numbers) {
+  if (numbers.empty()) return ", on a CUDA device";
+  return fmt::format(", rows divided among {} CUDA devices",
+                     numbers.front() < 0 ? "all" : std::to_string(numbers.size()));
+}
+
 std::string describe(const FieldOptions& options) {
   const int processes = parallel::process_count();
   return fmt::format("cut-cell finite volumes, {} links; conjugate gradients, {}{}{}", name_of(options.links),
                      options.linear_solver == FieldLinearSolver::assembled
                          ? "assembled matrix with a preconditioner of PETSc's"
                          : "matrix-free with geometric multigrid",
-                     options.device == FieldDevice::cuda ? ", on a CUDA device" : "",
+                     options.device == FieldDevice::cuda ? on_devices(options.cuda_devices) : "",
                      processes > 1 ? fmt::format(", rows divided among {} processes", processes) : "");
 }
 
@@ -41,12 +47,16 @@ void follow(laplace::LaplaceSolver& fine, laplace::LaplaceSolver& coarse) {
 laplace::CutCellOptions cut_cell_options(const FieldOptions& options) {
   using CutCell = laplace::CutCellOptions;
   const bool assembled = options.linear_solver == FieldLinearSolver::assembled;
+  std::uint64_t devices = 0;
+  for (const int number : options.cuda_devices)
+    devices |= number < 0 ? CutCell::all_cuda_devices : std::uint64_t{1} << number;
   return {.cells = options.cells,
           .tolerance = options.tolerance,
           .links = link_formula(options.links),
           .threads = options.threads,
           .linear_solver = assembled ? CutCell::LinearSolver::assembled : CutCell::LinearSolver::multigrid,
-          .device = options.device == FieldDevice::cuda ? CutCell::Device::cuda : CutCell::Device::cpu};
+          .device = options.device == FieldDevice::cuda ? CutCell::Device::cuda : CutCell::Device::cpu,
+          .cuda_devices = devices};
 }
 
 const FieldMethodKind& cut_cell_method() {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "src/scene/choice.hpp"
 
@@ -54,6 +55,8 @@ struct FieldOptions {
   double tolerance = 1e-8;         ///< relative error of a single solve; default by method
   double moving_tolerance = 1e-5;  ///< relative error of a solve in a moving scene
   FieldDevice device = FieldDevice::cpu;
+  /// Numbers of the CUDA devices among which `multigrid` divides a field, up to 63; -1: all; none: the first
+  std::vector<int> cuda_devices{};
   /// Threads of the methods cut-cell and spheres; 0: all cores, fewer on small grids or with few spheres
   int threads = 0;
   FieldLinks links = FieldLinks::log_fitted;
@@ -68,6 +71,7 @@ struct FieldRequest {
   double accuracy = 0;                      ///< as in FieldAccuracy
   const FieldMethodKind* method = nullptr;  ///< null: still to be chosen
   FieldDevice device = FieldDevice::cpu;
+  std::vector<int> cuda_devices{};  ///< as in FieldOptions
   int threads = 0;
   FieldLinearSolver linear_solver = FieldLinearSolver::multigrid;
 };

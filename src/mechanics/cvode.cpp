@@ -1,6 +1,5 @@
 #include "src/mechanics/cvode.hpp"
 
-#include <cvode/cvode.h>
 #include <fmt/format.h>
 #include <nvector/nvector_serial.h>
 #include <sunlinsol/sunlinsol_klu.h>
@@ -15,6 +14,7 @@
 #include <string>
 
 #include "solvers/error.hpp"
+#include "solvers/ode/sundials.hpp"
 #include "src/mechanics/step_control.hpp"
 
 namespace lichtenberg::mechanics {
@@ -155,7 +155,7 @@ int event_values(double time, N_Vector y, double* value, void* data) {
 
 /// Norm of CVODE's error tests: the largest component. In CVODE's own norm, the root mean square, the error of two
 /// colliding bodies would be hidden by a thousand bodies at rest.
-realtype largest(N_Vector v, N_Vector weight) {
+double largest(N_Vector v, N_Vector weight) {
   const std::span<const double> error = values(v), w = values(weight);
   double worst = 0;
   for (std::size_t k = 0; k < error.size(); ++k) {
@@ -163,10 +163,6 @@ realtype largest(N_Vector v, N_Vector weight) {
     if (e > worst || std::isnan(e)) worst = e;  // NaN stays NaN
   }
   return worst;
-}
-
-void keep_message(int, const char*, const char*, char* text, void* data) {
-  static_cast<Implementation*>(data)->message = text;
 }
 
 void check(int flag) {
@@ -196,14 +192,14 @@ Cvode::Implementation::Implementation(Shared& s, std::vector<int> which)
       component.push_back(static_cast<std::size_t>(i) * model.bodies.dimension + k);
   const auto size = static_cast<sunindextype>(2 * n);
   jacobian.resize(size, size);
-  if (SUNContext_Create(nullptr, &context) != 0) throw Failure("mechanics: SUNDIALS could not be started");
+  context = sundials::make_context();
   y = N_VNew_Serial(size, context);
   y->ops->nvwrmsnorm = largest;
   rate = N_VClone(y);
   matrix = SUNSparseMatrix(size, size, 4 * size, CSC_MAT, context);
   linear_solver = SUNLinSol_KLU(y, matrix, context);
   memory = CVodeCreate(CV_BDF, context);
-  check(CVodeSetErrHandlerFn(memory, keep_message, this));
+  check(sundials::keep_messages(context, memory, message));
   check(CVodeInit(memory, rates, 0.0, y));
   check(CVodeSetUserData(memory, this));
   check(CVodeWFtolerances(memory, error_weights));

@@ -264,7 +264,7 @@ struct Scene {
   /// Frame of a result from which the bodies start; empty: positions are those of the file
   std::string started_from;
   std::optional<Reference> reference;  ///< units of a scene of grains; other scenes are in SI
-  /// Numbers of the CUDA devices of a gas, from `--device`; -1: all; none: the first
+  /// Numbers of the CUDA devices of a gas or of a field, from `--device`; -1: all; none: the first
   std::vector<int> cuda_devices;
   bool in_si = false;  ///< scene of grains whose file is in SI; the program chose `reference`
   std::vector<Stage> stages;

@@ -19,8 +19,8 @@ FILES = {
 }
 
 
-def load_script():
-    loader = importlib.machinery.SourceFileLoader("release", str(SCRIPT))
+def load_script(path=SCRIPT):
+    loader = importlib.machinery.SourceFileLoader("release", str(path))
     module = importlib.util.module_from_spec(importlib.util.spec_from_loader("release", loader))
     loader.exec_module(module)
     return module
@@ -37,6 +37,40 @@ class VersionTest(unittest.TestCase):
         for name, pattern in {"conda/meta.yaml": r'set version = "(.+)"', "spack/spack_repo/lichtenberg/packages/lichtenberg/package.py": r'version\("(\d.*?)"'}.items():
             stated = re.search(pattern, (runs.HOME / "packaging" / name).read_text())
             self.assertEqual(stated and stated[1], number, name)
+
+
+DEP5 = "Format: https://www.debian.org/doc/packaging-manuals/copyright-format/1.0/\n\n"
+
+
+@unittest.skipUnless(shutil.which("dpkg-query"), "this is no Debian machine")
+class BillOfMaterialsTest(unittest.TestCase):
+    """Licences of the dependencies (packaging/bill_of_materials.py)."""
+
+    def setUp(self):
+        self.script = load_script(runs.HOME / "packaging/bill_of_materials.py")
+
+    def test_every_dependency_has_a_version_and_an_allowed_licence(self):
+        bill = self.script.bill(runs.PROGRAM)
+        packages = (runs.HOME / "cmake/debian-packages.txt").read_text().split("\n", 1)[1].split()
+        names = {entry["name"] for entry in bill["components"]}
+        self.assertLessEqual(set(packages), names)
+        self.assertTrue(any(name.startswith("libfftw3-double") for name in names))  # the program names this library
+        for entry in bill["components"]:
+            self.assertTrue(entry["version"] and entry["licenses"], entry["name"])
+        # FFTW and SuiteSparse are under the GPL, which therefore applies to binaries (README.md).
+        self.assertRegex(bill["metadata"]["properties"][0]["value"], r"^GPL-3\.0-or-later, because of .*cholmod.*, libfftw3")
+
+    def test_unknown_and_incompatible_licences_are_refused_by_name(self):
+        for licence in ("GPL-2", "CC-BY-NC-4.0", "Expat and GPL-2", "BSD-4-clause"):
+            with self.subTest(licence), self.assertRaisesRegex(self.script.Refused, f'libx has files under the licence "{licence}"'):
+                self.script.allowed("libx", licence)
+        for licence, identifier in {"GPL-2+": "GPL-2.0-or-later", "GPL-2 or Expat": "MIT", "LGPL-2.1+ or MPL-2": "LGPL-2.1-or-later"}.items():
+            self.assertEqual(self.script.allowed("libx", licence), identifier)
+
+    def test_licences_of_the_packaging_are_left_out(self):
+        files = "Files: *\nCopyright: 1\nLicense: Expat\n\nFiles: debian/*\nCopyright: 2\nLicense: GPL-2\n\nLicense: Expat\n text\n"
+        self.assertEqual(self.script.stated_licences(DEP5 + files), {"Expat"})
+        self.assertEqual(self.script.stated_licences(files), set())
 
 
 @unittest.skipUnless(shutil.which("git"), "git is missing")
@@ -73,7 +107,7 @@ class ReleaseTest(unittest.TestCase):
     def test_a_dry_run_prints_the_commands_and_changes_nothing(self):
         ended = self.release("--dry-run")
         self.assertEqual((ended.returncode, ended.stderr), (0, ""))
-        for text in ("archive --prefix=lichtenberg-1.2.3/", "-DLICHTENBERG_NATIVE=OFF", "cpack -G DEB", "pip wheel", "SHA256SUMS"):
+        for text in ("archive --prefix=lichtenberg-1.2.3/", "-DLICHTENBERG_NATIVE=OFF", "cpack -G DEB", "pip wheel", "lichtenberg-1.2.3.cdx.json", "SHA256SUMS"):
             self.assertIn(text, ended.stdout)
         self.assertNotIn("tag", ended.stdout)
         self.assertEqual(self.git("status", "--porcelain", "--ignored"), "")

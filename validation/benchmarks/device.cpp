@@ -3,7 +3,9 @@
 // iteration and of a device copy. Reports the differences of potentials, charges and forces from the CPU solver.
 //
 //   benchmark_device [--sizes 512,1024,2048,4096] [--conductors 324,20000] [--compare 1024] [--assembled 1024]
-//   [--host]
+//   [--host] [--devices 0,1]
+//
+// With several devices the differences are those from the first device, before the comparison with the CPU.
 
 #include <fmt/format.h>
 
@@ -23,7 +25,7 @@ using namespace lichtenberg::laplace;
 namespace {
 
 /// Returns disks on a jittered lattice in a box of 1 x 1 around a grounded half-disk. Gaps are at least a quarter of
-/// the radius. The radius is 1/64 for at most 400 disks, otherwise 1/546.
+/// the radius. The radius is 1/64 for at most 400 disks, 1/546 for at most 20000, otherwise 0.27 of the pitch.
 LaplaceProblem scene(int conductors, std::uint64_t seed) {
   std::mt19937_64 generator(seed);
   const auto uniform = [&](double from, double to) {
@@ -31,7 +33,7 @@ LaplaceProblem scene(int conductors, std::uint64_t seed) {
   };
   const int a_side = static_cast<int>(std::ceil(std::sqrt(1.1 * conductors)));
   const double pitch = 1.0 / a_side;
-  const double radius = conductors <= 400 ? 1.0 / 64 : 1.0 / 546;
+  const double radius = conductors <= 400 ? 1.0 / 64 : conductors <= 20000 ? 1.0 / 546 : 0.27 * pitch;
   const double shift = 0.5 * (pitch - 2.25 * radius);  // largest shift from the middle of a lattice cell
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {1, 1};
@@ -128,11 +130,34 @@ void benchmark_assembled(int cells, const LaplaceProblem& problem) {
   print(cells, problem.bodies.size() - 1, "assembled, cold, 1e-8", solutions);
 }
 
-void benchmark(int cells, int conductors, std::uint64_t seed, int repeats, bool host, bool with_cpu) {
+/// Devices of a benchmark: threads of the CPU with `host`, otherwise CUDA devices with these numbers; none: PETSc's.
+struct Devices {
+  bool host = false;
+  std::vector<int> numbers;
+
+  std::unique_ptr<device::DeviceSolver> make(CutCellOptions options) const {
+    if (host) return device::make_host_solver(options, std::max(1, static_cast<int>(numbers.size())));
+    for (const int number : numbers) options.cuda_devices |= std::uint64_t{1} << number;
+    return device::make_cuda_solver(options);
+  }
+};
+
+/// Prints the differences of the solution on several devices from that on one.
+void compare_with_one(const CutCellOptions& options, const Devices& devices, LaplaceSolver& several,
+                      const LaplaceProblem& problem) {
+  const LaplaceSolution a = Devices{devices.host}.make(options)->solve(problem), b = several.solve(problem);
+  const Difference d = difference(a, b);
+  fmt::print(
+      "{:5d} {:6d}  to one device: potential {:.1e}, charge {:.1e}, force {:.1e}, energy {:.1e}; {} iterations\n",
+      options.cells, problem.bodies.size() - 1, d.potential, d.charge, d.force, d.energy, a.iterations);
+}
+
+void benchmark(int cells, int conductors, std::uint64_t seed, int repeats, const Devices& devices, bool with_cpu) {
   CutCellOptions options;
   options.cells = cells;
   LaplaceProblem problem = scene(conductors, seed);
-  const auto solver = host ? device::make_host_solver(options) : device::make_cuda_solver(options);
+  const auto solver = devices.make(options);
+  if (devices.numbers.size() > 1) compare_with_one(options, devices, *solver, problem);
   if (with_cpu) compare(options, *solver, problem);
   std::vector<LaplaceSolution> solutions;
   for (int k = 0; k <= repeats; ++k) {
@@ -166,7 +191,7 @@ int main(int argc, char** argv) {
   std::vector<int> sizes{512, 1024, 2048, 4096}, conductors{324};
   std::uint64_t seed = 1;
   int repeats = 5, largest_compared = 1024, largest_assembled = 0;
-  bool host = false;
+  Devices devices;
   CLI::App app("Times field solves on a CUDA device and compares them with the CPU's");
   app.add_option("--sizes", sizes, "cells along a side")->delimiter(',');
   app.add_option("--conductors", conductors, "how many floating disks")->delimiter(',');
@@ -174,7 +199,8 @@ int main(int argc, char** argv) {
   app.add_option("--repeats", repeats, "counted solves; the median is printed");
   app.add_option("--compare", largest_compared, "compare with the CPU's solver up to this size");
   app.add_option("--assembled", largest_assembled, "up to this size also as an AIJ matrix with PETSc's preconditioner");
-  app.add_flag("--host", host, "run the device's algorithms on the CPU");
+  app.add_flag("--host", devices.host, "run the device's algorithms on the CPU");
+  app.add_option("--devices", devices.numbers, "numbers of CUDA devices that divide each grid")->delimiter(',');
   std::vector<std::string> petsc;
   app.add_option("--petsc", petsc, "options for PETSc, as on its command line")->expected(-1);
   CLI11_PARSE(app, argc, argv);
@@ -187,7 +213,7 @@ int main(int argc, char** argv) {
                "forces ms", "iter", "unknowns");
     for (const int n : conductors)
       for (const int cells : sizes) {
-        benchmark(cells, n, seed, repeats, host, cells <= largest_compared);
+        benchmark(cells, n, seed, repeats, devices, cells <= largest_compared);
         if (cells <= largest_assembled) benchmark_assembled(cells, scene(n, seed));
       }
     parallel::finish_petsc();

@@ -10,6 +10,9 @@ CoarseSolver::CoarseSolver() {
   common_.nmethods = 1;  // AMD only: comparing orderings is too expensive for so small a matrix
   common_.method[0].ordering = CHOLMOD_AMD;
   common_.print = 0;
+#ifdef LICHTENBERG_REPEATABLE
+  common_.supernodal = CHOLMOD_SIMPLICIAL;  // the other factorization uses BLAS
+#endif
 }
 
 CoarseSolver::~CoarseSolver() {

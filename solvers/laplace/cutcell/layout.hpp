@@ -51,7 +51,7 @@ struct Layout {
   /// processes, this process adds the terms that all have in common.
   LICHTENBERG_HOST_DEVICE bool is_first() const { return own.begin == 0; }
   /// Returns true if this process owns the cell at the memory index `slot`.
-  bool owns(std::ptrdiff_t slot) const {
+  LICHTENBERG_HOST_DEVICE bool owns(std::ptrdiff_t slot) const {
     const std::ptrdiff_t inner = slot < colour_size() ? slot : slot - colour_size();
     return inner >= row(0, own.begin) && inner < row(0, own.end);
   }

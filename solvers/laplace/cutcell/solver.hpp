@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 
 #include "solvers/laplace/cutcell/level.hpp"
@@ -27,6 +28,10 @@ struct CutCellOptions {
   /// Device of the solves. For `cuda` the solver's constructor throws InputError without CUDA in the build or, with
   /// `multigrid`, without a CUDA device.
   enum class Device { cpu, cuda } device = Device::cpu;
+  /// CUDA devices among which `multigrid` divides the rows of large grids: bit k for device number k, all_cuda_devices
+  /// for all; 0: PETSc's device.
+  std::uint64_t cuda_devices = 0;
+  static constexpr std::uint64_t all_cuda_devices = ~std::uint64_t{0};
 };
 
 /// Solver of Laplace's equation around conductors by a cut-cell finite-volume scheme (docs/numerics/cut-cells.md) with

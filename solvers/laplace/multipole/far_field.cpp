@@ -51,7 +51,7 @@ FftwPlan FarField::plan(int count, int direction) {
   const std::array<int, 2> size{rows_, columns_};
   const int distance = static_cast<int>(grid());
   return FftwPlan(fftw_plan_many_dft(2, size.data(), count, data, nullptr, 1, distance, data, nullptr, 1, distance,
-                                     direction, FFTW_ESTIMATE));
+                                     direction, fftw_planning));
 }
 
 /// Computes G_0 ... G_(2 order) for two cells (di, dj) apart, less than half a period, where the lattice's Taylor

@@ -110,7 +110,7 @@ std::vector<Complex> square(const std::vector<Complex>& c) {
   for (int n = -order; n <= order; ++n) data[(n + points) % points] = c[n + order];
   auto* values = reinterpret_cast<fftw_complex*>(data.data());
   const auto transform = [&](int direction) {
-    const FftwPlan plan(fftw_plan_dft_1d(points, values, values, direction, FFTW_ESTIMATE));
+    const FftwPlan plan(fftw_plan_dft_1d(points, values, values, direction, fftw_planning));
     fftw_execute(plan.get());
   };
   transform(FFTW_BACKWARD);

@@ -11,9 +11,9 @@
 
 #include "solvers/parallel/cuda_executor.hpp"
 #else
-#include <fftw3.h>
-
 #include <mutex>
+
+#include "solvers/fftw.hpp"
 #endif
 
 namespace lichtenberg::periodic::device {
@@ -66,8 +66,8 @@ class Fft<parallel::HostExecutor> {
         real_(static_cast<std::size_t>(points[0]) * points[1] * points[2]),
         modes_(static_cast<std::size_t>(points[0]) * points[1] * (points[2] / 2 + 1)) {
     const std::scoped_lock one_at_a_time(planner());
-    forward_ = fftw_plan_dft_r2c_3d(points[0], points[1], points[2], real_.data(), modes(), FFTW_ESTIMATE);
-    backward_ = fftw_plan_dft_c2r_3d(points[0], points[1], points[2], modes(), real_.data(), FFTW_ESTIMATE);
+    forward_ = fftw_plan_dft_r2c_3d(points[0], points[1], points[2], real_.data(), modes(), fftw_planning);
+    backward_ = fftw_plan_dft_c2r_3d(points[0], points[1], points[2], modes(), real_.data(), fftw_planning);
   }
   Fft(const Fft&) = delete;
   Fft& operator=(const Fft&) = delete;

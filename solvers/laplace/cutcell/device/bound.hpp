@@ -7,6 +7,7 @@
 // over all its links then equals the result of the elimination.
 
 #include "solvers/laplace/cutcell/device/direct_links.hpp"
+#include "solvers/laplace/cutcell/device/divided.hpp"
 #include "solvers/laplace/cutcell/device/pieces.hpp"
 #include "solvers/laplace/cutcell/eliminated_cells.hpp"
 
@@ -146,8 +147,8 @@ void make_cycle_diagonals(const Executor& run, ProblemView problem, GridView gri
 /// eliminated cell is a fluid cell with a large conductance to a conductor.
 template <class Executor>
 void sum_bound_cells(const Executor& run, ProblemView problem, GridView grid) {
-  run.sum_pieces(
-      grid.link_pieces(problem), grid.cycle.partial,
+  sum_by_group(
+      run, grid, links_by_group(problem, grid, grid.cycle.partial),
       [=] LICHTENBERG_HOST_DEVICE(int link) {
         const float share = grid.bound.share[link];
         return share > 0 ? share * grid.cycle.f[grid.links.slot[link]] : 0.0f;

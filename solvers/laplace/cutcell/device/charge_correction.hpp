@@ -165,8 +165,8 @@ void compute_group_equations(const Executor& run, ProblemView problem, GridView 
       grid.link_pieces(problem), grid.pieces.partial,
       [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link]; }, parallel::NoAddedValues{},
       [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { correction.to_cells[g] = sum; });
-  run.sum_pieces(
-      grid.link_pieces(problem), grid.pieces.partial,
+  sum_by_group(
+      run, grid, links_by_group(problem, grid, grid.pieces.partial),
       [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link] * x[grid.links.slot[link]]; },
       parallel::NoAddedValues{}, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { correction.from_cells[g] = sum; });
   if (is_coupled) {
@@ -211,28 +211,44 @@ void compute_level(const Executor& run, ProblemView problem, GridView grid, cons
                    ChargeCorrection correction) {
   const int links = grid.capacity[Items::links], faces = 4 * problem.faces,
             cells = static_cast<int>(grid.layout.size());
+  const long all = static_cast<long>(links) + faces + problem.groups;
+  const auto value = [=] LICHTENBERG_HOST_DEVICE(int k) {
+    if (k < links) {
+      if (k >= grid.number[Items::links] || problem.floating[grid.links.group[k]]) return LevelSums{};
+      return LevelSums::from_link(grid.links.conductance[k], problem.potential[grid.links.group[k]] / unit,
+                                  x[grid.links.slot[k]]);
+    }
+    if (k < links + faces) {
+      const int side = (k - links) / problem.faces, face = (k - links) % problem.faces;
+      if (!problem.electrode[side] || face >= faces_of(grid.layout, side)) return LevelSums{};
+      const auto [i, j] = cell_at_face(grid.layout, side, face);
+      const int slot = slot_of(grid.layout, i, j);
+      if (!grid.cells.owner[slot].is_fluid()) return LevelSums{};
+      return LevelSums::from_link(2, problem.side_potential[k - links] / unit, x[slot]);
+    }
+    const int g = k - links - faces;
+    if (!(grid.groups.diagonal[g] > 0)) return LevelSums{};
+    return LevelSums::from_group(correction.to_cells[g], x[cells + g] + correction.shift[g], correction.from_cells[g],
+                                 correction.held[g]);
+  };
+  const auto finish = [=] LICHTENBERG_HOST_DEVICE(const LevelSums& sums) { *correction.level = sums.level(); };
+  const Layout at = grid.layout;
+  if (!at.is_divided()) return run.sum(all, value, finish);
+  LevelSums* mine = values_of_ranks<LevelSums>(grid) + run.rank();
   run.sum(
-      static_cast<long>(links) + faces + problem.groups,
+      all,
       [=] LICHTENBERG_HOST_DEVICE(int k) {
+        bool is_own = at.is_first();  // groups
         if (k < links) {
-          if (k >= grid.number[Items::links] || problem.floating[grid.links.group[k]]) return LevelSums{};
-          return LevelSums::from_link(grid.links.conductance[k], problem.potential[grid.links.group[k]] / unit,
-                                      x[grid.links.slot[k]]);
-        }
-        if (k < links + faces) {
+          is_own = k < grid.number[Items::links] && at.owns(grid.links.slot[k]);
+        } else if (k < links + faces) {
           const int side = (k - links) / problem.faces, face = (k - links) % problem.faces;
-          if (!problem.electrode[side] || face >= faces_of(grid.layout, side)) return LevelSums{};
-          const auto [i, j] = cell_at_face(grid.layout, side, face);
-          const int slot = slot_of(grid.layout, i, j);
-          if (!grid.cells.owner[slot].is_fluid()) return LevelSums{};
-          return LevelSums::from_link(2, problem.side_potential[k - links] / unit, x[slot]);
+          is_own = at.own.contains(cell_at_face(at, side, face).j);
         }
-        const int g = k - links - faces;
-        if (!(grid.groups.diagonal[g] > 0)) return LevelSums{};
-        return LevelSums::from_group(correction.to_cells[g], x[cells + g] + correction.shift[g],
-                                     correction.from_cells[g], correction.held[g]);
+        return is_own ? value(k) : LevelSums{};
       },
-      [=] LICHTENBERG_HOST_DEVICE(const LevelSums& sums) { *correction.level = sums.level(); });
+      [=] LICHTENBERG_HOST_DEVICE(const LevelSums& sums) { *mine = sums; });
+  add_ranks<LevelSums>(run, grid, 1, [=] LICHTENBERG_HOST_DEVICE(int, const LevelSums& sums) { finish(sums); });
 }
 
 /// Corrects the potentials so that each group's charge and the sum of all charges are exact to rounding. Shifts each
@@ -245,7 +261,7 @@ void correct_charges(const Executor& run, ProblemView problem, GridView grid, So
   compute_group_equations(run, problem, grid, v, correction);
   compute_level(run, problem, grid, x, unit, correction);
   const int cells = static_cast<int>(grid.layout.size());
-  run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
+  for_each_entry(run, grid, problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
     const double level = *correction.level;
     if (k < cells) {
       if (level != 0 && grid.cells.inverse_diagonal[k] > 0) x[k] += level;

@@ -17,8 +17,24 @@ struct PetscSide<parallel::CudaExecutor> {
 };
 
 std::unique_ptr<DeviceSolver> make_cuda_solver(const CutCellOptions& options) {
+  using parallel::CudaExecutor;
   parallel::require_cuda_device();
-  return std::make_unique<CutCell<parallel::CudaExecutor>>(options);
+  std::vector<int> chosen;
+  for (int k = 0; k < 64; ++k)
+    if (options.cuda_devices >> k & 1) chosen.push_back(k);
+  const bool all = options.cuda_devices == CutCellOptions::all_cuda_devices;
+  const std::vector<int> devices = parallel::cuda_devices(all ? std::vector{-1} : chosen);
+  if (devices.size() < 2) return std::make_unique<CutCell<CudaExecutor>>(options);
+  // Half of a grid of 4096 x 4096 cells: smaller shares save less time than the exchange of ghost rows takes.
+  constexpr long least_cells = 1L << 23;
+  return std::make_unique<CutCell<CudaExecutor>>(
+      options, SeveralDevices<CudaExecutor>{
+                   {parallel::cuda_links(devices),
+                    [devices](int rank) { parallel::check_cuda(cudaSetDevice(devices[rank])); }},
+                   [](auto link) {
+                     return std::make_unique<CudaExecutor>(nullptr, parallel::KernelStart::in_turn, std::move(link));
+                   },
+                   least_cells});
 }
 
 }  // namespace lichtenberg::laplace::device

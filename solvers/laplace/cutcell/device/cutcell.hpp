@@ -3,23 +3,17 @@
 #include <petscksp.h>
 
 #include <algorithm>
-#include <chrono>
-#include <cmath>
+#include <exception>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
-#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/conjugate_gradients.hpp"
-#include "solvers/laplace/cutcell/device/charge_correction.hpp"
-#include "solvers/laplace/cutcell/device/conjugate_gradients.hpp"
-#include "solvers/laplace/cutcell/device/device.hpp"
-#include "solvers/laplace/cutcell/device/follow.hpp"
-#include "solvers/laplace/cutcell/device/initial_guess.hpp"
-#include "solvers/laplace/cutcell/device/multigrid.hpp"
-#include "solvers/laplace/cutcell/device/results.hpp"
+#include "solvers/laplace/cutcell/device/rank.hpp"
 #include "solvers/laplace/cutcell/grid_sizes.hpp"
 #include "solvers/laplace/cutcell/krylov.hpp"
 #include "solvers/parallel/petsc.hpp"
@@ -32,79 +26,75 @@ namespace lichtenberg::laplace::device {
 template <class Executor>
 struct PetscSide;
 
-/// Cut-cell solver that runs on an executor (CUDA device, or CPU for comparison): conductances, multigrid, iterations
-/// and results.
+/// Several devices (CUDA devices, or threads of the CPU for tests). `make` makes the executor of each in its thread;
+/// `least_cells`: least number of cells of a device (divided_grids()).
+template <class Executor>
+struct SeveralDevices {
+  parallel::RankThreads threads;
+  std::function<std::unique_ptr<Executor>(std::shared_ptr<parallel::Link>)> make;
+  long least_cells;
+};
+
+/// Cut-cell solver that runs on an executor or on several (CUDA devices, or CPU for comparison): conductances,
+/// multigrid, iterations and results. PETSc's KSP starts the iterations and reports them. On one device its vectors are
+/// those of the solve; with several they have one entry, which is unused.
 template <class Executor>
 class CutCell : public DeviceSolver {
  public:
-  explicit CutCell(const CutCellOptions& options) : DeviceSolver(options) {}
-  ~CutCell() override { release_vectors(); }
+  explicit CutCell(const CutCellOptions& options, std::optional<SeveralDevices<Executor>> devices = {})
+      : DeviceSolver(options), devices_(std::move(devices)), ranks_(devices_ ? devices_->threads.ranks() : 1) {}
+  ~CutCell() override {
+    release_vectors();
+    if (devices_) devices_->threads.on_each([this](int r) { ranks_[r].reset(); });
+  }
 
   void forget() override {
-    clear_history();
-    if (multigrid_) multigrid_->forget();
+    for (const auto& rank : ranks_)
+      if (rank) rank->forget();
   }
   void follow(const CutCellBackend& coarser) override {
     followed_ = dynamic_cast<const CutCell*>(&coarser);  // null: another kind of device
-    recordings_.clear();
+    if (devices_) followed_ = nullptr;                   // whose rows are others
+    if (ranks_[0]) ranks_[0]->clear_recordings();
   }
 
   Profile profile(int repeats) override {
     Profile profile;
-    const SolveVectors& vectors = arrays_->view.solve;
-    double *r = vectors.b, *z = vectors.p, *y = vectors.q;
-    const auto per_call = [&](auto f) {
-      f();
-      return run_->seconds([&] {
-        for (int k = 0; k < repeats; ++k) f();
-      }) / repeats;
-    };
-    const double cells = static_cast<double>(finest().view().layout.size());
-    profile.apply_operator.seconds = per_call([&] { multiply(r, z); });
-    // x and 1 / diagonal read, y written
-    profile.apply_operator.bytes = cells * (8 + 4 + 8);
-    profile.cycle.seconds = per_call([&] { multigrid_->apply(r); });
-    // Bytes per cell, half of the grid being red. The terms are: the residual stored; f and 1 / diagonal read for black
-    // cells; black cells and 1 / diagonal of red ones read for the residual, which goes to the coarse f. In the second
-    // half: f, 1 / diagonal and coarse v read for black cells; black cells, f and 1 / diagonal read for red cells.
-    // Coarser grids have a third of the cells together.
-    constexpr double bytes = (8 + 2) + (2 + 2 + 2) + (2 + 1) + (8 + 1 + 2) + (2 + 4 + 2);
-    profile.cycle.bytes = cells * (8 + 4 + bytes) + cells / 3 * bytes;
-    profile.copy.seconds = per_call([&] { run_->copy(y, z, static_cast<std::size_t>(cells) * sizeof(double)); });
-    profile.copy.bytes = 16 * cells;
-    profile.levels = multigrid_->levels();
-    profile.coarse_unknowns = multigrid_->coarse_unknowns();
-    clear_history();
+    on_all([&](int r) {
+      const Profile mine = ranks_[r]->profile(repeats);
+      if (r == 0) profile = mine;
+    });
     return profile;
   }
 
-  /// Computes y = A x on the finest grid. All pointers are to device memory.
-  void multiply(const double* x, double* y) const { apply_operator(*run_, problem_->view(), finest().view(), x, y); }
-  /// Applies the preconditioner, one multigrid V-cycle: z = M r.
-  void precondition(const double* r, double* z) const { multigrid_->apply(r, z); }
+  /// Computes y = A x on the finest grid of one device. All pointers are to device memory.
+  void multiply(const double* x, double* y) const {
+    if (!devices_) ranks_[0]->multiply(x, y);
+  }
+  /// Applies the preconditioner of one device, one multigrid V-cycle: z = M r.
+  void precondition(const double* r, double* z) const {
+    if (!devices_) ranks_[0]->precondition(r, z);
+  }
 
   /// Runs the conjugate gradients as solve function of a PETSc KSP, then computes the results on the device. Reports
   /// the norms of the first iterations, the number of iterations and the reason of the end to `ksp`. Returns PETSc's
   /// error code.
   PetscErrorCode iterate_as_ksp(KSP ksp) {
-    Iterations* iterations = report_->iterations.device;
-    begin_iterations(*run_, krylov_.criterion.tolerance, static_cast<int>(ksp->max_it), iterations);
-    if (multigrid_->on_device()) {
-      run_->run(recordings_.iterating, [&] {
-        improve_guess();
-        run_->repeat([this](auto again) { iterate_once(again); });
+    const double tolerance = krylov_.criterion.tolerance;
+    const int most = static_cast<int>(ksp->max_it);
+    const Iterations* all = nullptr;
+    try {
+      on_all([&](int r) {
+        ranks_[r]->iterate(tolerance, most);
+        const Iterations& mine = ranks_[r]->finish();
+        if (r == 0) all = &mine;
       });
-    } else {
-      improve_guess();
-      const auto host_asks = [] LICHTENBERG_HOST_DEVICE(bool) {};
-      int go_on = 1;
-      while (go_on) {
-        iterate_once(host_asks);
-        run_->to_host(&go_on, &iterations->go_on, sizeof go_on);
-      }
+    } catch (...) {  // no exception may pass through PETSc's C code
+      failure_ = std::current_exception();
+      ksp->reason = KSP_DIVERGED_NANORINF;
+      return 0;
     }
-    finish_on_device();
-    const Iterations& found = *report_->iterations.host;
+    const Iterations& found = *all;
     for (ksp->its = 0; ksp->its <= std::min(found.done, Iterations::kept - 1); ++ksp->its) {
       ksp->rnorm = found.norm[ksp->its];
       PetscCall(KSPLogResidualHistory(ksp, ksp->rnorm));
@@ -113,294 +103,117 @@ class CutCell : public DeviceSolver {
     ksp->its = found.done;
     krylov_.criterion.scale = found.criterion.scale;
     krylov_.criterion.record(ksp->rnorm);
-    ksp->reason = is_complete_ ? static_cast<KSPConvergedReason>(found.reason) : KSP_CONVERGED_ITS;
+    ksp->reason = is_complete() ? static_cast<KSPConvergedReason>(found.reason) : KSP_CONVERGED_ITS;
     return 0;
   }
 
  protected:
   void make_grids(const LaplaceProblem& problem) override {
-    if (!run_) run_ = PetscSide<Executor>::make();
     release_vectors();
-    multigrid_.reset();
-    history_.clear();
-    check_memory(problem);
-    const Executor& run = *run_;
-    problem_ = std::make_unique<DeviceProblem<Executor>>(run);
-    multigrid_ = std::make_unique<DeviceMultigrid<Executor>>(run, problem, finest_.nx, finest_.ny, options_.links);
-    generation_ = 0;
-    moments_.emplace();
-    for (int k = 0; k < history_length; ++k) history_.emplace_back(run);
-    arrays_.emplace(run);
-    follower_.emplace(run);
-    report_.emplace(run);
+    const long least_cells = devices_ ? devices_->least_cells : 0;
+    if (devices_ && divided_grids(grid_sizes(finest_.nx, finest_.ny), devices_->threads.ranks(), least_cells) == 0)
+      throw InputError("field.cells: a grid of " + std::to_string(finest_.nx) + " x " + std::to_string(finest_.ny) +
+                       " cells is too small for " + std::to_string(devices_->threads.ranks()) +
+                       " devices: each needs at least " + std::to_string(least_cells) + " cells");
+    on_all([&](int r) {
+      if (!ranks_[r])
+        ranks_[r] = std::make_unique<RankSolver<Executor>>(devices_ ? devices_->make(devices_->threads.link(r))
+                                                                    : PetscSide<Executor>::make());
+      ranks_[r]->make_grids(problem, finest_, options_.links, least_cells);
+    });
   }
 
   void discretize(const LaplaceProblem& problem) override {
     refuse_curves(problem, "field.device = \"cuda\"");
-    problem_->upload(problem, finest_.nx, finest_.ny);
-    seconds_before_ = seconds();
-    run_->mark(moments_->begun);
-    multigrid_->build(problem, problem_->view());
+    on_all([&](int r) {
+      ranks_[r]->upload(problem);
+      if (r == 0) seconds_before_ = seconds();
+      ranks_[r]->discretize(problem);
+    });
     prepare_system(problem);
-    run_->mark(moments_->discretized);
   }
 
   void begin(const LaplaceProblem& /*problem*/, LaplaceSolution& /*solution*/) override {
-    if (unit_ != recorded_unit_) recordings_.clear();
-    recorded_unit_ = unit_;
-    const CoarseSolution ahead = followed_ ? followed_->last_solution() : CoarseSolution{};
-    const bool follows = history_size_ > 0 && follower_->is_comparable(ahead);
-    if (follows) follower_->compare(ahead, unit_);
-    const auto both = [this, follows] {
-      const SolveVectors& v = arrays_->view.solve;
-      right_hand_side(*run_, problem_->view(), finest().view(), v.b, unit_);
-      if (follows)
-        follow_change(*run_, problem_->view(), finest().view(), history_[0].view, follower_->change(), v.x);
-      else
-        initial_guess();
-    };
-    if (follows)
-      run_as_graph(recordings_.following[phase_], both);
-    else if (history_size_ == history_length)
-      run_as_graph(recordings_.begin[phase_], both);
-    else
-      both();
+    on_all([&](int r) { ranks_[r]->begin(unit_, followed()); });
   }
 
   /// Solves the system and computes the results on the device, so that one transfer fetches everything.
   void iterate(LaplaceSolution& solution) override {
     krylov_.criterion = {options_.tolerance, 0, 0, 0};
-    if (is_fused_)
+    if (!is_fused_) return solve_by_petsc(solution);
+    failure_ = nullptr;
+    try {
       krylov_.solve(solution);
-    else
-      solve_by_petsc(solution);
+    } catch (...) {
+      if (failure_) std::rethrow_exception(failure_);
+      throw;
+    }
   }
 
   /// Returns true if the arrays of the last solve were large enough. For moving bodies, lists of cells and conductances
   /// grow.
-  bool is_complete() const override { return is_complete_; }
+  bool is_complete() const override { return ranks_[0]->is_complete(); }
 
   void finish(const LaplaceProblem& problem, LaplaceSolution& solution) override {
-    store_in_history();
-    copy_results(problem, solution);
-    solution.seconds.setup = seconds_before_ + moments_->discretized.seconds_since(moments_->begun);
-    solution.seconds.solve = moments_->iterated.seconds_since(moments_->discretized);
+    on_all([&](int r) { ranks_[r]->store(followed()); });
+    ranks_[0]->copy_results(problem, solution);
+    solution.seconds.setup += seconds_before_;
   }
 
-  bool has_history() const override { return history_size_ > 0; }
-  void clear_history() override { history_size_ = 0; }
+  bool has_history() const override { return ranks_[0] && ranks_[0]->has_history(); }
+  void clear_history() override {
+    for (const auto& rank : ranks_)
+      if (rank) rank->clear_history();
+  }
   Field last_field() const override {
-    const GridView& grid = finest().view();
-    std::vector<double> cell(grid.layout.size());
-    std::vector<CellOwner> owner(grid.layout.size());
-    run_->to_host(cell.data(), history_[0].view.cell, cell.size() * sizeof(double));
-    run_->to_host(owner.data(), grid.cells.owner, owner.size() * sizeof(CellOwner));
-    return field_on(grid.layout, grid.h, cell.data(), owner.data());
+    std::vector<double> cell;
+    std::vector<CellOwner> owner;
+    on_all([&](int r) {
+      std::vector<double> cell_of_rank;
+      std::vector<CellOwner> owner_of_rank;
+      ranks_[r]->copy_field(cell_of_rank, owner_of_rank);
+      if (r == 0) cell = std::move(cell_of_rank), owner = std::move(owner_of_rank);
+    });
+    const Layout at(finest_.nx, finest_.ny);
+    return field_on(at, ranks_[0]->cell_width(), cell.data(), owner.data());
   }
 
  private:
-  using StoredSolution = parallel::Arrays<SolutionView, Executor>;
-  using TimePoint = typename Executor::TimePoint;
-  using Recording = typename Executor::Recording;
-  template <class T>
-  using Transferred = typename parallel::PackedTransfer<Executor>::template MirroredArray<T>;
-  struct Moments {
-    TimePoint begun, discretized, iterated;
-  };
-  struct Recordings {
-    Recording begin[history_length], following[history_length];  ///< by phase_
-    Recording iterating, end;
-    void clear() {
-      for (auto* all : {&begin, &following})
-        for (Recording& recording : *all) recording.clear();
-      iterating.clear();
-      end.clear();
-    }
-  };
-  /// Data that the host fetches at the end of a solve: state of the iterations, group potentials, results of bodies and
-  /// sides. A group is a set of bodies with one potential.
-  struct Report {
-    explicit Report(const Executor& run) : parcel(run) {}
-    parallel::PackedTransfer<Executor> parcel;
-    Transferred<Iterations> iterations;
-    /// By group (V), followed by the mean or the common shift of x.
-    Transferred<double> potential;
-    Transferred<BodyResult> body_result;
-    Transferred<SideResult> side_result;
-  };
-  /// Arrays of a solve in device memory: vectors, basis of the initial guess, charge correction.
-  struct Vectors {
-    /// Vectors of the conjugate gradients; x and b belong to the KSP.
-    SolveVectors solve;
-    double* next_potential;
-    BasisView basis;
-    ChargeCorrection correction;
-  };
-  CoarseSolution last_solution() const {
-    if (history_size_ == 0) return {};
-    return {finest().view().layout, problem_->view().bodies, history_[0].view, unit_};
+  /// Calls f(rank) for all ranks at the same time, in a thread each; on one device f(0).
+  template <class F>
+  void on_all(const F& f) const {
+    if (devices_)
+      devices_->threads.on_all(f);
+    else
+      f(0);
   }
-  const DeviceGrid<Executor>& finest() const { return multigrid_->finest(); }
-
-  /// Estimates the memory for grids, conductances and vectors. Throws Failure if the device has less free memory.
-  void check_memory(const LaplaceProblem& problem) const {
-    // Double precision: x, b, three vectors of CG and the history; then the grids' owners, diagonals, v, f and media,
-    // and the guess of the first coarse grid.
-    constexpr double a_cell = (5 + history_length) * sizeof(double) + 16 + 28 / 3.0 + 1;
-    // A disk of R cells has 8 R links, 5.7 R cells next to it and pi R^2 in it; the coarser grids' edges are as long
-    // together as the finest's; a quarter to spare.
-    constexpr double a_link = 68, a_boundary_cell = 36, a_covered_cell = 8, spare = 1.25;
-    double bytes = a_cell * finest_.nx * finest_.ny;
-    const double h = problem.size.x / finest_.nx;
-    for (const Body& body : problem.bodies) {
-      const Outline outline = outline_in_cells(body.shape, h);
-      const double radius = outline.round() ? outline.size : 0.5 * (outline.size + norm(outline.end - outline.centre));
-      bytes += spare * (2 * (8 * a_link + 5.7 * a_boundary_cell) * radius + 4.2 * a_covered_cell * radius * radius);
-    }
-    if (!problem.couplings.empty()) {
-      // All groups in one cluster, on each grid from 8 cells a side on (clustering.hpp).
-      const auto floating = std::ranges::count(problem.groups, true, &Group::floating);
-      bytes += sizeof(double) * (std::log2(finest_.nx / 8.0) + 2) * static_cast<double>(floating) * floating;
-    }
-    const double free_bytes = static_cast<double>(run_->available_memory());
-    if (bytes <= free_bytes) return;
-    const auto in_mib = [](double b) { return std::to_string(static_cast<long>(b / (1 << 20))) + " MiB"; };
-    throw Failure("the field on " + std::to_string(finest_.nx) + " x " + std::to_string(finest_.ny) + " cells around " +
-                  std::to_string(problem.bodies.size()) + " conductors needs " + in_mib(bytes + (1 << 20)) +
-                  " of the device's memory, of which " + in_mib(free_bytes) + " are free");
-  }
+  const RankSolver<Executor>* followed() const { return followed_ ? followed_->ranks_[0].get() : nullptr; }
 
   void release_vectors() {
     if (!parallel::petsc_started()) return;
     krylov_.release();
   }
 
-  /// Makes vectors for the capacity of groups (bodies with one potential), and the KSP on them.
+  /// Makes the KSP on vectors for the capacity of groups (bodies with one potential), and the arrays of the solve.
   void prepare_system(const LaplaceProblem& problem) {
-    const int groups = problem_->view().groups;
-    const auto n = static_cast<PetscInt>(finest().view().layout.size()) + groups;
+    const PetscInt n = devices_ ? 1 : static_cast<PetscInt>(ranks_[0]->entries());
     PetscInt have = -1;
     if (krylov_.x) parallel::check_petsc(VecGetSize(krylov_.x, &have));
     if (have != n) make_ksp(n);
     if (!is_fused_) set_null_space(problem);
-    if (generation_ == multigrid_->generation()) return;
-    generation_ = multigrid_->generation();
-    recordings_.clear();
-    Vectors& v = arrays_->view;
-    v.solve.size = n;
-    for (int k = 0; k < history_length; ++k) arrays_->resize(groups, v.basis.vector[k], v.basis.image[k]);
-    arrays_->resize(n, v.solve.r, v.solve.p, v.solve.q);
-    v.solve.z = multigrid_->result();
-    arrays_->resize(1, v.basis.products);
-    arrays_->resize(1, v.basis.shares);
-    ChargeCorrection& correction = v.correction;
-    arrays_->resize(groups, v.next_potential, correction.residual, correction.shift, correction.hold, correction.held,
-                    correction.to_cells, correction.from_cells, correction.r, correction.p, correction.q,
-                    correction.is_linked);
-    arrays_->resize(SolveGroups::threads * ((groups + SolveGroups::threads - 1) / SolveGroups::threads),
-                    correction.linked);
-    std::tie(report_->iterations, report_->potential, report_->body_result, report_->side_result) =
-        report_->parcel.template divide<Iterations, double, BodyResult, SideResult>(
-            {1, static_cast<std::size_t>(groups) + 1, problem.bodies.size(), 4 * side_parts});
-    v.solve.iterations = report_->iterations.device;
-    correction.level = report_->potential.device + groups;
-  }
-
-  /// Computes the initial guess from the history of solutions, as SolutionHistory::initial_guess. Without a history
-  /// computes it by nested iteration on large grids (DeviceMultigrid::nested_guess), otherwise sets it to zero.
-  void initial_guess() {
-    const ProblemView& problem = problem_->view();
-    const GridView& grid = finest().view();
-    Vectors& v = arrays_->view;
-    constexpr long least_cells = 1 << 20;  // below, the nested guess takes the time of the iterations that it saves
-    const bool is_large = static_cast<long>(finest_.nx) * finest_.ny >= least_cells;
-    if (history_size_ == 0 && is_large && multigrid_->has_nested_guess())
-      return multigrid_->nested_guess(unit_, v.solve.x);
-    if (history_size_ == 0) return run_->fill(v.solve.x, 0, v.solve.size * sizeof(double));
-    v.basis.size = history_size_;
-    for (int p = 0; p < history_size_; ++p) v.basis.solution[p] = history_[p].view;
-    compute_shares(*run_, problem, grid, v.basis, v.solve.b);
-    combine(*run_, problem, grid, v.basis, v.solve.x);
-  }
-
-  /// Relaxes the initial guess near the conductors, where its error is largest, scales it, and computes its residual.
-  /// If only couplings (lumped capacitances) lead to given potentials, also fixes the common shift of the potentials.
-  void improve_guess() {
-    const SolveVectors& v = arrays_->view.solve;
-    const ProblemView& problem = problem_->view();
-    const GridView& grid = finest().view();
-    relax_edges(*run_, problem, grid, v, arrays_->view.next_potential, edge_sweeps);
-    scale_guess(*run_, problem, grid, v);
-    if (problem.couplings.only_ground)
-      fix_potential_level(*run_, problem, grid, v, report_->potential.device + problem.groups);
-  }
-
-  /// Computes charges, forces and energy on the device and copies them with the potentials to the host. Checks that no
-  /// array of the device was too small.
-  void finish_on_device() {
-    run_->mark(moments_->iterated);
-    run_as_graph(recordings_.end, [this] { evaluate(); });
-    multigrid_->begin_capacity_check();
-    report_->parcel.fetch();
-    is_complete_ = multigrid_->check_capacity();
-  }
-
-  /// Computes charges, forces, energies and group potentials from x on the device. A group is a set of bodies with one
-  /// potential.
-  void evaluate() {
-    const ProblemView& problem = problem_->view();
-    const GridView& grid = finest().view();
-    const SolveVectors& v = arrays_->view.solve;
-    correct_charges(*run_, problem, grid, v, unit_, arrays_->view.correction);
-    if (!problem.grounded) fix_mean(*run_, problem, grid, v.x, report_->potential.device + problem.groups);
-    group_potentials(*run_, problem, grid, v.x, unit_, report_->potential.device);
-    sum_bodies(*run_, solved(), report_->body_result.device);
-    sum_sides(*run_, solved(), report_->side_result.device);
-  }
-  SolvedView solved() const {
-    return {problem_->view(), finest().view(), arrays_->view.solve.x, unit_, report_->potential.device};
-  }
-
-  void copy_results(const LaplaceProblem& problem, LaplaceSolution& solution) const {
-    const std::size_t bodies = problem.bodies.size();
-    solution.unknowns = multigrid_->fluid_cells();
-    solution.group_potential.assign(report_->potential.host, report_->potential.host + problem.groups.size());
-    solution.energy = 0;
-    solution.body_charge.resize(bodies);
-    solution.body_force.resize(bodies);
-    for (std::size_t k = 0; k < bodies; ++k) {
-      const BodyResult& body = report_->body_result.host[k];
-      solution.energy += 0.5 * body.charge * solution.group_potential[problem.bodies[k].group];
-      solution.body_charge[k] = body.charge;
-      solution.body_force[k] = {body.force_x, body.force_y};
-    }
-    solution.side_charge = {};
-    for (int part = 0; part < 4 * side_parts; ++part) {
-      solution.side_charge[part / side_parts] += report_->side_result.host[part].charge;
-      solution.energy += report_->side_result.host[part].energy;
-    }
-  }
-
-  void store_in_history() {
-    std::rotate(history_.begin(), history_.end() - 1, history_.end());
-    phase_ = (phase_ + 1) % history_length;
-    history_[0].resize(finest().view().layout.size(), history_[0].view.cell);
-    history_[0].resize(problem_->view().bodies, history_[0].view.body);
-    store_solution(*run_, solved(), history_[0].view);
-    history_size_ = std::min(history_size_ + 1, history_length);
-    if (followed_) follower_->keep(followed_->last_solution());
+    if (devices_) return on_all([&](int r) { ranks_[r]->prepare(problem, nullptr, nullptr); });
+    ranks_[0]->prepare(problem, WriteAccess(krylov_.b), WriteAccess(krylov_.x));
   }
 
   void make_ksp(PetscInt n) {
     release_vectors();
+    const char* vector_type = devices_ ? VECSEQ : PetscSide<Executor>::vector_type;
     parallel::check_petsc(VecCreate(PETSC_COMM_SELF, &krylov_.x));
     parallel::check_petsc(VecSetSizes(krylov_.x, n, n));
-    parallel::check_petsc(VecSetType(krylov_.x, PetscSide<Executor>::vector_type));
+    parallel::check_petsc(VecSetType(krylov_.x, vector_type));
     parallel::check_petsc(VecDuplicate(krylov_.x, &krylov_.b));
-    arrays_->view.solve.b = WriteAccess(krylov_.b);
-    arrays_->view.solve.x = WriteAccess(krylov_.x);
     const char* method = PetscSide<Executor>::method;
-    const Shell shell = Shell::of(this, "cut-cell multigrid on the device", PetscSide<Executor>::vector_type);
+    const Shell shell = Shell::of(this, "cut-cell multigrid on the device", vector_type);
     register_natural_method<iterate_on_device<CutCell>>(method);
     krylov_.make_shell_matrix(shell, n);
     krylov_.make_shell_method(shell, options_.tolerance, method);
@@ -409,6 +222,12 @@ class CutCell : public DeviceSolver {
       krylov_.release();
       throw InputError(std::string("-field_ksp_type ") + fused_cg + " is the CPU's: leave the option out on a device");
     }
+    if (devices_ && !is_fused_) {
+      krylov_.release();
+      throw InputError(
+          "-field_ksp_type and -field_pc_type are not allowed on several devices, which have their own conjugate "
+          "gradients: leave them out");
+    }
     parallel::check_petsc(KSPSetOperators(krylov_.ksp, krylov_.matrix, krylov_.matrix));
     parallel::check_petsc(KSPSetUp(krylov_.ksp));
   }
@@ -416,62 +235,26 @@ class CutCell : public DeviceSolver {
   /// Sets the null space for PETSc's methods: equal potentials if no potential is given, otherwise none.
   void set_null_space(const LaplaceProblem& problem) {
     if (problem.has_ground()) return krylov_.set_null_space(nullptr);
-    krylov_.set_constant_null_space(
-        [this](double* value) { mark_unknowns(*run_, problem_->view(), finest().view(), value); });
-  }
-
-  /// Makes one CG iteration: a V-cycle, then a step unless the residual is already small enough. `again`: continuation
-  /// that receives whether another iteration follows.
-  template <class Continuation>
-  void iterate_once(Continuation again) {
-    const ProblemView& problem = problem_->view();
-    const GridView& grid = finest().view();
-    const SolveVectors& v = arrays_->view.solve;
-    multigrid_->cycle();
-    if (!problem.grounded) remove_mean(*run_, problem, grid, v.z, report_->potential.device + problem.groups);
-    test_convergence(*run_, v);
-    update_direction(*run_, v);
-    compute_step(*run_, problem, grid, v, again);
-    take_step(*run_, grid, v);
+    krylov_.set_constant_null_space([this](double* value) { ranks_[0]->mark(value); });
   }
 
   /// Solves by a Krylov method of PETSc: the method of the option -field_ksp_type, or plain CG if -field_pc_type none
   /// replaces the multigrid.
   void solve_by_petsc(LaplaceSolution& solution) {
-    begin_iterations(*run_, 0, 0, report_->iterations.device);
-    improve_guess();
-    report_->parcel.fetch();
-    krylov_.criterion.energy_norm = report_->iterations.host->criterion.energy_norm;
-    krylov_.criterion.rounding = report_->iterations.host->criterion.rounding;
+    const Iterations& start = ranks_[0]->begin_for_petsc();
+    krylov_.criterion.energy_norm = start.criterion.energy_norm;
+    krylov_.criterion.rounding = start.criterion.rounding;
     krylov_.solve(solution);
-    finish_on_device();
+    ranks_[0]->finish();
   }
 
-  /// Runs the kernels of f as a graph, which is recorded once. If the host takes part in each V-cycle, calls f instead.
-  template <class F>
-  void run_as_graph(typename Executor::Recording& recording, F f) {
-    if (multigrid_->on_device())
-      run_->run(recording, f);
-    else
-      f();
-  }
-  std::unique_ptr<Executor> run_;
-  std::unique_ptr<DeviceProblem<Executor>> problem_;
-  std::unique_ptr<DeviceMultigrid<Executor>> multigrid_;
-  std::optional<Moments> moments_;
-  int generation_ = 0;  // of the grids that the recordings are for
   Krylov krylov_;
   bool is_fused_ = true;  // the KSP is iterate()
-  std::optional<parallel::Arrays<Vectors, Executor>> arrays_;
-  Recordings recordings_;
-  double recorded_unit_ = 1;                    // unit_ in the recordings
-  double seconds_before_ = 0;                   // the last discretization
-  std::vector<StoredSolution> history_;         // newest first
-  int history_size_ = 0, phase_ = 0;            // phase_: says where in memory the newest is
-  const CutCell* followed_ = nullptr;           // the solver on a coarser grid
-  std::optional<Follower<Executor>> follower_;  // its solution at the last solve here
-  std::optional<Report> report_;
-  bool is_complete_ = false;
+  std::optional<SeveralDevices<Executor>> devices_;
+  std::vector<std::unique_ptr<RankSolver<Executor>>> ranks_;
+  double seconds_before_ = 0;          // the last discretization
+  const CutCell* followed_ = nullptr;  // the solver on a coarser grid
+  std::exception_ptr failure_;         // of the iterations
 };
 
 }  // namespace lichtenberg::laplace::device

@@ -40,8 +40,7 @@ struct StoreResidual {
 template <class Executor>
 void store_residual(const Executor& run, ProblemView problem, GridView grid, const double* r) {
   const StoreResidual take{grid};
-  run.for_each(static_cast<long>(grid.layout.size()) + problem.groups,
-               [=] LICHTENBERG_HOST_DEVICE(int k) { take(k, r[k]); });
+  for_each_entry(run, grid, problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) { take(k, r[k]); });
 }
 
 /// Flux to a group through its direct links (gap conductances) with other groups, as additional terms of a sum over its
@@ -91,22 +90,23 @@ void restrict_group_residuals(const Executor& run, ProblemView problem, GridView
     return static_cast<float>(fine.links.conductance[link]) * fine.cycle.v[fine.links.slot[link]];
   };
   const float* before = fine.groups.clusters ? fine.cycle.phi : nullptr;
-  run.sum_pieces(fine.link_pieces(problem), fine.cycle.partial, flux, CycleFluxes{problem, fine, phi, nullptr, before},
-                 [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
-                   const float inverse = fine.groups.inverse_diagonal[g];
-                   float residual = sum + (fine.cycle.charge[g] - phi[g] / inverse);
-                   if (before && fine.groups.clusters->row[g] >= 0)
-                     residual = fine.binds ? sum - fine.cycle.flux[g] : sum;
-                   coarse.cycle.charge[g] = inverse > 0 ? residual : 0.0f;
-                 });
+  sum_by_group(run, fine, links_by_group(problem, fine, fine.cycle.partial), flux,
+               CycleFluxes{problem, fine, phi, nullptr, before}, [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
+                 const float inverse = fine.groups.inverse_diagonal[g];
+                 float residual = sum + (fine.cycle.charge[g] - phi[g] / inverse);
+                 if (before && fine.groups.clusters->row[g] >= 0)
+                   residual = fine.binds ? sum - fine.cycle.flux[g] : sum;
+                 coarse.cycle.charge[g] = inverse > 0 ? residual : 0.0f;
+               });
 }
 
 /// Distributes the residuals of groups (bodies with one potential) to the right-hand side of the four cells around
 /// each. It does so for groups that are unknowns of the next finer grid and part of this grid's effective medium (cells
-/// whose conductances include small bodies without unknowns).
+/// whose conductances include small bodies without unknowns). `rows`: rows of cells that get them.
 template <class Executor>
-void restrict_absorbed(const Executor& run, GridView grid) {
-  run.for_each(grid.layout.ny, grid.layout.nx, [=] LICHTENBERG_HOST_DEVICE(int j, int i) {
+void restrict_absorbed(const Executor& run, GridView grid, Rows rows) {
+  run.for_each(rows.count(), grid.layout.nx, [=] LICHTENBERG_HOST_DEVICE(int row, int i) {
+    const int j = rows.begin + row;
     const float sum = gathered(grid.layout, grid.medium.absorbed_groups, i, j,
                                [&](int g, float share) { return grid.cycle.charge[g] * share; });
     if (sum != 0) grid.cycle.f[slot_of(grid.layout, i, j)] += sum;
@@ -117,8 +117,8 @@ void restrict_absorbed(const Executor& run, GridView grid) {
 /// potential) before the cells use their potentials. Covered cells lie inside conductors.
 template <class Executor>
 void restrict_charges(const Executor& run, ProblemView problem, GridView grid) {
-  run.sum_pieces(
-      grid.covered_pieces(problem), grid.cycle.partial,
+  sum_by_group(
+      run, grid, CellPieces<float>{grid.covered_pieces(problem), grid.covered.slot, grid.cycle.partial},
       [=] LICHTENBERG_HOST_DEVICE(int m) { return grid.cycle.f[grid.covered.slot[m]]; }, parallel::NoAddedValues{},
       [=] LICHTENBERG_HOST_DEVICE(int g, float sum) {
         grid.cycle.charge[g] += sum;
@@ -140,15 +140,35 @@ LICHTENBERG_HOST_DEVICE float absorbed_potential(const ProblemView& problem, con
 
 /// Computes the potentials phi of groups (bodies with one potential) by interpolation, for the correction of the next
 /// finer grid. It does so for groups that are unknowns of that grid and part of this grid's effective medium (cells
-/// whose conductances include small bodies without unknowns).
-template <class Executor>
-void interpolate_absorbed(const Executor& run, ProblemView problem, GridView grid) {
+/// whose conductances include small bodies without unknowns). `potential`: function of a cell's memory index (slot).
+template <class Executor, class Potential>
+void interpolate_absorbed(const Executor& run, ProblemView problem, GridView grid, Potential potential) {
+  const bool is_divided = grid.layout.is_divided();
+  float* mine = is_divided ? values_of_ranks<float>(grid) + run.rank() * grid.capacity[Items::newly_absorbed] : nullptr;
   for_each_item(run, grid, Items::newly_absorbed, [=] LICHTENBERG_HOST_DEVICE(int m) {
     const int g = grid.medium.absorbed_groups.item[m];
-    grid.cycle.phi[g] = absorbed_potential(
-        problem, grid, g, [&](std::ptrdiff_t slot) { return potential_at(problem, grid, static_cast<int>(slot)); });
+    const float phi = absorbed_potential(problem, grid, g, potential);
+    if (!is_divided) {
+      grid.cycle.phi[g] = phi;
+      return;
+    }
+    const int row = static_cast<int>(grid.medium.centre[g].y), last = grid.layout.ny - 1;
+    mine[m] = grid.layout.own.contains(row < 0 ? 0 : row < last ? row : last) ? phi : 0.0f;
+  });
+  if (!is_divided) return;
+  const int* number = grid.number + Items::newly_absorbed;
+  add_ranks<float>(run, grid, grid.capacity[Items::newly_absorbed], [=] LICHTENBERG_HOST_DEVICE(int m, float phi) {
+    if (m < *number) grid.cycle.phi[grid.medium.absorbed_groups.item[m]] = phi;
   });
 }
+/// Potential of a cell, by its memory index (slot), with its conductor's potential in a covered cell.
+struct PotentialInCell {
+  ProblemView problem;
+  GridView grid;
+  LICHTENBERG_HOST_DEVICE float operator()(std::ptrdiff_t slot) const {
+    return potential_at(problem, grid, static_cast<int>(slot));
+  }
+};
 
 /// Computes the flux from cells to groups (bodies with one potential), with the groups' charges if there are no
 /// clusters (groups solved together). If no groups are linked to each other, also computes the groups' new potentials.
@@ -156,8 +176,8 @@ void interpolate_absorbed(const Executor& run, ProblemView problem, GridView gri
 template <class Executor>
 void relax_groups(const Executor& run, ProblemView problem, GridView grid, double* z) {
   const bool are_linked = grid.may_link_groups();
-  run.sum_pieces(
-      grid.link_pieces(problem), grid.cycle.partial,
+  sum_by_group(
+      run, grid, links_by_group(problem, grid, grid.cycle.partial),
       [=] LICHTENBERG_HOST_DEVICE(int link) {
         return static_cast<float>(grid.links.conductance[link]) * grid.cycle.v[grid.links.slot[link]];
       },
@@ -184,7 +204,7 @@ inline const float* potentials_down(const GridView& grid) {
 /// finest grid StoreResidual sets them instead.
 template <class Executor>
 void collect(const Executor& run, const ProblemView& problem, const GridView& grid) {
-  if (grid.may_have(Items::newly_absorbed)) restrict_absorbed(run, grid);
+  if (grid.may_have(Items::newly_absorbed)) restrict_absorbed(run, grid, grid.layout.own);
   if (grid.may_have(Items::unknown_groups)) restrict_charges(run, problem, grid);
 }
 
@@ -196,7 +216,7 @@ void for_each_tile(const Executor& run, const ProblemView& problem, const GridVi
   constexpr int small = 192;  // cells along a side of the coarse grid: fewer high tiles than processors
   const auto of = [&]<int rows, bool medium>(Half<rows, medium> half) {
     using Of = Half<rows, medium>;
-    run.template for_each_block<512, 3>(Of::Tiles::all(coarse), Of::bytes, half);
+    run.template for_each_block<512, 3>(Of::Tiles::all(grid), Of::bytes, half);
   };
   const bool is_small = coarse.layout.nx <= small;
   if (grid.has_medium)

@@ -31,10 +31,12 @@ class DeviceSolver : public CutCellBackend {
   virtual Profile profile(int repeats) = 0;
 };
 
-/// Makes a solver on PETSc's CUDA device. Throws InputError without such a device, or without CUDA in the build.
+/// Makes a solver on PETSc's CUDA device, or on several (CutCellOptions::cuda_devices). Throws InputError without such
+/// devices, or without CUDA in the build; for several also without NCCL.
 std::unique_ptr<DeviceSolver> make_cuda_solver(const CutCellOptions& options);
 
-/// Makes a solver that runs the device's algorithm on the CPU, for comparison.
-std::unique_ptr<DeviceSolver> make_host_solver(const CutCellOptions& options);
+/// Makes a solver that runs the device's algorithm on the CPU, for comparison. `ranks`: number of devices that threads
+/// of the CPU represent; several divide grids of at least 1024 cells each.
+std::unique_ptr<DeviceSolver> make_host_solver(const CutCellOptions& options, int ranks = 1);
 
 }  // namespace lichtenberg::laplace::device

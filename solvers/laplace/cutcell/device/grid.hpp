@@ -178,6 +178,16 @@ struct PreconditionedResidual {
   LICHTENBERG_HOST_DEVICE double operator[](long k) const { return k < cells ? cell[k] : group[k - cells]; }
 };
 
+/// Division of a grid's rows among the ranks of several devices (divided.hpp). Borders are multiples of 2^shift rows,
+/// so that the borders on coarser grids are at the same heights.
+struct RowDivision {
+  int ranks = 1, shift = 0;
+  /// Returns the first row of a rank of a grid with `ny` rows; `ny` for the rank behind the last.
+  LICHTENBERG_HOST_DEVICE int border(int ny, int rank) const {
+    return static_cast<int>(static_cast<long>(ny >> shift) * rank / ranks) << shift;
+  }
+};
+
 /// Maximum number of cells in a strip, a part of a row of a body's bounding box.
 constexpr int strip_width = 32;
 /// Maximum number of links (conductances) or covered cells (inside conductors) in a piece, the unit of a parallel sum.
@@ -215,6 +225,10 @@ struct GridView {
   PieceArrays pieces;
   GroupArrays groups;
   CycleArrays cycle;
+  /// Rows of all ranks. `layout.own` is those of this rank; on a grid that each rank computes it is all rows.
+  RowDivision rows;
+  /// Memory for values from each rank; null on one device.
+  double* from_ranks;
 
   /// Returns the numbers of items of all bodies before the given rank (place in the order of bodies by group). A group
   /// is a set of bodies with one potential.

@@ -26,6 +26,8 @@ struct GridRole {
   const ClusterView *clusters = nullptr, *exact_clusters = nullptr;
   /// The finest grid, whose direct links this coarse grid inherits; null: none.
   const GridView* finest = nullptr;
+  /// GridView::from_ranks.
+  double* from_ranks = nullptr;
 };
 
 /// One grid on the device: its memory, and its discretization (cells, conductances, matrix diagonals).
@@ -36,11 +38,20 @@ class DeviceGrid {
       : run_(run), arrays_(run) {
     GridView& grid = own();
     grid.layout = Layout(nx, ny);
+    grid.rows = {};
     grid.h = h;
     grid.formula = formula;
     grid.finest = finest;
     resize_with_zeros(grid.layout.size(), grid.cells.inverse_diagonal, grid.cycle.f, grid.cycle.v);
     arrays_.resize(grid.layout.size(), grid.cells.owner);
+  }
+
+  /// Divides the grid's rows among several ranks. With shift 0 each rank computes all rows, but receives right-hand
+  /// sides by their rows.
+  void divide(const RowDivision& rows) {
+    Layout& at = own().layout;
+    own().rows = rows;
+    if (rows.shift > 0) at.own = {rows.border(at.ny, run_.rank()), rows.border(at.ny, run_.rank() + 1)};
   }
 
   /// Returns the device pointers to the grid's arrays.
@@ -58,6 +69,7 @@ class DeviceGrid {
     grid.binds = role.binds;
     grid.number = role.number;
     grid.required = role.required;
+    grid.from_ranks = role.from_ranks;
     grid.groups.clusters = role.clusters;
     grid.groups.exact_clusters = role.exact_clusters;
     grid.inherited = {};

@@ -9,8 +9,13 @@ struct PetscSide<parallel::HostExecutor> {
   static std::unique_ptr<parallel::HostExecutor> make() { return std::make_unique<parallel::HostExecutor>(); }
 };
 
-std::unique_ptr<DeviceSolver> make_host_solver(const CutCellOptions& options) {
-  return std::make_unique<CutCell<parallel::HostExecutor>>(options);
+std::unique_ptr<DeviceSolver> make_host_solver(const CutCellOptions& options, int ranks) {
+  using parallel::HostExecutor;
+  if (ranks == 1) return std::make_unique<CutCell<HostExecutor>>(options);
+  return std::make_unique<CutCell<HostExecutor>>(
+      options, SeveralDevices<HostExecutor>{{parallel::host_links(ranks), [](int) {}},
+                                            [](auto link) { return std::make_unique<HostExecutor>(std::move(link)); },
+                                            1L << 10});
 }
 
 #ifndef LICHTENBERG_WITH_CUDA

@@ -128,7 +128,7 @@ void compute_shares(const Executor& run, ProblemView problem, GridView grid, Bas
 template <class Executor>
 void combine(const Executor& run, ProblemView problem, GridView grid, BasisView basis, double* x) {
   const int cells = static_cast<int>(grid.layout.size());
-  run.for_each(cells + static_cast<long>(problem.groups), [=] LICHTENBERG_HOST_DEVICE(int k) {
+  for_each_entry(run, grid, problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
     const BasisValues values = k < cells ? basis.at(grid, k) : basis.at_group(basis.vector, k - cells);
     double sum = 0;
     for (int p = 0; p < history_length; ++p)

@@ -50,6 +50,19 @@ class SmallestBodies {
   Outline bar_{.kind = Outline::Kind::bar, .centre = {}, .end = {infinite, 0}};
 };
 
+/// Returns the number of grids, from the finest on, whose rows `ranks` devices divide. Each device must have at least
+/// `least_cells` cells of a divided grid, because the exchange of ghost rows takes longer than the cells that it saves.
+inline int divided_grids(const std::vector<GridSize>& sizes, int ranks, long least_cells) {
+  constexpr int least_rows = 32;
+  const int last = static_cast<int>(sizes.size()) - 1;
+  const auto is_large = [&](GridSize size) {
+    return static_cast<long>(size.nx) * size.ny >= least_cells * ranks && size.ny >= least_rows * ranks;
+  };
+  int divided = 0;
+  while (ranks > 1 && divided < last && is_large(sizes[divided])) ++divided;
+  return divided;
+}
+
 /// Multigrid preconditioner on the device: all grids and the V-cycle on them (../multigrid.hpp). A large grid takes a
 /// few kernels, all small grids together one. If conductors have direct links (gap conductances), two Jacobi sweeps
 /// replace each Gauss-Seidel sweep over groups (bodies with one potential). If links are strong, the sweeps relax
@@ -58,12 +71,16 @@ template <class Executor>
 class DeviceMultigrid {
  public:
   /// Makes the grids, the finest of nx x ny cells, without a problem's bodies. `formula`: formula of the links'
-  /// conductances.
-  DeviceMultigrid(const Executor& run, const LaplaceProblem& problem, int nx, int ny, LinkFormula formula)
+  /// conductances; `least_cells`: of a rank, as in divided_grids().
+  DeviceMultigrid(const Executor& run, const LaplaceProblem& problem, int nx, int ny, LinkFormula formula,
+                  long least_cells = 0)
       : run_(run), coarsest_(run), numbers_(run), clustering_(run, static_cast<int>(grid_sizes(nx, ny).size())) {
     for (const GridSize& size : grid_sizes(nx, ny))
       grids_.emplace_back(run, size.nx, size.ny, problem.size.x / size.nx, formula, grids_.empty());
     medium_.assign(grids_.size(), false);
+    divided_ = divided_grids(grid_sizes(nx, ny), run.ranks(), least_cells);
+    if (divided_ == 0) return;
+    for (int l = 0; l <= divided_; ++l) grids_[l].divide({run.ranks(), divided_ - l});
   }
 
   /// Discretizes the problem on all grids and prepares the coarsest grid's solver. Whether the arrays were large enough
@@ -190,6 +207,7 @@ class DeviceMultigrid {
         interpolate_guess(run_, problem_, CoarsePotentials{problem_, grids_[l + 1].view(), unit}, grid, kept);
       coarse_cycle(l);
       if (l < first_solved_) add_guess(run_, problem_, grid, kept);
+      exchange_ghosts(run_, grid, grid.cycle.v, ghosts_of_correction);
       interpolate_absorbed_guess(run_, problem_, CoarsePotentials{problem_, grid, unit});
     }
     interpolate_to_finest(run_, problem_, CoarsePotentials{problem_, grids_[1].view(), unit}, grids_[0].view(), x);
@@ -234,12 +252,15 @@ class DeviceMultigrid {
     problem_ = given_problem_;
     if (clustered()) problem_.sets = clustering_.reserve_sets(problem_.groups);
     const int first_small = this->first_small();
+    // By group, or three values by body, or two by part of a side.
+    if (divided_ > 0) from_ranks_.resize(run_.ranks() * (3L * problem_.bodies + 2L * problem_.groups + 1024));
     std::vector<GridView> views;
     for (int l = 0; l < levels(); ++l) {
       GridRole role;
       role.has_medium = medium_[l];
       role.is_small = l >= first_small;
       role.binds = l < first_small && l + 1 < levels();
+      role.from_ranks = from_ranks_.data();
       role.number = number_.data() + l * Items::kinds;
       role.required = required_.device + l * Items::kinds;
       if (clustered()) role.clusters = clustering_.clusters(l);
@@ -314,7 +335,7 @@ class DeviceMultigrid {
   /// counts only if it is the only grid.
   int first_small() const {
     int first = levels() - 1;
-    while (first > 1 && levels() - first < SmallGrids::most &&
+    while (first > std::max(1, divided_) && levels() - first < SmallGrids::most &&
            small_grids(first - 1).bytes() <= run_.most_block_memory())
       --first;
     return first;
@@ -335,14 +356,18 @@ class DeviceMultigrid {
   }
 
   void down(int l) {
-    const GridView& grid = grids_[l].view();
+    const GridView &grid = grids_[l].view(), &coarse = grids_[l + 1].view();
     if (l > 0) collect(run_, problem_, grid);
-    descend(run_, problem_, grid, grids_[l + 1].view());
+    exchange_ghosts(run_, grid, grid.cycle.f, ghosts_of_rhs);
+    descend(run_, problem_, grid, coarse);
+    if (l + 1 == divided_) exchange_rows(run_, coarse, coarse.cycle.f, coarse.layout.ny);
   }
   void up(int l, double* z_of_groups) {
     const GridView& coarse = grids_[l + 1].view();
+    exchange_ghosts(run_, coarse, coarse.cycle.v, ghosts_of_correction);
     const bool was_small = on_device() && l + 1 == first_solved_;
-    if (!was_small && coarse.may_have(Items::newly_absorbed)) interpolate_absorbed(run_, problem_, coarse);
+    if (!was_small && coarse.may_have(Items::newly_absorbed))
+      interpolate_absorbed(run_, problem_, coarse, PotentialInCell{problem_, coarse});
     ascend(run_, problem_, grids_[l].view(), coarse, z_of_groups);
   }
 
@@ -376,6 +401,8 @@ class DeviceMultigrid {
   Clustering<Executor> clustering_;
   parallel::Array<double, Executor> group_result_{run_};  // PreconditionedResidual::group
   parallel::Array<float, Executor> guess_{run_};          // KeptGuess of all coarse grids
+  int divided_ = 0;                                       // grids with rows divided among ranks
+  parallel::Array<double, Executor> from_ranks_{run_};    // GridView::from_ranks
 };
 
 }  // namespace lichtenberg::laplace::device

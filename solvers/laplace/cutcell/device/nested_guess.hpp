@@ -59,7 +59,7 @@ void absorb_charges(const Executor& run, ProblemView problem, const GridView* fi
     grid.cycle.charge[g] =
         problem.floating[g] ? static_cast<float>(problem.charge[g] / problem.permittivity / unit) : 0.0f;
   });
-  restrict_absorbed(run, grid);
+  restrict_absorbed(run, grid, {0, grid.layout.ny});
 }
 
 /// Potential of the electrode sides at the faces of a coarse grid, whose cells are `ratio` cells of the finest grid
@@ -148,8 +148,8 @@ void interpolate_guess(const Executor& run, ProblemView problem, CoarsePotential
                                        : v[n.west] + v[n.east] + v[n.south] + v[n.north];
     grid.cycle.f[slot] += flux + group_sums(grid, slot, i, j, kept.phi, nullptr).one - v[slot] / inverse;
   });
-  run.sum_pieces(
-      grid.link_pieces(problem), grid.cycle.partial,
+  sum_by_group(
+      run, grid, links_by_group(problem, grid, grid.cycle.partial),
       [=] LICHTENBERG_HOST_DEVICE(int link) {
         return static_cast<float>(grid.links.conductance[link]) * grid.cycle.v[grid.links.slot[link]];
       },
@@ -180,10 +180,8 @@ template <class Executor>
 void interpolate_absorbed_guess(const Executor& run, ProblemView problem, CoarsePotentials coarse) {
   const GridView grid = coarse.grid;
   if (!grid.may_have(Items::newly_absorbed)) return;
-  for_each_item(run, grid, Items::newly_absorbed, [=] LICHTENBERG_HOST_DEVICE(int m) {
-    const int g = grid.medium.absorbed_groups.item[m];
-    grid.cycle.phi[g] =
-        absorbed_potential(problem, grid, g, [&](std::ptrdiff_t slot) { return coarse.cell(static_cast<int>(slot)); });
+  interpolate_absorbed(run, problem, grid, [=] LICHTENBERG_HOST_DEVICE(std::ptrdiff_t slot) {
+    return coarse.cell(static_cast<int>(slot));
   });
 }
 

@@ -45,8 +45,8 @@ struct SolveVectors {
 template <class Executor, class Cell, class Finish>
 void group_fluxes(const Executor& run, ProblemView problem, GridView grid, Cell cell, const double* group,
                   Finish finish) {
-  run.sum_pieces(
-      grid.link_pieces(problem), grid.pieces.partial,
+  sum_by_group(
+      run, grid, links_by_group(problem, grid, grid.pieces.partial),
       [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link] * cell(grid.links.slot[link]); },
       DirectFluxes<double>{problem, grid, group}, finish);
 }
@@ -80,6 +80,10 @@ struct Place {
 
   LICHTENBERG_HOST_DEVICE static int rows(const Layout& at) { return 2 * (at.ny + 2); }
   LICHTENBERG_HOST_DEVICE static int columns(const Layout& at) { return static_cast<int>(at.stride); }
+  /// Returns the rows that this rank computes: of an undivided grid all, padding included.
+  static Rows own_rows(const Layout& at) {
+    return at.is_divided() ? Rows{2 * (at.own.begin + 1), 2 * (at.own.end + 1)} : Rows{0, rows(at)};
+  }
   LICHTENBERG_HOST_DEVICE Place(const Layout& at, int row_of_colour, int column_)
       : colour(row_of_colour & 1), row(row_of_colour >> 1), column(column_) {
     slot = colour * static_cast<int>(at.colour_size()) + row * static_cast<int>(at.stride) + column;
@@ -147,15 +151,19 @@ void apply_to_groups(const Executor& run, ProblemView problem, GridView grid, Ce
 template <class Executor, class OfCell, class OfGroup, class Finish>
 void sum_of_entries(const Executor& run, ProblemView problem, GridView grid, OfCell at_cell, OfGroup at_group,
                     Finish finish) {
-  const int rows = Place::rows(grid.layout), columns = Place::columns(grid.layout), groups = problem.groups;
-  run.sum(
-      rows + (groups + columns - 1) / columns, columns,
-      [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
-        if (row < rows) return at_cell(Place(grid.layout, row, column));
-        const int g = (row - rows) * columns + column;
-        return g < groups ? at_group(g) : decltype(at_group(g)){};
-      },
-      finish);
+  using Sum = decltype(at_group(0));
+  const int columns = Place::columns(grid.layout), groups = grid.layout.is_first() ? problem.groups : 0;
+  const int first = Place::own_rows(grid.layout).begin, rows = Place::own_rows(grid.layout).count();
+  const auto value = [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
+    if (row < rows) return at_cell(Place(grid.layout, first + row, column));
+    const int g = (row - rows) * columns + column;
+    return g < groups ? at_group(g) : Sum{};
+  };
+  const int all_rows = rows + (groups + columns - 1) / columns;
+  if (!grid.layout.is_divided()) return run.sum(all_rows, columns, value, finish);
+  Sum* mine = values_of_ranks<Sum>(grid) + run.rank();
+  run.sum(all_rows, columns, value, [=] LICHTENBERG_HOST_DEVICE(const Sum& sum) { *mine = sum; });
+  add_ranks<Sum>(run, grid, 1, [=] LICHTENBERG_HOST_DEVICE(int, const Sum& sum) { finish(sum); });
 }
 
 /// Computes the cells' part of y = A x without couplings (lumped capacitances), when the groups' part is complete.
@@ -184,10 +192,10 @@ void apply_to_groups(const Executor& run, ProblemView problem, GridView grid, co
 template <class Executor>
 void apply_operator(const Executor& run, ProblemView problem, GridView grid, const double* x, double* y) {
   const ApplyToCell apply{problem, grid, x, y};
-  const int rows = Place::rows(grid.layout);
+  const int first = Place::own_rows(grid.layout).begin, rows = Place::own_rows(grid.layout).count();
   run.for_each(rows, Place::columns(grid.layout), [=] LICHTENBERG_HOST_DEVICE(int row, int column) {
     // One colour after the other: a device takes part of all rows at a time.
-    apply(Place(grid.layout, row < rows / 2 ? 2 * row : 2 * row - rows + 1, column));
+    apply(Place(grid.layout, first + (row < rows / 2 ? 2 * row : 2 * row - rows + 1), column));
   });
   apply_to_groups(run, problem, grid, x, y);
   add_couplings(run, problem, x + grid.layout.size(), y + grid.layout.size());
@@ -226,7 +234,7 @@ void scale_guess(const Executor& run, ProblemView problem, GridView grid, SolveV
       });
   add_couplings(run, problem, v.x + cells, v.q + cells);
   const StoreResidual take{grid};
-  run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
+  for_each_entry(run, grid, problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
     const double factor = v.iterations->factor;
     v.x[k] *= factor;
     v.r[k] = v.b[k] - factor * v.q[k];
@@ -251,14 +259,14 @@ LICHTENBERG_HOST_DEVICE double to_given(const ProblemView& problem, int g, Value
 template <class Executor>
 void fix_potential_level(const Executor& run, ProblemView problem, GridView grid, SolveVectors v, double* level) {
   const int cells = static_cast<int>(grid.layout.size());
-  run.sum(
-      v.size, [=] LICHTENBERG_HOST_DEVICE(int k) { return v.r[k]; },
+  sum_of_vector(
+      run, grid, problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) { return v.r[k]; },
       [=] LICHTENBERG_HOST_DEVICE(double sum) {
         *level = sum / *problem.couplings.to_given;
         v.iterations->raise_rounding(std::abs(*level), static_cast<double>(v.size));
       });
   const StoreResidual take{grid};
-  run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
+  for_each_entry(run, grid, problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
     if (grid.is_unknown(k)) v.x[k] += *level;
     if (k < cells) return;
     v.r[k] -= *level * to_given(problem, k - cells, [](int) { return 1.0; });
@@ -268,18 +276,19 @@ void fix_potential_level(const Executor& run, ProblemView problem, GridView grid
 
 /// Computes the CG search direction p = z + beta p, without reading p if beta is 0.
 template <class Executor>
-void update_direction(const Executor& run, SolveVectors v) {
-  run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
+void update_direction(const Executor& run, ProblemView problem, GridView grid, SolveVectors v) {
+  for_each_entry(run, grid, problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
     const double beta = v.iterations->cg.beta;
     v.p[k] = beta == 0 ? v.z[k] : v.z[k] + beta * v.p[k];
   });
+  exchange_ghosts(run, grid, v.p, ghosts_of_product);
 }
 
 /// Takes a CG step: x += alpha p and r -= alpha q, and stores r for the V-cycle.
 template <class Executor>
-void take_step(const Executor& run, GridView grid, SolveVectors v) {
+void take_step(const Executor& run, ProblemView problem, GridView grid, SolveVectors v) {
   const StoreResidual take{grid};
-  run.for_each(v.size, [=] LICHTENBERG_HOST_DEVICE(int k) {
+  for_each_entry(run, grid, problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
     const double alpha = v.iterations->alpha;
     v.x[k] += alpha * v.p[k];
     const double residual = v.r[k] - alpha * v.q[k];
@@ -311,9 +320,9 @@ void compute_step(const Executor& run, ProblemView problem, GridView grid, Solve
 
 /// Tests convergence of the residual by r'z, and computes beta of the next search direction.
 template <class Executor>
-void test_convergence(const Executor& run, SolveVectors v) {
-  run.sum(
-      v.size, [=] LICHTENBERG_HOST_DEVICE(int k) { return v.r[k] * v.z[k]; },
+void test_convergence(const Executor& run, ProblemView problem, GridView grid, SolveVectors v) {
+  sum_of_vector(
+      run, grid, problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) { return v.r[k] * v.z[k]; },
       [=] LICHTENBERG_HOST_DEVICE(double product) { v.iterations->test_convergence(product); });
 }
 
@@ -326,8 +335,8 @@ void solve_group_potentials(const Executor& run, ProblemView problem, GridView g
                             double* next) {
   const int cells = static_cast<int>(grid.layout.size());
   if (grid.groups.exact_clusters) {
-    run.sum_pieces(
-        grid.link_pieces(problem), grid.pieces.partial,
+    sum_by_group(
+        run, grid, links_by_group(problem, grid, grid.pieces.partial),
         [=] LICHTENBERG_HOST_DEVICE(int link) { return grid.links.conductance[link] * x[grid.links.slot[link]]; },
         parallel::NoAddedValues{}, [=] LICHTENBERG_HOST_DEVICE(int g, double sum) { next[g] = b[cells + g] + sum; });
     return solve_exactly(run, problem, grid, next, x + cells);
@@ -403,7 +412,7 @@ struct Mean {
 /// Subtracts *mean from every unknown in x.
 template <class Executor>
 void subtract(const Executor& run, ProblemView problem, GridView grid, const double* mean, double* x) {
-  run.for_each(static_cast<long>(grid.layout.size()) + problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
+  for_each_entry(run, grid, problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
     if (grid.is_unknown(k)) x[k] -= *mean;
   });
 }
@@ -412,13 +421,13 @@ void subtract(const Executor& run, ProblemView problem, GridView grid, const dou
 /// receives the mean.
 template <class Executor>
 void remove_mean(const Executor& run, ProblemView problem, GridView grid, PreconditionedResidual z, double* mean) {
-  run.sum(
-      static_cast<long>(grid.layout.size()) + problem.groups,
+  sum_of_vector(
+      run, grid, problem.groups,
       [=] LICHTENBERG_HOST_DEVICE(int k) {
         return grid.is_unknown(k) ? Mean{z[k], 1} : Mean{};
       },
       [=] LICHTENBERG_HOST_DEVICE(const Mean& all) { *mean = all.value(); });
-  run.for_each(z.cells + problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
+  for_each_entry(run, grid, problem.groups, [=] LICHTENBERG_HOST_DEVICE(int k) {
     if (!grid.is_unknown(k)) return;
     if (k < z.cells)
       z.cell[k] = static_cast<float>(z.cell[k] - *mean);

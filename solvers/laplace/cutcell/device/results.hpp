@@ -97,10 +97,11 @@ struct SolvedView {
 /// Stores the cell and body potentials in units of `scale`, for the history of solutions.
 template <class Executor>
 void store_solution(const Executor& run, SolvedView solved, SolutionView solution) {
-  run.for_each(static_cast<long>(solved.grid.layout.size()), [=] LICHTENBERG_HOST_DEVICE(int slot) {
+  for_each_entry(run, solved.grid, 0, [=] LICHTENBERG_HOST_DEVICE(int slot) {
     const CellOwner owner = solved.grid.cells.owner[slot];
     solution.cell[slot] = owner.is_fluid() ? solved.cell[slot] : solved.body_potential(owner.body()) / solved.scale;
   });
+  exchange_ghosts(run, solved.grid, solution.cell, ghosts_of_product);
   run.for_each(solved.problem.bodies, [=] LICHTENBERG_HOST_DEVICE(int body) {
     solution.body[body] = solved.body_potential(body) / solved.scale;
   });
@@ -112,16 +113,20 @@ template <class Executor>
 void sum_bodies(const Executor& run, SolvedView solved, BodyResult* result) {
   const ProblemView& problem = solved.problem;
   const GridView& grid = solved.grid;
-  run.sum_segments(
-      problem.bodies,
-      [=] LICHTENBERG_HOST_DEVICE(int rank) {
-        return grid.link_start(rank + 1) - grid.link_start(rank) + grid.direct.start[rank + 1] -
-               grid.direct.start[rank];
-      },
+  const auto count = [=] LICHTENBERG_HOST_DEVICE(int rank) {
+    return grid.link_start(rank + 1) - grid.link_start(rank) + grid.direct.start[rank + 1] - grid.direct.start[rank];
+  };
+  sum_segments_of_ranks(
+      run, grid, Segments<decltype(count)>{problem.bodies, count},
       [=] LICHTENBERG_HOST_DEVICE(int rank, int t) {
         const int links = grid.link_start(rank + 1) - grid.link_start(rank);
         if (t < links) return solved.link_result(grid.link_start(rank) + t);
         return solved.direct_link_result(grid.direct.link[grid.direct.start[rank] + t - links]);
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int rank, int t) {
+        const int first = grid.link_start(rank);
+        return t < grid.link_start(rank + 1) - first ? grid.layout.owns(grid.links.slot[first + t])
+                                                     : grid.layout.is_first();
       },
       [=] LICHTENBERG_HOST_DEVICE(int rank, BodyResult sum) { result[problem.body_at[rank]] = sum; });
 }
@@ -133,17 +138,20 @@ constexpr int side_parts = 64;
 /// sums by side and by part of the side; 0 for insulating sides.
 template <class Executor>
 void sum_sides(const Executor& run, SolvedView solved, SideResult* result) {
-  const Layout& at = solved.grid.layout;
+  const Layout at = solved.grid.layout;
   const auto first = [at] LICHTENBERG_HOST_DEVICE(int segment, int next) {
     return (segment % side_parts + next) * faces_of(at, segment / side_parts) / side_parts;
   };
-  run.sum_segments(
-      4 * side_parts,
-      [=] LICHTENBERG_HOST_DEVICE(int segment) {
-        return solved.problem.electrode[segment / side_parts] ? first(segment, 1) - first(segment, 0) : 0;
-      },
+  const auto count = [=] LICHTENBERG_HOST_DEVICE(int segment) {
+    return solved.problem.electrode[segment / side_parts] ? first(segment, 1) - first(segment, 0) : 0;
+  };
+  sum_segments_of_ranks(
+      run, solved.grid, Segments<decltype(count)>{4 * side_parts, count},
       [=] LICHTENBERG_HOST_DEVICE(int segment, int t) {
         return solved.face_result(segment / side_parts, first(segment, 0) + t);
+      },
+      [=] LICHTENBERG_HOST_DEVICE(int segment, int t) {
+        return at.own.contains(cell_at_face(at, segment / side_parts, first(segment, 0) + t).j);
       },
       [=] LICHTENBERG_HOST_DEVICE(int segment, SideResult sum) { result[segment] = sum; });
 }

@@ -134,8 +134,10 @@ struct Tiling {
   LICHTENBERG_HOST_DEVICE static int in_a_row(const GridView& coarse) {
     return (coarse.layout.nx + across - 1) / across;
   }
-  /// Returns the number of tiles (rectangles of cells) that cover the grid.
-  static int all(const GridView& coarse) { return in_a_row(coarse) * ((coarse.layout.ny + along - 1) / along); }
+  /// Returns the number of tiles (rectangles of cells) that cover the own rows of the fine grid.
+  static int all(const GridView& fine) {
+    return (fine.layout.nx / 2 + across - 1) / across * ((fine.layout.own.count() / 2 + along - 1) / along);
+  }
 };
 
 /// Computes the restriction of red cells' residuals to coarse cell (I, J) by full weighting. `nx`, `ny`: size of the
@@ -173,7 +175,8 @@ struct Descend {
   template <class Block>
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int b) const {
     const Cells tile(block.template memory<float>());
-    const int I = b % Tiles::in_a_row(coarse) * Tiles::across, J = b / Tiles::in_a_row(coarse) * Tiles::along;
+    const int I = b % Tiles::in_a_row(coarse) * Tiles::across;
+    const int J = fine.layout.own.begin / 2 + b / Tiles::in_a_row(coarse) * Tiles::along;
     const int from_k = I - halo_pairs, from_j = 2 * J - halo;
     block.each(rows, Cells::pairs, [&](int y, int pair) {
       tile.load(fine, y, pair, from_k + pair, from_j + y, phi, nullptr);
@@ -258,7 +261,8 @@ struct Ascend {
   LICHTENBERG_HOST_DEVICE void operator()(const Block& block, int b) const {
     float* correction = block.template memory<float>();
     const Cells tile(correction + coarse_cells);
-    const int I = b % Tiles::in_a_row(coarse) * Tiles::across, J = b / Tiles::in_a_row(coarse) * Tiles::along;
+    const int I = b % Tiles::in_a_row(coarse) * Tiles::across;
+    const int J = fine.layout.own.begin / 2 + b / Tiles::in_a_row(coarse) * Tiles::along;
     const int from_k = I - 1, from_j = 2 * J - halo;
     block.template each<2>(coarse_cells, [&](int k) {
       correction[k] = mirrored_potential(problem, coarse, I - 2 + k % coarse_width, J - 2 + k / coarse_width);

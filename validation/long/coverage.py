@@ -1,18 +1,19 @@
 #!/usr/bin/python3
-"""Counts by gcovr, a Debian package, the lines and branches of src/ and solvers/ that the quick tier executes.
+"""Counts the lines and branches of src/ and solvers/ that the quick tier executes, by gcovr.
 
     validation/long/coverage.py [--keep] [--write] [--lines FOLDER]
 
-It builds the preset coverage, runs its tests, and prints a row for each folder. The option --keep counts without a build
-and without tests. The option --write renews docs/measurements/coverage.json; run docs/render_measurements.py afterwards.
-The option --lines prints the lines of a folder that no test executes. Branches that only exceptions take are not counted, nor are CUDA files, which a
-device executes. Exit status 1: a bound is not reached, a test fails, or a file below LISTED has no reason in
-coverage.json.
+It builds the preset coverage. It runs its tests and prints a row for each folder. The option --keep counts without a
+build and without tests. The option --write renews docs/measurements/coverage.json for docs/render_measurements.py. The
+option --lines prints the lines of a folder that no test executes. Branches that only exceptions take are not counted.
+CUDA files are not counted, because a device executes them. The exit status is 1 if a bound is not reached, if a test
+fails, or if a file below LISTED has no reason in coverage.json.
 """
 import argparse
 import datetime
 import json
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -78,7 +79,7 @@ def file_rows(files, reasons):
 def measurement(measures, rows, **more):
     git = ["git", "-C", str(HOME), "rev-parse", "--short", "HEAD"]
     return {
-        "page": "coverage",
+        "page": "validation",
         "measures": measures,
         "unit": "1",
         "commit": subprocess.run(git, capture_output=True, text=True, check=True).stdout.strip(),
@@ -96,6 +97,8 @@ def main():
     parser.add_argument("--write", action="store_true")
     parser.add_argument("--lines", metavar="FOLDER")
     options = parser.parse_args()
+    if not shutil.which("gcovr"):
+        sys.exit("coverage.py: gcovr is missing (Debian package gcovr)")
     passed = options.keep or run_tests()
     files = counted()
     if options.lines:
@@ -115,8 +118,10 @@ def main():
     faults += ["tests fail"] * (not passed)
     if options.write:
         note = "_covered: per cent of lines, and of branches without those of exceptions, that the tests of the quick tier execute."
-        DATA.write_text(json.dumps([measurement("lines and branches that the quick tier executes", folders, note=note),
-                                    measurement(f"files of which it executes less than {LISTED:g} % of lines", listed)], indent=1) + "\n")  # fmt: skip
+        parts = [measurement("lines and branches that the quick tier executes", folders, note=note)]
+        if listed:
+            parts.append(measurement(f"files of which it executes less than {LISTED:g} % of the lines", listed))
+        DATA.write_text(json.dumps(parts, indent=1) + "\n")
     if figures := os.environ.get("LICHTENBERG_FIGURES"):
         Path(figures).write_text(json.dumps({name: whole[name] for name in whole if name != "folder"}))
     for fault in faults:

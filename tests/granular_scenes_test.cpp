@@ -312,6 +312,9 @@ TEST_CASE("scenes of grains: impossible ones are refused with a one-line message
       {box + fast + contact + "[stop]\ntime = 1\n", "times its stiffness would suffice"},
       {box + few + contact + "[effects.charge_exchange]\nmodel = \"none\"\ntransfer_prefactor = 1\n",
        "effects.charge_exchange.transfer_prefactor is not allowed with effects.charge_exchange.model = \"none\""},
+      {box + grains + contact +
+           "[effects.gas_drag]\nstokes = 1\nspeed = 1\ncorrelation_time = 1e-17\n[stop]\ntime = 1\n",
+       "effects.gas_drag.correlation_time = 1e-17 is not allowed: it must be longer than 2.22e-16, stop.time"},
       {box + few + contact + exchange + "model = \"impact\"\nfeedback = 1\n",
        "effects.charge_exchange.feedback is not allowed with effects.charge_exchange.model = \"impact\": it is for "
        "\"size\", \"material\" and \"polarization\""},

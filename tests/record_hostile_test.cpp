@@ -176,6 +176,39 @@ TEST_CASE("result with a radius of 0 or NaN or with excess numbers: refused") {
                                    source_folder())) == 0);
 }
 
+// Found by validation/fuzz: each of these gave an error of a library, NaN in the output of analyse, or a read beyond an
+// array.
+TEST_CASE("hostile result files: sizes and texts that readers relied on are refused") {
+  struct Change {
+    std::string lines, sentence;
+  };
+  const auto replaced_by = [](const std::string& name, const std::string& value) {
+    return fmt::format("del f['{0}']; f['{0}'] = {1}", name, value);
+  };
+  const Folder folder;
+  const std::string path = folder / "run.h5";
+  const auto refusal = [&](const Change& change_of_file, bool is_over, const std::function<void()>& read) {
+    fs::remove(path);
+    run(path, 3, is_over);
+    change(folder, change_of_file.lines);
+    const std::string sentence = message_of(read);
+    CAPTURE(sentence);
+    CHECK(contains(sentence, change_of_file.sentence));
+  };
+  for (const Change& changed : std::vector<Change>{
+           {replaced_by("scene/text", "'title = [\\x01'"), "run.h5:/scene/text:1:10: not a TOML file"},
+           {replaced_by("summary/energy", "numpy.zeros(0)"), "energy has 0 numbers where there should be one"},
+           {replaced_by("particles/conductors/radius", "1.0"), "has no rows"}})
+    refusal(changed, true, [&] { Recorder::resume(path, some_scene(), few); });
+  const std::string time = "particles/conductors/position/time";
+  refusal({fmt::format("f['{}'][1] = numpy.nan", time), "one finite time each"}, true, [&] { Result result(path); });
+  refusal({replaced_by("network/contacts_end", "numpy.zeros((3, 0), 'i8')"), "contacts has no end in a frame"}, true,
+          [&] {
+            const ResultFile file(path, "read");
+            file.list<std::int32_t>("contacts", file.rows<std::int64_t>("network/contacts_end"), 1);
+          });
+}
+
 // HDF5 loops endlessly if the free space of a heap has the length 0.
 TEST_CASE("hostile result file: text heap with free space of length 0 is refused") {
   const Folder folder;

@@ -331,6 +331,11 @@ Bodies GasAnalyser::bodies(int index) const {
       bodies.momentum[i * d + k] = bodies.mass[i] * velocity[3 * i + k];
     }
   bodies.charge = frame.reals("charge");
+  if (!bodies.charge.empty() && bodies.charge.size() != bodies.radius.size())
+    throw InputError(
+        fmt::format("the result file {} is damaged and cannot be analysed (frame {} holds {} charges of {} "
+                    "grains)",
+                    result_.path(), index, bodies.charge.size(), bodies.size()));
   for (const std::span<const double> values :
        {std::span(position), std::span(velocity), std::span<const double>(bodies.charge)})
     if (!std::ranges::all_of(values, [](double value) { return std::abs(value) < no_quantity; }))

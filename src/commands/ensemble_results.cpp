@@ -104,7 +104,7 @@ Quantities quantities_of(const ResultFile& from) {
   result["conductors"] = static_cast<double>(hdf5::get<double>(file, "particles/conductors/radius").size());
   for (const std::string name : {"connected", "endpoints", "branch_points", "field_solves", "iterations"})
     if (const std::string path = "observables/" + name + "/value"; from.has(path))
-      result[name] = from.rows<double>(path, from.frames() - 1, 1).at(0);
+      result[name] = hdf5::single(from.rows<double>(path, from.frames() - 1, 1), path);
   result["seconds"] = wall_seconds(file);
   return result;
 }
@@ -112,8 +112,8 @@ Quantities quantities_of(const ResultFile& from) {
 /// Throws InputError if the run is past the present [stop]. It would end at once, with another summary or none.
 void refuse_past(const std::string& path, const ResultFile& file, const Scene& now, bool just_ended) {
   // The "time" of a packing counts its iterations.
-  const bool later =
-      !now.effects.has(&EffectKind::packing) && file.rows<double>(times, file.frames() - 1, 1).at(0) > now.stop.time;
+  const bool later = !now.effects.has(&EffectKind::packing) &&
+                     hdf5::single(file.rows<double>(times, file.frames() - 1, 1), times) > now.stop.time;
   if (just_ended || later)
     throw InputError(
         fmt::format("the result file {} is already past the end that [stop] now sets: move it away, or name another "
@@ -125,7 +125,7 @@ void refuse_past(const std::string& path, const ResultFile& file, const Scene& n
 Json inspect_file(const std::string& path, const Member& member, bool just_ended) {
   const ResultFile file(path, "gone on with");
   const std::string text = hdf5::get_text(file.file(), "scene/text");
-  const std::string change = first_change(text, member.text);
+  const std::string change = first_change(text, member.text, path + ":/scene/text");
   if (!change.empty())
     throw InputError(
         fmt::format("key `{}` has changed since the result file {} was started: move that file away, or name another "

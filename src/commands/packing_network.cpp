@@ -31,12 +31,13 @@ std::vector<network::Point> points(const std::vector<double>& numbers) {
 std::vector<network::PackingWall> read_walls(const hdf5::Handle& file) {
   if (!hdf5::exists(file, "scene/walls")) {
     const std::vector<double> size = hdf5::get<double>(file, "scene/domain/size");
+    if (size.size() < 2) throw hdf5::Error("scene/domain/size must have two lengths");
     std::vector<network::PackingWall> sides = {{"left", {}, {1, 0, 0}},
                                                {"right", {size[0], 0, 0}, {-1, 0, 0}},
                                                {"bottom", {}, {0, 1, 0}},
                                                {"top", {0, size[1], 0}, {0, -1, 0}}};
     if (!hdf5::exists(file, "scene/domain/height")) return sides;
-    const double height = hdf5::get<double>(file, "scene/domain/height").at(0);
+    const double height = hdf5::single(hdf5::get<double>(file, "scene/domain/height"), "scene/domain/height");
     sides.push_back({"front", {}, {0, 0, 1}});
     sides.push_back({"back", {0, 0, height}, {0, 0, -1}});
     return sides;
@@ -73,7 +74,7 @@ Vec3 size_in(const ResultFile& result, int frame) {
   Vec3 size;
   for (int k = 0; k < 3; ++k)
     if (const std::string axis = fmt::format("observables/size_{}/value", "xyz"[k]); result.has(axis))
-      size[k] = result.rows<double>(axis, frame, 1).front();
+      size[k] = hdf5::single(result.rows<double>(axis, frame, 1), axis);
   return size;
 }
 
@@ -281,6 +282,7 @@ std::vector<Load> read_loads(const std::string& path) {
           "--loads is not allowed for {}: it has no loads; only a run with the table [compression] has", path));
     const auto fraction = file.rows<double>("observables/packing_fraction/value"),
                pressure = file.rows<double>("observables/pressure/value");
+    if (fraction.size() != pressure.size()) throw hdf5::Error("each load must have one packing fraction and pressure");
     std::vector<Load> loads;
     for (std::size_t k = 1; k < fraction.size(); ++k) loads.push_back({static_cast<int>(k), fraction[k], pressure[k]});
     return loads;

@@ -102,6 +102,18 @@ void check_positions(const std::string& path, const Scene& scene) {
   }
 }
 
+/// Returns the numbers of a column of a frame; empty if there is no such column. Throws InputError unless each of
+/// `bodies` has `width` of them.
+std::vector<double> numbers_in(const Frame& frame, const char* column, std::size_t bodies, std::size_t width,
+                               const std::string& path) {
+  std::vector<double> numbers = frame.reals(column);
+  if (!numbers.empty() && numbers.size() != width * bodies)
+    throw InputError(
+        fmt::format("the result file {} is damaged and cannot be started from ({} has {} numbers for {} bodies)", path,
+                    column, numbers.size(), bodies));
+  return numbers;
+}
+
 /// Returns the three components of row i.
 Vec3 vector_at(const std::vector<double>& numbers, std::size_t i) {
   return {numbers.at(3 * i), numbers.at(3 * i + 1), numbers.at(3 * i + 2)};
@@ -132,15 +144,18 @@ void start_from(const std::string& path, std::optional<int> requested_frame, Sce
   check_bodies(result, scene, stop);
   check_size(result, index, scene);
   const Frame frame = result.frame(index);
-  const std::vector<double> position = frame.reals("position"), velocity = frame.reals("velocity"),
-                            rotation = frame.reals("angular_velocity");
+  const auto numbers = [&, bodies = scene.conductors.size()](const char* column, std::size_t width) {
+    return numbers_in(frame, column, bodies, width, path);
+  };
+  const std::vector<double> position = numbers("position", 3), velocity = numbers("velocity", 3),
+                            rotation = numbers("angular_velocity", 3);
   for (std::size_t i = 0; i < scene.conductors.size(); ++i) {
     scene.conductors[i].position = vector_at(position, i);
     if (!velocity.empty()) scene.conductors[i].velocity = vector_at(velocity, i);
     if (!rotation.empty()) scene.conductors[i].angular_velocity = vector_at(rotation, i);
   }
   check_positions(path, scene);
-  if (const std::vector<double> charge = frame.reals("charge"); !charge.empty()) set_charges(charge, scene);
+  if (const std::vector<double> charge = numbers("charge", 1); !charge.empty()) set_charges(charge, scene);
   scene.started_from = fmt::format("{}, frame {}", path, index);
 }
 

@@ -111,6 +111,10 @@ ConductorFrame conductor_frame(const Frame& columns) {
                        .charge_leaked = number("charge_leaked"),
                        .field_solves = static_cast<std::int64_t>(number("field_solves")),
                        .iterations = static_cast<std::int64_t>(number("iterations"))};
+  for (const std::size_t size :
+       {frame.velocity.size(), frame.force.size(), frame.charge.size(), frame.potential.size(), frame.group.size()})
+    if (size != frame.position.size() && (charged || size > 0))
+      throw InputError("the columns of a frame have different numbers of conductors");
   read_terminals(columns, frame);
   if (!columns.find("energy_by_supplies")) return frame;
   frame.energy_balance.emplace();

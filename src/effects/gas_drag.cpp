@@ -1,10 +1,30 @@
 #include "src/effects/gas_drag.hpp"
 
+#include <fmt/format.h>
+
+#include <limits>
+
 #include "src/effects/device_forces.hpp"
 #include "src/model/drive_part.hpp"
 #include "src/scene/si.hpp"
 
 namespace lichtenberg::effects {
+namespace {
+
+/// Refuses a time that is shorter than the spacing of doubles at the end of the run: Wind could not count the
+/// intervals.
+void check_correlation_time(const Draft& draft) {
+  const double shortest = draft.scene.stop.time * std::numeric_limits<double>::epsilon(),
+               given = draft.scene.effects.find<GasDragOptions>()->correlation_time;
+  if (given > shortest) return;
+  refuse(
+      draft.scene.path, draft.line("effects.gas_drag.correlation_time"),
+      fmt::format("effects.gas_drag.correlation_time = {:g} is not allowed: it must be longer than {:.3g}, stop.time "
+                  "times the relative accuracy of a double",
+                  given, shortest));
+}
+
+}  // namespace
 
 const EffectKind& GasDragOptions::kind() {
   static const EffectKind kind = {
@@ -45,6 +65,7 @@ const EffectKind& GasDragOptions::kind() {
             require_in_si(draft, "effects.gas_drag.stokes");
             if (draft.scene.effects.find<GasDragOptions>()->speed > 0)
               require_in_si(draft, "effects.gas_drag.correlation_time");
+            check_correlation_time(draft);
           },
       .make =
           [](const Scene& scene) {

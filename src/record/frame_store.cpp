@@ -41,7 +41,7 @@ std::uint64_t free_bytes(const std::string& path) {
 
 std::uint64_t bytes_in(const hdf5::Handle& file, const std::vector<Series>& all) {
   std::uint64_t bytes = 0;
-  for (const Series& series : all) bytes += hdf5::shape(file, series.dataset).at(0) * series.row_bytes();
+  for (const Series& series : all) bytes += hdf5::row_count(file, series.dataset) * series.row_bytes();
   return bytes;
 }
 
@@ -80,7 +80,7 @@ void FrameStore::resume_from(const ResultFile& result, std::int64_t frames) {
   is_resumed_ = true;
   series_ = series_in(result.file());
   frames_ = frames;
-  last_time_ = result.rows<double>(series_[1].dataset, frames_ - 1, 1).at(0);
+  last_time_ = hdf5::single(result.rows<double>(series_[1].dataset, frames_ - 1, 1), series_[1].dataset);
   const std::int64_t first = resume_segments(result);
   is_whole_file_ = segments_.empty() && !stale_segments_remain_ && bytes_in(result.file(), series_) > tail_limit_;
   if (!is_whole_file_) tail_.assign(static_cast<std::size_t>(frames_ - first), Rows(series_.size()));

@@ -347,6 +347,12 @@ std::string get_text(hid_t parent, const std::string& name) {
 
 Shape shape(hid_t parent, const std::string& name) { return dataset_shape(open_dataset(parent, name)); }
 
+hsize_t row_count(hid_t parent, const std::string& name) {
+  const Shape lengths = shape(parent, name);
+  if (lengths.empty()) throw Error(name + " has no rows");
+  return lengths.front();
+}
+
 #define FOR_NUMBER(Number)                                                                                           \
   template void put_attribute(hid_t, const std::string&, std::span<const Number>, const Shape&);                     \
   template void put(hid_t, const std::string&, std::span<const Number>, const Shape&, const std::string&);           \

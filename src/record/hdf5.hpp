@@ -157,5 +157,15 @@ std::vector<Number> get_rows(hid_t parent, const std::string& name, hsize_t firs
 std::string get_text(hid_t parent, const std::string& name);
 /// Returns the shape of a dataset. Throws Error if it is missing.
 Shape shape(hid_t parent, const std::string& name);
+/// Returns the number of rows of a dataset (elements of its first dimension). Throws Error if it is missing or has no
+/// dimension.
+hsize_t row_count(hid_t parent, const std::string& name);
+/// Returns the only one of the numbers read from `name`. Throws Error if they are none or several.
+template <class Number>
+Number single(const std::vector<Number>& numbers, const std::string& name) {
+  if (numbers.size() != 1)
+    throw Error(name + " has " + std::to_string(numbers.size()) + " numbers where there should be one");
+  return numbers.front();
+}
 
 }  // namespace lichtenberg::hdf5

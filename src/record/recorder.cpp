@@ -21,7 +21,7 @@ std::vector<Quantity> get_summary(const hdf5::Handle& file) {
   if (!hdf5::exists(file, "summary")) return summary;
   const hdf5::Handle group = hdf5::open_group(file, "summary");
   for (const std::string& name : hdf5::names(group))
-    summary.push_back({name, hdf5::get<double>(group, name).at(0), ""});
+    summary.push_back({name, hdf5::single(hdf5::get<double>(group, name), name), ""});
   return summary;
 }
 
@@ -35,7 +35,7 @@ std::int64_t frames_of_checkpoint(const ResultFile& result) {
 }
 
 void check_scene(const hdf5::Handle& file, const std::string& path, const Scene& scene) {
-  const std::string change = first_change(hdf5::get_text(file, "scene/text"), scene.text);
+  const std::string change = first_change(hdf5::get_text(file, "scene/text"), scene.text, path + ":/scene/text");
   if (!change.empty())
     throw InputError(
         fmt::format("{}: key `{}` has changed since the result file {} was started; to resume a run, only [stop], "
@@ -156,7 +156,7 @@ Recorder Recorder::resume(const std::string& path, const Scene& scene, std::uint
     check_start(result.file(), path, scene);
     recorder.warning_ = warning_of_another_build(result.file(), path);
     recorder.resume_from(result);
-    if (const auto particles = hdf5::shape(result.file(), "particles/conductors/radius").at(0);
+    if (const auto particles = hdf5::row_count(result.file(), "particles/conductors/radius");
         particles != scene.conductors.size())
       throw hdf5::Error(fmt::format("it has {} particles, and its scene {}", particles, scene.conductors.size()));
     recorder.put_constants([&](const hdf5::Handle& file) {

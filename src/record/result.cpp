@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "solvers/error.hpp"
 #include "src/record/layout.hpp"
@@ -40,6 +41,9 @@ Result::Result(const std::string& path) : path_(path) {
     if (!file_->has(time) || file_->frames() == 0)
       throw InputError(fmt::format("the result file {} holds no frames: there is nothing to analyse", path));
     times_ = file_->rows<double>(time);
+    if (static_cast<std::int64_t>(times_.size()) != file_->frames() ||
+        !std::ranges::all_of(times_, [](double instant) { return std::isfinite(instant); }))
+      throw hdf5::Error("the frames do not have one finite time each");
     if (file_->has(ends)) contact_ends_ = file_->rows<std::int64_t>(ends);
     conductors_ = radius().size();
   });
@@ -146,9 +150,9 @@ std::vector<int> Result::successor(int index) const {
   return guarded([&] {
     std::vector<int> result;
     for (const double next : reals(std::string(conductors) + "successor", index, conductors_)) {
-      result.push_back(static_cast<int>(next));
-      if (next < analysis::unconnected || next >= static_cast<double>(conductors_))
+      if (!(next >= analysis::unconnected && next < static_cast<double>(conductors_)))
         throw hdf5::Error(fmt::format("successor {} is no conductor", next));
+      result.push_back(static_cast<int>(next));
     }
     return result;
   });

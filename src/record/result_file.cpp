@@ -148,7 +148,7 @@ void ResultFile::find_ranges() {
   const hdf5::Handle own = prefix.empty() ? hdf5::open_group(*file_, "/") : hdf5::open_group(*file_, prefix);
   const std::string home = element_with_time(own);
   if (home.empty()) return;
-  const auto count = static_cast<std::int64_t>(hdf5::shape(own, home + "/time").at(0));
+  const auto count = static_cast<std::int64_t>(hdf5::row_count(own, home + "/time"));
   ranges_.push_back({frames_, count, -1});
   frames_ += count;
 }
@@ -192,6 +192,7 @@ std::vector<Number> ResultFile::rows(const std::string& dataset, std::int64_t fi
 template <class Number>
 std::vector<Number> ResultFile::list(const std::string& name, const std::vector<std::int64_t>& ends, std::int64_t frame,
                                      std::int64_t count) const {
+  if (static_cast<std::int64_t>(ends.size()) < frame + count) throw hdf5::Error(name + " has no end in a frame");
   const FrameRange& range = range_with(frame);
   const auto end_before = [&](std::int64_t k) { return k > 0 ? ends.at(static_cast<std::size_t>(k - 1)) : 0; };
   const std::int64_t before = end_before(range.first), first = end_before(frame), end = end_before(frame + count);

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "src/effects/effects.hpp"
+#include "src/scene/document.hpp"
 #include "src/scene/old_names.hpp"
 #include "src/scene/schema.hpp"
 
@@ -40,8 +41,8 @@ std::string first_difference(const toml::table& a, const toml::table& b) {
   return "";
 }
 
-toml::table without_ignored_keys(const std::string& text) {
-  toml::table table = toml::parse(text);
+toml::table without_ignored_keys(const std::string& text, const std::string& path) {
+  toml::table table = parse_document(text, path);
   replace_old_names(table, Schema(effects::all_kinds()), "");
   table.erase("stop");
   table.erase("output");
@@ -55,8 +56,8 @@ toml::table without_ignored_keys(const std::string& text) {
 
 }  // namespace
 
-std::string first_change(const std::string& before, const std::string& now) {
-  return first_difference(without_ignored_keys(before), without_ignored_keys(now));
+std::string first_change(const std::string& before, const std::string& now, const std::string& path_before) {
+  return first_difference(without_ignored_keys(before, path_before), without_ignored_keys(now, "scene"));
 }
 
 }  // namespace lichtenberg

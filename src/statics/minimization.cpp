@@ -343,13 +343,13 @@ void Minimization::restore(const Checkpoint& checkpoint) {
   Implementation& self = *implementation_;
   const auto position = checkpoint.reals.find("position");
   const auto counters = checkpoint.integers.find("counters");
+  const std::vector<std::int64_t>& method = integers(checkpoint, "method");
   if (position == checkpoint.reals.end() || counters == checkpoint.integers.end() || counters->second.size() != 3 ||
-      position->second.size() != self.minimizer->point().x.size())
+      position->second.size() != self.minimizer->point().x.size() || method.size() != 2)
     throw Failure("the checkpoint is not one of this scene's minimization");
-  const std::vector<std::int64_t>& method = checkpoint.integers.at("method");
-  if (method.at(0)) self.method = MinimizeMethod::newton_cg;
-  self.changed_at = method.at(1);
-  self.newton_threshold = checkpoint.reals.at("settled").at(0);
+  if (method[0]) self.method = MinimizeMethod::newton_cg;
+  self.changed_at = method[1];
+  self.newton_threshold = reals(checkpoint, "settled", 1).front();
   self.start(self.in_own_order(position->second));
   self.minimizer->remember(checkpoint.reals);
   self.iteration = counters->second[0];

@@ -22,7 +22,8 @@ if [[ ${LICHTENBERG_OWN_MOUNTS:-} != yes ]]; then exec env LICHTENBERG_OWN_MOUNT
 
 root=$(mktemp -d "/var/tmp/lichtenberg-$release.XXXXXX")
 remove_root() {
-  umount "$root/proc" "$root/dev" 2>/dev/null || true
+  while umount "$root/proc" 2>/dev/null; do :; done  # debootstrap mounts it too
+  umount "$root/dev" 2>/dev/null || true
   mountpoint -q "$root/dev" || rm -rf --one-file-system "$root"
 }
 trap remove_root EXIT

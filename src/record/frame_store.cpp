@@ -45,11 +45,13 @@ std::uint64_t bytes_in(const hdf5::Handle& file, const std::vector<Series>& all)
   return bytes;
 }
 
-/// Returns rows `first` to `first + count` of values.
+/// Returns rows `first` to `first + count` of values. Throws hdf5::Error if there are fewer.
 Values part_of(const Values& values, const Series& series, std::int64_t first, std::int64_t count) {
   return std::visit(
       [&]<class Number>(const std::vector<Number>& numbers) -> Values {
         const auto width = static_cast<std::int64_t>(series.row_bytes() / sizeof(Number));
+        if (first < 0 || count < 0 || (first + count) * width > static_cast<std::int64_t>(numbers.size()))
+          throw hdf5::Error(fmt::format("rows of {} are missing", series.name));
         return std::vector<Number>(numbers.begin() + first * width, numbers.begin() + (first + count) * width);
       },
       values);
@@ -112,8 +114,10 @@ void FrameStore::resume_rows(const ResultFile& result, std::size_t k, std::int64
   std::vector<std::int64_t> ends(static_cast<std::size_t>(is_list ? frames_ : 0));  // unknown before begin - 1
   if (is_list) {
     const std::int64_t known = std::max<std::int64_t>(begin - 1, 0);
-    std::ranges::copy(result.rows<std::int64_t>(fmt::format("network/{}_end", series.name), known, frames_ - known),
-                      ends.begin() + known);
+    const auto stored = result.rows<std::int64_t>(fmt::format("network/{}_end", series.name), known, frames_ - known);
+    if (static_cast<std::int64_t>(stored.size()) != frames_ - known)
+      throw hdf5::Error(fmt::format("{} has not one end for each frame", series.name));
+    std::ranges::copy(stored, ends.begin() + known);
     ends_[series.name] = ends.back();
     last_lists_.push_back(list_column(series, values_in(result, series, ends, frames_ - 1, 1)));
   }

@@ -130,6 +130,9 @@ std::vector<Segment> get_segments(const hdf5::Handle& index) {
              bytes = hdf5::get<std::int64_t>(group, "bytes"), crc = hdf5::get<std::int64_t>(group, "crc");
   if (frames.size() != number.size() || bytes.size() != number.size() || crc.size() != number.size())
     throw hdf5::Error("its list of segments has gaps");
+  constexpr std::int64_t most_frames = std::int64_t{1} << 40;  // sums of all do not overflow
+  if (!std::ranges::all_of(frames, [](std::int64_t count) { return count >= 0 && count <= most_frames; }))
+    throw hdf5::Error("its list of segments has wrong numbers of frames");
   std::vector<Segment> segments;
   for (std::size_t k = 0; k < number.size(); ++k)
     segments.push_back(

@@ -283,7 +283,8 @@ void change(Document& document, const Grammar& grammar, Dice& dice) {
 }
 
 std::string with_changed_characters(std::string text, Dice& dice) {
-  static const std::string special("\"'[]{}=#\n\r\t.,\\\0\x1b\xff\xc3\xa9-e0", 26);
+  static constexpr char characters[] = "\"'[]{}=#\n\r\t.,\\\0\x1b\xff\xc3\xa9-e0";
+  static const std::string special(characters, sizeof characters - 1);
   for (std::size_t k = 1 + dice.below(3); k > 0 && !text.empty(); --k) {
     const std::size_t at = dice.below(text.size()), length = 1 + dice.below(dice.chance(0.2) ? 200 : 3);
     if (dice.chance(0.4))

@@ -175,7 +175,7 @@ bool is_in_hdf5(const std::string& report) {
   for (std::sregex_iterator at(report.begin(), report.end(), frame), end; at != end; ++at) {
     const std::string text = at->str();
     if (text.find("libhdf5") != std::string::npos) return true;
-    if (text.find("lichtenberg") != std::string::npos || text.find("/src/") != std::string::npos) return false;
+    if (text.find("lichtenberg") != std::string::npos || text.find("/validation/") != std::string::npos) return false;
   }
   return false;
 }
@@ -266,12 +266,14 @@ clock_t clock() noexcept {
 // The sanitizer's operator new ends the process where no memory is left; the program reports std::bad_alloc.
 // Without inlining, GCC does not compare new with free().
 [[gnu::noinline]] void* operator new(std::size_t bytes) {
-  void* const memory =
-      bytes <= lichtenberg::fuzz::largest_block ? std::malloc(std::max<std::size_t>(bytes, 1)) : nullptr;
+  void* const memory = operator new(bytes, std::nothrow);
   if (memory == nullptr) throw std::bad_alloc();
   return memory;
 }
 [[gnu::noinline]] void* operator new[](std::size_t bytes) { return operator new(bytes); }
+[[gnu::noinline]] void* operator new(std::size_t bytes, const std::nothrow_t&) noexcept {
+  return bytes <= lichtenberg::fuzz::largest_block ? std::malloc(std::max<std::size_t>(bytes, 1)) : nullptr;
+}
 [[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete[](void* memory) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "solvers/error.hpp"
+#include "solvers/laplace/spheres/accuracy.hpp"
 #include "solvers/laplace/spheres/krylov.hpp"
 #include "solvers/stopwatch.hpp"
 
@@ -20,20 +22,82 @@ struct SphereSolver::Implementation {
   std::vector<double> x;
   History history;
   SphereSolution solution;
+  double force_share = 1;  ///< Factor of the tolerance that the forces of the last solve needed
 };
 
 namespace {
 
+/// Share of the accuracy that the residual of the iteration may use. It is empirical: with 0.3 the error of the forces
+/// doubles (docs/measurements/negative-results.json).
+constexpr double residual_share = 0.2;
+/// Smallest tolerance of the iteration: about fifty roundings.
+constexpr double finest_residual = 1e-14;
+
 /// Returns the tolerance for the norm of the residual of x = sqrt(R) a. A charge q on the smallest sphere (R) has x = q
 /// / sqrt(R). An error in the dipole of the largest sphere (R') causes a field error there larger by sqrt(R' / R).
-/// Narrow gaps tighten the tolerance further. It is bounded below by about fifty roundings or the requested value. The
-/// factor 0.2 is empirical: with 0.3 the error of the forces doubles (docs/measurements/negative-results.json).
+/// Narrow gaps tighten the tolerance further. It is bounded below by about fifty roundings or the requested value.
 double tolerance_for(const System& system, double accuracy) {
-  const double requested_tolerance = 0.2 * accuracy;
+  const double requested_tolerance = residual_share * accuracy;
   if (system.sites().empty()) return requested_tolerance;
   const auto [smallest, largest] = std::ranges::minmax(system.sites(), {}, &Site::radius);
   const double weighed = system.fields().narrowness() * std::sqrt(smallest.radius / largest.radius);
-  return std::max(requested_tolerance * weighed, std::min(requested_tolerance, 1e-14));
+  return std::max(requested_tolerance * weighed, std::min(requested_tolerance, finest_residual));
+}
+
+/// Estimates the error of the forces due to the residual, over the largest force on a movable sphere. An error e of x =
+/// sqrt(R) a changes a sphere's response by up to e / sqrt(R), and its force by 4 pi eps |x| |e| / R; e is the
+/// preconditioned residual. The largest force counts as at least the rounding of measures of accuracy (scales_of).
+double force_error(const System& system, const std::vector<double>& x, const std::vector<double>& product,
+                   const SphereSolution& solution) {
+  const SphereProblem& problem = system.problem();
+  std::vector<double> residual = system.right_hand_side();
+  for (std::size_t k = 0; k < residual.size(); ++k) residual[k] -= product[k];
+  system.precondition(residual.data());
+  const std::vector<int> start = starts(system.sites());
+  const int movable = problem.movable < 0 ? static_cast<int>(problem.spheres.size()) : problem.movable;
+  double largest = 0;
+  for (int i = 0; i < movable; ++i) {
+    double strength = 0, left = 0;
+    for (int k = start[i]; k < start[i + 1]; ++k) strength += x[k] * x[k], left += residual[k] * residual[k];
+    largest = std::max(largest, std::sqrt(strength * left) / problem.spheres[i].radius);
+  }
+  if (largest == 0) return 0;
+  const Scales scales = scales_of(problem, solution);
+  return 4 * std::numbers::pi * problem.permittivity * largest / std::max(scales.force, scales.force_rounding);
+}
+
+/// Iterates until the residual is small enough for potentials, charges and forces. Forces of distant or neutral spheres
+/// are much smaller than the product of their charges, relative to which the iteration stops; they need a smaller
+/// tolerance. `force_share` is its factor, on entry that of the last solve. Computes the solution.
+KrylovResult iterate(const System& system, double accuracy, double& force_share, std::vector<double>& x,
+                     SphereSolution& solution) {
+  constexpr double least_share = 1e-3, margin = 0.7;
+  const double tolerance = tolerance_for(system, accuracy), finest = std::min(tolerance, finest_residual);
+  double goal = std::max(force_share * tolerance, finest);
+  std::optional<KrylovResult> found;
+  Timings seconds;
+  for (int iterations = 0;;) {
+    try {
+      const Stopwatch watch(seconds.solve);
+      found = solve_krylov(system, goal, x);
+      system.enforce_charges(x.data());
+    } catch (const Failure&) {  // rounding excludes the smaller tolerance, as with large couplings
+      force_share = 1;
+      if (found) return *std::move(found);
+      if (goal == tolerance) throw;
+      goal = tolerance;
+      continue;
+    }
+    found->iterations = iterations += found->iterations;
+    const Stopwatch watch(seconds.forces);
+    solution = system.results(x, found->product);
+    solution.seconds = seconds;
+    const double excess = force_error(system, x, found->product, solution) / (residual_share * accuracy);
+    force_share = excess > 0 ? std::clamp(margin * found->residual / (excess * tolerance), least_share, 1.0) : 1;
+    const double next = std::max(force_share * tolerance, finest);
+    if (!(excess > 1) || !(next < goal)) return *std::move(found);
+    goal = next;
+  }
 }
 
 }  // namespace
@@ -63,30 +127,23 @@ SphereSolution SphereSolver::solve(const SphereProblem& problem) {
   Timings seconds;
   std::unique_ptr<System> system;
   std::vector<double> x;
-  KrylovResult krylov;
   {
     const Stopwatch watch(seconds.setup);
     system = std::make_unique<System>(problem, my.options, *my.team, my.system.get());
   }
   {
     const Stopwatch watch(seconds.solve);
-    const double tolerance = tolerance_for(*system, my.options.accuracy);
     if (!my.history.empty() && my.history.front().sites.size() != system->sites().size()) my.history.clear();
-    x = system->start(my.history, tolerance);
-    krylov = solve_krylov(*system, tolerance, x);
-    system->enforce_charges(x.data());
+    x = system->start(my.history, tolerance_for(*system, my.options.accuracy));
   }
-  {
-    const Stopwatch watch(seconds.forces);
-    solution = system->results(x, krylov.product);
-  }
+  const KrylovResult krylov = iterate(*system, my.options.accuracy, my.force_share, x, solution);
   my.history.push_front(system->past(x, solution.group_potential));
   if (my.history.size() > longest_history) my.history.pop_back();
   for (const Site& site : system->sites()) solution.degree = std::max(solution.degree, site.degree);
   solution.unknowns = system->size();
   solution.iterations = krylov.iterations;
   solution.residual = krylov.residual;
-  solution.seconds = seconds;
+  solution.seconds.setup = seconds.setup, solution.seconds.solve += seconds.solve;
   my.system = std::move(system);
   my.x = std::move(x);
   my.solution = solution;
@@ -157,6 +214,7 @@ void SphereSolver::forget() {
   implementation_->system.reset();
   implementation_->x.clear();
   implementation_->history.clear();
+  implementation_->force_share = 1;
 }
 
 }  // namespace lichtenberg::laplace

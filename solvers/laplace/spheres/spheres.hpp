@@ -107,7 +107,7 @@ struct PointField {
 /// Options of SphereSolver.
 struct SphereOptions {
   /// Target for the errors of potentials, charges and forces, relative to the largest potential difference, charge and
-  /// force; 1e-12 to 0.1. Errors can exceed it several times if forces nearly cancel; solve_to_accuracy() in
+  /// force; 1e-12 to 0.1. Errors of forces can exceed it if forces nearly cancel; solve_to_accuracy() in
   /// accuracy.hpp measures and bounds the error.
   double accuracy = 1e-3;
   /// Degree of the harmonics on all spheres, 1 to 200, without close-pair corrections; 0: chosen from the accuracy.

@@ -97,8 +97,8 @@ json result_values(const std::string& path) {
                            "collisions"})
     if (const std::string value = fmt::format("observables/{}/value", name); hdf5::exists(file, value))
       values[name] = hdf5::get_rows<double>(file, value, last, 1).at(0);
-  for (const char* name : {"loops", "iterations", "evaluations", "energy", "largest_force", "contacts", "rattlers",
-                           "smallest_q", "pressure"})
+  for (const char* name :
+       {"loops", "iterations", "evaluations", "energy", "contacts", "rattlers", "smallest_q", "pressure"})
     if (hdf5::exists(file, std::string("summary/") + name))
       values[name] = hdf5::get<double>(file, std::string("summary/") + name).at(0);
   if (hdf5::exists(file, "network/contacts")) values["contacts"] = hdf5::shape(file, "network/contacts").at(0);

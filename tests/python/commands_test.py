@@ -43,7 +43,7 @@ class WrongCommands(outside.Outside, unittest.TestCase):
             ("two", "--x is given twice, and once is allowed", "--x=1", "--x=2"),
             ("work-precision", "inf is not allowed: it must be a finite number", "x.toml", "--seconds", "inf"),
             ("ensemble", "-1 is not allowed: it must be a finite number above 0", "x.toml", "--jobs", "-1"),
-            ("ensemble", "--device tpu is not allowed: it must be cpu, cuda, or for grains ", "x.toml", "--device=tpu"),
+            ("ensemble", "--device tpu is not allowed: it must be cpu, cuda, or for several devices ", "x.toml", "--device=tpu"),
             ("ensemble", "the value is empty", "x.toml", "--out="),
             ("work-precision", "invalid int value: '32,x'", "x.toml", "--sizes", "32,x"),
             ("../count", "there is no command `../count` in Python"),

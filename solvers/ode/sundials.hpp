@@ -9,7 +9,7 @@
 // Functions whose names differ between SUNDIALS 6 and 7.
 namespace lichtenberg::sundials {
 
-/// Makes a context without MPI, which the caller frees. Throws Failure.
+/// Makes a context without MPI, which the caller frees; warnings are not printed. Throws Failure.
 inline SUNContext make_context() {
 #if SUNDIALS_VERSION_MAJOR >= 7
   const SUNComm no_processes = SUN_COMM_NULL;
@@ -18,6 +18,9 @@ inline SUNContext make_context() {
 #endif
   SUNContext context = nullptr;
   if (SUNContext_Create(no_processes, &context) != 0) throw Failure("SUNDIALS could not be started");
+#if SUNDIALS_VERSION_MAJOR >= 7
+  SUNContext_SetLogger(context, nullptr);  // it prints warnings; no error handler of this version receives them
+#endif
   return context;
 }
 

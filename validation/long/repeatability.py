@@ -9,6 +9,7 @@ import argparse
 import json
 import os
 import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -79,6 +80,8 @@ def main():
     parser.add_argument("--emulator", type=shlex.split, help='as "qemu-x86_64 -cpu Haswell"')
     parser.add_argument("--scene", help="only this scene")
     request = parser.parse_args()
+    if request.emulator and not shutil.which(request.emulator[0]):
+        sys.exit(f"repeatability: {request.emulator[0]} is missing: apt-get install qemu-user")
     os.environ["LC_ALL"] = "C.UTF-8"
     program = request.program.resolve()
     other = (request.other or build_other()).resolve()

@@ -168,7 +168,7 @@ TEST_CASE("theory hydrodynamics: agrees with linear theory, states its grid erro
   }
 }
 
-TEST_CASE("theory hydrodynamics: reproducible for a seed, different for another") {
+TEST_CASE("theory hydrodynamics: reproducible for a seed" * doctest::test_suite("long")) {
   const Folder folder;
   const auto tables = [&](const std::string& options) {
     REQUIRE(run_program(folder, "theory hydrodynamics --cells 8 --overwrite --json h.json" + options).status == 0);

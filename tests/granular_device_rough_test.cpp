@@ -149,7 +149,7 @@ TEST_CASE("device walls: 60 steps of falling grains equal the CPU's within round
 }
 
 // Forces of the sums are about 1, with an error of 1e-6, over a time of 2; collisions amplify it tenfold.
-TEST_CASE("device friction: 40 steps of a charged gas equal the CPU's") {
+TEST_CASE("device friction: 40 steps of a charged gas equal the CPU's" * doctest::test_suite("long")) {
   Scene scene = charged_gas(100, 8, 5);
   scene.effects.add(effects::FrictionOptions{.coefficient = 0.4});
   compare(scene, 40, 2e-4);

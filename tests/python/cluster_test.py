@@ -91,6 +91,7 @@ class Cluster(unittest.TestCase):
         self.call("hosts.sh", "hosts.txt", *words, SSH=ssh)
         self.expect_table_of_one_machine(words)
 
+    @runs.long
     def test_hosts_script_that_is_ended_goes_on_with_the_same_command(self):
         words = ["hosts.txt", "gas.toml", "--seeds", "3", "--jobs", "1", "--set", "stop.time=40"]
         process = self.start("hosts.sh", *words, SSH=str(self.folder / "bin/ssh"))

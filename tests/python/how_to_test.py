@@ -100,6 +100,7 @@ class Pages(SmallScenes):
             with self.subTest(command):
                 self.call(command, start if here else "")
 
+    @runs.long
     def test_ensemble_over_machines(self):
         self.enter_folder("ensemble-over-machines")
         for _, command in self.commands("ensemble-over-machines")[::-1]:  # first the share, then the rest

@@ -25,7 +25,7 @@ using namespace lichtenberg::validation;
 
 namespace {
 
-constexpr int rows = 8;
+constexpr int rows = 9;
 constexpr double significance = 1e-4 / rows, next_order = 0.11;
 
 /// Tests the order of `error(seed, k)`, the rms change of the energy at the step `first` / 2^k.

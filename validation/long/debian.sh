@@ -18,7 +18,7 @@ shift
 (($#)) || set -- test
 
 # Mounts of this process end with it, also when it is killed.
-if [[ ${LICHTENBERG_OWN_MOUNTS:-} != yes ]]; then exec env LICHTENBERG_OWN_MOUNTS=yes unshare --mount "$0" "$release" "$@"; fi
+if [[ ${LICHTENBERG_OWN_MOUNTS:-} != yes ]]; then exec env LICHTENBERG_OWN_MOUNTS=yes unshare --mount validation/long/debian.sh "$release" "$@"; fi
 
 root=$(mktemp -d "/var/tmp/lichtenberg-$release.XXXXXX")
 remove_root() {

@@ -87,6 +87,8 @@ def main():
     other = (request.other or build_other()).resolve()
     rows = json.loads((ROOT / "tests/shipped_scenes.json").read_text(encoding="utf-8"))["rows"]
     rows = [row for row in rows if request.scene in (None, row["scene"])]
+    if not rows:
+        sys.exit(f"repeatability: tests/shipped_scenes.json has no scene {request.scene}")
     figures = {"scenes": len(rows)}
     failed = compare("two builds", rows, lambda row, folder: results(program, row, folder), lambda row, folder: results(other, row, folder))
     figures["differing_between_builds"] = len(failed)

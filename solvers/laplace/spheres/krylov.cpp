@@ -339,7 +339,7 @@ KrylovResult solve_krylov(const System& system, double tolerance, std::vector<do
     first = residual_of(system, product, given, residual);
   }
   const double goal = std::max(tolerance * scale, rounding(system));
-  if (first <= goal) return {0, scale > 0 ? first / scale : 0, scale, std::move(product)};
+  if (first <= goal) return {0, scale > 0 ? first / scale : 0, std::move(product)};
   IterateProduct followed(correction);
   KrylovResult result = conjugate_gradients({&system, &followed, n, multiply, precondition}, residual.data(),
                                             correction.data(), goal, scale);
@@ -347,7 +347,7 @@ KrylovResult solve_krylov(const System& system, double tolerance, std::vector<do
   for (PetscInt k = 0; k < n; ++k) x[k] += correction[k], product[k] += added[k];
   // PETSc's options can select a method whose products are not of directions of steps.
   if (!(residual_of(system, product, given, residual) <= 2 * goal)) system.apply(x.data(), product.data());
-  result.product = std::move(product), result.scale = scale;
+  result.product = std::move(product);
   return result;
 }
 

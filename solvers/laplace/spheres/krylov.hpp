@@ -7,8 +7,7 @@ namespace lichtenberg::laplace::spheres {
 /// Number of iterations of solve_krylov() and the residual that it reached.
 struct KrylovResult {
   int iterations = 0;
-  double residual = 0;            ///< Relative to `scale`
-  double scale = 0;               ///< Norm of the right-hand side and the given charges
+  double residual = 0;            ///< Relative to the norm of the right-hand side and the given charges
   std::vector<double> product{};  ///< Product of the matrix with x (System::apply)
 };
 

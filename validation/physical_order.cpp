@@ -102,9 +102,8 @@ void grains_in_motion(Report& report, int samples) {
   for (const Integrator integrator : {Integrator::multirate, Integrator::verlet, Integrator::gear})
     check_order(report, std::string(name_of(integrator)), 2, samples,
                 [i = integrator](std::uint64_t seed, int k) { return smooth_gas(i, std::ldexp(0.2, -k), 0, seed); });
-  // The predictor is exact for polynomials of degree 5 in time, so that a step changes the velocity by an error of h^5
-  // and the order is 4 for all coefficients of the corrector that are stable. Gear's cancel this error; G's as printed
-  // do not.
+  // The predictor is exact for polynomials of degree 5 in time: the velocity's error of a step is of h^5. The order is
+  // thus 4 for all stable coefficients of the corrector. Gear's cancel this error; G's as printed do not.
   for (const auto& [integrator, order] : {std::pair{Integrator::gear, 5.0}, {Integrator::gear_printed, 4.0}})
     check_order(report, fmt::format("{} after its start", name_of(integrator)), order, samples,
                 [i = integrator](std::uint64_t seed, int k) { return smooth_gas(i, std::ldexp(0.2, -k), 1.6, seed); });

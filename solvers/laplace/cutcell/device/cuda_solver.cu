@@ -18,7 +18,6 @@ struct PetscSide<parallel::CudaExecutor> {
 
 std::unique_ptr<DeviceSolver> make_cuda_solver(const CutCellOptions& options) {
   using parallel::CudaExecutor;
-  parallel::require_cuda_device();
   std::vector<int> chosen;
   for (int k = 0; k < 64; ++k)
     if (options.cuda_devices >> k & 1) chosen.push_back(k);

@@ -4,8 +4,8 @@
     validation/gate.py [--build build-gate] [--record "REASON"] [NAME ...]
 
 The counts are those of valgrind and do not depend on the processor or on the load of the machine. The build must not use
-AVX-512, which valgrind lacks: `cmake --preset gate; ninja -C build-gate benchmark_gate lichtenberg`. Prints a row per piece. The last record is
-the first one of docs/measurements/gate.json.
+AVX-512, which valgrind lacks: `cmake --preset gate; ninja -C build-gate benchmark_gate lichtenberg`. Prints a row per
+piece. The last record is the first one of docs/measurements/gate.json.
 
 Exits with 1 if a piece takes 5 % more instructions or 10 % more memory than in the last record. Exits with 2 for wrong
 input. --record adds a record for this commit, with the reason for the change, and renders the page.
@@ -60,7 +60,8 @@ def memory_of(words, folder):
     said = child.stderr.read()
     _, status, usage = os.wait4(child.pid, 0)
     if status:
-        raise RuntimeError(f"{' '.join(map(str, words))}: {said.strip().splitlines()[-1:] or status}")
+        reason = "".join(said.strip().splitlines()[-1:])
+        raise RuntimeError(f"{' '.join(map(str, words))} ended with status {os.waitstatus_to_exitcode(status)}: {reason}")
     return round(usage.ru_maxrss / 1024, 1)
 
 
@@ -126,7 +127,8 @@ def main():
     options = parser.parse_args()
     if not shutil.which("valgrind"):
         refuse("valgrind is missing: apt-get install valgrind")
-    words = pieces_of(options.build.resolve())
+    options.build = options.build.resolve()
+    words = pieces_of(options.build)
     for name in options.names:
         if name not in words:
             refuse(f"there is no piece {name!r}; known are {', '.join(words)}")
@@ -144,12 +146,10 @@ def main():
             ratio = {key: f"{row[key] / old[key]:.3f}" if old else "-" for key in LIMITS}
             print(f"{row['piece']:<20}{row['instructions (1e6)']:>18}{ratio['instructions (1e6)']:>7}{row['cache misses (1e6)']:>12}"
                   f"{row['memory (MiB)']:>9}{ratio['memory (MiB)']:>7}", flush=True)
-            faults += faults_of(row, old, last["commit"]) if old else []
+            faults += faults_of(row, old, last["commit"]) if old else [f"{row['piece']} has no record in {DATA.name}: --record makes one"]
     if options.record:
         record(rows, options.record, options.build)
         return 0
-    if not known:
-        faults.append(f"{DATA} has no record: --record makes one")
     print("\n".join(faults) or "no piece exceeds its limits")
     return 1 if faults else 0
 

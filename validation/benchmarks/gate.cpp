@@ -2,8 +2,8 @@
 //
 //   benchmark_gate NAME | --list | --time
 //
-// Runs one piece, of which valgrind counts the part `measured`, or prints the names. With --time, prints the least time of
-// each piece as a ratio to the time of a Fourier transform of 64^3 numbers.
+// Runs one piece, of which valgrind counts the part `measured`, or prints the names. With --time, prints the least time
+// of each whole piece, with its preparation, as a ratio to the time of a Fourier transform of 64^3 numbers.
 
 #include <fftw3.h>
 #include <fmt/format.h>
@@ -100,7 +100,7 @@ void neighbours() {
   measured([&] { list.search(Spheres<3>{position, radius, box}, parallel::Team::single()); });
 }
 
-/// Makes a scene of a gas with 7 grains in a cube of side 3.6; `effects`: text of its other effects.
+/// Makes a scene of a gas with 0.15 grains in a unit volume; `effects`: text of its other effects.
 Scene gas(int grains, const std::string& effects) {
   const double side = std::cbrt(grains / 0.15);
   std::string text = fmt::format("[units]\n[domain]\nsize = [{0}, {0}, {0}]\n", side);
@@ -231,6 +231,7 @@ int main(int argc, char** argv) {
   app.add_option("name", name, "piece to run")->check(CLI::IsMember(names));
   app.add_flag("--list", list, "print the names");
   app.add_flag("--time", time, "print times over that of a transform");
+  app.require_option(1);
   CLI11_PARSE(app, argc, argv);
   parallel::start_petsc();
   for (const auto& [piece, work] : pieces) {

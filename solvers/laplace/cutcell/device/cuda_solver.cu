@@ -18,10 +18,12 @@ struct PetscSide<parallel::CudaExecutor> {
 
 std::unique_ptr<DeviceSolver> make_cuda_solver(const CutCellOptions& options) {
   using parallel::CudaExecutor;
-  parallel::require_cuda_device();
   std::vector<int> chosen;
   for (int k = 0; k < 64; ++k)
     if (options.cuda_devices >> k & 1) chosen.push_back(k);
+  if (chosen.size() == 1)
+    throw InputError("the list of CUDA devices has number " + std::to_string(chosen[0]) +
+                     " only: a field needs several devices, all, or no list");
   const bool all = options.cuda_devices == CutCellOptions::all_cuda_devices;
   const std::vector<int> devices = parallel::cuda_devices(all ? std::vector{-1} : chosen);
   if (devices.size() < 2) return std::make_unique<CutCell<CudaExecutor>>(options);

@@ -32,7 +32,7 @@ class DeviceSolver : public CutCellBackend {
 };
 
 /// Makes a solver on PETSc's CUDA device, or on several (CutCellOptions::cuda_devices). Throws InputError without such
-/// devices, or without CUDA in the build; for several also without NCCL.
+/// devices, for a list of one device, or without CUDA in the build; for several also without NCCL.
 std::unique_ptr<DeviceSolver> make_cuda_solver(const CutCellOptions& options);
 
 /// Makes a solver that runs the device's algorithm on the CPU, for comparison. `ranks`: number of devices that threads

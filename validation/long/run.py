@@ -165,7 +165,7 @@ def record(checks, store, data):
     rows, measurements = [], []
     for check in checks:
         found = [result for part in check["slices"] if (result := store.read(check, part))]
-        rows.append({"check": check["name"], "shows": check["shows"], "slices": len(check["slices"]),
+        rows.append({"check": check["name"], "shows": check["shows"], "slices": len(check["slices"]), "run": len(found),
                      "passed": sum(result["passed"] for result in found), "time (s)": round(sum(r["seconds"] for r in found)),
                      "failures": "; ".join(dict.fromkeys(r["failure"] for r in found if not r["passed"])) or "-"})
         tables = [row for result in found if "figures" in result

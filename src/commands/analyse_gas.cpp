@@ -333,9 +333,8 @@ Bodies GasAnalyser::bodies(int index) const {
   bodies.charge = frame.reals("charge");
   if (!bodies.charge.empty() && bodies.charge.size() != bodies.radius.size())
     throw InputError(
-        fmt::format("the result file {} is damaged and cannot be analysed (frame {} holds {} charges of {} "
-                    "grains)",
-                    result_.path(), index, bodies.charge.size(), bodies.size()));
+        fmt::format("the result file {} is damaged and cannot be analysed ({} charges of {} grains, frame {})",
+                    result_.path(), bodies.charge.size(), bodies.size(), index));
   for (const std::span<const double> values :
        {std::span(position), std::span(velocity), std::span<const double>(bodies.charge)})
     if (!std::ranges::all_of(values, [](double value) { return std::abs(value) < no_quantity; }))

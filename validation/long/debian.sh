@@ -2,8 +2,8 @@
 # Installs, builds and tests the present commit on a fresh Debian:
 #   validation/long/debian.sh trixie                   ./lichtenberg test
 #   validation/long/debian.sh bookworm --version       any other words for ./lichtenberg
-# Needs root and debootstrap. The fresh system (about 4 GB) is a folder of /var/tmp, which is removed at the end. Packages come
-# from where apt of this machine gets its own. LICHTENBERG_FIGURES names the file for the versions of the packages.
+# Needs root and debootstrap. The fresh system (about 4 GB) is a temporary folder (TMPDIR), which is removed at the end. Packages
+# come from where apt of this machine gets its own. LICHTENBERG_FIGURES names the file for the versions of the packages.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -20,7 +20,7 @@ shift
 # Mounts of this process end with it, also when it is killed.
 if [[ ${LICHTENBERG_OWN_MOUNTS:-} != yes ]]; then exec env LICHTENBERG_OWN_MOUNTS=yes unshare --mount validation/long/debian.sh "$release" "$@"; fi
 
-root=$(mktemp -d "/var/tmp/lichtenberg-$release.XXXXXX")
+root=$(mktemp -d -t "lichtenberg-$release.XXXXXX")
 remove_root() {
   while umount "$root/proc" 2>/dev/null; do :; done  # debootstrap mounts it too
   umount "$root/dev" 2>/dev/null || true

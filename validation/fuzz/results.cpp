@@ -26,47 +26,10 @@ namespace fs = std::filesystem;
 
 const std::string result_file = "run.h5";
 
-const std::string conductors_text = R"(
-title = "Conductors"
-[domain]
-size = [1.2e-2, 1.2e-2]
-bottom = { potential = 0.0 }
-[medium]
-relative_permittivity = 4.7
-viscosity = 0.7
-[[population]]
-count = 4
-radius = 0.775e-3
-min_gap = 0.1e-3
-[effects.floating_conductors]
-[effects.current_injection]
-current = 0.2e-9
-[effects.stokes_drag]
-[effects.hertz_contact]
-[effects.wall_contact]
-[effects.contact_discharge]
-[field]
-cells = 16
-[output]
-every = 0.01
-checkpoint_every = 2
-[stop]
-time = 0.03
-)";
-
-const std::string packing_text = R"(
-title = "Packing"
-[domain]
-size = [3e-3, 3e-3]
-[[population]]
-count = 10
-radius = [0.4e-3, 0.5e-3]
-overlapping = true
-[effects.soft_repulsion]
-stiffness = 1e-6
-[minimize]
-force_tolerance = 1e-6
-)";
+/// Reads a scene of the folder scenes/ with changed keys.
+Scene shipped(const std::string& name, const std::vector<Setting>& settings) {
+  return read_scene(source_folder() + "/scenes/" + name + ".toml", settings);
+}
 
 /// An intact result, and the scene of its run.
 struct Source {
@@ -80,8 +43,8 @@ std::string bytes_of(const fs::path& path) {
 }
 
 /// Runs a scene. `stays_open`: it stops before its end, with frames in segments.
-Source recorded(const std::string& text, bool stays_open = false) {
-  Scene scene = prepare_run(parse_scene(text, "run.toml"));
+Source recorded(const Scene& of, bool stays_open = false) {
+  Scene scene = prepare_run(of);
   scene.output.file = result_file;
   RecordedRun run(
       scene,
@@ -166,9 +129,14 @@ std::string read_result(const Source& source, Dice& dice) {
 
 Target results() {
   const auto sources = std::make_shared<std::vector<Source>>();
-  for (const std::string& text : {conductors_text, gas_text(6, 6, 0.02, 0.01), packing_text})
-    sources->push_back(recorded(text));
-  sources->push_back(recorded(gas_text(6, 6, 0.1, 0.01), true));
+  sources->push_back(recorded(shipped("seedling", {{"population[0].count", "4"},
+                                                   {"field.cells", "16"},
+                                                   {"output.every", "0.01"},
+                                                   {"output.checkpoint_every", "2"},
+                                                   {"stop.time", "0.03"}})));
+  sources->push_back(recorded(shipped("packing", {{"population[0].count", "10"}, {"domain.size", "[3e-3, 3e-3]"}})));
+  sources->push_back(recorded(parse_scene(gas_text(6, 6, 0.02, 0.01), "run.toml")));
+  sources->push_back(recorded(parse_scene(gas_text(6, 6, 0.1, 0.01), "run.toml"), true));
   sources->push_back({{}, {{result_file, bytes_of(source_folder() + "/tests/format-1.h5")}}});
   // The source of a case, which `draw` chooses and `attempt` uses.
   const auto chosen = std::make_shared<std::size_t>(0);

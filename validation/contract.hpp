@@ -118,7 +118,8 @@ class Contract {
         fmt::print("{:>6}{:>9}  {}\n", ratio.seed, refused,
                    largest <= 1 ? "PASS" : fmt::format("FAIL ({} above)", above));
       } else {
-        fmt::print("{:>42}\n", refused);
+        fmt::print("{:>42}  FAIL (no case)\n", refused);
+        kept = false;
       }
       row["refused"] = refused;
       table.push_back(std::move(row));

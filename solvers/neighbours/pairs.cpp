@@ -48,6 +48,8 @@ class Cells {
         high = std::max(high, spheres.position[i * d + k]);
       }
       side_[k] = std::max(width * (1 + slack), (high - low_[k]) / most * (1 + 1e-12));
+      if (!std::isfinite(side_[k] + (high - low_[k])))
+        throw Failure("the neighbours of particles without finite positions are not defined");
       count_[k] = static_cast<int>((high - low_[k]) / side_[k]) + 1;
       columns_a_metre_[k] = 1 / side_[k];
     }

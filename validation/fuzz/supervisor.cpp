@@ -36,7 +36,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t largest_block = 256u << 20;  ///< bytes; larger requests are std::bad_alloc
-constexpr double processor_limit = 10;             ///< s of processor time, then a case is asked to stop, then killed
+constexpr double processor_limit = 10;             ///< s of processor time until a request to stop, then until a kill
 constexpr unsigned wall_limit = 120;               ///< s, for a deadlock
 #ifdef __SANITIZE_ADDRESS__
 constexpr bool has_sanitizer = true;
@@ -46,10 +46,10 @@ constexpr bool has_sanitizer = false;
 constexpr std::uint64_t cases_of_a_child = 5000;  ///< bounds the memory that caches take
 
 bool library_may_fork = true;
-volatile sig_atomic_t asked_to_stop = 0;
+volatile sig_atomic_t stop_requested = 0;
 
-extern "C" void ask_to_stop(int signal) {
-  asked_to_stop = 1;
+extern "C" void request_stop(int signal) {
+  stop_requested = 1;
   ::signal(signal, SIG_DFL);
 }
 
@@ -160,8 +160,8 @@ void try_case(const Target& target, const Request& request, Shared& shared) {
   }
   constexpr timeval seconds{static_cast<time_t>(processor_limit), 0};
   const itimerval limit{seconds, seconds}, none{};
-  asked_to_stop = 0;
-  ::signal(SIGPROF, ask_to_stop);
+  stop_requested = 0;
+  ::signal(SIGPROF, request_stop);
   setitimer(ITIMER_PROF, &limit, nullptr);
   alarm(wall_limit);
   try {
@@ -231,7 +231,7 @@ void write_figures(const Shared& shared, const Request& request, double seconds)
 
 }  // namespace
 
-bool out_of_time() { return asked_to_stop != 0; }
+bool out_of_time() { return stop_requested != 0; }
 
 Printed printed() {
   std::fflush(nullptr);

@@ -8,7 +8,7 @@
 
 #include "solvers/laplace/cutcell/device/clusters.hpp"
 #include "solvers/laplace/cutcell/device/coarsest.hpp"
-#include "solvers/laplace/cutcell/device/cutcell.hpp"
+#include "solvers/laplace/cutcell/device/device.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/parallel/host_executor.hpp"
 #include "tests/device_scenes.hpp"
@@ -21,40 +21,8 @@ using namespace lichtenberg::laplace::device_scenes;
 
 namespace {
 
-/// Counts how often the host waits for the device and how often it records kernels.
-struct Counting : parallel::HostExecutor {
-  static inline int waits = 0, recordings = 0;
-  struct Recording {
-    bool is_made = false;
-    void clear() { is_made = false; }
-  };
-  template <class F>
-  void run(Recording& recording, F f) const {
-    recordings += !std::exchange(recording.is_made, true);
-    f();
-  }
-  void wait() const { ++waits; }
-  void to_host(void* to, const void* from, std::size_t bytes) const {
-    ++waits;
-    parallel::HostExecutor::to_host(to, from, bytes);
-  }
-};
-
-}  // namespace
-
-}  // namespace device_groups_test
-
-template <>
-struct lichtenberg::laplace::device::PetscSide<device_groups_test::Counting> {
-  static constexpr const char *vector_type = VECSEQ, *method = "cg_that_counts";
-  static std::unique_ptr<device_groups_test::Counting> make() {
-    return std::make_unique<device_groups_test::Counting>();
-  }
-};
-
-namespace device_groups_test {
-
-namespace {
+/// Returns the numbers of waits of the host for the device and of recorded kernels.
+parallel::HostExecutor::Observed& observed() { return parallel::HostExecutor::observed(); }
 
 /// Problem of disks of radius 8 m in a row with the given gap. The first disk has a charge, and the left side is an
 /// electrode.
@@ -134,16 +102,16 @@ TEST_CASE("device solver: host waits once per solve, 3 times with strong links")
     int waits;
   };
   for (Scene scene : {Scene{chain(12, 8), 1}, Scene{chain(12, 1e-6), 3}, Scene{coupled, 3}}) {
-    device::CutCell<Counting> solver(options);
+    const auto solver = device::make_host_solver(options);
     for (int k = 0; k < 4; ++k) {  // Repeats until the capacity suffices.
-      Counting::waits = 0;
+      observed().waits = 0;
       // Other ratios of the charges make the last solution a bad initial guess.
       for (std::size_t g = 0; g < scene.problem.groups.size(); ++g)
         scene.problem.groups[g].charge +=
             scene.problem.groups[g].floating ? 1.0 + static_cast<double>((3 * g + k) % 5) : 0;
-      CHECK(solver.solve(scene.problem).iterations > 4);
+      CHECK(solver->solve(scene.problem).iterations > 4);
     }
-    CHECK(Counting::waits == scene.waits);
+    CHECK(observed().waits == scene.waits);
   }
 }
 
@@ -236,11 +204,11 @@ TEST_CASE("device kernels: recorded once despite merges, splits and capacitances
   const LaplaceProblem separated = insulated();
   for (const bool has_supply : {false, true}) {
     CAPTURE(has_supply);
-    device::CutCell<Counting> solver(options);
+    const auto solver = device::make_host_solver(options);
     for (int step = 0; step < 30; ++step) {
       if (step == 15) {  // Here the capacity suffices, and each initial guess has been made once.
-        CHECK(Counting::recordings > 0);
-        Counting::recordings = 0;
+        CHECK(observed().recordings > 0);
+        observed().recordings = 0;
       }
       LaplaceProblem problem = separated;
       for (std::size_t body = 0; body < problem.bodies.size(); ++body)
@@ -252,9 +220,9 @@ TEST_CASE("device kernels: recorded once despite merges, splits and capacitances
       }
       problem = with_couplings(problem, 1 + 0.1 * (step % 4), step % 2);
       if (has_supply) problem = with_supply(problem, 0.5 + 0.1 * (step % 5));
-      solver.solve(problem);
+      solver->solve(problem);
     }
-    CHECK(Counting::recordings == 0);
+    CHECK(observed().recordings == 0);
   }
 }
 
@@ -282,32 +250,32 @@ TEST_CASE("device kernels: recorded again after absence of strong links" * docte
   options.cells = 64;
   options.tolerance = 1e-2;
   const LaplaceProblem separated = chain(2, 8), close = chain(2, 1e-6);
-  device::CutCell<Counting> solver(options);
+  const auto solver = device::make_host_solver(options);
   const auto solve = [&](const LaplaceProblem& problem, int times) {
-    Counting::waits = Counting::recordings = 0;
-    for (int k = 0; k < times; ++k) solver.solve(problem);
+    observed() = {};
+    for (int k = 0; k < times; ++k) solver->solve(problem);
   };
   solve(close, 10);  // Repeats until the capacity suffices and each initial guess has been made once.
   for (int k = 0; k < 3; ++k) {
     solve(separated, device::solves_to_forget_strong_links - 1);
-    CHECK(Counting::recordings == 0);
-    CHECK(Counting::waits == 3 * (device::solves_to_forget_strong_links - 1));
+    CHECK(observed().recordings == 0);
+    CHECK(observed().waits == 3 * (device::solves_to_forget_strong_links - 1));
     solve(close, 1);
-    CHECK(Counting::recordings == 0);
+    CHECK(observed().recordings == 0);
   }
   solve(separated, device::solves_to_forget_strong_links + 5);
-  CHECK(Counting::recordings > 0);
+  CHECK(observed().recordings > 0);
   solve(separated, 10);
-  CHECK(Counting::recordings == 0);
-  CHECK(Counting::waits == 10);
+  CHECK(observed().recordings == 0);
+  CHECK(observed().waits == 10);
   CutCellOptions exact = options;
   exact.tolerance = 1e-8;
-  solver.set_tolerance(exact.tolerance);
-  CHECK(difference(solver.solve(close), CutCellSolver(exact).solve(close)) < 1000 * exact.tolerance);  // As above.
+  solver->set_tolerance(exact.tolerance);
+  CHECK(difference(solver->solve(close), CutCellSolver(exact).solve(close)) < 1000 * exact.tolerance);  // As above.
   solve(close, 10);
   solve(close, 1);
-  CHECK(Counting::recordings == 0);
-  CHECK(Counting::waits == 3);
+  CHECK(observed().recordings == 0);
+  CHECK(observed().waits == 3);
 }
 
 TEST_CASE("clusters_of: inverse is accurate although one link is 1e11 times larger") {

@@ -7,7 +7,7 @@
 #include <map>
 
 #include "solvers/error.hpp"
-#include "solvers/laplace/cutcell/device/cutcell.hpp"
+#include "solvers/laplace/cutcell/device/device.hpp"
 #include "solvers/laplace/cutcell/device/grids.hpp"
 #include "solvers/laplace/cutcell/device/multigrid.hpp"
 #include "solvers/laplace/cutcell/level_builder.hpp"
@@ -21,24 +21,6 @@ namespace device_test {
 using namespace lichtenberg;
 using namespace lichtenberg::laplace;
 using namespace lichtenberg::laplace::device_scenes;
-
-namespace {
-
-struct Cramped : parallel::HostExecutor {
-  std::size_t available_memory() const { return 1 << 20; }
-};
-
-}  // namespace
-
-}  // namespace device_test
-
-template <>
-struct lichtenberg::laplace::device::PetscSide<device_test::Cramped> {
-  static constexpr const char *vector_type = VECSEQ, *method = "cg_of_the_cramped";
-  static std::unique_ptr<device_test::Cramped> make() { return std::make_unique<device_test::Cramped>(); }
-};
-
-namespace device_test {
 
 namespace {
 
@@ -443,11 +425,12 @@ TEST_CASE("device solver: increases its capacity for more links, gaps or groups"
 TEST_CASE("device memory too small: the solve fails and states the memory needed") {
   CutCellOptions options;
   options.cells = 192;
-  device::CutCell<Cramped> solver(options);
-  CHECK_THROWS_WITH_AS(solver.solve(random_disks(25, 0.6)),
+  parallel::HostExecutor::observed().memory = 1 << 20;
+  CHECK_THROWS_WITH_AS(device::make_host_solver(options)->solve(random_disks(25, 0.6)),
                        "the field on 192 x 128 cells around 26 conductors needs 3 MiB of the device's memory, of which "
                        "1 MiB are free",
                        Failure);
+  parallel::HostExecutor::observed() = {};
 }
 
 #ifndef LICHTENBERG_WITH_CUDA

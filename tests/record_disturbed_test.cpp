@@ -30,18 +30,16 @@ int frames_of_whole(const std::string& path) {
   return frames;
 }
 
-}  // namespace
-
-// A child saves, makes segments and merges them. It is killed before one of its changes of the disk, for every seventh
-// change.
-TEST_CASE("result file: killed before disk calls, it stays readable, resumable") {
+/// A child saves, makes segments and merges them. It is killed before one of its changes of the disk, for every n-th
+/// change and the last one, and resumed after every third kill.
+void kill_before_every(long n) {
   const Folder folder;
   const std::string path = folder / "run.h5";
   disk_calls::done() = 0;
   REQUIRE_EQ(status_of(in_child([&] { run(path, 30, true); })), 0);
   const long calls = disk_calls::done();
   std::vector<int> left;  // Frames in the result after each kill.
-  for (long call = 0; call < calls; call += 7) {
+  for (long call = 0; call < calls; call = call < calls - 1 ? std::min(call + n, calls - 1) : calls) {
     fs::remove_all(segments_folder(path));
     fs::remove(path);
     const pid_t child = in_child([&] {
@@ -50,7 +48,7 @@ TEST_CASE("result file: killed before disk calls, it stays readable, resumable")
     });
     CHECK_EQ(status_of(child), 128 + SIGKILL);
     left.push_back(fs::exists(path) ? frames_of_whole(path) : 0);
-    if (call % 3 != 0) continue;  // Resuming takes most of the time.
+    if (call / n % 3 != 0) continue;  // Resuming takes most of the time.
     Recorder recorder = fs::exists(path) ? Recorder::resume(path, some_scene(), few) : start(path);
     add_until(recorder, 30);
     recorder.save(milestone(30, true));
@@ -62,6 +60,12 @@ TEST_CASE("result file: killed before disk calls, it stays readable, resumable")
   CHECK_EQ(left.back(), 30);
   CHECK_GT(std::set(left.begin(), left.end()).size(), 6);  // 12 values, of which ten are saves before the end.
 }
+
+}  // namespace
+
+TEST_CASE("result file: killed before disk calls, it stays readable, resumable") { kill_before_every(13); }
+
+TEST_CASE("result file: killed before every seventh disk call" * doctest::test_suite("long")) { kill_before_every(7); }
 
 TEST_CASE("writer lock: a second writer is refused and the first one is named") {
   const Folder folder;
@@ -120,7 +124,7 @@ TEST_CASE("result file: a reader sees complete states during writes") {
   const std::string path = folder / "run.h5";
   run(path, 3, false);
   const pid_t reader = in_child([&] {
-    for (int last = 0; last < 200;) {
+    for (int last = 0; last < 60;) {
       const Numbers found = numbers(path);
       const int frames = static_cast<int>(found.at("mark")[0]);
       if (found != expected(frames) || frames < last) throw Failure(fmt::format("a wrong state of {} frames", frames));
@@ -128,8 +132,8 @@ TEST_CASE("result file: a reader sees complete states during writes") {
     }
   });
   Recorder recorder = Recorder::resume(path, some_scene(), few);
-  add_until(recorder, 200);
-  recorder.save(milestone(200, true));
+  add_until(recorder, 60);
+  recorder.save(milestone(60, true));
   CHECK_EQ(status_of(reader), 0);
 }
 
@@ -158,13 +162,16 @@ assert (file["observables/energy/value"][()] == before).all() and len(before) ==
   CHECK(numbers(path) == expected(20));
 }
 
-// A random bit of every file of a result is flipped. The file is then refused or has its original numbers.
-TEST_CASE("result file with a flipped bit: refused, or read with right numbers") {
+namespace {
+
+/// Flips a random bit of each file of a result, a number of times. The file is then refused or has its original
+/// numbers.
+void flip_bits_of_files(int times) {
   const Folder folder;
   const std::string path = folder / "run.h5";
   std::mt19937 random(7);
   int refused = 0, harmless = 0, resumed = 0;
-  const auto flip_bits = [&](const std::string& file, int frames, int times) {
+  const auto flip_bits = [&](const std::string& file, int frames) {
     const std::string whole = text_of(file);
     for (int trial = 0; trial < times; ++trial) {
       std::string flipped = whole;
@@ -182,16 +189,22 @@ TEST_CASE("result file with a flipped bit: refused, or read with right numbers")
     std::ofstream(file, std::ios::binary) << whole;
   };
   run(path, 11, false);
-  flip_bits(path, 11, 200);
-  flip_bits(segment_file(path, 1), 11, 200);
+  flip_bits(path, 11);
+  flip_bits(segment_file(path, 1), 11);
   fs::remove_all(segments_folder(path));
   fs::remove(path);
   run(path, 11, true);
-  flip_bits(path, 11, 200);
+  flip_bits(path, 11);
   CHECK_EQ(resumed, 0);
-  CHECK_GT(refused, 500);
+  CHECK_GT(refused, 2.5 * times);
   MESSAGE(refused, " refused, ", harmless, " harmless");
 }
+
+}  // namespace
+
+TEST_CASE("result file with a flipped bit: refused, or read with right numbers") { flip_bits_of_files(40); }
+
+TEST_CASE("result file: 600 flipped bits" * doctest::test_suite("long")) { flip_bits_of_files(200); }
 
 TEST_CASE("result changed by another program: readable but not resumable") {
   const Folder folder;

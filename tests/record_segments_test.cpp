@@ -5,6 +5,7 @@
 #include <sys/resource.h>
 
 #include <fstream>
+#include <vector>
 
 #include "solvers/error.hpp"
 #include "tests/many_frames.hpp"
@@ -120,10 +121,13 @@ TEST_CASE("overwrite: segments of the old result stay until the first save") {
   CHECK_EQ(segments(path), 1);
 }
 
-// The last checkpoint of an interrupted run lies at the end of a segment, within one, or before any segment.
-TEST_CASE("resume: frames after the last checkpoint are readable until replaced") {
-  for (const int checkpoint : {1, 2, 3, 4, 5, 6, 7, 8, 11})
-    for (const int end : {checkpoint, checkpoint + 1, checkpoint + 3, checkpoint + 9}) {
+namespace {
+
+/// Resumes a run that was interrupted after frames beyond its last checkpoint.
+void resume_after(const std::vector<int>& checkpoints, const std::vector<int>& later) {
+  for (const int checkpoint : checkpoints)
+    for (const int more : later) {
+      const int end = checkpoint + more;
       CAPTURE(checkpoint);
       CAPTURE(end);
       const Folder folder;
@@ -161,6 +165,17 @@ TEST_CASE("resume: frames after the last checkpoint are readable until replaced"
     }
 }
 
+}  // namespace
+
+// The last checkpoint of an interrupted run lies at the end of a segment, within one, or before any segment.
+TEST_CASE("resume: frames after the last checkpoint are readable until replaced") {
+  resume_after({1, 4, 5, 6}, {0, 1, 9});
+}
+
+TEST_CASE("resume: frames after any of nine checkpoints" * doctest::test_suite("long")) {
+  resume_after({1, 2, 3, 4, 5, 6, 7, 8, 11}, {0, 1, 3, 9});
+}
+
 TEST_CASE("result segments: a missing or foreign segment is named in the error") {
   const Folder folder;
   const std::string path = folder / "run.h5";
@@ -178,22 +193,22 @@ TEST_CASE("full disk: segments that cannot be merged remain the result") {
   const Folder folder;
   const std::string path = folder / "run.h5";
   constexpr std::uint64_t tail = 30000;  // bytes
-  run(path, 600, false, tail);
+  run(path, 300, false, tail);
   const pid_t child = in_child([&] {
     Recorder recorder = Recorder::resume(path, some_scene(), tail);
     signal(SIGXFSZ, SIG_IGN);
-    const rlimit at_most{200000, RLIM_INFINITY};  // The merged file has about 600000 bytes.
+    const rlimit at_most{150000, RLIM_INFINITY};  // The merged file has about 300000 bytes.
     setrlimit(RLIMIT_FSIZE, &at_most);
-    const std::string warning = recorder.save(milestone(600, true));
+    const std::string warning = recorder.save(milestone(300, true));
     if (!contains(warning, "run.h5.frames belongs to")) throw Failure("no such warning: " + warning);
   });
   CHECK_EQ(status_of(child), 0);
   CHECK_GT(segments(path), 3);
-  CHECK(numbers(path) == expected(600));
+  CHECK(numbers(path) == expected(300));
   Recorder later = Recorder::resume(path, some_scene(), tail);
   CHECK(!later.summary().empty());
   CHECK_FALSE(later.in_one_file());
-  CHECK_EQ(later.save(milestone(600, true)), "");
+  CHECK_EQ(later.save(milestone(300, true)), "");
   CHECK(later.in_one_file());
   CHECK_EQ(segments(path), 0);
 }

@@ -110,6 +110,18 @@ class HostExecutor : public Communicator<HostExecutor> {
   explicit HostExecutor(std::shared_ptr<Link> link) : Communicator(std::move(link)) {}
   void* stream() const { return nullptr; }  ///< the CPU has no streams
 
+  /// State of all executors of one thread that tests set and read.
+  struct Observed {
+    std::size_t memory = std::size_t{1} << 62;  ///< bytes that available_memory() returns
+    int waits = 0;                              ///< calls after which a device has finished: wait(), to_host()
+    int recordings = 0;                         ///< calls of run() for which a device records its kernels
+  };
+  /// Returns the state of the calling thread.
+  static Observed& observed() {
+    thread_local Observed observed;
+    return observed;
+  }
+
   /// Parallel loop: calls f(k) for k = 0 ... n - 1, in any order. On a CUDA device, `threads` successive calls form a
   /// block.
   template <int threads = 256, class F>
@@ -303,8 +315,8 @@ class HostExecutor : public Communicator<HostExecutor> {
   /// Checks that the given number of bytes is free on the device. CudaExecutor throws Failure otherwise; on the CPU
   /// nothing is checked.
   void check_memory(std::size_t) const {}
-  /// Returns the free memory of the device (bytes); on the CPU a number without meaning, 2^62.
-  std::size_t available_memory() const { return std::size_t{1} << 62; }
+  /// Returns the free memory of the device (bytes); on the CPU a number without meaning.
+  std::size_t available_memory() const { return observed().memory; }
   // Functions for device memory. On the CPU they act on host memory.
   void* allocate(std::size_t bytes) const { return std::malloc(bytes); }
   void release(void* memory) const { std::free(memory); }
@@ -315,7 +327,10 @@ class HostExecutor : public Communicator<HostExecutor> {
     if (bytes > 0) std::memcpy(to, from, bytes);
   }
   void to_device(void* to, const void* from, std::size_t bytes) const { copy(to, from, bytes); }
-  void to_host(void* to, const void* from, std::size_t bytes) const { copy(to, from, bytes); }
+  void to_host(void* to, const void* from, std::size_t bytes) const {
+    ++observed().waits;
+    copy(to, from, bytes);
+  }
   /// Allocates (pinned) host memory for the transfers begin_to_device() and begin_to_host().
   void* allocate_on_host(std::size_t bytes) const { return std::malloc(bytes); }
   void release_on_host(void* memory) const { std::free(memory); }
@@ -324,16 +339,18 @@ class HostExecutor : public Communicator<HostExecutor> {
   /// Starts a copy from device to host, which is complete after wait().
   void begin_to_host(void* to, const void* from, std::size_t bytes) const { std::memcpy(to, from, bytes); }
   /// Waits until all kernels and copies started before are complete.
-  void wait() const {}
+  void wait() const { ++observed().waits; }
 
-  /// Recorded sequence of kernels for repeated execution. On the CPU it is empty: run() calls f each time.
+  /// Recorded sequence of kernels for repeated execution. On the CPU run() calls f each time.
   struct Recording {
-    void clear() {}
+    bool is_made = false;
+    void clear() { is_made = false; }
   };
   /// Executes the kernels that f launches. CudaExecutor calls f at the first call with a Recording and records the
   /// kernels; later calls repeat them. With cuda_loops_on_host() every call calls f.
   template <class F>
-  void run(Recording&, F f) const {
+  void run(Recording& recording, F f) const {
+    observed().recordings += !std::exchange(recording.is_made, true);
     f();
   }
   /// Conditional execution within run(): executes the kernels of f if *flag is not 0 after all earlier kernels. The

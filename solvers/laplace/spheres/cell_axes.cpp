@@ -5,6 +5,19 @@
 
 namespace lichtenberg::laplace::spheres {
 
+template <class Scalar>
+void multiply_matrices(const Scalar* a, const Scalar* b, Eigen::Index rows, Eigen::Index inner, Eigen::Index columns,
+                       Scalar* out) {
+  using Matrix = Eigen::Map<const RowMatrix<Scalar>>;
+  Eigen::Map<RowMatrix<Scalar>>(out, rows, columns).noalias() = Matrix(a, rows, inner) * Matrix(b, inner, columns);
+}
+template void multiply_matrices(const float*, const float*, Eigen::Index, Eigen::Index, Eigen::Index, float*);
+template void multiply_matrices(const double*, const double*, Eigen::Index, Eigen::Index, Eigen::Index, double*);
+template void multiply_matrices(const std::complex<float>*, const std::complex<float>*, Eigen::Index, Eigen::Index,
+                                Eigen::Index, std::complex<float>*);
+template void multiply_matrices(const std::complex<double>*, const std::complex<double>*, Eigen::Index, Eigen::Index,
+                                Eigen::Index, std::complex<double>*);
+
 int odd_axes(int l, int m) {
   return (mirror_sign(l, m, 1) < 0 ? 1 : 0) + (mirror_sign(l, m, 2) < 0 ? 2 : 0) + (mirror_sign(l, m, 4) < 0 ? 4 : 0);
 }

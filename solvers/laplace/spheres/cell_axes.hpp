@@ -13,6 +13,12 @@ namespace lichtenberg::laplace::spheres {
 template <class Scalar>
 using RowMatrix = Eigen::Matrix<Scalar, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
+/// Computes out = a b of contiguous matrices in row-major order: a [rows][inner], b [inner][columns]. Defined for real
+/// and complex numbers of both precisions, and compiled once, because products take seconds to compile.
+template <class Scalar>
+void multiply_matrices(const Scalar* a, const Scalar* b, Eigen::Index rows, Eigen::Index inner, Eigen::Index columns,
+                       Scalar* out);
+
 /// Returns the axes along which the harmonic C_lm is odd, as bits: bit k is set for axis k.
 int odd_axes(int l, int m);
 /// Returns sin(phase) if `odd` is true, otherwise cos(phase).

@@ -27,31 +27,34 @@ int degree_for(double accuracy, const Cells& cells) {
 /// Accuracy from which single precision suffices: its rounding errors are at most 1 % of it.
 constexpr double least_single = 1e-4;
 
-/// Multiplies each row of contiguous matrices: out = in factor'. A flat box with one layer of cells has two waves along
-/// z.
+/// Multiplies each row of a contiguous matrix: out = in factor', `in` [rows][.]. A flat box with one layer of cells has
+/// two waves along z.
 template <class Scalar>
-void multiply_rows(const Eigen::Ref<const RowMatrix<Scalar>>& in, const RowMatrix<Scalar>& factor,
-                   Eigen::Ref<RowMatrix<Scalar>> out) {
-  const Scalar *from = in.data(), *f = factor.data();
-  Scalar* to = out.data();
-  if (in.cols() == 1 && out.cols() == 2) {
-    for (Eigen::Index r = 0; r < in.rows(); ++r) to[2 * r] = f[0] * from[r], to[2 * r + 1] = f[1] * from[r];
-  } else if (in.cols() == 2 && out.cols() == 1) {
-    for (Eigen::Index r = 0; r < in.rows(); ++r) to[r] = f[0] * from[2 * r] + f[1] * from[2 * r + 1];
+void multiply_rows(const Scalar* in, Eigen::Index rows, const RowMatrix<Scalar>& factor, Scalar* out) {
+  const Scalar* f = factor.data();
+  if (factor.cols() == 1 && factor.rows() == 2) {
+    for (Eigen::Index r = 0; r < rows; ++r) out[2 * r] = f[0] * in[r], out[2 * r + 1] = f[1] * in[r];
+  } else if (factor.cols() == 2 && factor.rows() == 1) {
+    for (Eigen::Index r = 0; r < rows; ++r) out[r] = f[0] * in[2 * r] + f[1] * in[2 * r + 1];
   } else {
-    out.noalias() = in * factor.transpose();
+    const RowMatrix<Scalar> transposed = factor.transpose();
+    multiply_matrices(in, transposed.data(), rows, factor.cols(), factor.rows(), out);
   }
 }
 
-/// Transforms the second index of an array [x][y][z], given as a matrix [x][y z] with `nz` values of z.
+/// Transforms the second index of a contiguous array [x][y][z] with `nx` and `nz` values of x and z.
 template <class Scalar>
-RowMatrix<Scalar> along_middle_axis(const RowMatrix<Scalar>& factor, const Eigen::Ref<const RowMatrix<Scalar>>& in,
+RowMatrix<Scalar> along_middle_axis(const RowMatrix<Scalar>& factor, const Scalar* in, Eigen::Index nx,
                                     Eigen::Index nz) {
-  if (nz == 1) return in * factor.transpose();
-  RowMatrix<Scalar> out(in.rows(), factor.rows() * nz);
-  for (Eigen::Index x = 0; x < in.rows(); ++x)
-    Eigen::Map<RowMatrix<Scalar>>(out.row(x).data(), factor.rows(), nz).noalias() =
-        factor * Eigen::Map<const RowMatrix<Scalar>>(in.row(x).data(), factor.cols(), nz);
+  RowMatrix<Scalar> out(nx, factor.rows() * nz);
+  if (nz == 1) {
+    const RowMatrix<Scalar> transposed = factor.transpose();
+    multiply_matrices(in, transposed.data(), nx, factor.cols(), factor.rows(), out.data());
+  } else {
+    for (Eigen::Index x = 0; x < nx; ++x)
+      multiply_matrices(factor.data(), in + x * factor.cols() * nz, factor.rows(), factor.cols(), nz,
+                        out.row(x).data());
+  }
   return out;
 }
 
@@ -132,23 +135,21 @@ template <class Scalar>
 void CellConvolution::transform(int harmonic, const double* in_cells, Scalar* in_waves) const {
   const auto [nx, ny, nz] = cells_.count;
   const int odd = odd_[harmonic];
-  const Eigen::Map<const RowMatrix<double>> in(in_cells, nx, ny * nz);
-  const RowMatrix<Scalar> x = to_waves<Scalar>(0, odd) * in.template cast<Scalar>();
-  const RowMatrix<Scalar> y = along_middle_axis<Scalar>(to_waves<Scalar>(1, odd), x, nz);
-  Eigen::Map<RowMatrix<Scalar>> out(in_waves, modes(0) * modes(1), modes(2));
-  multiply_rows<Scalar>(Eigen::Map<const RowMatrix<Scalar>>(y.data(), out.rows(), nz), to_waves<Scalar>(2, odd), out);
+  const RowMatrix<Scalar> in = Eigen::Map<const RowMatrix<double>>(in_cells, nx, ny * nz).template cast<Scalar>();
+  RowMatrix<Scalar> x(modes(0), ny * nz);
+  multiply_matrices(to_waves<Scalar>(0, odd).data(), in.data(), modes(0), nx, ny * nz, x.data());
+  const RowMatrix<Scalar> y = along_middle_axis<Scalar>(to_waves<Scalar>(1, odd), x.data(), modes(0), nz);
+  multiply_rows<Scalar>(y.data(), modes(0) * modes(1), to_waves<Scalar>(2, odd), in_waves);
 }
 
 template <class Scalar>
 void CellConvolution::transform_back(int harmonic, const Scalar* in_waves, double* in_cells) const {
   const auto [nx, ny, nz] = cells_.count;
   const int odd = odd_[harmonic];
-  const Eigen::Map<const RowMatrix<Scalar>> in(in_waves, modes(0) * modes(1), modes(2));
-  RowMatrix<Scalar> z(in.rows(), nz);
-  multiply_rows<Scalar>(in, from_waves<Scalar>(2, odd), z);
-  const Eigen::Map<const RowMatrix<Scalar>> by_x(z.data(), modes(0), modes(1) * nz);
-  const RowMatrix<Scalar> y = along_middle_axis<Scalar>(from_waves<Scalar>(1, odd), by_x, nz);
-  const RowMatrix<Scalar> x = from_waves<Scalar>(0, odd) * y;
+  RowMatrix<Scalar> z(modes(0) * modes(1), nz), x(nx, ny * nz);
+  multiply_rows<Scalar>(in_waves, z.rows(), from_waves<Scalar>(2, odd), z.data());
+  const RowMatrix<Scalar> y = along_middle_axis<Scalar>(from_waves<Scalar>(1, odd), z.data(), modes(0), nz);
+  multiply_matrices(from_waves<Scalar>(0, odd).data(), y.data(), nx, modes(0), ny * nz, x.data());
   Eigen::Map<RowMatrix<double>>(in_cells, nx, ny * nz) = x.real().template cast<double>();
 }
 

@@ -1,7 +1,9 @@
 #include "solvers/laplace/spheres/cell_kernel.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "solvers/laplace/spheres/lattice.hpp"
 
@@ -108,18 +110,18 @@ void Octant::transform_to_waves() {
   for (int k = 0; k < 3; ++k)
     for (int odd = 0; odd < 2; ++odd) sum[k][odd] = sums(k, odd);
   const auto [nx, ny, nz] = Index3{half_[0] + 1, half_[1] + 1, half_[2] + 1};
+  const std::array<RowMatrix<double>, 2> along_z{sum[2][0].transpose(), sum[2][1].transpose()};
+  std::vector<double> product(static_cast<std::size_t>(value_.cols()));
   for (int l = 0; l <= degree_; ++l)
     for (int m = -l; m <= l; ++m) {
       const int odd = odd_axes(l, m);
       double* row = value_.row(at(l, m)).data();
-      Eigen::Map<RowMatrix<double>> z(row, nx * ny, nz);
-      z = (z * sum[2][odd >> 2 & 1].transpose()).eval();
-      for (int i = 0; i < nx; ++i) {
-        Eigen::Map<RowMatrix<double>> y(row + index({i, 0, 0}), ny, nz);
-        y = (sum[1][odd >> 1 & 1] * y).eval();
-      }
-      Eigen::Map<RowMatrix<double>> x(row, nx, ny * nz);
-      x = (sum[0][odd & 1] * x).eval();
+      multiply_matrices(row, along_z[odd >> 2 & 1].data(), nx * ny, nz, nz, product.data());
+      for (int i = 0; i < nx; ++i)
+        multiply_matrices(sum[1][odd >> 1 & 1].data(), product.data() + index({i, 0, 0}), ny, ny, nz,
+                          row + index({i, 0, 0}));
+      multiply_matrices(sum[0][odd & 1].data(), row, nx, nx, ny * nz, product.data());
+      std::ranges::copy(product, row);
     }
 }
 

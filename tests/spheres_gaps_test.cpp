@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -106,6 +107,44 @@ TEST_CASE("four spheres in a bent row: two close-pair corrections keep the accur
     for (int i = 0; i < 4; ++i) {
       CHECK(std::abs(found.group_potential[i] - exact.group_potential[i]) < 170 * accuracy);
       CHECK(norm(found.sphere_force[i] - exact.sphere_force[i]) < accuracy * largest);
+    }
+  }
+}
+
+/// Returns unit spheres in a row of a general direction, at potentials 1, 0, 1 and -1.
+SphereProblem row_of_four(double gap) {
+  SphereProblem problem{.free_space = true, .permittivity = 1};
+  for (int i = 0; i < 4; ++i) {
+    problem.spheres.push_back({Vec3{0.36, 0.48, 0.8} * (i * (2 + gap)), 1, i});
+    problem.groups.push_back({.floating = false, .potential = std::array{1.0, 0.0, 1.0, -1.0}[i]});
+  }
+  return problem;
+}
+
+TEST_CASE("row of four spheres: force on the last is that of axial multipoles") {
+  // The axial multipoles of all spheres as one dense system, up to degree 130, 340 and 1000.
+  for (const auto& [gap, charge, force] : {std::array{0.1, -31.286106934827725, -58.105079555791676},
+                                           std::array{1e-2, -45.24724370881672, -621.15787278122923},
+                                           std::array{1e-3, -59.64232294720802, -6273.6095859796615}})
+    for (const double accuracy : {1e-2, 1e-6, 1e-10}) {
+      CAPTURE(gap);
+      CAPTURE(accuracy);
+      const SphereSolution found = SphereSolver({.accuracy = accuracy}).solve(row_of_four(gap));
+      CHECK(std::abs(found.sphere_charge[3] / charge - 1) < accuracy);
+      CHECK(std::abs(dot(found.sphere_force[3], {0.36, 0.48, 0.8}) / force - 1) < accuracy);
+    }
+}
+
+TEST_CASE("row of four spheres, gaps of 1.5e-5 R: accurate as requested") {
+  // Corrections on the far sides of a gap interact up to a degree of thousands.
+  const SphereProblem problem = row_of_four(1.5e-5);
+  const SphereSolution exact = SphereSolver({.accuracy = 1e-9}).solve(problem);
+  for (const double accuracy : {1e-4, 1e-6}) {
+    CAPTURE(accuracy);
+    const SphereSolution found = SphereSolver({.accuracy = accuracy}).solve(problem);
+    for (int i = 0; i < 4; ++i) {
+      CHECK(std::abs(found.sphere_charge[i] - exact.sphere_charge[i]) < accuracy * std::abs(exact.sphere_charge[3]));
+      CHECK(norm(found.sphere_force[i] - exact.sphere_force[i]) < accuracy * norm(exact.sphere_force[3]));
     }
   }
 }

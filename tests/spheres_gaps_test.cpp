@@ -245,14 +245,19 @@ TEST_CASE("touching spheres at one potential: Maxwell's charge, Kelvin's force")
   CHECK(one.sphere_force[0].z == doctest::Approx(two.sphere_force[0].z).epsilon(1e-8));
 }
 
-TEST_CASE("close_pairs: energy at tolerance 0.03 is within 10 % of that at 1e-8") {
-  for (const double gap : {0.05, 0.1, 0.2, 0.3, 0.4}) {
-    const int degree = static_cast<int>(-std::log(0.04) / spheres::bispherical_coordinate(1, 1, gap));
-    const std::vector<spheres::Site> sites{{{0, 0, 0}, 1, degree}, {{0, 0, 2 + gap}, 1, degree}};
-    const std::vector<spheres::NearPair> pair{{0, 1, 0, 1, {0, 0, -2 - gap}}};
-    const double rough = spheres::close_pairs(sites, pair, 0.03).at(0).energy;
-    CHECK(rough == doctest::Approx(spheres::close_pairs(sites, pair, 1e-8).at(0).energy).epsilon(0.1));
-  }
+/// Compares the energy of the corrections of equal spheres at a tolerance with that at 1e-8.
+void check_energy(double gap, int degree, double tolerance) {
+  CAPTURE(gap);
+  const std::vector<spheres::Site> sites{{{0, 0, 0}, 1, degree}, {{0, 0, 2 + gap}, 1, degree}};
+  const std::vector<spheres::NearPair> pair{{0, 1, 0, 1, {0, 0, -2 - gap}}};
+  const double rough = spheres::close_pairs(sites, pair, tolerance).at(0).energy;
+  CHECK(rough == doctest::Approx(spheres::close_pairs(sites, pair, 1e-8).at(0).energy).epsilon(0.1));
+}
+
+TEST_CASE("close_pairs: energy at tolerances 0.03, 0.05 within 10 % of 1e-8") {
+  for (const double gap : {0.05, 0.1, 0.2, 0.3, 0.4})
+    check_energy(gap, static_cast<int>(-std::log(0.04) / spheres::bispherical_coordinate(1, 1, gap)), 0.03);
+  for (const double gap : {1.0, 1.5, 2.0}) check_energy(gap, 2, 0.05);  // Energies are far below the squared tolerance
 }
 
 }  // namespace spheres_gaps_test

@@ -70,14 +70,15 @@ Truncation truncation_of(const std::vector<Site>& sites, const NearPair& gap, do
   const Site &a = sites[gap.target], &b = sites[gap.source];
   const double width = norm(gap.displacement) - a.radius - b.radius;
   const double accuracy = requested_accuracy * narrowness(a.radius, b.radius, width);
-  const double slowest =
-      std::min(bispherical_coordinate(a.radius, b.radius, width), bispherical_coordinate(b.radius, a.radius, width));
+  const double at_a = bispherical_coordinate(a.radius, b.radius, width),
+               at_b = bispherical_coordinate(b.radius, a.radius, width), slowest = std::min(at_a, at_b);
   const int degree = correction_degree(
       gap, width, std::max(a.degree, b.degree) + 2 + std::floor(-std::log(0.01 * accuracy) / slowest));
-  // The charges decrease like exp(-2 alpha n), so those neglected add up to the last one over alpha. A correction
-  // begins where multipoles have decreased to the accuracy. Its energy, a divisor in the matrix, is of the order of the
-  // accuracy squared.
-  return {degree, std::max(0.01 * accuracy * accuracy, 1e-16) * slowest};
+  // A correction's energy, a divisor in the matrix, is of the order of the product of the first multipoles beyond the
+  // degrees p of both spheres, exp(-alpha (p + 1)). At wide gaps and small degrees it is below the accuracy squared.
+  const double energy = std::exp(-at_a * (a.degree + 1) - at_b * (b.degree + 1));
+  // The charges decrease like exp(-2 alpha n), so those neglected add up to the last one over alpha.
+  return {degree, std::max(0.01 * std::min(energy, accuracy * accuracy), 1e-16) * slowest};
 }
 
 /// Sets the potential on a correction's sphere, up to the sphere's degree. It is the difference between `potential`,

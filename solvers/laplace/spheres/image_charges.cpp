@@ -70,7 +70,7 @@ std::vector<AxialCharge> condensed(const std::vector<AxialCharge>& charges, doub
       continue;
     }
     const double width = std::exp2(-panel - 2) * radius, centre = radius - 3 * width;  // From 4 to 2 widths below it
-    std::array<double, nodes> moment{};                                                // Of Chebyshev polynomials
+    std::array<double, nodes> moment{};  // Integrals of Chebyshev polynomials
     for (const AxialCharge& one : members) {
       const double u = (one.position - centre) / width;
       double value = 1, next = u;

@@ -24,11 +24,11 @@ struct PairSolution {
 std::array<PairSolution, 2> pair_solution(double radius, double other, double gap, int degree, double accuracy);
 
 /// Replaces charges on a radius of a sphere by fewer charges with the same field outside. Panels of the radius halve
-/// towards the surface; a panel of more charges than its 20 Chebyshev points has charges at these points instead, which
-/// interpolate the field as a function of the position s. The field of a charge at a complex s is analytic within the
-/// circle |s| = R, and its harmonics on another sphere of radius R' outside are at most those of a charge at the
-/// distance R'. Each panel's ellipse of semi-axes of 3 and sqrt(8) half-widths is within that circle, so that errors
-/// are about (3 + sqrt(8))^-20 = 5e-16 of the largest such field.
+/// towards the surface. A panel of more charges than its 20 Chebyshev points has charges at these points instead. They
+/// interpolate the field as a function of the position s. This is analytic in a complex s with |s| < R. Harmonics on
+/// another sphere of radius R' outside are then at most those of a charge at the distance R'. Each panel's ellipse of
+/// semi-axes of 3 and sqrt(8) half-widths is within that circle. So errors are about (3 + sqrt(8))^-20 = 5e-16 of the
+/// largest such field.
 std::vector<AxialCharge> condensed(const std::vector<AxialCharge>& charges, double radius);
 
 }  // namespace lichtenberg::laplace::spheres

@@ -2,6 +2,7 @@
 #include <doctest/doctest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -110,6 +111,44 @@ TEST_CASE("four spheres in a bent row: two close-pair corrections keep the accur
   }
 }
 
+/// Returns unit spheres in a row of a general direction, at potentials 1, 0, 1 and -1.
+SphereProblem row_of_four(double gap) {
+  SphereProblem problem{.free_space = true, .permittivity = 1};
+  for (int i = 0; i < 4; ++i) {
+    problem.spheres.push_back({Vec3{0.36, 0.48, 0.8} * (i * (2 + gap)), 1, i});
+    problem.groups.push_back({.floating = false, .potential = std::array{1.0, 0.0, 1.0, -1.0}[i]});
+  }
+  return problem;
+}
+
+TEST_CASE("row of four spheres: force on the last is that of axial multipoles") {
+  // The axial multipoles of all spheres as one dense system, up to degree 130, 340 and 1000.
+  for (const auto& [gap, charge, force] : {std::array{0.1, -31.286106934827725, -58.105079555791676},
+                                           std::array{1e-2, -45.24724370881672, -621.15787278122923},
+                                           std::array{1e-3, -59.64232294720802, -6273.6095859796615}})
+    for (const double accuracy : {1e-2, 1e-6, 1e-10}) {
+      CAPTURE(gap);
+      CAPTURE(accuracy);
+      const SphereSolution found = SphereSolver({.accuracy = accuracy}).solve(row_of_four(gap));
+      CHECK(std::abs(found.sphere_charge[3] / charge - 1) < accuracy);
+      CHECK(std::abs(dot(found.sphere_force[3], {0.36, 0.48, 0.8}) / force - 1) < accuracy);
+    }
+}
+
+TEST_CASE("row of four spheres, gaps of 1.5e-5 R: accurate as requested") {
+  // Corrections on the far sides of a gap interact up to a degree of thousands.
+  const SphereProblem problem = row_of_four(1.5e-5);
+  const SphereSolution exact = SphereSolver({.accuracy = 1e-9}).solve(problem);
+  for (const double accuracy : {1e-4, 1e-6}) {
+    CAPTURE(accuracy);
+    const SphereSolution found = SphereSolver({.accuracy = accuracy}).solve(problem);
+    for (int i = 0; i < 4; ++i) {
+      CHECK(std::abs(found.sphere_charge[i] - exact.sphere_charge[i]) < accuracy * std::abs(exact.sphere_charge[3]));
+      CHECK(norm(found.sphere_force[i] - exact.sphere_force[i]) < accuracy * norm(exact.sphere_force[3]));
+    }
+  }
+}
+
 TEST_CASE("neutral sphere near an electrode: force in a gap of 1e-5 R is accurate") {
   SphereProblem problem{.permittivity = 1};
   problem.box.lengths = {20, 20, 20};
@@ -206,14 +245,19 @@ TEST_CASE("touching spheres at one potential: Maxwell's charge, Kelvin's force")
   CHECK(one.sphere_force[0].z == doctest::Approx(two.sphere_force[0].z).epsilon(1e-8));
 }
 
-TEST_CASE("close_pairs: energy at tolerance 0.03 is within 10 % of that at 1e-8") {
-  for (const double gap : {0.05, 0.1, 0.2, 0.3, 0.4}) {
-    const int degree = static_cast<int>(-std::log(0.04) / spheres::bispherical_coordinate(1, 1, gap));
-    const std::vector<spheres::Site> sites{{{0, 0, 0}, 1, degree}, {{0, 0, 2 + gap}, 1, degree}};
-    const std::vector<spheres::NearPair> pair{{0, 1, 0, 1, {0, 0, -2 - gap}}};
-    const double rough = spheres::close_pairs(sites, pair, 0.03).at(0).energy;
-    CHECK(rough == doctest::Approx(spheres::close_pairs(sites, pair, 1e-8).at(0).energy).epsilon(0.1));
-  }
+/// Compares the energy of the corrections of equal spheres at a tolerance with that at 1e-8.
+void check_energy(double gap, int degree, double tolerance) {
+  CAPTURE(gap);
+  const std::vector<spheres::Site> sites{{{0, 0, 0}, 1, degree}, {{0, 0, 2 + gap}, 1, degree}};
+  const std::vector<spheres::NearPair> pair{{0, 1, 0, 1, {0, 0, -2 - gap}}};
+  const double rough = spheres::close_pairs(sites, pair, tolerance).at(0).energy;
+  CHECK(rough == doctest::Approx(spheres::close_pairs(sites, pair, 1e-8).at(0).energy).epsilon(0.1));
+}
+
+TEST_CASE("close_pairs: energy at tolerances 0.03, 0.05 within 10 % of 1e-8") {
+  for (const double gap : {0.05, 0.1, 0.2, 0.3, 0.4})
+    check_energy(gap, static_cast<int>(-std::log(0.04) / spheres::bispherical_coordinate(1, 1, gap)), 0.03);
+  for (const double gap : {1.0, 1.5, 2.0}) check_energy(gap, 2, 0.05);  // Energies are far below the squared tolerance
 }
 
 }  // namespace spheres_gaps_test

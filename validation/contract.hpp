@@ -56,15 +56,19 @@ class Contract {
     fmt::print("seed {}: {}\n", seed_, error.what());
   }
 
-  /// Runs `check` for each seed of the command line: `quick` seeds, `full` seeds with the argument `long`, or the seeds
-  /// FROM to TO of two numbers. Prints the table, and writes it as JSON to the path in the environment variable
-  /// LICHTENBERG_FIGURES. Returns the exit status: 0 if each ratio is at most 1 and no case failed.
+  /// Runs `check` for each seed of the command line: `quick` seeds, or the seeds FROM to TO of two numbers. With the
+  /// argument `long` it runs seeds until each guarantee has `full` cases, at most four times as many seeds. Prints the
+  /// table, and writes it as JSON to the path in the environment variable LICHTENBERG_FIGURES. Returns the exit status:
+  /// 0 if each ratio is at most 1 and no case failed.
   int run(const std::string& title, int argc, char** argv, int quick, int full,
           const std::function<void(Contract&, std::uint64_t seed)>& check) {
     const bool given = argc > 2;
     const int from = given ? std::atoi(argv[1]) : 1;
-    const int to = given ? std::atoi(argv[2]) : long_run_requested(argc, argv) ? full : quick;
+    const bool until_full = !given && long_run_requested(argc, argv);
+    const int to = given ? std::atoi(argv[2]) : until_full ? 4 * full : quick;
+    const auto is_full = [&](const Row& row) { return static_cast<int>(row.ratio.values.size()) >= full; };
     for (int seed = from; seed <= to; ++seed) {
+      if (until_full && seed > full && std::ranges::all_of(rows_, is_full)) break;
       seed_ = static_cast<std::uint64_t>(seed);
       try {
         check(*this, seed_);

@@ -1,7 +1,7 @@
 // Accuracy contract of gases of grains and of their theories: random charged gases, collisions and runs.
 //
 //   contract_gas              a few cases: seconds
-//   contract_gas long         500 cases
+//   contract_gas long         500 cases of each guarantee
 //   contract_gas FROM TO      the cases of these seeds
 
 #include "solvers/error.hpp"

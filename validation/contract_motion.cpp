@@ -2,7 +2,7 @@
 // conductors in oil.
 //
 //   contract_motion              a few cases: seconds
-//   contract_motion long         500 cases
+//   contract_motion long         500 cases of each guarantee
 //   contract_motion FROM TO      the cases of these seeds
 
 #include <Eigen/Core>

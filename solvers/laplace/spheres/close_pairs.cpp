@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <utility>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/spheres/harmonics.hpp"
@@ -28,25 +29,6 @@ double narrowness(double radius, double other, double gap) {
 }
 
 namespace {
-
-/// Adds image charges for one sphere at potential 1 and the other at 0, as multipoles of both spheres.
-void add_images(double first, double second, double distance, double accuracy, std::vector<double>& first_multipoles,
-                std::vector<double>& second_multipoles) {
-  double charge = first, position = 0, own = first, other = second;
-  std::vector<double>*here = &first_multipoles, *there = &second_multipoles;
-  const auto add = [&] {
-    double term = charge / own;
-    const double ratio = position / own;
-    for (double& value : *here) value += term, term *= ratio;
-  };
-  for (add(); std::abs(charge) > accuracy * first; add()) {
-    const double away = distance - position;
-    charge *= -other / away;
-    position = other * other / away;
-    std::swap(here, there);
-    std::swap(own, other);
-  }
-}
 
 /// Largest degree of a correction. The degree and the number of images grow like sqrt(R / gap), so the work grows with
 /// their product.
@@ -88,14 +70,15 @@ Truncation truncation_of(const std::vector<Site>& sites, const NearPair& gap, do
   const Site &a = sites[gap.target], &b = sites[gap.source];
   const double width = norm(gap.displacement) - a.radius - b.radius;
   const double accuracy = requested_accuracy * narrowness(a.radius, b.radius, width);
-  const double slowest =
-      std::min(bispherical_coordinate(a.radius, b.radius, width), bispherical_coordinate(b.radius, a.radius, width));
+  const double at_a = bispherical_coordinate(a.radius, b.radius, width),
+               at_b = bispherical_coordinate(b.radius, a.radius, width), slowest = std::min(at_a, at_b);
   const int degree = correction_degree(
       gap, width, std::max(a.degree, b.degree) + 2 + std::floor(-std::log(0.01 * accuracy) / slowest));
-  // The charges decrease like exp(-2 alpha n), so those neglected add up to the last one over alpha. A correction
-  // begins where multipoles have decreased to the accuracy. Its energy, a divisor in the matrix, is of the order of the
-  // accuracy squared.
-  return {degree, std::max(0.01 * accuracy * accuracy, 1e-16) * slowest};
+  // A correction's energy, a divisor in the matrix, is of the order of the product of the first multipoles beyond the
+  // degrees p of both spheres, exp(-alpha (p + 1)). At wide gaps and small degrees it is below the accuracy squared.
+  const double energy = std::exp(-at_a * (a.degree + 1) - at_b * (b.degree + 1));
+  // The charges decrease like exp(-2 alpha n), so those neglected add up to the last one over alpha.
+  return {degree, std::max(0.01 * std::min(energy, accuracy * accuracy), 1e-16) * slowest};
 }
 
 /// Sets the potential on a correction's sphere, up to the sphere's degree. It is the difference between `potential`,
@@ -124,6 +107,7 @@ ClosePair close_pair(const std::vector<Site>& sites, const NearPair& gap, const 
                           .sign = sign,
                           .axis = axis,
                           .multipoles = solution[own].multipoles,
+                          .charges = condensed(solution[own].charges, sites[sphere].radius),
                           .potential = {},
                           .faces_image = image,
                           .facing = solution[1 - own].multipoles,
@@ -207,55 +191,10 @@ bool interacts(const NearPair& pair, const std::vector<Site>& sites, double accu
   return reach(source, target) || reach(target, source);
 }
 
-/// Returns the degree l up to which a correction affects harmonics up to t of a nearby sphere. The factor C(l+t, l)
-/// (R_s/d)^l (R_t/d)^t rises up to (l+t)/l = d/R_s, and is followed until it is below the accuracy.
-int influence_degree(const NearPair& pair, const std::vector<Site>& sites, double accuracy) {
-  const Site &source = sites[pair.source], &target = sites[pair.target];
-  const double distance = norm(pair.displacement), ratio = source.radius / distance;
-  double log_term = target.degree * std::log(target.radius / distance);
-  int l = 0;
-  do {
-    ++l;
-    const double step = ratio * (l + target.degree) / l;
-    log_term += std::log(step);
-    if (step < 1 && log_term < std::log(accuracy)) break;
-  } while (l < largest_degree);
-  return std::max(l, source.degree + 1);
-}
-
 struct CorrectionOfPair {
   int pair = 0;
   const PairCorrection* correction = nullptr;
 };
-
-/// Returns the ratio of successive harmonics of the most slowly decreasing of these corrections, without those across
-/// this gap; 0 if there is none.
-double slowest_ratio(const std::vector<CorrectionOfPair>& corrections, Vec3 displacement,
-                     const std::vector<Site>& sites) {
-  double ratio = 0;
-  for (const auto& [pair, correction] : corrections) {
-    if (is_across_gap(*correction, displacement)) continue;
-    const double radius = sites[correction->sphere].radius, other = correction->facing_radius;
-    ratio = std::max(ratio, std::exp(-bispherical_coordinate(radius, other, correction->distance - radius - other)));
-  }
-  return ratio;
-}
-
-/// Returns the degree up to which the corrections of two nearby spheres interact. Terms C(l+t, l) x^l y^t of l + t = n
-/// add up to (x + y)^n, mostly near l / t = x / y; x and y are radii over the distance times the ratios of the
-/// corrections.
-int interaction_degree(const NearPair& pair, const std::vector<std::vector<CorrectionOfPair>>& corrections,
-                       const std::vector<Site>& sites, double accuracy) {
-  const double distance = norm(pair.displacement);
-  const double x = slowest_ratio(corrections[pair.source], displacement_at_source(pair), sites) *
-                   sites[pair.source].radius / distance;
-  const double y =
-      slowest_ratio(corrections[pair.target], pair.displacement * -1.0, sites) * sites[pair.target].radius / distance;
-  if (x == 0 || y == 0) return 0;
-  const double share = std::max(x, y) / (x + y);
-  return x + y < 1 ? static_cast<int>(std::min<double>(largest_degree, share * std::log(accuracy) / std::log(x + y)))
-                   : largest_degree;
-}
 
 /// Effects of a correction beyond its gap: on spheres, and on the corrections of other pairs.
 struct OuterEffects {
@@ -267,33 +206,74 @@ struct OuterEffects {
   std::vector<Interaction> interactions;
 };
 
-/// Returns the correction's multipoles beyond its sphere's degree, up to `degree`.
-std::vector<double> correction_multipoles(const PairCorrection& correction, int own_degree, int degree) {
+/// A correction at a near sphere: its charges, or those of its mirror image, in coordinates about that sphere's centre.
+struct NearCorrection {
+  NearCorrection(const PairCorrection& correction, const Site& site, const NearPair& pair)
+      : correction(correction),
+        site(site),
+        sign(correction.sign * pair.sign),
+        centre(pair.displacement * -1.0),
+        axis(mirrored(correction.axis, pair.mask)) {}
+
+  /// Returns the potential at r, without the harmonics up to the correction's sphere's degree.
+  double potential(Vec3 r) const {
+    double sum = 0;
+    for (const AxialCharge& one : correction.charges) sum += one.charge / norm(r - centre - axis * one.position);
+    const Vec3 from_centre = r - centre;
+    const double distance = norm(from_centre);
+    Legendre legendre(dot(from_centre, axis) / distance);
+    double power = site.radius / distance;
+    for (int l = 0; l <= site.degree; ++l, power *= site.radius / distance, legendre.step())
+      sum -= correction.multipoles[l] * power * legendre.value;
+    return sign * sum;
+  }
+  /// Adds the potential of the charges to local coefficients on the near sphere.
+  void add_charges(const Site& target, std::vector<double>& local) const {
+    std::vector<double> harmonic(local.size());
+    for (const AxialCharge& one : correction.charges) {
+      const Vec3 r = centre + axis * one.position;
+      const double distance = norm(r);
+      regular_harmonics(r * (target.radius / (distance * distance)), target.degree, harmonic.data());
+      for (std::size_t k = 0; k < local.size(); ++k) local[k] += sign * one.charge / distance * harmonic[k];
+    }
+  }
+
+  const PairCorrection& correction;
+  const Site& site;
+  double sign;
+  Vec3 centre, axis;
+};
+
+/// Returns the correction's multipoles up to its sphere's degree.
+std::vector<double> low_multipoles(const PairCorrection& correction, int degree) {
   std::vector<double> multipoles(harmonics(degree));
   regular_harmonics(correction.axis, degree, multipoles.data());
   for (int l = 0; l <= degree; ++l)
-    for (int m = -l; m <= l; ++m)
-      multipoles[at(l, m)] *= l > own_degree && l < static_cast<int>(correction.multipoles.size())
-                                  ? correction.sign * correction.multipoles[l]
-                                  : 0;
+    for (int m = -l; m <= l; ++m) multipoles[at(l, m)] *= correction.sign * correction.multipoles[l];
   return multipoles;
 }
 
-/// Returns the energy of a correction in a potential `made` on its sphere, in harmonics up to `degree`.
-double energy_in(const PairCorrection& correction, const Site& site, const double* made, int degree) {
-  std::vector<double> harmonic(harmonics(degree));
-  regular_harmonics(correction.axis, degree, harmonic.data());
+/// Returns the energy of a correction in the potential of another one: that of its charges, without that of its
+/// multipoles up to its sphere's degree. `made`: harmonics of the potential on its sphere.
+double energy_in(const PairCorrection& correction, const Site& site, const NearCorrection& other,
+                 const std::vector<double>& made) {
   double energy = 0;
-  for (int l = site.degree + 1; l <= std::min<int>(degree, correction.multipoles.size() - 1); ++l)
-    for (int m = -l; m <= l; ++m) energy += correction.multipoles[l] * harmonic[at(l, m)] * made[at(l, m)];
-  return site.radius * correction.sign * energy;
+  for (const AxialCharge& one : correction.charges)
+    energy += one.charge * other.potential(correction.axis * one.position);
+  std::vector<double> harmonic(made.size());
+  regular_harmonics(correction.axis, site.degree, harmonic.data());
+  for (int l = 0; l <= site.degree; ++l)
+    for (int m = -l; m <= l; ++m)
+      energy -= site.radius * correction.multipoles[l] * harmonic[at(l, m)] * made[at(l, m)];
+  return correction.sign * energy;
 }
 
-/// Computes the effects of a correction on the spheres near its own, without the one across its gap, as harmonics up to
-/// `degree`.
+/// Computes the effects of a correction on the spheres near its own, without the one across its gap. They are those of
+/// all its image charges, without those of the harmonics up to its sphere's degree. A sum of harmonics beyond it would
+/// need a degree of up to sqrt(R / gap), for corrections on the far sides of two spheres with a gap.
 OuterEffects outer_effects(const PairCorrection& correction,
                            const std::vector<std::vector<CorrectionOfPair>>& corrections,
-                           const std::vector<Site>& sites, const std::vector<NearPair>& near_pairs, int degree) {
+                           const std::vector<Site>& sites, const std::vector<NearPair>& near_pairs) {
   std::vector<NearPair> pairs, original_pairs;
   std::vector<Site> targets;
   for (const NearPair& pair : near_pairs) {
@@ -301,25 +281,27 @@ OuterEffects outer_effects(const PairCorrection& correction,
     original_pairs.push_back(pair);
     pairs.push_back(pair);
     pairs.back().target = static_cast<int>(targets.size()), pairs.back().source = 0;
-    targets.push_back({sites[pair.target].centre, sites[pair.target].radius, degree});
+    targets.push_back(sites[pair.target]);
   }
   OuterEffects result;
   if (pairs.empty()) return result;
-  Site source = sites[correction.sphere];
-  const std::vector<double> multipoles = correction_multipoles(correction, source.degree, degree);
-  std::vector<double> local(targets.size() * multipoles.size());
-  source.degree = degree;
+  const Site& source = sites[correction.sphere];
+  const std::vector<int> start = starts(targets);
+  std::vector<double> low(start.back());
   // No distant terms are neglected: that would differ between the two directions of an interaction.
   NearField(targets, {source}, pairs, 1e-300, parallel::Team::single())
-      .add(multipoles.data(), local.data(), parallel::Team::single());
+      .add(low_multipoles(correction, source.degree).data(), low.data(), parallel::Team::single());
   for (std::size_t k = 0; k < original_pairs.size(); ++k) {
-    const double* made = local.data() + k * multipoles.size();
     const int sphere = original_pairs[k].target;
-    result.other_spheres.push_back({sphere, {made, made + harmonics(sites[sphere].degree)}});
+    const NearCorrection near(correction, source, original_pairs[k]);
+    std::vector<double> made(low.begin() + start[k], low.begin() + start[k + 1]);
+    for (double& value : made) value = -value;
+    near.add_charges(targets[k], made);
     for (const CorrectionOfPair& other : corrections[sphere])
       if (!is_across_gap(*other.correction,
                          original_pairs[k].displacement * -1.0))  // Otherwise included where both have a correction
-        result.interactions.push_back({other.pair, energy_in(*other.correction, sites[sphere], made, degree)});
+        result.interactions.push_back({other.pair, energy_in(*other.correction, targets[k], near, made)});
+    result.other_spheres.push_back({sphere, std::move(made)});
   }
   return result;
 }
@@ -374,27 +356,6 @@ void add_axial(const AxialMultipoles& correction, double scale, Vec3 r, double& 
 
 }  // namespace
 
-std::array<PairSolution, 2> pair_solution(double radius, double other, double gap, int degree, double accuracy) {
-  const double distance = gap + radius + other;
-  const std::vector<double> none(degree + 1);
-  std::array<std::vector<double>, 2> first{none, none}, second{none, none};  // Either sphere at potential 1
-  add_images(radius, other, distance, accuracy, first[0], first[1]);
-  add_images(other, radius, distance, accuracy, second[1], second[0]);
-  const auto charge = [&](const std::array<std::vector<double>, 2>& of) {
-    return radius * of[0][0] + other * of[1][0];
-  };
-  const double a = charge(first), b = charge(second);
-  const double potential = b / (a + b);  // Potential of the first sphere; that of the second is lower by 1
-  std::array<PairSolution, 2> result;
-  for (int k = 0; k < 2; ++k) {
-    result[k].multipoles.resize(degree + 1);
-    result[k].potential = potential - k;
-    for (int l = 0; l <= degree; ++l)
-      result[k].multipoles[l] = potential * first[k][l] + (potential - 1) * second[k][l];
-  }
-  return result;
-}
-
 std::vector<ClosePair> close_pairs(const std::vector<Site>& sites, const std::vector<NearPair>& gaps, double accuracy,
                                    parallel::Team& team) {
   std::vector<Truncation> truncations;
@@ -417,20 +378,15 @@ void add_correction_interactions(std::vector<ClosePair>& close, const std::vecto
     for (const PairCorrection& correction : close[p].corrections)
       corrections[correction.sphere].push_back({static_cast<int>(p), &correction});
   std::vector<std::vector<NearPair>> near_pairs(sites.size());
-  int degree = 0;
-  for (const NearPair& pair : pairs) {
-    if (corrections[pair.source].empty() || !interacts(pair, sites, accuracy)) continue;
-    near_pairs[pair.source].push_back(pair);
-    degree = std::max(
-        {degree, influence_degree(pair, sites, accuracy), interaction_degree(pair, corrections, sites, accuracy)});
-  }
+  for (const NearPair& pair : pairs)
+    if (!corrections[pair.source].empty() && interacts(pair, sites, accuracy)) near_pairs[pair.source].push_back(pair);
   std::vector<CorrectionOfPair> all;
   for (const auto& sphere_corrections : corrections)
     all.insert(all.end(), sphere_corrections.begin(), sphere_corrections.end());
   std::vector<OuterEffects> found(all.size());
   team.for_each(static_cast<int>(all.size()), [&](int k) {
     const PairCorrection& correction = *all[k].correction;
-    found[k] = outer_effects(correction, corrections, sites, near_pairs[correction.sphere], degree);
+    found[k] = outer_effects(correction, corrections, sites, near_pairs[correction.sphere]);
   });
   const OuterEffects* next = found.data();
   for (std::size_t i = 0; i < sites.size(); ++i) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "solvers/laplace/spheres/image_charges.hpp"
 #include "solvers/laplace/spheres/near_field.hpp"
 
 namespace lichtenberg::laplace::spheres {
@@ -14,18 +15,6 @@ double cosh_less_one(double radius, double other, double gap);
 /// most 1. It is needed because the force across the gap varies like the squared potential difference over the gap.
 double narrowness(double radius, double other, double gap);
 
-/// Exact solution for one of two isolated conducting spheres with equal and opposite charges and a potential difference
-/// of 1.
-struct PairSolution {
-  /// Axial multipoles a_l, l = 0 ... degree (m = 0 about the direction to the other sphere).
-  std::vector<double> multipoles;
-  double potential = 0;  ///< Potential of the sphere
-};
-/// Computes the exact solutions of both spheres of a pair by the method of images. Each image charge is mirrored at the
-/// other sphere until it is below `accuracy` times the first one. `radius`, `other`: radii, `gap`: surface distance
-/// (m). The first result is that of the sphere of `radius`.
-std::array<PairSolution, 2> pair_solution(double radius, double other, double gap, int degree, double accuracy);
-
 /// Close-pair correction of one sphere: multipoles beyond the sphere's own degree that the field in a narrow gap
 /// excites (lubrication-type correction). They have the proportions of the exact solution of the isolated pair, and an
 /// unknown amplitude; all data are for unit amplitude.
@@ -35,9 +24,10 @@ struct PairCorrection {
   Vec3 axis;        ///< Unit vector to the other side of the gap
   /// Axial multipoles of all degrees, of which only those beyond the sphere's degree act.
   std::vector<double> multipoles;
-  std::vector<double> potential;  ///< Potential on the sphere due to the corrections of both sides, up to its degree
-  bool faces_image = false;       ///< True if the other side is an image, at centre + axis * distance
-  std::vector<double> facing;     ///< Axial multipoles of the other side, for its amplitude
+  std::vector<AxialCharge> charges;  ///< Charges whose field outside the sphere is that of all multipoles
+  std::vector<double> potential;     ///< Potential on the sphere due to the corrections of both sides, up to its degree
+  bool faces_image = false;          ///< True if the other side is an image, at centre + axis * distance
+  std::vector<double> facing;        ///< Axial multipoles of the other side, for its amplitude
   double facing_radius = 0, distance = 0;  ///< Radius of the other side; distance of the centres (m)
   int facing_degree = 0;                   ///< Degree of the other side's own harmonics
 };

@@ -561,7 +561,8 @@ assert len(found) == 4, found"""
 
     def test_an_interrupt_ends_a_step(self):
         program = textwrap.dedent(f"""
-            import signal, sys; sys.path.insert(0, {str(SOURCE / "python")!r})
+            import sys; sys.path.insert(0, {str(SOURCE / "python")!r})
+            import signal
             import lichtenberg as li
             signal.signal(signal.SIGINT, signal.default_int_handler)
             run = li.Run({str(SOURCE / "scenes/dendrite.toml")!r}, {{"output.every": 0.01, "stop.time": 200.0}})
@@ -686,7 +687,8 @@ class CompiledEffects(unittest.TestCase):
 class Import(unittest.TestCase):
     def test_an_interrupt_while_the_module_is_loaded_leaves_it_usable(self):
         program = textwrap.dedent(f"""
-            import builtins, importlib.util, signal, sys; sys.path.insert(0, {str(SOURCE / "python")!r})
+            import sys; sys.path.insert(0, {str(SOURCE / "python")!r})
+            import builtins, importlib.util, signal
             import lichtenberg as li
             signal.signal(signal.SIGINT, signal.default_int_handler)
             make, load = importlib.util.module_from_spec, builtins.__import__

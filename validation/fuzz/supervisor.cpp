@@ -39,7 +39,7 @@ constexpr double processor_limit = 10;             ///< s of processor time for 
 constexpr unsigned wall_limit = 120;               ///< s, for a deadlock
 constexpr std::uint64_t cases_of_a_child = 5000;   ///< bounds the memory that caches take
 
-bool library_may_fork = true;
+bool library_may_fork = false;
 
 /// Counters that the child writes and its parent reads.
 struct Shared {
@@ -133,10 +133,7 @@ void try_case(const Target& target, const Request& request, Shared& shared) {
     if (ftruncate(file, 0) != 0) std::abort();
   Dice dice(request.seed, shared.next);
   const Input input = target.draw(dice);
-  for (const File& file : input) {
-    fs::create_directories(fs::absolute(file.name).parent_path());
-    std::ofstream(file.name, std::ios::binary) << file.bytes;
-  }
+  write_files(input);
   const itimerval limit{{}, {static_cast<time_t>(processor_limit), 0}}, none{};
   setitimer(ITIMER_PROF, &limit, nullptr);
   alarm(wall_limit);
@@ -153,7 +150,6 @@ void try_case(const Target& target, const Request& request, Shared& shared) {
 
 /// Tries some cases and ends the process.
 [[noreturn]] void be_child(const Target& target, const Request& request, Shared& shared, const std::string& folder) {
-  library_may_fork = false;
   fs::create_directory(folder);
   fs::current_path(folder);
   dup2(streams.out, STDOUT_FILENO);
@@ -213,6 +209,13 @@ void check_no_nan(const std::string& text) {
   if (std::smatch found; std::regex_search(text, found, nan)) throw Fault{"silent nan: " + found.str()};
 }
 
+void write_files(const Input& input) {
+  for (const File& file : input) {
+    fs::create_directories(fs::absolute(file.name).parent_path());
+    std::ofstream(file.name, std::ios::binary) << file.bytes;
+  }
+}
+
 std::uint64_t supervise(const Target& target, const Request& request) {
   streams = {memory_file("out"), memory_file("err"), dup(STDOUT_FILENO)};
   auto& shared = *new (mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0)) Shared;
@@ -221,7 +224,9 @@ std::uint64_t supervise(const Target& target, const Request& request) {
   const auto began = std::chrono::steady_clock::now();
   while (shared.next < request.first + request.cases) {
     std::fflush(nullptr);
+    library_may_fork = true;
     const pid_t child = fork();
+    library_may_fork = false;
     if (child == 0) be_child(target, request, shared, folder);
     int status = 0;
     while (waitpid(child, &status, 0) < 0)

@@ -50,7 +50,7 @@ inside() {
 }
 if ((${#cache[@]})); then inside apt-get -q -y install ccache >"$log" 2>&1 || { tail -n 3 "$log" >&2 && fail 'ccache could not be installed'; }; fi
 status=0
-inside /lichtenberg/lichtenberg "$@" || status=$?
+inside env -C /lichtenberg ./lichtenberg "$@" || status=$?
 if [[ ${LICHTENBERG_FIGURES:-} ]]; then
   # shellcheck disable=SC2046  # one word per package
   inside dpkg-query -W -f '${Package} ${Version}\n' $(sed 's/#.*//' cmake/debian-packages.txt) |

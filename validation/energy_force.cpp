@@ -75,9 +75,10 @@ double displaced(CutCellSolver& solver, LaplaceProblem problem, std::size_t body
   return free_energy(problem, solver.solve(problem));
 }
 
-/// Returns -dG along `direction`. A link whose cell centre has the distance d from the surface has a conductance that is
-/// at most as steep as 1/d. A central difference with the step 0.01 d has a relative error of 1e-4 of its force. The link
-/// has a few per cent of the whole force. Rounding errors of the energy permit steps from 1e-6 on; empty for others.
+/// Returns -dG along `direction`. A link whose cell centre has the distance d from the surface has a conductance that
+/// is at most as steep as 1/d. A central difference with the step 0.01 d has a relative error of 1e-4 of its force. The
+/// link has a few per cent of the whole force. Rounding errors of the energy permit steps from 1e-6 on; empty for
+/// others.
 std::optional<double> difference_quotient(CutCellSolver& solver, const LaplaceProblem& problem, std::size_t body,
                                           Vec2 direction) {
   const double step = std::min(1e-4, 0.01 * nearest_centre(std::get<Disk>(problem.bodies[body].shape)));

@@ -48,12 +48,15 @@ inside() {
   env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 ${http_proxy:+http_proxy="$http_proxy"} \
     OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 "${cache[@]}" chroot "$root" "$@"
 }
-if ((${#cache[@]})); then inside apt-get -q -y install ccache >"$log" 2>&1 || { tail -n 3 "$log" >&2 && fail 'ccache could not be installed'; }; fi
+if ((${#cache[@]})); then
+  inside apt-get -q -y install ccache >"$log" 2>&1 || { tail -n 3 "$log" >&2 && fail "ccache could not be installed (all output is in $log)"; }
+  rm "$log"
+fi
 status=0
 inside env -C /lichtenberg ./lichtenberg "$@" || status=$?
 if [[ ${LICHTENBERG_FIGURES:-} ]]; then
   # shellcheck disable=SC2046  # one word per package
   inside dpkg-query -W -f '${Package} ${Version}\n' $(sed 's/#.*//' cmake/debian-packages.txt) |
-    awk 'BEGIN { printf "{" } { printf "%s\"%s\": \"%s\"", NR > 1 ? ", " : "", $1, $2 } END { print "}" }' >"$LICHTENBERG_FIGURES"
+    awk 'BEGIN { printf "{" } { printf "%s\"%s\": \"%s\"", (NR > 1 ? ", " : ""), $1, $2 } END { print "}" }' >"$LICHTENBERG_FIGURES"
 fi
 exit "$status"

@@ -75,7 +75,7 @@ std::string begin_run(const Scene& scene, bool records, const Work& most) {
   run.begin();
   int pauses = 0;
   for (int k = 0; k < most.frames && !run.finished() && pauses <= most.pauses; ++k)
-    run.to_next_frame([&] { return ++pauses > most.pauses; });
+    run.to_next_frame([&] { return ++pauses > most.pauses || out_of_time(); });
   if (!warned && run.motion().warnings().empty()) check_numbers(run.motion().frame());
   if (!run.finished()) return "run begun";
   run.end();
@@ -96,7 +96,7 @@ std::string command(const Command& command, Dice& dice, bool may_solve) {
 Scene parsed(const Input& input, const std::vector<Setting>& settings) {
   int placements = 0;
   return parse_scene(input.front().bytes, scene_file, effects::all_kinds(), settings,
-                     [&] { return ++placements > most_placements; });
+                     [&] { return ++placements > most_placements || out_of_time(); });
 }
 
 std::string try_scene(const Grammar& grammar, const Input& input, Dice& dice) {

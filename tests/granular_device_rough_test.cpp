@@ -9,6 +9,7 @@
 
 #include "src/granular/device/device.hpp"
 #include "tests/device_gases.hpp"
+#include "tests/message.hpp"
 #include "tests/rough_grains.hpp"
 
 namespace granular_device_rough_test {

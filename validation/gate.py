@@ -26,6 +26,9 @@ from pathlib import Path
 
 HOME = Path(__file__).resolve().parents[1]
 DATA = HOME / "docs/measurements/gate.json"
+sys.path.insert(0, str(HOME / "validation/long"))
+from run import commit  # noqa: E402
+
 LIMITS = {"instructions (1e6)": 1.05, "memory (MiB)": 1.10}  # largest permitted ratio to the last record
 RUNS = {  # scene -> changed keys; one thread each
     "dendrite": {"field.threads": 1, "field.cells": 128, "population[0].count": 60, "stop.time": 0.02},
@@ -101,12 +104,6 @@ def faults_of(row, last, commit):
                    f"at commit {commit} to {row[quantity]}; allowed are {100 * (limit - 1):.0f} %")
 
 
-def commit():
-    done = subprocess.run(["git", "-C", HOME, "describe", "--always", "--abbrev=8", "--exclude=*", "--dirty=-changed"],
-                          capture_output=True, text=True, check=False)
-    return done.stdout.strip() or "not kept"
-
-
 def record(rows, reason, build):
     """Adds a record to the data: the newest is the first. Renders the page."""
     times = subprocess.run([build / "benchmark_gate", "--time"], capture_output=True, text=True, check=True, cwd=HOME).stdout
@@ -114,10 +111,10 @@ def record(rows, reason, build):
     for row in rows:
         if row["piece"] in ratio:
             row["time over a transform"] = float(ratio[row["piece"]])
-    data = json.loads(DATA.read_text(encoding="utf-8")) if DATA.exists() else []
+    data, at = json.loads(DATA.read_text(encoding="utf-8")) if DATA.exists() else [], commit() or "not kept"
     data.insert(0, {
-        "page": "performance-history", "measures": f"work at commit {commit()}: {reason}", "unit": "1",
-        "command": "validation/gate.py --record REASON", "commit": commit(), "date": time.strftime("%Y-%m-%d"),
+        "page": "performance-history", "measures": f"work at commit {at}: {reason}", "unit": "1",
+        "command": "validation/gate.py --record REASON", "commit": at, "date": time.strftime("%Y-%m-%d"),
         "machine": "valgrind's counts, independent of the machine; memory and times from a processor with AVX2", "rows": rows})
     DATA.write_text(json.dumps(data, indent=1) + "\n", encoding="utf-8")
     subprocess.run([sys.executable, HOME / "docs/render_measurements.py"], check=True)

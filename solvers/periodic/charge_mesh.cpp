@@ -15,7 +15,7 @@ namespace {
 /// Number of weights in a row, padded with zeros to the width of a SIMD register.
 constexpr int row_lanes(int order) { return order <= 4 ? 4 : 8; }
 template <int order, class Real>
-using Row = Lanes<row_lanes(order), Real>;
+using Row = Pack<row_lanes(order), Real>;
 
 /// Row of weights followed by the row of their slopes.
 template <int order, class Real>
@@ -112,7 +112,7 @@ template <int order, class Real>
     R bent{};
 #pragma GCC unroll 8
     for (int b = 0; b < order; ++b) {
-      const R& row = lanes<lanes_of>(&plane[rows.row[b]]);
+      const R& row = pack_at<R>(&plane[rows.row[b]]);
       in_plane += along_y[b] * packed<B>(row, row);
       if (curvature) bent += curvature[1][b] * row;
     }
@@ -247,7 +247,7 @@ void ChargeMesh<Real>::spread_source(const Columns<Real>& columns, int s) {
   const Rows<order, Real> rows(grid_, columns, s);
   Real* data = grid_.data();
   const std::ptrdiff_t *planes = rows.plane.data(), *in_plane = rows.row.data();
-  const auto row = [&](int a, int b) -> R& { return lanes<lanes_of>(&data[planes[a] + in_plane[b]]); };
+  const auto row = [&](int a, int b) -> R& { return pack_at<R>(&data[planes[a] + in_plane[b]]); };
   if constexpr (kind == Kind::charges) {
     R weight[3];
     polynomials<order>(window_, 2 * lanes_of, rows.from_middle, weight);

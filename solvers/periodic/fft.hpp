@@ -2,9 +2,10 @@
 
 #include <vector>
 
-#include "solvers/periodic/lanes.hpp"
+#include "solvers/lanes.hpp"
 
 namespace lichtenberg::periodic {
+using namespace simd;
 
 /// Fast Fourier transform (FFT) of complex numbers along one axis, for `rows_at_once` rows at once by SIMD: Stockham's
 /// method with radices 2 to 5. Larger prime factors are transformed by the definition. FFTW is not used because its

@@ -3,26 +3,18 @@
 #include <cmath>
 #include <limits>
 
+#include "solvers/lanes.hpp"
 #include "solvers/periodic/columns.hpp"
-#include "solvers/periodic/lanes.hpp"
 
 #ifdef __AVX__
 #include <immintrin.h>
 #endif
 
-// SIMD vectors of the near part, as wide as the processor's registers. In builds for repeatable results they have the
-// width of AVX2's, and there are no hardware estimates, because those of Intel and AMD differ.
-#if defined(__AVX512F__) && !defined(LICHTENBERG_REPEATABLE)
-#define LICHTENBERG_NEAR_LANES_OF_AVX512
-#endif
+// SIMD vectors of the near part, as wide as the processor's registers. In builds for repeatable results there are no
+// hardware estimates, because those of Intel and AMD differ.
 namespace lichtenberg::periodic {
+using namespace simd;
 
-/// Bytes of a SIMD register.
-#ifdef LICHTENBERG_NEAR_LANES_OF_AVX512
-constexpr int bytes_wide = 64;
-#else
-constexpr int bytes_wide = 32;
-#endif
 /// Numbers in a SIMD register.
 template <class Real>
 constexpr int width = bytes_wide / sizeof(Real);
@@ -56,7 +48,7 @@ template <class Real>
 /// Computes 1 / sqrt(x) to nearly full precision, by a hardware estimate and Newton steps where the processor has the
 /// estimate. In builds for repeatable results, square root and quotient are rounded correctly.
 [[gnu::always_inline]] inline Many<float> inverse_sqrt(const Many<float>& x) {
-#ifdef LICHTENBERG_NEAR_LANES_OF_AVX512
+#ifdef LICHTENBERG_LANES_OF_AVX512
   return improved<float>(reinterpret_cast<Many<float>>(_mm512_rsqrt14_ps(reinterpret_cast<__m512>(x))), x);
 #elif defined(__AVX__) && defined(LICHTENBERG_REPEATABLE)
   return 1 / reinterpret_cast<Many<float>>(_mm256_sqrt_ps(reinterpret_cast<__m256>(x)));
@@ -69,7 +61,7 @@ template <class Real>
 #endif
 }
 [[gnu::always_inline]] inline Many<double> inverse_sqrt(const Many<double>& x) {
-#ifdef LICHTENBERG_NEAR_LANES_OF_AVX512
+#ifdef LICHTENBERG_LANES_OF_AVX512
   const auto y = reinterpret_cast<Many<double>>(_mm512_rsqrt14_pd(reinterpret_cast<__m512d>(x)));
   return improved<double>(improved<double>(y, x), x);
 #elif defined(__AVX__) && defined(LICHTENBERG_REPEATABLE)
@@ -92,7 +84,7 @@ Many<Real> magnitude(const Many<Real>& x) {
 /// undefined values behind them.
 template <class Real>
 void store_selected(const Many<Real>& x, unsigned bits, Real* to) {
-#ifdef LICHTENBERG_NEAR_LANES_OF_AVX512
+#ifdef LICHTENBERG_LANES_OF_AVX512
   if constexpr (sizeof(Real) == 4)
     _mm512_storeu_ps(to, _mm512_maskz_compress_ps(static_cast<__mmask16>(bits), reinterpret_cast<__m512>(x)));
   else
@@ -108,7 +100,7 @@ void store_selected(const Many<Real>& x, unsigned bits, Real* to) {
 /// Returns a bit mask of the numbers of x that are below 1.
 template <class Real>
 unsigned below_one(const Many<Real>& x) {
-#ifdef LICHTENBERG_NEAR_LANES_OF_AVX512
+#ifdef LICHTENBERG_LANES_OF_AVX512
   if constexpr (sizeof(Real) == 4)
     return _mm512_cmp_ps_mask(reinterpret_cast<__m512>(x), _mm512_set1_ps(1), _CMP_LT_OQ);
   else

@@ -282,7 +282,7 @@ struct Slowdown {
 /// Contacts: neutral gas, 3.2 s instead of 2.0 s. Forces of charges: a step of 50016 grains, factor 4. Forces of
 /// dipoles: polarized gas, 9.9 s instead of 4.2 s, contacts subtracted.
 Slowdown slowdown_of(const Scene& scene) {
-#if defined(__AVX512F__) && !defined(LICHTENBERG_REPEATABLE)
+#if defined(__AVX512F__)
   constexpr bool wide = true;
 #else
   constexpr bool wide = false;

@@ -86,6 +86,10 @@ herr_t truncate(H5FD_t* file, hid_t, hbool_t) {
 
 hid_t driver() {
   static H5FD_class_t functions{};
+#ifdef H5FD_CLASS_VERSION  // HDF5 1.14
+  functions.version = H5FD_CLASS_VERSION;
+  functions.value = 511;  // of the range for drivers that are not registered with The HDF Group
+#endif
   functions.name = "lichtenberg_bytes";
   functions.maxaddr = HADDR_MAX / 2;
   functions.fc_degree = H5F_CLOSE_WEAK;

@@ -548,6 +548,7 @@ assert len(found) == 4, found"""
                     import os, signal, sys, threading; sys.path.insert(0, {str(SOURCE / "python")!r})
                     import lichtenberg as li
                     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may have let it be ignored
+                    li.solve({TWO_DISKS!r})  # loads the module and numpy, which takes time on a busy machine
                     threading.Timer(2, os.kill, (os.getpid(), signal.SIGINT)).start()
                     try:
                         li.solve({scene}, capacitance=True)
@@ -561,7 +562,9 @@ assert len(found) == 4, found"""
     def test_an_interrupt_ends_a_step(self):
         program = textwrap.dedent(f"""
             import sys; sys.path.insert(0, {str(SOURCE / "python")!r})
+            import signal
             import lichtenberg as li
+            signal.signal(signal.SIGINT, signal.default_int_handler)
             run = li.Run({str(SOURCE / "scenes/dendrite.toml")!r}, {{"output.every": 0.01, "stop.time": 200.0}})
             seen = 0
             try:
@@ -682,6 +685,32 @@ class CompiledEffects(unittest.TestCase):
 
 
 class Import(unittest.TestCase):
+    def test_an_interrupt_while_the_module_is_loaded_leaves_it_usable(self):
+        program = textwrap.dedent(f"""
+            import sys; sys.path.insert(0, {str(SOURCE / "python")!r})
+            import builtins, importlib.util, signal
+            import lichtenberg as li
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+            make, load = importlib.util.module_from_spec, builtins.__import__
+
+            def interrupted(*words, **named):  # an import by the module's initialization
+                builtins.__import__ = load
+                signal.raise_signal(signal.SIGINT)
+                return load(*words, **named)
+
+            def made(found):
+                builtins.__import__ = interrupted
+                return make(found)
+            importlib.util.module_from_spec = made
+            try:
+                li.solve({TWO_DISKS!r})
+            except KeyboardInterrupt:
+                importlib.util.module_from_spec = make
+                print("interrupted", li.solve({TWO_DISKS!r}).energy > 0)
+            """)
+        ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+        self.assertEqual(ended.stdout, "interrupted True\n", ended.stderr)
+
     def test_import_takes_no_other_package(self):
         program = f"""import sys; sys.path.insert(0, {str(SOURCE / "python")!r}); import lichtenberg
 assert not {{"numpy", "h5py", "matplotlib"}} & set(sys.modules)"""

@@ -62,9 +62,12 @@ void change_bytes(std::string& bytes, Dice& dice) {
       return;
     case 3:
       return bytes.resize(at);
-    case 4: {
-      const std::string block = bytes.substr(at, 512);
-      bytes.replace(dice.below(bytes.size() - block.size() + 1), block.size(), block);
+    case 4: {  // exchanges two blocks
+      const std::string first = bytes.substr(at, length);
+      const std::size_t other = dice.below(bytes.size() - first.size() + 1);
+      const std::string second = bytes.substr(other, first.size());
+      bytes.replace(at, first.size(), second);
+      bytes.replace(other, first.size(), first);
       return;
     }
     default:
@@ -181,6 +184,11 @@ void strange_link(hid_t file, const std::string& name, Dice& dice) {
   }
 }
 
+void number_for_group(hid_t file, const std::string& name) {
+  hdf5::check(H5Ldelete(file, name.c_str(), H5P_DEFAULT));
+  hdf5::put(file, name, 4.0, "1");
+}
+
 void strange_scene(hid_t file, Dice& dice) {
   std::string text = hdf5::get_text(file, "scene/text");
   const std::size_t at = dice.below(text.size() + 1);
@@ -209,6 +217,7 @@ void change_object(hid_t file, Dice& dice) {
   if (dice.chance(0.08) && hdf5::exists(file, "scene/text")) return strange_scene(file, dice);
   const std::size_t kind = dice.below(is_dataset(file, name) ? 8 : 3);
   if (kind == 0) return strange_link(file, name, dice);
+  if (!is_dataset(file, name) && dice.chance(0.3)) return number_for_group(file, name);
   if (kind <= 2) return strange_attribute(file, name, dice);
   if (kind == 3) return other_type(file, name, dice);
   if (kind == 4) return other_shape(file, name, dice);
@@ -232,6 +241,11 @@ std::string with_changed_object(const std::string& bytes, Dice& dice) {
 }  // namespace
 
 std::string damaged(const std::string& file, Dice& dice) {
+  if (dice.chance(0.04)) {  // as a file whose end was not written before the machine stopped
+    static const std::array<std::size_t, 5> lengths{8, 24, 100, 5000, std::string::npos};
+    const std::size_t length = std::min(dice.of(lengths), file.size() / 2);
+    return file.substr(0, file.size() - length).append(length, '\0');
+  }
   const bool was_sealed = is_sealed(file);
   std::string bytes = was_sealed ? file.substr(0, file.size() - footer_size) : file;
   if (dice.chance(0.55))
@@ -239,7 +253,11 @@ std::string damaged(const std::string& file, Dice& dice) {
   else
     change_bytes(bytes, dice);
   if (bytes.empty() || dice.chance(0.05)) return bytes;
-  if (dice.chance(0.03)) return bytes + file.substr(file.size() - footer_size);
+  if (was_sealed && dice.chance(0.06)) {
+    std::string footer = file.substr(file.size() - footer_size);
+    if (dice.chance(0.5)) flip_bits(footer, 0, 8, 1, dice);  // its mark
+    return bytes + footer;
+  }
   return was_sealed ? sealed(std::move(bytes)) : bytes;
 }
 

@@ -17,6 +17,9 @@ class Dice {
   /// Returns a number from 0 to `count` - 1; 0 if `count` is 0.
   std::size_t below(std::size_t count) { return count > 0 ? engine_() % count : 0; }
   bool chance(double probability) { return static_cast<double>(engine_() >> 11) * 0x1p-53 < probability; }
+  double between(double low, double high) {
+    return low + (high - low) * static_cast<double>(engine_() >> 11) * 0x1p-53;
+  }
   template <class List>
   const auto& of(const List& list) {
     return list[below(std::size(list))];
@@ -49,8 +52,13 @@ struct Target {
 };
 /// Scene texts: parse, explain, solve, start of a run.
 Target scenes();
+/// Scene texts of random gases: explain, run.
+Target gases();
 /// Bytes of results: readers. Records the intact results in the current folder.
 Target results();
+
+/// Writes the files of an input to the current folder.
+void write_files(const Input& input);
 
 struct Request {
   std::uint64_t seed = 1, first = 0, cases = 1000;

@@ -37,5 +37,8 @@ std::string drawn_value(const std::string& before, Dice& dice);
 /// Returns the text with some characters changed, removed or repeated.
 std::string with_changed_characters(std::string text, Dice& dice);
 std::string text_of(const Document& document);
+/// Returns a scene of up to 80 grains in a periodic box. Most values are sensible; some are near the limits of a double
+/// or of a wrong type.
+std::string random_gas(Dice& dice);
 
 }  // namespace lichtenberg::fuzz

@@ -1,4 +1,6 @@
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -42,20 +44,42 @@ std::string bytes_of(const fs::path& path) {
   return {std::istreambuf_iterator<char>(stream), {}};
 }
 
-/// Runs a scene. `stays_open`: it stops before its end, with frames in segments.
-Source recorded(const Scene& of, bool stays_open = false) {
+/// While an object exists, standard output is discarded.
+class Silence {
+ public:
+  Silence() : stdout_(dup(STDOUT_FILENO)) { send_to(open("/dev/null", O_WRONLY | O_CLOEXEC)); }
+  ~Silence() { send_to(stdout_); }
+  Silence(const Silence&) = delete;
+  Silence& operator=(const Silence&) = delete;
+
+ private:
+  static void send_to(int file) {
+    std::fflush(stdout);
+    dup2(file, STDOUT_FILENO);
+    close(file);
+  }
+  int stdout_;
+};
+
+/// Runs a scene to its end, and then the command that adds to its result. Without one, the run stops before its end,
+/// with frames in segments.
+Source recorded(const Scene& of, const std::optional<Command>& adds) {
   Scene scene = prepare_run(of);
   scene.output.file = result_file;
   RecordedRun run(
-      scene,
-      Recorder::start(result_file, scene, make_bodies(scene).mass, true, stays_open ? 3000 : Recorder::usual_tail),
+      scene, Recorder::start(result_file, scene, make_bodies(scene).mass, true, adds ? Recorder::usual_tail : 3000),
       [](const std::string&) {});
   run.begin();
-  for (int k = 0; !run.finished() && !(stays_open && k == 5); ++k) run.to_next_frame([] { return false; });
-  if (stays_open)
-    run.stop();
-  else
+  for (int k = 0; !run.finished() && (adds || k < 5); ++k) run.to_next_frame([] { return false; });
+  if (adds) {
     run.end();
+    const Silence silence;
+    for (const auto& [name, value] : {std::pair("RESULT", result_file), {"--no-picture", ""}, {"--quiet", ""}})
+      set(*adds, name, value);
+    adds->act();
+  } else {
+    run.stop();
+  }
   Source source{scene, {{result_file, bytes_of(result_file)}}};
   if (fs::exists(segments_folder(result_file)))
     for (const fs::directory_entry& segment : fs::directory_iterator(segments_folder(result_file)))
@@ -133,10 +157,12 @@ Target results() {
                                                    {"field.cells", "16"},
                                                    {"output.every", "0.01"},
                                                    {"output.checkpoint_every", "2"},
-                                                   {"stop.time", "0.03"}})));
-  sources->push_back(recorded(shipped("packing", {{"population[0].count", "10"}, {"domain.size", "[3e-3, 3e-3]"}})));
-  sources->push_back(recorded(parse_scene(gas_text(6, 6, 0.02, 0.01), "run.toml")));
-  sources->push_back(recorded(parse_scene(gas_text(6, 6, 0.1, 0.01), "run.toml"), true));
+                                                   {"stop.time", "0.03"}}),
+                              analyse_command()));
+  sources->push_back(recorded(shipped("packing", {{"population[0].count", "10"}, {"domain.size", "[3e-3, 3e-3]"}}),
+                              network_command()));
+  sources->push_back(recorded(parse_scene(gas_text(6, 6, 0.02, 0.01), "run.toml"), analyse_command()));
+  sources->push_back(recorded(parse_scene(gas_text(6, 6, 0.1, 0.01), "run.toml"), {}));
   sources->push_back({{}, {{result_file, bytes_of(source_folder() + "/tests/format-1.h5")}}});
   // The source of a case, which `draw` chooses and `attempt` uses.
   const auto chosen = std::make_shared<std::size_t>(0);

@@ -27,9 +27,14 @@ const std::string scene_file = "scene.toml";
 
 // Work beyond these bounds is not begun: a case takes milliseconds.
 constexpr std::size_t most_bodies = 24;
-constexpr int most_cells = 64, most_pauses = 12, most_frames = 3;
-constexpr int most_placements = 3000;
+constexpr int most_cells = 64, most_placements = 3000;
 constexpr double most_redraws = 1e4;  ///< of the velocity of a gas
+
+struct Work {
+  int frames, pauses;
+};
+constexpr Work work_of_scene{3, 12}, work_of_gas{100, 400};
+constexpr std::size_t most_grains = 80;
 
 Document with_changes(const Grammar& grammar, Dice& dice) {
   Document document = dice.of(grammar.scenes);
@@ -37,8 +42,8 @@ Document with_changes(const Grammar& grammar, Dice& dice) {
   return document;
 }
 
-bool is_small(const Scene& scene) {
-  if (scene.conductors.size() > most_bodies) return false;
+bool is_small(const Scene& scene, std::size_t most = most_bodies) {
+  if (scene.conductors.size() > most) return false;
   const auto* drag = scene.effects.find<effects::GasDragOptions>();
   if (drag && scene.stop.time / drag->correlation_time > most_redraws) return false;
   if (!scene.effects.has(&EffectKind::field)) return true;
@@ -61,7 +66,7 @@ void check_numbers(const Frame& frame) {
 }
 
 /// Runs a scene from its start for some steps.
-std::string begin_run(const Scene& scene, bool records) {
+std::string begin_run(const Scene& scene, bool records, const Work& most) {
   bool warned = false;
   std::optional<Recorder> recorder;
   Scene prepared = prepare_run(scene);
@@ -69,8 +74,8 @@ std::string begin_run(const Scene& scene, bool records) {
   RecordedRun run(std::move(prepared), std::move(recorder), [&](const std::string&) { warned = true; });
   run.begin();
   int pauses = 0;
-  for (int k = 0; k < most_frames && !run.finished() && pauses <= most_pauses; ++k)
-    run.to_next_frame([&] { return ++pauses > most_pauses || out_of_time(); });
+  for (int k = 0; k < most.frames && !run.finished() && pauses <= most.pauses; ++k)
+    run.to_next_frame([&] { return ++pauses > most.pauses || out_of_time(); });
   if (!warned && run.motion().warnings().empty()) check_numbers(run.motion().frame());
   if (!run.finished()) return "run begun";
   run.end();
@@ -88,6 +93,12 @@ std::string command(const Command& command, Dice& dice, bool may_solve) {
   return command.name;
 }
 
+Scene parsed(const Input& input, const std::vector<Setting>& settings) {
+  int placements = 0;
+  return parse_scene(input.front().bytes, scene_file, effects::all_kinds(), settings,
+                     [&] { return ++placements > most_placements || out_of_time(); });
+}
+
 std::string try_scene(const Grammar& grammar, const Input& input, Dice& dice) {
   std::vector<Setting> settings;
   if (dice.chance(0.05)) {
@@ -97,14 +108,18 @@ std::string try_scene(const Grammar& grammar, const Input& input, Dice& dice) {
     if (!table->second.empty())
       settings.push_back({name.substr(0, name.find(']')) + "." + dice.of(table->second), drawn_value("1.0", dice)});
   }
-  int placements = 0;
-  const Scene scene = parse_scene(input.front().bytes, scene_file, effects::all_kinds(), settings,
-                                  [&] { return ++placements > most_placements || out_of_time(); });
+  const Scene scene = parsed(input, settings);
   if (!is_small(scene) || !settings.empty()) return "parsed";
   const std::size_t kind = dice.below(10);
   if (kind < 4) return command(explain_command(), dice, false);
   if (kind < 6) return command(solve_command(), dice, scene.effects.has(&EffectKind::field));
-  return begin_run(scene, kind == 9 && dice.chance(0.3));
+  return begin_run(scene, kind == 9 && dice.chance(0.3), work_of_scene);
+}
+
+std::string try_gas(const Input& input, Dice& dice) {
+  const Scene scene = parsed(input, {});
+  if (!is_small(scene, most_grains)) return "parsed";
+  return dice.chance(1.0 / 3) ? command(explain_command(), dice, false) : begin_run(scene, true, work_of_gas);
 }
 
 Grammar grammar_of_shipped_scenes() {
@@ -131,6 +146,10 @@ Target scenes() {
                 return Input{{scene_file, text}};
               },
           .attempt = [grammar](const Input& input, Dice& dice) { return try_scene(*grammar, input, dice); }};
+}
+
+Target gases() {
+  return {.draw = [](Dice& dice) { return Input{{scene_file, random_gas(dice)}}; }, .attempt = try_gas};
 }
 
 }  // namespace lichtenberg::fuzz

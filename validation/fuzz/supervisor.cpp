@@ -45,7 +45,7 @@ constexpr bool has_sanitizer = false;
 #endif
 constexpr std::uint64_t cases_of_a_child = 5000;  ///< bounds the memory that caches take
 
-bool library_may_fork = true;
+bool library_may_fork = false;
 volatile sig_atomic_t stop_requested = 0;
 
 extern "C" void request_stop(int signal) {
@@ -154,10 +154,7 @@ void try_case(const Target& target, const Request& request, Shared& shared) {
     if (ftruncate(file, 0) != 0) std::abort();
   Dice dice(request.seed, shared.next);
   const Input input = target.draw(dice);
-  for (const File& file : input) {
-    fs::create_directories(fs::absolute(file.name).parent_path());
-    std::ofstream(file.name, std::ios::binary) << file.bytes;
-  }
+  write_files(input);
   constexpr timeval seconds{static_cast<time_t>(processor_limit), 0};
   const itimerval limit{seconds, seconds}, none{};
   stop_requested = 0;
@@ -178,7 +175,6 @@ void try_case(const Target& target, const Request& request, Shared& shared) {
 
 /// Tries some cases and ends the process.
 [[noreturn]] void be_child(const Target& target, const Request& request, Shared& shared, const std::string& folder) {
-  library_may_fork = false;
   fs::create_directory(folder);
   fs::current_path(folder);
   dup2(streams.out, STDOUT_FILENO);
@@ -244,6 +240,13 @@ void check_no_nan(const std::string& text) {
   if (std::smatch found; std::regex_search(text, found, nan)) throw Fault{"silent nan: " + found.str()};
 }
 
+void write_files(const Input& input) {
+  for (const File& file : input) {
+    fs::create_directories(fs::absolute(file.name).parent_path());
+    std::ofstream(file.name, std::ios::binary) << file.bytes;
+  }
+}
+
 std::uint64_t supervise(const Target& target, const Request& request) {
   streams = {memory_file("out"), memory_file("err"), dup(STDOUT_FILENO)};
   auto& shared = *new (mmap(nullptr, sizeof(Shared), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0)) Shared;
@@ -252,7 +255,9 @@ std::uint64_t supervise(const Target& target, const Request& request) {
   const auto began = std::chrono::steady_clock::now();
   while (shared.next < request.first + request.cases) {
     std::fflush(nullptr);
+    library_may_fork = true;
     const pid_t child = fork();
+    library_may_fork = false;
     if (child == 0) be_child(target, request, shared, folder);
     int status = 0;
     while (waitpid(child, &status, 0) < 0)

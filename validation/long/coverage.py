@@ -18,6 +18,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from run import commit  # of this folder
+
 HOME = Path(__file__).resolve().parents[2]
 BUILD = HOME / "build-coverage"
 DATA = HOME / "docs/measurements/coverage.json"
@@ -77,12 +79,11 @@ def file_rows(files, reasons):
 
 
 def measurement(measures, rows, **more):
-    git = ["git", "-C", str(HOME), "rev-parse", "--short", "HEAD"]
     return {
         "page": "validation",
         "measures": measures,
         "unit": "1",
-        "commit": subprocess.run(git, capture_output=True, text=True, check=True).stdout.strip(),
+        "commit": commit() or "not kept",
         "machine": "any; gcc 12, preset coverage",
         "date": datetime.date.today().isoformat(),
         "command": "validation/long/coverage.py --write",

@@ -3,7 +3,8 @@
 #   validation/long/debian.sh trixie                   ./lichtenberg test
 #   validation/long/debian.sh bookworm --version       any other words for ./lichtenberg
 # Needs root and debootstrap. The fresh system (about 4 GB) is a temporary folder (TMPDIR), which is removed at the end. Packages
-# come from where apt of this machine gets its own. LICHTENBERG_FIGURES names the file for the versions of the packages.
+# come from where apt of this machine gets its own. LICHTENBERG_FIGURES names the file for the versions of the packages. If
+# CCACHE_DIR names a folder, the build uses ccache with it.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
 
@@ -23,8 +24,8 @@ if [[ ${LICHTENBERG_OWN_MOUNTS:-} != yes ]]; then exec env LICHTENBERG_OWN_MOUNT
 root=$(mktemp -d -t "lichtenberg-$release.XXXXXX")
 remove_root() {
   while umount "$root/proc" 2>/dev/null; do :; done  # debootstrap mounts it too
-  umount "$root/dev" 2>/dev/null || true
-  mountpoint -q "$root/dev" || rm -rf --one-file-system "$root"
+  umount "$root/dev" "$root/ccache" 2>/dev/null || true
+  mountpoint -q "$root/dev" || mountpoint -q "$root/ccache" || rm -rf --one-file-system "$root"
 }
 trap remove_root EXIT
 log=$root.log
@@ -37,15 +38,25 @@ mount --bind /dev "$root/dev"
 cp /etc/resolv.conf "$root/etc/"
 
 git clone -q --no-hardlinks . "$root/lichtenberg"
+cache=()
+if [[ -d ${CCACHE_DIR:-} ]]; then
+  mkdir "$root/ccache"
+  mount --bind "$CCACHE_DIR" "$root/ccache"
+  cache=(CCACHE_DIR=/ccache CMAKE_CXX_COMPILER_LAUNCHER=ccache)
+fi
 inside() {
   env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/root LANG=C.UTF-8 ${http_proxy:+http_proxy="$http_proxy"} \
-    OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 chroot "$root" "$@"
+    OMPI_ALLOW_RUN_AS_ROOT=1 OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1 "${cache[@]}" chroot "$root" "$@"
 }
+if ((${#cache[@]})); then
+  inside apt-get -q -y install ccache >"$log" 2>&1 || { tail -n 3 "$log" >&2 && fail "ccache could not be installed (all output is in $log)"; }
+  rm "$log"
+fi
 status=0
-inside /lichtenberg/lichtenberg "$@" || status=$?
+inside env -C /lichtenberg ./lichtenberg "$@" || status=$?
 if [[ ${LICHTENBERG_FIGURES:-} ]]; then
   # shellcheck disable=SC2046  # one word per package
   inside dpkg-query -W -f '${Package} ${Version}\n' $(sed 's/#.*//' cmake/debian-packages.txt) |
-    awk 'BEGIN { printf "{" } { printf "%s\"%s\": \"%s\"", NR > 1 ? ", " : "", $1, $2 } END { print "}" }' >"$LICHTENBERG_FIGURES"
+    awk 'BEGIN { printf "{" } { printf "%s\"%s\": \"%s\"", (NR > 1 ? ", " : ""), $1, $2 } END { print "}" }' >"$LICHTENBERG_FIGURES"
 fi
 exit "$status"

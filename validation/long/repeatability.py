@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Compares results of builds of the preset repeatable for processors with and without AVX-512, bit by bit.
 
-PROGRAM is the build for AVX2. It is compared with a build for AVX-512 (for SSE 4.2 on processors without AVX-512), for which this
-script configures and builds build-repeatable-other; with --other with that program. All shortened scenes of
+PROGRAM is the build for AVX2. This script configures and builds build-repeatable-other for AVX-512, and compares both. On
+processors without AVX-512, that build has all instructions of this processor. --other names a program to compare with instead. All shortened scenes of
 tests/shipped_scenes.json are run. With --emulator the build is also compared with itself on an emulated processor, for which the
-libraries may choose other code (Debian package qemu-user); this takes ten times as long."""
+libraries may choose other code (Debian package qemu-user); this takes ten times as long. With --price only the user time of
+some runs is measured, next to that of the other program."""
 import argparse
 import json
 import os
@@ -21,6 +22,15 @@ import numpy as np
 
 ROOT = Path(__file__).resolve().parents[2]
 TIMES = {"seconds"}  # of the output of `solve --json`
+PRICED = {  # scene -> changed keys, for about a second of one thread each
+    "dendrite": {"field.threads": 1, "stop.time": 0.2},
+    "large-dendrite": {"field.threads": 1, "population[0].count": 400, "stop.time": 0.01},
+    "dendrite-3d": {"field.threads": 1, "stop.time": 0.005},
+    "packing": {"minimize.threads": 1, "population[0].count": 3000, "domain.size": "[55e-3, 55e-3]"},
+    "neutral-gas": {"mechanics.threads": 1, "stop.time": 8},
+    "granular-gas": {"mechanics.threads": 1, "stop.time": 5.5},
+    "polarized-gas": {"mechanics.threads": 1, "stop.time": 8.2},
+}
 
 
 def results(program, row, folder, emulator=()):
@@ -54,7 +64,7 @@ def build_other():
     """Configures and builds for other vectors than those of the preset; returns the program."""
     wide = "avx512vl" in Path("/proc/cpuinfo").read_text(encoding="utf-8")
     build = ROOT / "build-repeatable-other"
-    words = ["-S", ROOT, "--preset", "repeatable", "-B", build, f"-DCMAKE_CXX_FLAGS=-march=x86-64-v{4 if wide else 2}"]
+    words = ["-S", ROOT, "--preset", "repeatable", "-B", build, f"-DCMAKE_CXX_FLAGS=-march={'x86-64-v4' if wide else 'native'}"]
     subprocess.run(["cmake", *words], check=True, stdout=subprocess.DEVNULL)
     subprocess.run(["ninja", "-C", build, "lichtenberg"], check=True, stdout=subprocess.DEVNULL)
     return build / "lichtenberg"
@@ -73,22 +83,46 @@ def compare(kind, rows, first, second):
     return failed
 
 
+def user_time(program, scene):
+    """Returns the user time (s) of a run of PRICED."""
+    words = [program, "run", ROOT / f"scenes/{scene}.toml", "--quiet", "--overwrite", "--set", "output.picture=false"]
+    for key, value in PRICED[scene].items():
+        words += ["--set", f"{key}={value}"]
+    with tempfile.TemporaryDirectory(prefix="lichtenberg-price-") as folder:
+        child = subprocess.Popen(words, cwd=folder, stderr=subprocess.DEVNULL)
+        _, status, usage = os.wait4(child.pid, 0)
+    if status:
+        raise RuntimeError(f"{shlex.join(map(str, words))} ended with status {os.waitstatus_to_exitcode(status)}")
+    return usage.ru_utime
+
+
+def print_prices(scenes, program, other):
+    """Prints the shortest of three user times for each program; the programs alternate."""
+    for scene in scenes:
+        times = [(user_time(other, scene), user_time(program, scene)) for _ in range(3)]
+        usual, repeatable = (min(each) for each in zip(*times))
+        print(f"{scene}: other {usual:.2f} s, repeatable {repeatable:.2f} s, ratio {repeatable / usual:.2f}", flush=True)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program", type=Path, help="build of the preset repeatable, as build-repeatable/lichtenberg")
     parser.add_argument("--other", type=Path, help="compare with this program instead of a new build")
     parser.add_argument("--emulator", type=shlex.split, help='as "qemu-x86_64 -cpu Haswell"')
-    parser.add_argument("--scene", help="only this scene")
+    parser.add_argument("--scene", action="append", help="only this scene; may be repeated")
+    parser.add_argument("--price", type=Path, metavar="OTHER", help="measure user times of both programs only, as build/lichtenberg")
     request = parser.parse_args()
+    if request.price:
+        return print_prices(request.scene or PRICED, request.program.resolve(), request.price.resolve())
     if request.emulator and not shutil.which(request.emulator[0]):
         sys.exit(f"repeatability: {request.emulator[0]} is missing: apt-get install qemu-user")
     os.environ["LC_ALL"] = "C.UTF-8"
     program = request.program.resolve()
     other = (request.other or build_other()).resolve()
     rows = json.loads((ROOT / "tests/shipped_scenes.json").read_text(encoding="utf-8"))["rows"]
-    rows = [row for row in rows if request.scene in (None, row["scene"])]
-    if not rows:
-        sys.exit(f"repeatability: tests/shipped_scenes.json has no scene {request.scene}")
+    for scene in set(request.scene or []) - {row["scene"] for row in rows}:
+        sys.exit(f"repeatability: tests/shipped_scenes.json has no scene {scene}")
+    rows = [row for row in rows if not request.scene or row["scene"] in request.scene]
     figures = {"scenes": len(rows)}
     failed = compare("two builds", rows, lambda row, folder: results(program, row, folder), lambda row, folder: results(other, row, folder))
     figures["differing_between_builds"] = len(failed)

@@ -59,11 +59,9 @@ def checks_of(path):
 
 
 def commit():
-    """Returns the commit of the source tree, with "-changed" if tracked files differ from it."""
-    done = subprocess.run(["git", "-C", HOME, "describe", "--always", "--abbrev=12", "--exclude=*", "--dirty=-changed"],
-                          capture_output=True, text=True)
-    if done.returncode != 0:
-        refuse(f"{HOME} is no git checkout, so that results would have no commit")
+    """Returns the commit of the source tree, with "-changed" if tracked files differ from it; empty outside of a git checkout."""
+    done = subprocess.run(["git", "-C", HOME, "describe", "--always", "--abbrev=8", "--exclude=*", "--dirty=-changed"],
+                          capture_output=True, text=True, check=False)
     return done.stdout.strip()
 
 
@@ -206,7 +204,9 @@ def main():
             refuse(f"there is no check {name!r}; known are {', '.join(known)}")
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     chosen = [check for check in checks if not options.names or check["name"] in options.names]
-    store = Store(options.results, commit())
+    if not (at := commit()):
+        refuse(f"{HOME} is no git checkout, so that results would have no commit")
+    store = Store(options.results, at)
     left = failed = 0
     end = time.monotonic() + 3600 * options.hours
     print(f"{'check':<24}{'slice':>24}{'minutes':>9}{'s':>8}  state", flush=True)

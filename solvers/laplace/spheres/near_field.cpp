@@ -63,22 +63,45 @@ std::vector<std::size_t> chunk_starts(const std::vector<NearPair>& pairs, std::s
   return start;
 }
 
-/// Transposes eight vectors of eight numbers: exchanges the off-diagonal halves of blocks of two, four and eight.
-void transpose(std::array<Lanes, lanes>& row) {
+/// Transposes eight vectors of one register each: exchanges the off-diagonal halves of blocks of two, four and eight.
+template <class Eight>
+void transpose_registers(std::array<Eight, lanes>& row) {
   for (const int k : {0, 2, 4, 6}) {
-    const Lanes a = row[k], b = row[k + 1];
+    const Eight a = row[k], b = row[k + 1];
     row[k] = __builtin_shufflevector(a, b, 0, 8, 2, 10, 4, 12, 6, 14);
     row[k + 1] = __builtin_shufflevector(a, b, 1, 9, 3, 11, 5, 13, 7, 15);
   }
   for (const int k : {0, 1, 4, 5}) {
-    const Lanes a = row[k], b = row[k + 2];
+    const Eight a = row[k], b = row[k + 2];
     row[k] = __builtin_shufflevector(a, b, 0, 1, 8, 9, 4, 5, 12, 13);
     row[k + 2] = __builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15);
   }
   for (const int k : {0, 1, 2, 3}) {
-    const Lanes a = row[k], b = row[k + 4];
+    const Eight a = row[k], b = row[k + 4];
     row[k] = __builtin_shufflevector(a, b, 0, 1, 2, 3, 8, 9, 10, 11);
     row[k + 4] = __builtin_shufflevector(a, b, 4, 5, 6, 7, 12, 13, 14, 15);
+  }
+}
+
+/// Transposes eight vectors of eight numbers, which take one or two registers each.
+template <class Eight>
+void transpose(std::array<Eight, lanes>& row) {
+  if constexpr (std::is_class_v<Eight>) {
+    for (const int k : {0, 1, 2, 3}) std::swap(row[k].high, row[k + 4].low);
+    for (auto half : {&Eight::low, &Eight::high}) {
+      for (const int k : {0, 2, 4, 6}) {
+        const auto a = row[k].*half, b = row[k + 1].*half;
+        row[k].*half = __builtin_shufflevector(a, b, 0, 4, 2, 6);
+        row[k + 1].*half = __builtin_shufflevector(a, b, 1, 5, 3, 7);
+      }
+      for (const int k : {0, 1, 4, 5}) {
+        const auto a = row[k].*half, b = row[k + 2].*half;
+        row[k].*half = __builtin_shufflevector(a, b, 0, 1, 4, 5);
+        row[k + 2].*half = __builtin_shufflevector(a, b, 2, 3, 6, 7);
+      }
+    }
+  } else {
+    transpose_registers(row);
   }
 }
 
@@ -192,8 +215,10 @@ void NearField::complete(Batch& batch) {
               across = root(across2), d = root(across2 + z * z);
   direction.cos_polar = z / d;
   direction.sin_polar = across / d;
-  direction.cos_azimuth = across > 0 ? x / across : Lanes{} + 1;
-  direction.sin_azimuth = across > 0 ? y / across : Lanes{};
+  direction.cos_azimuth = x / across;
+  direction.sin_azimuth = y / across;
+  for (int k = 0; k < lanes; ++k)
+    if (!(across[k] > 0)) direction.cos_azimuth[k] = 1, direction.sin_azimuth[k] = 0;
   batch.sign *= batch.source_factor / d;
   batch.source_factor *= 2 / d;
   batch.target_factor *= 2 / d;

@@ -1,15 +1,18 @@
 #pragma once
 
+#include <type_traits>
 #include <vector>
 
+#include "solvers/lanes.hpp"
 #include "solvers/laplace/spheres/harmonics.hpp"
 
 namespace lichtenberg::laplace::spheres {
 
 /// Number of pairs that are processed at once by SIMD.
 constexpr int lanes = 8;
+typedef double OneRegister __attribute__((vector_size(lanes * sizeof(double))));
 /// SIMD vector: one number for each of eight pairs (or of eight fields).
-using Lanes [[gnu::vector_size(lanes * sizeof(double))]] = double;
+using Lanes = std::conditional_t<simd::bytes_wide == sizeof(OneRegister), OneRegister, simd::Twin<lanes, double>>;
 
 /// Directions from source to target of eight pairs, as cosines and sines of azimuth and polar angle.
 struct PairDirections {

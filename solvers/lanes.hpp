@@ -1,8 +1,19 @@
 #pragma once
 
 #include <type_traits>
+#include <utility>
 
-namespace lichtenberg::periodic {
+/// SIMD vectors.
+namespace lichtenberg::simd {
+
+// In builds for repeatable results, vectors have the width of AVX2's registers on all processors.
+#if defined(__AVX512F__) && !defined(LICHTENBERG_REPEATABLE)
+#define LICHTENBERG_LANES_OF_AVX512
+/// Bytes of a SIMD register.
+constexpr int bytes_wide = 64;
+#else
+constexpr int bytes_wide = 32;
+#endif
 
 /// SIMD vector type of n numbers, with the alignment of a single number. The compiler chooses the instructions for its
 /// target processor.
@@ -65,31 +76,54 @@ template <bool upper, class Vector>
   (std::make_integer_sequence<int, n>());
 }
 
-/// SIMD vector of n numbers as two halves, for n numbers that do not fit into one register.
+template <int n, class Real>
+struct PackOf;
+/// SIMD vector of n numbers: one vector, or two halves if it exceeds a register. GCC keeps such vectors in memory.
+template <int n, class Real>
+using Pack = typename PackOf<n, Real>::type;
+
+/// SIMD vector of n numbers as two halves. A single number converts to n equal ones.
 template <int n, class Real>
 struct Twin {
-  using Half = Lanes<n / 2, Real>;
-  Half low{}, high{};
+  using Half = Pack<n / 2, Real>;
+  Half low, high;
 
+  Twin() = default;
+  Twin(const Half& first, const Half& second) : low(first), high(second) {}
+  Twin(Real each) : low(Half{} + each), high(Half{} + each) {}
   Real operator[](int k) const { return k < n / 2 ? low[k] : high[k - n / 2]; }
-  friend Twin operator*(const Twin& a, Real s) { return {a.low * s, a.high * s}; }
-  friend Twin operator*(Real s, const Twin& a) { return a * s; }
-  friend Twin operator*(const Twin& a, const Twin& b) { return {a.low * b.low, a.high * b.high}; }
+  Real& operator[](int k) { return reinterpret_cast<Real*>(this)[k]; }
   friend Twin operator+(const Twin& a, const Twin& b) { return {a.low + b.low, a.high + b.high}; }
+  friend Twin operator-(const Twin& a, const Twin& b) { return {a.low - b.low, a.high - b.high}; }
+  friend Twin operator*(const Twin& a, const Twin& b) { return {a.low * b.low, a.high * b.high}; }
+  friend Twin operator/(const Twin& a, const Twin& b) { return {a.low / b.low, a.high / b.high}; }
+  friend Twin operator-(const Twin& a) { return {-a.low, -a.high}; }
   Twin& operator+=(const Twin& b) { return *this = *this + b; }
+  Twin& operator-=(const Twin& b) { return *this = *this - b; }
+  Twin& operator*=(const Twin& b) { return *this = *this * b; }
 };
 template <int n, class Real>
-Lanes<n / 2, Real> low_half(const Twin<n, Real>& of) {
+struct PackOf
+    : std::conditional_t<n * sizeof(Real) <= bytes_wide, LanesOf<n, Real>, std::type_identity<Twin<n, Real>>> {};
+
+/// Returns a reference to the numbers of a Pack from p on.
+template <class P, class Real>
+inline P& pack_at(Real* p) {
+  return *reinterpret_cast<P*>(p);
+}
+template <class P, class Real>
+inline const P& pack_at(const Real* p) {
+  return *reinterpret_cast<const P*>(p);
+}
+
+template <int n, class Real>
+Pack<n / 2, Real> low_half(const Twin<n, Real>& of) {
   return of.low;
 }
 template <int n, class Real>
-Lanes<n / 2, Real> high_half(const Twin<n, Real>& of) {
+Pack<n / 2, Real> high_half(const Twin<n, Real>& of) {
   return of.high;
 }
-/// SIMD vector of n numbers: one vector, or two (Twin) if they exceed 64 bytes.
-template <int n, class Real>
-using Pack =
-    typename std::conditional_t<n * sizeof(Real) <= 64, LanesOf<n, Real>, std::type_identity<Twin<n, Real>>>::type;
 /// Makes a Pack from its two halves.
 template <class P, class Half>
 [[gnu::always_inline]] inline P packed(const Half& low, const Half& high) {
@@ -107,4 +141,4 @@ Four totals(const Four& a, const Four& b, const Four& c, const Four& d) {
   return __builtin_shufflevector(ab, cd, 0, 1, 4, 5) + __builtin_shufflevector(ab, cd, 2, 3, 6, 7);
 }
 
-}  // namespace lichtenberg::periodic
+}  // namespace lichtenberg::simd

@@ -12,6 +12,7 @@
 #include "solvers/laplace/accuracy/grids.hpp"
 #include "solvers/laplace/measure.hpp"
 #include "solvers/laplace/multipole/solver.hpp"
+#include "tests/message.hpp"
 #include "tests/random_placement.hpp"
 
 namespace accuracy_test {
@@ -32,12 +33,7 @@ LaplaceProblem three_disks() {
 }
 
 std::string refusal(const LaplaceProblem& problem, const AccuracyRequest& request) {
-  try {
-    solve_to_accuracy(problem, request);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return message_of<InputError>([&] { solve_to_accuracy(problem, request); });
 }
 
 }  // namespace

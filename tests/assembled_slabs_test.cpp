@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 #include <string>
 
 #include "solvers/laplace/cutcell/grid_sizes.hpp"
@@ -12,6 +11,7 @@
 #include "solvers/laplace/cutcell/results.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/parallel/petsc.hpp"
+#include "tests/random_placement.hpp"
 
 namespace assembled_slabs_test {
 
@@ -31,10 +31,7 @@ constexpr double agreement = 100 * tolerance;
 /// last two have one potential, and so have the first two, at the bottom and the top of the box.
 /// `bar`: with a grounded bar from bottom to top.
 LaplaceProblem random_disks(int count, double radius, bool bar = false) {
-  std::mt19937_64 generator(3);
-  const auto random = [&](double from, double to) {
-    return from + (to - from) * static_cast<double>(generator() >> 11) * 0x1p-53;
-  };
+  random_placement::Random random(3);
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {96, 64};
   problem.bodies = {{Disk{{20, 5}, 3}, 0}, {Disk{{20, 59}, 3}, 0}};
@@ -46,11 +43,7 @@ LaplaceProblem random_disks(int count, double radius, bool bar = false) {
   while (static_cast<int>(problem.bodies.size()) < count) {
     const double r = radius * std::pow(2, random(-2, 2));
     const Disk disk{{random(r + 1, 95 - r), random(r + 1, 63 - r)}, r};
-    bool free = true;
-    for (const Body& body : problem.bodies) free = free && gap(disk, body.shape) > 0.01 * problem.size.x / cells;
-    if (!free) continue;
-    problem.bodies.push_back({disk, static_cast<int>(problem.groups.size())});
-    problem.groups.push_back({true, random(-1, 1), 0});
+    random_placement::add_if_free(problem, disk, 0.01 * problem.size.x / cells, random);
   }
   problem.bodies.back().group = static_cast<int>(problem.groups.size()) - 2;
   problem.groups.pop_back();

@@ -6,11 +6,11 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <random>
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/cutcell/solver.hpp"
 #include "solvers/parallel/petsc.hpp"
+#include "tests/cutcell_problems.hpp"
 
 namespace assembled_test {
 
@@ -27,10 +27,7 @@ constexpr double agreement = 100 * tolerance;
 
 /// Twelve disks, some with a common potential, around a grounded half-disk; without it there is no ground.
 LaplaceProblem random_disks(bool grounded) {
-  std::mt19937_64 generator(3);
-  const auto random = [&](double from, double to) {
-    return from + (to - from) * static_cast<double>(generator() >> 11) * 0x1p-53;
-  };
+  random_placement::Random random(3);
   LaplaceProblem problem{.permittivity = 1};
   problem.size = {96, 64};
   if (grounded) {
@@ -39,11 +36,7 @@ LaplaceProblem random_disks(bool grounded) {
   }
   while (problem.bodies.size() < 12) {
     const Disk disk{{random(6, 90), random(6, 58)}, 5};
-    bool free = true;
-    for (const Body& body : problem.bodies) free = free && gap(disk, body.shape) > 0.2;
-    if (!free) continue;
-    problem.bodies.push_back({disk, static_cast<int>(problem.groups.size())});
-    problem.groups.push_back({true, random(-1, 1), 0});
+    random_placement::add_if_free(problem, disk, 0.2, random);
   }
   problem.bodies.back().group = static_cast<int>(problem.groups.size()) - 2;  // Two disks with one potential.
   problem.groups.pop_back();
@@ -205,28 +198,6 @@ TEST_CASE("PETSc: a solver that stops before the tolerance is met throws Failure
   }
 }
 
-namespace {
-
-/// Two disks of radius R at distance 4 R, at a position and in a direction that depend on k, with charge 1 and
-/// potential 0. The walls have the exact bipolar potential of line charges at +-a from the middle, a^2 = d^2/4 - R^2.
-LaplaceProblem two_disks(int side, double R, int k) {
-  const Vec2 middle{0.5 * side + 0.37 * k, 0.5 * side + 0.61 * k}, e{std::cos(k), std::sin(k)};
-  const double d = 4 * R, a = std::sqrt(0.25 * d * d - R * R), pi = std::numbers::pi;
-  const Vec2 charged = middle - a * e, grounded = middle + a * e;
-  const double offset = std::acosh(0.5 * d / R) / (2 * pi);
-  LaplaceProblem problem{.permittivity = 1};
-  problem.size = {static_cast<double>(side), static_cast<double>(side)};
-  for (Side& s : problem.sides) {
-    s.kind = Side::Kind::electrode;
-    s.profile = [=](Vec2 p) { return std::log(norm(p - grounded) / norm(p - charged)) / (2 * pi) + offset; };
-  }
-  problem.bodies = {{Disk{middle - 0.5 * d * e, R}, 0}, {Disk{middle + 0.5 * d * e, R}, 1}};
-  problem.groups = {{true, 1, 0}, {false, 0, 0}};
-  return problem;
-}
-
-}  // namespace
-
 TEST_CASE("LinkFormula::aperture: capacitance of first order, forces not convergent") {
   const double phi = std::acosh(2.0) / std::numbers::pi;
   std::array<double, 3> capacitance{}, force{};
@@ -238,10 +209,11 @@ TEST_CASE("LinkFormula::aperture: capacitance of first order, forces not converg
     o.links = LinkFormula::aperture;
     CutCellSolver solver(o);
     for (int k = 0; k < 5; ++k) {
-      const LaplaceSolution solution = solver.solve(two_disks(side, R, k));
+      const Vec2 middle{0.5 * side + 0.37 * k, 0.5 * side + 0.61 * k}, e{std::cos(k), std::sin(k)};
+      const LaplaceSolution solution = solver.solve(cutcell_problems::two_disks(side, middle, e, R, 4 * R));
       const double exact = 1 / (4 * std::numbers::pi * std::sqrt(3.0) * R);
       capacitance[level] += std::abs(phi / solution.group_potential[0] - 1) / 5;
-      force[level] += norm(solution.body_force[0] - exact * Vec2{std::cos(k), std::sin(k)}) / exact / 5;
+      force[level] += norm(solution.body_force[0] - exact * e) / exact / 5;
       double charge = 0;
       for (const double q : solution.body_charge) charge += q;
       for (const double q : solution.side_charge) charge += q;

@@ -25,23 +25,6 @@ using namespace lichtenberg::cutcell_problems;
 
 namespace {
 
-/// Problem of two disks of radius R at distance d along the unit vector e, with charge 1 and potential 0. The walls
-/// have the exact bipolar potential of line charges at +-a from the middle, a^2 = d^2/4 - R^2.
-LaplaceProblem two_disks(double side, Vec2 middle, Vec2 e, double R, double d) {
-  const double a = std::sqrt(0.25 * d * d - R * R);
-  const Vec2 charged = middle - a * e, grounded = middle + a * e;
-  const double offset = std::acosh(0.5 * d / R) / (2 * pi);
-  LaplaceProblem problem{.permittivity = 1};
-  problem.size = {side, side};
-  for (Side& s : problem.sides) {
-    s.kind = Side::Kind::electrode;
-    s.profile = [=](Vec2 p) { return std::log(norm(p - grounded) / norm(p - charged)) / (2 * pi) + offset; };
-  }
-  problem.bodies = {{Disk{middle - 0.5 * d * e, R}, 0}, {Disk{middle + 0.5 * d * e, R}, 1}};
-  problem.groups = {{true, 1, 0}, {false, 0, 0}};
-  return problem;
-}
-
 double total_charge(const LaplaceSolution& solution) {
   double sum = 0;
   for (const double q : solution.body_charge) sum += q;

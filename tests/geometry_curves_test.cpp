@@ -9,6 +9,7 @@
 #include "solvers/error.hpp"
 #include "solvers/geometry/closed_curve.hpp"
 #include "solvers/geometry/shape.hpp"
+#include "tests/message.hpp"
 
 namespace geometry_curves_test {
 
@@ -19,12 +20,7 @@ using std::numbers::pi;
 const std::vector<Vec2> square = {{0, 0}, {2, 0}, {2, 2}, {0, 2}};
 
 std::string refusal(const std::vector<Vec2>& points, double corner_radius = 0) {
-  try {
-    make_polygon(points, corner_radius, false);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return message_of<InputError>([&] { make_polygon(points, corner_radius, false); });
 }
 
 TEST_CASE("polygon: area, perimeter, distances and corners are exact") {

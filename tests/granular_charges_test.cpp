@@ -10,6 +10,7 @@
 #include "src/model/frame.hpp"
 #include "tests/dielectric_pair.hpp"
 #include "tests/grains.hpp"
+#include "tests/periodic_sources.hpp"
 
 namespace granular_charges_test {
 
@@ -55,6 +56,16 @@ PairInteraction pair_interaction(const Scene& scene) {
   Frame frame;
   coulomb.add_columns(state, frame);
   return {force[0], coulomb.stored_energy(state), frame.reals("dipole")[0]};
+}
+
+/// Eight grains near the sites of a lattice in a periodic cube. Grains 0, 3 and 6 have the charge `third`, others 0.6.
+Scene eight_grains(double third) {
+  Scene scene = cube(4);
+  scene.effects.add(effects::CoulombOptions{.sum = effects::CoulombSum::ewald, .accuracy = 1e-12});
+  for (int i = 0; i < 8; ++i)
+    add(scene, {1 + 2 * (i % 2) + 0.3 * std::sin(i), 1 + 2 * (i / 2 % 2) + 0.3 * std::sin(2 * i), 1.0 + 1.6 * (i / 4)},
+        {}, i % 3 == 0 ? third : 0.6);
+  return scene;
 }
 
 }  // namespace
@@ -167,11 +178,7 @@ TEST_CASE("multipole_truncation: equals the difference from bispherical forces")
 }
 
 TEST_CASE("grain multipoles: forces are negative energy derivatives, degrees 1 to 6") {
-  Scene scene = cube(4);
-  scene.effects.add(effects::CoulombOptions{.sum = effects::CoulombSum::ewald, .accuracy = 1e-12});
-  for (int i = 0; i < 8; ++i)
-    add(scene, {1 + 2 * (i % 2) + 0.3 * std::sin(i), 1 + 2 * (i / 2 % 2) + 0.3 * std::sin(2 * i), 1.0 + 1.6 * (i / 4)},
-        {}, i % 3 == 0 ? -1 : 0.6);
+  Scene scene = eight_grains(-1);
   for (int degree = 1; degree <= 6; ++degree) {
     CAPTURE(degree);
     scene.effects.add(effects::InducedDipolesOptions{.polarizability = 0.09, .tolerance = 1e-12, .degree = degree});
@@ -185,25 +192,15 @@ TEST_CASE("grain multipoles: forces are negative energy derivatives, degrees 1 t
     // The error of a central difference, h^2 / 6 over the square of the gap of 0.3, is 2e-6 of the force at h = 1e-3.
     // The fourth-order difference with steps h and 2 h removes it.
     for (const int k : {0, 4, 23}) {
-      const double start = bodies.position[k], h = 1e-3;
-      const auto energy = [&](double shift) {
-        bodies.position[k] = start + shift;
-        return coulomb.stored_energy(state);
-      };
-      const double slope = (8 * (energy(h) - energy(-h)) - (energy(2 * h) - energy(-2 * h))) / (12 * h);
-      bodies.position[k] = start;
-      CHECK(std::abs(force[k] + slope) < 1e-7 * largest);
+      const auto energy = [&] { return coulomb.stored_energy(state); };
+      CHECK(std::abs(force[k] + periodic::energy_slope(bodies.position[k], 1e-3, energy)) < 1e-7 * largest);
     }
   }
 }
 
 // Point dipoles are spheres of degree 1. The uniform background that neutralizes a net charge acts on both.
 TEST_CASE("grain multipoles, net charge: forces are slopes, degree 1 equals dipoles") {
-  Scene scene = cube(4);
-  scene.effects.add(effects::CoulombOptions{.sum = effects::CoulombSum::ewald, .accuracy = 1e-12});
-  for (int i = 0; i < 8; ++i)
-    add(scene, {1 + 2 * (i % 2) + 0.3 * std::sin(i), 1 + 2 * (i / 2 % 2) + 0.3 * std::sin(2 * i), 1.0 + 1.6 * (i / 4)},
-        {}, i % 3 == 0 ? 0.2 : 0.6);
+  Scene scene = eight_grains(0.2);
   Bodies bodies = make_bodies(scene);
   bodies.charge = initial_charges(scene);
   const State state{.bodies = bodies, .neighbours = {}};
@@ -223,14 +220,8 @@ TEST_CASE("grain multipoles, net charge: forces are slopes, degree 1 equals dipo
   force.assign(force.size(), 0);
   coulomb.add_forces(state, force);
   for (const int k : {0, 4, 23}) {
-    const double start = bodies.position[k], h = 1e-3;
-    const auto energy = [&](double shift) {
-      bodies.position[k] = start + shift;
-      return coulomb.stored_energy(state);
-    };
-    const double slope = (8 * (energy(h) - energy(-h)) - (energy(2 * h) - energy(-2 * h))) / (12 * h);
-    bodies.position[k] = start;
-    CHECK(std::abs(force[k] + slope) < 1e-7 * largest);
+    const auto energy = [&] { return coulomb.stored_energy(state); };
+    CHECK(std::abs(force[k] + periodic::energy_slope(bodies.position[k], 1e-3, energy)) < 1e-7 * largest);
   }
 }
 

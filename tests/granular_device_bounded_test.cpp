@@ -20,13 +20,8 @@ using doctest::Approx;
 
 namespace {
 
-Checkpoint stored(const granular::device::DeviceGas& device, Checkpoint checkpoint) {
-  device.store(checkpoint);
-  return checkpoint;
-}
-
 /// Returns the gas of a scene, also of one between sides without walls.
-std::unique_ptr<granular::device::DeviceGas> loaded(const Scene& scene, const Checkpoint& from) {
+std::unique_ptr<granular::device::DeviceGas> loaded_between_sides(const Scene& scene, const Checkpoint& from) {
   using Host = parallel::HostExecutor;
   const grains::Run cpu(scene);
   std::unique_ptr<granular::device::DeviceGas> device =
@@ -57,12 +52,6 @@ double extent(const Checkpoint& checkpoint, int axis) {
   return high - low;
 }
 
-double sum(const std::vector<double>& values) {
-  double all = 0;
-  for (const double value : values) all += value;
-  return all;
-}
-
 }  // namespace
 
 // Two pairs of grains: one meets inside of the cube, the same pair shifted by 40 edges meets outside. Grains that are
@@ -75,10 +64,7 @@ TEST_CASE("device, unbounded: grains leave the domain and collide outside as ins
   grains::add(scene, {404.05, 5, 5}, {0, 0, 0});  // at the first grain, 20 edges of the search apart
   for (const Vec3 shift : {Vec3{}, Vec3{-400, 400, 0}}) {
     for (Conductor& grain : scene.conductors) grain.position += shift;
-    grains::Run cpu(scene);
-    const Checkpoint start = cpu.gas.save();
-    const auto device = granular::device::make_host_gas(scene);
-    device->load(start, cpu.gas.law(), false);
+    auto [cpu, start, device] = OnBoth(scene);
     while (cpu.gas.time() < 30) cpu.step(30), device->step(30);
     const Checkpoint expected = cpu.gas.save(), found = stored(*device, start);
     CHECK(cpu.gas.collisions == 1);
@@ -91,10 +77,7 @@ TEST_CASE("device, unbounded: grains leave the domain and collide outside as ins
 TEST_CASE("device, unbounded: steps of an exploding charged cloud equal the CPU's") {
   Scene scene = exploding(1e-6);
   scene.effects.add(effects::ChargeExchangeOptions{.strength = 0.05});
-  grains::Run cpu(scene);
-  const Checkpoint start = cpu.gas.save();
-  const auto device = granular::device::make_host_gas(scene);
-  device->load(start, cpu.gas.law(), false);
+  auto [cpu, start, device] = OnBoth(scene);
   CHECK(device->potential_energy() == Approx(cpu.gas.energy().potential).epsilon(1e-5));
   for (int n = 0; n < 60; ++n) cpu.step(10), device->step(10);
   const Checkpoint expected = cpu.gas.save(), found = stored(*device, start);
@@ -118,10 +101,7 @@ TEST_CASE("device, unbounded: one charge flies, two move apart by Coulomb's law"
     grains::add(scene, {4, 5, 5}, {0.5, 0, 0}, 2);
     if (count > 1) grains::add(scene, {6, 5, 5}, {0.5, 0, 0}, 2);
     scene.effects.add(effects::CoulombOptions{.accuracy = 1e-5});
-    grains::Run cpu(scene);
-    const Checkpoint start = cpu.gas.save();
-    const auto device = granular::device::make_host_gas(scene);
-    device->load(start, cpu.gas.law(), false);
+    auto [cpu, start, device] = OnBoth(scene);
     for (int n = 0; n < 80; ++n) cpu.step(10), device->step(10);
     const Checkpoint expected = cpu.gas.save(), found = stored(*device, start);
     REQUIRE(device->time() == Approx(cpu.gas.time()));
@@ -135,8 +115,7 @@ TEST_CASE("device, unbounded: resumed runs and batches have equal bits" * doctes
   const Scene scene = exploding(1e-3);
   const grains::Run cpu(scene);
   const Checkpoint start = cpu.gas.save();
-  const auto one = granular::device::make_host_gas(scene), many = granular::device::make_host_gas(scene);
-  for (const auto& device : {one.get(), many.get()}) device->load(start, cpu.gas.law(), false);
+  const Device one = loaded(scene, cpu, start), many = loaded(scene, cpu, start);
   std::vector<Checkpoint> middle;
   for (int n = 0; n < 60; ++n) {
     if (n % 30 == 3) middle.push_back(stored(*one, start));
@@ -173,7 +152,8 @@ TEST_CASE("device, open and grounded sides: steps equal the CPU's") {
                                                                .field = Coordinates{{0, 0, 1}, 3}};
     grains::Run cpu(scene);
     const Checkpoint start = cpu.gas.save();
-    const auto device = loaded(scene, start), many = loaded(scene, start), resumed = loaded(scene, start);
+    const auto device = loaded_between_sides(scene, start), many = loaded_between_sides(scene, start),
+               resumed = loaded_between_sides(scene, start);
     CHECK(device->potential_energy() == Approx(cpu.gas.energy().potential).epsilon(1e-5));
     for (int n = 0; n < 25; ++n) {
       if (n == 11) resumed->load(stored(*device, start), cpu.gas.law(), false, 0, cpu.gas.surface());
@@ -208,7 +188,7 @@ TEST_CASE("device, open sides: a charge beyond a side ends the run with its name
   scene.conductors[7].velocity.y = 30;
   scene.effects.add(effects::CoulombOptions{.accuracy = 1e-3});
   const grains::Run cpu(scene);
-  const auto device = loaded(scene, cpu.gas.save());
+  const auto device = loaded_between_sides(scene, cpu.gas.save());
   const std::string message = message_of([&] {
     for (int n = 0; n < 100; ++n) device->step(10);
   });

@@ -22,18 +22,6 @@ namespace {
 
 constexpr double quantum = 0x1p-35;  // of the prefactor 0.05
 
-Checkpoint stored(const granular::device::DeviceGas& device, Checkpoint checkpoint) {
-  device.store(checkpoint);
-  return checkpoint;
-}
-
-std::unique_ptr<granular::device::DeviceGas> loaded(const Scene& scene, const Checkpoint& from) {
-  const grains::Run cpu(scene);
-  auto device = granular::device::make_host_gas(scene);
-  device->load(from, cpu.gas.law(), false);
-  return device;
-}
-
 /// A dense gas of grains of several radii without Coulomb forces, so that device and CPU differ by rounding only.
 Scene exchanging(const ChargeExchangeOptions& exchange) {
   Scene scene = gas(100, 6.6, 5);
@@ -46,20 +34,12 @@ Scene exchanging(const ChargeExchangeOptions& exchange) {
   return scene;
 }
 
-double sum(const std::vector<double>& values) {
-  double all = 0;
-  for (const double value : values) all += value;
-  return all;
-}
-
 }  // namespace
 
 TEST_CASE("device, uniform field: 40 steps of a charged gas equal the CPU's") {
   Scene scene = charged_gas(100, 8, 5);
   scene.effects.add(effects::UniformFieldOptions{.field = {{3, 0, -8}, 3}});
-  grains::Run cpu(scene);
-  const Checkpoint start = cpu.gas.save();
-  const auto device = loaded(scene, start);
+  auto [cpu, start, device] = OnBoth(scene);
   CHECK(device->potential_energy() == doctest::Approx(cpu.gas.energy().potential).epsilon(1e-5));
   for (int n = 0; n < 40; ++n) cpu.step(10), device->step(10);
   const Checkpoint expected = cpu.gas.save(), found = stored(*device, start);
@@ -85,9 +65,7 @@ TEST_CASE("device, uniform field alone: charges fall, and energy is conserved") 
   scene.effects.add(effects::UniformFieldOptions{.field = {{0.5, -1, 0}, 3}});
   grains::add(scene, {5, 5, 5}, {}, 2);
   grains::add(scene, {5, 5, 12}, {}, 0);
-  grains::Run cpu(scene);
-  const Checkpoint start = cpu.gas.save();
-  const auto device = loaded(scene, start);
+  auto [cpu, start, device] = OnBoth(scene);
   const double before = device->potential_energy();
   CHECK(before == doctest::Approx(-2 * (0.5 * 5 - 5)));
   while (device->time() < 8) device->step(8);
@@ -111,9 +89,7 @@ TEST_CASE("device, exchange with a sign: charges and counters equal the CPU's") 
       if (model == ExchangeModel::polarization) exchange.field = Coordinates{{0.3, 0, 1}, 3};
       if (feedback > 0) exchange.capacity = 0.02;
       const Scene scene = exchanging(exchange);
-      grains::Run cpu(scene);
-      const Checkpoint start = cpu.gas.save();
-      const auto device = loaded(scene, start);
+      auto [cpu, start, device] = OnBoth(scene);
       for (int n = 0; n < 25; ++n) cpu.step(10), device->step(10);
       const Checkpoint expected = cpu.gas.save(), found = stored(*device, start);
       REQUIRE(cpu.gas.collisions > 60);
@@ -129,9 +105,7 @@ TEST_CASE("device, exchange with a sign: charges and counters equal the CPU's") 
 
 TEST_CASE("device, exchange by patches: charges are the CPU's, in whole patches") {
   const Scene scene = exchanging({.model = ExchangeModel::patches, .exponent = 0.4, .patches = 12});
-  grains::Run cpu(scene);
-  const Checkpoint start = cpu.gas.save();
-  const auto device = loaded(scene, start);
+  auto [cpu, start, device] = OnBoth(scene);
   for (int n = 0; n < 25; ++n) cpu.step(10), device->step(10);
   const Checkpoint expected = cpu.gas.save(), found = stored(*device, start);
   REQUIRE(cpu.gas.collisions > 60);
@@ -155,9 +129,7 @@ TEST_CASE("device, exchange with a sign: six contacts at once act in order") {
     grains::add(scene, at, v, 0.25 * (k - 3));
   }
   scene.conductors[3].radius = 0.5 - 0x1p-12, scene.conductors[5].radius = 0.5 + 0x1p-12;
-  grains::Run cpu(scene);
-  const Checkpoint start = cpu.gas.save();
-  const auto device = loaded(scene, start);
+  auto [cpu, start, device] = OnBoth(scene);
   cpu.step(10), device->step(10);
   REQUIRE(cpu.gas.collisions == 6);
   const Checkpoint expected = cpu.gas.save(), found = stored(*device, start);
@@ -174,14 +146,14 @@ TEST_CASE("device, exchange with a sign: batches and resumed runs have same bits
   scene.effects.add(effects::UniformFieldOptions{.field = {{0, 0, 1}, 3}});
   const grains::Run cpu(scene);
   const Checkpoint start = cpu.gas.save();
-  const auto one = loaded(scene, start), many = loaded(scene, start);
+  const auto one = loaded(scene, cpu, start), many = loaded(scene, cpu, start);
   Checkpoint middle;
   for (int n = 0; n < 60; ++n) {
     if (n == 23) middle = stored(*one, start);
     one->step(10);
   }
   for (const int n : {1, 7, 40, 12}) many->step(10, n);
-  const auto resumed = loaded(scene, middle);
+  const auto resumed = loaded(scene, cpu, middle);
   resumed->step(10, 37);
   const Checkpoint a = stored(*one, start), b = stored(*many, start), c = stored(*resumed, start);
   CHECK(a.integers.at("effects.charge_exchange.counters")[1] > 10);

@@ -19,18 +19,6 @@ using namespace lichtenberg::device_gases;
 
 namespace {
 
-using Device = std::unique_ptr<granular::device::DeviceGas>;
-
-Device loaded(const Scene& scene, const grains::Run& cpu, const Checkpoint& checkpoint) {
-  Device device = granular::device::make_host_gas(scene);
-  device->load(checkpoint, cpu.gas.law(), cpu.gas.in_elastic_stage(), cpu.gas.stage_begin(), cpu.gas.surface());
-  return device;
-}
-Checkpoint stored(const granular::device::DeviceGas& device, Checkpoint checkpoint) {
-  device.store(checkpoint);
-  return checkpoint;
-}
-
 void add_spins(Scene& scene, double size) {
   Random random({.seed = 3, .purpose = RandomPurpose::population});
   for (Conductor& grain : scene.conductors)
@@ -76,9 +64,7 @@ Scene mixture() {
 
 /// Compares the device with the CPU after `steps` steps. `most`: bound on differences.
 void compare(const Scene& scene, int steps, double most) {
-  grains::Run cpu(scene);
-  const Checkpoint start = cpu.gas.save();
-  const Device device = loaded(scene, cpu, start);
+  auto [cpu, start, device] = OnBoth(scene);
   const double energy = cpu.gas.energy().total();
   for (int n = 0; n < steps; ++n) {
     cpu.step(10);
@@ -126,9 +112,7 @@ TEST_CASE("device adhesion: a contact lasts at a gap also in short steps") {
   scene.effects.add(effects::AdhesionOptions{.model = AdhesionModel::jkr, .surface_energy = 0.7});
   scene.mechanics.step = 5e-4;
   grains::add_pair(scene, 0.1, 1e-3);
-  grains::Run cpu(scene);
-  const Checkpoint start = cpu.gas.save();
-  const Device device = loaded(scene, cpu, start);
+  auto [cpu, start, device] = OnBoth(scene);
   double widest = 0;
   for (int n = 0; n < 1500; ++n) {
     cpu.step(10), device->step(10);
@@ -229,9 +213,7 @@ TEST_CASE("device friction: a chain of collisions in a step misses no contact") 
     scene.conductors.push_back({.position = {x + radius, 15, 15}, .velocity = {speed, 0, 0}, .radius = radius});
     x += 2 * radius + gap;
   }
-  grains::Run cpu(scene);
-  const Checkpoint start = cpu.gas.save();
-  const Device device = loaded(scene, cpu, start);
+  auto [cpu, start, device] = OnBoth(scene);
   cpu.step(10), device->step(10);
   REQUIRE(device->time() == cpu.gas.time());
   const Checkpoint expected = cpu.gas.save(), found = stored(*device, start);
@@ -244,9 +226,7 @@ TEST_CASE("device friction: a chain of collisions in a step misses no contact") 
 TEST_CASE("device friction: an elastic stage has walls, but no friction") {
   Scene scene = walled_gas(false);
   scene.stages = {{.duration = 1, .elastic = true}};
-  const grains::Run cpu(scene);
-  const Checkpoint start = cpu.gas.save();
-  const Device device = loaded(scene, cpu, start);
+  auto [cpu, start, device] = OnBoth(scene);
   while (device->time() < 0.9) device->step(0.9);
   const Checkpoint found = stored(*device, start);
   CHECK(found.integers.at("counters")[2] > 10);

@@ -30,16 +30,6 @@ namespace granular_device_test {
 using namespace lichtenberg;
 using namespace lichtenberg::device_gases;
 
-namespace {
-
-/// Checkpoint with the device's state.
-Checkpoint stored(const granular::device::DeviceGas& device, Checkpoint checkpoint) {
-  device.store(checkpoint);
-  return checkpoint;
-}
-
-}  // namespace
-
 TEST_CASE("device memory: too large a gas is refused with the number that would fit") {
   granular::device::GasOptions options = granular::device::gas_options(gas(100, 12, 1));
   options.path = "gas.toml";
@@ -70,10 +60,7 @@ TEST_CASE("device: 60 steps of a neutral gas equal the CPU's within rounding") {
       scene.effects = {};
       scene.effects.add(effects::LinearContactOptions{.stiffness = 278.6});
     }
-    grains::Run cpu(scene);
-    const Checkpoint start = cpu.gas.save();
-    const auto device = granular::device::make_host_gas(scene);
-    device->load(start, cpu.gas.law(), false);
+    auto [cpu, start, device] = OnBoth(scene);
     CHECK(device->potential_energy() == 0);
     for (int n = 0; n < 60; ++n) {
       cpu.step(10);
@@ -107,10 +94,7 @@ TEST_CASE("device cells: a large box has few cells, limited by its grains") {
   // Grains in a box of 10^9 possible cells take the same steps as on the CPU.
   Scene scene = gas(8, 4, 5);
   scene.domain.size = {1000, 1000, 1000};
-  grains::Run cpu(scene);
-  const Checkpoint start = cpu.gas.save();
-  const auto device = granular::device::make_host_gas(scene);
-  device->load(start, cpu.gas.law(), false);
+  auto [cpu, start, device] = OnBoth(scene);
   for (int n = 0; n < 30; ++n) {
     cpu.step(10);
     device->step(10);
@@ -140,10 +124,7 @@ TEST_CASE("device: restitution of isolated collisions is recorded as on the CPU"
     grains::add(scene, {10, 20, 20}, {1, 0, 0});
     grains::add(scene, {11.2, 20.6, 20}, {-1, 0, 0});
     for (const double x : {20.0, 21.1, 22.2}) grains::add(scene, {x, 20, 20}, {21.1 - x, 0, 0});
-    grains::Run cpu(scene);
-    const Checkpoint start = cpu.gas.save();
-    const auto device = granular::device::make_host_gas(scene);
-    device->load(start, cpu.gas.law(), false);
+    auto [cpu, start, device] = OnBoth(scene);
     while (cpu.gas.time() < 3) cpu.step(3), device->step(3);
     REQUIRE(device->time() == cpu.gas.time());
     const auto expected = cpu.gas.save().reals.at("restitution_check"),
@@ -152,8 +133,7 @@ TEST_CASE("device: restitution of isolated collisions is recorded as on the CPU"
     CHECK(cpu.gas.restitution.all().collisions < cpu.gas.collisions);
     CHECK(largest_difference(middle, expected) < 1e-8);  // The bound covers rounding and the quantum of 1e-9.
     // With many steps per call, some are started after the last one that is needed. They count no collision again.
-    const auto ahead = granular::device::make_host_gas(scene);
-    ahead->load(start, cpu.gas.law(), false);
+    const Device ahead = loaded(scene, cpu, start);
     while (ahead->time() < 3) ahead->step(3, 100);
     CHECK(stored(*ahead, start).reals.at("restitution_check") == middle);
     // The statistics continue from the checkpoint. A contact of an earlier stage does not count.
@@ -170,10 +150,7 @@ TEST_CASE("device: drag, wind and uniform force act as on the CPU, also in energ
   Scene scene = gas(100, 8, 5);
   scene.effects.add(effects::GasDragOptions{.stokes = 0.3, .speed = 2, .correlation_time = 0.07});
   scene.effects.add(effects::UniformForceOptions{.acceleration = {{0.5, 0, -1}, 3}});
-  grains::Run cpu(scene);
-  const Checkpoint start = cpu.gas.save();
-  const auto device = granular::device::make_host_gas(scene);
-  device->load(start, cpu.gas.law(), false);
+  auto [cpu, start, device] = OnBoth(scene);
   for (int n = 0; n < 40; ++n) cpu.step(10), device->step(10);
   const Checkpoint expected = cpu.gas.save(), found = stored(*device, start);
   REQUIRE(cpu.gas.collisions > 20);
@@ -187,10 +164,7 @@ TEST_CASE("device: drag, wind and uniform force act as on the CPU, also in energ
 
 TEST_CASE("device: 40 steps of a charged gas equal the CPU's within force accuracy") {
   const Scene scene = charged_gas(100, 8, 5);
-  grains::Run cpu(scene);
-  const Checkpoint start = cpu.gas.save();
-  const auto device = granular::device::make_host_gas(scene);
-  device->load(start, cpu.gas.law(), false);
+  auto [cpu, start, device] = OnBoth(scene);
   const double energy = cpu.gas.energy().total();
   for (int n = 0; n < 40; ++n) cpu.step(10), device->step(10);
   const Checkpoint expected = cpu.gas.save(), found = stored(*device, start);
@@ -221,8 +195,7 @@ TEST_CASE("device: single steps and batches of steps give identical bits") {
   const Scene scene = charged_gas(60, 7, 3);
   const grains::Run cpu(scene);
   const Checkpoint start = cpu.gas.save();
-  const auto one = granular::device::make_host_gas(scene), many = granular::device::make_host_gas(scene);
-  for (const auto& device : {one.get(), many.get()}) device->load(start, cpu.gas.law(), false);
+  const Device one = loaded(scene, cpu, start), many = loaded(scene, cpu, start);
   for (int n = 0; n < 60; ++n) one->step(10);
   for (const int n : {1, 7, 40, 12}) many->step(10, n);
   CHECK(one->counts().steps == 60);
@@ -238,8 +211,7 @@ TEST_CASE("device: the outer step is at most a quarter of a bound-pair period") 
   scene.mechanics.step = 0.3;  // A pair of charges +1 and -1 oscillates with a period of 0.55.
   grains::Run cpu(scene);
   cpu.gas.steps = 1;  // At step 0 the gas would refuse this outer step.
-  const auto device = granular::device::make_host_gas(scene);
-  device->load(cpu.gas.save(), cpu.gas.law(), false);
+  const Device device = loaded(scene, cpu, cpu.gas.save());
   cpu.step(10);
   device->step(10);
   CHECK(cpu.gas.time() < 0.15);
@@ -251,8 +223,7 @@ TEST_CASE("device: the outer step from the force accuracy equals the CPU's") {
   scene.effects.find<effects::CoulombOptions>()->accuracy = 1e-4;
   scene.mechanics.step = INFINITY;
   grains::Run cpu(scene);
-  const auto device = granular::device::make_host_gas(scene);
-  device->load(cpu.gas.save(), cpu.gas.law(), false);
+  const Device device = loaded(scene, cpu, cpu.gas.save());
   cpu.step(10);
   device->step(10);
   // The largest force has single precision.
@@ -263,8 +234,7 @@ TEST_CASE("device: potential energy of constant charges equals the CPU's") {
   Scene scene = charged_gas(60, 7, 3);
   scene.effects.remove("charge_exchange");
   grains::Run cpu(scene);
-  const auto device = granular::device::make_host_gas(scene);
-  device->load(cpu.gas.save(), cpu.gas.law(), false);
+  const Device device = loaded(scene, cpu, cpu.gas.save());
   for (int n = 0; n < 5; ++n) cpu.step(10), device->step(10);
   const double energy = cpu.gas.energy().potential;
   // Single precision of 60 energies.
@@ -273,10 +243,7 @@ TEST_CASE("device: potential energy of constant charges equals the CPU's") {
 
 TEST_CASE("device: 40 steps of a polarizable charged gas equal the CPU's") {
   const Scene scene = polarized_gas();
-  grains::Run cpu(scene);
-  const Checkpoint start = cpu.gas.save();
-  const auto device = granular::device::make_host_gas(scene);
-  device->load(start, cpu.gas.law(), false);
+  auto [cpu, start, device] = OnBoth(scene);
   CHECK(device->potential_energy() == doctest::Approx(cpu.gas.energy().potential).epsilon(1e-5));
   for (int n = 0; n < 40; ++n) cpu.step(10), device->step(10);
   const Checkpoint expected = cpu.gas.save(), found = stored(*device, start);
@@ -304,10 +271,7 @@ TEST_CASE("device dipoles: at most 2.05 evaluations a short step, 3.05 a long st
     scene.effects.remove("charge_exchange");
     scene.effects.find<effects::InducedDipolesOptions>()->tolerance = 1e-4;
     if (is_short) scene.mechanics.step = 0.005;
-    const grains::Run cpu(scene);
-    const Checkpoint start = cpu.gas.save();
-    const auto device = granular::device::make_host_gas(scene);
-    device->load(start, cpu.gas.law(), false);
+    auto [cpu, start, device] = OnBoth(scene);
     device->step(10, 5);  // The dipole history is complete after five steps.
     const std::vector<std::int64_t> before = stored(*device, start).integers.at("effects.coulomb.counters");
     device->step(10, 40);
@@ -346,13 +310,11 @@ TEST_CASE("device: diverging polarization throws an error message") {
     unpolarized.effects.remove("induced_dipoles");
     grains::Run cpu(unpolarized);
     start = cpu.gas.save();
-    try {
+    const std::string message = message_of<Failure>([&] {
       device->load(start, cpu.gas.law(), false);
       device->step(10);
-      FAIL("went on");
-    } catch (const Failure& error) {
-      CHECK(std::string(error.what()).find("mutual polarization") != std::string::npos);
-    }
+    });
+    CHECK(message.find("mutual polarization") != std::string::npos);
   }
 }
 
@@ -360,15 +322,13 @@ TEST_CASE("device: a charged gas restored from a checkpoint has identical bits")
   const Scene scene = charged_gas(60, 7, 3);
   const grains::Run cpu(scene);
   const Checkpoint start = cpu.gas.save();
-  const auto whole = granular::device::make_host_gas(scene);
-  whole->load(start, cpu.gas.law(), false);
+  const Device whole = loaded(scene, cpu, start);
   Checkpoint middle;
   for (int n = 0; n < 50; ++n) {
     if (n == 23) middle = stored(*whole, start);
     whole->step(10);
   }
-  const auto resumed = granular::device::make_host_gas(scene);
-  resumed->load(middle, cpu.gas.law(), false);
+  const Device resumed = loaded(scene, cpu, middle);
   for (int n = 23; n < 50; ++n) resumed->step(10);
   const Checkpoint a = stored(*whole, start), b = stored(*resumed, start);
   CHECK(a.reals == b.reals);
@@ -380,10 +340,7 @@ TEST_CASE("device: random charge transfers of a grain in two contacts as on CPU"
   for (const double x : {4.0, 2.9, 5.1}) grains::add(scene, {x, 4, 4}, {4 - x, 0, 0});
   scene.effects.add(effects::ViscoelasticContactOptions{.elastic = 278.6, .dissipative = 27.7});
   scene.effects.add(effects::ChargeExchangeOptions{.strength = 0.05});
-  grains::Run cpu(scene);
-  const Checkpoint start = cpu.gas.save();
-  const auto device = granular::device::make_host_gas(scene);
-  device->load(start, cpu.gas.law(), false);
+  auto [cpu, start, device] = OnBoth(scene);
   for (int n = 0; n < 4; ++n) cpu.step(10), device->step(10);
   REQUIRE(cpu.gas.collisions == 2);
   const Checkpoint expected = cpu.gas.save(), found = stored(*device, start);
@@ -408,12 +365,7 @@ TEST_CASE("device: charge exchange is off while the gas is mixed elastically") {
 
 TEST_CASE("device: a scene with an unsupported feature is refused with its name") {
   const auto sentence = [](const Scene& scene) {
-    try {
-      granular::device::check_scene(scene);
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return message_of<InputError>([&] { granular::device::check_scene(scene); });
   };
   Scene scene = charged_gas(10, 8, 1);
   CHECK(sentence(scene).empty());

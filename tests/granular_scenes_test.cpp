@@ -14,6 +14,7 @@
 #include "src/granular/granular_motion.hpp"
 #include "src/granular/restitution_check.hpp"
 #include "tests/folder.hpp"
+#include "tests/message.hpp"
 
 namespace granular_scenes_test {
 
@@ -41,15 +42,10 @@ Scene parse(const std::string& text) { return parse_scene(text, "gas.toml"); }
 
 /// Error message of a run of the scene up to its end; empty if there is none.
 std::string error_message_of(const std::string& text) {
-  try {
+  return message_of([&] {
     GranularMotion motion(parse(text));
     while (!motion.finished()) motion.advance_to(motion.next_frame(), {});
-  } catch (const InputError& error) {
-    return error.what();
-  } catch (const Failure& error) {
-    return error.what();
-  }
-  return "";
+  });
 }
 
 std::vector<double> charges_of(const std::string& keys, int count) {

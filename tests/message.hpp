@@ -6,11 +6,12 @@
 
 namespace lichtenberg {
 
-/// Message of the action's exception; empty if it throws none.
-inline std::string message_of(const std::function<void()>& action) {
+/// Message of the action's exception of this class; empty if it throws none.
+template <class Exception = std::exception>
+std::string message_of(const std::function<void()>& action) {
   try {
     action();
-  } catch (const std::exception& error) {
+  } catch (const Exception& error) {
     return error.what();
   }
   return "";

@@ -13,6 +13,7 @@
 #include "src/model/model.hpp"
 #include "src/scene/effect_kind.hpp"
 #include "src/scene/scene.hpp"
+#include "tests/message.hpp"
 
 // Counts every allocation of this program.
 namespace {
@@ -344,12 +345,7 @@ TEST_CASE("Drag: laws of one body add up, the Jacobian is the force's derivative
 
 TEST_CASE("Drag: a law with force at rest, wrong sign or wrong slope is refused") {
   const auto refusal = [](const std::function<DragForce(double)>& law) {
-    try {
-      Drag(1).add(0, {.nonlinear = law});
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
+    return message_of<InputError>([&] { Drag(1).add(0, {.nonlinear = law}); });
   };
   CHECK(refusal([](double v) { return DragForce{v * v, 2 * v}; }).empty());
   CHECK(refusal([](double v) { return DragForce{std::min(v, 1.0), v < 1 ? 1.0 : 0.0}; }).empty());  // A kink at 1 m/s.

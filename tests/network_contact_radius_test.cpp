@@ -8,6 +8,7 @@
 #include "solvers/network/build.hpp"
 #include "solvers/network/conduction.hpp"
 #include "solvers/network/resistor.hpp"
+#include "tests/message.hpp"
 
 namespace network_contact_radius_test {
 
@@ -41,16 +42,6 @@ std::pair<double, double> resistances(const ParticlePacking& packing, const char
     return conduct(net.network, net.electrode[0], net.electrode[1]).resistance;
   };
   return {measured(by_particles), measured(contact_network)};
-}
-
-template <class Work>
-std::string message_of(const Work& work) {
-  try {
-    work();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
 }
 
 }  // namespace
@@ -115,16 +106,17 @@ TEST_CASE("contact radius from a load: impossible materials are refused") {
   const Parameters p{.resistivity = 1, .elastic_modulus = 1e11};
   ParticlePacking unknown = chain(1);
   unknown.force = {};
-  CHECK(message_of([&] { resistances(unknown, "hertz", p); }).find("needs the forces of contacts") !=
+  CHECK(message_of<InputError>([&] { resistances(unknown, "hertz", p); }).find("needs the forces of contacts") !=
         std::string::npos);
-  CHECK(message_of([&] {
+  CHECK(message_of<InputError>([&] {
           resistances(chain(1), "hertz", {.resistivity = 1, .elastic_modulus = 1});
         }).find("elastic_modulus = 1 Pa is too small") != std::string::npos);
-  CHECK(message_of([&] {
+  CHECK(message_of<InputError>([&] {
           resistances(chain(1), "greenwood",
                       {.resistivity = 1, .elastic_modulus = 1e11, .hardness = 1e3, .spot_radius = 1e-9});
         }).find("hardness = 1000 Pa is too small") != std::string::npos);
-  CHECK(message_of([&] { check(resistor_model("hertz"), {.resistivity = 1, .elastic_modulus = 1, .hardness = 1}); })
+  CHECK(message_of<InputError>(
+            [&] { check(resistor_model("hertz"), {.resistivity = 1, .elastic_modulus = 1, .hardness = 1}); })
             .find("does not use hardness: leave it out; allowed is resistivity and elastic_modulus, and optional "
                   "film_resistance") != std::string::npos);
 }

@@ -18,6 +18,7 @@
 #include "solvers/network/resistor.hpp"
 #include "tests/conductance_matrix.hpp"
 #include "tests/dense_algebra.hpp"
+#include "tests/message.hpp"
 
 namespace network_test {
 
@@ -109,14 +110,6 @@ TEST_CASE("network of 1e-30 and 1e30 Ohm: exact resistance, balanced power") {
 
 namespace {
 
-std::string message_of(const std::function<void()>& work) {
-  try {
-    work();
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
-}
 bool contains(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
 /// Packing of three disks of radius 1 in a column between bottom (y = 0) and top, with an overlap of 10 %, and one disk
@@ -132,42 +125,48 @@ const std::vector<PackingElectrode> walls = {{true, 0}, {true, 1}};
 
 TEST_CASE("network: invalid nodes, links and conductances are refused") {
   const Network net = {.nodes = 3, .links = {{0, 1, 1}, {1, 2, 1}}};
-  CHECK(contains(message_of([&] { conduct(net, 1, 1); }), "node 1 is named twice"));
-  CHECK(contains(message_of([&] { conduct(net, 0, 3); }), "there is no node 3"));
-  CHECK(contains(message_of([&] { condense(net, {0, 2, 0}); }), "node 0 is named twice"));
+  CHECK(contains(message_of<InputError>([&] { conduct(net, 1, 1); }), "node 1 is named twice"));
+  CHECK(contains(message_of<InputError>([&] { conduct(net, 0, 3); }), "there is no node 3"));
+  CHECK(contains(message_of<InputError>([&] { condense(net, {0, 2, 0}); }), "node 0 is named twice"));
   for (const double g : {0.0, -1.0, 1 / 0.0, std::nan("")})
-    CHECK(contains(message_of([&] { conduct({.nodes = 2, .links = {{0, 1, g}}}, 0, 1); }), "positive, finite"));
-  CHECK(contains(message_of([&] { conduct({.nodes = 2, .links = {{0, 2, 1}}}, 0, 1); }), "nodes 0 to 1"));
+    CHECK(contains(message_of<InputError>([&] {
+                     conduct({.nodes = 2, .links = {{0, 1, g}}}, 0, 1);
+                   }),
+                   "positive, finite"));
+  CHECK(contains(message_of<InputError>([&] { conduct({.nodes = 2, .links = {{0, 2, 1}}}, 0, 1); }), "nodes 0 to 1"));
 }
 
 TEST_CASE("resistor models: missing or impossible parameters are refused") {
-  CHECK(contains(message_of([&] { resistor_model("ideal"); }), "no resistor model \"ideal\""));
-  CHECK(contains(message_of([&] { check(resistor_model("constriction"), {.resistivity = 1}); }),
+  CHECK(contains(message_of<InputError>([&] { resistor_model("ideal"); }), "no resistor model \"ideal\""));
+  CHECK(contains(message_of<InputError>([&] { check(resistor_model("constriction"), {.resistivity = 1}); }),
                  "needs contact_radius in m"));
-  CHECK(contains(message_of([&] { check(resistor_model("constant"), {.resistance = 0}); }), "greater than 0"));
-  CHECK(contains(message_of([&] { check(resistor_model("constant"), {.resistance = -2}); }), "greater than 0"));
-  CHECK(contains(message_of([&] { check(resistor_model("constant"), {.resistance = 1, .contact_radius = 1}); }),
-                 "does not use contact_radius"));
+  CHECK(contains(message_of<InputError>([&] { check(resistor_model("constant"), {.resistance = 0}); }),
+                 "greater than 0"));
+  CHECK(contains(message_of<InputError>([&] { check(resistor_model("constant"), {.resistance = -2}); }),
+                 "greater than 0"));
+  CHECK(contains(
+      message_of<InputError>([&] { check(resistor_model("constant"), {.resistance = 1, .contact_radius = 1}); }),
+      "does not use contact_radius"));
   const ParticlePacking packing = column();
   const Contacts contacts = find_contacts(packing);
-  CHECK(contains(message_of([&] {
+  CHECK(contains(message_of<InputError>([&] {
                    particle_network(packing, contacts, resistor_model("disk"),
                                     {.sheet_resistance = 1, .contact_radius = 1e-3}, walls);
                  }),
                  "contact-centred"));
-  CHECK(contains(message_of([&] {
+  CHECK(contains(message_of<InputError>([&] {
                    contact_network(packing, contacts, resistor_model("disk"),
                                    {.sheet_resistance = 1, .contact_radius = 1.5}, walls);
                  }),
                  "too large"));
   CHECK(contains(
-      message_of([&] {
+      message_of<InputError>([&] {
         contact_network(packing, contacts, resistor_model("constant"), {.resistance = 1}, {{false, 0}, {false, 1}});
       }),
       "particles 0 and 1, touch"));
   ParticlePacking bad = packing;
   bad.radius[2] = -1;
-  CHECK(contains(message_of([&] { check(bad); }), "particle 2 has radius -1"));
+  CHECK(contains(message_of<InputError>([&] { check(bad); }), "particle 2 has radius -1"));
 }
 
 TEST_CASE("column of disks: constant, length and constriction resistors add") {

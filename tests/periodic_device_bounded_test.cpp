@@ -49,16 +49,6 @@ Response on_cpu(const MeshRequest& request, const MeshChoice& choice, const Encl
   return response;
 }
 
-double relative(std::span<const double> found, std::span<const double> exact) {
-  double error = 0, size = 0;
-  REQUIRE(found.size() == exact.size());
-  for (std::size_t k = 0; k < found.size(); ++k) {
-    error += std::pow(found[k] - exact[k], 2);
-    size += exact[k] * exact[k];
-  }
-  return std::sqrt(error / size);
-}
-
 }  // namespace
 
 // The numbers of the same mesh in single and double precision, as in periodic_device_test.cpp. Without periodic images
@@ -73,9 +63,9 @@ TEST_CASE("device mesh sum, open and grounded sides: forces equal the CPU's") {
       const MeshChoice choice = choose_quick_mesh(enclosure.request(request));
       const Response expected = on_cpu(request, choice, enclosure, sources),
                      found = on_device(choice, enclosure, sources);
-      CHECK(relative(found.field, expected.field) < 2e-6);
-      CHECK(relative(found.potential, expected.potential) < 2e-6);
-      CHECK(relative(found.force, expected.force) < 2e-6);
+      CHECK(relative_difference(found.field, expected.field) < 2e-6);
+      CHECK(relative_difference(found.potential, expected.potential) < 2e-6);
+      CHECK(relative_difference(found.force, expected.force) < 2e-6);
       double energies = 0;
       for (int i = 0; i < sources.size(); ++i) energies += std::abs(0.5 * sources.charge[i] * expected.potential[i]);
       CHECK(std::abs(found.energy - expected.energy) < 2e-6 * energies);
@@ -92,7 +82,7 @@ TEST_CASE("device mesh sum, open and grounded sides: the device's mesh is accura
     const MeshChoice choice = choose_quick_mesh(enclosure.request(request));
     REQUIRE(choice.mesh.window == Window::prolate);
     // As for periodic sides; the charges are unequal.
-    CHECK(relative(on_device(choice, enclosure, sources).force, exact.force) < 1.5 * request.accuracy);
+    CHECK(relative_difference(on_device(choice, enclosure, sources).force, exact.force) < 1.5 * request.accuracy);
   }
 }
 

@@ -74,15 +74,6 @@ Response evaluated_near(Sum& sum, const Sources& sources) {
   return response;
 }
 
-double relative(std::span<const double> found, std::span<const double> exact) {
-  double error = 0, size = 0;
-  for (std::size_t k = 0; k < found.size(); ++k) {
-    error += std::pow(found[k] - exact[k], 2);
-    size += exact[k] * exact[k];
-  }
-  return std::sqrt(error / size);
-}
-
 }  // namespace
 
 TEST_CASE("device NeighbourTable: pairs in both rows, or on request in one row") {
@@ -147,9 +138,9 @@ TEST_CASE("device mesh sum: forces and potentials equal the CPU's to 1e-6") {
       const Response expected = evaluated_near(cpu, charges), found = evaluated_near(*device, charges);
       // Coordinates have a resolution of 2^-32 of the box. Sums of 100 terms are in single precision, and the mesh is
       // rounded to 1e-8 of the largest charge, four times the rms.
-      CHECK(relative(found.field, expected.field) < 1e-6);
-      CHECK(relative(found.potential, expected.potential) < 1e-6);
-      CHECK(relative(found.force, expected.force) < 1e-6);
+      CHECK(relative_difference(found.field, expected.field) < 1e-6);
+      CHECK(relative_difference(found.potential, expected.potential) < 1e-6);
+      CHECK(relative_difference(found.force, expected.force) < 1e-6);
       double energies = 0, forces = 0;
       for (int i = 0; i < static_cast<int>(charges.charge.size()); ++i)
         energies += std::abs(0.5 * charges.charge[i] * expected.potential[i]);
@@ -174,7 +165,7 @@ TEST_CASE("device mesh sum: prolate windows err by below 1.5 times the request")
     REQUIRE(choice.mesh.window == Window::prolate);
     const auto device = device::make_host_mesh(choice.mesh, choice.cloud());
     // Estimated over found error is 0.8 to 1.17 (docs/measurements/periodic.json) for equal charges; these are unequal.
-    CHECK(relative(evaluated_near(*device, charges).force, exact.force) < 1.5 * accuracy);
+    CHECK(relative_difference(evaluated_near(*device, charges).force, exact.force) < 1.5 * accuracy);
     request.polarizability = 0.02;
     CHECK(choose_quick_mesh(request).mesh.window == Window::spline);
   }
@@ -197,15 +188,15 @@ TEST_CASE("device mesh sum: charges with dipoles, dipoles alone equal the CPU's"
       const Response expected = evaluated_on(cpu, sources), found = evaluated(*device, sources);
       // As for charges. Each derivative of the splines and of the near part multiplies the error by 2 pi waves per
       // spacing, 3 to 7.
-      CHECK(relative(found.field, expected.field) < 3e-6);
-      CHECK(relative(found.potential, expected.potential) < 3e-6);
-      CHECK(relative(found.force, expected.force) < 1e-5);
+      CHECK(relative_difference(found.field, expected.field) < 3e-6);
+      CHECK(relative_difference(found.potential, expected.potential) < 3e-6);
+      CHECK(relative_difference(found.force, expected.force) < 1e-5);
       CHECK(found.energy == doctest::Approx(expected.energy).epsilon(1e-5));
       std::vector<double> field(3 * 250), there(3 * 250);
       parallel::Team& alone = parallel::Team::single();
       cpu.dipole_field(sources, pairs_of(sources, cpu.cutoff()), alone, field);
       device->dipole_field(sources, {}, alone, there);
-      CHECK(relative(there, field) < 3e-6);
+      CHECK(relative_difference(there, field) < 3e-6);
       Vec3 net;
       double forces = 0;
       for (std::size_t k = 0; k < found.force.size(); ++k) {

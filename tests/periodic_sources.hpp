@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <random>
+#include <span>
 #include <vector>
 
 #include "solvers/neighbours/pairs.hpp"
@@ -95,11 +96,12 @@ inline double largest_difference(const std::vector<double>& a, const std::vector
   return largest(difference);
 }
 
-/// Root mean square of the difference over that of `exact`.
-inline double relative_difference(const std::vector<double>& found, const std::vector<double>& exact) {
+/// Root mean square of the difference over that of `exact`; infinite for numbers of another count.
+inline double relative_difference(std::span<const double> found, std::span<const double> exact) {
+  if (found.size() != exact.size()) return INFINITY;
   double difference2 = 0, exact2 = 0;
   for (std::size_t k = 0; k < exact.size(); ++k) {
-    difference2 += (found.at(k) - exact[k]) * (found[k] - exact[k]);
+    difference2 += (found[k] - exact[k]) * (found[k] - exact[k]);
     exact2 += exact[k] * exact[k];
   }
   return std::sqrt(difference2 / exact2);

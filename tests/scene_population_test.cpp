@@ -9,6 +9,7 @@
 #include "src/scene/scene.hpp"
 #include "src/scene/stopping.hpp"
 #include "tests/folder.hpp"
+#include "tests/message.hpp"
 #include "tests/scene_texts.hpp"
 
 namespace scene_population_test {
@@ -181,14 +182,7 @@ TEST_CASE("population too dense for random positions: refused before placement")
     folder.write("dense.toml", text);
     return read_scene(folder / "dense.toml", effects::all_kinds(), {}, first_place);
   };
-  const auto refusal_of = [&](const std::string& text) {
-    try {
-      read(text);
-    } catch (const InputError& error) {
-      return std::string(error.what());
-    }
-    return std::string();
-  };
+  const auto refusal_of = [&](const std::string& text) { return message_of<InputError>([&] { read(text); }); };
   // A volume fraction of 0.479.
   const std::string dense = refusal_of(gas_text("[103.0, 103.0, 103.0]", "count = 1000000\n"));
   CAPTURE(dense);

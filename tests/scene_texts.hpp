@@ -13,6 +13,7 @@
 #include "src/effects/read_scene.hpp"
 #include "src/scene/electrodes.hpp"
 #include "src/scene/scene.hpp"
+#include "tests/message.hpp"
 #include "tests/source_folder.hpp"
 
 /// Parts of scene files and functions that read them.
@@ -31,12 +32,7 @@ inline Scene parse(const std::string& text) { return parse_scene(text, "test.tom
 
 /// Error message of a refused scene; empty if it is accepted.
 inline std::string refusal(const std::string& text) {
-  try {
-    parse(text);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return message_of<InputError>([&] { parse(text); });
 }
 
 inline bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }

@@ -6,6 +6,7 @@
 
 #include "solvers/error.hpp"
 #include "solvers/laplace/spheres/accuracy.hpp"
+#include "tests/message.hpp"
 
 namespace spheres_ratios_test {
 
@@ -158,12 +159,7 @@ TEST_CASE("sphere radius ratio out of reach: refused, names an accuracy if possi
   const Vec3 next = Vec3{2, -1, 2.1} * (1.01 / norm(Vec3{2, -1, 2.1}));
   problem.spheres.push_back({next, 0.01, 0});
   const auto refusal = [&](double accuracy) -> std::string {
-    try {
-      SphereSolver({.accuracy = accuracy}).forecast(problem);
-      return "";
-    } catch (const InputError& error) {
-      return error.what();
-    }
+    return message_of<InputError>([&] { SphereSolver({.accuracy = accuracy}).forecast(problem); });
   };
   const std::string sentence = refusal(1e-6);
   REQUIRE(sentence.find("suffices for field.accuracy = ") != std::string::npos);

@@ -130,16 +130,12 @@ std::string Key::allowed() const {
 std::string Key::fallback(Draft& untouched) const {
   if (required) return "required";
   if (!shapes.empty()) return fmt::format("required for {}", fmt::join(shapes, ", "));
-  if (!optional_shapes.empty())
-    return fmt::format("default: {} for {}",
-                       std::visit(Overloaded{[&](const AtChoice& at) { return show(at.name(untouched)); },
-                                             [&]<class T>(At<T> at) { return show(*at(untouched)); }},
-                                  target),
-                       fmt::join(optional_shapes, ", "));
-  if (!computed_default.empty()) return "default: " + computed_default;
-  return "default: " + std::visit(Overloaded{[&](const AtChoice& at) { return show(at.name(untouched)); },
-                                             [&]<class T>(At<T> at) { return show(*at(untouched)); }},
-                                  target);
+  if (!computed_default.empty() && optional_shapes.empty()) return "default: " + computed_default;
+  const std::string value = std::visit(Overloaded{[&](const AtChoice& at) { return show(at.name(untouched)); },
+                                                  [&]<class T>(At<T> at) { return show(*at(untouched)); }},
+                                       target);
+  return "default: " + value +
+         (optional_shapes.empty() ? "" : fmt::format(" for {}", fmt::join(optional_shapes, ", ")));
 }
 
 std::string Table::header() const {

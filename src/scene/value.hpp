@@ -109,10 +109,12 @@ inline std::vector<double> numbers(const Coordinates& value) {
   return value.count == 3 ? std::vector<double>{x, y, z} : std::vector<double>{x, y};
 }
 
-inline bool read(const toml::node& node, std::vector<double>& value) {
+/// Reads a list that is not empty, of elements for which there is a function read() above.
+template <class Element>
+bool read(const toml::node& node, std::vector<Element>& value) {
   const toml::array* list = node.as_array();
   if (!list) return false;
-  value.assign(list->size(), 0);
+  value.assign(list->size(), {});
   for (std::size_t k = 0; k < list->size(); ++k)
     if (!read((*list)[k], value[k])) return false;
   return !value.empty();
@@ -121,14 +123,6 @@ inline const char* type_name(const std::vector<double>&) { return "a non-empty l
 inline std::string show(const std::vector<double>& value) { return fmt::format("[{}]", fmt::join(value, ", ")); }
 inline std::vector<double> numbers(const std::vector<double>& value) { return value; }
 
-inline bool read(const toml::node& node, std::vector<Vec2>& value) {
-  const toml::array* list = node.as_array();
-  if (!list) return false;
-  value.assign(list->size(), {});
-  for (std::size_t k = 0; k < list->size(); ++k)
-    if (!read((*list)[k], value[k])) return false;
-  return !value.empty();
-}
 inline const char* type_name(const std::vector<Vec2>&) { return "a list of points [[x, y], ...]"; }
 inline std::string show(const std::vector<Vec2>& value) {
   std::vector<std::string> points;
@@ -264,14 +258,6 @@ inline std::vector<double> numbers(const DomainSide& side) {
   return all;
 }
 
-inline bool read(const toml::node& node, std::vector<std::string>& value) {
-  const toml::array* list = node.as_array();
-  if (!list) return false;
-  value.resize(list->size());
-  for (std::size_t k = 0; k < list->size(); ++k)
-    if (!read((*list)[k], value[k])) return false;
-  return !value.empty();
-}
 inline const char* type_name(const std::vector<std::string>&) { return "a non-empty list of texts"; }
 inline std::string show(const std::vector<std::string>& value) { return fmt::format("[{}]", fmt::join(value, ", ")); }
 inline std::vector<double> numbers(const std::vector<std::string>&) { return {}; }

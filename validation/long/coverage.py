@@ -1,13 +1,13 @@
 #!/usr/bin/python3
-"""Counts the lines and branches of src/ and solvers/ that the quick tier executes, by gcovr.
+"""Counts the lines, branches and functions of src/ and solvers/ that the quick tier executes, by gcovr.
 
     validation/long/coverage.py [--keep] [--write] [--lines FOLDER]
 
 It builds the preset coverage. It runs its tests and prints a row for each folder. The option --keep counts without a
-build and without tests. The option --write renews docs/measurements/coverage.json for docs/render_measurements.py. The
-option --lines prints the lines of a folder that no test executes. Branches that only exceptions take are not counted.
-CUDA files are not counted, because a device executes them. The exit status is 1 if a bound is not reached, if a test
-fails, or if a file below LISTED has no reason in coverage.json.
+build and without tests. The option --write renews docs/measurements/coverage.json and the page of documentation. The
+option --lines prints the lines and functions of a folder that no test executes. Branches that only exceptions take are
+not counted. All instances of a template are one function. CUDA files are not counted, because a device executes them.
+The exit status is 1 if a bound is not reached, if a test fails, or if a file below LISTED has no reason in coverage.json.
 """
 import argparse
 import datetime
@@ -40,47 +40,55 @@ def run_tests():
     return call("ctest", "--test-dir", BUILD, "--output-on-failure", "-j", (os.cpu_count() or 1) * 3 // 2, check=False).returncode == 0
 
 
+class File:
+    """Counts of a source file: executions of lines {line: count}, of branches [count], of functions {first line: count}."""
+
+    def __init__(self, report):
+        lines = [line for line in report["lines"] if not line["gcovr/noncode"]]
+        self.lines = {line["line_number"]: line["count"] for line in lines}
+        self.branches = [branch["count"] for line in lines for branch in line["branches"]]
+        self.functions = {}
+        for each in report["functions"]:
+            self.functions[each["lineno"]] = self.functions.get(each["lineno"], 0) + each["execution_count"]
+
+    def missed(self):
+        return [number for number, count in self.lines.items() if count == 0]
+
+
 def counted():
-    """The files of gcovr's report: name -> list of (line, executions, [executions of each branch])."""
+    """The files of gcovr's report by name."""
     report = BUILD / "coverage.json"
     call("gcovr", "--root", HOME, "--filter", "src/", "--filter", "solvers/", "--exclude-throw-branches", "--exclude-unreachable-branches",
          "--json", report, "-j", os.cpu_count() or 1, BUILD)  # fmt: skip
-    return {
-        each["file"]: [(line["line_number"], line["count"], [branch["count"] for branch in line["branches"]]) for line in each["lines"]
-                       if not line["gcovr/noncode"]]
-        for each in json.loads(report.read_text())["files"]
-    }  # fmt: skip
+    return {each["file"]: File(each) for each in json.loads(report.read_text())["files"] if each["lines"]}
 
 
 def sums(files):
-    """Row of counts and percentages of some files."""
-    lines = [count > 0 for file in files for _, count, _ in file]
-    branches = [count > 0 for file in files for _, _, each in file for count in each]
-    share = lambda met: round(100 * sum(met) / len(met), 1) if met else 100.0
-    return {"lines": len(lines), "lines_covered": share(lines), "branches": len(branches), "branches_covered": share(branches)}
+    """Row of the counts of some files, each with the per cent that was executed."""
+    row = {}
+    for name in ("lines", "branches", "functions"):
+        counts = [count > 0 for file in files for count in (getattr(file, name) if name == "branches" else getattr(file, name).values())]
+        row |= {name: len(counts), f"{name} executed (%)": round(100 * sum(counts) / len(counts), 1) if counts else 100.0}
+    return row
 
 
 def folder_rows(files):
     """Rows of the folders of src/ and solvers/, and of both together."""
     folders = sorted({str(Path(name).parent) for name in files})
-    rows = [{"folder": folder} | sums([lines for name, lines in files.items() if str(Path(name).parent) == folder]) for folder in folders]
+    rows = [{"folder": folder} | sums([file for name, file in files.items() if str(Path(name).parent) == folder]) for folder in folders]
     return rows + [{"folder": "all"} | sums(files.values())]
 
 
 def file_rows(files, reasons):
     """Rows of the files below LISTED, with the reason that the data state for each."""
-    rows = []
-    for name, lines in sorted(files.items()):
-        row = sums([lines])
-        if row["lines_covered"] < LISTED:
-            missed = sum(count == 0 for _, count, _ in lines)
-            rows.append({"file": name, "lines_missed": missed, "lines_covered": row["lines_covered"], "reason": reasons.get(name, "")})
-    return rows
+    shares = [(name, sums([file])["lines executed (%)"], len(file.missed())) for name, file in sorted(files.items())]
+    return [{"file": name, "lines missed": missed, "lines executed (%)": share, "reason": reasons.get(name, "")}
+            for name, share, missed in shares if share < LISTED]  # fmt: skip
 
 
 def measurement(measures, rows, **more):
     return {
-        "page": "validation",
+        "page": "coverage",
         "measures": measures,
         "unit": "1",
         "commit": commit() or "not kept",
@@ -103,28 +111,30 @@ def main():
     passed = options.keep or run_tests()
     files = counted()
     if options.lines:
-        for name, lines in sorted(files.items()):
-            if name.startswith(options.lines) and any(count == 0 for _, count, _ in lines):
-                print(name, *(number for number, count, _ in lines if count == 0))
+        for name, file in sorted(files.items()):
+            if name.startswith(options.lines) and file.missed():
+                print(f"{name}: lines", *file.missed())
+                print(f"{name}: functions", *(first for first, count in file.functions.items() if count == 0))
     reasons = {}
     if DATA.exists():
         reasons = {row["file"]: row["reason"] for each in json.loads(DATA.read_text()) for row in each["rows"] if "file" in row}
     folders, listed = folder_rows(files), file_rows(files, reasons)
     for row in folders:
-        print("{folder:<36}{lines:>7} lines {lines_covered:>6} %{branches:>8} branches {branches_covered:>6} %".format(**row))
+        print(f"{row['folder']:<36}", *(f"{row[name]:>6} {name} {row[name + ' executed (%)']:>5} %" for name in ("lines", "branches", "functions")))
     whole = folders[-1]
-    faults = [f"{whole[name + '_covered']} % of {name} are executed, fewer than {bound} %" for name, bound in BOUNDS.items()
-              if whole[name + "_covered"] < bound]  # fmt: skip
-    faults += [f"{row['file']}: {row['lines_covered']} % without a reason in {DATA.relative_to(HOME)}" for row in listed if not row["reason"]]
+    faults = [f"{whole[f'{name} executed (%)']} % of {name} are executed, fewer than {bound} %" for name, bound in BOUNDS.items()
+              if whole[f"{name} executed (%)"] < bound]  # fmt: skip
+    faults += [f"{row['file']}: {row['lines executed (%)']} % of the lines, without a reason in {DATA.relative_to(HOME)}"
+               for row in listed if not row["reason"]]  # fmt: skip
     faults += ["tests fail"] * (not passed)
     if options.write:
-        note = "_covered: per cent of lines, and of branches without those of exceptions, that the tests of the quick tier execute."
-        parts = [measurement("lines and branches that the quick tier executes", folders, note=note)]
+        parts = [measurement("lines, branches and functions that the quick tier executes", folders)]
         if listed:
             parts.append(measurement(f"files of which it executes less than {LISTED:g} % of the lines", listed))
         DATA.write_text(json.dumps(parts, indent=1) + "\n")
+        call(sys.executable, HOME / "docs/render_measurements.py")
     if figures := os.environ.get("LICHTENBERG_FIGURES"):
-        Path(figures).write_text(json.dumps({name: whole[name] for name in whole if name != "folder"}))
+        Path(figures).write_text(json.dumps({name: value for name, value in whole.items() if name != "folder"}))
     for fault in faults:
         print("coverage:", fault)
     return bool(faults)

@@ -75,6 +75,19 @@ TEST_CASE("spheres, solve_to_accuracy: request met if the force is zero by symme
   for (const double accuracy : {1e-2, 1e-8}) CHECK(solve(problem, accuracy).estimate <= accuracy);
 }
 
+TEST_CASE("spheres, forget: the next solve has the bits of a new solver") {
+  for (const double accuracy : {1e-3, 1e-10}) {
+    SphereSolver solver({.accuracy = accuracy});
+    solver.solve(far_apart());  // The next solve would begin with the smaller tolerance of these forces
+    solver.forget();
+    const SphereSolution after = solver.solve(near_wall()),
+                         fresh = SphereSolver({.accuracy = accuracy}).solve(near_wall());
+    CHECK(after.group_potential == fresh.group_potential);
+    CHECK(after.sphere_force[0] == fresh.sphere_force[0]);
+    CHECK(after.iterations == fresh.iterations);
+  }
+}
+
 TEST_CASE("sphere in free space: its potential is relative to infinity") {
   SphereProblem problem = far_apart();
   problem.spheres.pop_back(), problem.groups.pop_back();

@@ -37,6 +37,14 @@ namespace {
 
 constexpr int least_site_degree = 2;
 
+/// Share of the accuracy for the truncation of harmonics, in the requirements of gaps between conductors. The residual
+/// of the iteration may use the rest (solver.cpp).
+constexpr double truncation_share = 0.5;
+
+/// Returns the size of the last harmonics. Forces omit the product of the last harmonics and those beyond. Degree 2 has
+/// errors of forces of 0.1, so that coarser requests need degree 3.
+double truncation_for(double accuracy) { return truncation_share * std::min(accuracy, 0.05); }
+
 /// Degree that a gap requires, and the accuracy for which the largest degree suffices.
 struct DegreeRequirement {
   double degree = 0, possible = 0;
@@ -46,21 +54,23 @@ struct DegreeRequirement {
 DegreeRequirement at_gap(double radius, double other, double gap, double accuracy) {
   if (gap <= 0) return {INFINITY, 1};
   const double alpha = bispherical_coordinate(radius, other, gap);
-  return {-std::log(accuracy) / alpha, std::exp(-largest_degree * alpha)};
+  return {-std::log(truncation_for(accuracy)) / alpha, std::exp(-largest_degree * alpha) / truncation_share};
 }
 
 /// Returns the requirement of a gap at equal potential: however small the gap, harmonics decrease like exp(-sqrt(2 beta
 /// l)), beta = 2 pi / (1 + R / R') (docs/numerics/multipole-plane.md).
 DegreeRequirement at_contact(double radius, double other, double accuracy) {
-  const double digits = std::log(accuracy), share = (1 + radius / other) / (4 * std::numbers::pi);
-  return {digits * digits * share, std::exp(-std::sqrt(largest_degree / share))};
+  const double digits = std::log(truncation_for(accuracy)), share = (1 + radius / other) / (4 * std::numbers::pi);
+  return {digits * digits * share, std::exp(-std::sqrt(largest_degree / share)) / truncation_share};
 }
 
 /// Returns a bound of cosh_less_one. A gap beyond it neither needs a degree above `degree` on a sphere of this radius,
 /// nor a correction. `largest`: largest radius of another sphere. The bound excludes most pairs without logarithms.
 double sufficient_cosh(double degree, double radius, double largest, double accuracy) {
   const double without_correction = at_contact(radius, largest, accuracy).degree;
-  return std::cosh(-std::log(accuracy) / std::max<double>(least_site_degree, std::min(degree, without_correction))) - 1;
+  return std::cosh(-std::log(truncation_for(accuracy)) /
+                   std::max<double>(least_site_degree, std::min(degree, without_correction))) -
+         1;
 }
 
 /// Returns the requirement next to a dielectric, for any gap. Each reflection multiplies by k = (eps - 1) / (eps + 1),

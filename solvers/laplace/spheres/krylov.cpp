@@ -237,6 +237,15 @@ SolveOutcome refine(Objects& petsc, double goal) {
   return outcome;
 }
 
+/// Returns the smallest eigenvalue of the preconditioned matrix that conjugate gradients found; 1 for other methods.
+double smallest_eigenvalue(KSP ksp) {
+  PetscBool known = PETSC_FALSE;
+  check_petsc(PetscObjectTypeCompare(reinterpret_cast<PetscObject>(ksp), KSPCG, &known));
+  PetscReal largest = 1, smallest = 1;
+  if (known) check_petsc(KSPComputeExtremeSingularValues(ksp, &largest, &smallest));
+  return smallest > 0 ? smallest : 1;
+}
+
 /// Solves from x = 0 until the residual is at most `goal`; the result's residual is relative to `scale`.
 KrylovResult conjugate_gradients(const Shell& shell, double* right_hand_side, double* x, double goal, double scale) {
   Objects petsc;
@@ -261,6 +270,7 @@ KrylovResult conjugate_gradients(const Shell& shell, double* right_hand_side, do
   void* test_context = nullptr;
   check_petsc(KSPConvergedDefaultCreate(&test_context));
   check_petsc(KSPSetConvergenceTest(petsc.ksp, stop_test, test_context, KSPConvergedDefaultDestroy));
+  check_petsc(KSPSetComputeSingularValues(petsc.ksp, PETSC_TRUE));
   check_petsc(KSPSetFromOptions(petsc.ksp));
   SolveOutcome outcome;
   if (stops_by_residual(petsc.ksp)) {
@@ -273,7 +283,7 @@ KrylovResult conjugate_gradients(const Shell& shell, double* right_hand_side, do
   if (outcome.reason < 0)
     throw Failure(fmt::format("the field of spheres: no convergence after {} iterations ({}, relative residual {:.3g})",
                               outcome.iterations, KSPConvergedReasons[outcome.reason], outcome.residual / scale));
-  return {static_cast<int>(outcome.iterations), outcome.residual / scale};
+  return {static_cast<int>(outcome.iterations), outcome.residual / scale, smallest_eigenvalue(petsc.ksp)};
 }
 
 /// Solutions for eight groups, each at 1 V in its own column, and the remaining residuals.
@@ -339,7 +349,7 @@ KrylovResult solve_krylov(const System& system, double tolerance, std::vector<do
     first = residual_of(system, product, given, residual);
   }
   const double goal = std::max(tolerance * scale, rounding(system));
-  if (first <= goal) return {0, scale > 0 ? first / scale : 0, std::move(product)};
+  if (first <= goal) return {0, scale > 0 ? first / scale : 0, 1, std::move(product)};
   IterateProduct followed(correction);
   KrylovResult result = conjugate_gradients({&system, &followed, n, multiply, precondition}, residual.data(),
                                             correction.data(), goal, scale);

@@ -8,6 +8,7 @@ namespace lichtenberg::laplace::spheres {
 struct KrylovResult {
   int iterations = 0;
   double residual = 0;            ///< Relative to the norm of the right-hand side and the given charges
+  double eigenvalue = 1;          ///< Smallest eigenvalue of the preconditioned matrix that the iteration found
   std::vector<double> product{};  ///< Product of the matrix with x (System::apply)
 };
 

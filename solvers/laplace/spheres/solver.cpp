@@ -14,6 +14,18 @@ namespace lichtenberg::laplace {
 
 using namespace spheres;
 
+namespace {
+
+/// Measured data about errors of forces, for the next solve. SphereSolver::forget() resets them, so that a resumed run
+/// measures the same values again.
+struct ForceControl {
+  double share = 1;           ///< Factor of the tolerance that the forces of the last solve needed
+  double least_share = 1e-3;  ///< Smaller factors are not tried; rounding raises it
+  double eigenvalue = 1;      ///< Smallest eigenvalue of the preconditioned matrix, at most 1
+};
+
+}  // namespace
+
 struct SphereSolver::Implementation {
   SphereOptions options;
   std::unique_ptr<parallel::Team> own_team;  ///< Null if the team belongs to the caller
@@ -22,7 +34,7 @@ struct SphereSolver::Implementation {
   std::vector<double> x;
   History history;
   SphereSolution solution;
-  double force_share = 1;  ///< Factor of the tolerance that the forces of the last solve needed
+  ForceControl forces;
 };
 
 namespace {
@@ -30,6 +42,9 @@ namespace {
 /// Share of the accuracy that the residual of the iteration may use. It is empirical: with 0.3 the error of the forces
 /// doubles (docs/measurements/negative-results.json).
 constexpr double residual_share = 0.2;
+/// Share of the accuracy for the error of forces due to the residual. The truncation of harmonics may use half of the
+/// accuracy (fields.cpp). After few iterations the smallest eigenvalue is too large, hence not the whole rest.
+constexpr double force_share = 0.2;
 /// Smallest tolerance of the iteration: about fifty roundings.
 constexpr double finest_residual = 1e-14;
 
@@ -45,35 +60,41 @@ double tolerance_for(const System& system, double accuracy) {
 }
 
 /// Estimates the error of the forces due to the residual, over the largest force on a movable sphere. An error e of x =
-/// sqrt(R) a changes a sphere's response by up to e / sqrt(R), and its force by 4 pi eps |x| |e| / R; e is the
-/// preconditioned residual. The largest force counts as at least the rounding of measures of accuracy (scales_of).
+/// sqrt(R) a changes a sphere's response by up to e / sqrt(R), and its force by 4 pi eps |x| |e| / R. The error is at
+/// most the preconditioned residual over the smallest eigenvalue. It spreads between spheres, so that the sphere with
+/// the largest residual counts for all. The largest force counts as at least the rounding of measures of accuracy
+/// (scales_of).
 double force_error(const System& system, const std::vector<double>& x, const std::vector<double>& product,
-                   const SphereSolution& solution) {
+                   const SphereSolution& solution, double eigenvalue) {
   const SphereProblem& problem = system.problem();
   std::vector<double> residual = system.right_hand_side();
   for (std::size_t k = 0; k < residual.size(); ++k) residual[k] -= product[k];
   system.precondition(residual.data());
   const std::vector<int> start = starts(system.sites());
-  const int movable = problem.movable < 0 ? static_cast<int>(problem.spheres.size()) : problem.movable;
-  double largest = 0;
-  for (int i = 0; i < movable; ++i) {
+  const int spheres = static_cast<int>(problem.spheres.size()),
+            movable = problem.movable < 0 ? spheres : problem.movable;
+  double strongest = 0, error = 0;  // Squares
+  for (int i = 0; i < spheres; ++i) {
     double strength = 0, left = 0;
     for (int k = start[i]; k < start[i + 1]; ++k) strength += x[k] * x[k], left += residual[k] * residual[k];
-    largest = std::max(largest, std::sqrt(strength * left) / problem.spheres[i].radius);
+    if (i < movable) strongest = std::max(strongest, strength / problem.spheres[i].radius);
+    error = std::max(error, left / problem.spheres[i].radius);
   }
-  if (largest == 0) return 0;
+  if (strongest == 0) return 0;
   const Scales scales = scales_of(problem, solution);
-  return 4 * std::numbers::pi * problem.permittivity * largest / std::max(scales.force, scales.force_rounding);
+  return 4 * std::numbers::pi * problem.permittivity * std::sqrt(strongest * error) /
+         (eigenvalue * std::max(scales.force, scales.force_rounding));
 }
 
 /// Iterates until the residual is small enough for potentials, charges and forces. Forces of distant or neutral spheres
 /// are much smaller than the product of their charges, relative to which the iteration stops; they need a smaller
-/// tolerance. `force_share` is its factor, on entry that of the last solve. Computes the solution.
-KrylovResult iterate(const System& system, double accuracy, double& force_share, std::vector<double>& x,
+/// tolerance. Computes the solution.
+KrylovResult iterate(const System& system, double accuracy, ForceControl& forces, std::vector<double>& x,
                      SphereSolution& solution) {
-  constexpr double least_share = 1e-3, margin = 0.7;
+  constexpr double margin = 0.7;
   const double tolerance = tolerance_for(system, accuracy), finest = std::min(tolerance, finest_residual);
-  double goal = std::max(force_share * tolerance, finest);
+  const auto goal_for = [&] { return std::max(std::clamp(forces.share, forces.least_share, 1.0) * tolerance, finest); };
+  double goal = goal_for(), reached = tolerance;
   std::optional<KrylovResult> found;
   Timings seconds;
   for (int iterations = 0;;) {
@@ -82,19 +103,22 @@ KrylovResult iterate(const System& system, double accuracy, double& force_share,
       found = solve_krylov(system, goal, x);
       system.enforce_charges(x.data());
     } catch (const Failure&) {  // rounding excludes the smaller tolerance, as with large couplings
-      force_share = 1;
+      forces.least_share = reached / tolerance;
       if (found) return *std::move(found);
       if (goal == tolerance) throw;
       goal = tolerance;
       continue;
     }
+    reached = goal;
     found->iterations = iterations += found->iterations;
+    forces.eigenvalue = std::min(forces.eigenvalue, found->eigenvalue);
     const Stopwatch watch(seconds.forces);
     solution = system.results(x, found->product);
     solution.seconds = seconds;
-    const double excess = force_error(system, x, found->product, solution) / (residual_share * accuracy);
-    force_share = excess > 0 ? std::clamp(margin * found->residual / (excess * tolerance), least_share, 1.0) : 1;
-    const double next = std::max(force_share * tolerance, finest);
+    const double excess =
+        force_error(system, x, found->product, solution, forces.eigenvalue) / (force_share * accuracy);
+    forces.share = excess > 0 ? margin * found->residual / (excess * tolerance) : 1;
+    const double next = goal_for();
     if (!(excess > 1) || !(next < goal)) return *std::move(found);
     goal = next;
   }
@@ -136,7 +160,7 @@ SphereSolution SphereSolver::solve(const SphereProblem& problem) {
     if (!my.history.empty() && my.history.front().sites.size() != system->sites().size()) my.history.clear();
     x = system->start(my.history, tolerance_for(*system, my.options.accuracy));
   }
-  const KrylovResult krylov = iterate(*system, my.options.accuracy, my.force_share, x, solution);
+  const KrylovResult krylov = iterate(*system, my.options.accuracy, my.forces, x, solution);
   my.history.push_front(system->past(x, solution.group_potential));
   if (my.history.size() > longest_history) my.history.pop_back();
   for (const Site& site : system->sites()) solution.degree = std::max(solution.degree, site.degree);
@@ -214,7 +238,7 @@ void SphereSolver::forget() {
   implementation_->system.reset();
   implementation_->x.clear();
   implementation_->history.clear();
-  implementation_->force_share = 1;
+  implementation_->forces = {};
 }
 
 }  // namespace lichtenberg::laplace
